@@ -1,0 +1,109 @@
+"""A cell: arms at their base poses, their tools, and static obstacles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
+from mmp_env.transforms import matrix_from_quaternion, transform
+
+if TYPE_CHECKING:
+    from mmp_env.collision import CollisionModel
+
+SHAPES = ("box", "sphere", "cylinder", "capsule")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Arm:
+    """A robot at its place: `position` [m] and `quaternion` (wxyz) of its base frame in the world."""
+
+    name: str
+    robot: Robot
+    tool: Tool | None
+    position: Float[np.ndarray, "3"]
+    quaternion: Float[np.ndarray, "4"]
+
+    @property
+    def dof(self) -> int:
+        return self.robot.dof
+
+    @property
+    def T_world_base(self) -> Float[np.ndarray, "4 4"]:
+        return transform(matrix_from_quaternion(self.quaternion), self.position)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Obstacle:
+    """A static solid: `size` [3] full edge lengths [m] of a box; `radius` and `length` (without caps) [m] of the others."""
+
+    name: str
+    shape: str
+    position: Float[np.ndarray, "3"]
+    quaternion: Float[np.ndarray, "4"]
+    size: Float[np.ndarray, "3"] | None = None
+    radius: float | None = None
+    length: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cell:
+    """Arms and obstacles; `spheres` names the sphere set, `28` or `fine`, that stands for the arms in every query."""
+
+    name: str
+    arms: tuple[Arm, ...]
+    obstacles: tuple[Obstacle, ...] = ()
+    spheres: str = "28"
+
+    def __post_init__(self) -> None:
+        if self.spheres not in SPHERE_SETS:
+            raise UnknownNameError("sphere set", self.spheres, SPHERE_SETS)
+        if not self.arms:
+            raise MmpError(f"cell '{self.name}' has no arms; it needs at least one")
+        for kind, names in (("arms", self.arm_names), ("obstacles", [o.name for o in self.obstacles])):
+            twice = sorted({name for name in names if list(names).count(name) > 1})
+            if twice:
+                raise MmpError(f"cell '{self.name}' has two {kind} named '{twice[0]}'; names must differ")
+
+    @property
+    def arm_names(self) -> tuple[str, ...]:
+        return tuple(arm.name for arm in self.arms)
+
+    def arm(self, name: str) -> Arm:
+        """The arm of that name. Raises `UnknownNameError`."""
+        return self.arms[self.arm_index(name)]
+
+    def arm_index(self, name: str) -> int:
+        """Place of the arm of that name in `arms`. Raises `UnknownNameError`."""
+        if name not in self.arm_names:
+            raise UnknownNameError("arm", name, self.arm_names)
+        return self.arm_names.index(name)
+
+    @cached_property
+    def collision(self) -> CollisionModel:
+        """The collision queries of this cell, built on first use."""
+        from mmp_env.collision import CollisionModel
+
+        return CollisionModel(self)
+
+
+def place_arm(
+    name: str, robot: str, position: ArrayLike, quaternion: ArrayLike, tool: str | None = "default"
+) -> Arm:
+    """An arm from names; `tool="default"` takes the robot's own, None leaves the flange bare."""
+    model = load_robot(robot)
+    tool_name = model.default_tool if tool == "default" else tool
+    unit = np.asarray(quaternion, dtype=float)
+    return Arm(
+        name=name,
+        robot=model,
+        tool=load_tool(tool_name) if tool_name else None,
+        position=frozen_array(position),
+        quaternion=frozen_array(unit / np.linalg.norm(unit)),
+    )

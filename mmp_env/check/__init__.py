@@ -1,0 +1,99 @@
+"""The checker: is a plan safe at every instant? Independent of the planners and of the native core.
+
+It shares no geometry with them: MuJoCo's kinematics from the robots' MJCF, distances and motion bounds of its own, and its
+own reading of plan.json. docs/checking.md says what is proved and how.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import threading
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mmp_env.check.contacts import contact_violations
+from mmp_env.check.fields import UnreadableError
+from mmp_env.check.geoms import GeomPairs, GeomSolids, geom_parts
+from mmp_env.check.items import Family
+from mmp_env.check.model import CellModel, sphere_parts
+from mmp_env.check.rates import derivatives
+from mmp_env.check.reading import PlanData, read_cell, read_plan
+from mmp_env.check.report import RULES, CheckReport, Violation
+from mmp_env.check.rules import ends, finite, limits, speed, times
+from mmp_env.check.spheres import CloudPairs, CloudSolids
+from mmp_env.check.sweep import sweep
+from mmp_env.plan import Plan
+
+__all__ = ["RULES", "CheckReport", "Violation", "check_plan"]
+
+GEOM_CLEARANCE_M = 1e-6
+"""What an exact check proves between geoms: that they are apart, and by a little, so that the proof ends."""
+_WILD_RAD = 10.0
+"""Beyond any joint's limits: so far out the motion is not swept, which would take long and add nothing."""
+
+
+def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckReport:
+    """Checks a plan, or the content of a plan.json, against every rule; never raises for what is wrong with the plan.
+
+    Clearances of at least half the problem's margin are proved for all instants with the cell's sphere set. With `exact`
+    MuJoCo's geoms take the place of the spheres, and that no two of them touch is proved.
+    """
+    try:
+        document = _document(plan)
+        data = read_plan(document)
+        cell = json.dumps(document["problem"]["cell"], sort_keys=True, default=lambda array: array.tolist())
+        model, families = _families(cell, exact, threading.get_ident())
+    except UnreadableError as error:
+        return CheckReport(violations=(error.violation,))
+    with np.errstate(over="ignore", invalid="ignore"):
+        violations = list(finite(data))
+        if not violations:
+            violations = [v for rule in (times, ends, limits, speed, derivatives) for v in rule(data)]
+            if np.abs(data.positions).max() < _WILD_RAD:
+                return _swept(data, violations, model, families, exact)
+    return CheckReport(violations=tuple(violations), spheres=_geometry(data, exact), margin_m=data.margin)
+
+
+def _document(plan: Plan | Mapping[str, Any]) -> Any:
+    if not isinstance(plan, Plan):
+        return plan
+    from mmp_env.plan_file import plan_to_dict
+
+    return plan_to_dict(plan)
+
+
+@functools.lru_cache(maxsize=8)
+def _families(cell: str, exact: bool, thread: int) -> tuple[CellModel, Sequence[Family]]:
+    """What a cell's plans are checked with; not shared between threads, because MuJoCo's data are not."""
+    model = CellModel(read_cell(json.loads(cell)))
+    if exact:
+        parts, ids = geom_parts(model)
+        return model, (GeomPairs(model, parts, ids), GeomSolids(model, parts, ids))
+    parts, clouds = sphere_parts(model)
+    return model, (CloudPairs(model, parts, clouds), CloudSolids(model, parts, clouds))
+
+
+def _geometry(data: PlanData, exact: bool) -> str:
+    return "geoms" if exact else data.cell.spheres
+
+
+def _swept(
+    data: PlanData, violations: list[Violation], model: CellModel, families: Sequence[Family], exact: bool
+) -> CheckReport:
+    required = GEOM_CLEARANCE_M if exact else data.margin / 2
+    result = sweep(model, families, data.times, data.positions, required)
+    proved = not result.contacts and np.isfinite(result.proved)
+    return CheckReport(
+        violations=(*violations, *contact_violations(result)),
+        min_clearance_m=float(min(result.proved, result.least)) if proved else None,
+        found_clearance_m=result.least if result.touch else None,
+        where=" and ".join(result.touch.things) if result.touch else "",
+        time_s=result.time if result.touch else None,
+        spheres=_geometry(data, exact),
+        margin_m=data.margin,
+        required_m=required,
+        instants=result.instants,
+    )

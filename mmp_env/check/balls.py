@@ -1,0 +1,116 @@
+"""The broad phase: one ball a part, whatever is in it."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.check.distance import chord_minimum, solid_distance, tangent_minimum
+from mmp_env.check.fields import rotation
+from mmp_env.check.items import Items, Touch
+from mmp_env.check.model import CellModel, Parts, Poses
+from mmp_env.check.pairs import Pairs, Strays
+from mmp_env.check.reading import Solid
+
+
+class BallPairs:
+    """Balls of parts against each other."""
+
+    def __init__(self, model: CellModel, parts: Parts, pairs: Pairs) -> None:
+        self._model, self._parts, self._pairs = model, parts, pairs
+        first, second, inner = pairs.first, pairs.second, pairs.inner[:, None]
+        reach = parts.reach[second] + np.where(inner, 0.0, parts.reach[first])
+        common = parts.moves[first] & inner
+        self._strays = Strays(model.cell, reach, common)
+        self._part_strays = Strays(model.cell, parts.reach)
+        self._inner_strays = Strays(model.cell, reach[pairs.inner], common[pairs.inner])
+        self._radii = parts.radius[first] + parts.radius[second]
+
+    def __len__(self) -> int:
+        return len(self._pairs)
+
+    def coarse(self, poses: Poses) -> Float[np.ndarray, "m p"]:
+        """Lower bounds on the clearance [m] of all pairs in the steps between consecutive poses."""
+        parts, first, second, inner = self._parts, self._pairs.first, self._pairs.second, self._pairs.inner
+        balls = ball_centers(parts, poses)
+        apart = balls[:, second] - balls[:, first]
+        body = parts.body[first[inner]]
+        center = balls[:, second[inner]] - poses.positions[:, body]
+        turned = np.einsum("mpji,mpj->mpi", poses.rotations[:, body], center)
+        apart[:, inner] = turned - parts.center[first[inner]]
+        start, step = apart[:-1], np.diff(apart, axis=0)
+        least = chord_minimum(_dot(start, start), _dot(start, step), _dot(step, step))
+        turn = np.abs(np.diff(poses.q, axis=0))
+        stray = self._part_strays.all(turn)
+        stray = stray[:, first] + stray[:, second]
+        stray[:, inner] = self._inner_strays.all(turn)
+        return least - self._radii - stray
+
+    def strays(self, poses: Poses, items: Items) -> Float[np.ndarray, "i"]:
+        """How far the points of each item may stray from chords [m]."""
+        return self._strays.each(np.abs(poses.q[items.end] - poses.q[items.start]), items.pair)
+
+    def names(self, pair: int) -> Touch:
+        """What a pair is called."""
+        ends = (int(self._pairs.first[pair]), int(self._pairs.second[pair]))
+        arms = tuple(self._model.cell.arms[self._parts.arm[k]].name for k in ends)
+        things = tuple(f"{arm}/{self._parts.links[k]}" for arm, k in zip(arms, ends, strict=True))
+        if self._pairs.inner[pair]:
+            return Touch(rule="self", arms=arms[:1], things=things)
+        return Touch(rule="arm-arm", arms=arms, things=things)
+
+
+class BallSolids:
+    """Balls of moving parts against obstacles: pairs of parts `part` [p] and solids `solid` [p]."""
+
+    def __init__(self, model: CellModel, parts: Parts) -> None:
+        moving = np.flatnonzero(parts.moves.any(axis=1))
+        solids = model.cell.solids
+        self._model, self._parts, self._moving, self._solids = model, parts, moving, solids
+        self.part = np.tile(moving, len(solids))
+        self.solid = np.repeat(np.arange(len(solids)), len(moving))
+        self._strays = Strays(model.cell, parts.reach)
+
+    def __len__(self) -> int:
+        return len(self.part)
+
+    def coarse(self, poses: Poses) -> Float[np.ndarray, "m p"]:
+        """Lower bounds on the clearance [m] of all pairs in the steps between consecutive poses."""
+        balls = ball_centers(self._parts, poses)[:, self._moving]
+        least = np.empty((len(balls) - 1, len(self._solids), len(self._moving)))
+        for k, solid in enumerate(self._solids):
+            least[:, k] = step_minimum(solid, balls[:-1], balls[1:])[0]
+        stray = self._strays.all(np.abs(np.diff(poses.q, axis=0)))
+        return least.reshape(len(least), -1) - (self._parts.radius + stray)[:, self.part]
+
+    def strays(self, poses: Poses, items: Items) -> Float[np.ndarray, "i"]:
+        """How far the points of each item may stray from chords [m]."""
+        return self._strays.each(np.abs(poses.q[items.end] - poses.q[items.start]), self.part[items.pair])
+
+    def names(self, pair: int) -> Touch:
+        """What a pair is called."""
+        part = self.part[pair]
+        arm = self._model.cell.arms[self._parts.arm[part]].name
+        things = (f"{arm}/{self._parts.links[part]}", f"obstacle/{self._solids[self.solid[pair]].name}")
+        return Touch(rule="arm-obstacle", arms=(arm,), things=things)
+
+
+def ball_centers(parts: Parts, poses: Poses) -> Float[np.ndarray, "m p 3"]:
+    """Centres of all parts' balls in the world."""
+    return poses.positions[:, parts.body] + np.einsum("mpij,pj->mpi", poses.rotations[:, parts.body], parts.center)
+
+
+def step_minimum(
+    solid: Solid, start: Float[np.ndarray, "*n 3"], end: Float[np.ndarray, "*n 3"]
+) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
+    """Signed distance [m] to a solid of points on chords: a lower bound over the chord, and the values at both ends."""
+    turn = rotation(solid.quaternion)
+    start, end = (start - solid.position) @ turn, (end - solid.position) @ turn
+    first, slope = solid_distance(solid.shape, solid.size, start)
+    last, slope_back = solid_distance(solid.shape, solid.size, end)
+    step = end - start
+    return tangent_minimum(first, _dot(slope, step), last, -_dot(slope_back, step)), first, last
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("...i,...i->...", a, b)

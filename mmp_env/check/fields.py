@@ -1,0 +1,113 @@
+"""Fields of a JSON document, taken with the suspicion that a checker owes them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.check.report import Violation
+
+
+class UnreadableError(Exception):
+    """The document says something that the checker cannot take at its word; `rule` is `schema` or `shape`."""
+
+    def __init__(self, message: str, rule: str = "schema") -> None:
+        super().__init__(message)
+        self.violation = Violation(rule=rule, message=message)
+
+
+def member(data: Any, key: str, where: str) -> Any:
+    """`data[key]` of a JSON object. Raises `UnreadableError`."""
+    if not isinstance(data, Mapping):
+        raise UnreadableError(f"{where} is not a JSON object")
+    if key not in data:
+        raise UnreadableError(f"{where} has no '{key}'")
+    return data[key]
+
+
+def known(data: Any, keys: Collection[str], where: str) -> None:
+    """Refuses keys that the checker does not know, unless null: they might say something about the geometry."""
+    if not isinstance(data, Mapping):
+        raise UnreadableError(f"{where} is not a JSON object")
+    for key, value in data.items():
+        if key not in keys and value is not None:
+            raise UnreadableError(f"{where} has '{key}', which this checker does not know; it knows {', '.join(keys)}")
+
+
+def listed(data: Any, key: str, where: str, *, optional: bool = False) -> list[Any]:
+    """A list of a JSON object, empty where it is optional and absent. Raises `UnreadableError`."""
+    value = data.get(key, []) if optional else member(data, key, where)
+    if not isinstance(value, list | tuple):
+        raise UnreadableError(f"{key} of {where} is not a list")
+    return list(value)
+
+
+def text(data: Any, key: str, where: str, allowed: Collection[str] | None = None) -> str:
+    """A string of a JSON object, one of `allowed`. Raises `UnreadableError`."""
+    value = member(data, key, where)
+    if not isinstance(value, str):
+        raise UnreadableError(f"{key} of {where} is not a string")
+    if allowed is not None and value not in allowed:
+        raise UnreadableError(f"{key} of {where} is '{value}'; known: {', '.join(allowed)}")
+    return value
+
+
+def name(data: Any, where: str) -> str:
+    """The `name` of an arm or obstacle; without a slash, so that it can stand in MuJoCo's names. Raises `UnreadableError`."""
+    value = text(data, "name", where)
+    if not value or "/" in value:
+        raise UnreadableError(f"name of {where} is '{value}'; it must have letters and no slash")
+    return value
+
+
+def numbers(value: Any, shape: tuple[int | None, ...], where: str) -> Float[np.ndarray, "..."]:
+    """An array of that shape (None: any length), NaN and infinity among its values. Raises `UnreadableError`."""
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise UnreadableError(f"{where} is ragged", "shape") from None
+    if array.size == 0 and array.dtype.kind != "O":
+        array = array.astype(float)
+    # A boolean, a string or null among the numbers changes the kind.
+    if array.dtype.kind not in "iuf":
+        raise UnreadableError(f"{where} does not hold numbers only")
+    if array.ndim != len(shape) or any(want not in (None, has) for want, has in zip(shape, array.shape, strict=True)):
+        wanted = " x ".join("any" if want is None else str(want) for want in shape) or "one number"
+        raise UnreadableError(f"{where} has shape {list(array.shape)}; it must be {wanted}", "shape")
+    return array.astype(float)
+
+
+def positive(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.ndarray, "..."]:
+    """Finite numbers above zero. Raises `UnreadableError`."""
+    array = numbers(value, shape, where)
+    if not (np.isfinite(array) & (array > 0)).all():
+        raise UnreadableError(f"{where} must be finite and above zero")
+    return array
+
+
+def pose(data: Any, where: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
+    """Position [m] and unit quaternion (wxyz) from `position` and `yaw` [rad] or `quaternion`. Raises `UnreadableError`."""
+    position = numbers(member(data, "position", where), (3,), f"position of {where}")
+    quaternion = np.array([1.0, 0.0, 0.0, 0.0])
+    if data.get("yaw") is not None and data.get("quaternion") is not None:
+        raise UnreadableError(f"{where} has a yaw and a quaternion; it must be one of them")
+    if data.get("yaw") is not None:
+        yaw = float(numbers(data["yaw"], (), f"yaw of {where}"))
+        quaternion = np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
+    elif data.get("quaternion") is not None:
+        quaternion = numbers(data["quaternion"], (4,), f"quaternion of {where}")
+    length = np.linalg.norm(quaternion)
+    if not (np.isfinite(position).all() and np.isfinite(length) and length > 0):
+        raise UnreadableError(f"the pose of {where} must be finite numbers, its quaternion not zero")
+    return position, quaternion / length
+
+
+def rotation(quaternion: Float[np.ndarray, "4"]) -> Float[np.ndarray, "3 3"]:
+    """Rotation matrix of a unit quaternion (wxyz)."""
+    out = np.empty(9)
+    mujoco.mju_quat2Mat(out, quaternion)
+    return out.reshape(3, 3)

@@ -1,0 +1,88 @@
+"""What is measured: pairs of things in steps of time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from mmp_env.check.model import Poses
+
+
+@dataclass(frozen=True, kw_only=True)
+class Touch:
+    """A pair in words: the rule that keeps it apart, the arms, the two `things` (`arm0/forearm`)."""
+
+    rule: str
+    arms: tuple[str, ...]
+    things: tuple[str, str]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Items:
+    """Pairs in steps: `start`, `end` [i] are indices into poses, `pair` [i] into the pairs of a family."""
+
+    start: Int[np.ndarray, "i"]
+    end: Int[np.ndarray, "i"]
+    pair: Int[np.ndarray, "i"]
+
+    def __len__(self) -> int:
+        return len(self.pair)
+
+    def __getitem__(self, chosen: np.ndarray | slice) -> Items:
+        return Items(start=self.start[chosen], end=self.end[chosen], pair=self.pair[chosen])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bounds:
+    """Of items: `lower` [i] holds at every instant of the step, `found` [i] is met at one of its ends, the pose `at` [i]."""
+
+    lower: Float[np.ndarray, "i"]
+    found: Float[np.ndarray, "i"]
+    at: Int[np.ndarray, "i"]
+
+    @classmethod
+    def of(
+        cls,
+        items: Items,
+        lower: Float[np.ndarray, "i"],
+        at_start: Float[np.ndarray, "i"],
+        at_end: Float[np.ndarray, "i"],
+    ) -> Bounds:
+        """From a lower bound and the clearances at both ends of the steps."""
+        return cls(
+            lower=lower,
+            found=np.minimum(at_start, at_end),
+            at=np.where(at_start <= at_end, items.start, items.end),
+        )
+
+
+class Family(Protocol):
+    """Pairs of one sort (clouds and clouds, clouds and obstacles, geoms ...) and how to measure them."""
+
+    def __len__(self) -> int:
+        """The number of pairs."""
+        ...
+
+    def coarse(self, poses: Poses) -> Float[np.ndarray, "m p"]:
+        """Lower bounds on the clearance [m] of all pairs in the steps between consecutive poses."""
+        ...
+
+    def narrow(self, poses: Poses, items: Items) -> Bounds:
+        """Good bounds for a few pairs and steps."""
+        ...
+
+    def names(self, pair: int) -> Touch:
+        """What the pair is called."""
+        ...
+
+
+def by_pair(items: Items) -> Iterator[tuple[int, Int[np.ndarray, "k"]]]:
+    """Each pair among the items, and which items are its."""
+    order = np.argsort(items.pair, kind="stable")
+    pairs, first = np.unique(items.pair[order], return_index=True)
+    for pair, chosen in zip(pairs, np.split(order, first[1:]), strict=True):
+        yield int(pair), chosen

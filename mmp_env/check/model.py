@@ -1,0 +1,205 @@
+"""The cell in MuJoCo, composed here from the robots' MJCF, and what moves rigidly in it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from mmp_env.check.fields import UnreadableError
+from mmp_env.check.reading import DATA, CellData, robot_data
+
+_GEOMS = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Poses:
+    """The cell at some instants: `times` [m] [s], `q` [m, n] [rad], and the pose of every body in the world."""
+
+    times: Float[np.ndarray, "m"]
+    q: Float[np.ndarray, "m n"]
+    positions: Float[np.ndarray, "m b 3"]
+    rotations: Float[np.ndarray, "m b 3 3"]
+
+    def __add__(self, other: Poses) -> Poses:
+        return Poses(
+            times=np.concatenate([self.times, other.times]),
+            q=np.concatenate([self.q, other.q]),
+            positions=np.concatenate([self.positions, other.positions]),
+            rotations=np.concatenate([self.rotations, other.rotations]),
+        )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Parts:
+    """Rigid parts, each carried by one body: the sphere cloud of a link or tool, or one geom.
+
+    `arm` [p] is the index of the arm; `moves` [p, k] says that joint k moves the part. A part lies in the ball about
+    `center` [p, 3] (in its body's frame) of `radius` [p], and none of its moving points (sphere centres, or the points of
+    a geom) ever comes farther from the axis of joint k than `reach` [p, k], 0 for joints that do not move it.
+    """
+
+    links: tuple[str, ...]
+    arm: Int[np.ndarray, "p"]
+    body: Int[np.ndarray, "p"]
+    moves: Bool[np.ndarray, "p n"]
+    center: Float[np.ndarray, "p 3"]
+    radius: Float[np.ndarray, "p"]
+    reach: Float[np.ndarray, "p n"]
+
+
+class CellModel:
+    """MuJoCo's model of a cell and its kinematics; joints side by side, arm after arm."""
+
+    def __init__(self, cell: CellData) -> None:
+        self.cell = cell
+        self.mujoco = _compile(cell)
+        joints = [self.mujoco.joint(f"{arm.name}/joint{k + 1}") for arm in cell.arms for k in range(arm.dof)]
+        if any(joint.type[0] != mujoco.mjtJoint.mjJNT_HINGE for joint in joints):
+            raise UnreadableError("the motion bounds hold for revolute joints only")
+        self._address = np.array([joint.qposadr[0] for joint in joints])
+        self._column = {int(joint.id): k for k, joint in enumerate(joints)}
+        self._data = mujoco.MjData(self.mujoco)
+        self.place(np.zeros(len(joints)))
+        # Anchors and axes of all joints in a reference configuration: `reaches` does not depend on which one.
+        self._anchors = np.array([self._data.xanchor[joint.id] for joint in joints])
+        self._axes = np.array([self._data.xaxis[joint.id] for joint in joints])
+        self._reference = self.poses(np.zeros(1), np.zeros((1, len(joints))))
+
+    def place(self, q: Float[np.ndarray, "n"]) -> mujoco.MjData:
+        """MuJoCo's data with all bodies and geoms where `q` [rad] puts them; valid until the next call."""
+        self._data.qpos[self._address] = q
+        mujoco.mj_kinematics(self.mujoco, self._data)
+        return self._data
+
+    def poses(self, times: Float[np.ndarray, "m"], q: Float[np.ndarray, "m n"]) -> Poses:
+        """The cell at configurations `q` [rad]."""
+        positions = np.empty((len(q), self.mujoco.nbody, 3))
+        rotations = np.empty((len(q), self.mujoco.nbody, 9))
+        for k, row in enumerate(q):
+            data = self.place(row)
+            positions[k], rotations[k] = data.xpos, data.xmat
+        return Poses(times=times, q=q, positions=positions, rotations=rotations.reshape(*positions.shape, 3))
+
+    def moves(self, body: int) -> Bool[np.ndarray, "n"]:
+        """Which joints move a body."""
+        out = np.zeros(len(self._address), dtype=bool)
+        while body:
+            first, count = self.mujoco.body_jntadr[body], self.mujoco.body_jntnum[body]
+            out[[self._column[j] for j in range(first, first + count)]] = True
+            body = int(self.mujoco.body_parentid[body])
+        return out
+
+    def reaches(
+        self, body: int, points: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]
+    ) -> Float[np.ndarray, "n"]:
+        """Largest distance [m] from each joint's axis of balls on a body, at any configuration.
+
+        Turned about the axis of the joint that carries it, a ball sweeps a set inside the ball about the foot of its centre
+        on that axis, with its distance from the axis added to its radius. That ball is fixed in the next link inwards.
+        """
+        out = np.zeros(len(self._address))
+        frame = self._reference
+        centers = frame.positions[0, body] + points @ frame.rotations[0, body].T
+        radii = np.array(radii)
+        for k in np.flatnonzero(self.moves(body))[::-1]:
+            foot = self._anchors[k] + np.outer((centers - self._anchors[k]) @ self._axes[k], self._axes[k])
+            radii += np.linalg.norm(centers - foot, axis=1)
+            centers = foot
+            out[k] = radii.max()
+        return out
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cloud:
+    """The spheres of one link or tool, in its frame, and a ball around them (`center`, `radius`) [m]."""
+
+    link: str
+    centers: Float[np.ndarray, "s 3"]
+    radii: Float[np.ndarray, "s"]
+    center: Float[np.ndarray, "3"]
+    radius: float
+
+
+def sphere_parts(model: CellModel) -> tuple[Parts, tuple[Cloud, ...]]:
+    """One part and its cloud for every link or tool that has spheres."""
+    rows, clouds = [], []
+    for index, arm in enumerate(model.cell.arms):
+        mine = _clouds("robots", arm.model, model.cell.spheres)
+        for cloud in mine + (_clouds("tools", arm.tool, model.cell.spheres) if arm.tool else ()):
+            body = model.mujoco.body(f"{arm.name}/{cloud.link}").id
+            points = np.vstack([cloud.centers, cloud.center])
+            reach = model.reaches(body, points, np.zeros(len(points)))
+            rows.append((cloud.link, index, body, model.moves(body), cloud.center, cloud.radius, reach))
+            clouds.append(cloud)
+    return stack_parts(rows), tuple(clouds)
+
+
+@functools.cache
+def _clouds(folder: str, name: str, spheres: str) -> tuple[Cloud, ...]:
+    rows = robot_data(folder, name, "spheres.json")[spheres]
+    by_link = rows if isinstance(rows, dict) else {name: rows}
+    out = []
+    for link, table in by_link.items():
+        centers, radii = np.array(table, dtype=float)[:, :3], np.array(table, dtype=float)[:, 3]
+        center, radius = enclosing_ball(centers, radii)
+        out.append(Cloud(link=link, centers=centers, radii=radii, center=center, radius=radius))
+    return tuple(out)
+
+
+def stack_parts(rows: Sequence[tuple]) -> Parts:
+    """Parts from rows (link, arm, body, moves, centre, radius, reach)."""
+    links, arm, body, moves, center, radius, reach = zip(*rows, strict=True)
+    return Parts(
+        links=links,
+        arm=np.array(arm),
+        body=np.array(body),
+        moves=np.array(moves),
+        center=np.array(center),
+        radius=np.array(radius),
+        reach=np.array(reach),
+    )
+
+
+def enclosing_ball(
+    centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]
+) -> tuple[Float[np.ndarray, "3"], float]:
+    """A ball around spheres, close to the smallest: its centre moves towards the farthest sphere in shrinking steps."""
+    center = centers.mean(axis=0)
+    for k in range(100):
+        center = center + (centers[np.argmax(np.linalg.norm(centers - center, axis=1) + radii)] - center) / (k + 2)
+    return center, float((np.linalg.norm(centers - center, axis=1) + radii).max())
+
+
+def _compile(cell: CellData) -> mujoco.MjModel:
+    spec = mujoco.MjSpec()
+    for solid in cell.solids:
+        spec.worldbody.add_geom(
+            name=f"obstacle/{solid.name}",
+            type=_GEOMS[solid.shape],
+            size=solid.size,
+            pos=solid.position,
+            quat=solid.quaternion,
+        )
+    for arm in cell.arms:
+        frame = spec.worldbody.add_frame(pos=arm.position, quat=arm.quaternion)
+        spec.attach(_mjcf("robots", arm.model), frame=frame, prefix=f"{arm.name}/")
+        if arm.tool:
+            spec.attach(_mjcf("tools", arm.tool), site=spec.site(f"{arm.name}/flange"), prefix=f"{arm.name}/")
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise UnreadableError(f"MuJoCo does not take the cell: {error}") from None
+
+
+def _mjcf(folder: str, name: str) -> mujoco.MjSpec:
+    return mujoco.MjSpec.from_file(str(DATA / folder / name / f"{name}.xml"))

@@ -1,0 +1,84 @@
+"""Pairs of parts that must keep apart, and how far their points may stray from straight lines during a step.
+
+A step is a stretch of time in which every joint moves linearly. The joints turn by dq; a point c(s), s in [0, 1], then has
+|c''| <= sum_jk |dq_j| |dq_k| reach(max(j, k)), so it strays from the chord between its ends by an eighth of that at most
+(docs/checking.md has the derivation). Two parts of one arm are compared in the frame of the inner one, where only the
+joints between them count.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from mmp_env.check.model import Parts
+from mmp_env.check.reading import Arm, CellData, robot_data
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pairs:
+    """Parts `first` [p] against parts `second` [p]. `inner` [p]: both of one arm, compared in the frame of `first`."""
+
+    first: Int[np.ndarray, "p"]
+    second: Int[np.ndarray, "p"]
+    inner: Bool[np.ndarray, "p"]
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+
+def part_pairs(cell: CellData, parts: Parts) -> Pairs:
+    """Parts of different arms unless both are bases, and parts of one arm unless its data say that they may overlap.
+
+    Two parts on one link of an arm are no pair.
+    """
+    ignored = [ignored_links(arm, cell.spheres) for arm in cell.arms]
+    rows = []
+    joints = parts.moves.sum(axis=1)
+    for i, j in combinations(range(len(parts.links)), 2):
+        if parts.arm[i] != parts.arm[j]:
+            if joints[i] or joints[j]:
+                rows.append((i, j, False))
+        elif parts.links[i] != parts.links[j]:
+            if frozenset((parts.links[i], parts.links[j])) not in ignored[parts.arm[i]]:
+                rows.append((i, j, True) if joints[i] <= joints[j] else (j, i, True))
+    table = np.array(rows, dtype=int).reshape(-1, 3)
+    return Pairs(first=table[:, 0], second=table[:, 1], inner=table[:, 2].astype(bool))
+
+
+def ignored_links(arm: Arm, spheres: str) -> set[frozenset[str]]:
+    """Pairs of links (and the tool) that are left out of the self test with a sphere set."""
+    out = {frozenset(pair) for pair in arm.robot["self_collision_ignore"][spheres]}
+    if arm.tool:
+        links = robot_data("tools", arm.tool, "tool.json")["self_collision_ignore"][spheres]
+        out |= {frozenset((arm.tool, link)) for link in links}
+    return out
+
+
+class Strays:
+    """Bounds on how far the points of pairs stray from their chords in a step, summed over both parts [m]."""
+
+    def __init__(
+        self, cell: CellData, reach: Float[np.ndarray, "p n"], common: Bool[np.ndarray, "p n"] | None = None
+    ) -> None:
+        """`reach` of a pair is the sum over its parts; joints that move both parts of an inner pair are `common`."""
+        arm = np.repeat(np.arange(len(cell.arms)), [arm.dof for arm in cell.arms])
+        joint = np.arange(len(arm))
+        self._before = ((arm[:, None] == arm) & (joint[:, None] < joint)).astype(float)
+        self._common = np.zeros_like(reach) if common is None else common.astype(float)
+        self._reach = reach * (1.0 - self._common)
+
+    def all(self, turn: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m p"]:
+        """All pairs in steps in which the joints turn by |dq| = `turn` [rad]."""
+        weight = turn * (turn + 2.0 * turn @ self._before)
+        shared = turn @ self._common.T
+        return (weight @ self._reach.T - 2.0 * shared * (turn @ self._reach.T)) / 8.0
+
+    def each(self, turn: Float[np.ndarray, "m n"], pair: Int[np.ndarray, "m"]) -> Float[np.ndarray, "m"]:
+        """One pair per step."""
+        weight = turn * (turn + 2.0 * turn @ self._before)
+        shared = np.einsum("mn,mn->m", turn, self._common[pair])
+        return np.einsum("mn,mn->m", weight - 2.0 * shared[:, None] * turn, self._reach[pair]) / 8.0

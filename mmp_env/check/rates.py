@@ -1,0 +1,79 @@
+"""The rules for retimed plans: acceleration and jerk, and the rates that the file states beside its positions.
+
+Divided differences of a motion are means of its derivatives over a few samples, so they keep every limit that the motion
+keeps: a plan that breaks one here breaks it for certain. The arms rest before and after.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.check.reading import PlanData
+from mmp_env.check.report import Violation
+from mmp_env.check.rules import exceeded
+
+RATE_TOLERANCE = 1e-6
+"""Relative."""
+_ROUNDING = 8 * np.finfo(float).eps
+
+
+def derivatives(plan: PlanData) -> Iterator[Violation]:
+    """Acceleration and jerk stay within the problem's limits, where it has any; stated rates fit the positions."""
+    if (np.diff(plan.times) <= 0).any():
+        return
+    if plan.max_acceleration is not None:
+        rate, at = divided_differences(plan.times, plan.positions, 2)
+        text = "has an acceleration of"
+        yield from exceeded(plan, "acceleration", text, "rad/s^2", rate, plan.max_acceleration, at, RATE_TOLERANCE)
+    if plan.max_jerk is not None:
+        rate, at = divided_differences(plan.times, plan.positions, 3)
+        yield from exceeded(plan, "jerk", "has a jerk of", "rad/s^3", rate, plan.max_jerk, at, RATE_TOLERANCE)
+    if plan.velocities is not None:
+        allowed = np.minimum(plan.max_velocity, plan.of_robots("velocity"))
+        yield from exceeded(
+            plan, "rates", "states a velocity of", "rad/s", plan.velocities, allowed, plan.times, RATE_TOLERANCE
+        )
+        growth = plan.of_robots("acceleration") if plan.max_acceleration is None else plan.max_acceleration
+        yield from _follows(plan, "velocities", "rad/s^2", plan.positions, plan.velocities, growth)
+    if plan.accelerations is not None:
+        allowed = plan.of_robots("acceleration") if plan.max_acceleration is None else plan.max_acceleration
+        text = "states an acceleration of"
+        yield from exceeded(plan, "rates", text, "rad/s^2", plan.accelerations, allowed, plan.times, RATE_TOLERANCE)
+        if plan.velocities is not None:
+            growth = plan.of_robots("jerk") if plan.max_jerk is None else plan.max_jerk
+            yield from _follows(plan, "accelerations", "rad/s^3", plan.velocities, plan.accelerations, growth)
+
+
+def divided_differences(
+    times: Float[np.ndarray, "t"], q: Float[np.ndarray, "t n"], order: int
+) -> tuple[Float[np.ndarray, "u n"], Float[np.ndarray, "u"]]:
+    """Means of the derivative of that order [rad/s^order], less what rounding may add, and the times [s] they begin at."""
+    first, last = (times[1] - times[0], times[-1] - times[-2]) if len(times) > 1 else (1.0, 1.0)
+    beyond = np.arange(1, order + 1)
+    clock = np.concatenate([times[0] - first * beyond[::-1], times, times[-1] + last * beyond])
+    rate = np.pad(q, ((order, order), (0, 0)), mode="edge")
+    noise = _ROUNDING * np.maximum(np.abs(rate), 1.0)
+    for k in range(1, order + 1):
+        span = (clock[k:] - clock[:-k])[:, None] / k
+        rate, noise = np.diff(rate, axis=0) / span, (noise[1:] + noise[:-1]) / span
+    return np.maximum(np.abs(rate) - noise, 0.0), np.clip(clock[: len(rate)], 0.0, times[-1])
+
+
+def _follows(
+    plan: PlanData,
+    what: str,
+    unit: str,
+    integral: Float[np.ndarray, "t n"],
+    stated: Float[np.ndarray, "t n"],
+    growth: Float[np.ndarray, "n"],
+) -> Iterator[Violation]:
+    """Over a step, a rate that grows by `growth` [1/s] at most stays near the mean that the positions show."""
+    step = np.diff(plan.times)[:, None]
+    noise = _ROUNDING * np.maximum(np.abs(integral[1:]), 1.0) / step
+    off = np.abs(np.diff(integral, axis=0) / step - (stated[1:] + stated[:-1]) / 2) - noise
+    text = f"states {what} that fit its motion only at a change of"
+    need = 2 * np.maximum(off, 0.0) / step
+    yield from exceeded(plan, "rates", text, unit, need, growth, plan.times[:-1], RATE_TOLERANCE)

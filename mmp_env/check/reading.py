@@ -1,0 +1,193 @@
+"""The checker's own reading of a plan.json: it shares no code with the cell and problem files that planners read."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.check.fields import UnreadableError, known, listed, member, name, numbers, pose, positive, text
+
+SCHEMA = "mmp-plan/1"
+DATA = Path(__file__).parent.parent
+_SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
+_POSE_KEYS = ("position", "yaw", "quaternion")
+_CELL_KEYS = ("name", "arms", "obstacles", "spheres")
+_PROBLEM_KEYS = ("name", "cell", "start", "goal", "max_velocity", "max_acceleration", "max_jerk", "margin")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Arm:
+    """An arm as the file names it; `robot` is the content of robot.json, `position` [m] and `quaternion` its base."""
+
+    name: str
+    model: str
+    robot: Mapping[str, Any]
+    tool: str | None
+    position: Float[np.ndarray, "3"]
+    quaternion: Float[np.ndarray, "4"]
+
+    @property
+    def dof(self) -> int:
+        return len(self.robot["joints"])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Solid:
+    """An obstacle; `size` [m] as MuJoCo has it: half edges, or radius and half length without caps."""
+
+    name: str
+    shape: str
+    size: Float[np.ndarray, "3"]
+    position: Float[np.ndarray, "3"]
+    quaternion: Float[np.ndarray, "4"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CellData:
+    """Arms, obstacles and the sphere set (`28` or `fine`) that stands for the arms."""
+
+    arms: tuple[Arm, ...]
+    solids: tuple[Solid, ...]
+    spheres: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PlanData:
+    """What a plan.json says. Joint data are [n] or [t, n]: the joints of all arms side by side, in the order of the cell.
+
+    What only retimed plans have is None elsewhere.
+    """
+
+    cell: CellData
+    margin: float
+    times: Float[np.ndarray, "t"]
+    positions: Float[np.ndarray, "t n"]
+    start: Float[np.ndarray, "n"]
+    goal: Float[np.ndarray, "n"]
+    max_velocity: Float[np.ndarray, "n"]
+    max_acceleration: Float[np.ndarray, "n"] | None = None
+    max_jerk: Float[np.ndarray, "n"] | None = None
+    velocities: Float[np.ndarray, "t n"] | None = None
+    accelerations: Float[np.ndarray, "t n"] | None = None
+
+    @property
+    def joints(self) -> list[tuple[str, int]]:
+        """Arm and joint (from 1) of each column."""
+        return [(arm.name, k + 1) for arm in self.cell.arms for k in range(arm.dof)]
+
+    def of_robots(self, key: str) -> Float[np.ndarray, "n"]:
+        """A property of all joints, as robot.json has it."""
+        return np.array([joint[key] for arm in self.cell.arms for joint in arm.robot["joints"]], dtype=float)
+
+
+def read_plan(data: Any) -> PlanData:
+    """The plan in `data`, the content of a plan.json. Raises `UnreadableError`."""
+    if member(data, "schema", "the plan") != SCHEMA:
+        raise UnreadableError(f"schema is {data['schema']!r}; this checker reads '{SCHEMA}'")
+    problem = member(data, "problem", "the plan")
+    known(problem, _PROBLEM_KEYS, "problem")
+    cell = read_cell(member(problem, "cell", "problem"))
+    times = numbers(member(data, "times", "the plan"), (None,), "times")
+    if times.size == 0:
+        raise UnreadableError("times is empty; a plan has at least one", "shape")
+
+    dof = sum(arm.dof for arm in cell.arms)
+
+    def limit(key: str) -> np.ndarray | None:
+        given = problem.get(key)
+        if given is None or isinstance(given, Mapping):
+            return None if given is None else positive(_by_arm(cell, given, key), key, (dof,))
+        return np.full(dof, float(positive(given, key)))
+
+    def rates(key: str) -> np.ndarray | None:
+        return None if data.get(key) is None else _by_arm(cell, data[key], key, times.size)
+
+    max_velocity = limit("max_velocity")
+    if max_velocity is None:
+        raise UnreadableError("problem has no 'max_velocity'")
+    return PlanData(
+        cell=cell,
+        margin=float(positive(member(problem, "margin", "problem"), "margin")),
+        times=times,
+        positions=_by_arm(cell, member(data, "positions", "the plan"), "positions", times.size),
+        start=_by_arm(cell, member(problem, "start", "problem"), "start"),
+        goal=_by_arm(cell, member(problem, "goal", "problem"), "goal"),
+        max_velocity=max_velocity,
+        max_acceleration=limit("max_acceleration"),
+        max_jerk=limit("max_jerk"),
+        velocities=rates("velocities"),
+        accelerations=rates("accelerations"),
+    )
+
+
+def read_cell(data: Any) -> CellData:
+    """The cell of a plan.json. Raises `UnreadableError`."""
+    known(data, _CELL_KEYS, "cell")
+    arms = tuple(_arm(entry, f"arm {k}") for k, entry in enumerate(listed(data, "arms", "cell")))
+    solids = tuple(
+        _solid(entry, f"obstacle {k}") for k, entry in enumerate(listed(data, "obstacles", "cell", optional=True))
+    )
+    if not arms:
+        raise UnreadableError("the cell has no arms")
+    for kind, names in (("arms", [arm.name for arm in arms]), ("obstacles", [solid.name for solid in solids])):
+        if len(set(names)) < len(names):
+            raise UnreadableError(f"two {kind} of the cell have the same name")
+    spheres = str(data.get("spheres", "fine"))
+    if spheres not in ("28", "fine"):
+        raise UnreadableError(f"spheres of the cell is '{spheres}'; known: 28, fine")
+    return CellData(arms=arms, solids=solids, spheres=spheres)
+
+
+@functools.cache
+def robot_data(folder: str, name: str, file: str) -> Any:
+    """The content of a JSON file of a robot or tool. Raises `UnreadableError` where there is no such robot."""
+    names = sorted(path.parent.name for path in (DATA / folder).glob(f"*/{file}"))
+    if name not in names:
+        raise UnreadableError(f"'{name}' is not among the {folder}: {', '.join(names)}")
+    return json.loads((DATA / folder / name / file).read_text())
+
+
+def _arm(data: Any, where: str) -> Arm:
+    known(data, ("name", "robot", "tool", *_POSE_KEYS), where)
+    arm = name(data, where)
+    model = text(data, "robot", f"arm '{arm}'")
+    robot = robot_data("robots", model, "robot.json")
+    tool = data.get("tool", robot["default_tool"])
+    tool = None if tool in (None, "none") else text({"tool": tool}, "tool", f"arm '{arm}'")
+    if tool:
+        robot_data("tools", tool, "tool.json")
+    position, quaternion = pose(data, f"arm '{arm}'")
+    return Arm(name=arm, model=model, robot=robot, tool=tool, position=position, quaternion=quaternion)
+
+
+def _solid(data: Any, where: str) -> Solid:
+    shape = text(data, "shape", where, tuple(_SIZES))
+    known(data, ("name", "shape", *_SIZES[shape], *_POSE_KEYS), f"{where}, a {shape}")
+    solid = name(data, where)
+    where = f"obstacle '{solid}'"
+    size = np.zeros(3)
+    if shape == "box":
+        size[:] = positive(member(data, "size", where), f"size of {where}", (3,)) / 2
+    else:
+        size[0] = positive(member(data, "radius", where), f"radius of {where}")
+        if shape != "sphere":
+            size[1] = positive(member(data, "length", where), f"length of {where}") / 2
+    position, quaternion = pose(data, where)
+    return Solid(name=solid, shape=shape, size=size, position=position, quaternion=quaternion)
+
+
+def _by_arm(cell: CellData, data: Any, key: str, rows: int | None = None) -> np.ndarray:
+    """Arm name -> configuration (or one per time), side by side."""
+    known(data, [arm.name for arm in cell.arms], key)
+    columns = []
+    for arm in cell.arms:
+        shape = (arm.dof,) if rows is None else (rows, arm.dof)
+        columns.append(numbers(member(data, arm.name, key), shape, f"{key} of arm '{arm.name}'"))
+    return np.concatenate(columns, axis=-1)

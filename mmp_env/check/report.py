@@ -1,0 +1,96 @@
+"""What a check found: violations, and the proof where there is one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+RULES = (
+    "schema",
+    "shape",
+    "finite",
+    "times",
+    "start",
+    "goal",
+    "limits",
+    "speed",
+    "rates",
+    "acceleration",
+    "jerk",
+    "arm-obstacle",
+    "self",
+    "arm-arm",
+)
+"""Every rule that a violation may name, in the order in which they are looked at."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Violation:
+    """One broken rule: `message` is a sentence, `time_s` [s] where it is worst, `values` the numbers behind it."""
+
+    rule: str
+    message: str
+    time_s: float | None = None
+    arms: tuple[str, ...] = ()
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return f"{self.rule}: {self.message}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """The fields as JSON values."""
+        return {
+            "rule": self.rule,
+            "message": self.message,
+            "time_s": self.time_s,
+            "arms": list(self.arms),
+            "values": dict(self.values),
+        }
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CheckReport:
+    """The result of `check_plan`. A plan is `valid` when it breaks no rule, at any instant.
+
+    `min_clearance_m` [m] is the least clearance that was proved for all instants, None where the proof failed or was not
+    tried. The true least clearance lies between it and `found_clearance_m`, the least met at a sampled instant, `where`
+    (a sentence) and at `time_s` [s]. `spheres` is the sphere set, or `geoms` in an exact check; `required_m` [m] is what
+    had to be proved, `instants` how many configurations of the whole cell were looked at.
+    """
+
+    violations: tuple[Violation, ...]
+    min_clearance_m: float | None = None
+    found_clearance_m: float | None = None
+    where: str = ""
+    time_s: float | None = None
+    spheres: str | None = None
+    margin_m: float | None = None
+    required_m: float | None = None
+    instants: int = 0
+
+    @property
+    def valid(self) -> bool:
+        return not self.violations
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report as JSON values."""
+        return {
+            "valid": self.valid,
+            "violations": [violation.as_dict() for violation in self.violations],
+            "min_clearance_m": self.min_clearance_m,
+            "found_clearance_m": self.found_clearance_m,
+            "where": self.where,
+            "time_s": self.time_s,
+            "spheres": self.spheres,
+            "margin_m": self.margin_m,
+            "required_m": self.required_m,
+            "instants": self.instants,
+        }
+
+    def __str__(self) -> str:
+        if not self.valid:
+            return "\n".join(str(violation) for violation in self.violations)
+        if self.min_clearance_m is None:  # a lone arm without obstacles or self pairs
+            return "valid; nothing to touch"
+        return f"valid; clearance >= {self.min_clearance_m * 1e3:.2f} mm at every instant, least between {self.where}"

@@ -1,0 +1,109 @@
+"""The rules that need no geometry: numbers, times, ends, limits, speed and its derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.check.reading import PlanData
+from mmp_env.check.report import Violation
+
+END_TOLERANCE_RAD = 1e-6
+LIMIT_TOLERANCE_RAD = 1e-9
+SPEED_TOLERANCE = 1e-9
+"""Relative; the rounding of a file's decimals, not a licence."""
+
+
+def finite(plan: PlanData) -> Iterator[Violation]:
+    """Every number of the plan is one. Nothing else can be checked where this fails."""
+    for what, values in (("times", plan.times), ("start", plan.start), ("goal", plan.goal)):
+        if not np.isfinite(values).all():
+            yield Violation(rule="finite", message=f"{what} holds {values[~np.isfinite(values)][0]}")
+    for what in ("positions", "velocities", "accelerations"):
+        values = getattr(plan, what)
+        if values is not None and not np.isfinite(values).all():
+            row, column = np.argwhere(~np.isfinite(values))[0]
+            arm, joint = plan.joints[column]
+            message = f"{what} of arm '{arm}', joint {joint}, sample {row}, is {values[row, column]}"
+            yield Violation(rule="finite", message=message, arms=(arm,))
+
+
+def times(plan: PlanData) -> Iterator[Violation]:
+    """Times start at 0 and ascend."""
+    if plan.times[0] != 0.0:
+        yield Violation(
+            rule="times", message=f"the first time is {plan.times[0]} s; it must be 0", time_s=plan.times[0]
+        )
+    late = np.flatnonzero(np.diff(plan.times) <= 0)
+    if len(late):
+        k = int(late[0])
+        message = f"time {plan.times[k + 1]} s of sample {k + 1} does not come after {plan.times[k]} s"
+        yield Violation(rule="times", message=message, time_s=float(plan.times[k + 1]), values={"samples": len(late)})
+
+
+def ends(plan: PlanData) -> Iterator[Violation]:
+    """The first configuration is the problem's start, the last its goal."""
+    for rule, given, row in (("start", plan.start, 0), ("goal", plan.goal, -1)):
+        off = np.abs(plan.positions[row] - given)
+        for column in np.flatnonzero(off > END_TOLERANCE_RAD):
+            arm, joint = plan.joints[column]
+            yield Violation(
+                rule=rule,
+                message=f"arm '{arm}', joint {joint}, is {off[column]:.3g} rad away from the {rule}",
+                time_s=float(plan.times[row]),
+                arms=(arm,),
+                values={"joint": joint, "off_rad": float(off[column])},
+            )
+
+
+def limits(plan: PlanData) -> Iterator[Violation]:
+    """Joints stay within the robot's limits; a straight line between two samples inside is inside."""
+    lower, upper = plan.of_robots("lower"), plan.of_robots("upper")
+    beyond = np.maximum(lower - plan.positions, plan.positions - upper)
+    for column in np.flatnonzero(beyond.max(axis=0) > LIMIT_TOLERANCE_RAD):
+        row = int(np.argmax(beyond[:, column]))
+        arm, joint = plan.joints[column]
+        at, low, high = float(plan.positions[row, column]), float(lower[column]), float(upper[column])
+        yield Violation(
+            rule="limits",
+            message=f"arm '{arm}', joint {joint}, is at {at:.6f} rad; allowed: {low:.6f} to {high:.6f}",
+            time_s=float(plan.times[row]),
+            arms=(arm,),
+            values={"joint": joint, "position_rad": at, "lower_rad": low, "upper_rad": high},
+        )
+
+
+def speed(plan: PlanData) -> Iterator[Violation]:
+    """|dq| / dt stays within the problem's velocities and the robot's own."""
+    allowed = np.minimum(plan.max_velocity, plan.of_robots("velocity"))
+    step = np.diff(plan.times)
+    forward = step > 0  # what does not ascend is a matter of `times`
+    rate = np.diff(plan.positions, axis=0)[forward] / step[forward, None]
+    yield from exceeded(plan, "speed", "moves at", "rad/s", rate, allowed, plan.times[:-1][forward], SPEED_TOLERANCE)
+
+
+def exceeded(
+    plan: PlanData,
+    rule: str,
+    does: str,
+    unit: str,
+    rate: Float[np.ndarray, "m n"],
+    allowed: Float[np.ndarray, "n"],
+    at: Float[np.ndarray, "m"],
+    tolerance: float,
+) -> Iterator[Violation]:
+    """One violation for every joint whose |rate| is above what is allowed, where it is largest."""
+    over = np.abs(rate) / allowed
+    for column in np.flatnonzero(over.max(axis=0, initial=0.0) > 1 + tolerance):
+        row = int(np.argmax(over[:, column]))
+        arm, joint = plan.joints[column]
+        value, limit = float(abs(rate[row, column])), float(allowed[column])
+        yield Violation(
+            rule=rule,
+            message=f"arm '{arm}', joint {joint}, {does} {value:.6g} {unit}; allowed: {limit:.6g}",
+            time_s=float(at[row]),
+            arms=(arm,),
+            values={"joint": joint, "value": value, "allowed": limit, "unit": unit},
+        )

@@ -1,0 +1,96 @@
+"""Sphere clouds against each other and against obstacles, over steps."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from mmp_env.check.balls import BallPairs, BallSolids, step_minimum
+from mmp_env.check.distance import chord_minimum
+from mmp_env.check.model import CellModel, Cloud, Parts, Poses
+from mmp_env.check.pairs import part_pairs
+from mmp_env.check.items import Bounds, Items, by_pair
+
+_BATCH = 400_000
+"""Sphere pairs measured at once: bounds the memory of a check."""
+
+
+class CloudPairs(BallPairs):
+    """Clouds of different arms, and of different links of one arm."""
+
+    def __init__(self, model: CellModel, parts: Parts, clouds: tuple[Cloud, ...]) -> None:
+        super().__init__(model, parts, part_pairs(model.cell, parts))
+        self._clouds = clouds
+
+    def narrow(self, poses: Poses, items: Items) -> Bounds:
+        """Bounds from every pair of spheres: their closest approach on the chords, less what they stray from them."""
+        lower, at_start, at_end = np.empty((3, len(items)))
+        for pair, chosen in by_pair(items):
+            first, second = (self._clouds[part[pair]] for part in (self._pairs.first, self._pairs.second))
+            radii = first.radii[:, None] + second.radii
+            size = max(_BATCH // radii.size, 1)
+            for k in range(0, len(chosen), size):
+                some = chosen[k : k + size]
+                ends = [self._ends(poses, which[some], pair) for which in (items.start, items.end)]
+                lower[some], at_start[some], at_end[some] = _closest(ends[0], ends[1], radii)
+        return Bounds.of(items, lower - self.strays(poses, items), at_start, at_end)
+
+    def _ends(self, poses: Poses, at: Int[np.ndarray, "m"], pair: int) -> tuple[np.ndarray, np.ndarray]:
+        """Sphere centres [m, s, 3] of both parts of a pair at poses, in the frame in which they are compared."""
+        first, second = self._pairs.first[pair], self._pairs.second[pair]
+        centers = cloud_centers(poses, at, self._parts.body[second], self._clouds[second])
+        body = self._parts.body[first]
+        if not self._pairs.inner[pair]:
+            return cloud_centers(poses, at, body, self._clouds[first]), centers
+        inside = (centers - poses.positions[at, body][:, None]) @ poses.rotations[at, body]
+        return np.broadcast_to(self._clouds[first].centers, (len(at), *self._clouds[first].centers.shape)), inside
+
+
+class CloudSolids(BallSolids):
+    """Clouds of moving links against obstacles."""
+
+    def __init__(self, model: CellModel, parts: Parts, clouds: tuple[Cloud, ...]) -> None:
+        super().__init__(model, parts)
+        self._clouds = clouds
+
+    def narrow(self, poses: Poses, items: Items) -> Bounds:
+        """Bounds from every sphere."""
+        lower, at_start, at_end = np.empty((3, len(items)))
+        for pair, chosen in by_pair(items):
+            cloud = self._clouds[self.part[pair]]
+            body = self._parts.body[self.part[pair]]
+            ends = [cloud_centers(poses, which[chosen], body, cloud) for which in (items.start, items.end)]
+            parts = step_minimum(self._solids[self.solid[pair]], *ends)
+            lower[chosen], at_start[chosen], at_end[chosen] = ((part - cloud.radii).min(axis=1) for part in parts)
+        return Bounds.of(items, lower - self.strays(poses, items), at_start, at_end)
+
+
+def cloud_centers(poses: Poses, at: Int[np.ndarray, "m"], body: int, cloud: Cloud) -> Float[np.ndarray, "m s 3"]:
+    """Sphere centres of a cloud on a body, in the world, at some of the poses."""
+    return poses.positions[at, body][:, None] + cloud.centers @ poses.rotations[at, body].transpose(0, 2, 1)
+
+
+def _closest(
+    start: tuple[np.ndarray, np.ndarray], end: tuple[np.ndarray, np.ndarray], radii: Float[np.ndarray, "a b"]
+) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
+    """Least clearance [m] between two clouds whose centres [m, s, 3] go straight: on the way, at the start, at the end.
+
+    With d the difference of two centres and e its change, d.d, d.e and e.e for all pairs come from matrix products.
+    """
+    (a, b), (a_step, b_step) = start, (end[0] - start[0], end[1] - start[1])
+    b, b_step = b.transpose(0, 2, 1), b_step.transpose(0, 2, 1)
+    square = _rows(a, a) + _columns(b, b) - 2.0 * (a @ b)
+    dot = _rows(a, a_step) + _columns(b, b_step) - a @ b_step - a_step @ b
+    step = _rows(a_step, a_step) + _columns(b_step, b_step) - 2.0 * (a_step @ b_step)
+    at_end = np.sqrt(np.maximum(square + 2.0 * dot + step, 0.0))
+    at_start = np.sqrt(np.maximum(square, 0.0))
+    least = chord_minimum(square, dot, step)
+    return tuple((length - radii).min(axis=(1, 2)) for length in (least, at_start, at_end))
+
+
+def _rows(a: np.ndarray, b: np.ndarray) -> Float[np.ndarray, "m s 1"]:
+    return np.einsum("msi,msi->ms", a, b)[:, :, None]
+
+
+def _columns(a: np.ndarray, b: np.ndarray) -> Float[np.ndarray, "m 1 s"]:
+    return np.einsum("mis,mis->ms", a, b)[:, None, :]

@@ -1,0 +1,207 @@
+"""Collision queries of a cell: batched, float64 arrays in and out, over the native core.
+
+Distances are between sphere surfaces, negative in contact. The single-precision kernels agree with exact arithmetic to
+1e-5 m; `precise=True` computes in double precision, with the same bits on every processor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import ArrayLike
+
+from mmp_env import _core
+from mmp_env.cell import SHAPES, Arm, Cell, Obstacle
+from mmp_env.conflict import Conflict, plan_conflicts
+from mmp_env.errors import MmpError
+from mmp_env.transforms import matrix_from_quaternion, transform
+
+if TYPE_CHECKING:
+    from mmp_env.plan import Plan
+
+HIT = 1.0
+"""Surfaces closer than HIT x margin are a conflict at the instants that a planner looks at."""
+PLAN_PROOF = 0.75
+"""What single-arm planning proves at every instant, in margins."""
+KEEP_PROOF = 0.6
+"""What motions are proved to keep between the instants looked at, in margins: arm-arm, and after repulsion."""
+REQUIRED_PROOF = 0.5
+"""What a certificate has to prove, in margins. The steps between these leave each later proof room to end."""
+
+
+class CollisionModel:
+    """What a planner may ask of a cell. `core` is the compiled cell, `index` its number for an arm's name."""
+
+    def __init__(self, cell: Cell) -> None:
+        self.cell = cell
+        self.core = _core.Cell()
+        for arm in cell.arms:
+            self.core.add_arm(**_chain(arm, cell.spheres))
+        for obstacle in cell.obstacles:
+            self.core.add_obstacle(*_solid(obstacle))
+        self.core.freeze()
+        self._radii = [_core.sphere_table(self.core, k)[:, 1] for k in range(len(cell.arms))]
+        self._links = [_core.sphere_table(self.core, k)[:, 0].astype(int) for k in range(len(cell.arms))]
+
+    def index(self, arm: str) -> int:
+        """Number of an arm in the core. Raises `UnknownNameError`."""
+        return self.cell.arm_index(arm)
+
+    def spheres(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "s"]]:
+        """Sphere centres [n, s, 3] [m] in the world and radii [s] [m] at `q` [n, dof]; the base's come first."""
+        return _core.spheres(self.core, self.index(arm), self._rows(arm, q)), self._radii[self.index(arm)].copy()
+
+    def sphere_links(self, arm: str) -> list[str]:
+        """Name of the link that each sphere of `spheres` belongs to; the tool's name for those of a tool."""
+        names = _link_names(self.cell.arm(arm))
+        return [names[k] for k in self._links[self.index(arm)]]
+
+    def tool_points(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n 3"]:
+        """Tool points in the world [m] at `q` [n, dof]; the flange's origin where no tool is mounted."""
+        return _core.tool_points(self.core, self.index(arm), self._rows(arm, q))
+
+    def within_limits(self, arm: str, q: ArrayLike) -> Bool[np.ndarray, "n"]:
+        """Whether `q` [n, dof] is within the joint limits."""
+        rows, robot = self._rows(arm, q), self.cell.arm(arm).robot
+        return ((rows >= robot.lower) & (rows <= robot.upper)).all(axis=1)
+
+    def static_clearance(self, arm: str, q: ArrayLike, *, precise: bool = False) -> Float[np.ndarray, "n"]:
+        """Clearance [n] [m] of one arm at `q` [n, dof] from obstacles, the other arms' bases and itself."""
+        return _core.static_clearance(self.core, self.index(arm), self._rows(arm, q), precise)
+
+    def is_free(self, arm: str, q: ArrayLike, *, margin: float = 0.0) -> Bool[np.ndarray, "n"]:
+        """Whether `q` [n, dof] is within limits and farther than `margin` [m] from all the arm can touch alone."""
+        return self.within_limits(arm, q) & (self.static_clearance(arm, q) > margin)
+
+    def edge_free(
+        self, arm: str, q_from: ArrayLike, q_to: ArrayLike, *, margin: float = 0.002
+    ) -> Bool[np.ndarray, "n"]:
+        """Whether straight segments from `q_from` to `q_to` [n, dof] are free at every instant, limits included.
+
+        Free means: `margin` [m] clear where looked at and `PLAN_PROOF * margin` proved everywhere in between.
+        """
+        start, end = self._rows(arm, q_from), self._rows(arm, q_to)
+        if start.shape != end.shape:
+            raise MmpError(f"edge_free: q_from has {len(start)} rows and q_to {len(end)}; they must match")
+        free = _core.edges_free(self.core, self.index(arm), start, end, margin, PLAN_PROOF * margin)
+        return free & self.within_limits(arm, start) & self.within_limits(arm, end)
+
+    def pair_clearance(
+        self, arm_a: str, q_a: ArrayLike, arm_b: str, q_b: ArrayLike, *, precise: bool = False
+    ) -> Float[np.ndarray, "n"]:
+        """Clearance [n] [m] between two arms at `q_a`, `q_b` [n, dof], their bases included."""
+        a, b = self._rows(arm_a, q_a), self._rows(arm_b, q_b)
+        if len(a) != len(b) or arm_a == arm_b:
+            raise MmpError(f"pair_clearance: {len(a)} rows of {arm_a} and {len(b)} of {arm_b}; two arms, equal rows")
+        return _core.pair_clearance(self.core, self.index(arm_a), a, self.index(arm_b), b, precise)
+
+    def clearance(self, q: Mapping[str, ArrayLike]) -> Float[np.ndarray, "n"]:
+        """Least clearance [n] [m] of whole states over all pairs of arms and arms and obstacles; `q`: arm -> [n, dof]."""
+        rows = [self._rows(name, q[name]) for name in self.cell.arm_names]
+        if len({len(r) for r in rows}) != 1:
+            raise MmpError("clearance: every arm needs the same number of rows")
+        return _core.cell_clearance(self.core, rows)
+
+    def least_clearance(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> tuple[float, str]:
+        """Least clearance [m] of one state, in double precision, over everything, and what is nearest to what."""
+        names = self.cell.arm_names
+        least, what = np.inf, "nothing is near anything"
+        for k, a in enumerate(names):
+            alone = float(self.static_clearance(a, [q[a]], precise=True)[0])
+            if alone < least:
+                least, what = alone, f"arm '{a}' with an obstacle, another arm's base or itself"
+            for b in names[k + 1 :]:
+                between = float(self.pair_clearance(a, [q[a]], b, [q[b]], precise=True)[0])
+                if between < least:
+                    least, what = between, f"arms '{a}' and '{b}'"
+        return least, what
+
+    def conflicts(self, plan: Plan) -> list[Conflict]:
+        """Where arms of a plan come closer than its problem's margin, earliest first; see `mmp_env.conflict`."""
+        return plan_conflicts(self, plan)
+
+    def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> _core.Motion:
+        """A trajectory on the grid of steps, as `conflict_steps` and repulsion take it."""
+        return _core.Motion(self.core, self.index(arm), np.ascontiguousarray(q, dtype=float))
+
+    def conflict_steps(
+        self, motions: Sequence[_core.Motion], pairs: ArrayLike, margin: float
+    ) -> list[np.ndarray]:
+        """For each pair of indices into `motions`, the steps in conflict; the rest is proved to keep KEEP_PROOF margins."""
+        numbers = np.ascontiguousarray(pairs, dtype=np.int32).reshape(-1, 2)
+        return _core.conflict_steps(self.core, motions, numbers, HIT * margin, KEEP_PROOF * margin)
+
+    def _rows(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n dof"]:
+        rows = np.ascontiguousarray(q, dtype=float)
+        dof = self.cell.arm(arm).dof
+        if rows.ndim != 2 or rows.shape[1] != dof:
+            raise MmpError(f"configurations of arm '{arm}' have shape {list(rows.shape)}; expected [n, {dof}]")
+        return rows
+
+
+def _link_names(arm: Arm) -> tuple[str, ...]:
+    return arm.robot.link_names + ((arm.tool.name,) if arm.tool else ())
+
+
+def _chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
+    """The arm as the core takes it: every joint turns about the z axis of its frame, the base stands in the world."""
+    robot, tool = arm.robot, arm.tool
+    align = [_z_to(axis) for axis in robot.axes]
+    fixed = []
+    for k in range(robot.dof):
+        before = arm.T_world_base if k == 0 else np.linalg.inv(align[k - 1])
+        fixed.append((before @ robot.origins[k] @ align[k])[:3].ravel())
+    # Link 0 is given in the world, link k + 1 in the z-aligned frame of joint k, the tool in the last one.
+    to_frame = [arm.T_world_base] + [np.linalg.inv(a) for a in align]
+    frames = list(range(robot.dof + 1))
+    spheres = robot.spheres[sphere_set]
+    links, centers, radii = list(spheres.links), list(spheres.centers), list(spheres.radii)
+    tool_point = robot.flange
+    ignored = set(robot.self_ignore[sphere_set])
+    if tool is not None:
+        mounted = robot.flange @ tool.mount
+        tool_point = mounted @ transform(np.eye(3), tool.point)
+        frames.append(robot.dof)
+        to_frame.append(to_frame[-1] @ mounted)
+        links += [robot.dof + 1] * len(tool.spheres[sphere_set].radii)
+        centers += list(tool.spheres[sphere_set].centers)
+        radii += list(tool.spheres[sphere_set].radii)
+        last = robot.dof + 1
+        ignored |= {(robot.link_names.index(name), last) for name in tool.self_ignore[sphere_set]}
+    placed = [to_frame[link][:3, :3] @ c + to_frame[link][:3, 3] for link, c in zip(links, centers, strict=True)]
+    self_pairs = [
+        (i, j) for i in range(len(frames)) for j in range(i + 1, len(frames)) if (i, j) not in ignored
+    ]
+    return {
+        "fixed": np.array(fixed),
+        "tool": (to_frame[robot.dof] @ tool_point)[:3].ravel(),
+        "lower": np.ascontiguousarray(robot.lower),
+        "upper": np.ascontiguousarray(robot.upper),
+        "link_frames": np.array(frames, dtype=np.int32),
+        "spheres": np.column_stack([placed, radii]),
+        "sphere_links": np.array(links, dtype=np.int32),
+        "self_pairs": np.array(self_pairs, dtype=np.int32).reshape(-1, 2),
+    }
+
+
+def _z_to(axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "4 4"]:
+    """A rotation that takes z to `axis`; the identity where it is z already."""
+    a = axis / np.linalg.norm(axis)
+    z = np.array([0.0, 0.0, 1.0])
+    v, c = np.cross(z, a), float(z @ a)
+    if c < -1 + 1e-12:
+        return transform(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
+    skew = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    return transform(np.eye(3) + skew + skew @ skew / (1 + c), np.zeros(3))
+
+
+def _solid(obstacle: Obstacle) -> tuple[int, np.ndarray, np.ndarray]:
+    pose = transform(matrix_from_quaternion(obstacle.quaternion), obstacle.position)[:3].ravel()
+    if obstacle.size is not None:
+        size = obstacle.size / 2
+    else:
+        size = np.array([obstacle.radius or 0.0, (obstacle.length or 0.0) / 2, 0.0])
+    return SHAPES.index(obstacle.shape), pose, np.ascontiguousarray(size, dtype=float)

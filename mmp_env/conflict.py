@@ -1,0 +1,92 @@
+"""Conflicts: where two arms of a plan touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+if TYPE_CHECKING:
+    from mmp_env.collision import CollisionModel
+    from mmp_env.plan import Plan
+
+_RESAMPLED_RAD = 0.02
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Conflict:
+    """Arms `arm_a` and `arm_b` come closer than the margin at `time_s`, the first instant of [`start_s`, `end_s`].
+
+    `q_a`, `q_b` [dof] [rad] are their configurations at the instant of least clearance within the interval, `spheres`
+    the nearest pair (indices as in `CollisionModel.spheres`) and `depth_m` how deep it is (margin not counted, negative
+    where the surfaces do not quite touch).
+    """
+
+    arm_a: str
+    arm_b: str
+    time_s: float
+    start_s: float
+    end_s: float
+    q_a: Float[np.ndarray, "dof_a"]
+    q_b: Float[np.ndarray, "dof_b"]
+    spheres: tuple[int, int]
+    depth_m: float
+
+
+def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:
+    """All conflicts of a plan, earliest first, one for each pair of arms and unbroken interval.
+
+    Intervals are resolved to instants between which no joint moves more than 0.02 rad; whether anything happens between
+    them is known from the proof behind `conflict_steps`.
+    """
+    times = _refined_times(plan)
+    names = plan.problem.cell.arm_names
+    q = {a: np.column_stack([np.interp(times, plan.times, c) for c in plan.positions[a].T]) for a in names}
+    motions = [model.motion(a, q[a]) for a in names]
+    pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
+    out = []
+    for (i, j), steps in zip(pairs, model.conflict_steps(motions, pairs, plan.problem.margin), strict=True):
+        for run in np.split(steps, np.flatnonzero(np.diff(steps) > 1) + 1) if len(steps) else []:
+            out.append(_conflict(model, names[i], names[j], q, times, run))
+    return sorted(out, key=lambda c: (c.time_s, c.arm_a, c.arm_b))
+
+
+def _refined_times(plan: Plan) -> Float[np.ndarray, "t"]:
+    moves = np.zeros(len(plan.times) - 1)
+    for q in plan.positions.values():
+        if len(moves):
+            moves = np.maximum(moves, np.abs(np.diff(q, axis=0)).max(axis=1))
+    pieces = [
+        np.linspace(plan.times[k], plan.times[k + 1], max(1, int(np.ceil(move / _RESAMPLED_RAD))), endpoint=False)
+        for k, move in enumerate(moves)
+    ]
+    return np.concatenate([*pieces, plan.times[-1:]])
+
+
+def _conflict(
+    model: CollisionModel, a: str, b: str, q: dict[str, np.ndarray], times: np.ndarray, run: np.ndarray
+) -> Conflict:
+    k = int(run[np.argmin(model.pair_clearance(a, q[a][run], b, q[b][run]))])
+    (centers_a, radii_a), (centers_b, radii_b) = (model.spheres(x, q[x][k : k + 1]) for x in (a, b))
+    gaps = np.linalg.norm(centers_a[0][:, None] - centers_b[0][None], axis=2) - radii_a[:, None] - radii_b[None]
+    bases = (np.array(_is_base(model, a))[:, None]) & (np.array(_is_base(model, b))[None])
+    gaps[bases] = np.inf
+    pair = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
+    return Conflict(
+        arm_a=a,
+        arm_b=b,
+        time_s=float(times[run[0]]),
+        start_s=float(times[run[0]]),
+        end_s=float(times[run[-1]]),
+        q_a=q[a][k],
+        q_b=q[b][k],
+        spheres=(int(pair[0]), int(pair[1])),
+        depth_m=float(-gaps[pair]),
+    )
+
+
+def _is_base(model: CollisionModel, arm: str) -> list[bool]:
+    base = model.cell.arm(arm).robot.link_names[0]
+    return [link == base for link in model.sphere_links(arm)]

@@ -1,0 +1,44 @@
+"""A plan: one trajectory per arm on a common clock, linear between its times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.problem import Problem
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan:
+    """`times` [t] [s], ascending from 0; `positions`: arm name -> [t, dof] [rad].
+
+    `planner` is name, options and seed; `stats` are counts, never wall-clock times, so that the same run gives the same
+    plan file. A retimed plan also has `velocities`, `accelerations` like `positions`.
+    """
+
+    problem: Problem
+    times: Float[np.ndarray, "t"]
+    positions: Mapping[str, Float[np.ndarray, "t dof"]]
+    planner: Mapping[str, Any] = field(default_factory=dict)
+    stats: Mapping[str, Any] = field(default_factory=dict)
+    velocities: Mapping[str, Float[np.ndarray, "t dof"]] | None = None
+    accelerations: Mapping[str, Float[np.ndarray, "t dof"]] | None = None
+
+    @property
+    def makespan_s(self) -> float:
+        return float(self.times[-1])
+
+    @property
+    def cost_rad(self) -> float:
+        """sum over arms and joints of |dq| [rad]."""
+        return float(sum(np.abs(np.diff(q, axis=0)).sum() for q in self.positions.values()))
+
+    def at(self, t: float) -> dict[str, Float[np.ndarray, "dof"]]:
+        """Configurations at time `t` [s]; before the first and after the last time the arms stand still."""
+        return {
+            arm: np.array([np.interp(t, self.times, column) for column in q.T]) for arm, q in self.positions.items()
+        }

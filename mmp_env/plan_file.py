@@ -1,0 +1,152 @@
+"""Plan files, schema `mmp-plan/1`: self-contained; the same plan gives the same bytes. docs/files.md says it all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from os import PathLike
+from typing import Any
+
+import msgspec
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.cell import Cell
+from mmp_env.cell_file import CellData, cell_from_data, cell_to_dict
+from mmp_env.errors import MmpError
+from mmp_env.instance_file import check_arms, configurations_from_dict
+from mmp_env.plan import Plan
+from mmp_env.problem import Problem, velocity_limits
+from mmp_env.reading import Place, check_schema, decode, numbers, read_document
+from mmp_env.robot import frozen_array
+from mmp_env.writing import json_text, plain, write_text
+
+PLAN_SCHEMA = "mmp-plan/1"
+
+
+class ProblemData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    cell: CellData
+    start: dict[str, Any]
+    goal: dict[str, Any]
+    max_velocity: float | dict[str, Any]
+    margin: float
+    max_acceleration: float | dict[str, Any] | None = None
+    max_jerk: float | dict[str, Any] | None = None
+    name: str = ""
+
+
+class PlanData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    schema: str
+    problem: ProblemData
+    times: list[Any]
+    positions: dict[str, Any]
+    velocities: dict[str, Any] | None = None
+    accelerations: dict[str, Any] | None = None
+    planner: dict[str, Any] = {}
+    stats: dict[str, Any] = {}
+
+
+def plan_to_dict(plan: Plan) -> dict[str, Any]:
+    """The plan as `mmp-plan/1` has it, in dicts, lists and scalars."""
+    problem = plan.problem
+    out = {
+        "schema": PLAN_SCHEMA,
+        "problem": {
+            "name": problem.name,
+            "cell": cell_to_dict(problem.cell),
+            "start": _by_arm(problem.cell, problem.start),
+            "goal": _by_arm(problem.cell, problem.goal),
+            "max_velocity": _by_arm(problem.cell, problem.max_velocity),
+            "margin": problem.margin,
+        },
+        "times": plan.times,
+        "positions": _by_arm(problem.cell, plan.positions),
+    }
+    for key, values in (("velocities", plan.velocities), ("accelerations", plan.accelerations)):
+        if values is not None:
+            out[key] = _by_arm(problem.cell, values)
+    return plain(out | {"planner": plan.planner, "stats": plan.stats})
+
+
+def plan_from_dict(data: Any, where: str | Place = "plan") -> Plan:
+    """The plan in a file's `data`; `where` begins the messages.
+
+    The data must be well formed, the plan need not be right: the margin is the one in the file, and starts out of their
+    limits, contacts and times out of order are left to the checker. So are `max_acceleration` and `max_jerk`, which a
+    `Problem` has no place for. Raises `MmpError` that names field and value.
+    """
+    place = where if isinstance(where, Place) else Place(where)
+    check_schema(data, PLAN_SCHEMA, place)
+    decoded = decode(data, PlanData, place)
+    problem = _problem(decoded.problem, place / "problem")
+    if not decoded.times:
+        raise MmpError(f"{place / 'times'} is empty; a plan needs at least one time")
+    matrices = {
+        key: _matrices(problem.cell, rows, len(decoded.times), place / key)
+        for key in ("positions", "velocities", "accelerations")
+        if (rows := getattr(decoded, key)) is not None
+    }
+    times = frozen_array(numbers(decoded.times, len(decoded.times), place / "times", "time"))
+    return Plan(problem=problem, times=times, planner=decoded.planner, stats=decoded.stats, **matrices)
+
+
+def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
+    """Writes the whole file or nothing. Raises `MmpError` where it cannot be written."""
+    write_text(path, json_text(plan_to_dict(plan)))
+
+
+def load_plan(path: str | PathLike[str]) -> Plan:
+    """The plan in a file, see `plan_from_dict`. Raises `MmpError` that names file, field and value."""
+    return plan_from_dict(read_document(path), str(path))
+
+
+def _by_arm(cell: Cell, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """In the order of the cell's arms, whatever the order in which a planner finished them."""
+    return {name: values[name] for name in cell.arm_names}
+
+
+def _problem(data: ProblemData, place: Place) -> Problem:
+    cell = cell_from_data(data.cell, place / "cell", name="cell")
+    if not (math.isfinite(data.margin) and data.margin > 0):
+        raise (place / "margin").wrong(data.margin, "a positive number [m]")
+    limits = {
+        key: _limits(cell, value, place / key)
+        for key in ("max_velocity", "max_acceleration", "max_jerk")
+        if (value := getattr(data, key)) is not None
+    }
+    return Problem(
+        cell=cell,
+        start=configurations_from_dict(cell, data.start, place / "start"),
+        goal=configurations_from_dict(cell, data.goal, place / "goal"),
+        max_velocity=velocity_limits(cell, limits["max_velocity"]),
+        margin=data.margin,
+        name=data.name,
+    )
+
+
+def _limits(cell: Cell, data: Any, place: Place) -> float | dict[str, Float[np.ndarray, "dof"]]:
+    """A positive number for all joints, or one for each joint of each arm."""
+    if not isinstance(data, dict):
+        if not (math.isfinite(data) and data > 0):
+            raise place.wrong(data, "a positive number")
+        return data
+    by_arm = configurations_from_dict(cell, data, place)
+    for name, values in by_arm.items():
+        if not (values > 0).all():
+            raise (place / name / int(np.argmin(values))).wrong(float(values.min()), "a positive number")
+    return by_arm
+
+
+def _matrices(cell: Cell, data: Any, count: int, place: Place) -> dict[str, Float[np.ndarray, "t dof"]]:
+    """Per arm one row of joints for each of `count` times."""
+    check_arms(cell, data, place)
+    out = {}
+    for arm in cell.arms:
+        rows, here = data[arm.name], place / arm.name
+        if not isinstance(rows, list):
+            raise here.wrong(rows, "a list of configurations")
+        if len(rows) != count:
+            raise MmpError(f"{here} has {len(rows)} configurations; it must have {count}, one for each of the times")
+        of = f"joint of a {arm.robot.name}"
+        out[arm.name] = frozen_array([numbers(row, arm.dof, here / k, of) for k, row in enumerate(rows)])
+    return out

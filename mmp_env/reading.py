@@ -1,0 +1,223 @@
+"""Reading JSON and YAML that other people wrote: every fault becomes one sentence with file, field and value.
+
+Two layers: `read_document` turns a file into plain dicts and lists (malformed, binary, deep, huge, twice-named fields),
+`decode` turns those into a msgspec `Struct` (missing, unknown and mistyped fields). What the values mean is checked by
+the module that asked.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import reprlib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypeVar, get_args
+
+import msgspec
+
+from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+
+T = TypeVar("T", bound=msgspec.Struct)
+
+MAX_JSON_BYTES = 64 * 2**20
+MAX_YAML_BYTES = 2**18
+"""YAML is for cells written by hand; its reader is a thousand times slower than that of JSON."""
+
+_PLAIN_WORDS = {
+    "str": "text",
+    "int": "a whole number",
+    "float": "a number",
+    "bool": "true or false",
+    "array": "a list",
+    "object": "an object",
+    "null": "null",
+}
+_LONGEST_INTEGER = 18
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
+_SHORT.maxlist, _SHORT.maxdict, _SHORT.maxlevel = 7, 3, 2
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a value stands, for messages: `cell.yaml: arms[2].yaw`."""
+
+    file: str
+    field: str = ""
+
+    def __truediv__(self, key: str | int) -> Place:
+        step = f"[{key}]" if isinstance(key, int) else f".{key}" if self.field else key
+        return Place(self.file, self.field + step)
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.field}" if self.field else self.file
+
+    def wrong(self, value: object, allowed: str) -> MmpError:
+        """The error that the value here is not what is `allowed`."""
+        return MmpError(f"{self} is {shown(value)}; it must be {allowed}")
+
+
+def shown(value: object) -> str:
+    """A value on one short line."""
+    return "null" if value is None else str(value).lower() if isinstance(value, bool) else _SHORT.repr(value)
+
+
+@contextmanager
+def named(place: Place | str) -> Iterator[None]:
+    """Puts the place in front of the message of every `MmpError` from inside."""
+    try:
+        yield
+    except InvalidInstanceError as error:
+        raise InvalidInstanceError(f"{place}: {error}") from None
+    except MmpError as error:
+        raise MmpError(f"{place}: {error}") from None
+
+
+def read_document(path: str | PathLike[str]) -> Any:
+    """The content of a JSON or (`.yaml`, `.yml`) YAML file as dicts, lists and scalars. Raises `MmpError`."""
+    is_yaml = Path(path).suffix.lower() in (".yaml", ".yml")
+    limit = MAX_YAML_BYTES if is_yaml else MAX_JSON_BYTES
+    place = Place(str(path))
+    try:
+        with open(path, "rb") as file:
+            content = file.read(limit + 1)
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise MmpError(f"{place} cannot be read: {reason}") from None
+    if len(content) > limit:
+        kind = "YAML" if is_yaml else "JSON"
+        raise MmpError(f"{place} is larger than {limit / 2**20:g} MB, the most that is read of a {kind} file")
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise MmpError(
+            f"{place} is not text in UTF-8 (byte {error.object[error.start]:#04x} at {error.start}); "
+            "it must be a JSON or YAML file"
+        ) from None
+    return parse_yaml(text, place) if is_yaml else parse_json(text, place)
+
+
+def parse_json(text: str, place: Place) -> Any:
+    """JSON, with NaN and infinities let through so that the field that holds them can be named. Raises `MmpError`."""
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        out = dict(pairs)
+        if len(out) < len(pairs):
+            _refuse_twice(place, (key for key, _ in pairs))
+        return out
+
+    def whole(digits: str) -> int | float:
+        return int(digits) if len(digits) <= _LONGEST_INTEGER else float(digits)
+
+    try:
+        return json.loads(text, object_pairs_hook=unique, parse_int=whole)
+    except json.JSONDecodeError as error:
+        raise MmpError(f"{place} is not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
+    except RecursionError:
+        raise _too_deep(place) from None
+
+
+def parse_yaml(text: str, place: Place) -> Any:
+    """YAML of plain values; aliases, which can make a small file enormous, are refused. Raises `MmpError`."""
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        def compose_node(self, parent: Any, index: Any) -> Any:
+            if self.check_event(yaml.AliasEvent):
+                line = self.peek_event().start_mark.line + 1
+                raise MmpError(f"{place}, line {line}: YAML aliases (*name) are not supported; write the value out")
+            return super().compose_node(parent, index)
+
+        def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
+            keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+            for key in keys:
+                if not isinstance(key, str):
+                    raise MmpError(f"{place}: the field name {shown(key)} must be text; put it in quotes")
+            _refuse_twice(place, keys)
+            return super().construct_mapping(node, deep)
+
+    try:
+        return yaml.load(text, Loader)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        raise MmpError(f"{place} is not YAML: {_one_line(error.problem or error.context)}{line}") from None
+    except (yaml.YAMLError, ValueError) as error:
+        if isinstance(error, MmpError):
+            raise
+        raise MmpError(f"{place} is not YAML: {_one_line(error)}") from None
+    except RecursionError:
+        raise _too_deep(place) from None
+
+
+def check_schema(data: Any, wanted: str, place: Place) -> None:
+    """Raises `MmpError` unless `data` is an object whose `schema` is `wanted`."""
+    if not isinstance(data, dict):
+        raise place.wrong(data, f"an object of schema '{wanted}'")
+    if "schema" not in data:
+        raise MmpError(f"{place / 'schema'} is missing; it must be '{wanted}'")
+    if data["schema"] != wanted:
+        raise (place / "schema").wrong(data["schema"], f"'{wanted}'")
+
+
+def numbers(value: Any, count: int, place: Place, of: str) -> list[float]:
+    """`value`, a list of `count` finite numbers; `of` says in messages what has that many. Raises `MmpError`."""
+    if not isinstance(value, list):
+        raise place.wrong(value, f"a list of {count} numbers")
+    for k, number in enumerate(value):
+        if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+            raise (place / k).wrong(number, "a finite number")
+    if len(value) != count:
+        raise MmpError(f"{place} has {len(value)} numbers; it must have {count}, one for each {of}")
+    return value
+
+
+def decode(data: Any, kind: type[T], place: Place) -> T:
+    """`data` as a `kind`, a msgspec `Struct`. Raises `MmpError` that names the field; for a typo, the nearest one."""
+    try:
+        return msgspec.convert(data, kind)
+    except msgspec.ValidationError as error:
+        message, _, path = str(error).partition(" - at `$")
+    value, owner = data, kind
+    for name, index in re.findall(r"\.(\w+)|\[(\d+)\]", path.rstrip("`")):
+        key = name or int(index)
+        place, value, owner = place / key, value[key], _inside(owner, name)
+    if unknown := re.match(r"Object contains unknown field `(.*)`", message, re.DOTALL):
+        known = [f.encode_name for f in msgspec.structs.fields(owner)]
+        raise MmpError(f"{place}: {UnknownNameError('field', shown(unknown[1])[1:-1], known)}")
+    if missing := re.match(r"Object missing required field `(.*)`", message):
+        raise MmpError(f"{place / missing[1]} is missing")
+    allowed = re.match(r"Expected (.*?)(, got .*)?$", message)
+    words = re.sub(r"`([^`]*)`", lambda found: _in_words(found[1]), allowed[1]) if allowed else "a number in range"
+    raise place.wrong(value, words)
+
+
+def _in_words(types: str) -> str:
+    return " or ".join(_PLAIN_WORDS.get(name, name) for name in types.split(" | "))
+
+
+def _inside(owner: Any, field: str) -> Any:
+    """The type of a field of a Struct, or of the items of a list; of a union, the part that has fields."""
+    inner = {f.name: f.type for f in msgspec.structs.fields(owner)}[field] if field else get_args(owner)[0]
+    return next((part for part in get_args(inner) if hasattr(part, "__struct_fields__")), inner) if field else inner
+
+
+def _refuse_twice(place: Place, keys: Iterable[str]) -> None:
+    seen = set()
+    for key in keys:
+        if key in seen:
+            raise MmpError(f"{place} has the field {shown(key)} twice in one object; names must differ")
+        seen.add(key)
+
+
+def _too_deep(place: Place) -> MmpError:
+    return MmpError(f"{place} is nested too deeply; the files of mmp-env need no more than ten levels")
+
+
+def _one_line(text: object) -> str:
+    return " ".join(str(text).split())

@@ -1,0 +1,45 @@
+"""Rigid transforms as 4x4 matrices, quaternions as wxyz, fixed-axis roll-pitch-yaw as in URDF."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+
+def matrix_from_quaternion(wxyz: ArrayLike) -> Float[np.ndarray, "3 3"]:
+    """Rotation matrix of a quaternion, which is normalised first."""
+    w, x, y, z = np.asarray(wxyz, dtype=float) / np.linalg.norm(wxyz)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternion_from_yaw(yaw: float) -> Float[np.ndarray, "4"]:
+    """Quaternion (wxyz) of a rotation by `yaw` [rad] about +z."""
+    return np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
+
+
+def matrix_from_rpy(rpy: ArrayLike) -> Float[np.ndarray, "3 3"]:
+    """Rotation matrix Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
+    r, p, y = np.asarray(rpy, dtype=float)
+    cr, sr, cp, sp, cy, sy = np.cos(r), np.sin(r), np.cos(p), np.sin(p), np.cos(y), np.sin(y)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def transform(rotation: ArrayLike, translation: ArrayLike) -> Float[np.ndarray, "4 4"]:
+    """Homogeneous transform of a rotation matrix and a translation [m]."""
+    out = np.eye(4)
+    out[:3, :3] = rotation
+    out[:3, 3] = translation
+    return out

@@ -1,0 +1,94 @@
+"""Writing JSON so that nothing is ever half written and the same values give the same bytes."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import secrets
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mmp_env.errors import MmpError
+
+_LINE = 240
+
+
+def json_text(value: Any) -> str:
+    """`value` as JSON, a line for each object or list that is short or holds scalars only; floats as `repr` has them.
+
+    NumPy scalars and arrays become numbers and lists; numbers that are not finite become null.
+    """
+    return _layout(plain(value), "") + "\n"
+
+
+def plain(value: Any) -> Any:
+    """`value` as dicts, lists and scalars that JSON knows. Raises `TypeError` for what has no such form."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    raise TypeError(f"a {type(value).__name__} cannot be written as JSON")
+
+
+def check_writable(path: str | PathLike[str]) -> None:
+    """Raises `MmpError` where `write_text` could not write; leaves nothing behind."""
+    temporary = _temporary(_target(path))
+    try:
+        temporary.open("x").close()
+        temporary.unlink()
+    except OSError as error:
+        raise _cannot_write(path, error) from None
+
+
+def write_text(path: str | PathLike[str], text: str) -> None:
+    """Writes a whole file or none: beside its place first, then moved there. Raises `MmpError`."""
+    target = _target(path)
+    temporary = _temporary(target)
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        os.replace(temporary, target)
+    except OSError as error:
+        raise _cannot_write(path, error) from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _target(path: str | PathLike[str]) -> Path:
+    """The file behind any links. Moving onto a folder fails, and onto a device such as /dev/null would replace it."""
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file():
+        raise MmpError(f"{path} cannot be written: it is not a regular file")
+    return target
+
+
+def _temporary(target: Path) -> Path:
+    return target.with_name(f".mmp-{os.getpid()}-{secrets.token_hex(4)}.tmp")
+
+
+def _cannot_write(path: str | PathLike[str], error: OSError) -> MmpError:
+    return MmpError(f"{path} cannot be written: {error.strerror}")
+
+
+def _layout(value: Any, indent: str) -> str:
+    inner = indent + " "
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    short = json.dumps(value, ensure_ascii=False)
+    if len(short) <= _LINE or not any(isinstance(part, dict | list) for part in parts):
+        return short
+    if isinstance(value, dict):
+        lines = [f"{json.dumps(key, ensure_ascii=False)}: {_layout(item, inner)}" for key, item in value.items()]
+    else:
+        lines = [_layout(item, inner) for item in value]
+    opening, closing = "{}" if isinstance(value, dict) else "[]"
+    return f"{opening}\n{inner}" + f",\n{inner}".join(lines) + f"\n{indent}{closing}"

@@ -1,0 +1,123 @@
+"""The domain of the conflict tree: arms on a grid of time steps, their single-arm planners, conflicts and proofs.
+
+The search itself knows no geometry; everything it asks of the cell goes through here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from mmp_env import _core
+from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF, REQUIRED_PROOF
+from mmp_env.plan import Plan
+from mmp_env.problem import Problem
+from mmp_planners.low_level import SiRrtStar
+
+CERTIFICATE_SLACK_M = 5e-4
+"""How much of the sampled clearance a certificate may leave unproved."""
+
+PairConflicts = Mapping[tuple[int, int], Int[np.ndarray, "c"]]
+"""(arm, arm) -> steps in conflict, ascending; pairs without conflict are left out."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Path:
+    """One arm's trajectory on the grid: `q` [k, dof] [rad]; it stays at its last row. `length` is its L1 length [rad]."""
+
+    q: Float[np.ndarray, "k dof"]
+    motion: _core.Motion
+    length: float
+
+    @property
+    def last(self) -> int:
+        return len(self.q) - 1
+
+
+class Arms:
+    """One run's view of a problem: integers for arms, whole steps of `dt` [s] for times."""
+
+    def __init__(self, problem: Problem, dt: float, low_level: SiRrtStar, clock: _core.Clock) -> None:
+        self.problem, self.dt, self.clock = problem, dt, clock
+        self.names = problem.cell.arm_names
+        self.model = problem.cell.collision
+        self.core = self.model.core
+        self.margin = problem.margin
+        self.max_step = [problem.max_velocity[name] * dt for name in self.names]
+        self._low_level = low_level
+        self._single: list[_core.SingleArm] = []
+
+    def reseed(self, seed: int) -> None:
+        """New single-arm planners: what they share between calls depends on this seed alone."""
+        self._single = [
+            _core.SingleArm(
+                self.core,
+                k,
+                np.ascontiguousarray(self.problem.start[name]),
+                np.ascontiguousarray(self.problem.goal[name]),
+                self.max_step[k],
+                HIT * self.margin,
+                PLAN_PROOF * self.margin,
+                seed + k,
+            )
+            for k, name in enumerate(self.names)
+        ]
+
+    def low_level(
+        self, arm: int, constraints: Sequence[_core.Constraint], seed: int, budget: float = 1.0
+    ) -> tuple[Path | None, int]:
+        """A path that keeps the constraints, or None, and the iterations it took; `budget` scales the iteration cap."""
+        q, iterations = self._low_level(self._single[arm], constraints, seed, budget, self.clock)
+        return (None if q is None else self.path(arm, q)), iterations
+
+    def path(self, arm: int, q: Float[np.ndarray, "k dof"]) -> Path:
+        """A path through `q`, its ends put exactly on start and goal."""
+        q = np.clip(q, *self._limits(arm))
+        q[0], q[-1] = self.problem.start[self.names[arm]], self.problem.goal[self.names[arm]]
+        return Path(q=q, motion=self.model.motion(self.names[arm], q), length=float(np.abs(np.diff(q, axis=0)).sum()))
+
+    def conflicts(self, paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> PairConflicts:
+        """Steps in conflict for each of `pairs`; what is not in conflict is proved clear at every instant."""
+        found = self.model.conflict_steps([p.motion for p in paths], pairs, self.margin)
+        return {pair: steps for pair, steps in zip(pairs, found, strict=True) if len(steps)}
+
+    def pairs(self, arm: int | None = None) -> list[tuple[int, int]]:
+        """All pairs of arms, or those of one."""
+        n = len(self.names)
+        return [(i, j) for i in range(n) for j in range(i + 1, n) if arm is None or arm in (i, j)]
+
+    def plan(self, paths: Sequence[Path], planner: Mapping[str, object], stats: Mapping[str, object]) -> Plan:
+        """The paths on one clock. ScaleTime: a step too fast for any joint is stretched for all arms together."""
+        last = max(path.last for path in paths)
+        q = [np.vstack([p.q, np.repeat(p.q[-1:], last - p.last, axis=0)]) for p in paths]
+        stretch = np.ones(last)
+        for k, rows in enumerate(q):
+            if last:
+                stretch = np.maximum(stretch, (np.abs(np.diff(rows, axis=0)) / self.max_step[k]).max(axis=1))
+        return Plan(
+            problem=self.problem,
+            times=np.concatenate([[0.0], np.cumsum(stretch * self.dt)]),
+            positions=dict(zip(self.names, q, strict=True)),
+            planner=planner,
+            stats=stats,
+        )
+
+    def certify(self, plan: Plan) -> tuple[bool, float, tuple[int, int], int]:
+        """Proof of a plan: (valid, proved clearance [m], arms (second -1: one alone), step) as in `_core.certify`."""
+        q = [np.ascontiguousarray(plan.positions[name]) for name in self.names]
+        required = REQUIRED_PROOF * self.margin
+        valid, clearance, a, b, segment, fraction = _core.certify(
+            self.core, q, required, min(CERTIFICATE_SLACK_M, required / 2), self.clock
+        )
+        return valid, clearance, (a, b), segment + round(fraction)
+
+    def keep_levels(self) -> tuple[float, float]:
+        """Static clearances that a modified path is tested at and proved to keep [m]; every planned path passes."""
+        return (PLAN_PROOF - 0.05) * self.margin, KEEP_PROOF * self.margin
+
+    def _limits(self, arm: int) -> tuple[np.ndarray, np.ndarray]:
+        robot = self.problem.cell.arms[arm].robot
+        return robot.lower, robot.upper

@@ -1,0 +1,115 @@
+"""What a planner tells its watcher. Planners are silent otherwise; watching changes no plan.
+
+Arrays in events are the planner's own: look, do not write.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Event:
+    """Base of all events. `elapsed_s` is since the start of planning."""
+
+    elapsed_s: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SearchStarted(Event):
+    """A conflict tree begins; the first one is `restart` 0. `sub_seed` seeds its single-arm searches."""
+
+    restart: int
+    sub_seed: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NodeCreated(Event):
+    """A node of the tree: its paths on the grid of `dt` [s], cost, bound and conflicts, and what sets it apart.
+
+    `constraint` says in words what the branch forbids, `arm` whom; both None for a root. `fast_track` marks a node that
+    repulsion of one arm made free of conflicts.
+    """
+
+    node: int
+    parent: int | None
+    arm: str | None
+    constraint: str | None
+    paths: Mapping[str, Float[np.ndarray, "k dof"]]
+    cost_rad: float
+    lower_bound_rad: float
+    conflicts: int
+    conflicting_pairs: int
+    fast_track: bool = False
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class NodeExpanded(Event):
+    """A node is taken from the open list."""
+
+    node: int
+    open_nodes: int
+    expanded_nodes: int
+    conflicts: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ConflictChosen(Event):
+    """The conflict that a node is branched on: two arms and the interval [`start_s`, `end_s`]."""
+
+    node: int
+    arm_a: str
+    arm_b: str
+    start_s: float
+    end_s: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Replanned(Event):
+    """A call of the low level for one arm: whether it found a path, and how many iterations it took."""
+
+    arm: str
+    constraints: int
+    found: bool
+    iterations: int
+    tries: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Repelled(Event):
+    """A repulsive modification: the path before and after and, where `RepulsiveModification.trace` asks, each iterate."""
+
+    arm: str
+    before: Float[np.ndarray, "k dof"]
+    after: Float[np.ndarray, "k dof"]
+    iterations: int
+    iterates: tuple[Float[np.ndarray, "k dof"], ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FastTracked(Event):
+    """The fast track was tried on a node; `arm` is in every conflict, `solved` says whether all of them went away."""
+
+    node: int
+    arm: str
+    solved: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolutionFound(Event):
+    """A node without conflicts whose plan has its certificate: `clearance_m` is proved at every instant."""
+
+    node: int
+    cost_rad: float
+    clearance_m: float
+
+
+Watcher = Callable[[Event], None]
+
+
+def ignore(event: Event) -> None:
+    """The watcher that looks away."""

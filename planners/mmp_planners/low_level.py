@@ -1,0 +1,44 @@
+"""The single-arm planner as the conflict tree calls it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env import _core
+
+
+@dataclass(frozen=True, kw_only=True)
+class SiRrtStar:
+    """SI-RRT* (Sim, Kim, Nam 2024, arXiv 2404.01752): vertices are (configuration, safe interval), arrival is earliest.
+
+    `eta` [rad] is the steering distance, `iterations` the cap without a solution, `improve` the iterations spent after
+    the first one, `shortcuts` the attempts to shorten the path found. See `native/si_rrt.hpp` for what we add.
+    """
+
+    eta: float = 0.8
+    iterations: int = 2000
+    improve: int = 0
+    shortcuts: int = 40
+
+    def __call__(
+        self,
+        arm: _core.SingleArm,
+        constraints: Sequence[_core.Constraint],
+        seed: int,
+        budget: float,
+        clock: _core.Clock,
+    ) -> tuple[Float[np.ndarray, "k dof"] | None, int]:
+        """Configurations on the grid, or None, and the iterations used."""
+        return arm.plan(
+            constraints,
+            seed,
+            clock,
+            max_iterations=int(self.iterations * budget),
+            improve_iterations=self.improve,
+            shortcuts=self.shortcuts,
+            eta=self.eta,
+        )

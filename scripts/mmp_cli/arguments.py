@@ -1,0 +1,93 @@
+"""Command-line arguments: every mistake becomes one sentence, a misspelt option with the nearest that exists."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from mmp_env.errors import MmpError, UnknownNameError
+
+LARGEST_SEED = 2**63 - 1
+
+
+class Parser(argparse.ArgumentParser):
+    """An argument parser that raises `MmpError` where argparse would print its usage and exit."""
+
+    def __init__(self, command: str, description: str) -> None:
+        super().__init__(prog=f"mmp {command}", description=description, allow_abbrev=False)
+
+    def parse(self, argv: Sequence[str]) -> argparse.Namespace:
+        """The arguments. Raises `MmpError`."""
+        args, extra = self.parse_known_args(argv)
+        for word in extra:
+            if word.startswith("-"):
+                options = [option for action in self._actions for option in action.option_strings]
+                raise UnknownNameError(f"option of {self.prog}", word.partition("=")[0], options)
+        if extra:
+            raise MmpError(f"{self.prog} has no use for the argument '{extra[0]}'; see {self.prog} --help")
+        return args
+
+    def error(self, message: str) -> NoReturn:
+        """Raises the message as an `MmpError`."""
+        raise MmpError(f"{self.prog}: {message}")
+
+
+def seed(text: str) -> int:
+    """A whole number from 0."""
+    if not (text.isascii() and text.isdigit() and len(text) < 20 and int(text) <= LARGEST_SEED):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 to {LARGEST_SEED}")
+    return int(text)
+
+
+def positive(text: str) -> float:
+    """A finite number above zero."""
+    value = _number(text)
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a finite number above 0")
+    return value
+
+
+def seconds(text: str) -> float:
+    """A time above zero [s]; `inf` for none."""
+    value = _number(text)
+    if not value > 0:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of seconds above 0")
+    return value
+
+
+def setting(text: str) -> tuple[str, Any]:
+    """`key=value`; the value is a JSON number, true, false or null, and text otherwise."""
+    key, equals, value = text.partition("=")
+    if not (key and equals):
+        raise argparse.ArgumentTypeError(f"'{text}' is not of the form key=value")
+    try:
+        parsed = json.loads(value, parse_constant=_refuse)
+    except ValueError:
+        parsed = value
+    return key.replace("-", "_"), value if isinstance(parsed, dict | list) else parsed
+
+
+def add_source(parser: Parser) -> None:
+    """The arguments that say which instance: see `mmp_cli.source`."""
+    parser.add_argument("source", metavar="SOURCE", help="environment id, instance file or cell file (JSON or YAML)")
+    parser.add_argument("--instance", metavar="NAME", help="instance of an instance file; default: its first")
+    parser.add_argument("--robot", metavar="NAME", help="robot of an environment id; default: ur5e")
+    parser.add_argument("--task", metavar="NAME", help="task to draw the instance from; default: reach")
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="of the planner and the draw; default: 0")
+    parser.add_argument("--start", metavar="JSON", help="configurations by hand: '{\"left\": [0, ...], ...}' [rad]")
+    parser.add_argument("--goal", metavar="JSON", help="like --start")
+    parser.add_argument("--margin", type=positive, metavar="M", help="clearance to keep [m]; default: 0.002")
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(constant)
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

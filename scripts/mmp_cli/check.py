@@ -1,0 +1,51 @@
+"""`mmp check PLAN...`: checks plan files on their own, without planner or core."""
+
+from __future__ import annotations
+
+import json
+import sys
+from argparse import Namespace
+
+from mmp_env.errors import MmpError
+
+from mmp_cli.arguments import Parser
+
+
+def parser() -> Parser:
+    """The arguments of the command."""
+    out = Parser("check", "Checks plans again. Exit 0: all are valid; 1: one is not; 2: one cannot be read.")
+    out.add_argument("plans", nargs="+", metavar="PLAN", help="plan files (schema mmp-plan/1)")
+    out.add_argument("--exact", action="store_true", help="with the MuJoCo geoms instead of the spheres")
+    out.add_argument("--json", action="store_true", help="print one JSON object per plan")
+    return out
+
+
+def run(args: Namespace) -> int:
+    """Checks all of them, whatever is wrong with the first; returns the highest code."""
+    return max(_check(path, args) for path in args.plans)
+
+
+def _check(path: str, args: Namespace) -> int:
+    from mmp_env.check import check_plan
+    from mmp_env.plan_file import plan_from_dict
+    from mmp_env.reading import read_document
+
+    from mmp_cli.main import one_line
+
+    try:
+        data = read_document(path)
+        plan_from_dict(data, path)
+    except MmpError as error:
+        print(f"mmp: {one_line(error)}", file=sys.stderr)
+        return 2
+    # Its content, not the plan that was made of it: the checker shall read the cell for itself.
+    report = check_plan(data, exact=args.exact)
+    if args.json:
+        print(json.dumps({"plan": path, "exact": args.exact} | report.as_dict()))
+    elif report.valid:
+        print(f"{path}: {report}")
+    else:
+        print(f"{path}: {len(report.violations)} violations")
+        for violation in report.violations:
+            print(f"  {violation}")
+    return 0 if report.valid else 1

@@ -1,0 +1,105 @@
+"""`mmp list`: robots, cells, tasks, and planners with their options."""
+
+from __future__ import annotations
+
+import json
+from argparse import Namespace
+from typing import Any
+
+from mmp_env.errors import MmpError
+from mmp_env.writing import plain
+
+from mmp_cli.arguments import Parser
+
+
+def parser() -> Parser:
+    """The arguments of the command."""
+    out = Parser("list", "Lists robots, cells, tasks, and planners with their options.")
+    out.add_argument("--json", action="store_true", help="print one JSON object")
+    return out
+
+
+def run(args: Namespace) -> int:
+    """Runs the command."""
+    found = inventory()
+    if args.json:
+        print(json.dumps(found))
+    else:
+        _print(found)
+    return 0
+
+
+def inventory() -> dict[str, list[dict[str, Any]]]:
+    """Everything that has a name, by kind; a planner or task that does not load has an `error` in place of the rest."""
+    import mmp_planners
+    import mmp_tasks
+    from mmp_env.robot import load_robot, robot_names
+
+    from mmp_cli.source import ENVIRONMENTS
+
+    robots = [load_robot(name) for name in robot_names()]
+    return {
+        "robots": [{"name": r.name, "title": r.title, "joints": r.dof, "tool": r.default_tool} for r in robots],
+        "cells": [{"name": name, "arms": count} for name, count in ENVIRONMENTS.items()],
+        "tasks": [_task(name) for name in mmp_tasks.names()],
+        "planners": [_planner(name) for name in mmp_planners.names()],
+    }
+
+
+def _task(name: str) -> dict[str, Any]:
+    import mmp_tasks
+
+    try:
+        found = mmp_tasks.describe(name)
+    except MmpError as error:
+        return {"name": name, "error": str(error)}
+    options = [{"name": key, "default": _value(default)} for key, default in found.options.items()]
+    return {"name": name, "summary": found.summary, "options": options}
+
+
+def _planner(name: str) -> dict[str, Any]:
+    import mmp_planners
+
+    try:
+        found = mmp_planners.describe(name)
+    except MmpError as error:
+        return {"name": name, "error": str(error)}
+    options = [{"name": o.name, "type": o.type, "default": _value(o.default), "doc": o.doc} for o in found.options]
+    return {"name": name, "summary": found.summary, "options": options}
+
+
+def _value(default: Any) -> Any:
+    """A default as JSON; what JSON has no form for, in words."""
+    try:
+        return plain(default)
+    except TypeError:
+        return str(default)
+
+
+def _print(found: dict[str, list[dict[str, Any]]]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table.grid(padding=(0, 2))
+
+    def add(name: str, text: str, style: str = "") -> None:
+        table.add_row(Text(name, style=style), Text(text))
+
+    for kind, items in found.items():
+        add(kind, "", "bold")
+        for item in items:
+            add(f"  {item['name']}", _words(kind, item))
+            for option in item.get("options", ()):
+                doc = f": {option['doc']}" if option.get("doc") else ""
+                add(f"    {option['name']}", f"{json.dumps(option['default'])}{doc}", "dim")
+    Console().print(table)
+
+
+def _words(kind: str, item: dict[str, Any]) -> str:
+    if "error" in item:
+        return item["error"]
+    if kind == "robots":
+        tool = f", with {item['tool']}" if item["tool"] else ""
+        return f"{item['title']}, {item['joints']} joints{tool}"
+    return f"{item['arms']} arms in a ring, any robot" if kind == "cells" else item["summary"]

@@ -1,0 +1,73 @@
+"""The console script `mmp`: finds the command, and turns misuse into one sentence and an exit code.
+
+Exit 0: done; 1: no plan in time, a violation, a goal not reached; 2: bad usage or bad input; 130: interrupted. Any other
+exception is a fault of the program and keeps its traceback.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+COMMANDS = {
+    "plan": "plan one instance, check the plan and print a summary",
+    "check": "check plan files again, on their own",
+    "list": "list robots, cells, tasks and planners with their options",
+}
+_HELP = """usage: mmp COMMAND ...
+
+Collision-free motions for crowded robot-arm cells, found and proved.
+
+commands:
+{commands}
+
+`mmp COMMAND --help` lists the options of a command; `mmp --version` prints the version.
+"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Runs one command line, that of the process by default, and returns its exit code."""
+    try:
+        code = _run(list(sys.argv[1:] if argv is None else argv))
+        sys.stdout.flush()
+    except KeyboardInterrupt:
+        print("mmp: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        # Whoever read our output has gone; nothing is left to say, not even at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except ValueError as error:
+        from mmp_env.errors import MmpError
+
+        if not isinstance(error, MmpError):
+            raise
+        print(f"mmp: {one_line(error)}", file=sys.stderr)
+        return 2
+    return code
+
+
+def one_line(error: BaseException) -> str:
+    """The message without line breaks and control characters, which names in a file may hold."""
+    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(str(error).split()))
+
+
+def _run(argv: list[str]) -> int:
+    if not argv or argv[0] in ("-h", "--help"):
+        width = max(map(len, COMMANDS))
+        commands = "\n".join(f"  {name:{width}}  {summary}" for name, summary in COMMANDS.items())
+        print(_HELP.format(commands=commands), end="", file=sys.stdout if argv else sys.stderr)
+        return 0 if argv else 2
+    if argv[0] == "--version":
+        from mmp_cli.machine import version
+
+        print(f"mmp-env {version()}")
+        return 0
+    if argv[0] not in COMMANDS:
+        from mmp_env.errors import UnknownNameError
+
+        raise UnknownNameError("command", argv[0], COMMANDS)
+    command = importlib.import_module(f"mmp_cli.{argv[0]}")
+    return command.run(command.parser().parse(argv[1:]))

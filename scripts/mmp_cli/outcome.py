@@ -1,0 +1,88 @@
+"""What became of one run of `mmp plan`: planned, checked, executed; as an exit code and as a line of results.jsonl."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+from mmp_env.check import CheckReport
+from mmp_env.env import ExecutionReport
+from mmp_env.problem import Problem
+from mmp_env.writing import plain
+from mmp_planners import PlanResult, Status
+
+from mmp_cli.machine import machine, version
+
+_RECORDED = ("times", "positions")
+_COUNTS = ("expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Outcome:
+    """One run. What it did not come to is None: an invalid instance has no problem, no plan has no check."""
+
+    instance: str
+    planner: str
+    seed: int
+    result: PlanResult
+    problem: Problem | None = None
+    planning_time_s: float | None = None
+    interrupted: bool = False
+    check: CheckReport | None = None
+    check_time_s: float | None = None
+    execution: ExecutionReport | None = None
+    plan_path: str | None = None
+
+    @property
+    def exit_code(self) -> int:
+        """0: a valid plan, executed without contact where asked; 1: not; 2: an invalid instance; 130: interrupted."""
+        if self.interrupted:
+            return 130
+        if self.result.status is Status.INVALID:
+            return 2
+        valid = self.check is not None and self.check.valid
+        executed = self.execution is None or (self.execution.reached and not self.execution.contacts)
+        return 0 if valid and executed else 1
+
+    @property
+    def refuted(self) -> bool:
+        """Whether the checker found fault with a plan that its planner had proved."""
+        return self.check is not None and not self.check.valid
+
+    def line(self) -> dict[str, Any]:
+        """The fields of a line of results.jsonl, as JSON values; what does not exist is null."""
+        plan, stats = self.result.plan, self.result.stats
+        return plain(
+            {
+                "instance": self.instance,
+                "planner": self.planner,
+                "seed": self.seed,
+                "status": str(self.result.status),
+                "planning_time_s": self.planning_time_s,
+                "check_time_s": self.check_time_s,
+                **{key: stats.get(key) for key in _COUNTS},
+                "cost_rad": plan.cost_rad if plan else None,
+                "makespan_s": plan.makespan_s if plan else None,
+                "root_conflicts": stats.get("root_conflicts"),
+                "cost_lower_bound_rad": self.problem.cost_lower_bound_rad if self.problem else None,
+                "min_clearance_m": self.check.min_clearance_m if self.check else None,
+                "bound_met": stats.get("bound_met"),
+                "deadline_hit": stats.get("deadline_hit"),
+                "plan": self.plan_path,
+                "version": version(),
+                "machine": machine(),
+            }
+        )
+
+    def verdict(self, execute: bool) -> dict[str, Any]:
+        """What `mmp plan --json` says beyond the line: `valid` and, where asked for, `execution`."""
+        valid = {"valid": self.check.valid if self.check else None}
+        return valid | {"execution": execution_fields(self.execution) if self.execution else None} if execute else valid
+
+
+def execution_fields(report: ExecutionReport) -> dict[str, Any]:
+    """The report as JSON values, without what was recorded."""
+    fields = {field.name: getattr(report, field.name) for field in dataclasses.fields(report)}
+    contacts = [dataclasses.asdict(contact) for contact in report.contacts]
+    return plain({key: value for key, value in fields.items() if key not in _RECORDED} | {"contacts": contacts})

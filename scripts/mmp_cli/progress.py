@@ -1,0 +1,66 @@
+"""The progress line: a watcher of the planner's events that tells on the terminal how the search is going."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+
+from mmp_planners import Event
+from mmp_planners.events import FastTracked, NodeExpanded, SearchStarted, SolutionFound
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+_REFRESH_S = 0.1
+
+
+class ProgressLine:
+    """One line that is gone when the planning ends; nothing at all where `console` is not a terminal."""
+
+    def __init__(self, planner: str, console: Console) -> None:
+        self._planner = planner
+        self._bar: Progress | None = None
+        if console.is_terminal:
+            columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+            self._bar = Progress(*columns, console=console, transient=True)
+            self._task = self._bar.add_task(f"{planner}: first paths", total=None)
+        self._restart, self._expanded, self._open, self._conflicts, self._tracked = 0, 0, 0, 0, 0
+        self._cost_rad: float | None = None
+        self._next_s = 0.0
+
+    def __enter__(self) -> ProgressLine:
+        if self._bar:
+            self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar:
+            self._bar.stop()
+
+    def __call__(self, event: Event) -> None:
+        match event:
+            case SearchStarted():
+                self._restart = event.restart
+            case NodeExpanded():
+                self._expanded, self._open = event.expanded_nodes, event.open_nodes
+                self._conflicts = event.conflicts
+            case FastTracked():
+                self._tracked += event.solved
+            case SolutionFound():
+                self._cost_rad = event.cost_rad
+        now = time.monotonic()
+        if self._bar and now >= self._next_s:
+            self._next_s = now + _REFRESH_S
+            self._bar.update(self._task, description=self.text())
+
+    def text(self) -> str:
+        """What the line says."""
+        parts = [f"{self._expanded} nodes expanded, {self._open} open", f"{self._conflicts} conflicts in the last"]
+        if self._restart:
+            parts.append(f"restart {self._restart}")
+        if self._tracked:
+            parts.append(f"{self._tracked} fast-tracked")
+        if self._cost_rad is not None:
+            parts.append(f"best so far {self._cost_rad:.2f} rad")
+        return f"{self._planner}: " + "; ".join(parts)

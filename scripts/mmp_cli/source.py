@@ -1,0 +1,102 @@
+"""SOURCE: an environment id, an instance file or a cell file, and the options that pick one instance of it."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mmp_env.cell import Cell
+from mmp_env.cell_file import cell_from_dict
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.instance_file import configurations_from_dict, instances_from_dict
+from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
+from mmp_env.reading import Place, named, parse_json, read_document
+from mmp_env.rings import RING_RADIUS_M, ring_cell
+
+ENVIRONMENTS = {f"MultiArmCell-{count}": count for count in RING_RADIUS_M}
+_ANY_CELL = "MultiArmCell"
+_MODULE = "mmp_env:"
+_FILE_SUFFIXES = (".json", ".yaml", ".yml")
+_BY_HAND = "given"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """One instance: `label` is its name in results, `problem` makes it.
+
+    `problem` raises `InvalidInstanceError` where start or goal is out of limits or in collision, and `MmpError` where
+    none can be drawn.
+    """
+
+    label: str
+    problem: Callable[[], Problem]
+
+
+def read_source(args: Namespace) -> Source:
+    """The instance that the command line asks for. Raises `MmpError`."""
+    source = args.source.removeprefix(_MODULE)
+    if source in ENVIRONMENTS:
+        _refuse(args, "an environment id", "instance")
+        return _from_cell(args, ring_cell(ENVIRONMENTS[source], args.robot or "ur5e"), source)
+    if source == _ANY_CELL:
+        raise MmpError(f"'{source}' has no cell of its own; give a cell file, or one of {', '.join(ENVIRONMENTS)}")
+    path = Path(args.source)
+    if not path.exists() and path.suffix.lower() not in _FILE_SUFFIXES and "/" not in args.source:
+        raise UnknownNameError("environment id or file", args.source, ENVIRONMENTS)
+    data = read_document(path)
+    if isinstance(data, dict) and ("schema" in data or "instances" in data):
+        _refuse(args, "an instance file", "robot", "task", "start", "goal")
+        file = instances_from_dict(data, args.source, name=path.stem)
+        with named(args.source):
+            instance = file.instances[0] if args.instance is None else file.instance(args.instance)
+        label = f"{file.cell.name}/{instance.name}"
+        return Source(label=label, problem=lambda: file.problem(instance, margin=_margin(args)))
+    _refuse(args, "a cell file", "instance", "robot")
+    cell = cell_from_dict(data, args.source, name=path.stem)
+    return _from_cell(args, cell, cell.name)
+
+
+def _from_cell(args: Namespace, cell: Cell, name: str) -> Source:
+    if args.start is None and args.goal is None:
+        return Source(label=f"{name}/{args.seed}", problem=lambda: _drawn(args, cell, f"{name}/{args.seed}"))
+    if args.task is not None:
+        raise MmpError(f"--task is '{args.task}' beside --start and --goal; an instance is drawn or given, not both")
+    start, goal = _by_hand(args, cell, "start"), _by_hand(args, cell, "goal")
+    label = f"{name}/{_BY_HAND}"
+
+    def problem() -> Problem:
+        with named(args.source):
+            return make_problem(cell, start, goal, margin=_margin(args), name=label)
+
+    return Source(label=label, problem=problem)
+
+
+def _drawn(args: Namespace, cell: Cell, label: str) -> Problem:
+    """The instance of `env.reset(seed=...)` in this cell."""
+    from mmp_env.instances import DEFAULT_TASK, draw_instance
+
+    start, goal = draw_instance(cell, args.task or DEFAULT_TASK, args.seed)
+    return make_problem(cell, start, goal, margin=_margin(args), name=label)
+
+
+def _by_hand(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:
+    text, place = getattr(args, which), Place(f"--{which}")
+    if text is None:
+        raise MmpError(f"--{which} is missing; --start and --goal go together")
+    return configurations_from_dict(cell, parse_json(text, place), place)
+
+
+def _margin(args: Namespace) -> float:
+    return DEFAULT_MARGIN_M if args.margin is None else args.margin
+
+
+def _refuse(args: Namespace, kind: str, *options: str) -> None:
+    """Raises `MmpError` where an option was given that means nothing for this kind of source."""
+    for option in options:
+        value = getattr(args, option)
+        if value is not None:
+            raise MmpError(f"--{option} is '{value}', but '{args.source}' is {kind}, which has no {option} to choose")

@@ -1,0 +1,82 @@
+"""The summary of a run for people, and its loud lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from mmp_env.env import ExecutionReport
+from mmp_planners import PlanResult
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from mmp_cli.outcome import Outcome
+
+
+def print_summary(outcome: Outcome) -> None:
+    """A line on stdout for each thing that there is to say."""
+    table = Table.grid(padding=(0, 2))
+    for name, text in _rows(outcome):
+        table.add_row(Text(name, style="bold"), Text(text))
+    Console().print(table)
+
+
+def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
+    plan, problem = outcome.result.plan, outcome.problem
+    yield "instance", outcome.instance
+    yield "planner", f"{outcome.planner}, seed {outcome.seed}"
+    yield "status", _status(outcome)
+    if outcome.planning_time_s is not None:
+        yield "planning", f"{outcome.planning_time_s:.3f} s, certificate included"
+    yield "search", _search(outcome.result)
+    if plan and problem:
+        yield "cost", _cost(outcome.result, plan.cost_rad, problem.cost_lower_bound_rad)
+        yield "makespan", f"{plan.makespan_s:.2f} s"
+        yield "margin", f"{problem.margin * 1e3:.2f} mm in force"
+    if outcome.check is not None:
+        yield "check", f"{outcome.check} ({outcome.check_time_s:.2f} s)"
+    elif plan:
+        yield "check", "left out, the run was interrupted; mmp check does it"
+    if outcome.execution is not None:
+        yield "execution", _execution(outcome.execution)
+    if outcome.plan_path is not None:
+        yield "plan file", outcome.plan_path
+
+
+def _status(outcome: Outcome) -> str:
+    words = {"timeout": "timeout: no plan in time", "exhausted": "exhausted: the constraints used up the search"}
+    status = str(outcome.result.status)
+    return ("interrupted; " if outcome.interrupted else "") + words.get(status, status)
+
+
+def _search(result: PlanResult) -> str:
+    stats = result.stats
+    names = {
+        "expanded_nodes": "nodes expanded",
+        "generated_nodes": "generated",
+        "low_level_calls": "low-level calls",
+        "root_conflicts": "conflicts at the root",
+    }
+    parts = [f"{stats[key]} {name}" for key, name in names.items() if stats.get(key) is not None]
+    if stats.get("fast_track_tries"):
+        parts.append(f"fast track {stats.get('fast_track_hits')} of {stats['fast_track_tries']}")
+    return ", ".join(parts) or "not counted by this planner"
+
+
+def _cost(result: PlanResult, cost: float, bound: float) -> str:
+    if bound <= 0:
+        return f"{cost:.2f} rad"
+    text = f"{cost:.2f} rad, {cost / bound:.3f} x the straight lines"
+    w = (result.plan.planner if result.plan else {}).get("options", {}).get("w")
+    if not isinstance(w, int | float):
+        return text
+    if cost <= w * bound:
+        return f"{text}: at most {w:g} x the best"
+    return f"{text}; bound {'met' if result.stats.get('bound_met') else 'not met'}: {w:g} x the planner's own costs"
+
+
+def _execution(report: ExecutionReport) -> str:
+    goals = "every goal reached" if report.reached else "GOAL NOT REACHED"
+    contacts = f"{len(report.contacts)} contacts" if report.contacts else "no contact"
+    error = f"tracking error at most {report.max_tracking_error_rad:.4f} rad"
+    return f"{goals}, {contacts}, {error}, {report.duration_s:.2f} s"

@@ -1,0 +1,18 @@
+"""Runs every test with checked signatures (shapes and types), and lets tests import `twins` from this folder.
+
+There is no `__init__.py` beside this file and no conftest at the root: the tests import the installed packages.
+"""
+
+import sys
+from pathlib import Path
+
+import hypothesis
+import jaxtyping
+
+sys.path.insert(0, str(Path(__file__).parent))
+# Before any of the packages is imported: the hook acts at import.
+jaxtyping.install_import_hook(["mmp_env", "mmp_planners", "mmp_tasks", "mmp_cli"], "typechecker.checked")
+
+# A busy machine makes no test fail; examples are the same in every run, so a failure seen once is seen again.
+hypothesis.settings.register_profile("mmp", deadline=None, derandomize=True, database=None)
+hypothesis.settings.load_profile("mmp")

@@ -1,0 +1,218 @@
+"""Task `reach`: what it promises of every instance, its restarts, and its errors."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from twins import clearance, kinematics, toys
+
+import mmp_tasks
+from mmp_env.cell import Cell, place_arm
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.problem import DEFAULT_MARGIN_M
+from mmp_env.rings import ring_cell
+from mmp_env.robot import load_robot, robot_names
+from mmp_tasks.reach import Reach
+from mmp_tasks.shared_space import shared_space
+
+CELLS = [
+    (8, "ur5e", "28"),
+    (4, "ur5e", "fine"),
+    (6, "panda", "fine"),
+    (4, "fr5", "28"),
+    (2, "piper", "fine"),
+    (8, "piper", "28"),
+]
+
+
+def states(count, robot, spheres, seeds):
+    cell = ring_cell(count, robot, spheres)
+    for seed in seeds:
+        yield from ((cell, state) for state in Reach().sample(cell, np.random.default_rng(seed)))
+
+
+@pytest.mark.parametrize(("count", "robot", "spheres"), CELLS)
+def test_arms_keep_a_centimetre_from_each_other_and_the_whole_margin_from_the_rest(count, robot, spheres):
+    for cell, state in states(count, robot, spheres, range(3)):
+        assert set(state) == set(cell.arm_names)
+        for a, b in combinations(cell.arm_names, 2):
+            assert clearance.pair_clearance(cell, a, state[a], b, state[b]) >= 0.01 - 1e-12
+        assert 0.9 * clearance.least_clearance(cell, state) > DEFAULT_MARGIN_M
+
+
+@pytest.mark.parametrize(("count", "robot", "spheres"), CELLS)
+def test_every_tool_point_lies_in_the_shared_space_and_every_joint_in_its_draw_limits(count, robot, spheres):
+    for cell, state in states(count, robot, spheres, range(3)):
+        space = shared_space(cell)
+        for arm in cell.arms:
+            q = state[arm.name]
+            x, y, z = kinematics.tool_point(arm, q)
+            assert np.hypot(x, y) <= space.radius + 1e-9
+            assert 0.05 - 1e-9 <= z <= 0.80 + 1e-9
+            assert (q >= arm.robot.draw_lower).all()
+            assert (q <= arm.robot.draw_upper).all()
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_draw_limits_are_the_limits_cut_to_half_a_turn_each_way(name):
+    robot = load_robot(name)
+    lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
+    if name == "ur5e":  # the way past a quarter turn points the upper arm into the table
+        lower[1], upper[1] = -1.5 * np.pi, np.pi / 2
+    np.testing.assert_allclose(robot.draw_lower, lower, atol=1e-6)
+    np.testing.assert_allclose(robot.draw_upper, upper, atol=1e-6)
+    assert (robot.draw_lower >= robot.lower).all()
+    assert (robot.draw_upper <= robot.upper).all()
+
+
+def test_the_same_state_of_the_generator_gives_the_same_instance_and_leaves_the_same_state():
+    cell = ring_cell(4)
+    first, second, other = (np.random.default_rng(seed) for seed in (5, 5, 6))
+    (start, goal), (start_again, goal_again) = Reach().sample(cell, first), Reach().sample(ring_cell(4), second)
+    for arm in cell.arm_names:
+        np.testing.assert_array_equal(start[arm], start_again[arm])
+        np.testing.assert_array_equal(goal[arm], goal_again[arm])
+        assert not np.array_equal(start[arm], goal[arm])
+    assert first.bit_generator.state == second.bit_generator.state
+    assert not np.array_equal(Reach().sample(cell, other)[0]["arm0"], start["arm0"])
+
+
+@pytest.mark.parametrize(
+    ("count", "robot", "radius"),
+    [
+        (8, "ur5e", 0.70 - 0.15),
+        (4, "panda", 0.55 - 0.15),
+        (2, "fr5", 0.40 - 0.15),
+        (2, "piper", 0.20),
+        (8, "piper", 0.361),
+    ],
+)
+def test_the_shared_space_of_a_ring_ends_15_cm_before_the_bases_but_never_below_20_cm(count, robot, radius):
+    space = shared_space(ring_cell(count, robot))
+    np.testing.assert_allclose(space.center, [0, 0], atol=1e-9)
+    assert space.radius == pytest.approx(radius, abs=1e-3)
+    assert (space.bottom, space.top) == (0.05, 0.80)
+
+
+def test_the_shared_space_stands_on_the_lowest_base_in_the_middle_of_all():
+    cell = toys.toy_cell(
+        toys.toy_arm("a", [1, 0, 0.4]), toys.toy_arm("b", [2, 2, 0.1]), toys.toy_arm("c", [3, -2, 0.1])
+    )
+    space = shared_space(cell)
+    np.testing.assert_allclose(space.center, [2, 0])
+    assert space.radius == pytest.approx((1 + 2 + np.sqrt(5)) / 3 - 0.15)
+    assert (space.bottom, space.top) == pytest.approx((0.15, 0.90))
+
+
+def test_a_single_arm_has_its_reach_to_itself():
+    assert shared_space(toys.toy_cell(toys.toy_arm("a", [1, 1, 0]))).radius == 2.0
+
+
+def test_points_on_the_surface_of_the_shared_space_are_in_it():
+    space = shared_space(toys.toy_cell(toys.toy_arm("a", [1, 0, 0])))
+    points = np.array([[3.0, 0, 0.05], [3.01, 0, 0.05], [1, 0, 0.80], [1, 0, 0.81], [1, 0, 0.04]])
+    assert space.contains(points).tolist() == [True, False, True, False, False]
+
+
+class FakeQueries:
+    """Stands in for the collision queries: `arm1` is refused until it was tried `refused` times."""
+
+    def __init__(self, refused):
+        self.refused, self.tried, self.first = refused, {"arm0": 0, "arm1": 0}, []
+
+    def tool_points(self, arm, q):
+        return np.tile([0.0, 0.0, 0.5], (len(q), 1))
+
+    def static_clearance(self, arm, q, *, precise):
+        assert precise
+        if arm == "arm0":
+            self.first.append(q[0])
+        before = self.tried[arm]
+        self.tried[arm] += len(q)
+        numbers = np.arange(before, before + len(q))
+        return np.where((arm == "arm0") | (numbers >= self.refused), 0.0025, 0.0024)
+
+    def pair_clearance(self, arm_a, q_a, arm_b, q_b, *, precise):
+        assert precise
+        assert q_a.shape == q_b.shape
+        return np.full(len(q_a), 0.01)
+
+
+def cell_with(queries):
+    cell = ring_cell(2)
+    cell.__dict__["collision"] = queries
+    return cell
+
+
+def test_after_its_tries_the_whole_draw_starts_anew():
+    queries = FakeQueries(refused=300)
+    start, goal = Reach().sample(cell_with(queries), np.random.default_rng(0))
+    assert len(queries.first) == 3  # arm0 in the failed draw, in the second one, and for the goal
+    np.testing.assert_array_equal(start["arm0"], queries.first[1])
+    np.testing.assert_array_equal(goal["arm0"], queries.first[2])
+
+
+def test_the_last_try_still_counts():
+    queries = FakeQueries(refused=299)
+    start, _ = Reach().sample(cell_with(queries), np.random.default_rng(0))
+    np.testing.assert_array_equal(start["arm0"], queries.first[0])
+
+
+def test_after_its_draws_it_gives_up_and_names_the_cell_and_the_arm():
+    queries = FakeQueries(refused=10**9)
+    with pytest.raises(MmpError, match=r"no start for cell 'ring-2' in 100 draws: 100 of them ended at arm 'arm1'"):
+        Reach().sample(cell_with(queries), np.random.default_rng(0))
+    assert queries.tried["arm1"] == 100 * 300
+
+
+def test_a_cell_without_room_is_a_clear_error():
+    filled = toys.solid("box", [0, 0, 0.5], size=[1.2, 1.2, 1.0])
+    ring = ring_cell(2)
+    cell = Cell(name="filled", arms=ring.arms, obstacles=(filled,))
+    with pytest.raises(MmpError, match="no start for cell 'filled' in 3 draws: 3 of them ended at arm 'arm0'"):
+        Reach(draws=3).sample(cell, np.random.default_rng(0))
+
+
+def test_arms_of_different_robots_share_a_cell():
+    places = {"panda": [-0.4, 0, 0], "ur5e": [0.4, 0, 0], "piper": [0, 0.3, 0]}
+    arms = tuple(place_arm(robot, robot, position, [1, 0, 0, 0]) for robot, position in places.items())
+    start, _ = Reach().sample(Cell(name="mixed", arms=arms), np.random.default_rng(0))
+    assert {name: q.shape for name, q in start.items()} == {"panda": (7,), "ur5e": (6,), "piper": (6,)}
+
+
+def test_the_clearance_asked_for_is_kept():
+    cell = ring_cell(2)
+    for state in Reach(clearance=0.15, static_clearance=0.008).sample(cell, np.random.default_rng(1)):
+        assert clearance.pair_clearance(cell, "arm0", state["arm0"], "arm1", state["arm1"]) >= 0.15 - 1e-12
+        assert clearance.least_clearance(cell, state) >= 0.008 - 1e-12
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"clearance": -0.01},
+        {"clearance": float("nan")},
+        {"clearance": "far"},
+        {"tries": 0},
+        {"draws": 1.5},
+        {"tries": True},
+    ],
+)
+def test_a_value_that_makes_no_sense_is_named(options):
+    with pytest.raises(MmpError, match=f"{next(iter(options))} of task 'reach' is"):
+        mmp_tasks.make("reach", **options)
+
+
+def test_an_unknown_option_is_answered_with_the_nearest_and_the_list():
+    with pytest.raises(
+        UnknownNameError, match=r"option of task 'reach' 'trys'.* Did you mean 'tries'.*clearance, draws"
+    ):
+        mmp_tasks.make("reach", trys=3)
+
+
+def test_the_task_is_registered_with_its_options():
+    assert "reach" in mmp_tasks.names()
+    assert mmp_tasks.make("reach") == Reach()
+    description = mmp_tasks.describe("reach")
+    assert description.options == {"clearance": 0.01, "static_clearance": 0.0025, "tries": 300, "draws": 100}
+    assert description.summary.startswith("Random configurations")

@@ -1,0 +1,75 @@
+"""The registry of tasks: names, and tasks of strangers that do not work."""
+
+from dataclasses import dataclass
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_tasks import registry
+
+
+@dataclass(frozen=True)
+class Nothing:
+    """No task at all.
+
+    It cannot sample.
+    """
+
+    size: int = 3
+
+
+class NoOptions:
+    """A task that is no dataclass."""
+
+    def sample(self, cell, rng):
+        return {}, {}
+
+
+STRANGERS = {
+    "nothing": f"{__name__}:Nothing",
+    "plain": f"{__name__}:NoOptions",
+    "missing": "a_module_that_is_not_there:Task",
+    "empty": f"{__name__}:NotDefinedHere",
+}
+
+
+@pytest.fixture
+def strangers(monkeypatch):
+    points = {name: EntryPoint(name, value, registry.GROUP) for name, value in STRANGERS.items()}
+    own = {"nothing": Nothing, "plain": NoOptions}
+    monkeypatch.setattr(registry, "_entry_points", lambda: points)
+    load = EntryPoint.load
+    monkeypatch.setattr(EntryPoint, "load", lambda self: own.get(self.name) or load(self))
+
+
+def test_an_unknown_task_is_answered_with_the_nearest_and_the_list():
+    with pytest.raises(UnknownNameError, match=r"unknown task 'raech'\. Did you mean 'reach'\? Known: .*reach"):
+        registry.make("raech")
+
+
+@pytest.mark.usefixtures("strangers")
+@pytest.mark.parametrize("name", ["missing", "empty"])
+def test_a_task_that_cannot_be_loaded_is_named_with_the_reason(name):
+    with pytest.raises(MmpError, match=rf"task '{name}' \(.*\) cannot be loaded: \w+Error"):
+        registry.make(name)
+
+
+@pytest.mark.usefixtures("strangers")
+def test_something_that_cannot_sample_is_no_task():
+    with pytest.raises(MmpError, match="task 'nothing' has no method sample"):
+        registry.make("nothing")
+
+
+@pytest.mark.usefixtures("strangers")
+def test_a_task_need_not_be_a_dataclass_but_has_no_options_then():
+    assert isinstance(registry.make("plain"), NoOptions)
+    with pytest.raises(UnknownNameError, match="Known: none"):
+        registry.make("plain", size=2)
+
+
+@pytest.mark.usefixtures("strangers")
+def test_a_description_is_the_first_line_of_the_docstring_and_the_defaults():
+    assert registry.names() == sorted(STRANGERS)
+    description = registry.describe("nothing")
+    assert (description.summary, description.options) == ("No task at all.", {"size": 3})

@@ -1,0 +1,73 @@
+"""Forward kinematics of one arm, one configuration at a time, and how its points move with its joints."""
+
+import numpy as np
+
+from mmp_env.cell import Arm
+
+
+def rotation_about(axis, angle):
+    """Homogeneous rotation by `angle` [rad] about `axis` (Rodrigues), [4, 4]."""
+    x, y, z = np.asarray(axis) / np.linalg.norm(axis)
+    k = np.array([[0, -z, y, 0], [z, 0, -x, 0], [-y, x, 0, 0], [0, 0, 0, 0]])
+    return np.eye(4) + np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
+
+
+def link_frames(arm: Arm, q):
+    """T_world_link of every link, base first, then T_world_tool where a tool is mounted: [links, 4, 4]."""
+    robot = arm.robot
+    frames = [arm.T_world_base]
+    for k in range(robot.dof):
+        frames.append(frames[-1] @ robot.origins[k] @ rotation_about(robot.axes[k], q[k]))
+    if arm.tool is not None:
+        frames.append(frames[-1] @ robot.flange @ arm.tool.mount)
+    return np.array(frames)
+
+
+def flange_frame(arm: Arm, q):
+    """T_world_flange, [4, 4]."""
+    return link_frames(arm, q)[arm.robot.dof] @ arm.robot.flange
+
+
+def tool_point(arm: Arm, q):
+    """The tool point in the world [m], or the flange's origin where no tool is mounted."""
+    if arm.tool is None:
+        return flange_frame(arm, q)[:3, 3]
+    return (link_frames(arm, q)[-1] @ [*arm.tool.point, 1.0])[:3]
+
+
+def part_names(arm: Arm):
+    """What each row of `link_frames` is: the robot's links, then the tool."""
+    return [*arm.robot.link_names, *([arm.tool.name] if arm.tool is not None else [])]
+
+
+def moving_joints(arm: Arm, part):
+    """How many joints move that part; the tool rides on the last link."""
+    return min(part, arm.robot.dof)
+
+
+def point_at(arm: Arm, q, part, local):
+    """World position [m] of the point `local` of a part."""
+    return (link_frames(arm, q)[part] @ [*local, 1.0])[:3]
+
+
+def point_jacobian(arm: Arm, q, part, local):
+    """d point / d q [m/rad], [3, dof]: a joint turns the point about its axis, if it carries the part at all."""
+    frames = link_frames(arm, q)
+    point = (frames[part] @ [*local, 1.0])[:3]
+    out = np.zeros((3, arm.dof))
+    for k in range(moving_joints(arm, part)):
+        joint_frame = frames[k + 1]
+        axis = joint_frame[:3, :3] @ arm.robot.axes[k]
+        out[:, k] = np.cross(axis, point - joint_frame[:3, 3])
+    return out
+
+
+def point_jacobian_by_differences(arm: Arm, q, part, local, step=1e-6):
+    """The same by central differences."""
+    out = np.zeros((3, arm.dof))
+    for k in range(arm.dof):
+        ahead, behind = np.array(q, dtype=float), np.array(q, dtype=float)
+        ahead[k] += step
+        behind[k] -= step
+        out[:, k] = (point_at(arm, ahead, part, local) - point_at(arm, behind, part, local)) / (2 * step)
+    return out

@@ -1,0 +1,118 @@
+"""A planar toy arm whose every clearance can be worked out by hand, and random cells of real arms."""
+
+from pathlib import Path
+
+import numpy as np
+
+from mmp_env.cell import Arm, Cell, Obstacle, place_arm
+from mmp_env.robot import Robot, Spheres, Tool
+from mmp_env.transforms import quaternion_from_yaw, transform
+
+LINK_M, RADIUS_M = 1.0, 0.1
+
+
+def toy_robot(**changes):
+    """Two links of 1 m in the horizontal plane, and spheres of 0.1 m at the base, the elbow and the tip."""
+    spheres = Spheres(
+        links=np.array([0, 1, 2]),
+        centers=np.array([[0.0, 0, 0], [LINK_M, 0, 0], [LINK_M, 0, 0]]),
+        radii=np.full(3, RADIUS_M),
+    )
+    fields = {
+        "name": "toy",
+        "title": "planar toy",
+        "joint_names": ("shoulder", "elbow"),
+        "link_names": ("base", "upper", "fore"),
+        "origins": np.array([np.eye(4), transform(np.eye(3), [LINK_M, 0, 0])]),
+        "axes": np.array([[0.0, 0, 1], [0, 0, 1]]),
+        "lower": np.full(2, -np.pi),
+        "upper": np.full(2, np.pi),
+        "velocity": np.ones(2),
+        "acceleration": np.ones(2),
+        "jerk": np.ones(2),
+        "effort": np.ones(2),
+        "draw_lower": np.full(2, -np.pi),
+        "draw_upper": np.full(2, np.pi),
+        "acceleration_published": False,
+        "flange": transform(np.eye(3), [LINK_M, 0, 0]),
+        "home": np.zeros(2),
+        "tucked": np.zeros(2),
+        "reach": 2 * LINK_M,
+        "default_tool": None,
+        "spheres": {"28": spheres, "fine": spheres},
+        "self_ignore": {key: frozenset({(0, 1), (1, 2)}) for key in ("28", "fine")},
+        "mjcf": Path("toy.xml"),
+    }
+    return Robot(**(fields | changes))
+
+
+def toy_tool(**changes):
+    """A tool of one sphere of 0.1 m, half a metre beyond the flange, where its tool point is too."""
+    spheres = Spheres(links=np.array([0]), centers=np.array([[0.5, 0, 0]]), radii=np.array([RADIUS_M]))
+    fields = {
+        "name": "stick",
+        "mount": np.eye(4),
+        "point": np.array([0.5, 0, 0]),
+        "spheres": {"28": spheres, "fine": spheres},
+        "self_ignore": {key: frozenset({"fore"}) for key in ("28", "fine")},
+        "mjcf": Path("stick.xml"),
+    }
+    return Tool(**(fields | changes))
+
+
+def toy_arm(name, position, yaw=0.0, tool=None, **changes):
+    """A toy arm at its place."""
+    return Arm(
+        name=name,
+        robot=toy_robot(**changes),
+        tool=tool,
+        position=np.array(position, dtype=float),
+        quaternion=quaternion_from_yaw(yaw),
+    )
+
+
+def toy_cell(*arms, obstacles=()):
+    """A cell of toy arms."""
+    return Cell(name="toys", arms=arms, obstacles=tuple(obstacles))
+
+
+def solid(shape, position, quaternion=(1.0, 0, 0, 0), name="solid", **size):
+    """An obstacle; `size` [3], or `radius` and `length`."""
+    if "size" in size:
+        size["size"] = np.array(size["size"], dtype=float)
+    return Obstacle(
+        name=name, shape=shape, position=np.array(position, dtype=float), quaternion=np.array(quaternion), **size
+    )
+
+
+def random_rotation(rng):
+    """A quaternion (wxyz), uniform over all rotations."""
+    q = rng.normal(size=4)
+    return q / np.linalg.norm(q)
+
+
+def random_cell(rng, robots, spheres, obstacles=True):
+    """Arms of those names thrown together so closely that they often touch, some of them tilted, among four solids."""
+    arms = []
+    for k, robot in enumerate(robots):
+        angle = 2 * np.pi * k / len(robots) + rng.uniform(-0.2, 0.2)
+        position = [0.35 * np.cos(angle), 0.35 * np.sin(angle), rng.uniform(-0.1, 0.1)]
+        quaternion = random_rotation(rng) if rng.random() < 0.3 else quaternion_from_yaw(rng.uniform(-np.pi, np.pi))
+        arms.append(place_arm(f"arm{k}", robot, position, quaternion))
+    solids = []
+    if obstacles:
+        kinds = {
+            "box": {"size": rng.uniform(0.05, 0.6, 3)},
+            "sphere": {"radius": rng.uniform(0.05, 0.2)},
+            "cylinder": {"radius": rng.uniform(0.03, 0.2), "length": rng.uniform(0.1, 0.8)},
+            "capsule": {"radius": rng.uniform(0.03, 0.2), "length": rng.uniform(0.1, 0.8)},
+        }
+        for shape, size in kinds.items():
+            place = rng.uniform([-0.9, -0.9, -0.3], [0.9, 0.9, 1.0])
+            solids.append(solid(shape, place, random_rotation(rng), name=shape, **size))
+    return Cell(name="random", arms=tuple(arms), obstacles=tuple(solids), spheres=spheres)
+
+
+def random_configurations(rng, arm: Arm, count):
+    """Uniform in the joint limits, [count, dof]."""
+    return rng.uniform(arm.robot.lower, arm.robot.upper, (count, arm.dof))

@@ -85,6 +85,10 @@ class Cell:
             raise UnknownNameError("arm", name, self.arm_names)
         return self.arm_names.index(name)
 
+    def __getstate__(self) -> dict[str, object]:
+        # What is copied or sent to another process is the data; the compiled queries are built there anew.
+        return {key: value for key, value in vars(self).items() if key != "collision"}
+
     @cached_property
     def collision(self) -> CollisionModel:
         """The collision queries of this cell, built on first use."""

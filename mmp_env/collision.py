@@ -124,15 +124,19 @@ class CollisionModel:
         return plan_conflicts(self, plan)
 
     def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> _core.Motion:
-        """A trajectory on the grid of steps, as `conflict_steps` and repulsion take it."""
+        """A trajectory on the grid of steps, as `conflict_instants` and repulsion take it."""
         return _core.Motion(self.core, self.index(arm), np.ascontiguousarray(q, dtype=float))
 
-    def conflict_steps(
+    def conflict_instants(
         self, motions: Sequence[_core.Motion], pairs: ArrayLike, margin: float
-    ) -> list[np.ndarray]:
-        """For each pair of indices into `motions`, the steps in conflict; the rest is proved to keep KEEP_PROOF margins."""
+    ) -> list[Float[np.ndarray, "c"]]:
+        """For each pair of indices into `motions`, the instants of conflict in steps, ascending, at most one a step.
+
+        Whole numbers where surfaces are closer than `margin` [m] at a step, broken ones for a contact between two steps;
+        elsewhere `KEEP_PROOF * margin` is proved to be kept.
+        """
         numbers = np.ascontiguousarray(pairs, dtype=np.int32).reshape(-1, 2)
-        return _core.conflict_steps(self.core, motions, numbers, HIT * margin, KEEP_PROOF * margin)
+        return _core.conflict_instants(self.core, motions, numbers, HIT * margin, KEEP_PROOF * margin)
 
     def _rows(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n dof"]:
         rows = np.ascontiguousarray(q, dtype=float)

@@ -39,7 +39,7 @@ def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:
     """All conflicts of a plan, earliest first, one for each pair of arms and unbroken interval.
 
     Intervals are resolved to instants between which no joint moves more than 0.02 rad; whether anything happens between
-    them is known from the proof behind `conflict_steps`.
+    them is known from the proof behind `conflict_instants`.
     """
     times = _refined_times(plan)
     names = plan.problem.cell.arm_names
@@ -47,8 +47,9 @@ def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:
     motions = [model.motion(a, q[a]) for a in names]
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
     out = []
-    for (i, j), steps in zip(pairs, model.conflict_steps(motions, pairs, plan.problem.margin), strict=True):
-        for run in np.split(steps, np.flatnonzero(np.diff(steps) > 1) + 1) if len(steps) else []:
+    for (i, j), instants in zip(pairs, model.conflict_instants(motions, pairs, plan.problem.margin), strict=True):
+        steps = np.rint(instants).astype(int)
+        for run in np.split(steps, np.flatnonzero(np.diff(instants) > 1) + 1) if len(steps) else []:
             out.append(_conflict(model, names[i], names[j], q, times, run))
     return sorted(out, key=lambda c: (c.time_s, c.arm_a, c.arm_b))
 

@@ -186,7 +186,7 @@ def decode(data: Any, kind: type[T], place: Place) -> T:
     value, owner = data, kind
     for name, index in re.findall(r"\.(\w+)|\[(\d+)\]", path.rstrip("`")):
         key = name or int(index)
-        place, value, owner = place / key, value[key], _inside(owner, name)
+        place, value, owner = place / key, value[key], _inside(owner, name) if name else owner
     if unknown := re.match(r"Object contains unknown field `(.*)`", message, re.DOTALL):
         known = [f.encode_name for f in msgspec.structs.fields(owner)]
         raise MmpError(f"{place}: {UnknownNameError('field', shown(unknown[1])[1:-1], known)}")
@@ -202,9 +202,9 @@ def _in_words(types: str) -> str:
 
 
 def _inside(owner: Any, field: str) -> Any:
-    """The type of a field of a Struct, or of the items of a list; of a union, the part that has fields."""
-    inner = {f.name: f.type for f in msgspec.structs.fields(owner)}[field] if field else get_args(owner)[0]
-    return next((part for part in get_args(inner) if hasattr(part, "__struct_fields__")), inner) if field else inner
+    """The `Struct` that a field of a `Struct` holds, alone, in a list or in a union; its type where it holds none."""
+    inner = {f.name: f.type for f in msgspec.structs.fields(owner)}[field]
+    return next((part for part in get_args(inner) if hasattr(part, "__struct_fields__")), inner)
 
 
 def _refuse_twice(place: Place, keys: Iterable[str]) -> None:

@@ -18,7 +18,6 @@ using Pairs = nb::ndarray<const int32_t, nb::shape<-1, 2>, nb::c_contig, nb::dev
 using Out1 = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
 using Out2 = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
 using Out3 = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
-using Steps = nb::ndarray<nb::numpy, int32_t, nb::ndim<1>>;
 using Flags = nb::ndarray<nb::numpy, bool, nb::ndim<1>>;
 using Windows = nb::ndarray<nb::numpy, int32_t, nb::ndim<2>>;
 
@@ -320,33 +319,30 @@ NB_MODULE(MMP_MODULE, m) {
       .def_ro("arm", &SearchMotion::arm_index)
       .def_ro("last", &SearchMotion::last, "Index of the last step.");
 
-  m.def("conflict_steps",
+  m.def("conflict_instants",
         [](const Cell& cell, const std::vector<const SearchMotion*>& motions, Pairs pairs, double margin, double proof) {
           const int n = static_cast<int>(pairs.shape(0)), count = static_cast<int>(motions.size());
           for (int k = 0; k < 2 * n; ++k) need(pairs.data()[k] >= 0 && pairs.data()[k] < count, "no such motion");
-          std::vector<std::vector<int>> found(n);
+          std::vector<std::vector<double>> found(n);
           {
             nb::gil_scoped_release release;
             PairCheck<Floats> check(cell.world<Floats>());
-            std::vector<uint8_t> flags;
-            for (int k = 0; k < n; ++k) {
-              check(*motions[pairs.data()[2 * k]], *motions[pairs.data()[2 * k + 1]], levels_of(margin, proof), flags);
-              for (size_t s = 0; s < flags.size(); ++s)
-                if (flags[s]) found[k].push_back(static_cast<int>(s));
-            }
+            for (int k = 0; k < n; ++k)
+              check(*motions[pairs.data()[2 * k]], *motions[pairs.data()[2 * k + 1]], levels_of(margin, proof), found[k]);
           }
           nb::list out;
           for (auto& steps : found) {
             const size_t size = steps.size();
-            out.append(to_numpy<Steps>(std::move(steps), size));
+            out.append(to_numpy<Out1>(std::move(steps), size));
           }
           return out;
         },
         nb::arg("cell"), nb::arg("motions"), nb::arg("pairs"), nb::arg("margin"), nb::arg("proof"),
-        nb::sig("def conflict_steps(cell: Cell, motions: collections.abc.Sequence[Motion], pairs: numpy.ndarray, margin: "
+        nb::sig("def conflict_instants(cell: Cell, motions: collections.abc.Sequence[Motion], pairs: numpy.ndarray, margin: "
                 "float, proof: float) -> list[numpy.ndarray]"),
-        "For each pair of motions the steps that are in conflict; every other step is proved to keep `proof` [m] until "
-        "the next. A motion stays at its last step for ever.");
+        "For each pair of motions the instants of conflict, in steps, ascending: whole where surfaces are closer than "
+        "`margin` [m] at a step, broken for a contact found between two. Elsewhere `proof` [m] is proved to be kept at "
+        "every instant. A motion stays at its last step for ever.");
 
   nb::class_<SearchConstraint>(m, "Constraint", "What one arm must not do in the window (start, end) of steps.")
       .def_static("ball",

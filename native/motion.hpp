@@ -96,27 +96,28 @@ MMP_INLINE V chord_distance2(const Vec3<V>& d0, const Vec3<V>& d1) {
   return dot(c, c);
 }
 
-// Which steps of two motions are in conflict: flags[k] for k = 0..max(last).
+// At which steps two motions are in conflict: the instants, in steps, ascending, at most one a step.
 //
 // At the steps themselves surfaces closer than `margin` are a conflict. Between them the chords of all sphere pairs are
-// tested, less what the true paths may bulge out of them; what that leaves open goes to the prover, and a contact found
-// there counts for the nearer step. Steps that are not flagged are proved to keep `proof` at every instant.
+// tested, less what the true paths may bulge out of them; what that leaves open goes to the prover, and a contact that it
+// finds is an instant between two steps. Where there is no conflict `proof` is proved to be kept at every instant.
 template <class V>
 class PairCheck {
  public:
   using T = Scalar<V>;
   explicit PairCheck(StaticWorld<V>& world) : prover_(world) {}
 
-  void operator()(const Motion<V>& a, const Motion<V>& b, Levels<T> levels, std::vector<uint8_t>& flags) {
+  void operator()(const Motion<V>& a, const Motion<V>& b, Levels<T> levels, std::vector<double>& instants) {
     const int last = std::max(a.last, b.last);
-    flags.assign(static_cast<size_t>(last) + 1, 0);
+    instants.clear();
     open_.clear();
-    for (int k = 0; k <= last; k += width<V>) block(a, b, k, last, levels, flags);
-    refine(a, b, levels, flags);
+    for (int k = 0; k <= last; k += width<V>) block(a, b, k, last, levels, instants);
+    refine(a, b, levels, last, instants);
   }
 
  private:
-  void block(const Motion<V>& a, const Motion<V>& b, int k, int last, Levels<T> levels, std::vector<uint8_t>& flags) {
+  void block(const Motion<V>& a, const Motion<V>& b, int k, int last, Levels<T> levels,
+             std::vector<double>& instants) {
     Mask<V> hit{}, open{};
     for (size_t i = 1; i < a.arm->links.size(); ++i) {
       const int la = static_cast<int>(i);
@@ -132,7 +133,7 @@ class PairCheck {
     }
     const unsigned h = bits<V>(hit), o = bits<V>(open);
     for (int lane = 0; lane < width<V> && k + lane <= last; ++lane) {
-      if (h >> lane & 1u) flags[k + lane] = 1;
+      if (h >> lane & 1u) instants.push_back(k + lane);
       if (o >> lane & 1u) open_.push_back(k + lane);
     }
   }
@@ -162,9 +163,9 @@ class PairCheck {
     }
   }
 
-  void refine(const Motion<V>& a, const Motion<V>& b, Levels<T> levels, std::vector<uint8_t>& flags) {
-    const int last = static_cast<int>(flags.size()) - 1;
-    std::erase_if(open_, [&](int k) { return flags[k] || (k < last && flags[k + 1]) || k == last; });
+  void refine(const Motion<V>& a, const Motion<V>& b, Levels<T> levels, int last, std::vector<double>& instants) {
+    const auto hit = [&](int k) { return std::binary_search(instants.begin(), instants.end(), double(k)); };
+    std::erase_if(open_, [&](int k) { return k == last || hit(k) || hit(k + 1); });
     if (open_.empty()) return;
     std::vector<SegmentResult<T>> results(open_.size());
     const auto of = [&](const Motion<V>& m) {
@@ -172,7 +173,8 @@ class PairCheck {
     };
     prover_.pair(a.arm_index, b.arm_index, static_cast<int>(open_.size()), of(a), of(b), levels, results.data());
     for (size_t s = 0; s < open_.size(); ++s)
-      if (!results[s].free) flags[open_[s] + (results[s].contact < T(0.5) ? 0 : 1)] = 1;
+      if (!results[s].free) instants.push_back(open_[s] + double(results[s].contact));
+    std::sort(instants.begin(), instants.end());
   }
 
   Prover<V> prover_;

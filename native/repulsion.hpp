@@ -253,9 +253,8 @@ class Repulsion {
   bool comfortable(const Motion<V>& m, const std::vector<const Motion<V>*>& others) {
     const T wanted = T(options_.comfort);
     for (const auto* o : others) {
-      pairs_(m, *o, {wanted, wanted * T(0.6)}, flags_);
-      for (const auto f : flags_)
-        if (f) return false;
+      pairs_(m, *o, {wanted, wanted * T(0.6)}, instants_);
+      if (!instants_.empty()) return false;
     }
     return true;
   }
@@ -264,7 +263,7 @@ class Repulsion {
   Prover<V> prover_;
   PairCheck<V> pairs_;
   std::vector<int> changed_;
-  std::vector<uint8_t> flags_;
+  std::vector<double> instants_;
 };
 
 }  // namespace mmp

@@ -57,6 +57,19 @@ find_installers() {
   done
 }
 
+# Exports CXX: otherwise the compiler that Python itself was built with is looked for.
+find_compiler() {
+  local name names=(g++ c++ clang++)
+  if [ -n "${CXX:-}" ]; then names=("$CXX"); fi
+  for name in "${names[@]}"; do
+    if command -v -- "${name%% *}" >/dev/null; then
+      export CXX=$name
+      return
+    fi
+  done
+  return 1
+}
+
 # Everything that the build needs from the system, asked for in one go.
 find_tools() {
   local missing=() packages=() sudo='' list
@@ -75,8 +88,8 @@ find_tools() {
       packages+=(python3-venv)
     fi
   fi
-  if ! command -v "${CXX:-c++}" >/dev/null && ! command -v g++ >/dev/null && ! command -v clang++ >/dev/null; then
-    missing+=("a C++ compiler")
+  if ! find_compiler; then
+    missing+=("a C++ compiler${CXX:+ at $CXX}")
     packages+=(g++)
   fi
   if [ "${#missing[@]}" -eq 0 ]; then return; fi

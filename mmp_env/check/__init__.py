@@ -1,7 +1,7 @@
 """The checker: is a plan safe at every instant? Independent of the planners and of the native core.
 
-It shares no geometry with them: MuJoCo's kinematics from the robots' MJCF, distances and motion bounds of its own, and its
-own reading of plan.json. docs/checking.md says what is proved and how.
+It shares no geometry with them: MuJoCo's kinematics from the robots' MJCF, distances and motion bounds of its own, and
+its own reading of plan.json. docs/checking.md says what is proved and how.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from mmp_env.check.reading import PlanData, read_cell, read_plan
 from mmp_env.check.report import RULES, CheckReport, Violation
 from mmp_env.check.rules import ends, finite, limits, speed, times
 from mmp_env.check.spheres import CloudPairs, CloudSolids
-from mmp_env.check.sweep import sweep
+from mmp_env.check.sweep import ROUNDING_M, prove_apart
 from mmp_env.plan import Plan
 
 __all__ = ["RULES", "CheckReport", "Violation", "check_plan"]
@@ -38,8 +38,8 @@ _WILD_RAD = 10.0
 def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckReport:
     """Checks a plan, or the content of a plan.json, against every rule; never raises for what is wrong with the plan.
 
-    Clearances of at least half the problem's margin are proved for all instants with the cell's sphere set. With `exact`
-    MuJoCo's geoms take the place of the spheres, and that no two of them touch is proved.
+    Clearances of at least half the problem's margin are proved for all instants with the cell's sphere set. With
+    `exact` MuJoCo's geoms take the place of the spheres, and that no two of them touch is proved.
     """
     try:
         document = _document(plan)
@@ -84,11 +84,11 @@ def _swept(
     data: PlanData, violations: list[Violation], model: CellModel, families: Sequence[Family], exact: bool
 ) -> CheckReport:
     required = GEOM_CLEARANCE_M if exact else data.margin / 2
-    result = sweep(model, families, data.times, data.positions, required)
+    result = prove_apart(model, families, data.times, data.positions, required)
     proved = not result.contacts and np.isfinite(result.proved)
     return CheckReport(
         violations=(*violations, *contact_violations(result)),
-        min_clearance_m=float(min(result.proved, result.least)) if proved else None,
+        min_clearance_m=result.proved - ROUNDING_M if proved else None,
         found_clearance_m=result.least if result.touch else None,
         where=" and ".join(result.touch.things) if result.touch else "",
         time_s=result.time if result.touch else None,

@@ -52,12 +52,14 @@ class BallPairs:
 
     def names(self, pair: int) -> Touch:
         """What a pair is called."""
-        ends = (int(self._pairs.first[pair]), int(self._pairs.second[pair]))
-        arms = tuple(self._model.cell.arms[self._parts.arm[k]].name for k in ends)
-        things = tuple(f"{arm}/{self._parts.links[k]}" for arm, k in zip(arms, ends, strict=True))
+        (arm, one), (other_arm, other) = (
+            (self._model.cell.arms[self._parts.arm[k]].name, self._parts.links[k])
+            for k in (self._pairs.first[pair], self._pairs.second[pair])
+        )
+        things = (f"{arm}/{one}", f"{other_arm}/{other}")
         if self._pairs.inner[pair]:
-            return Touch(rule="self", arms=arms[:1], things=things)
-        return Touch(rule="arm-arm", arms=arms, things=things)
+            return Touch(rule="self", arms=(arm,), things=things)
+        return Touch(rule="arm-arm", arms=(arm, other_arm), things=things)
 
 
 class BallSolids:

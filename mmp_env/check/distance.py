@@ -17,8 +17,8 @@ def solid_distance(
 ) -> tuple[Float[Array, "*n"], Float[Array, "*n 3"]]:
     """Signed distance [m] of `points` to a solid about the origin, and a subgradient of it.
 
-    `size` [m]: half edges of a `box`; radius, half length without caps (0 for a sphere) and nothing of the others. Signed
-    distance to a convex set is convex, so d(y) >= d(x) + g(x) . (y - x) for all y.
+    `size` [m]: half edges of a `box`; radius and half length without caps of the others. Signed distance to a convex
+    set is convex, so d(y) >= d(x) + g(x) . (y - x) for all y.
     """
     if shape == "box":
         return _box(size, points)
@@ -60,9 +60,9 @@ def _box(half: Float[Array, "d"], points: Float[Array, "*n d"]) -> tuple[Float[A
 def tangent_minimum(
     start: Float[Array, "*n"], slope: Float[Array, "*n"], end: Float[Array, "*n"], slope_back: Float[Array, "*n"]
 ) -> Float[Array, "*n"]:
-    """Least value over s in [0, 1] of a convex function above the tangents start + s slope and end + (1 - s) slope_back.
+    """Least value over s in [0, 1] of the larger of two lines, start + s slope and end + (1 - s) slope_back.
 
-    The larger of two lines is least at an end or where they cross.
+    It is met at an end or where they cross. The tangents of a convex function at both ends bound it from below.
     """
     total = slope + slope_back
     s = np.divide(end + slope_back - start, total, out=np.zeros_like(start), where=total != 0)
@@ -73,7 +73,7 @@ def tangent_minimum(
 
 
 def chord_minimum(square: Float[Array, "*n"], dot: Float[Array, "*n"], step: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    """Least length over s in [0, 1] of d + s e, from d.d, d.e and e.e: the closest approach of two points moving straight."""
+    """Least length over s in [0, 1] of d + s e, from d.d, d.e and e.e: how close two points come on straight lines."""
     s = np.clip(np.divide(-dot, step, out=np.zeros_like(dot), where=step > 0), 0.0, 1.0)
     return np.sqrt(np.maximum(square + s * (2.0 * dot + s * step), 0.0))
 

@@ -57,7 +57,7 @@ def text(data: Any, key: str, where: str, allowed: Collection[str] | None = None
 
 
 def name(data: Any, where: str) -> str:
-    """The `name` of an arm or obstacle; without a slash, so that it can stand in MuJoCo's names. Raises `UnreadableError`."""
+    """The `name` of an arm or obstacle; no slash, for MuJoCo's names have some. Raises `UnreadableError`."""
     value = text(data, "name", where)
     if not value or "/" in value:
         raise UnreadableError(f"name of {where} is '{value}'; it must have letters and no slash")
@@ -90,7 +90,7 @@ def positive(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.nd
 
 
 def pose(data: Any, where: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
-    """Position [m] and unit quaternion (wxyz) from `position` and `yaw` [rad] or `quaternion`. Raises `UnreadableError`."""
+    """`position` [m], and `yaw` [rad] or `quaternion` as a unit quaternion (wxyz). Raises `UnreadableError`."""
     position = numbers(member(data, "position", where), (3,), f"position of {where}")
     quaternion = np.array([1.0, 0.0, 0.0, 0.0])
     if data.get("yaw") is not None and data.get("quaternion") is not None:

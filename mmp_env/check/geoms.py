@@ -1,8 +1,8 @@
 """The exact check: MuJoCo's own geoms instead of spheres.
 
-`mj_geomDistance` proposes a direction between two geoms, and plain support functions prove with it: if n separates them
-by a gap at both ends of a step, then by the smaller gap, less what their points stray from chords, all the way. So no proof
-rests on the accuracy of MuJoCo's distances; they only tell how close the geoms come at the instants looked at.
+`mj_geomDistance` proposes a direction between two geoms, and plain support functions prove with it: if it separates
+them by a gap at both ends of a step, then by the smaller gap, less what their points stray from chords, all the way. So
+no proof rests on the accuracy of MuJoCo's distances; they only tell how close the geoms come at the instants looked at.
 """
 
 from __future__ import annotations
@@ -83,9 +83,9 @@ class Ruler:
         pair: Int[np.ndarray, "k"],
         direction: Float[np.ndarray, "k 3"],
     ) -> Float[np.ndarray, "k"]:
-        """How far a direction, given at pose `seen`, separates pairs of geoms at pose `at` [m]; never above the distance.
+        """How far a direction separates pairs of geoms at pose `at` [m]: never more than their distance.
 
-        The direction turns with the first geom of an inner pair.
+        It is given at pose `seen`, and turns with the first geom of an inner pair.
         """
         inner, body = self.inner[pair], self.model.mujoco.geom_bodyid[self.first[pair]]
         with_body = np.einsum(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -38,7 +38,7 @@ class Items:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bounds:
-    """Of items: `lower` [i] holds at every instant of the step, `found` [i] is met at one of its ends, the pose `at` [i]."""
+    """Clearances of items [m]: `lower` [i] holds at every instant of the step, `found` [i] at its end `at` [i]."""
 
     lower: Float[np.ndarray, "i"]
     found: Float[np.ndarray, "i"]
@@ -60,6 +60,7 @@ class Bounds:
         )
 
 
+@runtime_checkable
 class Family(Protocol):
     """Pairs of one sort (clouds and clouds, clouds and obstacles, geoms ...) and how to measure them."""
 

@@ -44,8 +44,8 @@ class Parts:
     """Rigid parts, each carried by one body: the sphere cloud of a link or tool, or one geom.
 
     `arm` [p] is the index of the arm; `moves` [p, k] says that joint k moves the part. A part lies in the ball about
-    `center` [p, 3] (in its body's frame) of `radius` [p], and none of its moving points (sphere centres, or the points of
-    a geom) ever comes farther from the axis of joint k than `reach` [p, k], 0 for joints that do not move it.
+    `center` [p, 3] (in its body's frame) of `radius` [p], and none of its points (the centres of its spheres, or all
+    points of a geom) ever comes farther from the axis of joint k than `reach` [p, k], 0 where k does not move it.
     """
 
     links: tuple[str, ...]
@@ -104,8 +104,8 @@ class CellModel:
     ) -> Float[np.ndarray, "n"]:
         """Largest distance [m] from each joint's axis of balls on a body, at any configuration.
 
-        Turned about the axis of the joint that carries it, a ball sweeps a set inside the ball about the foot of its centre
-        on that axis, with its distance from the axis added to its radius. That ball is fixed in the next link inwards.
+        Turned about the axis of the joint that carries it, a ball sweeps a set inside the ball about the foot of its
+        centre on that axis, the distance of the two added to its radius. That ball is fixed in the next link inwards.
         """
         out = np.zeros(len(self._address))
         frame = self._reference

@@ -1,9 +1,9 @@
 """Pairs of parts that must keep apart, and how far their points may stray from straight lines during a step.
 
-A step is a stretch of time in which every joint moves linearly. The joints turn by dq; a point c(s), s in [0, 1], then has
-|c''| <= sum_jk |dq_j| |dq_k| reach(max(j, k)), so it strays from the chord between its ends by an eighth of that at most
-(docs/checking.md has the derivation). Two parts of one arm are compared in the frame of the inner one, where only the
-joints between them count.
+A step is a stretch of time in which every joint moves linearly. The joints turn by dq; a point c(s), s in [0, 1], then
+has |c''| <= sum_jk |dq_j| |dq_k| reach(max(j, k)), so it strays from the chord between its ends by an eighth of that at
+most (docs/checking.md has the derivation). Two parts of one arm are compared in the frame of the inner one, where only
+the joints between them count.
 """
 
 from __future__ import annotations
@@ -42,9 +42,8 @@ def part_pairs(cell: CellData, parts: Parts) -> Pairs:
         if parts.arm[i] != parts.arm[j]:
             if joints[i] or joints[j]:
                 rows.append((i, j, False))
-        elif parts.links[i] != parts.links[j]:
-            if frozenset((parts.links[i], parts.links[j])) not in ignored[parts.arm[i]]:
-                rows.append((i, j, True) if joints[i] <= joints[j] else (j, i, True))
+        elif len(links := frozenset((parts.links[i], parts.links[j]))) == 2 and links not in ignored[parts.arm[i]]:
+            rows.append((i, j, True) if joints[i] <= joints[j] else (j, i, True))
     table = np.array(rows, dtype=int).reshape(-1, 3)
     return Pairs(first=table[:, 0], second=table[:, 1], inner=table[:, 2].astype(bool))
 

@@ -1,7 +1,7 @@
 """The rules for retimed plans: acceleration and jerk, and the rates that the file states beside its positions.
 
-Divided differences of a motion are means of its derivatives over a few samples, so they keep every limit that the motion
-keeps: a plan that breaks one here breaks it for certain. The arms rest before and after.
+Divided differences of a motion are means of its derivatives over a few samples, so they keep every limit that the
+motion keeps: a plan that breaks one here breaks it for certain. The arms rest before and after.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def derivatives(plan: PlanData) -> Iterator[Violation]:
 def divided_differences(
     times: Float[np.ndarray, "t"], q: Float[np.ndarray, "t n"], order: int
 ) -> tuple[Float[np.ndarray, "u n"], Float[np.ndarray, "u"]]:
-    """Means of the derivative of that order [rad/s^order], less what rounding may add, and the times [s] they begin at."""
+    """Means of the derivative of that order [rad/s^order], less what rounding may add, and when they begin [s]."""
     first, last = (times[1] - times[0], times[-1] - times[-2]) if len(times) > 1 else (1.0, 1.0)
     beyond = np.arange(1, order + 1)
     clock = np.concatenate([times[0] - first * beyond[::-1], times, times[-1] + last * beyond])

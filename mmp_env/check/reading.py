@@ -60,7 +60,7 @@ class CellData:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanData:
-    """What a plan.json says. Joint data are [n] or [t, n]: the joints of all arms side by side, in the order of the cell.
+    """What a plan.json says. Joint data are [n] or [t, n]: the joints of all arms side by side, as the cell has them.
 
     What only retimed plans have is None elsewhere.
     """

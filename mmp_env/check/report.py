@@ -53,10 +53,10 @@ class Violation:
 class CheckReport:
     """The result of `check_plan`. A plan is `valid` when it breaks no rule, at any instant.
 
-    `min_clearance_m` [m] is the least clearance that was proved for all instants, None where the proof failed or was not
-    tried. The true least clearance lies between it and `found_clearance_m`, the least met at a sampled instant, `where`
-    (a sentence) and at `time_s` [s]. `spheres` is the sphere set, or `geoms` in an exact check; `required_m` [m] is what
-    had to be proved, `instants` how many configurations of the whole cell were looked at.
+    `min_clearance_m` [m] is the least clearance that was proved for all instants, None where the proof failed or was
+    not tried. The true least clearance lies between it and `found_clearance_m`, the least met at an instant that was
+    looked at: between what `where` names, at `time_s` [s]. `spheres` is the sphere set, or `geoms` in an exact check;
+    `required_m` [m] is what had to be proved, `instants` how many configurations of the whole cell were looked at.
     """
 
     violations: tuple[Violation, ...]

@@ -7,9 +7,9 @@ from jaxtyping import Float, Int
 
 from mmp_env.check.balls import BallPairs, BallSolids, step_minimum
 from mmp_env.check.distance import chord_minimum
+from mmp_env.check.items import Bounds, Items, by_pair
 from mmp_env.check.model import CellModel, Cloud, Parts, Poses
 from mmp_env.check.pairs import part_pairs
-from mmp_env.check.items import Bounds, Items, by_pair
 
 _BATCH = 400_000
 """Sphere pairs measured at once: bounds the memory of a check."""
@@ -37,9 +37,9 @@ class CloudPairs(BallPairs):
 
     def _ends(self, poses: Poses, at: Int[np.ndarray, "m"], pair: int) -> tuple[np.ndarray, np.ndarray]:
         """Sphere centres [m, s, 3] of both parts of a pair at poses, in the frame in which they are compared."""
-        first, second = self._pairs.first[pair], self._pairs.second[pair]
-        centers = cloud_centers(poses, at, self._parts.body[second], self._clouds[second])
-        body = self._parts.body[first]
+        first, second = int(self._pairs.first[pair]), int(self._pairs.second[pair])
+        centers = cloud_centers(poses, at, int(self._parts.body[second]), self._clouds[second])
+        body = int(self._parts.body[first])
         if not self._pairs.inner[pair]:
             return cloud_centers(poses, at, body, self._clouds[first]), centers
         inside = (centers - poses.positions[at, body][:, None]) @ poses.rotations[at, body]
@@ -58,7 +58,7 @@ class CloudSolids(BallSolids):
         lower, at_start, at_end = np.empty((3, len(items)))
         for pair, chosen in by_pair(items):
             cloud = self._clouds[self.part[pair]]
-            body = self._parts.body[self.part[pair]]
+            body = int(self._parts.body[self.part[pair]])
             ends = [cloud_centers(poses, which[chosen], body, cloud) for which in (items.start, items.end)]
             parts = step_minimum(self._solids[self.solid[pair]], *ends)
             lower[chosen], at_start[chosen], at_end[chosen] = ((part - cloud.radii).min(axis=1) for part in parts)

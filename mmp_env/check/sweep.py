@@ -1,4 +1,4 @@
-"""Proof over time: steps are bisected until the clearance of every pair is proved, or found too small, at every instant."""
+"""Proof over time: steps are bisected until the clearance of every pair is proved or found too small."""
 
 from __future__ import annotations
 
@@ -11,7 +11,9 @@ from mmp_env.check.items import Family, Items, Touch
 from mmp_env.check.model import CellModel, Poses
 
 RESOLUTION_M = 1e-7
-"""A step whose bound is this close to a clearance met in it is not bisected further: proved as it stands, or not at all."""
+"""A step is not bisected when its bound is this close to a clearance met in it: it is proved as it stands, or not."""
+ROUNDING_M = 1e-9
+"""What floating point may add up to in a bound, with room to spare."""
 _STEP_RAD = 0.1  # longer steps are cut before the start, where it is cheap
 _BLOCK = 300_000  # pairs times steps at once: bounds the memory of a check
 _SEED_ITEMS = 128
@@ -30,7 +32,7 @@ class Contact:
 
 @dataclass(kw_only=True)
 class Sweep:
-    """The running result. `least` [m] is the least clearance found at an instant, `proved` [m] the least that was proved."""
+    """The running result: `least` [m] is the least clearance met at an instant, `proved` [m] the least proved."""
 
     required: float
     least: float = np.inf
@@ -43,11 +45,16 @@ class Sweep:
     @property
     def target(self) -> float:
         """What to prove: the clearance required, or more where more was found, so that the report says how much."""
-        return max(self.required, self.least - _SLACK_M - _SLACK_SHARE * max(self.least, 0.0))
+        return max(self.enough, (1 - _SLACK_SHARE) * self.least - _SLACK_M)
+
+    @property
+    def enough(self) -> float:
+        """The least bound that proves the clearance required."""
+        return self.required + ROUNDING_M
 
 
-def sweep(model: CellModel, families: Sequence[Family], times: np.ndarray, q: np.ndarray, required: float) -> Sweep:
-    """Proves a clearance of `required` [m] for every pair, while the joints go linearly through `q` [t, n] at `times`."""
+def prove_apart(model: CellModel, families: Sequence[Family], times: np.ndarray, q: np.ndarray, required: float) -> Sweep:
+    """Proves that every pair keeps `required` [m] apart while the joints go linearly through `q` [t, n] at `times`."""
     times, q = _cut(times, q)
     state = Sweep(required=required)
     size = max(_BLOCK // max(sum(map(len, families)), 1), 1)
@@ -81,13 +88,13 @@ def _prove(model: CellModel, families: Sequence[Family], poses: Poses, state: Sw
     for family, lower in zip(families, coarse, strict=True):
         flat = lower.ravel()
         nearest = np.argpartition(flat, _SEED_ITEMS)[:_SEED_ITEMS] if flat.size > _SEED_ITEMS else np.arange(flat.size)
-        nearest = nearest[flat[nearest] < state.target]
+        nearest = nearest[~(flat[nearest] >= state.target)]
         _narrow(family, poses, _items(lower.shape, nearest), state, settle=False)
     todo = []
     for lower in coarse:
-        open_ = lower.ravel() < state.target
-        state.proved = min(state.proved, lower.ravel()[~open_].min(initial=np.inf))
-        todo.append(_items(lower.shape, np.flatnonzero(open_)))
+        done = lower.ravel() >= state.target
+        state.proved = min(state.proved, lower.ravel()[done].min(initial=np.inf))
+        todo.append(_items(lower.shape, np.flatnonzero(~done)))
     while any(map(len, todo)):
         todo = [_narrow(family, poses, items, state) for family, items in zip(families, todo, strict=True)]
         poses, todo = _bisect(model, poses, todo, state)
@@ -109,10 +116,11 @@ def _narrow(family: Family, poses: Poses, items: Items, state: Sweep, *, settle:
         state.touch = family.names(int(items.pair[k]))
     if not settle:
         return items
-    bad = bounds.found < state.required
-    final = ~bad & (bounds.found - bounds.lower <= RESOLUTION_M)
-    unproved = final & (bounds.lower < state.required)
-    done = (bounds.lower >= state.target) | final
+    # Comparisons are such that a NaN proves nothing.
+    bad = ~(bounds.found >= state.required)
+    final = ~(bounds.found - bounds.lower > RESOLUTION_M)
+    unproved = final & ~bad & ~(bounds.lower >= state.enough)
+    done = (bounds.lower >= state.target) | final | bad
     state.proved = min(state.proved, bounds.lower[done & ~bad & ~unproved].min(initial=np.inf))
     for k in np.flatnonzero(bad | unproved):
         state.contacts.append(
@@ -123,7 +131,7 @@ def _narrow(family: Family, poses: Poses, items: Items, state: Sweep, *, settle:
                 found=bool(bad[k]),
             )
         )
-    return items[~(done | bad)]
+    return items[~done]
 
 
 def _bisect(model: CellModel, poses: Poses, todo: list[Items], state: Sweep) -> tuple[Poses, list[Items]]:

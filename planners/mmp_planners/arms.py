@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from mmp_env import _core
 from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF, REQUIRED_PROOF
@@ -20,8 +20,8 @@ from mmp_planners.low_level import SiRrtStar
 CERTIFICATE_SLACK_M = 5e-4
 """How much of the sampled clearance a certificate may leave unproved."""
 
-PairConflicts = Mapping[tuple[int, int], Int[np.ndarray, "c"]]
-"""(arm, arm) -> steps in conflict, ascending; pairs without conflict are left out."""
+PairConflicts = Mapping[tuple[int, int], Float[np.ndarray, "c"]]
+"""(arm, arm) -> instants of conflict in steps, ascending, one a step at most; pairs without conflict are left out."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,6 +35,11 @@ class Path:
     @property
     def last(self) -> int:
         return len(self.q) - 1
+
+    def at(self, step: float) -> Float[np.ndarray, "dof"]:
+        """Configuration at an instant [steps]."""
+        k = min(int(step), self.last)
+        return self.q[k] + (step - k) * (self.q[k + 1] - self.q[k]) if k < self.last else self.q[self.last].copy()
 
 
 class Arms:
@@ -80,9 +85,14 @@ class Arms:
         return Path(q=q, motion=self.model.motion(self.names[arm], q), length=float(np.abs(np.diff(q, axis=0)).sum()))
 
     def conflicts(self, paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> PairConflicts:
-        """Steps in conflict for each of `pairs`; what is not in conflict is proved clear at every instant."""
-        found = self.model.conflict_steps([p.motion for p in paths], pairs, self.margin)
-        return {pair: steps for pair, steps in zip(pairs, found, strict=True) if len(steps)}
+        """Instants of conflict for each of `pairs`; what is not in conflict is proved clear at every instant."""
+        found = self.model.conflict_instants([p.motion for p in paths], pairs, self.margin)
+        return {pair: instants for pair, instants in zip(pairs, found, strict=True) if len(instants)}
+
+    def start_touches(self, arm: int, other: int, q: Float[np.ndarray, "dof"]) -> bool:
+        """Whether `arm` at its start is in conflict with `other` at `q`."""
+        a, b = self.names[arm], self.names[other]
+        return bool(self.model.pair_clearance(a, self.problem.start[a][None], b, q[None])[0] < self.margin)
 
     def pairs(self, arm: int | None = None) -> list[tuple[int, int]]:
         """All pairs of arms, or those of one."""
@@ -105,14 +115,14 @@ class Arms:
             stats=stats,
         )
 
-    def certify(self, plan: Plan) -> tuple[bool, float, tuple[int, int], int]:
-        """Proof of a plan: (valid, proved clearance [m], arms (second -1: one alone), step) as in `_core.certify`."""
+    def certify(self, plan: Plan) -> tuple[bool, float, tuple[int, int], float]:
+        """Proof of a plan: (valid, proved clearance [m], arms (second -1: one alone), instant) as in `_core.certify`."""
         q = [np.ascontiguousarray(plan.positions[name]) for name in self.names]
         required = REQUIRED_PROOF * self.margin
         valid, clearance, a, b, segment, fraction = _core.certify(
             self.core, q, required, min(CERTIFICATE_SLACK_M, required / 2), self.clock
         )
-        return valid, clearance, (a, b), segment + round(fraction)
+        return valid, clearance, (a, b), segment + fraction
 
     def keep_levels(self) -> tuple[float, float]:
         """Static clearances that a modified path is tested at and proved to keep [m]; every planned path passes."""

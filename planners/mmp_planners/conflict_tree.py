@@ -215,7 +215,7 @@ class ConflictTree:
         if self.best is not None and node.cost >= self.best.cost:
             return
         plan = self.arms.plan(node.paths, {}, {})
-        valid, clearance, (a, b), step = self.arms.certify(plan)
+        valid, clearance, (a, b), instant = self.arms.certify(plan)
         if valid:
             self.best = Incumbent(
                 plan=plan, cost=node.cost, clearance=clearance, found_at=self.counts.expanded_nodes
@@ -225,7 +225,7 @@ class ConflictTree:
             # Something that the planner's own checks missed: between arms it is a conflict like any other.
             self.counts.failed_certificates += 1
             if b >= 0:
-                node.conflicts = {(a, b): np.array([step], dtype=np.int32)}
+                node.conflicts = {(a, b): np.array([instant])}
                 open_nodes.append(node)
 
     def _next_id(self) -> int:

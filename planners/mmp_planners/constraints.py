@@ -5,11 +5,10 @@ A kind turns one side of a conflict into constraints: arm `arm` must keep away f
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
-
-import numpy as np
 
 from mmp_env import _core
 from mmp_planners.arms import Arms, Path
@@ -17,16 +16,16 @@ from mmp_planners.arms import Arms, Path
 
 @dataclass(frozen=True, kw_only=True)
 class Meeting:
-    """The conflict that is branched on: arms `a` < `b` touch from step `first` to step `last`."""
+    """The conflict that is branched on: arms `a` < `b` touch from `first` to `last`, instants in steps."""
 
     a: int
     b: int
-    first: int
-    last: int
+    first: float
+    last: float
 
-    def instants(self, where: str) -> list[int]:
-        """Steps that stand for the conflict: its `begin`, its `middle`, or `all` of it (begin, middle, end)."""
-        middle = (self.first + self.last) // 2
+    def instants(self, where: str) -> list[float]:
+        """Instants that stand for the conflict: its `begin`, its `middle`, or `all` of it (begin, middle, end)."""
+        middle = float(round((self.first + self.last) / 2)) if self.last > self.first else self.first
         return {"begin": [self.first], "middle": [middle], "all": sorted({self.first, middle, self.last})}[where]
 
 
@@ -48,7 +47,9 @@ class AvoidState:
     """Do not touch the other arm as it stands at the conflict, from `pad` [s] before it begins to `pad` after it ends.
 
     The constraint of CBS-MP (Solis et al. 2021). Where the other arm is at its goal already it stays there, and so does
-    the constraint. Not complete: the other arm need not stand there in every solution.
+    the constraint. Where the arm's own start touches that state the window opens with the conflict, not before: else a
+    conflict in the first moments would leave both children without a solution.
+    Not complete: the other arm need not stand there in every solution.
     """
 
     pad: float = 0.25
@@ -60,11 +61,11 @@ class AvoidState:
         pad = round(self.pad / arms.dt)
         out = []
         for k in meeting.instants(instant):
-            path = paths[other]
-            q = np.ascontiguousarray(path.q[min(k, path.last)])
-            parked = k >= path.last
-            until = _core.FOREVER if parked else meeting.last + 1 + pad
-            out.append(_core.Constraint.standing(arms.core, other, q, 0.0, max(0, meeting.first - pad), until))
+            q = paths[other].at(k)
+            first, last = int(meeting.first), math.ceil(meeting.last)
+            start = first if arms.start_touches(arm, other, q) else max(0, first - pad)
+            end = _core.FOREVER if k >= paths[other].last else last + 1 + pad
+            out.append(_core.Constraint.standing(arms.core, other, q, 0.0, start, end))
         return out
 
     def words(self, arms: Arms, meeting: Meeting, arm: int) -> str:
@@ -87,9 +88,8 @@ class Vertex:
     ) -> list[_core.Constraint]:
         out = []
         for k in meeting.instants(instant):
-            q = np.ascontiguousarray(paths[arm].q[min(k, paths[arm].last)])
             radius = min(self.radius, float(arms.max_step[arm].max()) * k / 2)
-            out.append(_core.Constraint.ball(q, radius, max(0, k - 1), k + 1))
+            out.append(_core.Constraint.ball(paths[arm].at(k), radius, max(0, math.ceil(k) - 1), int(k) + 1))
         return out
 
     def words(self, arms: Arms, meeting: Meeting, arm: int) -> str:

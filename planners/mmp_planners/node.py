@@ -38,15 +38,15 @@ class Node:
     @property
     def conflict_count(self) -> int:
         """Conflicts as triples (i, j, k), k over whole steps."""
-        return sum(len(steps) for steps in self.conflicts.values())
+        return sum(len(instants) for instants in self.conflicts.values())
 
     def first_conflict(self) -> Meeting:
-        """The earliest conflict (then the first pair): its unbroken run of steps."""
-        a, b = min(self.conflicts, key=lambda pair: (int(self.conflicts[pair][0]), pair))
-        steps = self.conflicts[a, b]
-        breaks = np.flatnonzero(np.diff(steps) > 1)
-        last = steps[breaks[0]] if len(breaks) else steps[-1]
-        return Meeting(a=a, b=b, first=int(steps[0]), last=int(last))
+        """The earliest conflict (then the first pair): its unbroken run of instants."""
+        a, b = min(self.conflicts, key=lambda pair: (float(self.conflicts[pair][0]), pair))
+        instants = self.conflicts[a, b]
+        breaks = np.flatnonzero(np.diff(instants) > 1)
+        last = instants[breaks[0]] if len(breaks) else instants[-1]
+        return Meeting(a=a, b=b, first=float(instants[0]), last=float(last))
 
     def common_arms(self) -> list[int]:
         """The arms that are in every conflicting pair: two of them where there is one pair only, often none."""
@@ -56,5 +56,5 @@ class Node:
     def replaced(self, arms: Arms, arm: int, path: Path) -> tuple[tuple[Path, ...], PairConflicts]:
         """The paths with another one for `arm`, and their conflicts: only the pairs of that arm are looked at again."""
         paths = (*self.paths[:arm], path, *self.paths[arm + 1 :])
-        kept = {pair: steps for pair, steps in self.conflicts.items() if arm not in pair}
+        kept = {pair: instants for pair, instants in self.conflicts.items() if arm not in pair}
         return paths, {**kept, **arms.conflicts(paths, arms.pairs(arm))}

@@ -88,8 +88,10 @@ def describe(name: str) -> Description:
 
 
 def _converted(planner: str, option: Option, value: Any) -> Any:
-    """The value as the option's type: whole numbers serve as floats, nothing else is bent."""
+    """The value as the option's type: whole numbers serve as floats, on and off as bools, nothing else is bent."""
     wanted = {"bool": bool, "int": int, "float": float, "str": str}.get(option.type)
+    if wanted is bool and value in ("on", "off"):
+        return value == "on"
     if wanted is None or type(value) is wanted:
         return value
     if wanted is float and type(value) is int:

@@ -49,7 +49,7 @@ class TreeOptions:
     restarts: bool = option(True, "start anew with another sub-seed when a tree does not get on; off: one tree")
     patience: int = option(20, "expansions that a cheaper solution is waited for", positive=True)
     eta: float = option(0.8, "steering distance of the single-arm planner [rad]", positive=True)
-    iterations: int = option(2000, "single-arm iterations without a path before a try is given up", positive=True)
+    iterations: int = option(200, "single-arm iterations without a path before a try is given up", positive=True)
     shortcuts: int = option(40, "attempts to shorten each single-arm path", positive=True)
 
     def __post_init__(self) -> None:

@@ -6,9 +6,8 @@ import json
 import sys
 from argparse import Namespace
 
-from mmp_env.errors import MmpError
-
 from mmp_cli.arguments import Parser
+from mmp_env.errors import MmpError
 
 
 def parser() -> Parser:
@@ -26,11 +25,10 @@ def run(args: Namespace) -> int:
 
 
 def _check(path: str, args: Namespace) -> int:
+    from mmp_cli.main import one_line
     from mmp_env.check import check_plan
     from mmp_env.plan_file import plan_from_dict
     from mmp_env.reading import read_document
-
-    from mmp_cli.main import one_line
 
     try:
         data = read_document(path)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import json
 from argparse import Namespace
+from collections.abc import Iterator
 from typing import Any
 
+from mmp_cli.arguments import Parser
 from mmp_env.errors import MmpError
 from mmp_env.writing import plain
-
-from mmp_cli.arguments import Parser
 
 
 def parser() -> Parser:
@@ -25,7 +25,9 @@ def run(args: Namespace) -> int:
     if args.json:
         print(json.dumps(found))
     else:
-        _print(found)
+        from mmp_cli.rows import print_rows
+
+        print_rows(_rows(found))
     return 0
 
 
@@ -33,9 +35,8 @@ def inventory() -> dict[str, list[dict[str, Any]]]:
     """Everything that has a name, by kind; a planner or task that does not load has an `error` in place of the rest."""
     import mmp_planners
     import mmp_tasks
-    from mmp_env.robot import load_robot, robot_names
-
     from mmp_cli.source import ENVIRONMENTS
+    from mmp_env.robot import load_robot, robot_names
 
     robots = [load_robot(name) for name in robot_names()]
     return {
@@ -76,24 +77,14 @@ def _value(default: Any) -> Any:
         return str(default)
 
 
-def _print(found: dict[str, list[dict[str, Any]]]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table.grid(padding=(0, 2))
-
-    def add(name: str, text: str, style: str = "") -> None:
-        table.add_row(Text(name, style=style), Text(text))
-
+def _rows(found: dict[str, list[dict[str, Any]]]) -> Iterator[tuple[str, str, str]]:
     for kind, items in found.items():
-        add(kind, "", "bold")
+        yield kind, "bold", ""
         for item in items:
-            add(f"  {item['name']}", _words(kind, item))
+            yield f"  {item['name']}", "", _words(kind, item)
             for option in item.get("options", ()):
                 doc = f": {option['doc']}" if option.get("doc") else ""
-                add(f"    {option['name']}", f"{json.dumps(option['default'])}{doc}", "dim")
-    Console().print(table)
+                yield f"    {option['name']}", "dim", f"{json.dumps(option['default'])}{doc}"
 
 
 def _words(kind: str, item: dict[str, Any]) -> str:

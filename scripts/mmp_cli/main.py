@@ -1,7 +1,7 @@
 """The console script `mmp`: finds the command, and turns misuse into one sentence and an exit code.
 
-Exit 0: done; 1: no plan in time, a violation, a goal not reached; 2: bad usage or bad input; 130: interrupted. Any other
-exception is a fault of the program and keeps its traceback.
+Exit 0: done; 1: no plan in time, a violation, a goal not reached; 2: bad usage or bad input; 130: interrupted. Any
+other exception is a fault of the program and keeps its traceback.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ COMMANDS = {
     "check": "check plan files again, on their own",
     "list": "list robots, cells, tasks and planners with their options",
 }
+INTERRUPTED = 130
 _HELP = """usage: mmp COMMAND ...
 
 Collision-free motions for crowded robot-arm cells, found and proved.
@@ -29,12 +30,21 @@ commands:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command line, that of the process by default, and returns its exit code."""
+    code = _guarded(list(sys.argv[1:] if argv is None else argv))
+    if code == INTERRUPTED and argv is None:
+        # Taking the interpreter down with MuJoCo loaded takes longer than anybody who pressed Ctrl-C wants to wait.
+        sys.stdout.flush()
+        os._exit(code)
+    return code
+
+
+def _guarded(argv: list[str]) -> int:
     try:
-        code = _run(list(sys.argv[1:] if argv is None else argv))
+        code = _run(argv)
         sys.stdout.flush()
     except KeyboardInterrupt:
         print("mmp: interrupted", file=sys.stderr)
-        return 130
+        return INTERRUPTED
     except BrokenPipeError:
         # Whoever read our output has gone; nothing is left to say, not even at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -6,13 +6,13 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any
 
+from mmp_cli.machine import machine, version
+from mmp_cli.main import INTERRUPTED
 from mmp_env.check import CheckReport
 from mmp_env.env import ExecutionReport
 from mmp_env.problem import Problem
 from mmp_env.writing import plain
 from mmp_planners import PlanResult, Status
-
-from mmp_cli.machine import machine, version
 
 _RECORDED = ("times", "positions")
 _COUNTS = ("expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits")
@@ -38,7 +38,7 @@ class Outcome:
     def exit_code(self) -> int:
         """0: a valid plan, executed without contact where asked; 1: not; 2: an invalid instance; 130: interrupted."""
         if self.interrupted:
-            return 130
+            return INTERRUPTED
         if self.result.status is Status.INVALID:
             return 2
         valid = self.check is not None and self.check.valid

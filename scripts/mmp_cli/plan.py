@@ -9,17 +9,15 @@ from argparse import Namespace
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from mmp_cli.arguments import Parser, add_source, seconds, setting
 from mmp_env.errors import InvalidInstanceError, MmpError
 
-from mmp_cli.arguments import Parser, add_source, seconds, setting
-
 if TYPE_CHECKING:
+    from mmp_cli.outcome import Outcome
     from mmp_env.env import ExecutionReport
     from mmp_env.plan import Plan
     from mmp_env.problem import Problem
     from mmp_planners import Planner, PlanResult
-
-    from mmp_cli.outcome import Outcome
 
 DEFAULT_PLANNER = "apf-ecbs"
 DEFAULT_TIME_LIMIT_S = 60.0
@@ -55,10 +53,9 @@ def parser() -> Parser:
 def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
     import mmp_planners
-    from mmp_env.writing import check_writable
-
     from mmp_cli.outcome import Outcome
     from mmp_cli.source import read_source
+    from mmp_env.writing import check_writable
 
     planner = mmp_planners.make(args.planner, **_options(args.settings))
     source = read_source(args)
@@ -88,10 +85,9 @@ def _options(settings: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Problem) -> Outcome:
     """Plans, writes the plan, checks and executes it. After Ctrl-C the plan so far is written and that is all."""
+    from mmp_cli.outcome import Outcome
     from mmp_env.check import check_plan
     from mmp_env.plan_file import plan_to_dict, save_plan
-
-    from mmp_cli.outcome import Outcome
 
     started = time.perf_counter()
     result, interrupted = _plan(args, planner, problem)
@@ -120,11 +116,11 @@ def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Prob
 
 def _plan(args: Namespace, planner: Planner, problem: Problem) -> tuple[PlanResult, bool]:
     """The result, and whether Ctrl-C ended the planning."""
-    from mmp_planners import PlanResult, Status, StopPlanning
     from rich.console import Console
 
     from mmp_cli.interrupt import stopping_on_interrupt
     from mmp_cli.progress import ProgressLine
+    from mmp_planners import PlanResult, Status, StopPlanning
 
     with ProgressLine(args.planner, Console(stderr=True)) as line, stopping_on_interrupt() as interruption:
         try:
@@ -137,6 +133,7 @@ def _plan(args: Namespace, planner: Planner, problem: Problem) -> tuple[PlanResu
 
 def _execute(problem: Problem, plan: Plan) -> ExecutionReport:
     import gymnasium
+
     import mmp_env  # noqa: F401  registers the environments
 
     env = gymnasium.make("MultiArmCell", cell=problem.cell)

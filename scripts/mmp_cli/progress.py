@@ -5,10 +5,11 @@ from __future__ import annotations
 import time
 from types import TracebackType
 
-from mmp_planners import Event
-from mmp_planners.events import FastTracked, NodeExpanded, SearchStarted, SolutionFound
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from mmp_planners import Event
+from mmp_planners.events import FastTracked, NodeExpanded, SearchStarted, SolutionFound
 
 _REFRESH_S = 0.1
 
@@ -20,7 +21,7 @@ class ProgressLine:
         self._planner = planner
         self._bar: Progress | None = None
         if console.is_terminal:
-            columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+            columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
             self._bar = Progress(*columns, console=console, transient=True)
             self._task = self._bar.add_task(f"{planner}: first paths", total=None)
         self._restart, self._expanded, self._open, self._conflicts, self._tracked = 0, 0, 0, 0, 0
@@ -56,7 +57,7 @@ class ProgressLine:
 
     def text(self) -> str:
         """What the line says."""
-        parts = [f"{self._expanded} nodes expanded, {self._open} open", f"{self._conflicts} conflicts in the last"]
+        parts = [f"{self._expanded} nodes expanded, {self._open} open, {self._conflicts} conflicts in the last"]
         if self._restart:
             parts.append(f"restart {self._restart}")
         if self._tracked:

@@ -4,21 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from mmp_cli.outcome import Outcome
+from mmp_cli.rows import print_rows
 from mmp_env.env import ExecutionReport
 from mmp_planners import PlanResult
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
-
-from mmp_cli.outcome import Outcome
 
 
 def print_summary(outcome: Outcome) -> None:
     """A line on stdout for each thing that there is to say."""
-    table = Table.grid(padding=(0, 2))
-    for name, text in _rows(outcome):
-        table.add_row(Text(name, style="bold"), Text(text))
-    Console().print(table)
+    print_rows((name, "bold", text) for name, text in _rows(outcome))
 
 
 def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:

@@ -72,8 +72,8 @@ class Reach:
             f"task 'reach' found no {which} for cell '{cell.name}' in {self.draws} draws: {times} of them ended at arm"
             f" '{hardest}', none of whose {self.tries} random configurations had its tool point within"
             f" {space.radius:.2f} m of ({space.center[0]:.2f}, {space.center[1]:.2f}) at a height of"
-            f" {space.bottom:.2f} to {space.top:.2f} m, and was {self.clearance * 1e3:g} mm clear of the arms drawn before"
-            f" it and {self.static_clearance * 1e3:g} mm of everything else"
+            f" {space.bottom:.2f} to {space.top:.2f} m, and was {self.clearance * 1e3:g} mm clear of the arms drawn"
+            f" before it and {self.static_clearance * 1e3:g} mm of everything else"
         )
 
     def _configuration(
@@ -82,7 +82,9 @@ class Reach:
         """The first acceptable of `tries` configurations [dof] beside the arms in `drawn`; None if there is none."""
         robot, queries = arm.robot, cell.collision
         for begin in range(0, self.tries, _BATCH):
-            q = rng.uniform(robot.draw_lower, robot.draw_upper, (min(_BATCH, self.tries - begin), arm.dof))
+            # Not rng.uniform, whose product and sum are one rounding on some processors and two on others.
+            share = rng.random((min(_BATCH, self.tries - begin), arm.dof))
+            q = robot.draw_upper - share * (robot.draw_upper - robot.draw_lower)
             q = q[space.contains(queries.tool_points(arm.name, q))]
             q = q[queries.static_clearance(arm.name, q, precise=True) >= self.static_clearance]
             for other, q_other in drawn.items():

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from mmp_env.cell import Cell
 
 State = Mapping[str, Float[np.ndarray, " _dof"]]
-"""A configuration of every arm: arm name -> [dof] [rad]. (The underscore: arms may differ in their number of joints.)"""
+"""A configuration of every arm: arm name -> [dof] [rad]; `_dof`, because arms may differ in their number of joints."""
 
 
 @runtime_checkable

@@ -77,6 +77,19 @@ def test_the_same_state_of_the_generator_gives_the_same_instance_and_leaves_the_
     assert not np.array_equal(Reach().sample(cell, other)[0]["arm0"], start["arm0"])
 
 
+def test_a_seed_gives_the_same_instance_for_ever():
+    """The last goal hangs on every draw before it. Should it change, instances of published results are others."""
+    _, goal = Reach().sample(ring_cell(8), np.random.default_rng(7))
+    assert goal["arm7"].tolist() == [
+        1.8694056194528224,
+        -2.7112017177650443,
+        2.4080134678875824,
+        2.56115988846478,
+        -0.18723898641385883,
+        2.7246067186882654,
+    ]
+
+
 @pytest.mark.parametrize(
     ("count", "robot", "radius"),
     [

@@ -55,6 +55,12 @@ def least_gap(a: Cloud, b: Cloud):
     return float(gaps(a, b).min(initial=np.inf))
 
 
+def moving_clearance(cell: Cell, arm_a, q_a, arm_b, q_b):
+    """The moving links of two arms against each other."""
+    a, b = cloud(cell, cell.arm(arm_a), q_a), cloud(cell, cell.arm(arm_b), q_b)
+    return least_gap(a.moving, b.moving)
+
+
 def pair_clearance(cell: Cell, arm_a, q_a, arm_b, q_b):
     """Arm against arm: moving against moving, moving against the other's base both ways, never base against base."""
     a, b = cloud(cell, cell.arm(arm_a), q_a), cloud(cell, cell.arm(arm_b), q_b)

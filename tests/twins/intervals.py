@@ -40,6 +40,12 @@ class CloudConstraint:
         return bool((gaps(own, others) < self.margin).any())
 
 
+def standing(cell: Cell, other_name, q_other, begin, end, margin, first_part=1):
+    """Forbids coming closer than `margin` to the moving links of another arm as it stands at `q_other`."""
+    other = cloud(cell, cell.arm(other_name), q_other).moving
+    return CloudConstraint(other.centers, other.radii, margin, first_part, begin, end)
+
+
 def merged(intervals):
     """The same set of times as disjoint closed intervals, ascending."""
     out = []
@@ -68,6 +74,20 @@ def free_times(forbidden):
 def safe_intervals(cell: Cell, arm_name, q, constraints):
     """The times at which the arm may stand at q: [0, inf) minus those of the constraints that it breaks there."""
     return free_times([(c.begin, c.end) for c in constraints if c.is_broken(cell, arm_name, q)])
+
+
+def is_path_breaking(cell: Cell, arm_name, path, constraint, per_step):
+    """Whether a path on the grid of steps [k, dof] breaks a constraint at an instant strictly within its window.
+
+    Windows are in steps here; `per_step` instants of each step are looked at. After its end the path stands still.
+    """
+    horizon = max(len(path) - 1, int(np.ceil(constraint.begin))) + 1
+    for k in range(max(0, int(constraint.begin * per_step)), int(min(constraint.end, horizon) * per_step) + 1):
+        t = k / per_step
+        at = [np.interp(t, np.arange(len(path)), joint) for joint in np.transpose(path)]
+        if constraint.begin < t < constraint.end and constraint.is_broken(cell, arm_name, at):
+            return True
+    return False
 
 
 def forbidden_departures(cell: Cell, arm_name, q_from, q_to, duration, constraints, samples=400):

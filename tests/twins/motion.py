@@ -7,7 +7,7 @@ between two samples. It follows from how far any sphere centre can move.
 import numpy as np
 
 from mmp_env.cell import Arm, Cell
-from twins.clearance import pair_clearance, static_clearance
+from twins.clearance import moving_clearance, static_clearance
 from twins.kinematics import moving_joints
 
 
@@ -52,9 +52,12 @@ def edge_slack(cell: Cell, arm_name, q_from, q_to, samples=200):
 
 
 def step_clearance(cell: Cell, arm_a, a_from, a_to, arm_b, b_from, b_to, samples=50):
-    """Least clearance of two arms of the samples while both go straight through one step [m]."""
+    """Least clearance of the moving links of two arms, of samples while both go straight through one step [m].
+
+    Their bases stand still, so that each arm's way past the other's base is a matter of its own.
+    """
     both = zip(along(a_from, a_to, samples), along(b_from, b_to, samples), strict=True)
-    return min(pair_clearance(cell, arm_a, qa, arm_b, qb) for qa, qb in both)
+    return min(moving_clearance(cell, arm_a, qa, arm_b, qb) for qa, qb in both)
 
 
 def step_slack(cell: Cell, arm_a, a_from, a_to, arm_b, b_from, b_to, samples=50):

@@ -96,8 +96,9 @@ def random_cell(rng, robots, spheres, obstacles=True):
     arms = []
     for k, robot in enumerate(robots):
         angle = 2 * np.pi * k / len(robots) + rng.uniform(-0.2, 0.2)
-        position = [0.35 * np.cos(angle), 0.35 * np.sin(angle), rng.uniform(-0.1, 0.1)]
-        quaternion = random_rotation(rng) if rng.random() < 0.3 else quaternion_from_yaw(rng.uniform(-np.pi, np.pi))
+        position = [0.2 * np.cos(angle), 0.2 * np.sin(angle), rng.uniform(-0.1, 0.1)]
+        facing = quaternion_from_yaw(angle + np.pi + rng.uniform(-0.5, 0.5))
+        quaternion = random_rotation(rng) if rng.random() < 0.3 else facing
         arms.append(place_arm(f"arm{k}", robot, position, quaternion))
     solids = []
     if obstacles:

@@ -1,0 +1,99 @@
+"""Crowded robot-arm cells: robots, collision queries, problems and plans, their checker, and a Gymnasium environment.
+
+Importing this package registers `MultiArmCell-2`, `-4`, `-6`, `-8` and `MultiArmCell` with Gymnasium and little more:
+what is listed below is loaded when it is first used.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from mmp_env.registration import register_environments
+
+if TYPE_CHECKING:
+    from mmp_env.cell import Arm, Cell, Obstacle, place_arm
+    from mmp_env.cell_file import load_cell
+    from mmp_env.cell_source import find_cell
+    from mmp_env.check import check_plan
+    from mmp_env.collision import CollisionModel
+    from mmp_env.conflict import Conflict
+    from mmp_env.contacts import Contact
+    from mmp_env.env import MultiArmCellEnv
+    from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+    from mmp_env.execution import ExecutionReport
+    from mmp_env.instance_file import load_instances
+    from mmp_env.instances import draw_instance
+    from mmp_env.plan import Plan
+    from mmp_env.plan_file import load_plan, save_plan
+    from mmp_env.problem import Problem, make_problem
+    from mmp_env.rings import ring_cell
+    from mmp_env.robot import Robot, Tool, load_robot, load_tool, robot_names, tool_names
+
+_HOMES = {
+    "cell": ("Arm", "Cell", "Obstacle", "place_arm"),
+    "cell_file": ("load_cell",),
+    "cell_source": ("find_cell",),
+    "check": ("check_plan",),
+    "collision": ("CollisionModel",),
+    "conflict": ("Conflict",),
+    "contacts": ("Contact",),
+    "env": ("MultiArmCellEnv",),
+    "errors": ("InvalidInstanceError", "MmpError", "UnknownNameError"),
+    "execution": ("ExecutionReport",),
+    "instance_file": ("load_instances",),
+    "instances": ("draw_instance",),
+    "plan": ("Plan",),
+    "plan_file": ("load_plan", "save_plan"),
+    "problem": ("Problem", "make_problem"),
+    "rings": ("ring_cell",),
+    "robot": ("Robot", "Tool", "load_robot", "load_tool", "robot_names", "tool_names"),
+}
+_HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
+
+__all__ = [
+    "Arm",
+    "Cell",
+    "CollisionModel",
+    "Conflict",
+    "Contact",
+    "ExecutionReport",
+    "InvalidInstanceError",
+    "MmpError",
+    "MultiArmCellEnv",
+    "Obstacle",
+    "Plan",
+    "Problem",
+    "Robot",
+    "Tool",
+    "UnknownNameError",
+    "check_plan",
+    "draw_instance",
+    "find_cell",
+    "load_cell",
+    "load_instances",
+    "load_plan",
+    "load_robot",
+    "load_tool",
+    "make_problem",
+    "place_arm",
+    "ring_cell",
+    "robot_names",
+    "save_plan",
+    "tool_names",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'mmp_env' has no attribute '{name}'")
+    value = getattr(importlib.import_module(f"mmp_env.{_HOME_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+register_environments()

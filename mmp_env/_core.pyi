@@ -1,0 +1,152 @@
+"""
+Native core of mmp-env: kinematics, clearance, proofs, single-arm search and repulsion. Arrays are float64.
+"""
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy
+from numpy.typing import NDArray
+
+
+LANES: int = 8
+
+FOREVER: int = 268435456
+
+def cpu_level() -> int:
+    """
+    The x86-64 level (1, 3 or 4) that this processor supports; 1 elsewhere.
+    """
+
+class Clock:
+    """
+    A deadline in seconds from now, and a flag; long calls look at both and at signals.
+    """
+
+    def __init__(self, seconds: float) -> None: ...
+
+    def cancel(self) -> None:
+        """Ends every call that holds this clock, from any thread."""
+
+    @property
+    def expired(self) -> bool: ...
+
+    @property
+    def remaining(self) -> float:
+        """[s]"""
+
+class Cell:
+    """Arms and obstacles; add all of them, then freeze."""
+
+    def __init__(self) -> None: ...
+
+    def add_arm(self, fixed: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], tool: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], link_frames: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', writable=False)], spheres: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], sphere_links: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', writable=False)], self_pairs: Annotated[NDArray[numpy.int32], dict(shape=(None, 2), order='C', device='cpu', writable=False)]) -> None:
+        """
+        fixed [dof, 12]: rows of T_frame(k)_frame(k+1) at q = 0, joint axis z, the first one in the world; spheres [s, 4] in the frame of their link, the base's (link 0) in the world.
+        """
+
+    def add_obstacle(self, shape: int, pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], size: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> None: ...
+
+    def freeze(self) -> None: ...
+
+def spheres(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]:
+    """Sphere centres [n, s, 3] [m] in the order of `sphere_table`."""
+
+def sphere_table(cell: Cell, arm: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+    """Link index and radius [m] of every sphere, [s, 2]."""
+
+def tool_points(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+    """Tool points [n, 3] [m] in the world."""
+
+def static_clearance(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], precise: bool = False) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """
+    Clearance [n] [m] of one arm from obstacles, the other arms' bases and itself.
+    """
+
+def pair_clearance(cell: Cell, a: int, qa: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], b: int, qb: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], precise: bool = False) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """Clearance [n] [m] between two arms, bases included."""
+
+def cell_clearance(cell: Cell, q: Sequence[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]], obstacles: bool = True) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """
+    Least clearance [n] [m] of whole states over all pairs of arms and, with `obstacles`, arms and obstacles.
+    """
+
+def edges_free(cell: Cell, arm: int, q_from: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], q_to: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], margin: float, proof: float) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]:
+    """
+    Whether straight segments keep `proof` [m] at every instant and `margin` [m] where looked at: obstacles, other bases, self. Limits are the caller's.
+    """
+
+class Motion:
+    """One arm's trajectory on the grid of steps, its spheres worked out."""
+
+    def __init__(self, cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None: ...
+
+    @property
+    def arm(self) -> int: ...
+
+    @property
+    def last(self) -> int:
+        """Index of the last step."""
+
+def conflict_steps(cell: Cell, motions: Sequence[Motion], pairs: numpy.ndarray, margin: float, proof: float) -> list[numpy.ndarray]:
+    """
+    For each pair of motions the steps that are in conflict; every other step is proved to keep `proof` [m] until the next. A motion stays at its last step for ever.
+    """
+
+class Constraint:
+    """What one arm must not do in the window (start, end) of steps."""
+
+    @staticmethod
+    def ball(center: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], radius: float, start: int, end: int) -> Constraint:
+        """Being within `radius` [rad] of a configuration in every joint."""
+
+    @staticmethod
+    def standing(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], shrink: float, start: int, end: int) -> Constraint:
+        """
+        Touching another arm as it stands at q, its spheres smaller by `shrink` [m].
+        """
+
+    @staticmethod
+    def sphere(center: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], radius: float, first_link: int, start: int, end: int) -> Constraint:
+        """Links from `first_link` on touching a sphere in the world."""
+
+    @property
+    def start(self) -> int: ...
+
+    @property
+    def end(self) -> int: ...
+
+def safe_intervals(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], constraints: Sequence[Constraint], margin: float, proof: float) -> Annotated[NDArray[numpy.int32], dict(shape=(None, None))]:
+    """
+    Whole steps [lo, hi] between which the arm may stand at q, [m, 2]; the last may end at FOREVER.
+    """
+
+class SingleArm:
+    """
+    Plans one arm in space and time (SI-RRT*); keeps what does not depend on constraints.
+    """
+
+    def __init__(self, cell: Cell, arm: int, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], max_step: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], margin: float, proof: float, seed: int) -> None: ...
+
+    def plan(self, constraints: Sequence[Constraint], seed: int, clock: Clock, max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, eta: float = 0.8, goal_bias: float = 0.1, neighbours: int = 6) -> tuple[numpy.ndarray | None, int]:
+        """
+        Configurations [steps + 1, dof] on the grid, or None, and the iterations that it took.
+        """
+
+def repulsive_force(cell: Cell, motion: Motion, others: Sequence[Motion], k_rep: float, d0: float, centre_distance: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+    """Joint forces J^T F [steps + 1, dof] on the inner steps of a motion."""
+
+def modify_motion(cell: Cell, motion: Motion, others: Sequence[Motion], constraints: Sequence[Constraint], max_step_rad: numpy.ndarray, margin: float, proof: float, constraint_margin: float, clock: Clock, alpha: float, k_rep: float, d0: float, max_iterations: int, centre_distance: bool, normalised: bool, normalised_step: float, max_step: float, comfort: float, trace: bool = False) -> tuple[numpy.ndarray, bool, int, bool, list[numpy.ndarray]]:
+    """
+    ModifyMotion: (positions, moved, iterations, whether the input broke a constraint, iterates if traced).
+    """
+
+def breaks_constraint(cell: Cell, motion: Motion, constraints: Sequence[Constraint], margin: float) -> bool:
+    """
+    Whether a motion comes closer than `margin` [m] to what its constraints forbid, within their windows.
+    """
+
+def certify(cell: Cell, q: Sequence[numpy.ndarray], required: float, slack: float, clock: Clock) -> tuple[bool, float, int, int, int, float]:
+    """
+    Proves a clearance [m] of all bodies along q [n, dof] per arm, linear in between: (valid, clearance, arm, other arm or -1, segment, fraction of it).
+    """

@@ -1,0 +1,83 @@
+"""Contacts in the simulation: which bodies touched, since when and how deep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mmp_env.cell import Cell
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two bodies touched from `time_s` [s] on; `depth_m` [m] is the deepest that they got into each other.
+
+    `body_a` is a link or tool such as `arm0/forearm`; `body_b` one of a later arm, or `obstacle/<name>`.
+    """
+
+    time_s: float
+    body_a: str
+    body_b: str
+    depth_m: float
+
+
+class ContactLog:
+    """Gathers contacts between different arms, and between arms and obstacles, physics step by physics step.
+
+    One `Contact` for each unbroken touch of two bodies, however short. An arm that touches itself is not logged.
+    """
+
+    def __init__(self, model: Any, cell: Cell) -> None:
+        self._names, self._owners = _names_and_owners(model, cell)
+        self.clear()
+
+    def clear(self, time_s: float = 0.0) -> None:
+        """Forgets everything and counts time from `time_s` [s] of the simulation's clock."""
+        self._begin_s = time_s
+        self._step = 0
+        self._touches: list[list[Any]] = []
+        self._open: dict[tuple[str, str], tuple[int, list[Any]]] = {}
+
+    @property
+    def contacts(self) -> list[Contact]:
+        """All contacts so far, earliest first; a list of its own at each call."""
+        return [Contact(time, *bodies, depth) for time, bodies, depth in self._touches]
+
+    def skip(self) -> None:
+        """Nothing touches in this physics step."""
+        self._step += 1
+
+    def note(self, data: Any) -> None:
+        """Takes in the contacts of one physics step from the `mujoco.MjData`."""
+        self._step += 1
+        time_s = float(data.time) - self._begin_s
+        for (geom_1, geom_2), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
+            owner_1, owner_2 = self._owners[geom_1], self._owners[geom_2]
+            if owner_1 == owner_2:
+                continue
+            bodies = self._names[geom_1], self._names[geom_2]
+            self._touch(bodies if owner_1 < owner_2 else bodies[::-1], time_s, -distance)
+
+    def _touch(self, bodies: tuple[str, str], time_s: float, depth: float) -> None:
+        last, touch = self._open.get(bodies, (-2, None))
+        if touch is None or last < self._step - 1:
+            touch = [time_s, bodies, depth]
+            self._touches.append(touch)
+        touch[2] = max(touch[2], depth)
+        self._open[bodies] = (self._step, touch)
+
+
+def _names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:
+    """For each geom the name of its body, or its own if it belongs to the world, and the number of its arm.
+
+    The world counts as one arm more, so that it comes after all of them.
+    """
+    numbers = {name: k for k, name in enumerate(cell.arm_names)}
+    names, owners = [], []
+    for geom, body in enumerate(np.asarray(model.geom_bodyid).tolist()):
+        name = model.body(body).name if body else model.geom(geom).name
+        names.append(name)
+        owners.append(numbers[name.partition("/")[0]] if body else len(numbers))
+    return names, owners

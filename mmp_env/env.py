@@ -1,0 +1,242 @@
+"""`MultiArmCell-*`: a crowded cell of robot arms as a Gymnasium environment, and a place to execute plans.
+
+docs/environment.md has the spaces, the reward and the constants in one place.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from typing import Any, ClassVar
+
+import gymnasium
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.cell import Cell
+from mmp_env.cell_source import find_cell, ring_names
+from mmp_env.contacts import Contact
+from mmp_env.control import find_control_mode
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.execution import REACHED_RAD, ExecutionReport, execute_plan
+from mmp_env.instances import DEFAULT_TASK, Source, find_task
+from mmp_env.observation import Observer, joint_limits
+from mmp_env.plan import Plan
+from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem, velocity_limits
+from mmp_env.registration import ANY_CELL
+from mmp_env.rendering import Camera, Window
+from mmp_env.simulation import Simulation
+
+__all__ = ["Contact", "ExecutionReport", "MultiArmCellEnv"]
+
+CONTROL_RATE_HZ = 50
+"""Actions per second of simulated time: 10 physics steps each."""
+PROGRESS_WEIGHT = 10.0
+"""Reward for each radian that the joints come nearer to their goals on average."""
+SUCCESS_BONUS = 10.0
+CONTACT_PENALTY = 10.0
+
+Observation = dict[str, np.ndarray]
+State = Mapping[str, Float[np.ndarray, " dof"]]
+
+
+@dataclass(kw_only=True, eq=False)
+class _Instance:
+    """Where the arms come from and go to; `problem` is made when it is asked for."""
+
+    start: State
+    goal: State
+    target: Float[np.ndarray, "n"]
+    name: str = ""
+    problem: Problem | None = None
+
+
+class MultiArmCellEnv(gymnasium.Env[Observation, np.ndarray]):
+    """All arms of a cell go from a start to a goal configuration without touching each other or the obstacles.
+
+    `cell` is a `Cell`, the name of a ring or the path of a cell or instance file; `robot` and `spheres` as in
+    `find_cell`; `task` draws the instances; `max_velocity` [rad/s] bounds the motion that actions ask for and that
+    problems allow. Pictures have `width` x `height` pixels. Raises `MmpError` for a wrong option or value.
+    """
+
+    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"], "render_fps": CONTROL_RATE_HZ}
+
+    def __init__(
+        self,
+        *,
+        cell: Cell | str | PathLike[str] | None = None,
+        robot: str | None = None,
+        task: str | Source = DEFAULT_TASK,
+        spheres: str | int | None = None,
+        control_mode: str = "position",
+        terminate_on_contact: bool = True,
+        max_velocity: float = DEFAULT_MAX_VELOCITY,
+        render_mode: str | None = None,
+        width: int = 640,
+        height: int = 480,
+        **unknown: Any,
+    ) -> None:
+        for option in unknown:
+            raise UnknownNameError("option of MultiArmCell", option, _OPTIONS)
+        if cell is None:
+            raise MmpError(f"MultiArmCell needs cell=, a Cell, a file or one of {', '.join(ring_names())}")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise UnknownNameError("render_mode", render_mode, self.metadata["render_modes"])
+        self.cell = find_cell(cell, robot=robot, spheres=None if spheres is None else str(spheres))
+        self.render_mode = render_mode
+        self._task = find_task(task)
+        self._max_velocity = max_velocity
+        self._terminate_on_contact = terminate_on_contact
+        mode = find_control_mode(control_mode)
+        fastest = np.concatenate(list(velocity_limits(self.cell, max_velocity).values()))
+        lower, upper = joint_limits(self.cell)
+        self._mode = mode(lower=lower, upper=upper, reach=fastest / CONTROL_RATE_HZ)
+        self._simulation = Simulation(self.cell)
+        self._observer = Observer(self._simulation)
+        self.observation_space = self._observer.space
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self._simulation.count,), np.float32)
+        self._steps = round(1 / (CONTROL_RATE_HZ * self._simulation.timestep_s))
+        self._fractions = (np.arange(self._steps) / self._steps)[:, None]
+        self._instance: _Instance | None = None
+        self._picture_size = (width, height)
+        self._view: Camera | Window | None = None
+
+    @property
+    def model(self) -> Any:
+        """The `mujoco.MjModel` of the cell."""
+        return self._simulation.model
+
+    @property
+    def data(self) -> Any:
+        """The `mujoco.MjData` that the environment steps."""
+        return self._simulation.data
+
+    @property
+    def problem(self) -> Problem:
+        """The present instance as planners take it. Raises `ResetNeeded`, and `InvalidInstanceError` for a bad task."""
+        instance = self._present()
+        if instance.problem is None:
+            instance.problem = self._make_problem(instance.start, instance.goal, instance.name)
+        return instance.problem
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Puts the arms at rest at the start of an instance.
+
+        The task draws it; `options` may hold `start` or `goal` or both, arm name -> [dof] [rad], instead. Raises
+        `MmpError` for options of the wrong form, `InvalidInstanceError` where they are out of limits or in collision.
+        """
+        super().reset(seed=seed)
+        given = dict(options or {})
+        for key in given:
+            if key not in ("start", "goal"):
+                raise UnknownNameError("reset option", key, ("start", "goal"))
+        if len(given) < 2:
+            start, goal = self._task.sample(self.cell, self.np_random)
+            ends = {"start": start, "goal": goal} | given
+        else:
+            ends = given
+        problem = self._make_problem(**ends) if given else None
+        if problem is not None:
+            ends = {"start": problem.start, "goal": problem.goal}
+        self._adopt(ends["start"], ends["goal"], "" if given else self._label(seed), problem)
+        self._simulation.place(self._simulation.joined(ends["start"]))
+        self._stand()
+        self._show_window()
+        return self._outcome([])
+
+    def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Moves the arms for one control period; the action [n] in [-1, 1] means what the control mode says.
+
+        Raises `MmpError` for an action of the wrong shape or with numbers that are not finite.
+        """
+        instance, simulation = self._present(), self._simulation
+        begin, end = self._mode.reference(self._checked(action), self._q, self._reference)
+        before = float(np.abs(instance.target - self._q).mean())
+        simulation.log.clear()
+        passed = simulation.advance(begin + self._fractions * (end - begin), ((end - begin) * CONTROL_RATE_HZ)[None])
+        self._q, self._reference = passed[-1], end
+        contacts = simulation.log.contacts
+        self._show_window()
+        observation, info = self._outcome(contacts)
+        after = float(np.abs(instance.target - self._q).mean())
+        reward = PROGRESS_WEIGHT * (before - after)
+        reward += SUCCESS_BONUS * info["is_success"] - CONTACT_PENALTY * bool(contacts)
+        terminated = info["is_success"] or (self._terminate_on_contact and bool(contacts))
+        return observation, reward, terminated, False, info
+
+    def execute(self, plan: Plan) -> ExecutionReport:
+        """Plays a plan through the actuators, see `execute_plan`; afterwards the arms stand where it ended.
+
+        The plan's start and goal become the environment's. Raises `MmpError` for a plan of another cell.
+        """
+        report = execute_plan(self._simulation, plan, self._show_window)
+        start, goal = self._simulation.split(self._simulation.positions), plan.problem.goal
+        ends = [{**start, **plan.problem.start}, {**start, **goal}]
+        self._adopt(*ends, plan.problem.name)
+        self._stand()
+        return report
+
+    def render(self) -> np.ndarray | None:
+        """A picture [height, width, 3] of bytes for `rgb_array`, goals as ghosts; for `human` the window is updated."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() without a render_mode shows nothing; give one to gymnasium.make")
+            return None
+        if self._view is None:
+            kind = Window if self.render_mode == "human" else Camera
+            self._view = kind(self._simulation, *self._picture_size)
+        return self._view.show(self._present().target)
+
+    def close(self) -> None:
+        """Closes window and renderer; the environment can still be used."""
+        if self._view is not None:
+            self._view.close()
+            self._view = None
+
+    def _present(self) -> _Instance:
+        if self._instance is None:
+            raise gymnasium.error.ResetNeeded("the arms stand nowhere yet; call reset() first")
+        return self._instance
+
+    def _adopt(self, start: State, goal: State, name: str, problem: Problem | None = None) -> None:
+        target = self._simulation.joined(goal)
+        self._instance = _Instance(start=start, goal=goal, target=target, name=name, problem=problem)
+
+    def _stand(self) -> None:
+        """From here on references begin where the joints are."""
+        self._q = self._simulation.positions
+        self._reference = self._q
+
+    def _make_problem(self, start: State, goal: State, name: str = "") -> Problem:
+        return make_problem(self.cell, start, goal, max_velocity=self._max_velocity, name=name)
+
+    def _label(self, seed: int | None) -> str:
+        """The name of a drawn instance, `<environment id or cell>/<seed>`; none where no seed was given."""
+        if seed is None:
+            return ""
+        own_cell = self.spec is not None and self.spec.id != ANY_CELL
+        return f"{self.spec.id if own_cell else self.cell.name}/{seed}"
+
+    def _outcome(self, contacts: list[Contact]) -> tuple[Observation, dict[str, Any]]:
+        target = self._present().target
+        distance = float(np.abs(target - self._q).max())
+        info = {"is_success": distance <= REACHED_RAD, "contacts": contacts, "distance_rad": distance}
+        return self._observer.observe(self._q, target), info
+
+    def _checked(self, action: np.ndarray) -> Float[np.ndarray, "n"]:
+        values = np.asarray(action, dtype=float)
+        if values.shape != self.action_space.shape:
+            raise MmpError(f"the action has shape {list(values.shape)}; expected {list(self.action_space.shape)}")
+        if not np.isfinite(values).all():
+            raise MmpError(f"the action holds {values[~np.isfinite(values)][0]}; it must be finite numbers")
+        return np.minimum(np.maximum(values, -1.0), 1.0)
+
+    def _show_window(self) -> None:
+        if self.render_mode == "human":
+            self.render()
+
+
+_OPTIONS = tuple(name for name, p in inspect.signature(MultiArmCellEnv).parameters.items() if p.kind is p.KEYWORD_ONLY)

@@ -1,0 +1,74 @@
+"""Pictures without a display: which OpenGL library there is, and what to install where there is none."""
+
+from __future__ import annotations
+
+import os
+import sys
+from ctypes.util import find_library
+from typing import Any
+
+from mmp_env.errors import MmpError, UnknownNameError
+
+_LIBRARIES = {"egl": ("EGL", "GL"), "osmesa": ("OSMesa",)}
+_PACKAGES = {"egl": "libegl1 libgl1", "osmesa": "libosmesa6"}
+_WINDOWED = ("glfw", "glx", "on", "true", "1", "enable", "enabled")
+_DISABLED = ("off", "false", "0", "disable", "disabled")
+
+
+def missing_library(backend: str) -> str | None:
+    """The sentence that says what to install for a backend, `egl` or `osmesa`; None where nothing is missing."""
+    name = backend.strip().lower()
+    for library in _LIBRARIES.get(name, ()):
+        if find_library(library) is None:
+            return f"the library lib{library} is missing; install it with `apt install {_PACKAGES[name]}`"
+    return None
+
+
+def offscreen_backend() -> str:
+    """`egl`, `osmesa` or `window`: what `MUJOCO_GL` asks for, or else the first that is there.
+
+    Raises `MmpError` that names the package to install, or the values that `MUJOCO_GL` may have.
+    """
+    wanted = os.environ.get("MUJOCO_GL", "").strip().lower()
+    if wanted in _DISABLED:
+        raise MmpError(f"MUJOCO_GL={wanted} forbids pictures; unset it, or set it to egl or osmesa")
+    if wanted in _LIBRARIES and (lack := missing_library(wanted)):
+        raise MmpError(f"no picture with MUJOCO_GL={wanted}: {lack}")
+    if not sys.platform.startswith("linux") or wanted in _WINDOWED:
+        return "window"
+    if wanted:
+        if wanted not in _LIBRARIES:
+            raise UnknownNameError("value of MUJOCO_GL", wanted, [*_LIBRARIES, "glfw", "disable"])
+        return wanted
+    for name in _LIBRARIES:
+        if missing_library(name) is None:
+            return name
+    if os.environ.get("DISPLAY"):
+        return "window"
+    raise MmpError(
+        "no picture can be made: neither EGL nor OSMesa is installed;"
+        f" `apt install {_PACKAGES['egl']}` (or {_PACKAGES['osmesa']}) gets one"
+    )
+
+
+def open_context(width: int, height: int) -> Any:
+    """A MuJoCo OpenGL context for pictures of `width` x `height` pixels, not yet current; `free()` it in the end.
+
+    The backend is imported here, not chosen by `MUJOCO_GL` when MuJoCo is imported: so neither matters which was first,
+    nor does a library without a driver stop those who make no pictures. Raises `MmpError`.
+    """
+    backend = offscreen_backend()
+    try:
+        if backend == "egl":
+            from mujoco.egl import GLContext
+        elif backend == "osmesa":
+            from mujoco.osmesa import GLContext
+        else:
+            from mujoco.gl_context import GLContext
+        return GLContext(width, height)
+    except Exception as error:  # PyOpenGL and glfw raise what they like where there is no driver or display
+        packages = " or ".join(f"`apt install {names}`" for names in _PACKAGES.values())
+        raise MmpError(
+            f"no picture can be made: {backend} gives no OpenGL context ({error}); {packages} may help,"
+            " and MUJOCO_GL=egl or osmesa chooses between them"
+        ) from error

@@ -1,0 +1,130 @@
+"""Pictures of a simulated cell, into an array or a window, with the goals as ghosts."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import time
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from mmp_env.errors import MmpError
+from mmp_env.mujoco_import import mujoco
+from mmp_env.opengl import open_context
+from mmp_env.simulation import Simulation
+from mmp_env.staging import CAMERA
+
+GHOST_ALPHA = 0.22
+WINDOW_RATE_HZ = 50
+_MOST_PIXELS = 4096
+_MAX_GEOMS = 5000
+
+
+class Camera:
+    """Takes pictures of `width` x `height` pixels through the cell's camera, without a display.
+
+    The OpenGL context is opened with the first picture. Raises `MmpError` for a size that is not sensible.
+    """
+
+    def __init__(self, simulation: Simulation, width: int, height: int) -> None:
+        for name, value in (("width", width), ("height", height)):
+            if not 0 < value <= _MOST_PIXELS:
+                raise MmpError(f"{name} is {value}; a picture has 1 to {_MOST_PIXELS} pixels each way")
+        self._simulation = simulation
+        self._rectangle = mujoco.MjrRect(0, 0, width, height)
+        self._scene = mujoco.MjvScene(simulation.model, maxgeom=_MAX_GEOMS)
+        self._ghosts = _Ghosts(simulation)
+        self._option, self._camera = mujoco.MjvOption(), mujoco.MjvCamera()
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        self._camera.fixedcamid = simulation.model.camera(CAMERA).id
+        self._context: Any = None
+        self._window: Any = None
+
+    def show(self, target: Float[np.ndarray, "n"] | None = None) -> UInt8[np.ndarray, "h w 3"]:
+        """A picture of the cell as it stands, with the arms at `target` [n] [rad] as ghosts; a fresh array.
+
+        Raises `MmpError` that names the package to install where no OpenGL library is found.
+        """
+        model, rectangle = self._simulation.model, self._rectangle
+        if self._context is None:
+            self._open()
+        self._context.make_current()
+        mujoco.mjv_updateScene(
+            model, self._simulation.data, self._option, None, self._camera, mujoco.mjtCatBit.mjCAT_ALL, self._scene
+        )
+        if target is not None:
+            self._ghosts.add_to(self._scene, target)
+        out = np.empty((rectangle.height, rectangle.width, 3), np.uint8)
+        mujoco.mjr_render(rectangle, self._scene, self._buffer)
+        mujoco.mjr_readPixels(out, None, rectangle, self._buffer)
+        return np.ascontiguousarray(out[::-1])
+
+    def close(self) -> None:
+        """Frees the OpenGL context; a later picture opens another."""
+        if self._context is not None:
+            self._context.make_current()
+            self._buffer.free()
+            self._context.free()
+            self._context = None
+
+    def _open(self) -> None:
+        model, rectangle = self._simulation.model, self._rectangle
+        context = open_context(rectangle.width, rectangle.height)
+        context.make_current()
+        model.vis.global_.offwidth, model.vis.global_.offheight = rectangle.width, rectangle.height
+        self._buffer = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._buffer)
+        self._context = context
+
+
+class Window:
+    """MuJoCo's viewer, kept in step with real time. Raises `MmpError` where there is no display."""
+
+    def __init__(self, simulation: Simulation, *_: int) -> None:
+        if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+            raise MmpError("render_mode 'human' needs a display, and DISPLAY is not set; use 'rgb_array' instead")
+        import mujoco.viewer
+
+        self._simulation, self._ghosts = simulation, _Ghosts(simulation)
+        self._viewer = mujoco.viewer.launch_passive(
+            simulation.model, simulation.data, show_left_ui=False, show_right_ui=False
+        )
+        self._next_s = time.monotonic()
+
+    def show(self, target: Float[np.ndarray, "n"] | None = None) -> None:
+        """Brings the window up to date, not more often than `WINDOW_RATE_HZ`; does nothing once it is closed."""
+        if not self._viewer.is_running():
+            return
+        time.sleep(max(0.0, self._next_s - time.monotonic()))
+        self._next_s = time.monotonic() + 1 / WINDOW_RATE_HZ
+        with self._viewer.lock():
+            self._viewer.user_scn.ngeom = 0
+            if target is not None:
+                self._ghosts.add_to(self._viewer.user_scn, target)
+        self._viewer.sync()
+
+    def close(self) -> None:
+        """Closes the window."""
+        with contextlib.suppress(RuntimeError):
+            self._viewer.close()
+
+
+class _Ghosts:
+    """The moving links at another configuration, see-through."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._data = mujoco.MjData(simulation.model)
+        self._option, self._nothing = mujoco.MjvOption(), mujoco.MjvPerturb()
+
+    def add_to(self, scene: Any, target: Float[np.ndarray, "n"]) -> None:
+        model = self._simulation.model
+        self._data.qpos[self._simulation.qpos_index] = target
+        mujoco.mj_kinematics(model, self._data)
+        first = scene.ngeom
+        mujoco.mjv_addGeoms(model, self._data, self._option, self._nothing, mujoco.mjtCatBit.mjCAT_DYNAMIC, scene)
+        for geom in scene.geoms[first : scene.ngeom]:
+            geom.rgba[3] = GHOST_ALPHA

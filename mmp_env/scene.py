@@ -1,0 +1,104 @@
+"""A cell as one MuJoCo model, composed with MjSpec from the robots' and tools' MJCF.
+
+Names: `<arm>/<link>` bodies, `<arm>/joint1`..., `<arm>/servo1`..., sites `<arm>/flange` and `<arm>/tool_point`, geoms
+`obstacle/<name>`. What stands still never touches what stands still (MuJoCo: bodies welded to the world), so bases may
+overlap the table and each other. Links whose self-collision the planners do not test do not collide here either.
+"""
+
+from __future__ import annotations
+
+from itertools import chain
+from typing import Any
+
+from mmp_env.cell import Arm, Cell, Obstacle
+from mmp_env.errors import MmpError
+from mmp_env.mujoco_import import mujoco
+from mmp_env.staging import TABLE_RGBA, arm_color, set_stage
+
+TIMESTEP_S = 0.002
+"""Physics time step. The servos are stiff; their damping is integrated implicitly."""
+OBSTACLE_PREFIX = "obstacle/"
+BODY_MATERIAL = "body"
+"""The material of a robot's MJCF that is tinted, so that one arm can be told from another."""
+
+_SHAPES = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+}
+
+
+def compile_scene(cell: Cell) -> Any:
+    """The `mujoco.MjModel` of a cell, with floor, light and a camera `overview`, which touch nothing.
+
+    Raises `MmpError` where MuJoCo refuses the MJCF of a robot or tool, or what is made of them.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = cell.name
+    spec.compiler.degree = False
+    spec.option.timestep = TIMESTEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    for obstacle in cell.obstacles:
+        _add_obstacle(spec, obstacle)
+    for number, arm in enumerate(cell.arms):
+        _add_arm(spec, arm, number, cell.spheres)
+    set_stage(spec, cell)
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise MmpError(f"MuJoCo cannot compile cell '{cell.name}': {error}") from error
+
+
+def _add_obstacle(spec: Any, obstacle: Obstacle) -> None:
+    if obstacle.size is not None:
+        size = obstacle.size / 2
+    else:
+        size = [obstacle.radius or 0.0, (obstacle.length or 0.0) / 2, 0.0]
+    spec.worldbody.add_geom(
+        name=OBSTACLE_PREFIX + obstacle.name,
+        type=_SHAPES[obstacle.shape],
+        size=size,
+        pos=obstacle.position,
+        quat=obstacle.quaternion,
+        rgba=TABLE_RGBA,
+    )
+
+
+def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
+    prefix = f"{arm.name}/"
+    robot = _read_mjcf(arm.robot.mjcf)
+    excluded = {frozenset((pair.bodyname1, pair.bodyname2)) for pair in robot.excludes}
+    frame = spec.worldbody.add_frame(pos=arm.position, quat=arm.quaternion)
+    spec.attach(robot, frame=frame, prefix=prefix)
+    if arm.tool is not None:
+        spec.attach(_read_mjcf(arm.tool.mjcf), site=spec.site(f"{prefix}flange"), prefix=prefix)
+    for pair in _untested_pairs(arm, sphere_set) - excluded:
+        first, second = sorted(pair)
+        spec.add_exclude(bodyname1=prefix + first, bodyname2=prefix + second)
+    material = spec.material(prefix + BODY_MATERIAL)
+    if material is not None:
+        material.rgba = [*arm_color(number), 1.0]
+
+
+def _untested_pairs(arm: Arm, sphere_set: str) -> set[frozenset[str]]:
+    """Names of the bodies, link or tool, that may overlap: neighbours and what the sphere set leaves out.
+
+    MuJoCo lets a body and its parent overlap on its own, except where the parent is the base.
+    """
+    links = arm.robot.link_names
+    pairs = {frozenset((links[i], links[j])) for i, j in chain(arm.robot.self_ignore[sphere_set], [(0, 1)])}
+    if arm.tool is not None:
+        pairs |= {frozenset((link, arm.tool.name)) for link in arm.tool.self_ignore[sphere_set]}
+    return pairs
+
+
+def _read_mjcf(path: Any) -> Any:
+    """A spec of its own for each attachment, which takes it over; without keyframes, which are for one robot alone."""
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise MmpError(f"{path} is not MJCF that MuJoCo can read: {error}") from error
+    for key in list(spec.keys):
+        spec.delete(key)
+    return spec

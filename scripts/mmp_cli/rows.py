@@ -1,0 +1,22 @@
+"""Output for people: two columns, a name and what is to be said of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+_FILE_WIDTH = 160
+
+
+def print_rows(rows: Iterable[tuple[str, str, str]]) -> None:
+    """Prints rows of a name, its style and a text to stdout, as wide as the terminal; in a file a line stays a line."""
+    table = Table.grid(padding=(0, 2))
+    for name, style, text in rows:
+        table.add_row(Text(name, style=style), Text(text))
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=_FILE_WIDTH)
+    console.print(table)

@@ -1,0 +1,70 @@
+import bad_files
+import pytest
+
+from mmp_env.cell_file import load_cell
+from mmp_env.errors import InvalidInstanceError, MmpError
+from mmp_env.reading import MAX_JSON_BYTES, MAX_YAML_BYTES, Place, named, read_document, shown
+
+
+@pytest.mark.parametrize(
+    ("suffix", "texts", "case"),
+    [("json", bad_files.TEXTS, case) for case in bad_files.TEXTS]
+    + [("yaml", bad_files.YAML_TEXTS, case) for case in bad_files.YAML_TEXTS],
+)
+def test_a_file_that_holds_no_object_is_named_with_the_reason(tmp_path, suffix, texts, case):
+    content, words = texts[case]
+    path = tmp_path / f"cell.{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(MmpError) as error:
+        load_cell(path)
+    for word in [str(path), *words]:
+        assert word in str(error.value)
+
+
+@pytest.mark.parametrize(("name", "limit"), [("a.json", MAX_JSON_BYTES), ("a.yaml", MAX_YAML_BYTES)])
+def test_a_huge_file_is_not_read_to_its_end(tmp_path, name, limit):
+    path = tmp_path / name
+    with path.open("wb") as file:
+        file.truncate(100 * limit)
+    with pytest.raises(MmpError, match=rf"{name} is larger than {limit / 2**20:g} MB"):
+        read_document(path)
+
+
+@pytest.mark.parametrize(("name", "reason"), [("none.json", "No such file"), ("", "Is a directory")])
+def test_what_cannot_be_read_is_named_with_the_reason(tmp_path, name, reason):
+    with pytest.raises(MmpError, match=f"cannot be read: {reason}"):
+        read_document(tmp_path / name)
+
+
+def test_a_name_that_no_file_can_have_is_an_error_too():
+    with pytest.raises(MmpError, match="cannot be read"):
+        read_document("a\0b.json")
+
+
+def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path):
+    path = tmp_path / "a.json"
+    path.write_bytes(b'\xef\xbb\xbf{"a": 1}')
+    assert read_document(path) == {"a": 1}
+
+
+def test_whole_numbers_stay_whole_and_endless_ones_become_infinite(tmp_path):
+    path = tmp_path / "a.json"
+    path.write_text(f"[12345, {'9' * 1000}, -{'9' * 1000}, 1e999]")
+    whole, *endless = read_document(path)
+    assert isinstance(whole, int)
+    assert endless == [float("inf"), -float("inf"), float("inf")]
+
+
+def test_a_place_puts_the_error_where_the_value_stands():
+    place = Place("a.json") / "arms" / 2 / "yaw"
+    with pytest.raises(MmpError, match=r"^a.json: arms\[2\].yaw: too far$"), named(place):
+        raise MmpError("too far")
+    with pytest.raises(InvalidInstanceError, match=r"^a.json: arms\[2\].yaw: in collision$"), named(place):
+        raise InvalidInstanceError("in collision")
+
+
+def test_values_are_shown_short():
+    assert shown(None) == "null"
+    assert shown(True) == "true"
+    assert len(shown("x" * 10**6)) < 100
+    assert len(shown([[1.0] * 1000] * 1000)) < 500

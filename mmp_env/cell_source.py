@@ -46,10 +46,10 @@ def _from_file(source: str | PathLike[str]) -> Cell:
     if isinstance(source, str) and not path.exists() and path.suffix not in _SUFFIXES and "/" not in source:
         raise UnknownNameError("cell", source, ring_names())
     from mmp_env.cell_file import cell_from_dict
-    from mmp_env.instance_file import instances_from_dict
+    from mmp_env.instance_file import holds_instances, instances_from_dict
     from mmp_env.reading import read_document
 
     data = read_document(path)
-    if isinstance(data, dict) and ("schema" in data or "instances" in data):
+    if holds_instances(data):
         return instances_from_dict(data, str(source), name=path.stem).cell
     return cell_from_dict(data, str(source), name=path.stem)

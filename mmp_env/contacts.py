@@ -23,6 +23,14 @@ class Contact:
     depth_m: float
 
 
+@dataclass
+class _Touch:
+    since_s: float
+    until_s: float
+    bodies: tuple[str, str]
+    depth_m: float
+
+
 class ContactLog:
     """Gathers contacts between different arms, and between arms and obstacles, physics step by physics step.
 
@@ -31,27 +39,22 @@ class ContactLog:
 
     def __init__(self, model: Any, cell: Cell) -> None:
         self._names, self._owners = _names_and_owners(model, cell)
+        self._longest_gap_s = 1.5 * float(model.opt.timestep)
         self.clear()
 
     def clear(self, time_s: float = 0.0) -> None:
         """Forgets everything and counts time from `time_s` [s] of the simulation's clock."""
         self._begin_s = time_s
-        self._step = 0
-        self._touches: list[list[Any]] = []
-        self._open: dict[tuple[str, str], tuple[int, list[Any]]] = {}
+        self._touches: list[_Touch] = []
+        self._latest: dict[tuple[str, str], _Touch] = {}
 
     @property
     def contacts(self) -> list[Contact]:
         """All contacts so far, earliest first; a list of its own at each call."""
-        return [Contact(time, *bodies, depth) for time, bodies, depth in self._touches]
-
-    def skip(self) -> None:
-        """Nothing touches in this physics step."""
-        self._step += 1
+        return [Contact(touch.since_s, *touch.bodies, touch.depth_m) for touch in self._touches]
 
     def note(self, data: Any) -> None:
-        """Takes in the contacts of one physics step from the `mujoco.MjData`."""
-        self._step += 1
+        """Takes in what touches at the present instant of the `mujoco.MjData`."""
         time_s = float(data.time) - self._begin_s
         for (geom_1, geom_2), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
             owner_1, owner_2 = self._owners[geom_1], self._owners[geom_2]
@@ -61,12 +64,11 @@ class ContactLog:
             self._touch(bodies if owner_1 < owner_2 else bodies[::-1], time_s, -distance)
 
     def _touch(self, bodies: tuple[str, str], time_s: float, depth: float) -> None:
-        last, touch = self._open.get(bodies, (-2, None))
-        if touch is None or last < self._step - 1:
-            touch = [time_s, bodies, depth]
+        touch = self._latest.get(bodies)
+        if touch is None or time_s > touch.until_s + self._longest_gap_s:
+            touch = self._latest[bodies] = _Touch(time_s, time_s, bodies, depth)
             self._touches.append(touch)
-        touch[2] = max(touch[2], depth)
-        self._open[bodies] = (self._step, touch)
+        touch.depth_m, touch.until_s = max(touch.depth_m, depth), time_s
 
 
 def _names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:

@@ -9,7 +9,7 @@ import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any, ClassVar
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -23,6 +23,7 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.execution import REACHED_RAD, ExecutionReport, execute_plan
 from mmp_env.instances import DEFAULT_TASK, Source, find_task
 from mmp_env.observation import Observer, joint_limits
+from mmp_env.opengl import check_render_mode, possible_render_modes
 from mmp_env.plan import Plan
 from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem, velocity_limits
 from mmp_env.registration import ANY_CELL
@@ -53,7 +54,7 @@ class _Instance:
     problem: Problem | None = None
 
 
-class MultiArmCellEnv(gymnasium.Env[Observation, np.ndarray]):
+class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
     """All arms of a cell go from a start to a goal configuration without touching each other or the obstacles.
 
     `cell` is a `Cell`, the name of a ring or the path of a cell or instance file; `robot` and `spheres` as in
@@ -61,7 +62,10 @@ class MultiArmCellEnv(gymnasium.Env[Observation, np.ndarray]):
     problems allow. Pictures have `width` x `height` pixels. Raises `MmpError` for a wrong option or value.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"render_modes": ["human", "rgb_array"], "render_fps": CONTROL_RATE_HZ}
+    metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium has it as an attribute of class and instance
+        "render_modes": ["human", "rgb_array"],
+        "render_fps": CONTROL_RATE_HZ,
+    }
 
     def __init__(
         self,
@@ -84,6 +88,9 @@ class MultiArmCellEnv(gymnasium.Env[Observation, np.ndarray]):
             raise MmpError(f"MultiArmCell needs cell=, a Cell, a file or one of {', '.join(ring_names())}")
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise UnknownNameError("render_mode", render_mode, self.metadata["render_modes"])
+        check_render_mode(render_mode)
+        # The class names all modes, an environment those that can be had on this machine.
+        self.metadata = self.metadata | {"render_modes": possible_render_modes(self.metadata["render_modes"])}
         self.cell = find_cell(cell, robot=robot, spheres=None if spheres is None else str(spheres))
         self.render_mode = render_mode
         self._task = find_task(task)
@@ -130,20 +137,22 @@ class MultiArmCellEnv(gymnasium.Env[Observation, np.ndarray]):
         `MmpError` for options of the wrong form, `InvalidInstanceError` where they are out of limits or in collision.
         """
         super().reset(seed=seed)
-        given = dict(options or {})
+        given = options or {}
         for key in given:
             if key not in ("start", "goal"):
                 raise UnknownNameError("reset option", key, ("start", "goal"))
-        if len(given) < 2:
-            start, goal = self._task.sample(self.cell, self.np_random)
-            ends = {"start": start, "goal": goal} | given
+        if len(given) == 2:
+            problem = self._make_problem(given["start"], given["goal"])
+            instance = self._instance_of(problem.start, problem.goal, problem=problem)
         else:
-            ends = given
-        problem = self._make_problem(**ends) if given else None
-        if problem is not None:
-            ends = {"start": problem.start, "goal": problem.goal}
-        self._adopt(ends["start"], ends["goal"], "" if given else self._label(seed), problem)
-        self._simulation.place(self._simulation.joined(ends["start"]))
+            start, goal = self._task.sample(self.cell, self.np_random)
+            if given:
+                problem = self._make_problem(given.get("start", start), given.get("goal", goal))
+                instance = self._instance_of(problem.start, problem.goal, problem=problem)
+            else:
+                instance = self._instance_of(start, goal, self._label(seed))
+        self._instance = instance
+        self._simulation.place(self._simulation.joined(instance.start))
         self._stand()
         self._show_window()
         return self._outcome([])
@@ -153,17 +162,17 @@ class MultiArmCellEnv(gymnasium.Env[Observation, np.ndarray]):
 
         Raises `MmpError` for an action of the wrong shape or with numbers that are not finite.
         """
-        instance, simulation = self._present(), self._simulation
+        self._present()
+        simulation = self._simulation
         begin, end = self._mode.reference(self._checked(action), self._q, self._reference)
-        before = float(np.abs(instance.target - self._q).mean())
+        move, before = end - begin, self._mean_distance
         simulation.log.clear()
-        passed = simulation.advance(begin + self._fractions * (end - begin), ((end - begin) * CONTROL_RATE_HZ)[None])
-        self._q, self._reference = passed[-1], end
+        simulation.advance(begin + self._fractions * move, (move * CONTROL_RATE_HZ)[None])
+        self._q, self._reference = simulation.positions, end
         contacts = simulation.log.contacts
         self._show_window()
         observation, info = self._outcome(contacts)
-        after = float(np.abs(instance.target - self._q).mean())
-        reward = PROGRESS_WEIGHT * (before - after)
+        reward = PROGRESS_WEIGHT * (before - self._mean_distance)
         reward += SUCCESS_BONUS * info["is_success"] - CONTACT_PENALTY * bool(contacts)
         terminated = info["is_success"] or (self._terminate_on_contact and bool(contacts))
         return observation, reward, terminated, False, info
@@ -173,10 +182,11 @@ class MultiArmCellEnv(gymnasium.Env[Observation, np.ndarray]):
 
         The plan's start and goal become the environment's. Raises `MmpError` for a plan of another cell.
         """
-        report = execute_plan(self._simulation, plan, self._show_window)
-        start, goal = self._simulation.split(self._simulation.positions), plan.problem.goal
-        ends = [{**start, **plan.problem.start}, {**start, **goal}]
-        self._adopt(*ends, plan.problem.name)
+        simulation, problem = self._simulation, plan.problem
+        report = execute_plan(simulation, plan, self._show_window)
+        # Arms that the plan's cell does not have stay where they are, and are to stay there.
+        here = simulation.split(simulation.positions)
+        self._instance = self._instance_of({**here, **problem.start}, {**here, **problem.goal}, problem.name)
         self._stand()
         return report
 
@@ -201,9 +211,9 @@ class MultiArmCellEnv(gymnasium.Env[Observation, np.ndarray]):
             raise gymnasium.error.ResetNeeded("the arms stand nowhere yet; call reset() first")
         return self._instance
 
-    def _adopt(self, start: State, goal: State, name: str, problem: Problem | None = None) -> None:
+    def _instance_of(self, start: State, goal: State, name: str = "", problem: Problem | None = None) -> _Instance:
         target = self._simulation.joined(goal)
-        self._instance = _Instance(start=start, goal=goal, target=target, name=name, problem=problem)
+        return _Instance(start=start, goal=goal, target=target, name=name, problem=problem)
 
     def _stand(self) -> None:
         """From here on references begin where the joints are."""
@@ -217,19 +227,20 @@ class MultiArmCellEnv(gymnasium.Env[Observation, np.ndarray]):
         """The name of a drawn instance, `<environment id or cell>/<seed>`; none where no seed was given."""
         if seed is None:
             return ""
-        own_cell = self.spec is not None and self.spec.id != ANY_CELL
-        return f"{self.spec.id if own_cell else self.cell.name}/{seed}"
+        source = self.cell.name if self.spec is None or self.spec.id == ANY_CELL else self.spec.id
+        return f"{source}/{seed}"
 
     def _outcome(self, contacts: list[Contact]) -> tuple[Observation, dict[str, Any]]:
         target = self._present().target
-        distance = float(np.abs(target - self._q).max())
+        away = np.abs(target - self._q)
+        distance, self._mean_distance = float(away.max()), float(away.sum()) / len(away)
         info = {"is_success": distance <= REACHED_RAD, "contacts": contacts, "distance_rad": distance}
         return self._observer.observe(self._q, target), info
 
     def _checked(self, action: np.ndarray) -> Float[np.ndarray, "n"]:
         values = np.asarray(action, dtype=float)
-        if values.shape != self.action_space.shape:
-            raise MmpError(f"the action has shape {list(values.shape)}; expected {list(self.action_space.shape)}")
+        if values.shape != self._q.shape:
+            raise MmpError(f"the action has shape {list(values.shape)}; expected {list(self._q.shape)}")
         if not np.isfinite(values).all():
             raise MmpError(f"the action holds {values[~np.isfinite(values)][0]}; it must be finite numbers")
         return np.minimum(np.maximum(values, -1.0), 1.0)

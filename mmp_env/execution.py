@@ -89,7 +89,7 @@ def _play(
     passed = np.empty((count, simulation.count))
     for first in range(0, count, _STRETCH):
         part = slice(first, min(first + _STRETCH, count))
-        passed[part] = simulation.advance(reference[part], velocity[part])
+        simulation.advance(reference[part], velocity[part], passed[part])
         show()
     return passed, float(np.abs(passed - reference[1:]).max(initial=0.0))
 
@@ -101,7 +101,8 @@ def _settle(
     reference, at_rest = np.tile(end, (_STRETCH, 1)), np.zeros((1, simulation.count))
     passed = []
     for _ in range(round(SETTLE_S / simulation.timestep_s / _STRETCH)):
-        passed.append(simulation.advance(reference, at_rest))
+        passed.append(np.empty((_STRETCH, simulation.count)))
+        simulation.advance(reference, at_rest, passed[-1])
         show()
         near = np.abs(passed[-1][-1] - end).max() <= _NEAR_RAD
         if near and np.abs(simulation.velocities).max() <= _AT_REST_RAD_S:

@@ -81,6 +81,11 @@ class InstanceFile:
             )
 
 
+def holds_instances(data: Any) -> bool:
+    """Whether a file's `data` means to be of a schema, such as instances, and not a cell alone."""
+    return isinstance(data, dict) and ("schema" in data or "instances" in data)
+
+
 def load_instances(path: str | PathLike[str]) -> InstanceFile:
     """The instances in a file. Raises `MmpError` that names file, field and value."""
     return instances_from_dict(read_document(path), str(path), name=Path(path).stem)

@@ -45,12 +45,14 @@ class Observer:
             }
         )
         self._core = cell.collision.core
+        self._q = np.empty(simulation.count)
+        self._rows = [self._q[None, part] for part in simulation.slices.values()]
 
     def observe(self, q: Float[np.ndarray, "n"], goal: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "..."]]:
         """The observation with the joints at `q` [rad], which is where the simulation stands."""
         simulation = self._simulation
-        rows = [q[None, part] for part in simulation.slices.values()]
-        clearance = _core.cell_clearance(self._core, rows)
+        self._q[:] = q
+        clearance = _core.cell_clearance(self._core, self._rows)
         return {
             "joint_positions": _within(q, self._lowest, self._highest),
             "joint_velocities": _within(simulation.velocities, -self._fastest, self._fastest),

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
 import os
 import sys
+from collections.abc import Iterable
 from ctypes.util import find_library
 from typing import Any
 
@@ -19,9 +22,37 @@ def missing_library(backend: str) -> str | None:
     """The sentence that says what to install for a backend, `egl` or `osmesa`; None where nothing is missing."""
     name = backend.strip().lower()
     for library in _LIBRARIES.get(name, ()):
-        if find_library(library) is None:
+        if not _found(library):
             return f"the library lib{library} is missing; install it with `apt install {_PACKAGES[name]}`"
     return None
+
+
+@functools.cache
+def _found(library: str) -> bool:
+    return find_library(library) is not None
+
+
+def has_display() -> bool:
+    """Whether a window can be opened."""
+    return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def check_render_mode(mode: str | None) -> None:
+    """Raises `MmpError` where pictures in this mode, `human` or `rgb_array`, cannot be made here."""
+    if mode == "human" and not has_display():
+        raise MmpError("render_mode 'human' needs a display, and DISPLAY is not set; use 'rgb_array' instead")
+    if mode == "rgb_array":
+        offscreen_backend()
+
+
+def possible_render_modes(modes: Iterable[str]) -> list[str]:
+    """Those of `modes` in which pictures can be made here."""
+    out = []
+    for mode in modes:
+        with contextlib.suppress(MmpError):
+            check_render_mode(mode)
+            out.append(mode)
+    return out
 
 
 def offscreen_backend() -> str:
@@ -43,7 +74,7 @@ def offscreen_backend() -> str:
     for name in _LIBRARIES:
         if missing_library(name) is None:
             return name
-    if os.environ.get("DISPLAY"):
+    if has_display():
         return "window"
     raise MmpError(
         "no picture can be made: neither EGL nor OSMesa is installed;"

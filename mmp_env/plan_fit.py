@@ -9,6 +9,7 @@ import numpy as np
 from mmp_env.cell import Arm, Cell, Obstacle
 from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
+from mmp_env.transforms import matrix_from_quaternion
 
 _SAME = 1e-6
 
@@ -42,16 +43,23 @@ def _differences(planned: Cell, cell: Cell) -> Iterator[str]:
 
 
 def _traits(arm: Arm) -> dict[str, object]:
-    pose = {"position": arm.position, "orientation": arm.T_world_base[:3, :3].ravel()}
-    return {"robot": arm.robot.name, "tool": arm.tool.name if arm.tool else "none"} | pose
+    return {
+        "robot": arm.robot.name,
+        "tool": arm.tool.name if arm.tool else "none",
+        "position": arm.position,
+        "orientation": arm.T_world_base[:3, :3].ravel(),
+    }
 
 
 def _measures(obstacle: Obstacle) -> dict[str, object]:
-    sizes = {"size": obstacle.size, "radius": obstacle.radius, "length": obstacle.length}
-    given = {key: np.atleast_1d(value) for key, value in sizes.items() if value is not None}
-    # A quaternion and its opposite are one orientation.
-    upright = obstacle.quaternion * np.sign(obstacle.quaternion[np.argmax(np.abs(obstacle.quaternion))])
-    return {"shape": obstacle.shape, "position": obstacle.position, "orientation": upright} | given
+    return {
+        "shape": obstacle.shape,
+        "position": obstacle.position,
+        "orientation": matrix_from_quaternion(obstacle.quaternion).ravel(),
+        "size": obstacle.size,
+        "radius": obstacle.radius,
+        "length": obstacle.length,
+    }
 
 
 def _unequal(whose: str, there: dict[str, object], here: dict[str, object]) -> Iterator[str]:
@@ -60,6 +68,9 @@ def _unequal(whose: str, there: dict[str, object], here: dict[str, object]) -> I
         if isinstance(value, np.ndarray) and isinstance(other, np.ndarray):
             if not np.allclose(value, other, rtol=0, atol=_SAME):
                 yield f"the {key} of {whose} is {_shown(value)} there and {_shown(other)} here"
+        elif isinstance(value, float) and isinstance(other, float):
+            if abs(value - other) > _SAME:
+                yield f"the {key} of {whose} is {value:g} m there and {other:g} m here"
         elif value != other:
             yield f"the {key} of {whose} is {value} there and {other} here"
 

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from mmp_env.cell import Cell
 from mmp_env.contacts import ContactLog
+from mmp_env.errors import MmpError
 from mmp_env.mujoco_import import mujoco
 from mmp_env.scene import compile_scene
 
@@ -25,31 +26,24 @@ class Simulation:
         self.model = compile_scene(cell)
         self.data = mujoco.MjData(self.model)
         self.log = ContactLog(self.model, cell)
-        joints = [self.model.joint(f"{arm.name}/joint{k + 1}") for arm in cell.arms for k in range(arm.dof)]
-        servos = [self.model.actuator(f"{arm.name}/servo{k + 1}") for arm in cell.arms for k in range(arm.dof)]
-        self.qpos_index = _index([joint.qposadr[0] for joint in joints])
-        self._qvel = _index([joint.dofadr[0] for joint in joints])
-        self._ctrl = _index([servo.id for servo in servos])
+        _check_order(self.model, cell)
         tools = [f"{arm.name}/{'tool_point' if arm.tool else 'flange'}" for arm in cell.arms]
-        self._tools = _index([self.model.site(name).id for name in tools])
-        self._lead_s = _velocity_lead(self.model)[self._ctrl]
+        self._tools = np.array([self.model.site(name).id for name in tools])
+        self._lead_s = _velocity_lead(self.model)
         ends = np.cumsum([arm.dof for arm in cell.arms]).tolist()
         self.slices = {arm.name: slice(end - arm.dof, end) for arm, end in zip(cell.arms, ends, strict=True)}
-        self.count = ends[-1]
-
-    @property
-    def timestep_s(self) -> float:
-        return float(self.model.opt.timestep)
+        self.count: int = ends[-1]
+        self.timestep_s = float(self.model.opt.timestep)
 
     @property
     def positions(self) -> Float[np.ndarray, "n"]:
         """Joint positions [rad], a fresh array."""
-        return self.data.qpos[self.qpos_index]
+        return self.data.qpos.copy()
 
     @property
     def velocities(self) -> Float[np.ndarray, "n"]:
         """Joint velocities [rad/s], a fresh array."""
-        return self.data.qvel[self._qvel]
+        return self.data.qvel.copy()
 
     @property
     def tool_points(self) -> Float[np.ndarray, "a 3"]:
@@ -67,8 +61,8 @@ class Simulation:
     def place(self, q: Float[np.ndarray, "n"]) -> None:
         """Puts all arms at rest at `q` [rad], the servos holding them there; the clock starts at 0."""
         mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[self.qpos_index] = q
-        self.data.ctrl[self._ctrl] = q
+        self.data.qpos[:] = q
+        self.data.ctrl[:] = q
         mujoco.mj_step1(self.model, self.data)
         self.begin_log()
 
@@ -79,36 +73,41 @@ class Simulation:
             self.log.note(self.data)
 
     def advance(
-        self, reference: Float[np.ndarray, "t n"], velocity: Float[np.ndarray, "#t n"]
-    ) -> Float[np.ndarray, "t n"]:
+        self,
+        reference: Float[np.ndarray, "t n"],
+        velocity: Float[np.ndarray, "#t n"],
+        passed: Float[np.ndarray, "t n"] | None = None,
+    ) -> None:
         """Follows `reference` [rad] with feed-forward `velocity` [rad/s], one physics step a row; contacts go to `log`.
 
-        Row k says where the arms should be at the beginning of step k. Returns where they are at its end.
+        Row k says where the arms should be at the beginning of step k; `passed` takes where they are at its end.
         Raises `RuntimeError` where the physics diverges.
         """
-        model, data, log = self.model, self.data, self.log
+        model, data, log, clock_s = self.model, self.data, self.log, self.data.time
         step_1, step_2, qpos, ctrl = mujoco.mj_step1, mujoco.mj_step2, data.qpos, data.ctrl
-        commands = np.empty((len(reference), model.nu))
-        commands[:, self._ctrl] = reference + self._lead_s * velocity
-        passed = np.empty((len(reference), len(qpos)))
-        begin_s = data.time
         # The same work as mj_step, cut so that poses and contacts are those of the state that a step leads to.
-        for command, row in zip(commands, passed, strict=True):
+        for k, command in enumerate(reference + self._lead_s * velocity):
             ctrl[:] = command
             step_2(model, data)
             step_1(model, data)
-            row[:] = qpos
             if data.ncon:
                 log.note(data)
-            else:
-                log.skip()
-        if data.time < begin_s + (len(reference) - 0.5) * self.timestep_s:
+            if passed is not None:
+                passed[k] = qpos
+        if data.time < clock_s + (len(reference) - 0.5) * self.timestep_s:
             raise RuntimeError(f"the simulation of cell '{self.cell.name}' diverged; the servos or masses are unsound")
-        return passed[:, self.qpos_index]
 
 
-def _index(values: list[int]) -> Int[np.ndarray, "n"]:
-    return np.array(values, dtype=np.intp)
+def _check_order(model: Any, cell: Cell) -> None:
+    """Raises `MmpError` where the joints and servos of the model are others than the cell's, or in another order."""
+    numbered = [f"{arm.name}/{{}}{k + 1}" for arm in cell.arms for k in range(arm.dof)]
+    for kind, there in (
+        ("joint", [model.joint(k).name for k in range(model.njnt)]),
+        ("servo", [model.actuator(k).name for k in range(model.nu)]),
+    ):
+        expected = [name.format(kind) for name in numbered]
+        if there != expected:
+            raise MmpError(f"the MJCF of cell '{cell.name}' has {kind}s {there}; expected {expected}")
 
 
 def _velocity_lead(model: Any) -> Float[np.ndarray, "u"]:

@@ -32,6 +32,8 @@ _FIELD_OF_VIEW = np.radians(40)
 _ASPECT = 4 / 3
 _FROM_DIRECTION = np.array([0.82, -1.42, 1.30])
 """Where the camera stands, seen from the cell; not along an axis, so that no arm of a ring hides the one opposite."""
+_STRETCHED, _BESIDE = 1.15, 0.3
+"""In the picture are this many reaches of height above a base, and of obstacles beside it."""
 _ROOM = 1.04
 """The camera stands back by this factor, for a border around the cell."""
 
@@ -52,7 +54,9 @@ def set_stage(spec: Any, cell: Cell) -> None:
     spec.stat.center, spec.stat.extent = center, extent
     spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.35] * 3, [0.25] * 3
     spec.visual.headlight.specular = [0.05] * 3
-    spec.visual.quality.shadowsize = 2048
+    spec.visual.quality.shadowsize = 4096
+    spec.visual.quality.numslices, spec.visual.quality.numstacks = 20, 10
+    spec.visual.map.shadowclip = 3.0  # with less, the floor has specks of shadow
     spec.visual.map.znear, spec.visual.map.zfar = 0.02, 50.0
 
 
@@ -89,13 +93,12 @@ def _add_surroundings(spec: Any, center: Float[np.ndarray, "3"], extent: float, 
 
 
 def _outline(cell: Cell) -> Float[np.ndarray, "p 3"]:
-    """Points that the picture must hold: bases, the arms' height above them, obstacles as far as the arms reach."""
-    points = []
-    for arm in cell.arms:
-        points += [arm.position, arm.position + arm.T_world_base[:3, 2] * 0.9 * arm.robot.reach]
+    """Points that the picture must hold: bases, the arms' height above them, and what obstacles are near them."""
     bases = np.array([arm.position for arm in cell.arms])
+    upward = np.array([arm.T_world_base[:3, 2] * arm.robot.reach for arm in cell.arms])
+    points = [*bases, *(bases + _STRETCHED * upward)]
     center = bases.mean(axis=0)
-    limit = np.linalg.norm(bases - center, axis=1).max() + max(arm.robot.reach for arm in cell.arms)
+    limit = np.linalg.norm(bases - center, axis=1).max() + _BESIDE * max(arm.robot.reach for arm in cell.arms)
     corners = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
     for obstacle in cell.obstacles:
         if obstacle.size is not None:
@@ -111,15 +114,19 @@ def _outline(cell: Cell) -> Float[np.ndarray, "p 3"]:
 def _camera_pose(
     points: Float[np.ndarray, "p 3"], center: Float[np.ndarray, "3"]
 ) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3 3"]]:
-    """Position, and rotation matrix (x right, y up, z towards the viewer), from which all points are in view."""
+    """Position, and rotation matrix (x right, y up, z towards the viewer), from which all points fill the picture."""
     backward = _FROM_DIRECTION / np.linalg.norm(_FROM_DIRECTION)
     right = np.cross([0.0, 0.0, 1.0], backward)
     right /= np.linalg.norm(right)
     axes = np.column_stack([right, np.cross(backward, right), backward])
     seen = (points - center) @ axes
     tangents = np.tan(_FIELD_OF_VIEW / 2) * np.array([_ASPECT, 1.0])
-    distance = (np.abs(seen[:, :2]) / tangents + seen[:, 2:]).max()
-    return center + backward * distance * _ROOM, axes
+    # The lines of sight through a point leave the eye between two planes; the outermost of these on either side meet
+    # where the points fill the picture exactly.
+    high = (seen[:, :2] + tangents * seen[:, 2:]).max(axis=0)
+    low = (seen[:, :2] - tangents * seen[:, 2:]).min(axis=0)
+    distance = ((high - low) / (2 * tangents)).max()
+    return center + axes @ [*(high + low) / 2, distance * _ROOM], axes
 
 
 def _quaternion(rotation: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "4"]:

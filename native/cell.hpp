@@ -10,14 +10,20 @@ namespace mmp {
 // The same cell in both precisions: Floats for search, Doubles for instances and proofs.
 class Cell {
  public:
-  CellModel<float> single;
+  CellModel<float> single, with_cores;
   CellModel<double> precise;
-  std::unique_ptr<StaticWorld<Floats>> world_single;
+  std::unique_ptr<StaticWorld<Floats>> world_single, world_planning;
   std::unique_ptr<StaticWorld<Doubles>> world_precise;
 
   void freeze() {
-    finish(single, world_single);
-    finish(precise, world_precise);
+    with_cores = single;
+    for (auto& arm : with_cores.arms) add_core(arm);
+    for (auto* cell : {&single, &with_cores})
+      for (auto& arm : cell->arms) finish_arm(arm);
+    for (auto& arm : precise.arms) finish_arm(arm);
+    world_single = std::make_unique<StaticWorld<Floats>>(single, single);
+    world_planning = std::make_unique<StaticWorld<Floats>>(single, with_cores);
+    world_precise = std::make_unique<StaticWorld<Doubles>>(precise, precise);
   }
 
   template <class V>
@@ -27,10 +33,23 @@ class Cell {
   }
 
  private:
-  template <class T, class V>
-  void finish(CellModel<T>& cell, std::unique_ptr<StaticWorld<V>>& world) {
-    for (auto& arm : cell.arms) finish_arm(arm);
-    world = std::make_unique<StaticWorld<V>>(cell);
+  // Adds to the base what the first link fills at every angle: a sphere at distance d from the first joint's axis
+  // always covers the one of radius r - d on the axis. Only the base of such a model is ever used.
+  static void add_core(ArmModel<float>& arm) {
+    const auto& first = arm.fixed[0];
+    std::vector<Sphere<float>> spheres;
+    const auto base = arm.links[0].spheres, link = arm.links[1].spheres;
+    spheres.assign(arm.spheres.begin() + base.first, arm.spheres.begin() + base.first + base.count);
+    for (int i = link.first; i < link.first + link.count; ++i) {
+      const auto& s = arm.spheres[i];
+      const float r = s.r - std::sqrt(s.x * s.x + s.y * s.y);
+      if (arm.links[1].frame == 1 && r > 0.01f)
+        spheres.push_back({first.p[0] + first.r[2] * s.z, first.p[1] + first.r[5] * s.z, first.p[2] + first.r[8] * s.z, r});
+    }
+    arm.spheres = std::move(spheres);
+    arm.links.resize(1);
+    arm.links[0].spheres = {0, static_cast<int>(arm.spheres.size())};
+    arm.self_pairs.clear();
   }
 };
 

@@ -129,24 +129,21 @@ inline void lower_clearance(Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, V&
     best = min(best, distance<V>(o, a.spheres[i]) - arm.spheres[i].r);
 }
 
-// The bases of all arms, standing still; made once for a cell and shared by its queries.
-template <class V>
-std::vector<Pose<V>> base_poses(const CellModel<Scalar<V>>& cell) {
-  std::vector<Pose<V>> out;
-  for (const auto& arm : cell.arms) {
-    out.emplace_back(arm);
-    out.back().ready = 1;
-  }
-  return out;
-}
-
 // Everything one arm can touch on its own: obstacles, the other arms' bases, itself.
+//
+// For planning the bases are taken with their cores: what an arm's first link fills at every angle of its first joint is
+// as much in the way as its base, and a path through it could only be found out by its conflicts.
 template <class V>
 struct StaticWorld {
   const CellModel<Scalar<V>>* cell;
   std::vector<Pose<V>> bases;
 
-  explicit StaticWorld(const CellModel<Scalar<V>>& model) : cell(&model), bases(base_poses<V>(model)) {}
+  StaticWorld(const CellModel<Scalar<V>>& model, const CellModel<Scalar<V>>& standing) : cell(&model) {
+    for (const auto& arm : standing.arms) {
+      bases.emplace_back(arm);
+      bases.back().ready = 1;
+    }
+  }
 
   // `reach(l)` and `reach_self(pair index)` give the lane reach of a link and of a self pair. `done(out)` ends early.
   template <class Reach, class ReachSelf, class Done>

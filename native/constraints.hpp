@@ -49,10 +49,13 @@ class Constraint {
   void contacts(const V* middle, const V* half, Pose<V>& pose, const V* reach, Levels<T> levels, Contacts<V>& out) {
     if (!other_.empty()) {
       auto& other = other_[0];
-      for (size_t i = 1; i < pose.arm->links.size(); ++i)
-        for (size_t j = 1; j < other.arm->links.size(); ++j)
+      // The tip first: it touches most often, and a contact in every lane ends the test.
+      for (size_t i = pose.arm->links.size(); i-- > 1;) {
+        for (size_t j = other.arm->links.size(); j-- > 1;)
           contact(pose, static_cast<int>(i), other, static_cast<int>(j), levels.margin - size_,
                   reach[i] + (levels.proof - size_), out);
+        if (bits<V>(out.hit) == all_bits<V>) return;
+      }
     } else if (first_link_ > 0) {
       const Obstacle<T> sphere{Shape::sphere, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {center_[0], center_[1], center_[2]}}, size_, 0, 0};
       for (size_t i = static_cast<size_t>(first_link_); i < pose.arm->links.size(); ++i)
@@ -130,11 +133,12 @@ class EdgeMaker {
       for (size_t c = 0; c < constraints_.size(); ++c) {
         Contacts<V> out;
         constraints_[c]->contacts(batch_.middle, batch_.half, pose_, reach_, levels_, out);
-        collect(first_.data() + k, n, bits<V>(out.hit | out.open), open[c]);
+        sort_out(static_cast<int>(c), first_.data() + k, n, out, open[c], edge.blocked);
       }
     }
     const T finest = longest > 0 ? std::max(kFinestRad / longest, T(1.0 / 64)) : T(1);
     for (size_t c = 0; c < constraints_.size(); ++c) refine(static_cast<int>(c), open[c], finest, at, edge.blocked);
+    merge(edge.blocked);
   }
 
   // Windows (from, until) in which the arm may not stand at q.
@@ -166,45 +170,52 @@ class EdgeMaker {
     for (size_t l = 1; l < model_->links.size(); ++l) reach_[l] = sweep_.reach(pose_, static_cast<int>(l));
   }
 
-  static void collect(const Piece<T>* pieces, int n, unsigned mask, std::vector<Piece<T>>& out) {
-    for (int lane = 0; lane < n; ++lane)
-      if (mask >> lane & 1u) out.push_back(pieces[lane]);
+  // A contact blocks its whole piece; what is only not proved free is looked at again.
+  static void sort_out(int c, const Piece<T>* pieces, int n, const Contacts<V>& found, std::vector<Piece<T>>& open,
+                       std::vector<Blocked<T>>& blocked) {
+    const unsigned hit = bits<V>(found.hit), near = bits<V>(found.open);
+    for (int lane = 0; lane < n; ++lane) {
+      if (hit >> lane & 1u) blocked.push_back({c, pieces[lane].lo, pieces[lane].hi});
+      else if (near >> lane & 1u) open.push_back(pieces[lane]);
+    }
   }
 
   template <class At>
   void refine(int c, std::vector<Piece<T>>& stack, T finest, const At& at, std::vector<Blocked<T>>& out) {
-    const size_t before = out.size();
-    std::vector<Piece<T>> halves, still;
     while (!stack.empty()) {
-      halves.clear();
-      while (!stack.empty()) {
-        const auto p = stack.back();
-        stack.pop_back();
+      halves_.clear();
+      for (const auto& p : stack) {
         if (p.hi - p.lo <= finest) {
           out.push_back({c, p.lo, p.hi});
         } else {
           const T m = (p.lo + p.hi) / 2;
-          halves.push_back({0, p.lo, m});
-          halves.push_back({0, m, p.hi});
+          halves_.push_back({0, p.lo, m});
+          halves_.push_back({0, m, p.hi});
         }
       }
-      for (size_t k = 0; k < halves.size(); k += width<V>) {
-        const int n = std::min<int>(width<V>, static_cast<int>(halves.size() - k));
-        pose(halves.data() + k, n, at);
+      stack.clear();
+      for (size_t k = 0; k < halves_.size(); k += width<V>) {
+        const int n = std::min<int>(width<V>, static_cast<int>(halves_.size() - k));
+        pose(halves_.data() + k, n, at);
         Contacts<V> found;
         constraints_[c]->contacts(batch_.middle, batch_.half, pose_, reach_, levels_, found);
-        collect(halves.data() + k, n, bits<V>(found.hit | found.open), stack);
+        sort_out(c, halves_.data() + k, n, found, stack, out);
       }
     }
-    std::sort(out.begin() + before, out.end(), [](const auto& a, const auto& b) { return a.lo < b.lo; });
-    size_t kept = before;
-    for (size_t k = before; k < out.size(); ++k) {
-      if (kept > before && out[k].lo <= out[kept - 1].hi)
-        out[kept - 1].hi = std::max(out[kept - 1].hi, out[k].hi);
+  }
+
+  static void merge(std::vector<Blocked<T>>& blocked) {
+    std::sort(blocked.begin(), blocked.end(), [](const auto& a, const auto& b) {
+      return a.constraint != b.constraint ? a.constraint < b.constraint : a.lo < b.lo;
+    });
+    size_t kept = 0;
+    for (size_t k = 0; k < blocked.size(); ++k) {
+      if (kept > 0 && blocked[k].constraint == blocked[kept - 1].constraint && blocked[k].lo <= blocked[kept - 1].hi)
+        blocked[kept - 1].hi = std::max(blocked[kept - 1].hi, blocked[k].hi);
       else
-        out[kept++] = out[k];
+        blocked[kept++] = blocked[k];
     }
-    out.resize(kept);
+    blocked.resize(kept);
   }
 
   Prover<V> prover_;
@@ -217,7 +228,7 @@ class EdgeMaker {
   Sweep<V> sweep_;
   PieceBatch<V> batch_;
   V reach_[kMaxLinks];
-  std::vector<Piece<T>> first_;
+  std::vector<Piece<T>> first_, halves_;
 };
 
 // Safe intervals: what the windows leave of [0, inf), as whole steps [lo, hi].

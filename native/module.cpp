@@ -125,10 +125,16 @@ RepulsionOptions repulsion_options(double alpha, double k_rep, double d0, int ma
 int cpu_level() {
 #if defined(__x86_64__)
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("x86-64-v4")) return 4;
-  if (__builtin_cpu_supports("x86-64-v3")) return 3;
-#endif
+  // By feature: the names of the levels are unknown to Clang before 17.
+  const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2") &&
+                  __builtin_cpu_supports("fma");
+  const bool v4 = v3 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                  __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+                  __builtin_cpu_supports("avx512vl");
+  return v4 ? 4 : v3 ? 3 : 1;
+#else
   return 1;
+#endif
 }
 
 }  // namespace
@@ -395,7 +401,7 @@ NB_MODULE(MMP_MODULE, m) {
              need_joints(cell, arm, start);
              need_joints(cell, arm, goal);
              need_joints(cell, arm, max_step);
-             new (self) SearchArm(cell.world<Floats>(), arm, as<float>(start).data(), as<float>(goal).data(),
+             new (self) SearchArm(*cell.world_planning, arm, as<float>(start).data(), as<float>(goal).data(),
                                   as<float>(max_step).data(), levels_of(margin, proof), seed);
            },
            nb::arg("cell"), nb::arg("arm"), nb::arg("start"), nb::arg("goal"), nb::arg("max_step"), nb::arg("margin"),
@@ -449,7 +455,7 @@ NB_MODULE(MMP_MODULE, m) {
           Repulsion<Floats>::Result result;
           {
             nb::gil_scoped_release release;
-            Repulsion<Floats> repulsion(cell.world<Floats>(),
+            Repulsion<Floats> repulsion(*cell.world_planning,
                                         repulsion_options(alpha, k_rep, d0, max_iterations, centre_distance, normalised,
                                                           normalised_step, max_step, comfort));
             result = repulsion.modify(motion, others, constraints, as<float>(max_step_rad).data(),

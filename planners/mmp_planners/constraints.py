@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from mmp_env import _core
 from mmp_planners.arms import Arms, Path
@@ -32,6 +32,7 @@ class Meeting:
 INSTANTS = ("begin", "middle", "all")
 
 
+@runtime_checkable
 class ConstraintKind(Protocol):
     """Makes the constraints of one child."""
 

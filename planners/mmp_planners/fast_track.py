@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from mmp_planners.arms import Arms
 from mmp_planners.node import Node
@@ -23,6 +23,7 @@ class Attempt:
         return not self.node.conflicts
 
 
+@runtime_checkable
 class FastTrack(Protocol):
     """Tries on a node that is about to be branched."""
 

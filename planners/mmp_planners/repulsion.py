@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -25,6 +25,7 @@ class Modified:
     iterates: tuple[np.ndarray, ...] = ()
 
 
+@runtime_checkable
 class Modification(Protocol):
     """What happens to a path after replanning; None leaves it as it is."""
 

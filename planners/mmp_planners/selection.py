@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from mmp_planners.node import Node
 
 
+@runtime_checkable
 class Selection(Protocol):
     """Picks a node of OPEN; `lower_bound` is LB, the least bound seen over OPEN so far [rad]."""
 

@@ -9,7 +9,7 @@ from typing import Any
 from mmp_cli.machine import machine, version
 from mmp_cli.main import INTERRUPTED
 from mmp_env.check import CheckReport
-from mmp_env.env import ExecutionReport
+from mmp_env.execution import ExecutionReport
 from mmp_env.problem import Problem
 from mmp_env.writing import plain
 from mmp_planners import PlanResult, Status

@@ -14,7 +14,7 @@ from mmp_env.errors import InvalidInstanceError, MmpError
 
 if TYPE_CHECKING:
     from mmp_cli.outcome import Outcome
-    from mmp_env.env import ExecutionReport
+    from mmp_env.execution import ExecutionReport
     from mmp_env.plan import Plan
     from mmp_env.problem import Problem
     from mmp_planners import Planner, PlanResult
@@ -132,16 +132,11 @@ def _plan(args: Namespace, planner: Planner, problem: Problem) -> tuple[PlanResu
 
 
 def _execute(problem: Problem, plan: Plan) -> ExecutionReport:
-    import gymnasium
+    from mmp_env.env import MultiArmCellEnv
 
-    import mmp_env  # noqa: F401  registers the environments
-
-    env = gymnasium.make("MultiArmCell", cell=problem.cell)
-    try:
-        env.reset(options={"start": problem.start, "goal": problem.goal})
-        return env.unwrapped.execute(plan)
-    finally:
-        env.close()
+    env = MultiArmCellEnv(cell=problem.cell)
+    env.reset(options={"start": problem.start, "goal": problem.goal})
+    return env.execute(plan)
 
 
 def _report(args: Namespace, outcome: Outcome) -> None:

@@ -12,13 +12,14 @@ import numpy as np
 from mmp_env.cell import Cell
 from mmp_env.cell_file import cell_from_dict
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.instance_file import configurations_from_dict, instances_from_dict
+from mmp_env.instance_file import configurations_from_dict, holds_instances, instances_from_dict
 from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
 from mmp_env.reading import Place, named, parse_json, read_document
-from mmp_env.rings import RING_RADIUS_M, ring_cell
+from mmp_env.registration import ANY_CELL, RING_COUNTS
+from mmp_env.rings import ring_cell
 
-ENVIRONMENTS = {f"MultiArmCell-{count}": count for count in RING_RADIUS_M}
-_ANY_CELL = "MultiArmCell"
+ENVIRONMENTS = {f"{ANY_CELL}-{count}": count for count in RING_COUNTS}
+"""Environment id -> number of arms."""
 _MODULE = "mmp_env:"
 _FILE_SUFFIXES = (".json", ".yaml", ".yml")
 _BY_HAND = "given"
@@ -42,13 +43,13 @@ def read_source(args: Namespace) -> Source:
     if source in ENVIRONMENTS:
         _refuse(args, "an environment id", "instance")
         return _from_cell(args, ring_cell(ENVIRONMENTS[source], args.robot or "ur5e"), source)
-    if source == _ANY_CELL:
+    if source == ANY_CELL:
         raise MmpError(f"'{source}' has no cell of its own; give a cell file, or one of {', '.join(ENVIRONMENTS)}")
     path = Path(args.source)
     if not path.exists() and path.suffix.lower() not in _FILE_SUFFIXES and "/" not in args.source:
         raise UnknownNameError("environment id or file", args.source, ENVIRONMENTS)
     data = read_document(path)
-    if isinstance(data, dict) and ("schema" in data or "instances" in data):
+    if holds_instances(data):
         _refuse(args, "an instance file", "robot", "task", "start", "goal")
         file = instances_from_dict(data, args.source, name=path.stem)
         with named(args.source):
@@ -63,6 +64,9 @@ def read_source(args: Namespace) -> Source:
 def _from_cell(args: Namespace, cell: Cell, name: str) -> Source:
     if args.start is None and args.goal is None:
         return Source(label=f"{name}/{args.seed}", problem=lambda: _drawn(args, cell, f"{name}/{args.seed}"))
+    for given, other in (("start", "goal"), ("goal", "start")):
+        if getattr(args, other) is None:
+            raise MmpError(f"--{other} is missing; --{given} is there, and the two go together")
     if args.task is not None:
         raise MmpError(f"--task is '{args.task}' beside --start and --goal; an instance is drawn or given, not both")
     start, goal = _by_hand(args, cell, "start"), _by_hand(args, cell, "goal")
@@ -84,10 +88,8 @@ def _drawn(args: Namespace, cell: Cell, label: str) -> Problem:
 
 
 def _by_hand(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:
-    text, place = getattr(args, which), Place(f"--{which}")
-    if text is None:
-        raise MmpError(f"--{which} is missing; --start and --goal go together")
-    return configurations_from_dict(cell, parse_json(text, place), place)
+    place = Place(f"--{which}")
+    return configurations_from_dict(cell, parse_json(getattr(args, which), place), place)
 
 
 def _margin(args: Namespace) -> float:

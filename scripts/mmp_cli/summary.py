@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from mmp_cli.outcome import Outcome
 from mmp_cli.rows import print_rows
-from mmp_env.env import ExecutionReport
+from mmp_env.execution import ExecutionReport
 from mmp_planners import PlanResult
 
 

@@ -14,7 +14,6 @@ from mmp_env.problem import Problem, velocity_limits
 from mmp_env.rings import ring_cell
 from mmp_env.writing import json_text
 
-
 CELL = ring_cell(2)
 
 

@@ -135,6 +135,12 @@ def test_without_a_tool_the_tool_point_is_the_flange():
     np.testing.assert_array_equal(kinematics.tool_point(arm, q), kinematics.flange_frame(arm, q)[:3, 3])
 
 
+@given(st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda wxyz: np.linalg.norm(wxyz) > 0.1))
+def test_the_base_stands_as_its_quaternion_says(wxyz):
+    arm = place_arm("arm", "ur5e", [0.3, -0.2, 0.1], wxyz)
+    np.testing.assert_allclose(kinematics.base_frame(arm), arm.T_world_base, atol=1e-12)
+
+
 def test_the_base_pose_moves_the_whole_arm():
     at_origin = arm_at_origin("ur5e")
     moved = place_arm("arm", "ur5e", [0.3, -0.2, 0.1], quaternion_from_yaw(0.7))

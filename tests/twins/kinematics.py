@@ -12,10 +12,19 @@ def rotation_about(axis, angle):
     return np.eye(4) + np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
 
 
+def base_frame(arm: Arm):
+    """T_world_base, [4, 4], from the unit quaternion: turning by twice its angle about its axis."""
+    w, axis = arm.quaternion[0], arm.quaternion[1:]
+    sine = np.linalg.norm(axis)
+    out = rotation_about(axis, 2 * np.arctan2(sine, w)) if sine > 0 else np.eye(4)
+    out[:3, 3] = arm.position
+    return out
+
+
 def link_frames(arm: Arm, q):
     """T_world_link of every link, base first, then T_world_tool where a tool is mounted: [links, 4, 4]."""
     robot = arm.robot
-    frames = [arm.T_world_base]
+    frames = [base_frame(arm)]
     for k in range(robot.dof):
         frames.append(frames[-1] @ robot.origins[k] @ rotation_about(robot.axes[k], q[k]))
     if arm.tool is not None:

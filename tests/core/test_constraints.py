@@ -1,0 +1,199 @@
+"""Constraints, safe intervals and the single-arm planner of the core against the twin. Times are in steps."""
+
+import numpy as np
+import pytest
+from twins import clearance, intervals, kinematics, motion, toys
+
+from mmp_env import _core
+from mmp_env.collision import HIT, PLAN_PROOF
+from mmp_env.rings import ring_cell
+from mmp_env.robot import robot_names
+from mmp_tasks.reach import Reach
+
+MARGIN_M = 0.002
+FLOAT_M, FLOAT_RAD = 1e-5, 1e-6
+STEP_RAD = 0.08
+
+
+def near_states(rng, cell, count):
+    """Configurations of the first two arms, `count` of each, with -5 to 5 cm between them."""
+    q = [toys.random_configurations(rng, arm, 2000) for arm in cell.arms[:2]]
+    near = np.flatnonzero(np.abs(cell.collision.pair_clearance("arm0", q[0], "arm1", q[1])) < 0.05)[:count]
+    return q[0][near], q[1][near]
+
+
+def random_constraints(rng, cell, q, q_other):
+    """One of each kind about a configuration q of arm0, as the core takes it and as the twin does."""
+    windows = [
+        (int(lo), int(lo + length)) for lo, length in zip(rng.integers(-4, 20, 3), rng.integers(1, 9, 3), strict=True)
+    ]
+    if rng.random() < 0.2:
+        windows[0] = (windows[0][0], _core.FOREVER)
+    (standing, ball, sphere), core = windows, cell.collision.core
+    center, radius = q + rng.uniform(-0.1, 0.1, len(q)), rng.uniform(0.02, 0.12)
+    frames = kinematics.link_frames(cell.arms[0], q)
+    point, ball_radius = frames[rng.integers(2, len(frames)), :3, 3] + rng.uniform(-0.1, 0.1, 3), rng.uniform(0.02, 0.1)
+    first, shrink = int(rng.integers(1, 5)), rng.choice([0.0, 0.01])
+    native = [
+        _core.Constraint.standing(core, 1, q_other, shrink, *standing),
+        _core.Constraint.ball(center, radius, *ball),
+        _core.Constraint.sphere(point, ball_radius, first, *sphere),
+    ]
+    twin = [
+        intervals.standing(cell, "arm1", q_other, *standing, MARGIN_M - shrink),
+        intervals.BallConstraint(center, radius, *ball),
+        intervals.CloudConstraint(point[None], np.array([ball_radius]), MARGIN_M, first, *sphere),
+    ]
+    return native, twin
+
+
+def is_close_call(cell, q, constraint):
+    """Whether rounding to single precision may decide about the constraint at q."""
+    if isinstance(constraint, intervals.BallConstraint):
+        return abs(np.abs(q - constraint.center).max() - constraint.radius) < FLOAT_RAD
+    own = clearance.cloud(cell, cell.arms[0], q)
+    own = own.only(own.parts >= constraint.first_part)
+    there = clearance.Cloud(np.zeros(len(constraint.radii), int), constraint.centers, constraint.radii)
+    return abs(clearance.least_gap(own, there) - constraint.margin) < FLOAT_M
+
+
+@pytest.mark.parametrize("robots", [("ur5e", "panda"), ("panda", "panda"), ("fr5", "piper"), ("piper", "ur5e")])
+def test_safe_intervals_are_what_broken_constraints_leave(robots):
+    rng = np.random.default_rng(51)
+    cell = toys.random_cell(rng, robots, "28", obstacles=False)
+    broken = 0
+    for q, q_other in zip(*near_states(rng, cell, 40), strict=True):
+        native, twin = random_constraints(rng, cell, q, q_other)
+        assert not any(is_close_call(cell, q, constraint) for constraint in twin)
+        found = _core.safe_intervals(cell.collision.core, 0, q, native, MARGIN_M, PLAN_PROOF * MARGIN_M)
+        expected = intervals.safe_intervals(cell, "arm0", q, twin)
+        # Windows are open: between two that touch there is an instant, which is of no use to anybody.
+        found = [(lo, np.inf if hi == _core.FOREVER else hi) for lo, hi in found if lo < hi]
+        assert found == [(lo, hi) for lo, hi in expected if lo < _core.FOREVER]
+        broken += sum(constraint.is_broken(cell, "arm0", q) for constraint in twin)
+    assert 20 < broken < 100
+
+
+def test_the_window_and_its_ends_are_kept():
+    constraint = _core.Constraint.ball(np.zeros(2), 0.1, -3, 7)
+    assert (constraint.start, constraint.end) == (-3, 7)
+
+
+@pytest.mark.parametrize("robots", [("ur5e", "panda"), ("panda", "piper"), ("fr5", "fr5")])
+def test_a_path_breaks_a_constraint_where_its_half_steps_do(robots):
+    rng = np.random.default_rng(52)
+    cell = toys.random_cell(rng, robots, "28", obstacles=False)
+    verdicts = []
+    for q, q_other in zip(*near_states(rng, cell, 25), strict=True):
+        moves = rng.uniform(-0.1, 0.1, (rng.integers(1, 12), len(q)))
+        path = np.vstack([q, q + np.cumsum(moves, axis=0)])
+        moving = cell.collision.motion("arm0", path)
+        for native, twin in zip(*random_constraints(rng, cell, q, q_other), strict=True):
+            looked_at = [motion.along(path[k], path[k + 1], 2) for k in range(len(path) - 1)]
+            if any(is_close_call(cell, at, twin) for ends in looked_at for at in ends):
+                continue
+            expected = intervals.is_path_breaking(cell, "arm0", path, twin, per_step=2)
+            assert _core.breaks_constraint(cell.collision.core, moving, [native], MARGIN_M) == expected
+            verdicts.append(expected)
+    assert min(sum(verdicts), len(verdicts) - sum(verdicts)) >= 10
+
+
+def single_arm(cell, name, start, goal, seed=0):
+    k = cell.arm_index(name)
+    step = np.full(cell.arms[k].dof, STEP_RAD)
+    levels = HIT * MARGIN_M, PLAN_PROOF * MARGIN_M
+    return _core.SingleArm(cell.collision.core, k, start, goal, step, *levels, seed)
+
+
+def assert_path_is_right(cell, name, path, start, goal, constraints):
+    """Everything that the planner promises, by the twin: ends, speed, limits, nothing touched, no constraint broken."""
+    np.testing.assert_allclose(path[[0, -1]], [start, goal], rtol=0, atol=FLOAT_RAD)
+    assert np.abs(np.diff(path, axis=0)).max() <= STEP_RAD * (1 + 1e-3)
+    robot = cell.arm(name).robot
+    assert (path >= robot.lower - FLOAT_RAD).all()
+    assert (path <= robot.upper + FLOAT_RAD).all()
+    proved = PLAN_PROOF * MARGIN_M - FLOAT_M
+    halves = np.vstack([path, (path[1:] + path[:-1]) / 2])
+    assert min(clearance.static_clearance(cell, name, q) for q in halves) >= proved
+    for constraint in constraints:
+        assert not intervals.is_path_breaking(cell, name, path, constraint, per_step=4)
+
+
+@pytest.mark.parametrize("spheres", ["28", "fine"])
+@pytest.mark.parametrize("robot", robot_names())
+def test_planned_paths_keep_all_that_they_promise(robot, spheres):
+    cell = ring_cell(2, robot, spheres)
+    start, goal = Reach().sample(cell, np.random.default_rng(53))
+    planner = single_arm(cell, "arm0", start["arm0"], goal["arm0"])
+    proved = PLAN_PROOF * MARGIN_M - FLOAT_M
+    places = [("standing", start["arm1"], (0, 25)), ("standing", goal["arm1"], (10, _core.FOREVER))]
+    native = [_core.Constraint.standing(cell.collision.core, 1, q, 0.0, *window) for _, q, window in places]
+    twin = [intervals.standing(cell, "arm1", q, *window, proved) for _, q, window in places]
+    # The way that it takes when it is free to is then closed for a while, halfway.
+    free, _ = planner.plan([], 0, _core.Clock(60.0))
+    assert_path_is_right(cell, "arm0", free, start["arm0"], goal["arm0"], [])
+    halfway = free[len(free) // 2].copy()
+    native.append(_core.Constraint.ball(halfway, 0.2, 0, len(free)))
+    twin.append(intervals.BallConstraint(halfway, 0.2 - FLOAT_RAD, 0, len(free)))
+    path, _ = planner.plan(native, 0, _core.Clock(60.0))
+    assert_path_is_right(cell, "arm0", path, start["arm0"], goal["arm0"], twin)
+    assert len(path) != len(free) or not np.array_equal(path, free)
+
+
+def narrow_arm():
+    """A toy arm whose second joint can hardly move: there is one way only."""
+    limits = {"lower": np.array([-np.pi, -1e-3]), "upper": np.array([np.pi, 1e-3])}
+    return toys.toy_cell(toys.toy_arm("a", [0, 0, 0], **limits))
+
+
+def test_a_free_straight_way_is_driven_at_full_speed():
+    path, _ = single_arm(narrow_arm(), "a", np.array([-0.3, 0]), np.array([0.3, 0]), 1).plan([], 0, _core.Clock(60.0))
+    assert len(path) - 1 == np.ceil(0.6 / STEP_RAD)
+
+
+def test_an_arm_with_one_way_only_waits_as_long_as_it_must():
+    cell, (start, goal) = narrow_arm(), np.array([[-0.3, 0], [0.3, 0]])
+    window = (0, 30)
+    path, _ = single_arm(cell, "a", start, goal).plan(
+        [_core.Constraint.ball(np.zeros(2), 0.1, *window)], 0, _core.Clock(60.0)
+    )
+    twin = intervals.BallConstraint(np.zeros(2), 0.1 - FLOAT_RAD, *window)
+    assert_path_is_right(cell, "a", path, start, goal, [twin])
+    duration = 0.6 / STEP_RAD
+    earliest = intervals.earliest_departure(cell, "a", start, goal, duration, [twin], (0, np.inf))
+    # Whole steps for each piece of the way, and a blocked piece is known to 0.03 rad.
+    assert earliest + duration <= len(path) - 1 <= earliest + duration + 3
+
+
+def test_a_goal_that_is_never_free_again_is_not_reached():
+    cell, (start, goal) = narrow_arm(), np.array([[-0.3, 0], [0.3, 0]])
+    for end, reached in ((_core.FOREVER, False), (50, True)):
+        forbidden = _core.Constraint.ball(goal, 0.1, 5, end)
+        path, _ = single_arm(cell, "a", start, goal).plan([forbidden], 0, _core.Clock(60.0), max_iterations=100)
+        assert (path is not None) == reached
+
+
+def test_the_same_seed_gives_the_same_path_and_another_one_does_not():
+    cell = ring_cell(2, "panda")
+    start, goal = Reach().sample(cell, np.random.default_rng(54))
+    closed = _core.Constraint.ball((start["arm0"] + goal["arm0"]) / 2, 0.3, 0, 60)
+    paths = [
+        single_arm(cell, "arm0", start["arm0"], goal["arm0"], seed).plan([closed], seed, _core.Clock(60.0))[0]
+        for seed in (1, 1, 2)
+    ]
+    np.testing.assert_array_equal(paths[0], paths[1])
+    assert paths[0].shape != paths[2].shape or not np.array_equal(paths[0], paths[2])
+
+
+def test_a_cancelled_clock_ends_the_search():
+    cell, clock = narrow_arm(), _core.Clock(60.0)
+    assert not clock.expired
+    assert 50 < clock.remaining <= 60
+    clock.cancel()
+    assert clock.expired
+    closed = _core.Constraint.ball(np.zeros(2), 0.1, 0, _core.FOREVER)
+    path, iterations = single_arm(cell, "a", np.array([-0.3, 0]), np.array([0.3, 0])).plan(
+        [closed], 0, clock, max_iterations=100_000
+    )
+    assert path is None
+    assert iterations < 100

@@ -1,0 +1,167 @@
+"""The force field of the core against the twin, and one iteration of ModifyMotion against its formula."""
+
+import numpy as np
+import pytest
+from twins import repulsion, toys
+
+from mmp_env import _core
+
+ROBOTS = [("ur5e", "ur5e"), ("panda", "piper"), ("piper", "fr5", "panda")]
+K_REP, D0_M = 0.05, 0.10
+
+
+def near_paths(rng, robots, spheres="28", lengths=(9, 4, 11)):
+    """A cell and a path for each arm that begins where arm0 is near arm1."""
+    cell = toys.random_cell(rng, robots, spheres, obstacles=False)
+    starts = [toys.random_configurations(rng, arm, 400) for arm in cell.arms]
+    gap = cell.collision.pair_clearance("arm0", starts[0], "arm1", starts[1])
+    nearest = np.argmin(np.abs(gap - 0.03))
+    paths = {}
+    for arm, start, steps in zip(cell.arms, starts, lengths, strict=False):
+        moves = rng.uniform(-0.03, 0.03, (steps, arm.dof))
+        path = np.vstack([start[nearest], start[nearest] + np.cumsum(moves, axis=0)])
+        paths[arm.name] = np.clip(path, arm.robot.lower, arm.robot.upper).astype(np.float32).astype(float)
+    return cell, paths
+
+
+def motions_of(cell, paths):
+    first, *others = [cell.collision.motion(arm, path) for arm, path in paths.items()]
+    return first, others
+
+
+@pytest.mark.parametrize("distance", ["surface", "centre"])
+@pytest.mark.parametrize("spheres", ["28", "fine"])
+@pytest.mark.parametrize("robots", ROBOTS, ids="-".join)
+def test_the_force_field_agrees_with_the_twin(robots, spheres, distance):
+    rng = np.random.default_rng(61)
+    for _ in range(2):
+        cell, paths = near_paths(rng, robots, spheres)
+        motion, others = motions_of(cell, paths)
+        # Spheres overlap within an arm, so centres of two arms in contact are still far apart: reach farther for them.
+        d0 = D0_M if distance == "surface" else 0.2
+        found = _core.repulsive_force(cell.collision.core, motion, others, K_REP, d0, distance == "centre")
+        expected = repulsion.path_forces(cell, "arm0", paths, k_rep=K_REP, d0=d0, distance=distance)
+        assert np.abs(expected).max() > 1
+        # The force grows with the cube of 1/d: an error of 1e-6 m in 1 cm is one of 3e-4.
+        np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-3 * np.abs(expected).max())
+
+
+def test_the_ends_of_a_path_feel_nothing():
+    rng = np.random.default_rng(62)
+    cell, paths = near_paths(rng, ("ur5e", "ur5e"))
+    motion, others = motions_of(cell, paths)
+    forces = _core.repulsive_force(cell.collision.core, motion, others, K_REP, D0_M, False)
+    assert forces.shape == paths["arm0"].shape
+    assert not forces[[0, -1]].any()
+    assert forces[1:-1].any()
+
+
+def test_a_path_without_inner_steps_feels_nothing():
+    cell, paths = near_paths(np.random.default_rng(63), ("ur5e", "ur5e"))
+    _, others = motions_of(cell, paths)
+    for rows in (1, 2):
+        motion = cell.collision.motion("arm0", paths["arm0"][:rows])
+        assert not _core.repulsive_force(cell.collision.core, motion, others, K_REP, D0_M, False).any()
+
+
+def modify(cell, paths, constraints=(), **options):
+    settings = {
+        "max_step_rad": np.full(cell.arms[0].dof, 1.0),
+        "margin": -1.0,  # contacts of the arm with itself are no matter here
+        "proof": -1.0,
+        "constraint_margin": 0.001,
+        "clock": _core.Clock(60.0),
+        "alpha": 1e-7,
+        "k_rep": K_REP,
+        "d0": D0_M,
+        "max_iterations": 1,
+        "centre_distance": False,
+        "normalised": False,
+        "normalised_step": 0.02,
+        "max_step": 0.05,
+        "comfort": -1.0,
+        "trace": True,
+    }
+    motion, others = motions_of(cell, paths)
+    return _core.modify_motion(cell.collision.core, motion, others, list(constraints), **(settings | options))
+
+
+def limited(cell, path):
+    return np.clip(path, cell.arms[0].robot.lower, cell.arms[0].robot.upper)
+
+
+def test_an_iteration_moves_along_the_force_and_is_capped():
+    rng = np.random.default_rng(64)
+    cell, paths = near_paths(rng, ("ur5e", "panda"))
+    force = repulsion.path_forces(cell, "arm0", paths)
+    alpha = 0.1 / np.abs(force).max()
+    moved_path, moved, iterations, broke, iterates = modify(cell, paths, alpha=alpha)
+    step = np.clip(alpha * force, -0.05, 0.05)
+    assert (np.abs(step) == 0.05).any()
+    np.testing.assert_allclose(moved_path, limited(cell, paths["arm0"] + step), rtol=0, atol=2e-4)
+    assert (moved, iterations, broke, len(iterates)) == (True, 1, False, 1)
+    np.testing.assert_array_equal(iterates[0], moved_path)
+    np.testing.assert_array_equal(moved_path[[0, -1]], paths["arm0"][[0, -1]])
+
+
+def test_a_normalised_step_is_the_smoothed_force_scaled_to_its_largest_joint():
+    rng = np.random.default_rng(65)
+    cell, paths = near_paths(rng, ("panda", "ur5e"))
+    force = repulsion.path_forces(cell, "arm0", paths)
+    last = len(force) - 1
+    smoothed = np.zeros_like(force)
+    weight = np.exp(-(np.arange(-9, 10) ** 2) / (2 * 3**2))
+    weight /= weight.sum()
+    for k in range(1, last):
+        for d in range(-9, 10):
+            if 0 <= k + d <= last:
+                smoothed[k] += weight[d + 9] * force[k + d]
+    moved_path, *_ = modify(cell, paths, normalised=True, normalised_step=0.02)
+    step = 0.02 * smoothed / np.abs(smoothed).max()
+    np.testing.assert_allclose(moved_path, limited(cell, paths["arm0"] + step), rtol=0, atol=2e-4)
+
+
+def test_iterations_follow_each_other():
+    rng = np.random.default_rng(66)
+    cell, paths = near_paths(rng, ("ur5e", "ur5e"))
+    alpha = 0.01 / np.abs(repulsion.path_forces(cell, "arm0", paths)).max()
+    *_, iterates = modify(cell, paths, alpha=alpha, max_iterations=4)
+    assert len(iterates) == 4
+    for before, after in zip(iterates, iterates[1:], strict=False):
+        alone, *_ = modify(cell, paths | {"arm0": before}, alpha=alpha)
+        np.testing.assert_array_equal(alone, after)
+
+
+def test_what_breaks_a_constraint_is_passed_through_but_not_returned():
+    rng = np.random.default_rng(67)
+    cell, paths = near_paths(rng, ("ur5e", "ur5e"))
+    alpha = 0.02 / np.abs(repulsion.path_forces(cell, "arm0", paths)).max()
+    *_, iterates = modify(cell, paths, alpha=alpha, max_iterations=4)
+    # A small ball about where some step gets to, in the second iteration only.
+    k = int(np.argmax(np.abs(iterates[1] - iterates[0]).max(axis=1)))
+    travelled = [np.abs(iterates[n][k] - iterates[1][k]).max() for n in (0, 2, 3)]
+    ball = _core.Constraint.ball(np.ascontiguousarray(iterates[1][k]), 0.4 * min(travelled), k - 1, k + 1)
+    returned, moved, iterations, broke, traced = modify(cell, paths, [ball], alpha=alpha, max_iterations=2)
+    assert (moved, iterations, broke, len(traced)) == (True, 2, False, 2)
+    np.testing.assert_array_equal(returned, iterates[0])
+    returned, *_ = modify(cell, paths, [ball], alpha=alpha, max_iterations=4)
+    np.testing.assert_array_equal(returned, iterates[3])
+
+
+def test_an_input_that_breaks_its_constraint_is_said_to():
+    cell, paths = near_paths(np.random.default_rng(68), ("ur5e", "ur5e"))
+    ball = _core.Constraint.ball(np.ascontiguousarray(paths["arm0"][3]), 0.01, 2, 4)
+    *_, broke, _ = modify(cell, paths, [ball])
+    assert broke
+
+
+def test_a_static_contact_ends_the_descent():
+    """A wall that the path leans on: the first iterate would touch it, so the path stays as it was."""
+    push, wall = toys.toy_arm("arm0", [0, 0, 0]), toys.solid("box", [1.0, -0.2, 0], size=[3.0, 0.1, 1.0])
+    other = toys.toy_arm("arm1", [0, 0.25, 0])
+    q = np.array([[0.02, 0.0], [0.0, 0.0], [0.02, 0.0]])
+    for obstacles, moved in (((), True), ((wall,), False)):
+        cell = toys.toy_cell(push, other, obstacles=obstacles)
+        found = modify(cell, {"arm0": q, "arm1": np.zeros((1, 2))}, alpha=1e-3, margin=0.002, proof=0.001)
+        assert found[1] == moved
+        assert (found[0][1, 0] < 0) == moved

@@ -1,0 +1,65 @@
+import json
+
+import bad_files
+import pytest
+import stand_in_planners
+
+from mmp_cli.main import main
+from mmp_planners import registry
+
+
+class Ran:
+    """What a command line came to."""
+
+    def __init__(self, code, out, err):
+        self.code, self.out, self.err = code, out, err
+
+    @property
+    def result(self):
+        """The JSON object in the last line of stdout."""
+        return json.loads(self.out.splitlines()[-1])
+
+
+@pytest.fixture
+def mmp(capsys):
+    """Runs a command line in this process."""
+
+    def run(*argv):
+        capsys.readouterr()
+        code = main([str(word) for word in argv])
+        return Ran(code, *capsys.readouterr())
+
+    return run
+
+
+@pytest.fixture
+def stand_ins(monkeypatch):
+    """The planners of `stand_in_planners` beside those that are installed."""
+    monkeypatch.setattr(registry, "entry_points", registry.entry_points)
+    monkeypatch.setattr(stand_in_planners.Straight, "seen", [])
+    stand_in_planners.install(registry)
+    return stand_in_planners
+
+
+@pytest.fixture
+def instances(tmp_path):
+    """The path of a good instance file."""
+    path = tmp_path / "pairs.json"
+    path.write_text(json.dumps(bad_files.good_instances()))
+    return path
+
+
+@pytest.fixture
+def cell(tmp_path):
+    """The path of a good cell file."""
+    path = tmp_path / "pair.json"
+    path.write_text(json.dumps(bad_files.good_cell()))
+    return path
+
+
+@pytest.fixture
+def plan(tmp_path):
+    """The path of a good plan file."""
+    path = tmp_path / "plan.json"
+    path.write_text(json.dumps(bad_files.good_plan()))
+    return path

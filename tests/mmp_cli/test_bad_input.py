@@ -1,0 +1,132 @@
+import json
+
+import bad_files
+import pytest
+
+ENDS = json.dumps({"left": bad_files.TUCKED, "right": bad_files.TUCKED})
+
+
+def assert_refused(ran, *words):
+    """One sentence on stderr that names what is wrong, exit 2, and nothing else."""
+    assert ran.code == 2
+    assert ran.out == ""
+    assert ran.err.startswith("mmp: ")
+    assert ran.err.count("\n") == 1
+    assert "Traceback" not in ran.err
+    for word in words:
+        assert word in ran.err
+
+
+@pytest.mark.parametrize("case", bad_files.CELLS)
+def test_a_bad_cell_file(mmp, tmp_path, case):
+    where, value, words = bad_files.CELLS[case]
+    path = tmp_path / "cell.json"
+    path.write_text(bad_files.text(bad_files.spoilt(bad_files.good_cell(), where, value)))
+    assert_refused(mmp("plan", path, "--json"), str(path), *words)
+
+
+@pytest.mark.parametrize("case", bad_files.INSTANCES)
+def test_a_bad_instance_file(mmp, tmp_path, case):
+    where, value, words = bad_files.INSTANCES[case]
+    data = bad_files.spoilt(bad_files.good_instances(), where, value)
+    path = tmp_path / "instances.json"
+    path.write_text(bad_files.text(data))
+    assert_refused(mmp("plan", path, "--json"), str(path), *words)
+
+
+@pytest.mark.parametrize("case", bad_files.PLANS)
+def test_a_bad_plan_file(mmp, tmp_path, case):
+    where, value, words = bad_files.PLANS[case]
+    path = tmp_path / "plan.json"
+    path.write_text(bad_files.text(bad_files.spoilt(bad_files.good_plan(), where, value)))
+    assert_refused(mmp("check", path, "--json"), str(path), *words)
+
+
+@pytest.mark.parametrize("command", ["plan", "check"])
+@pytest.mark.parametrize("case", bad_files.TEXTS)
+def test_a_file_that_is_no_json_object(mmp, tmp_path, command, case):
+    content, words = bad_files.TEXTS[case]
+    path = tmp_path / "file.json"
+    path.write_bytes(content)
+    assert_refused(mmp(command, path), str(path), *words)
+
+
+@pytest.mark.parametrize("case", bad_files.YAML_TEXTS)
+def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
+    content, words = bad_files.YAML_TEXTS[case]
+    path = tmp_path / "file.yaml"
+    path.write_bytes(content)
+    assert_refused(mmp("plan", path), str(path), *words)
+
+
+@pytest.mark.parametrize(
+    ("argv", "words"),
+    [
+        (["plam"], ["unknown command 'plam'", "Did you mean 'plan'?", "check, list, plan"]),
+        (["plan"], ["SOURCE"]),
+        (["check"], ["PLAN"]),
+        (["plan", "MultiArmCel-8"], ["'MultiArmCel-8'", "Did you mean 'MultiArmCell-8'?", "MultiArmCell-2"]),
+        (["plan", "MultiArmCell-7"], ["'MultiArmCell-7'", "MultiArmCell-8"]),
+        (["plan", "MultiArmCell"], ["no cell of its own", "MultiArmCell-8"]),
+        (["plan", "none.json"], ["none.json cannot be read: No such file"]),
+        (["plan", "."], [". cannot be read: Is a directory"]),
+        (["check", "none.json"], ["none.json cannot be read: No such file"]),
+        (["plan", "MultiArmCell-2", "--robot", "ur5"], ["unknown robot 'ur5'", "Did you mean 'ur5e'?", "fr5, panda"]),
+        (["plan", "MultiArmCell-2", "--task", "raech"], ["unknown task 'raech'", "Did you mean 'reach'?"]),
+        (["plan", "MultiArmCell-2", "--planner", "apf-ecsb"], ["unknown planner", "Did you mean 'apf-ecbs'?", "ecbs"]),
+        (["plan", "MultiArmCell-2", "--planner", "absent"], ["'absent'", "no_such_package"]),
+        (["plan", "MultiArmCell-2", "--plan", "ecbs"], ["'--plan'", "Did you mean '--planner'?", "--time-limit"]),
+        (["plan", "MultiArmCell-2", "--retime"], ["unknown option", "'--retime'"]),
+        (["plan", "MultiArmCell-2", "twice"], ["no use for the argument 'twice'"]),
+        (["list", "--jsn"], ["'--jsn'", "Did you mean '--json'?"]),
+        (["plan", "MultiArmCell-2", "--seed", "-1"], ["--seed", "'-1'", "whole number from 0"]),
+        (["plan", "MultiArmCell-2", "--seed", "1.5"], ["--seed", "'1.5'", "whole number from 0"]),
+        (["plan", "MultiArmCell-2", "--seed", "9" * 40], ["--seed", "whole number from 0"]),
+        (["plan", "MultiArmCell-2", "--seed"], ["--seed", "expected one argument"]),
+        (["plan", "MultiArmCell-2", "--time-limit", "0"], ["--time-limit", "'0'", "above 0"]),
+        (["plan", "MultiArmCell-2", "--time-limit", "nan"], ["--time-limit", "'nan'", "above 0"]),
+        (["plan", "MultiArmCell-2", "--time-limit", "long"], ["--time-limit", "'long'", "above 0"]),
+        (["plan", "MultiArmCell-2", "--margin", "-0.1"], ["--margin", "'-0.1'", "above 0"]),
+        (["plan", "MultiArmCell-2", "--margin", "inf"], ["--margin", "'inf'", "finite"]),
+        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "setps=3"], ["'setps'", "'steps'", "careful"]),
+        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "steps=x"], ["'steps'", "'x'", "int"]),
+        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "careful=3"], ["'careful'", "3", "bool"]),
+        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "w=NaN"], ["'w'", "'NaN'", "float"]),
+        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "steps"], ["--set", "'steps'", "key=value"]),
+        (["plan", "MultiArmCell-2", "--set", "w=1", "--set", "w=2"], ["w twice", "1", "2"]),
+        (["plan", "MultiArmCell-2", "--instance", "a"], ["--instance", "'a'", "environment id"]),
+        (["plan", "MultiArmCell-2", "--start", ENDS], ["--goal is missing"]),
+        (["plan", "{instances}", "--robot", "ur5e"], ["--robot", "'ur5e'", "instance file"]),
+        (["plan", "{instances}", "--task", "reach"], ["--task", "'reach'", "instance file"]),
+        (["plan", "{instances}", "--start", ENDS, "--goal", ENDS], ["--start", "instance file"]),
+        (["plan", "{instances}", "--instance", "tunr"], ["'tunr'", "Did you mean 'turn'?", "outside"]),
+        (["plan", "{cell}", "--instance", "turn"], ["--instance", "cell file"]),
+        (["plan", "{cell}", "--robot", "panda"], ["--robot", "cell file"]),
+        (["plan", "{cell}", "--task", "reach", "--start", ENDS, "--goal", ENDS], ["--task", "drawn or given"]),
+        (["plan", "{cell}", "--start", "{", "--goal", ENDS], ["--start is not JSON"]),
+        (["plan", "{cell}", "--start", "[1]", "--goal", ENDS], ["--start is [1]", "object"]),
+        (["plan", "{cell}", "--start", ENDS, "--goal", '{"left": [0]}'], ["--goal has no arm 'right'"]),
+        (
+            ["plan", "{cell}", "--start", ENDS, "--goal", '{"left": [0], "right": [0]}'],
+            ["--goal: left has 1 numbers", "6"],
+        ),
+        (["plan", "{instances}", "--out", "."], [". cannot be written: it is not a regular file"]),
+    ],
+    ids=lambda value: " ".join(value)[:60] if value and value[0] in ("plan", "check", "list", "plam") else "",
+)
+def test_bad_usage(mmp, stand_ins, instances, cell, argv, words):
+    places = {"{instances}": instances, "{cell}": cell}
+    assert_refused(mmp(*(places.get(word, word) for word in argv)), *words)
+
+
+def test_nothing_was_planned_for_bad_usage(mmp, stand_ins, instances):
+    assert_refused(mmp("plan", instances, "--planner", "straight", "--set", "setps=3", "--json"), "'setps'")
+    assert stand_ins.Straight.seen == []
+
+
+def test_control_characters_of_a_file_do_not_reach_the_terminal(mmp, tmp_path):
+    path = tmp_path / "cell.json"
+    path.write_text('{"arms": [], "\\u001b[31mred\\nline": 1}')
+    ran = mmp("plan", path)
+    assert_refused(ran, "unknown field")
+    assert "\x1b" not in ran.err

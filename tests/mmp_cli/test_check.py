@@ -1,0 +1,66 @@
+import json
+
+import bad_files
+
+
+def test_a_valid_plan_is_one_line_with_the_proved_clearance(mmp, plan):
+    ran = mmp("check", plan)
+    assert (ran.code, ran.err) == (0, "")
+    assert ran.out.startswith(f"{plan}: valid; clearance >= ")
+    assert ran.out.count("\n") == 1
+
+
+def test_the_exact_check_measures_the_mujoco_geoms(mmp, plan):
+    spheres, geoms = (mmp("check", plan, "--json", *more).result for more in ([], ["--exact"]))
+    assert (spheres["exact"], geoms["exact"]) == (False, True)
+    assert geoms["spheres"] == "geoms"
+    assert geoms["min_clearance_m"] > spheres["min_clearance_m"]
+
+
+def test_a_wrong_plan_is_exit_1_with_every_violation(mmp, plan):
+    data = bad_files.good_plan()
+    data["problem"]["start"]["left"][0] += 0.1
+    data["problem"]["goal"]["right"][0] += 0.1
+    data["positions"]["left"][1][2] = 3.2
+    plan.write_text(json.dumps(data))
+    ran = mmp("check", plan)
+    assert ran.code == 1
+    title, *violations = ran.out.splitlines()
+    assert title == f"{plan}: {len(violations)} violations"
+    for rule in ("start", "goal", "limits"):
+        assert any(line.startswith(f"  {rule}: ") for line in violations)
+
+
+def test_json_has_a_line_for_each_plan(mmp, plan, tmp_path):
+    wrong = tmp_path / "wrong.json"
+    wrong.write_text(json.dumps(bad_files.spoilt(bad_files.good_plan(), ["times", 0], 0.5)))
+    ran = mmp("check", plan, wrong, "--json")
+    assert ran.code == 1
+    one, other = map(json.loads, ran.out.splitlines())
+    assert (one["plan"], one["valid"], one["violations"]) == (str(plan), True, [])
+    assert (other["plan"], other["valid"]) == (str(wrong), False)
+    assert "times" in [violation["rule"] for violation in other["violations"]]
+
+
+def test_one_unreadable_plan_does_not_keep_the_others_from_being_checked(mmp, plan, tmp_path):
+    torn = tmp_path / "torn.json"
+    torn.write_text(plan.read_text()[:100])
+    ran = mmp("check", torn, plan)
+    assert ran.code == 2
+    assert ran.err.startswith(f"mmp: {torn} is not JSON")
+    assert ran.out.startswith(f"{plan}: valid")
+
+
+def test_the_checker_reads_the_file_and_not_what_was_made_of_it(mmp, plan, monkeypatch):
+    given = []
+
+    def check(data, *, exact):
+        given.append(data)
+        return real(data, exact=exact)
+
+    import mmp_env.check
+
+    real = mmp_env.check.check_plan
+    monkeypatch.setattr(mmp_env.check, "check_plan", check)
+    assert mmp("check", plan).code == 0
+    assert given == [json.loads(plan.read_text())]

@@ -1,0 +1,39 @@
+import json
+
+import gymnasium
+
+from mmp_env.robot import robot_names
+
+
+def test_everything_that_has_a_name_is_listed(mmp, stand_ins):
+    ran = mmp("list")
+    assert ran.code == 0
+    for name in [*robot_names(), "MultiArmCell-8", "reach", "ecbs", "apf-ecbs-nf", "apf-ecbs", "straight"]:
+        assert f"  {name} " in ran.out
+    assert "pieces of the line" in ran.out
+
+
+def test_json_has_the_options_with_types_and_defaults(mmp, stand_ins):
+    found = mmp("list", "--json").result
+    assert list(found) == ["robots", "cells", "tasks", "planners"]
+    (straight,) = [planner for planner in found["planners"] if planner["name"] == "straight"]
+    assert straight["summary"] == "Goes straight, whatever is in the way."
+    assert straight["options"][0] == {"name": "steps", "type": "int", "default": 4, "doc": "pieces of the line"}
+    (panda,) = [robot for robot in found["robots"] if robot["name"] == "panda"]
+    assert (panda["joints"], panda["tool"]) == (7, "franka-hand")
+
+
+def test_the_cells_are_the_environments_that_gymnasium_knows(mmp):
+    found = {cell["name"] for cell in mmp("list", "--json").result["cells"]}
+    known = {name for name in gymnasium.registry if str(name).startswith("MultiArmCell-")}
+    assert found == known
+
+
+def test_a_planner_that_does_not_load_is_named_and_harms_no_other(mmp, stand_ins):
+    ran = mmp("list")
+    assert ran.code == 0
+    (line,) = [line for line in ran.out.splitlines() if line.startswith("  absent ")]
+    assert "no_such_package" in line
+    (absent,) = [one for one in mmp("list", "--json").result["planners"] if one["name"] == "absent"]
+    assert "no_such_package" in absent["error"]
+    assert json.dumps(absent)

@@ -1,0 +1,206 @@
+import json
+import os
+import signal
+
+import bad_files
+import gymnasium
+import numpy as np
+import pytest
+import tiny_plans
+import yaml
+
+import mmp_env  # noqa: F401  registers the environments
+from mmp_env.plan_file import load_plan
+
+COUNTS = ["expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"]
+LINE = [
+    *("instance", "planner", "seed", "status", "planning_time_s", "check_time_s", *COUNTS),
+    *("cost_rad", "makespan_s", "root_conflicts", "cost_lower_bound_rad", "min_clearance_m"),
+    *("bound_met", "deadline_hit", "plan", "version", "machine"),
+]
+ENDS = [
+    "--start",
+    json.dumps({"left": bad_files.TUCKED, "right": bad_files.TUCKED}),
+    "--goal",
+    json.dumps({"left": bad_files.TURNED, "right": bad_files.TURNED}),
+]
+
+
+def test_an_environment_id_is_planned_checked_and_executed(mmp, tmp_path):
+    out = tmp_path / "plan.json"
+    ran = mmp("plan", "MultiArmCell-2", "--seed", 3, "--execute", "--out", out)
+    assert ran.code == 0
+    for words in ["MultiArmCell-2/3", "apf-ecbs, seed 3", "solved", "valid; clearance", "every goal reached", str(out)]:
+        assert words in ran.out
+    assert mmp("check", out).code == 0
+
+
+def test_the_same_command_gives_the_same_file(mmp, tmp_path):
+    for name in ("one", "other"):
+        assert mmp("plan", "MultiArmCell-2", "--planner", "ecbs", "--seed", 5, "--out", tmp_path / name).code == 0
+    assert (tmp_path / "one").read_bytes() == (tmp_path / "other").read_bytes()
+
+
+@pytest.mark.parametrize("options", [[], ["--robot", "panda"]])
+def test_the_instance_of_an_id_is_that_of_reset_with_the_same_seed(mmp, stand_ins, options):
+    mmp("plan", "MultiArmCell-2", "--planner", "straight", "--seed", 11, *options)
+    env = gymnasium.make("MultiArmCell-2", **({"robot": options[1]} if options else {}))
+    env.reset(seed=11)
+    problem, wanted = stand_ins.Straight.seen[0]["problem"], env.unwrapped.problem
+    env.close()
+    assert (problem.name, problem.margin) == ("MultiArmCell-2/11", wanted.margin)
+    for arm in wanted.cell.arm_names:
+        np.testing.assert_array_equal(problem.start[arm], wanted.start[arm])
+        np.testing.assert_array_equal(problem.goal[arm], wanted.goal[arm])
+
+
+def test_the_first_instance_of_a_file_is_the_default(mmp, stand_ins, instances):
+    ran = mmp("plan", instances, "--planner", "straight", "--json")
+    assert (ran.code, ran.result["instance"], ran.result["seed"]) == (0, "pair/turn", 0)
+    assert mmp("plan", instances, "--instance", "turn", "--planner", "straight", "--json").result["valid"] is True
+
+
+def test_a_cell_file_takes_its_start_and_goal_from_the_command_line(mmp, stand_ins, tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(yaml.safe_dump(bad_files.good_cell()))
+    ran = mmp("plan", path, "--planner", "straight", "--json", *ENDS)
+    assert (ran.code, ran.result["instance"]) == (0, "pair/given")
+    np.testing.assert_array_equal(stand_ins.Straight.seen[0]["problem"].goal["right"], bad_files.TURNED)
+
+
+def test_a_cell_file_draws_its_instance_by_seed(mmp, stand_ins, cell):
+    for _ in range(2):
+        assert mmp("plan", cell, "--planner", "straight", "--seed", 4, "--json").result["instance"] == "pair/4"
+    mmp("plan", cell, "--planner", "straight", "--seed", 5, "--task", "reach")
+    first, again, other = (run["problem"].start["left"] for run in stand_ins.Straight.seen)
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, other)
+
+
+def test_options_reach_problem_and_planner(mmp, stand_ins, instances):
+    settings = ["--set", "steps=7", "--set", "w=2", "--set", "careful=off", "--set", "word=1e-3x"]
+    mmp("plan", instances, "--planner", "straight", "--seed", 9, "--time-limit", 2.5, "--margin", 0.0005, *settings)
+    run = stand_ins.Straight.seen[0]
+    assert run["options"] == stand_ins.Straight(steps=7, w=2.0, careful=False, word="1e-3x")
+    assert (run["seed"], run["time_limit"], run["problem"].margin) == (9, 2.5, 0.0005)
+
+
+def test_json_is_one_object_with_the_fields_of_a_result_line(mmp, stand_ins, instances, tmp_path):
+    ran = mmp("plan", instances, "--planner", "straight", "--json", "--out", tmp_path / "plan.json")
+    assert list(ran.result) == [*LINE, "valid"]
+    assert ran.result["status"] == "solved"
+    assert ran.result["valid"] is True
+    assert ran.result["cost_rad"] == pytest.approx(1.0)
+    assert ran.result["cost_lower_bound_rad"] == pytest.approx(1.0)
+    assert ran.result["makespan_s"] == pytest.approx(0.5 / 0.8 * 1.01)
+    assert ran.result["min_clearance_m"] > 0
+    assert ran.result["expanded_nodes"] == 1
+    assert ran.result["low_level_calls"] is None
+    assert ran.result["plan"] == str(tmp_path / "plan.json")
+
+
+def test_json_with_execute_has_the_report_without_what_was_recorded(mmp, stand_ins, instances):
+    ran = mmp("plan", instances, "--planner", "straight", "--json", "--execute")
+    assert ran.code == 0
+    assert list(ran.result) == [*LINE, "valid", "execution"]
+    assert ran.result["execution"]["reached"] is True
+    assert ran.result["execution"]["contacts"] == []
+    assert ran.result["execution"]["max_tracking_error_rad"] < 0.02
+    assert not {"times", "positions"} & ran.result["execution"].keys()
+
+
+def test_contact_in_the_execution_is_exit_1(mmp, stand_ins, tmp_path):
+    data = bad_files.good_instances()
+    block = {"name": "block", "shape": "box", "position": [-1.3, -0.1, 0.5], "size": [0.2, 0.2, 0.2]}
+    data["cell"]["obstacles"].append(block)
+    for end, turn in (("start", -1.0), ("goal", 1.0)):
+        data["instances"][0][end]["left"] = [turn, *tiny_plans.REACHING[1:]]
+    path = tmp_path / "blocked.json"
+    path.write_text(json.dumps(data))
+    ran = mmp("plan", path, "--planner", "straight", "--json", "--execute")
+    assert ran.code == 1
+    assert ran.result["valid"] is False
+    assert ran.result["execution"]["contacts"]
+
+
+def test_no_plan_in_time_is_exit_1_and_its_numbers_are_null(mmp, stand_ins, instances, tmp_path):
+    ran = mmp("plan", instances, "--planner", "helpless", "--json", "--execute", "--out", tmp_path / "plan.json")
+    assert ran.code == 1
+    assert (ran.result["status"], ran.result["expanded_nodes"], ran.result["deadline_hit"]) == ("timeout", 17, True)
+    for field in ("valid", "execution", "cost_rad", "makespan_s", "min_clearance_m", "check_time_s", "plan"):
+        assert ran.result[field] is None
+    assert not (tmp_path / "plan.json").exists()
+    assert "no plan in time" in mmp("plan", instances, "--planner", "helpless").out
+
+
+def test_an_invalid_instance_is_exit_2_with_the_reason_and_a_result(mmp, stand_ins, instances):
+    ran = mmp("plan", instances, "--instance", "outside", "--planner", "straight", "--json")
+    assert ran.code == 2
+    assert (ran.result["status"], ran.result["instance"]) == ("invalid", "pair/outside")
+    assert ran.result["valid"] is None
+    assert ran.err.count("\n") == 1
+    for words in [str(instances), "instances[1]", "joint 3", "5.5"]:
+        assert words in ran.err
+    assert stand_ins.Straight.seen == []
+    assert mmp("plan", instances, "--instance", "outside").out == ""
+
+
+def test_a_start_in_collision_is_named_with_what_touches(mmp, tmp_path):
+    data = bad_files.good_instances()
+    data["instances"][0]["start"]["left"] = [0.0, 1.2, 0.0, 0.0, 0.0, 0.0]
+    path = tmp_path / "pairs.json"
+    path.write_text(json.dumps(data))
+    ran = mmp("plan", path)
+    assert ran.code == 2
+    for words in [str(path), "instances[0]", "start is in collision", "'left'", "mm deep"]:
+        assert words in ran.err
+
+
+def test_a_plan_that_the_checker_refutes_is_said_loudly(mmp, stand_ins, instances, tmp_path):
+    ran = mmp("plan", instances, "--planner", "liar", "--json", "--out", tmp_path / "plan.json")
+    assert ran.code == 1
+    assert ran.result["valid"] is False
+    assert "REFUTES" in ran.err
+    assert "goal" in mmp("plan", instances, "--planner", "liar").out
+    assert mmp("check", tmp_path / "plan.json").code == 1
+
+
+def test_an_unwritable_output_is_found_before_planning(mmp, stand_ins, instances, tmp_path):
+    ran = mmp("plan", instances, "--planner", "straight", "--out", tmp_path / "none" / "plan.json")
+    assert ran.code == 2
+    assert "none/plan.json cannot be written: No such file or directory" in ran.err
+    assert stand_ins.Straight.seen == []
+
+
+def test_ctrl_c_keeps_the_best_so_far_and_is_exit_130(mmp, stand_ins, instances, tmp_path):
+    before = signal.getsignal(signal.SIGINT)
+    ran = mmp("plan", instances, "--planner", "interrupted", "--json", "--execute", "--out", tmp_path / "plan.json")
+    assert ran.code == 130
+    assert ran.result["valid"] is None
+    assert ran.result["execution"] is None
+    assert len(load_plan(tmp_path / "plan.json").times) == 5
+    assert signal.getsignal(signal.SIGINT) is before
+    assert "interrupted" in mmp("plan", instances, "--planner", "interrupted").out
+
+
+def test_ctrl_c_before_there_is_a_plan_writes_nothing(mmp, stand_ins, instances, tmp_path):
+    options = ["--set", "solved=off", "--json", "--out", tmp_path / "plan.json"]
+    ran = mmp("plan", instances, "--planner", "interrupted", *options)
+    assert (ran.code, ran.result["status"], ran.result["plan"]) == (130, "timeout", None)
+    assert os.listdir(tmp_path) == ["pairs.json"]
+
+
+def test_a_second_ctrl_c_ends_at_once(mmp, stand_ins, instances, tmp_path):
+    ran = mmp("plan", instances, "--planner", "interrupted", "--set", "times=2", "--out", tmp_path / "plan.json")
+    assert (ran.code, ran.out, ran.err) == (130, "", "mmp: interrupted\n")
+    assert os.listdir(tmp_path) == ["pairs.json"]
+
+
+def test_ctrl_c_that_the_planner_did_not_hear_reaches_it_with_the_next_event(mmp, stand_ins, instances):
+    ran = mmp("plan", instances, "--planner", "deaf", "--json")
+    assert (ran.code, ran.result["status"]) == (130, "timeout")
+
+
+def test_a_fault_of_the_program_is_not_hidden(mmp, stand_ins, instances):
+    with pytest.raises(RuntimeError, match="a bug"):
+        mmp("plan", instances, "--planner", "faulty")

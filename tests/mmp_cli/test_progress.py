@@ -1,0 +1,37 @@
+import io
+
+from rich.console import Console
+
+from mmp_cli.progress import ProgressLine
+from mmp_planners.events import FastTracked, NodeExpanded, SearchStarted, SolutionFound
+
+
+def watch_a_search(line):
+    line(SearchStarted(elapsed_s=0.0, restart=2, sub_seed=1))
+    line(NodeExpanded(elapsed_s=0.1, node=3, open_nodes=5, expanded_nodes=12, conflicts=4))
+    line(FastTracked(elapsed_s=0.2, node=3, arm="arm0", solved=True))
+    line(SolutionFound(elapsed_s=0.3, node=4, cost_rad=12.345, clearance_m=0.002))
+
+
+def test_the_line_tells_how_the_search_is_going():
+    line = ProgressLine("ecbs", Console(file=io.StringIO()))
+    watch_a_search(line)
+    for words in ["ecbs: ", "12 nodes expanded", "5 open", "4 conflicts", "restart 2", "1 fast-tracked", "12.35 rad"]:
+        assert words in line.text()
+
+
+def test_nothing_is_written_where_there_is_no_terminal():
+    file = io.StringIO()
+    with ProgressLine("ecbs", Console(file=file)) as line:
+        watch_a_search(line)
+    assert file.getvalue() == ""
+
+
+def test_a_terminal_shows_the_line_and_is_left_as_it_was():
+    file = io.StringIO()
+    with ProgressLine("ecbs", Console(file=file, force_terminal=True, width=200)) as line:
+        watch_a_search(line)
+    shown = file.getvalue()
+    assert "ecbs: " in shown
+    assert "0:00:00" in shown
+    assert shown.count("\x1b[?25l") == shown.count("\x1b[?25h") == 1  # the cursor is hidden, and is there again

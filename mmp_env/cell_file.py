@@ -80,6 +80,7 @@ def cell_from_data(data: CellData, place: Place, *, name: str) -> Cell:
     if not data.arms:
         raise MmpError(f"{place / 'arms'} is empty; a cell needs at least one arm")
     if str(data.spheres) not in SPHERE_SETS:
+        check_name(str(data.spheres), place / "spheres")
         raise MmpError(f"{place / 'spheres'}: {UnknownNameError('sphere set', data.spheres, SPHERE_SETS)}")
     if data.name is not None:
         check_name(data.name, place / "name")
@@ -157,7 +158,8 @@ def _tool(name: str | UnsetType | None, robot: Robot, place: Place) -> Tool | No
 def _obstacle(data: ObstacleData, place: Place) -> Obstacle:
     check_name(data.name, place / "name")
     if data.shape not in SHAPES:
-        raise MmpError(f"{place / 'shape'}: {UnknownNameError('shape', shown(data.shape)[1:-1], SHAPES)}")
+        check_name(data.shape, place / "shape")
+        raise MmpError(f"{place / 'shape'}: {UnknownNameError('shape', data.shape, SHAPES)}")
     given = {key: value for key in ("size", "radius", "length") if (value := getattr(data, key)) is not None}
     wanted = MEASURES[data.shape]
     for key in wanted:

@@ -31,8 +31,7 @@ class ControlMode(ABC):
     ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
         """Begin and end [rad] of the reference, from where the joints are (`q`) and where the last one ended."""
         begin, end = self._ends(action, q, before)
-        low, high = np.maximum(self.lower, q - LEASH_RAD), np.minimum(self.upper, q + LEASH_RAD)
-        return begin, np.minimum(np.maximum(end, low), high)
+        return begin, np.minimum(np.maximum(end, self.lower), self.upper)
 
     @abstractmethod
     def _ends(
@@ -47,7 +46,7 @@ class PositionMode(ControlMode):
         self, action: Float[np.ndarray, "n"], q: Float[np.ndarray, "n"], before: Float[np.ndarray, "n"]
     ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
         wanted = self.lower + (action + 1) / 2 * (self.upper - self.lower)
-        return before, before + np.minimum(np.maximum(wanted - before, -self.reach), self.reach)
+        return before, _leashed(before + np.minimum(np.maximum(wanted - before, -self.reach), self.reach), q)
 
 
 class VelocityMode(ControlMode):
@@ -56,7 +55,7 @@ class VelocityMode(ControlMode):
     def _ends(
         self, action: Float[np.ndarray, "n"], q: Float[np.ndarray, "n"], before: Float[np.ndarray, "n"]
     ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        return before, before + action * self.reach
+        return before, _leashed(before + action * self.reach, q)
 
 
 class DeltaMode(ControlMode):
@@ -66,6 +65,10 @@ class DeltaMode(ControlMode):
         self, action: Float[np.ndarray, "n"], q: Float[np.ndarray, "n"], before: Float[np.ndarray, "n"]
     ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
         return q, q + action * self.reach
+
+
+def _leashed(reference: Float[np.ndarray, "n"], q: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
+    return np.minimum(np.maximum(reference, q - LEASH_RAD), q + LEASH_RAD)
 
 
 CONTROL_MODES: dict[str, type[ControlMode]] = {"position": PositionMode, "velocity": VelocityMode, "delta": DeltaMode}

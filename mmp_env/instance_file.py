@@ -17,7 +17,7 @@ from mmp_env.cell import Cell
 from mmp_env.cell_file import CellData, cell_from_data, check_name
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.problem import DEFAULT_MARGIN_M, DEFAULT_MAX_VELOCITY, Problem, make_problem
-from mmp_env.reading import Place, check_schema, decode, named, numbers, read_document
+from mmp_env.reading import Place, check_schema, decode, named, numbers, read_document, shown
 from mmp_env.robot import frozen_array
 
 INSTANCES_SCHEMA = "mmp-instances/1"
@@ -132,7 +132,7 @@ def check_arms(cell: Cell, data: Any, place: Place) -> None:
         raise place.wrong(data, "an object of arm name -> numbers")
     for name in data:
         if name not in cell.arm_names:
-            raise MmpError(f"{place}: {UnknownNameError('arm', name, cell.arm_names)}")
+            raise MmpError(f"{place}: {UnknownNameError('arm', shown(name)[1:-1], cell.arm_names)}")
     for name in cell.arm_names:
         if name not in data:
             raise MmpError(f"{place} has no arm '{name}'; it must have {', '.join(cell.arm_names)}")

@@ -181,6 +181,9 @@ def decode(data: Any, kind: type[T], place: Place) -> T:
     """`data` as a `kind`, a msgspec `Struct`. Raises `MmpError` that names the field; for a typo, the nearest one."""
     try:
         return msgspec.convert(data, kind)
+    except UnicodeEncodeError as error:
+        lone = error.object[error.start]
+        raise MmpError(f"{place} holds text with {lone!r}, half of a pair of escapes and no character") from None
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at `$")
     value, owner = data, kind

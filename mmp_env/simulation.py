@@ -25,11 +25,14 @@ class Simulation:
         self.cell = cell
         self.model = compile_scene(cell)
         self.data = mujoco.MjData(self.model)
+        # Views of MuJoCo's own memory, which stays where it is.
+        self._qpos, self._qvel, self._ctrl = self.data.qpos, self.data.qvel, self.data.ctrl
+        self._sites = self.data.site_xpos
         self.log = ContactLog(self.model, cell)
         _check_order(self.model, cell)
         tools = [f"{arm.name}/{'tool_point' if arm.tool else 'flange'}" for arm in cell.arms]
         self._tools = np.array([self.model.site(name).id for name in tools])
-        self._lead_s = _velocity_lead(self.model)
+        self.lead_s = _velocity_lead(self.model)
         ends = np.cumsum([arm.dof for arm in cell.arms]).tolist()
         self.slices = {arm.name: slice(end - arm.dof, end) for arm, end in zip(cell.arms, ends, strict=True)}
         self.count: int = ends[-1]
@@ -38,17 +41,17 @@ class Simulation:
     @property
     def positions(self) -> Float[np.ndarray, "n"]:
         """Joint positions [rad], a fresh array."""
-        return self.data.qpos.copy()
+        return self._qpos.copy()
 
     @property
     def velocities(self) -> Float[np.ndarray, "n"]:
         """Joint velocities [rad/s], a fresh array."""
-        return self.data.qvel.copy()
+        return self._qvel.copy()
 
     @property
     def tool_points(self) -> Float[np.ndarray, "a 3"]:
         """Each arm's tool point in the world [m], its flange where it has no tool; a fresh array."""
-        return self.data.site_xpos[self._tools]
+        return self._sites[self._tools]
 
     def joined(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> Float[np.ndarray, "n"]:
         """One vector of a configuration per arm."""
@@ -61,8 +64,8 @@ class Simulation:
     def place(self, q: Float[np.ndarray, "n"]) -> None:
         """Puts all arms at rest at `q` [rad], the servos holding them there; the clock starts at 0."""
         mujoco.mj_resetData(self.model, self.data)
-        self.data.qpos[:] = q
-        self.data.ctrl[:] = q
+        self._qpos[:] = q
+        self._ctrl[:] = q
         mujoco.mj_step1(self.model, self.data)
         self.begin_log()
 
@@ -72,21 +75,24 @@ class Simulation:
         if self.data.ncon:
             self.log.note(self.data)
 
-    def advance(
-        self,
-        reference: Float[np.ndarray, "t n"],
-        velocity: Float[np.ndarray, "#t n"],
-        passed: Float[np.ndarray, "t n"] | None = None,
-    ) -> None:
-        """Follows `reference` [rad] with feed-forward `velocity` [rad/s], one physics step a row; contacts go to `log`.
+    def commands(
+        self, reference: Float[np.ndarray, "t n"], velocity: Float[np.ndarray, "#t n"]
+    ) -> Float[np.ndarray, "t n"]:
+        """What the servos must be told [rad] to follow `reference` [rad], which moves at `velocity` [rad/s].
 
-        Row k says where the arms should be at the beginning of step k; `passed` takes where they are at its end.
+        Row k says where the arms should be at the beginning of physics step k.
+        """
+        return reference + self.lead_s * velocity
+
+    def advance(self, commands: Float[np.ndarray, "t n"], passed: Float[np.ndarray, "t n"] | None = None) -> None:
+        """Drives the servos, one physics step a row; contacts go to `log`, where the arms are after a step to `passed`.
+
         Raises `RuntimeError` where the physics diverges.
         """
-        model, data, log, clock_s = self.model, self.data, self.log, self.data.time
-        step_1, step_2, qpos, ctrl = mujoco.mj_step1, mujoco.mj_step2, data.qpos, data.ctrl
+        model, data, log, begin_s = self.model, self.data, self.log, self.data.time
+        step_1, step_2, qpos, ctrl = mujoco.mj_step1, mujoco.mj_step2, self._qpos, self._ctrl
         # The same work as mj_step, cut so that poses and contacts are those of the state that a step leads to.
-        for k, command in enumerate(reference + self._lead_s * velocity):
+        for k, command in enumerate(commands):
             ctrl[:] = command
             step_2(model, data)
             step_1(model, data)
@@ -94,7 +100,7 @@ class Simulation:
                 log.note(data)
             if passed is not None:
                 passed[k] = qpos
-        if data.time < clock_s + (len(reference) - 0.5) * self.timestep_s:
+        if data.time < begin_s + (len(commands) - 0.5) * self.timestep_s:
             raise RuntimeError(f"the simulation of cell '{self.cell.name}' diverged; the servos or masses are unsound")
 
 

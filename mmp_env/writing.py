@@ -22,7 +22,8 @@ _LINE = 240
 def json_text(value: Any) -> str:
     """`value` as JSON, a line for each object or list that is short or holds scalars only; floats as `repr` has them.
 
-    NumPy scalars and arrays become numbers and lists; numbers that are not finite become null.
+    The text is ASCII, other characters escaped. NumPy scalars and arrays become numbers and lists; numbers that are not
+    finite become null.
     """
     return _layout(plain(value), "") + "\n"
 
@@ -85,11 +86,11 @@ def _cannot_write(path: str | PathLike[str], error: OSError) -> MmpError:
 def _layout(value: Any, indent: str) -> str:
     inner = indent + " "
     parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    short = json.dumps(value, ensure_ascii=False)
+    short = json.dumps(value)
     if len(short) <= _LINE or not any(isinstance(part, dict | list) for part in parts):
         return short
     if isinstance(value, dict):
-        lines = [f"{json.dumps(key, ensure_ascii=False)}: {_layout(item, inner)}" for key, item in value.items()]
+        lines = [f"{json.dumps(key)}: {_layout(item, inner)}" for key, item in value.items()]
     else:
         lines = [_layout(item, inner) for item in value]
     opening, closing = "{}" if isinstance(value, dict) else "[]"

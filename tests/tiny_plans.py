@@ -40,8 +40,12 @@ def plan(
         "margin": margin,
     }
     out = {"schema": "mmp-plan/1", "problem": problem, "times": times, "positions": positions}
-    # Through JSON, so that no two places share a list and a test can spoil one of them.
-    return json.loads(json.dumps(out | {"planner": {}, "stats": {}} | more))
+    return copy_of(out | {"planner": {}, "stats": {}} | more)
+
+
+def copy_of(plan: dict[str, Any]) -> dict[str, Any]:
+    """A copy in which no two places share a list, so that one of them can be spoiled."""
+    return json.loads(json.dumps(plan))
 
 
 def two_apart() -> dict[str, Any]:

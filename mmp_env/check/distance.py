@@ -5,9 +5,10 @@ Signed distances are positive outside and negative inside. Every function is vec
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 from jaxtyping import Float
+
+from mmp_env.mujoco_import import mujoco
 
 Array = np.ndarray
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-import mujoco
 import numpy as np
 from jaxtyping import Float
 
 from mmp_env.check.report import Violation
+from mmp_env.mujoco_import import mujoco
 
 
 class UnreadableError(Exception):

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -18,6 +17,7 @@ from mmp_env.check.distance import geom_support
 from mmp_env.check.items import Bounds, Items
 from mmp_env.check.model import CellModel, Parts, Poses, stack_parts
 from mmp_env.check.pairs import Pairs, part_pairs
+from mmp_env.mujoco_import import mujoco
 
 _FAR_M = 100.0
 

@@ -6,12 +6,12 @@ import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.fields import UnreadableError
 from mmp_env.check.reading import DATA, CellData, robot_data
+from mmp_env.mujoco_import import mujoco
 
 _GEOMS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
@@ -202,4 +202,7 @@ def _compile(cell: CellData) -> mujoco.MjModel:
 
 
 def _mjcf(folder: str, name: str) -> mujoco.MjSpec:
-    return mujoco.MjSpec.from_file(str(DATA / folder / name / f"{name}.xml"))
+    spec = mujoco.MjSpec.from_file(str(DATA / folder / name / f"{name}.xml"))
+    for key in list(spec.keys):  # of one robot alone: too short for a cell
+        spec.delete(key)
+    return spec

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from jaxtyping import Float
 
 from mmp_env.check.items import Family, Items, Touch
 from mmp_env.check.model import CellModel, Poses
@@ -53,7 +54,13 @@ class Sweep:
         return self.required + ROUNDING_M
 
 
-def prove_apart(model: CellModel, families: Sequence[Family], times: np.ndarray, q: np.ndarray, required: float) -> Sweep:
+def prove_apart(
+    model: CellModel,
+    families: Sequence[Family],
+    times: Float[np.ndarray, "t"],
+    q: Float[np.ndarray, "t n"],
+    required: float,
+) -> Sweep:
     """Proves that every pair keeps `required` [m] apart while the joints go linearly through `q` [t, n] at `times`."""
     times, q = _cut(times, q)
     state = Sweep(required=required)

@@ -68,7 +68,7 @@ class RepulsionOptions(TreeOptions):
     d0: float = option(0.10, "distance beyond which nothing repels [m]", positive=True)
     max_iterations: int = option(50, "iterations of ModifyMotion", positive=True)
     distance: str = option("surface", "distance between sphere surfaces, or centres (the letter)", choices=("surface", "centre"))
-    step: str = option("gradient", "gradient (the paper) or normalised steps", choices=("gradient", "normalised"))
+    step: str = option("normalised", "normalised steps, or gradient (the paper)", choices=("gradient", "normalised"))
     early_stop: bool = option(True, "stop repelling at 2 cm of clearance; off (the letter): run all iterations")
     trace: bool = option(False, "tell watchers every iterate of ModifyMotion; changes no plan")
 

@@ -43,7 +43,8 @@ def _check(path: str, args: Namespace) -> int:
     elif report.valid:
         print(f"{path}: {report}")
     else:
-        print(f"{path}: {len(report.violations)} violations")
+        count = len(report.violations)
+        print(f"{path}: {count} violation{'s' if count != 1 else ''}")
         for violation in report.violations:
             print(f"  {violation}")
     return 0 if report.valid else 1

@@ -24,9 +24,8 @@ def near_states(rng, cell, count):
 
 def random_constraints(rng, cell, q, q_other):
     """One of each kind about a configuration q of arm0, as the core takes it and as the twin does."""
-    windows = [
-        (int(lo), int(lo + length)) for lo, length in zip(rng.integers(-4, 20, 3), rng.integers(1, 9, 3), strict=True)
-    ]
+    begins = rng.integers(-4, 20, 3)
+    windows = [(int(lo), int(max(lo, 0) + length)) for lo, length in zip(begins, rng.integers(1, 9, 3), strict=True)]
     if rng.random() < 0.2:
         windows[0] = (windows[0][0], _core.FOREVER)
     (standing, ball, sphere), core = windows, cell.collision.core
@@ -96,6 +95,14 @@ def test_a_path_breaks_a_constraint_where_its_half_steps_do(robots):
             assert _core.breaks_constraint(cell.collision.core, moving, [native], MARGIN_M) == expected
             verdicts.append(expected)
     assert min(sum(verdicts), len(verdicts) - sum(verdicts)) >= 10
+
+
+def test_a_window_that_is_over_before_the_start_breaks_nothing():
+    cell, q = narrow_arm(), np.zeros(2)
+    path = cell.collision.motion("a", np.zeros((3, 2)))
+    for window, broken in [((-3, -1), False), ((-3, 0), False), ((-3, 1), True)]:
+        constraint = _core.Constraint.ball(q, 0.1, *window)
+        assert _core.breaks_constraint(cell.collision.core, path, [constraint], MARGIN_M) == broken
 
 
 def single_arm(cell, name, start, goal, seed=0):

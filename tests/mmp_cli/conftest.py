@@ -41,25 +41,25 @@ def stand_ins(monkeypatch):
     return stand_in_planners
 
 
+def written(path, data):
+    """The path, with the data there as JSON."""
+    path.write_text(json.dumps(data))
+    return path
+
+
 @pytest.fixture
 def instances(tmp_path):
     """The path of a good instance file."""
-    path = tmp_path / "pairs.json"
-    path.write_text(json.dumps(bad_files.good_instances()))
-    return path
+    return written(tmp_path / "pairs.json", bad_files.good_instances())
 
 
 @pytest.fixture
 def cell(tmp_path):
     """The path of a good cell file."""
-    path = tmp_path / "pair.json"
-    path.write_text(json.dumps(bad_files.good_cell()))
-    return path
+    return written(tmp_path / "pair.json", bad_files.good_cell())
 
 
 @pytest.fixture
 def plan(tmp_path):
     """The path of a good plan file."""
-    path = tmp_path / "plan.json"
-    path.write_text(json.dumps(bad_files.good_plan()))
-    return path
+    return written(tmp_path / "plan.json", bad_files.good_plan())

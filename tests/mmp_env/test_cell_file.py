@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import bad_files
 import numpy as np
@@ -90,6 +91,13 @@ def test_yaml_and_json_say_the_same(tmp_path):
         ],
     }
     assert cell_to_dict(load_cell(path)) == cell_to_dict(cell_from_dict(data, "data"))
+
+
+def test_the_cell_in_the_documents_can_be_read(tmp_path):
+    page = Path(__file__).parents[2] / "docs" / "files.md"
+    path = tmp_path / "shop.yaml"
+    path.write_text(page.read_text().partition("```yaml\n")[2].partition("```")[0])
+    assert load_cell(path).arm_names == ("left", "right")
 
 
 def test_a_file_that_does_not_say_has_fine_spheres_and_the_name_of_the_file(tmp_path):

@@ -1,8 +1,10 @@
 import bad_files
 import pytest
 
-from mmp_env.cell_file import load_cell
+from mmp_env.cell_file import cell_from_dict, load_cell
 from mmp_env.errors import InvalidInstanceError, MmpError
+from mmp_env.instance_file import instances_from_dict
+from mmp_env.plan_file import plan_from_dict
 from mmp_env.reading import MAX_JSON_BYTES, MAX_YAML_BYTES, Place, named, read_document, shown
 
 
@@ -68,3 +70,36 @@ def test_values_are_shown_short():
     assert shown(True) == "true"
     assert len(shown("x" * 10**6)) < 100
     assert len(shown([[1.0] * 1000] * 1000)) < 500
+
+
+ODD = [None, True, 0, -1, 1e308, float("nan"), 10**30, "", "\ud800", "x" * 1000, [], {}, [[]], {"": None}, [None] * 100]
+
+
+def paths(data, way=()):
+    """Every place in nested dicts, and the first in nested lists."""
+    for key in data if isinstance(data, dict) else range(len(data[:1])) if isinstance(data, list) else ():
+        yield [*way, key]
+        yield from paths(data[key], (*way, key))
+
+
+@pytest.mark.parametrize(
+    ("good", "read"),
+    [
+        (bad_files.good_cell(), cell_from_dict),
+        (bad_files.good_instances(), instances_from_dict),
+        (bad_files.good_plan(), plan_from_dict),
+    ],
+    ids=["cell", "instances", "plan"],
+)
+def test_whatever_stands_wherever_in_a_file_is_read_or_named(good, read):
+    messages = []
+    # What stands inside the cell of the other two is tried with the cell.
+    for path in (path for path in paths(good) if "cell" not in path[:-1]):
+        for value in [*ODD, bad_files.GONE]:
+            try:
+                read(bad_files.spoilt(good, path, value), "odd.json")
+            except MmpError as error:
+                messages.append(str(error))
+    assert len(messages) > 150
+    assert all(message.startswith("odd.json") for message in messages)
+    assert max(map(len, messages)) < 700

@@ -1,0 +1,148 @@
+"""All variants of the core give the same bits: the same seed gives the same plan on every processor."""
+
+import numpy as np
+import pytest
+from twins import toys
+
+import mmp_env.collision
+from mmp_env import core_variants
+from mmp_env.collision import CollisionModel
+from mmp_env.rings import ring_cell
+from mmp_tasks.reach import Reach
+
+MARGIN_M = 0.002
+
+
+def flattened(results):
+    """Arrays, numbers and nested sequences of them as one list of arrays; None stays apart from numbers."""
+    if isinstance(results, list | tuple):
+        return [array for item in results for array in flattened(item)]
+    return [np.array(["nothing"]) if results is None else np.asarray(results)]
+
+
+def by_every_variant(monkeypatch, cell, ask):
+    """What `ask(core module, collision model)` gives with each variant that this processor runs."""
+    out = {}
+    for name in core_variants.usable():
+        core = core_variants.load(name)
+        monkeypatch.setattr(mmp_env.collision, "_core", core)
+        # Twice: what depends on memory that nobody has written to shows here, even with one variant.
+        out[name], out[f"{name} again"] = (flattened(ask(core, CollisionModel(cell))) for _ in range(2))
+    return out
+
+
+def assert_same_bits(results):
+    reference = results["v1"]
+    assert reference
+    for name, arrays in results.items():
+        assert len(arrays) == len(reference), name
+        for found, expected in zip(arrays, reference, strict=True):
+            assert found.dtype == expected.dtype, name
+            np.testing.assert_array_equal(found, expected, err_msg=name)
+
+
+MIXES = [(("ur5e", "panda", "piper"), "28"), (("panda", "fr5"), "fine")]
+
+
+def test_the_portable_variant_is_there_and_the_best_one_is_preferred(monkeypatch):
+    names = core_variants.usable()
+    assert names[0] == "v1"
+    monkeypatch.delenv("MMP_CORE", raising=False)
+    assert core_variants.preferred() == names[-1]
+
+
+@pytest.mark.parametrize(("robots", "spheres"), MIXES)
+def test_queries_agree_to_the_last_bit(monkeypatch, robots, spheres):
+    rng = np.random.default_rng(72)
+    cell = toys.random_cell(rng, robots, spheres)
+    q = {arm.name: toys.random_configurations(rng, arm, 45) for arm in cell.arms}
+    ends = {arm.name: q[arm.name] + rng.uniform(-0.3, 0.3, q[arm.name].shape) for arm in cell.arms}
+
+    def ask(core, model):
+        out = []
+        for arm in cell.arm_names:
+            out += [model.spheres(arm, q[arm]), model.tool_points(arm, q[arm])]
+            out += [model.static_clearance(arm, q[arm], precise=precise) for precise in (False, True)]
+            out += [model.edge_free(arm, q[arm], ends[arm], margin=margin) for margin in (MARGIN_M, 0.01)]
+        pairs = ("arm0", q["arm0"], "arm1", q["arm1"])
+        out += [model.pair_clearance(*pairs, precise=precise) for precise in (False, True)]
+        return [*out, model.clearance(q)]
+
+    assert_same_bits(by_every_variant(monkeypatch, cell, ask))
+
+
+@pytest.mark.parametrize(("robots", "spheres"), MIXES)
+def test_conflicts_and_forces_agree_to_the_last_bit(monkeypatch, robots, spheres):
+    rng = np.random.default_rng(73)
+    cell = toys.random_cell(rng, robots, spheres)
+    starts = [toys.random_configurations(rng, arm, 300) for arm in cell.arms]
+    near = np.argsort(np.abs(cell.collision.pair_clearance("arm0", starts[0], "arm1", starts[1]) - 0.03))[:6]
+    paths = [
+        [
+            start[k] + np.cumsum(rng.uniform(-0.05, 0.05, (20, arm.dof)), axis=0)
+            for arm, start in zip(cell.arms, starts, strict=True)
+        ]
+        for k in near
+    ]
+    pairs = [(i, j) for i in range(len(cell.arms)) for j in range(i)]
+
+    def ask(core, model):
+        out = []
+        for set_of_paths in paths:
+            motions = [model.motion(name, q) for name, q in zip(cell.arm_names, set_of_paths, strict=True)]
+            out += model.conflict_instants(motions, pairs, 0.02)
+            for centre in (False, True):
+                out.append(core.repulsive_force(model.core, motions[0], motions[1:], 0.05, 0.1, centre))
+            for normalised in (False, True):
+                limits = np.full(cell.arms[0].dof, 1.0)
+                levels = {"margin": -1.0, "proof": -1.0, "constraint_margin": 0.001}
+                options = {"alpha": 1e-6, "k_rep": 0.05, "d0": 0.1, "max_iterations": 6, "centre_distance": False}
+                steps = {"normalised": normalised, "normalised_step": 0.02, "max_step": 0.05, "comfort": 0.02}
+                clock = core.Clock(60.0)
+                first, *others = motions
+                out += core.modify_motion(
+                    model.core, first, others, [], limits, **levels, clock=clock, **options, **steps, trace=True
+                )
+        return out
+
+    assert_same_bits(by_every_variant(monkeypatch, cell, ask))
+
+
+@pytest.mark.parametrize("robot", ["ur5e", "panda"])
+def test_single_arm_plans_and_certificates_agree_to_the_last_bit(monkeypatch, robot):
+    cell = ring_cell(2, robot)
+    start, goal = Reach().sample(cell, np.random.default_rng(74))
+
+    def ask(core, model):
+        planners = [
+            core.SingleArm(
+                model.core, k, start[arm], goal[arm], np.full(cell.arms[k].dof, 0.08), MARGIN_M, 0.75 * MARGIN_M, k
+            )
+            for k, arm in enumerate(cell.arm_names)
+        ]
+        out = []
+        for seed in range(4):
+            constraints = [
+                core.Constraint.standing(model.core, 1, start["arm1"], 0.0, 3, 40),
+                core.Constraint.ball((start["arm0"] + goal["arm0"]) / 2, 0.3, 0, 30),
+                core.Constraint.sphere(np.array([0.0, 0.0, 0.4]), 0.05, 2, 10, 30),
+            ][: seed % 4]
+            out += planners[0].plan(constraints, seed, core.Clock(60.0), improve_iterations=30)
+        first, second = (planner.plan([], 0, core.Clock(60.0))[0] for planner in planners)
+        length = max(len(first), len(second))
+        whole = [np.vstack([q, np.repeat(q[-1:], length - len(q), axis=0)]) for q in (first, second)]
+        return [*out, core.certify(model.core, whole, 0.001, 1e-4, core.Clock(60.0))]
+
+    assert_same_bits(by_every_variant(monkeypatch, cell, ask))
+
+
+def test_instances_agree_to_the_last_bit(monkeypatch):
+    cell = ring_cell(4)
+
+    def ask(core, model):
+        fresh = ring_cell(4)
+        fresh.__dict__["collision"] = model
+        start, goal = Reach().sample(fresh, np.random.default_rng(75))
+        return [*start.values(), *goal.values()]
+
+    assert_same_bits(by_every_variant(monkeypatch, cell, ask))

@@ -1,0 +1,90 @@
+"""The checker's own reading of a plan: what it does not understand, it refuses."""
+
+import pytest
+import tiny_plans
+
+from mmp_env.check import check_plan
+
+
+def broken(plan):
+    """The rules that a plan breaks; no report of a plan that cannot be read says anything of clearance."""
+    report = check_plan(plan)
+    assert report.min_clearance_m is None
+    return {violation.rule for violation in report.violations}
+
+
+UNREADABLE = {
+    "another schema": lambda p: p.update(schema="mmp-plan/2"),
+    "no problem": lambda p: p.pop("problem"),
+    "no margin": lambda p: p["problem"].pop("margin"),
+    "a margin of zero": lambda p: p["problem"].update(margin=0.0),
+    "a margin that is true": lambda p: p["problem"].update(margin=True),
+    "no maximal velocity": lambda p: p["problem"].pop("max_velocity"),
+    "a missing arm": lambda p: p["positions"].pop("left"),
+    "an arm too many": lambda p: p["positions"].update(middle=[]),
+    "a string among the numbers": lambda p: p["positions"]["left"][1].__setitem__(2, "0.1"),
+    "null among the numbers": lambda p: p["positions"]["left"][1].__setitem__(2, None),
+    "an unknown robot": lambda p: p["problem"]["cell"]["arms"][0].update(robot="ur6e"),
+    "an unknown tool": lambda p: p["problem"]["cell"]["arms"][0].update(tool="spoon"),
+    "an unknown sphere set": lambda p: p["problem"]["cell"].update(spheres="30"),
+    "something held": lambda p: p["problem"]["cell"]["arms"][0].update(held={"shape": "sphere", "radius": 0.1}),
+    "a moving obstacle": lambda p: p["problem"]["cell"]["obstacles"][0].update(velocity=[1.0, 0.0, 0.0]),
+    "an obstacle of negative size": lambda p: p["problem"]["cell"]["obstacles"][0].update(size=[1.0, -1.0, 1.0]),
+    "an unknown shape": lambda p: p["problem"]["cell"]["obstacles"][0].update(shape="cone"),
+    "a zero quaternion": lambda p: p["problem"]["cell"]["obstacles"][0].update(quaternion=[0.0, 0.0, 0.0, 0.0]),
+    "a yaw and a quaternion": lambda p: p["problem"]["cell"]["arms"][0].update(quaternion=[1.0, 0.0, 0.0, 0.0]),
+    "two arms of one name": lambda p: p["problem"]["cell"]["arms"][1].update(name="left"),
+    "no arms": lambda p: p["problem"]["cell"].update(arms=[]),
+}
+
+
+@pytest.mark.parametrize("what", UNREADABLE)
+def test_what_cannot_be_taken_at_its_word_breaks_the_schema(what):
+    plan = tiny_plans.two_apart()
+    UNREADABLE[what](plan)
+    assert broken(plan) == {"schema"}
+
+
+@pytest.mark.parametrize("data", [{}, {"schema": "mmp-plan/1", "problem": []}, {"schema": {}}])
+def test_what_is_no_plan_at_all_breaks_the_schema(data):
+    assert broken(data) == {"schema"}
+
+
+MISSHAPEN = {
+    "a joint too few": lambda p: [row.pop() for row in p["positions"]["left"]],
+    "a joint too few once": lambda p: p["positions"]["left"][1].pop(),
+    "a joint too many in the start": lambda p: p["problem"]["start"]["left"].append(0.0),
+    "a sample too few": lambda p: p["positions"]["right"].pop(),
+    "no samples": lambda p: p.update(times=[]),
+    "times in a table": lambda p: p.update(times=[p["times"]]),
+}
+
+
+@pytest.mark.parametrize("what", MISSHAPEN)
+def test_wrong_numbers_of_joints_or_samples_break_the_shape(what):
+    plan = tiny_plans.two_apart()
+    MISSHAPEN[what](plan)
+    assert broken(plan) == {"shape"}
+
+
+def everything_optional(plan):
+    """The same plan with every optional field spelled out as a null or a default."""
+    cell = plan["problem"]["cell"]
+    for arm in cell["arms"]:
+        arm |= {"tool": "none", "quaternion": None, "held": None}
+    for obstacle in cell["obstacles"]:
+        obstacle |= {"yaw": None, "quaternion": [2.0, 0.0, 0.0, 0.0], "radius": None}
+    cell["spheres"] = 28
+    plan["problem"] |= {"max_acceleration": None, "max_jerk": None}
+    return plan | {"velocities": None, "accelerations": None}
+
+
+def test_fields_that_say_nothing_change_nothing():
+    plan = tiny_plans.two_apart()
+    assert check_plan(everything_optional(plan)).as_dict() == check_plan(tiny_plans.two_apart()).as_dict()
+
+
+def test_a_cell_that_does_not_name_its_spheres_is_checked_with_the_fine_set():
+    plan = tiny_plans.two_apart()
+    plan["problem"]["cell"].pop("spheres")
+    assert check_plan(plan).spheres == "fine"

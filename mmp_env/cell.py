@@ -41,7 +41,7 @@ class Arm:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Obstacle:
-    """A static solid: `size` [3] full edge lengths [m] of a box; `radius` and `length` (without caps) [m] of the others."""
+    """A static solid: `size` [3] full edge lengths [m] of a box; `radius`, `length` (without caps) [m] of others."""
 
     name: str
     shape: str
@@ -97,9 +97,7 @@ class Cell:
         return CollisionModel(self)
 
 
-def place_arm(
-    name: str, robot: str, position: ArrayLike, quaternion: ArrayLike, tool: str | None = "default"
-) -> Arm:
+def place_arm(name: str, robot: str, position: ArrayLike, quaternion: ArrayLike, tool: str | None = "default") -> Arm:
     """An arm from names; `tool="default"` takes the robot's own, None leaves the flange bare."""
     model = load_robot(robot)
     tool_name = model.default_tool if tool == "default" else tool

@@ -66,7 +66,7 @@ class CollisionModel:
     def within_limits(self, arm: str, q: ArrayLike) -> Bool[np.ndarray, "n"]:
         """Whether `q` [n, dof] is within the joint limits."""
         rows, robot = self._rows(arm, q), self.cell.arm(arm).robot
-        return ((rows >= robot.lower) & (rows <= robot.upper)).all(axis=1)
+        return np.all((rows >= robot.lower) & (rows <= robot.upper), axis=1)
 
     def static_clearance(self, arm: str, q: ArrayLike, *, precise: bool = False) -> Float[np.ndarray, "n"]:
         """Clearance [n] [m] of one arm at `q` [n, dof] from obstacles, the other arms' bases and itself."""
@@ -99,7 +99,7 @@ class CollisionModel:
         return _core.pair_clearance(self.core, self.index(arm_a), a, self.index(arm_b), b, precise)
 
     def clearance(self, q: Mapping[str, ArrayLike]) -> Float[np.ndarray, "n"]:
-        """Least clearance [n] [m] of whole states over all pairs of arms and arms and obstacles; `q`: arm -> [n, dof]."""
+        """Least clearance [n] [m] of whole states over pairs of arms, and arms and obstacles; `q`: arm -> [n, dof]."""
         rows = [self._rows(name, q[name]) for name in self.cell.arm_names]
         if len({len(r) for r in rows}) != 1:
             raise MmpError("clearance: every arm needs the same number of rows")
@@ -132,8 +132,8 @@ class CollisionModel:
     ) -> list[Float[np.ndarray, "c"]]:
         """For each pair of indices into `motions`, the instants of conflict in steps, ascending, at most one a step.
 
-        Whole numbers where surfaces are closer than `margin` [m] at a step, broken ones for a contact between two steps;
-        elsewhere `KEEP_PROOF * margin` is proved to be kept.
+        Whole numbers where surfaces are closer than `margin` [m] at a step, broken ones for a contact between two
+        steps; elsewhere `KEEP_PROOF * margin` is proved to be kept.
         """
         numbers = np.ascontiguousarray(pairs, dtype=np.int32).reshape(-1, 2)
         return _core.conflict_instants(self.core, motions, numbers, HIT * margin, KEEP_PROOF * margin)
@@ -176,9 +176,7 @@ def _chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
         last = robot.dof + 1
         ignored |= {(robot.link_names.index(name), last) for name in tool.self_ignore[sphere_set]}
     placed = [to_frame[link][:3, :3] @ c + to_frame[link][:3, 3] for link, c in zip(links, centers, strict=True)]
-    self_pairs = [
-        (i, j) for i in range(len(frames)) for j in range(i + 1, len(frames)) if (i, j) not in ignored
-    ]
+    self_pairs = [(i, j) for i in range(len(frames)) for j in range(i + 1, len(frames)) if (i, j) not in ignored]
     return {
         "fixed": np.array(fixed),
         "tool": (to_frame[robot.dof] @ tool_point)[:3].ravel(),

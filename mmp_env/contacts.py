@@ -37,7 +37,8 @@ class ContactLog:
     One `Contact` for each unbroken touch of two bodies, however short. An arm that touches itself is not logged.
     """
 
-    def __init__(self, model: Any, cell: Cell) -> None:
+    def __init__(self, model: Any, data: Any, cell: Cell) -> None:
+        self._data, self._contact = data, data.contact
         self._names, self._owners = _names_and_owners(model, cell)
         self._longest_gap_s = 1.5 * float(model.opt.timestep)
         self.clear()
@@ -53,22 +54,21 @@ class ContactLog:
         """All contacts so far, earliest first; a list of its own at each call."""
         return [Contact(touch.since_s, *touch.bodies, touch.depth_m) for touch in self._touches]
 
-    def note(self, data: Any) -> None:
-        """Takes in what touches at the present instant of the `mujoco.MjData`."""
-        time_s = float(data.time) - self._begin_s
-        for (geom_1, geom_2), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
-            owner_1, owner_2 = self._owners[geom_1], self._owners[geom_2]
-            if owner_1 == owner_2:
+    def note(self) -> None:
+        """Takes in what touches at the present instant."""
+        time_s, owners = self._data.time - self._begin_s, self._owners
+        for (geom_1, geom_2), distance in zip(self._contact.geom.tolist(), self._contact.dist.tolist(), strict=True):
+            if owners[geom_1] == owners[geom_2]:
                 continue
-            bodies = self._names[geom_1], self._names[geom_2]
-            self._touch(bodies if owner_1 < owner_2 else bodies[::-1], time_s, -distance)
-
-    def _touch(self, bodies: tuple[str, str], time_s: float, depth: float) -> None:
-        touch = self._latest.get(bodies)
-        if touch is None or time_s > touch.until_s + self._longest_gap_s:
-            touch = self._latest[bodies] = _Touch(time_s, time_s, bodies, depth)
-            self._touches.append(touch)
-        touch.depth_m, touch.until_s = max(touch.depth_m, depth), time_s
+            first, second = (geom_1, geom_2) if owners[geom_1] < owners[geom_2] else (geom_2, geom_1)
+            bodies = self._names[first], self._names[second]
+            touch = self._latest.get(bodies)
+            if touch is None or time_s > touch.until_s + self._longest_gap_s:
+                touch = self._latest[bodies] = _Touch(time_s, time_s, bodies, -distance)
+                self._touches.append(touch)
+            touch.until_s = time_s
+            if -distance > touch.depth_m:
+                touch.depth_m = -distance
 
 
 def _names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:

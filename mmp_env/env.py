@@ -33,8 +33,8 @@ from mmp_env.simulation import Simulation
 
 __all__ = ["Contact", "ExecutionReport", "MultiArmCellEnv"]
 
-CONTROL_RATE_HZ = 25
-"""Actions per second of simulated time, as is usual for manipulation: 20 physics steps each."""
+CONTROL_RATE_HZ = 10
+"""Actions per second of simulated time: one for each 0.1 s step of the planners, 50 physics steps."""
 PROGRESS_WEIGHT = 10.0
 """Reward for each radian that the joints come nearer to their goals on average."""
 SUCCESS_BONUS = 10.0
@@ -60,7 +60,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
 
     `cell` is a `Cell`, the name of a ring or the path of a cell or instance file; `robot` and `spheres` as in
     `find_cell`; `task` draws the instances; `max_velocity` [rad/s] bounds the motion that actions ask for and that
-    problems allow. Pictures have `width` x `height` pixels. Raises `MmpError` for a wrong option or value.
+    problems allow; `control_rate_hz` actions are taken in a second. Pictures have `width` x `height` pixels. Raises
+    `MmpError` for a wrong option or value.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium has it as an attribute of class and instance
@@ -78,6 +79,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         control_mode: str = "position",
         terminate_on_contact: bool = True,
         max_velocity: float = DEFAULT_MAX_VELOCITY,
+        control_rate_hz: int = CONTROL_RATE_HZ,
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
@@ -91,7 +93,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
             raise UnknownNameError("render_mode", render_mode, self.metadata["render_modes"])
         check_render_mode(render_mode)
         # The class names all modes, an environment those that can be had on this machine.
-        self.metadata = self.metadata | {"render_modes": possible_render_modes(self.metadata["render_modes"])}
+        possible = possible_render_modes(self.metadata["render_modes"])
+        self.metadata = {"render_modes": possible, "render_fps": control_rate_hz}
         self.cell = find_cell(cell, robot=robot, spheres=None if spheres is None else str(spheres))
         self.render_mode = render_mode
         self._task = find_task(task)
@@ -100,14 +103,14 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         mode = find_control_mode(control_mode)
         fastest = np.concatenate(list(velocity_limits(self.cell, max_velocity).values()))
         lower, upper = joint_limits(self.cell)
-        self._mode = mode(lower=lower, upper=upper, reach=fastest / CONTROL_RATE_HZ)
         self._simulation = Simulation(self.cell)
+        steps = _steps_per_action(control_rate_hz, self._simulation.timestep_s)
+        self._mode = mode(lower=lower, upper=upper, reach=fastest / control_rate_hz)
         self._observer = Observer(self._simulation)
         self.observation_space = self._observer.space
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self._simulation.count,), np.float32)
-        steps = round(1 / (CONTROL_RATE_HZ * self._simulation.timestep_s))
-        # What of a period's motion is added to its begin in each physics step: the reference, and its feed-forward.
-        self._shares = (np.arange(steps) / steps)[:, None] + self._simulation.lead_s * CONTROL_RATE_HZ
+        # How much of a period's motion the command of each physics step adds to its begin: reference and feed-forward.
+        self._shares = (np.arange(steps) / steps)[:, None] + self._simulation.lead_s * control_rate_hz
         self._instance: _Instance | None = None
         self._picture_size = (width, height)
         self._view: Camera | Window | None = None
@@ -251,6 +254,14 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
     def _show_window(self) -> None:
         if self.render_mode == "human":
             self.render()
+
+
+def _steps_per_action(control_rate_hz: int, timestep_s: float) -> int:
+    steps = 1 / (control_rate_hz * timestep_s) if control_rate_hz > 0 else 0.0
+    if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
+        fastest = round(1 / timestep_s)
+        raise MmpError(f"control_rate_hz is {control_rate_hz}; it must divide {fastest}, the physics steps per second")
+    return round(steps)
 
 
 _OPTIONS = tuple(name for name, p in inspect.signature(MultiArmCellEnv).parameters.items() if p.kind is p.KEYWORD_ONLY)

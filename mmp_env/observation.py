@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from gymnasium import spaces
 from jaxtyping import Float
@@ -38,9 +40,8 @@ class Observer:
             "tool_positions": (bases - spans, bases + spans),
             "clearance": (np.array([-FARTHEST_M]), np.array([FARTHEST_M])),
         }
-        self.space = spaces.Dict(
-            {name: _box(low, high) for name, (low, high) in bounds.items()} | {"goal_positions": _box(lower, upper)}
-        )
+        boxes: dict[str, spaces.Space[Any]] = {name: _box(low, high) for name, (low, high) in bounds.items()}
+        self.space = spaces.Dict(boxes | {"goal_positions": _box(lower, upper)})
         # All that is measured is clipped in one vector: calls on small arrays would cost more than their content.
         self._low, self._high = (np.concatenate([pair[k].ravel() for pair in bounds.values()]) for k in (0, 1))
         self._joints, self._speeds, self._tools = slice(n), slice(n, 2 * n), slice(2 * n, -1)
@@ -48,9 +49,7 @@ class Observer:
         self._q = np.empty(n)
         self._rows = [self._q[None, part] for part in simulation.slices.values()]
 
-    def observe(
-        self, q: Float[np.ndarray, "n"], goal: Float[np.ndarray, "n"]
-    ) -> dict[str, Float[np.ndarray, "..."]]:
+    def observe(self, q: Float[np.ndarray, "n"], goal: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "..."]]:
         """The observation with the joints at `q` [rad], which is where the simulation stands."""
         simulation = self._simulation
         self._q[:] = q

@@ -22,13 +22,13 @@ def missing_library(backend: str) -> str | None:
     """The sentence that says what to install for a backend, `egl` or `osmesa`; None where nothing is missing."""
     name = backend.strip().lower()
     for library in _LIBRARIES.get(name, ()):
-        if not _found(library):
+        if not found(library):
             return f"the library lib{library} is missing; install it with `apt install {_PACKAGES[name]}`"
     return None
 
 
 @functools.cache
-def _found(library: str) -> bool:
+def found(library: str) -> bool:
     return find_library(library) is not None
 
 

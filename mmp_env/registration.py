@@ -7,7 +7,7 @@ import gymnasium
 RING_COUNTS = (2, 4, 6, 8)
 ANY_CELL = "MultiArmCell"
 """Takes `cell=`; `MultiArmCell-<count>` is the ring of that many UR5e, or of `robot=`."""
-MAX_EPISODE_STEPS = 500
+MAX_EPISODE_STEPS = 200
 """20 s of simulated time: every joint can cross the whole of its +-pi more than twice at the default 0.8 rad/s."""
 _ENTRY_POINT = "mmp_env.env:MultiArmCellEnv"
 

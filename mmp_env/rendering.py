@@ -16,7 +16,7 @@ from mmp_env.simulation import Simulation
 from mmp_env.staging import CAMERA
 
 GHOST_ALPHA = 0.22
-WINDOW_RATE_HZ = 50
+WINDOW_RATE_HZ = 20
 _MOST_PIXELS = 4096
 _MAX_GEOMS = 5000
 _FINE_SAMPLES = 4
@@ -95,7 +95,7 @@ class Window:
         self._next_s = time.monotonic()
 
     def show(self, target: Float[np.ndarray, "n"] | None = None) -> None:
-        """Brings the window up to date, not more often than `WINDOW_RATE_HZ`; does nothing once it is closed."""
+        """Brings the window up to date, not more often than real time allows; does nothing once it is closed."""
         if not self._viewer.is_running():
             return
         time.sleep(max(0.0, self._next_s - time.monotonic()))

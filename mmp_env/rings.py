@@ -1,6 +1,7 @@
 """The default cells: 2, 4, 6 or 8 equal arms in a ring on a table, facing the centre.
 
-Radii are for arms of 0.85-0.92 m reach and scale with shorter ones. In the ring of eight, neighbours stand 0.54 m apart.
+Radii are for arms of 0.85-0.92 m reach and scale with shorter ones. In the ring of eight, neighbours stand 0.54 m
+apart.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ def frozen_array(values: object, dtype: type = float) -> np.ndarray:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Spheres:
-    """Spheres attached to links: `links` [s] (index of the link each moves with), `centers` [s, 3] [m], `radii` [s] [m]."""
+    """Spheres on links: `links` [s] (index of the link each moves with), `centers` [s, 3] [m], `radii` [s] [m]."""
 
     links: Int[np.ndarray, "s"]
     centers: Float[np.ndarray, "s 3"]
@@ -41,7 +41,7 @@ class Spheres:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tool:
-    """A rigid tool. `mount` is T_flange_tool, `point` the tool point in the tool frame [m]; spheres in the tool frame."""
+    """A rigid tool. `mount` is T_flange_tool, `point` the tool point [m] and the spheres are in the tool frame."""
 
     name: str
     mount: Float[np.ndarray, "4 4"]

@@ -68,6 +68,9 @@ def _add_obstacle(spec: Any, obstacle: Obstacle) -> None:
 def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
     prefix = f"{arm.name}/"
     robot = _read_mjcf(arm.robot.mjcf)
+    for link in arm.robot.link_names:
+        if robot.body(link) is None:
+            raise MmpError(f"{arm.robot.mjcf} has no body '{link}', which is a link of robot '{arm.robot.name}'")
     excluded = {frozenset((pair.bodyname1, pair.bodyname2)) for pair in robot.excludes}
     frame = spec.worldbody.add_frame(pos=arm.position, quat=arm.quaternion)
     spec.attach(robot, frame=frame, prefix=prefix)
@@ -94,11 +97,12 @@ def _untested_pairs(arm: Arm, sphere_set: str) -> set[frozenset[str]]:
 
 
 def _read_mjcf(path: Any) -> Any:
-    """A spec of its own for each attachment, which takes it over; without keyframes, which are for one robot alone."""
+    """A spec of its own for each attachment, which takes it over; without its options and keyframes."""
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise MmpError(f"{path} is not MJCF that MuJoCo can read: {error}") from error
+    spec.option = mujoco.MjSpec().option
     for key in list(spec.keys):
         spec.delete(key)
     return spec

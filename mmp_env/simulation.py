@@ -28,7 +28,7 @@ class Simulation:
         # Views of MuJoCo's own memory, which stays where it is.
         self._qpos, self._qvel, self._ctrl = self.data.qpos, self.data.qvel, self.data.ctrl
         self._sites = self.data.site_xpos
-        self.log = ContactLog(self.model, cell)
+        self.log = ContactLog(self.model, self.data, cell)
         _check_order(self.model, cell)
         tools = [f"{arm.name}/{'tool_point' if arm.tool else 'flange'}" for arm in cell.arms]
         self._tools = np.array([self.model.site(name).id for name in tools])
@@ -73,7 +73,7 @@ class Simulation:
         """Forgets the contacts so far and counts the time of those to come from now; what touches now is the first."""
         self.log.clear(float(self.data.time))
         if self.data.ncon:
-            self.log.note(self.data)
+            self.log.note()
 
     def commands(
         self, reference: Float[np.ndarray, "t n"], velocity: Float[np.ndarray, "#t n"]
@@ -97,11 +97,12 @@ class Simulation:
             step_2(model, data)
             step_1(model, data)
             if data.ncon:
-                log.note(data)
+                log.note()
             if passed is not None:
                 passed[k] = qpos
+        # MuJoCo starts anew, time included, where a number is no longer finite.
         if data.time < begin_s + (len(commands) - 0.5) * self.timestep_s:
-            raise RuntimeError(f"the simulation of cell '{self.cell.name}' diverged; the servos or masses are unsound")
+            raise RuntimeError(f"the simulation of cell '{self.cell.name}' diverged; its servos or masses are unsound")
 
 
 def _check_order(model: Any, cell: Cell) -> None:

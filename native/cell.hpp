@@ -109,6 +109,14 @@ class CellClearance {
   using T = Scalar<V>;
   explicit CellClearance(const Cell& cell) : world_(&cell.world<V>()) {
     for (const auto& arm : world_->cell->arms) poses_.emplace_back(arm);
+    for (size_t a = 0; a < poses_.size(); ++a)
+      for (size_t b = a + 1; b < poses_.size(); ++b)
+        for (size_t i = 0; i < poses_[a].arm->links.size(); ++i)
+          for (size_t j = i == 0 ? 1 : 0; j < poses_[b].arm->links.size(); ++j) {
+            const T radii = poses_[a].arm->links[i].bound.r + poses_[b].arm->links[j].bound.r;
+            pairs_.push_back({int(a), int(i), int(b), int(j), radii, T(1) / (radii * radii)});
+          }
+    gaps2_.resize(pairs_.size());
   }
 
   V operator()(const std::vector<const double*>& q, size_t n, size_t row, bool obstacles) {
@@ -118,9 +126,10 @@ class CellClearance {
       forward(joints, poses_[a]);
     }
     V best = closest_looking();
-    for (const auto& pair : pairs_)
-      if (bits<V>(pair.gap2 < (best + pair.radii) * (best + pair.radii)))
-        lower_clearance(poses_[pair.a], pair.i, poses_[pair.b], pair.j, best);
+    for (size_t k = 0; k < pairs_.size(); ++k) {
+      const V limit = best + pairs_[k].radii;
+      if (bits<V>(gaps2_[k] < limit * limit)) lower(pairs_[k], best);
+    }
     if (obstacles)
       for (size_t a = 0; a < poses_.size(); ++a)
         for (size_t l = 1; l < poses_[a].arm->links.size(); ++l)
@@ -131,43 +140,33 @@ class CellClearance {
  private:
   struct LinkPair {
     int a, i, b, j;
-    T radii;
-    V gap2;
+    T radii, inverse2;  // of the bounds: sum, and its inverse square
   };
 
+  void lower(const LinkPair& p, V& best) { lower_clearance(poses_[p.a], p.i, poses_[p.b], p.j, best); }
+
   V closest_looking() {
-    pairs_.clear();
-    V least = splat<V>(T(kFar));
-    V which{};
-    for (size_t a = 0; a < poses_.size(); ++a)
-      for (size_t b = a + 1; b < poses_.size(); ++b) {
-        const auto &la = poses_[a].arm->links, &lb = poses_[b].arm->links;
-        for (size_t i = 0; i < la.size(); ++i)
-          for (size_t j = 0; j < lb.size(); ++j) {
-            if (i + j == 0) continue;
-            const auto d = poses_[a].link[i] - poses_[b].link[j];
-            const V gap2 = dot(d, d);
-            const T radii = la[i].bound.r + lb[j].bound.r;
-            // Squared gap over squared radii: a cheap stand-in for the bound that needs no root.
-            const V looks = gap2 * (T(1) / (radii * radii));
-            const Mask<V> closer_now = looks < least;
-            least = select<V>(closer_now, looks, least);
-            which = select<V>(closer_now, splat<V>(T(pairs_.size())), which);
-            pairs_.push_back({int(a), int(i), int(b), int(j), radii, gap2});
-          }
-      }
-    V best = splat<V>(T(kFar));
-    if (pairs_.empty()) return best;
-    for (int lane = 0; lane < width<V>; ++lane) {
-      const auto& p = pairs_[static_cast<size_t>(which[lane])];
-      lower_clearance(poses_[p.a], p.i, poses_[p.b], p.j, best);
+    V best = splat<V>(T(kFar)), least = best, which{}, number{};
+    for (size_t k = 0; k < pairs_.size(); ++k) {
+      const auto& p = pairs_[k];
+      const auto d = poses_[p.a].link[p.i] - poses_[p.b].link[p.j];
+      gaps2_[k] = dot(d, d);
+      // Squared gap over squared radii: a stand-in for the bound that needs no root.
+      const V looks = gaps2_[k] * p.inverse2;
+      const Mask<V> closer_now = looks < least;
+      least = select<V>(closer_now, looks, least);
+      which = select<V>(closer_now, number, which);
+      number += T(1);
     }
+    if (pairs_.empty()) return best;
+    for (int lane = 0; lane < width<V>; ++lane) lower(pairs_[static_cast<size_t>(which[lane])], best);
     return best;
   }
 
   StaticWorld<V>* world_;
   std::vector<Pose<V>> poses_;
   std::vector<LinkPair> pairs_;
+  std::vector<V> gaps2_;  // between the centres of the bounds
 };
 
 }  // namespace mmp

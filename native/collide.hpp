@@ -63,13 +63,16 @@ inline void lower_clearance(Pose<V>& a, int la, Pose<V>& b, int lb, V& best) {
     for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
       if (!bits<V>(closer(a.groups[ga], b.groups[gb], best + (ra + mb.groups[gb].r)))) continue;
       const Range sa = ma.group_spheres[ga], sb = mb.group_spheres[gb];
-      for (int i = sa.first; i < sa.first + sa.count; ++i)
+      for (int i = sa.first; i < sa.first + sa.count; ++i) {
+        const auto p = a.spheres[i];
+        if (!bits<V>(closer(p, b.groups[gb], best + (ma.spheres[i].r + mb.groups[gb].r)))) continue;
         for (int j = sb.first; j < sb.first + sb.count; ++j) {
-          const auto d = a.spheres[i] - b.spheres[j];
+          const auto d = p - b.spheres[j];
           const auto radii = ma.spheres[i].r + mb.spheres[j].r;
           const V d2 = dot(d, d), limit = best + radii;
           if (bits<V>((d2 < limit * limit) & (limit > V{}))) best = min(best, sqrt<V>(d2) - radii);
         }
+      }
     }
   }
 }

@@ -170,9 +170,20 @@ MMP_INLINE void sincos(V x, V& s, V& c) {
   c = select<V>(flip_c, -c0, c0);
 }
 
+// Copied by whole lanes: compilers tuned for any processor move structs in halves, and a load of what was stored in halves
+// stalls: a state of eight arms cost 40 % more.
 template <class V>
 struct Vec3 {
   V x, y, z;
+  Vec3() = default;
+  MMP_INLINE Vec3(V a, V b, V c) : x(a), y(b), z(c) {}
+  MMP_INLINE Vec3(const Vec3& o) : x(o.x), y(o.y), z(o.z) {}
+  MMP_INLINE Vec3& operator=(const Vec3& o) {
+    x = o.x;
+    y = o.y;
+    z = o.z;
+    return *this;
+  }
 };
 template <class V>
 MMP_INLINE Vec3<V> operator-(const Vec3<V>& a, const Vec3<V>& b) {

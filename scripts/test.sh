@@ -33,8 +33,8 @@ step "C++ format" clang-format --dry-run -Werror native/*.cpp native/*.hpp
 step "types" basedpyright --pythonpath "$PYTHON"
 step "stub of the native core" scripts/core_stub.sh --check
 step "the installed package is under test" installed_from_the_wheel
-# Plain pytest: `python -m pytest` would put the checkout first on the path.
-step "tests" pytest "$@"
+# Plain pytest: `python -m pytest` would put the checkout first on the path. One process per core.
+step "tests" pytest -n auto "$@"
 
 if [ "${#failed[@]}" -gt 0 ]; then
   die "failed: $(printf '%s, ' "${failed[@]}" | sed 's/, $//')"

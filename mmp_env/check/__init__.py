@@ -19,6 +19,8 @@ from mmp_env.check.fields import UnreadableError
 from mmp_env.check.geoms import GeomPairs, GeomSolids, geom_parts
 from mmp_env.check.items import Family
 from mmp_env.check.model import CellModel, sphere_parts
+from mmp_env.check.pairs import part_pairs
+from mmp_env.check.path import Path
 from mmp_env.check.rates import derivatives
 from mmp_env.check.reading import PlanData, read_cell, read_plan
 from mmp_env.check.report import RULES, CheckReport, Violation
@@ -70,10 +72,10 @@ def _families(cell: str, exact: bool, thread: int) -> tuple[CellModel, Sequence[
     """What a cell's plans are checked with; not shared between threads, because MuJoCo's data are not."""
     model = CellModel(read_cell(json.loads(cell)))
     if exact:
-        parts, ids = geom_parts(model)
-        return model, (GeomPairs(model, parts, ids), GeomSolids(model, parts, ids))
+        parts, clouds, ids = geom_parts(model)
+        return model, (GeomPairs(model, parts, clouds, ids), GeomSolids(model, parts, clouds, ids))
     parts, clouds = sphere_parts(model)
-    return model, (CloudPairs(model, parts, clouds), CloudSolids(model, parts, clouds))
+    return model, (CloudPairs(model, parts, clouds, part_pairs(model.cell, parts)), CloudSolids(model, parts, clouds))
 
 
 def _geometry(data: PlanData, exact: bool) -> str:
@@ -84,11 +86,11 @@ def _swept(
     data: PlanData, violations: list[Violation], model: CellModel, families: Sequence[Family], exact: bool
 ) -> CheckReport:
     required = GEOM_CLEARANCE_M if exact else data.margin / 2
-    result = prove_apart(model, families, data.times, data.positions, required)
+    result = prove_apart(model, families, Path(data.times, data.positions), required)
     proved = not result.contacts and np.isfinite(result.proved)
     return CheckReport(
         violations=(*violations, *contact_violations(result)),
-        min_clearance_m=result.proved - ROUNDING_M if proved else None,
+        min_clearance_m=float(result.proved) - ROUNDING_M if proved else None,
         found_clearance_m=result.least if result.touch else None,
         where=" and ".join(result.touch.things) if result.touch else "",
         time_s=result.time if result.touch else None,

@@ -7,147 +7,115 @@ no proof rests on the accuracy of MuJoCo's distances; they only tell how close t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
-from mmp_env.check.balls import BallPairs, BallSolids
-from mmp_env.check.distance import geom_support
-from mmp_env.check.items import Bounds, Items
-from mmp_env.check.model import CellModel, Parts, Poses, stack_parts
+from mmp_env.check.balls import step_minimum
+from mmp_env.check.items import Bounds, Items, by_pair
+from mmp_env.check.model import CellModel, Cloud, Parts, Poses, enclosing_ball, stack_parts
 from mmp_env.check.pairs import Pairs, part_pairs
-from mmp_env.mujoco_import import mujoco
+from mmp_env.check.ruler import GeomSteps, Ruler
+from mmp_env.check.spheres import CloudPairs, CloudSolids, closest, cloud_centers
 
-_FAR_M = 100.0
 
-
-def geom_parts(model: CellModel) -> tuple[Parts, Int[np.ndarray, "p"]]:
-    """One part per geom of an arm or tool that takes part in MuJoCo's collisions, and its geom id."""
+def geom_parts(model: CellModel) -> tuple[Parts, tuple[Cloud, ...], tuple[np.ndarray, ...]]:
+    """One part per link or tool with geoms that collide in MuJoCo, the balls around these geoms, and their ids."""
     mj = model.mujoco
-    names = {f"{arm.name}/": k for k, arm in enumerate(model.cell.arms)}
-    rows, ids = [], []
-    for geom in np.flatnonzero((mj.geom_contype | mj.geom_conaffinity) & (mj.geom_bodyid > 0)):
-        body = int(mj.geom_bodyid[geom])
-        prefix, _, link = mj.body(body).name.partition("/")
-        center, radius = mj.geom_pos[geom], float(mj.geom_rbound[geom])
-        reach = model.reaches(body, center[None], np.array([radius]))
-        rows.append((link, names[f"{prefix}/"], body, model.moves(body), center, radius, reach))
-        ids.append(geom)
-    return stack_parts(rows), np.array(ids)
+    arms = {arm.name: k for k, arm in enumerate(model.cell.arms)}
+    collides = (mj.geom_contype | mj.geom_conaffinity) != 0
+    rows, clouds, ids = [], [], []
+    for body in range(1, mj.nbody):
+        geoms = np.flatnonzero(collides & (mj.geom_bodyid == body))
+        if not len(geoms):
+            continue
+        arm, _, link = mj.body(body).name.partition("/")
+        centers, radii = mj.geom_pos[geoms], mj.geom_rbound[geoms]
+        center, radius = enclosing_ball(centers, radii)
+        reach = model.reaches(body, np.vstack([centers, center]), np.append(radii, 0.0))
+        rows.append((link, arms[arm], body, model.moves(body), center, radius, reach))
+        clouds.append(Cloud(link=link, centers=centers, radii=radii, center=center, radius=radius))
+        ids.append(geoms)
+    return stack_parts(rows), tuple(clouds), tuple(ids)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Ruler:
-    """Measures pairs of geoms: ids `first` [p] and `second` [p]; `inner` pairs move as seen from `first`."""
+class Nearest:
+    """Gathers the bounds of items of parts from those of their geoms: from balls where these reach `target` [m]."""
 
-    model: CellModel
-    first: Int[np.ndarray, "p"]
-    second: Int[np.ndarray, "p"]
-    inner: Bool[np.ndarray, "p"]
+    def __init__(self, items: Items, stray: Float[np.ndarray, "i"], target: float) -> None:
+        self._items, self._stray, self._target = items, stray, target
+        self._lower = np.full(len(items), np.inf)
+        self._open: list[tuple[np.ndarray, ...]] = []
 
-    def bounds(self, poses: Poses, items: Items, stray: Float[np.ndarray, "i"]) -> Bounds:
-        """Bounds of items whose points stray from chords by `stray` [m]."""
-        keys = np.stack([np.concatenate([items.start, items.end]), np.tile(items.pair, 2)], axis=1)
-        keys, place = np.unique(keys, axis=0, return_inverse=True)
-        distance, direction = self._distances(poses, keys)
-        gap = self._gap(poses, keys[:, 0], keys[:, 0], keys[:, 1], direction)
-        # A gap is a proof of distance, whatever MuJoCo says.
-        at_start, at_end = np.maximum(distance, gap)[place.reshape(2, -1)]
-        lower = np.full(len(items), -np.inf)
-        for at, key in zip((items.start, items.end), place.reshape(2, -1), strict=True):
-            ends = [self._gap(poses, at, end, items.pair, direction[key]) for end in (items.start, items.end)]
-            lower = np.maximum(lower, np.minimum(*ends))
-        return Bounds.of(items, lower - stray, at_start, at_end)
-
-    def _distances(
-        self, poses: Poses, keys: Int[np.ndarray, "k 2"]
-    ) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k 3"]]:
-        """MuJoCo's distances at (pose, pair), sorted by pose, and unit directions from the first geom to the second."""
-        distance, line = np.empty(len(keys)), np.zeros((len(keys), 6))
-        placed, data = -1, None
-        for k, (pose, pair) in enumerate(keys.tolist()):
-            if pose != placed or data is None:
-                placed, data = pose, self.model.place(poses.q[pose])
-            ids = self.first[pair], self.second[pair]
-            distance[k] = mujoco.mj_geomDistance(self.model.mujoco, data, *ids, _FAR_M, line[k])
-        along = (line[:, 3:] - line[:, :3]) * np.sign(distance)[:, None]
-        length = np.linalg.norm(along, axis=1, keepdims=True)
-        return distance, np.divide(along, length, out=np.tile([0.0, 0.0, 1.0], (len(keys), 1)), where=length > 0)
-
-    def _gap(
+    def add(
         self,
-        poses: Poses,
-        seen: Int[np.ndarray, "k"],
-        at: Int[np.ndarray, "k"],
-        pair: Int[np.ndarray, "k"],
-        direction: Float[np.ndarray, "k 3"],
-    ) -> Float[np.ndarray, "k"]:
-        """How far a direction separates pairs of geoms at pose `at` [m]: never more than their distance.
+        chosen: Int[np.ndarray, "k"],
+        balls: Float[np.ndarray, "k a b"],
+        ids: tuple[np.ndarray, np.ndarray],
+        *,
+        inner: bool,
+    ) -> None:
+        """Items of one pair of parts, with the distances between the balls of geoms `ids` on their way."""
+        balls = balls - self._stray[chosen][:, None, None]
+        far = balls >= self._target
+        self._lower[chosen] = np.where(far, balls, np.inf).min(axis=(1, 2))
+        row, one, other = np.nonzero(~far)
+        self._open.append((chosen[row], ids[0][one], ids[1][other], np.full(len(row), inner)))
 
-        It is given at pose `seen`, and turns with the first geom of an inner pair.
-        """
-        inner, body = self.inner[pair], self.model.mujoco.geom_bodyid[self.first[pair]]
-        with_body = np.einsum(
-            "kij,klj,kl->ki", poses.rotations[at, body], poses.rotations[seen, body], direction, optimize=True
-        )
-        direction = np.where(inner[:, None], with_body, direction)
-        ends = [self._extent(poses, at, geom[pair], direction) for geom in (self.first, self.second)]
-        (center, support), (other, other_support) = ends
-        return other - center - support - other_support
-
-    def _extent(
-        self, poses: Poses, at: Int[np.ndarray, "k"], geom: Int[np.ndarray, "k"], direction: Float[np.ndarray, "k 3"]
-    ) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k"]]:
-        """Of geoms along directions: where the centre lies, and how far the geom reaches from it [m]."""
-        mj = self.model.mujoco
-        turn, body = poses.rotations[at, mj.geom_bodyid[geom]], mj.geom_bodyid[geom]
-        center = poses.positions[at, body] + np.einsum("kij,kj->ki", turn, mj.geom_pos[geom])
-        inside = np.einsum("kji,kj->ki", turn, direction)
-        local = np.einsum("kji,kj->ki", self._turns[geom], inside)
-        reach = geom_support(mj.geom_type[geom], mj.geom_size[geom], local)
-        return np.einsum("ki,ki->k", center, direction), reach
-
-    @property
-    def _turns(self) -> Float[np.ndarray, "g 3 3"]:
-        w, x, y, z = self.model.mujoco.geom_quat.T
-        rows = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-        return np.moveaxis(np.array(rows), -1, 0)
+    def bounds(self, ruler: Ruler, poses: Poses) -> Bounds:
+        """What the items come to when the geoms that are left have been measured."""
+        item, first, second, inner = (np.concatenate(column) for column in zip(*self._open, strict=True))
+        items = self._items
+        steps = GeomSteps(start=items.start[item], end=items.end[item], first=first, second=second, inner=inner)
+        lower, at_start, at_end = ruler.measure(poses, steps)
+        out = np.full((3, len(items)), np.inf)
+        out[0] = self._lower
+        for row, values in zip(out, (lower - self._stray[item], at_start, at_end), strict=True):
+            np.minimum.at(row, item, values)
+        return Bounds.of(items, *out)
 
 
-class GeomPairs(BallPairs):
-    """Geoms of different arms, and of different links of one arm unless either data or MJCF let them overlap."""
+class GeomPairs(CloudPairs):
+    """Geoms of different arms, and of different links of one arm, as far as MuJoCo lets them collide."""
 
-    def __init__(self, model: CellModel, parts: Parts, ids: Int[np.ndarray, "p"]) -> None:
-        super().__init__(model, parts, _colliding(model, parts, part_pairs(model.cell, parts)))
-        pairs = self._pairs
-        self._ruler = Ruler(model=model, first=ids[pairs.first], second=ids[pairs.second], inner=pairs.inner)
+    def __init__(self, model: CellModel, parts: Parts, clouds: tuple[Cloud, ...], ids: tuple[np.ndarray, ...]) -> None:
+        super().__init__(model, parts, clouds, _colliding(model, parts))
+        self._ids, self._ruler = ids, Ruler(model)
 
-    def narrow(self, poses: Poses, items: Items) -> Bounds:
-        """Bounds from separating directions."""
-        return self._ruler.bounds(poses, items, self.strays(poses, items))
+    def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
+        """Bounds from the balls around geoms where they reach the target, and else from separating directions."""
+        near = Nearest(items, self.strays(items), target)
+        for pair, chosen in by_pair(items):
+            one, other = int(self._pairs.first[pair]), int(self._pairs.second[pair])
+            inner = bool(self._pairs.inner[pair])
+            radii = self._clouds[one].radii[:, None] + self._clouds[other].radii
+            ends = [self.ends(poses, which[chosen], pair) for which in (items.start, items.end)]
+            near.add(chosen, closest(*ends)[0] - radii, (self._ids[one], self._ids[other]), inner=inner)
+        return near.bounds(self._ruler, poses)
 
 
-class GeomSolids(BallSolids):
+class GeomSolids(CloudSolids):
     """Geoms of moving links against obstacles."""
 
-    def __init__(self, model: CellModel, parts: Parts, ids: Int[np.ndarray, "p"]) -> None:
-        super().__init__(model, parts)
-        solids = np.array([model.mujoco.geom(f"obstacle/{solid.name}").id for solid in model.cell.solids], dtype=int)
-        inner = np.zeros(len(self.part), dtype=bool)
-        self._ruler = Ruler(model=model, first=ids[self.part], second=solids[self.solid], inner=inner)
+    def __init__(self, model: CellModel, parts: Parts, clouds: tuple[Cloud, ...], ids: tuple[np.ndarray, ...]) -> None:
+        super().__init__(model, parts, clouds)
+        self._ids, self._ruler = ids, Ruler(model)
+        self._solid_ids = [np.array([model.mujoco.geom(f"obstacle/{s.name}").id]) for s in model.cell.solids]
 
-    def narrow(self, poses: Poses, items: Items) -> Bounds:
-        """Bounds from separating directions."""
-        return self._ruler.bounds(poses, items, self.strays(poses, items))
+    def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
+        """Bounds from the balls around geoms where they reach the target, and else from separating directions."""
+        near = Nearest(items, self.strays(items), target)
+        for pair, chosen in by_pair(items):
+            part, solid = int(self.part[pair]), int(self.solid[pair])
+            cloud, body = self._clouds[part], int(self._parts.body[part])
+            ends = [cloud_centers(poses, which[chosen], body, cloud) for which in (items.start, items.end)]
+            balls = step_minimum(self._solids[solid], *ends)[0] - cloud.radii
+            near.add(chosen, balls[:, :, None], (self._ids[part], self._solid_ids[solid]), inner=False)
+        return near.bounds(self._ruler, poses)
 
 
-def _colliding(model: CellModel, parts: Parts, pairs: Pairs) -> Pairs:
-    """The pairs that MJCF does not exclude."""
+def _colliding(model: CellModel, parts: Parts) -> Pairs:
+    """The pairs of parts that MJCF does not exclude either."""
+    pairs = part_pairs(model.cell, parts)
     low, high = np.sort(parts.body[np.stack([pairs.first, pairs.second])], axis=0)
     keep = ~np.isin((low << 16) + high, model.mujoco.exclude_signature)
     return Pairs(first=pairs.first[keep], second=pairs.second[keep], inner=pairs.inner[keep])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.model import Poses
 
@@ -22,18 +22,41 @@ class Touch:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Items:
-    """Pairs in steps: `start`, `end` [i] are indices into poses, `pair` [i] into the pairs of a family."""
+class Steps:
+    """Stretches of a motion between poses `start` and `end` [u], by index.
 
-    start: Int[np.ndarray, "i"]
-    end: Int[np.ndarray, "i"]
+    Every joint turns by `turn` [u, n] [rad] in all, and is never farther than `bend` [u, n] [rad] from going straight.
+    """
+
+    start: Int[np.ndarray, "u"]
+    end: Int[np.ndarray, "u"]
+    turn: Float[np.ndarray, "u n"]
+    bend: Float[np.ndarray, "u n"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Items:
+    """Pairs in steps: `step` [i] is an index into `steps`, `pair` [i] into the pairs of a family."""
+
+    steps: Steps
+    step: Int[np.ndarray, "i"]
     pair: Int[np.ndarray, "i"]
 
     def __len__(self) -> int:
         return len(self.pair)
 
-    def __getitem__(self, chosen: np.ndarray | slice) -> Items:
-        return Items(start=self.start[chosen], end=self.end[chosen], pair=self.pair[chosen])
+    def __getitem__(self, chosen: Bool[np.ndarray, "i"]) -> Items:
+        return Items(steps=self.steps, step=self.step[chosen], pair=self.pair[chosen])
+
+    @property
+    def start(self) -> Int[np.ndarray, "i"]:
+        """The poses at which the steps start."""
+        return self.steps.start[self.step]
+
+    @property
+    def end(self) -> Int[np.ndarray, "i"]:
+        """The poses at which the steps end."""
+        return self.steps.end[self.step]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,12 +91,12 @@ class Family(Protocol):
         """The number of pairs."""
         ...
 
-    def coarse(self, poses: Poses) -> Float[np.ndarray, "m p"]:
-        """Lower bounds on the clearance [m] of all pairs in the steps between consecutive poses."""
+    def coarse(self, poses: Poses, steps: Steps) -> Float[np.ndarray, "u p"]:
+        """Lower bounds on the clearance [m] of all pairs; the steps are those between consecutive poses."""
         ...
 
-    def narrow(self, poses: Poses, items: Items) -> Bounds:
-        """Good bounds for a few pairs and steps."""
+    def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
+        """Good bounds for a few pairs and steps; no better than `target` [m] where that is enough."""
         ...
 
     def names(self, pair: int) -> Touch:

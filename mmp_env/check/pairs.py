@@ -1,9 +1,9 @@
 """Pairs of parts that must keep apart, and how far their points may stray from straight lines during a step.
 
-A step is a stretch of time in which every joint moves linearly. The joints turn by dq; a point c(s), s in [0, 1], then
-has |c''| <= sum_jk |dq_j| |dq_k| reach(max(j, k)), so it strays from the chord between its ends by an eighth of that at
-most (docs/checking.md has the derivation). Two parts of one arm are compared in the frame of the inner one, where only
-the joints between them count.
+While the joints go straight and turn by dq, a point c(s), s in [0, 1], has
+|c''| <= sum_jk |dq_j| |dq_k| reach(max(j, k)), so it strays from the chord between its ends by an eighth of that at
+most (docs/checking.md has the derivation); where they bend off by e, by sum_k |e_k| reach(k) more. Two parts of one arm
+are compared in the frame of the inner one, where only the joints between them count.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from mmp_env.check.items import Steps
 from mmp_env.check.model import Parts
 from mmp_env.check.reading import Arm, CellData, robot_data
 
@@ -70,14 +71,19 @@ class Strays:
         self._common = np.zeros_like(reach) if common is None else common.astype(float)
         self._reach = reach * (1.0 - self._common)
 
-    def all(self, turn: Float[np.ndarray, "m n"]) -> Float[np.ndarray, "m p"]:
-        """All pairs in steps in which the joints turn by |dq| = `turn` [rad]."""
-        weight = turn * (turn + 2.0 * turn @ self._before)
+    def all(self, steps: Steps) -> Float[np.ndarray, "u p"]:
+        """All pairs in all steps."""
+        turn, reach = steps.turn, self._reach.T
         shared = turn @ self._common.T
-        return (weight @ self._reach.T - 2.0 * shared * (turn @ self._reach.T)) / 8.0
+        return (self._weight(turn) @ reach - 2.0 * shared * (turn @ reach)) / 8.0 + steps.bend @ reach
 
-    def each(self, turn: Float[np.ndarray, "m n"], pair: Int[np.ndarray, "m"]) -> Float[np.ndarray, "m"]:
-        """One pair per step."""
-        weight = turn * (turn + 2.0 * turn @ self._before)
-        shared = np.einsum("mn,mn->m", turn, self._common[pair])
-        return np.einsum("mn,mn->m", weight - 2.0 * shared[:, None] * turn, self._reach[pair]) / 8.0
+    def each(self, steps: Steps, step: Int[np.ndarray, "i"], pair: Int[np.ndarray, "i"]) -> Float[np.ndarray, "i"]:
+        """One step and one pair at a time."""
+        turn, reach = steps.turn[step], self._reach[pair]
+        shared = np.einsum("in,in->i", turn, self._common[pair])
+        weight = self._weight(steps.turn)[step] - 2.0 * shared[:, None] * turn
+        return np.einsum("in,in->i", weight / 8.0 + steps.bend[step], reach)
+
+    def _weight(self, turn: Float[np.ndarray, "u n"]) -> Float[np.ndarray, "u n"]:
+        """What each joint's reach counts for in the sum over j and k: |dq_k| (|dq_k| + 2 sum_{j < k} |dq_j|)."""
+        return turn * (turn + 2.0 * turn @ self._before)

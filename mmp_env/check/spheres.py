@@ -9,7 +9,7 @@ from mmp_env.check.balls import BallPairs, BallSolids, step_minimum
 from mmp_env.check.distance import chord_minimum
 from mmp_env.check.items import Bounds, Items, by_pair
 from mmp_env.check.model import CellModel, Cloud, Parts, Poses
-from mmp_env.check.pairs import part_pairs
+from mmp_env.check.pairs import Pairs
 
 _BATCH = 400_000
 """Sphere pairs measured at once: bounds the memory of a check."""
@@ -18,11 +18,11 @@ _BATCH = 400_000
 class CloudPairs(BallPairs):
     """Clouds of different arms, and of different links of one arm."""
 
-    def __init__(self, model: CellModel, parts: Parts, clouds: tuple[Cloud, ...]) -> None:
-        super().__init__(model, parts, part_pairs(model.cell, parts))
+    def __init__(self, model: CellModel, parts: Parts, clouds: tuple[Cloud, ...], pairs: Pairs) -> None:
+        super().__init__(model, parts, pairs)
         self._clouds = clouds
 
-    def narrow(self, poses: Poses, items: Items) -> Bounds:
+    def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
         """Bounds from every pair of spheres: their closest approach on the chords, less what they stray from them."""
         lower, at_start, at_end = np.empty((3, len(items)))
         for pair, chosen in by_pair(items):
@@ -31,11 +31,12 @@ class CloudPairs(BallPairs):
             size = max(_BATCH // radii.size, 1)
             for k in range(0, len(chosen), size):
                 some = chosen[k : k + size]
-                ends = [self._ends(poses, which[some], pair) for which in (items.start, items.end)]
-                lower[some], at_start[some], at_end[some] = _closest(ends[0], ends[1], radii)
-        return Bounds.of(items, lower - self.strays(poses, items), at_start, at_end)
+                ends = [self.ends(poses, which[some], pair) for which in (items.start, items.end)]
+                lengths = closest(ends[0], ends[1])
+                lower[some], at_start[some], at_end[some] = ((d - radii).min(axis=(1, 2)) for d in lengths)
+        return Bounds.of(items, lower - self.strays(items), at_start, at_end)
 
-    def _ends(self, poses: Poses, at: Int[np.ndarray, "m"], pair: int) -> tuple[np.ndarray, np.ndarray]:
+    def ends(self, poses: Poses, at: Int[np.ndarray, "m"], pair: int) -> tuple[np.ndarray, np.ndarray]:
         """Sphere centres [m, s, 3] of both parts of a pair at poses, in the frame in which they are compared."""
         first, second = int(self._pairs.first[pair]), int(self._pairs.second[pair])
         centers = cloud_centers(poses, at, int(self._parts.body[second]), self._clouds[second])
@@ -53,7 +54,7 @@ class CloudSolids(BallSolids):
         super().__init__(model, parts)
         self._clouds = clouds
 
-    def narrow(self, poses: Poses, items: Items) -> Bounds:
+    def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
         """Bounds from every sphere."""
         lower, at_start, at_end = np.empty((3, len(items)))
         for pair, chosen in by_pair(items):
@@ -62,7 +63,7 @@ class CloudSolids(BallSolids):
             ends = [cloud_centers(poses, which[chosen], body, cloud) for which in (items.start, items.end)]
             parts = step_minimum(self._solids[self.solid[pair]], *ends)
             lower[chosen], at_start[chosen], at_end[chosen] = ((part - cloud.radii).min(axis=1) for part in parts)
-        return Bounds.of(items, lower - self.strays(poses, items), at_start, at_end)
+        return Bounds.of(items, lower - self.strays(items), at_start, at_end)
 
 
 def cloud_centers(poses: Poses, at: Int[np.ndarray, "m"], body: int, cloud: Cloud) -> Float[np.ndarray, "m s 3"]:
@@ -70,10 +71,10 @@ def cloud_centers(poses: Poses, at: Int[np.ndarray, "m"], body: int, cloud: Clou
     return poses.positions[at, body][:, None] + cloud.centers @ poses.rotations[at, body].transpose(0, 2, 1)
 
 
-def _closest(
-    start: tuple[np.ndarray, np.ndarray], end: tuple[np.ndarray, np.ndarray], radii: Float[np.ndarray, "a b"]
-) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m"], Float[np.ndarray, "m"]]:
-    """Least clearance [m] between two clouds whose centres [m, s, 3] go straight: on the way, at the start, at the end.
+def closest(
+    start: tuple[np.ndarray, np.ndarray], end: tuple[np.ndarray, np.ndarray]
+) -> tuple[Float[np.ndarray, "m a b"], Float[np.ndarray, "m a b"], Float[np.ndarray, "m a b"]]:
+    """Distances [m] between the centres [m, s, 3] of two clouds, which go straight: least, at the start, at the end.
 
     With d the difference of two centres and e its change, d.d, d.e and e.e for all pairs come from matrix products.
     """
@@ -84,8 +85,7 @@ def _closest(
     step = _rows(a_step, a_step) + _columns(b_step, b_step) - 2.0 * (a_step @ b_step)
     at_end = np.sqrt(np.maximum(square + 2.0 * dot + step, 0.0))
     at_start = np.sqrt(np.maximum(square, 0.0))
-    least = chord_minimum(square, dot, step)
-    return tuple((length - radii).min(axis=(1, 2)) for length in (least, at_start, at_end))
+    return chord_minimum(square, dot, step), at_start, at_end
 
 
 def _rows(a: np.ndarray, b: np.ndarray) -> Float[np.ndarray, "m s 1"]:

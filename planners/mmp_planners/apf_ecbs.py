@@ -40,7 +40,9 @@ class ApfEcbs(RepulsionOptions):
     """APF-ECBS: repulsion after every replanning, and the fast track when one arm is in every conflict."""
 
     w: float = option(1.5, "suboptimality factor of the focal list", positive=True)
-    fast_track: str = option("sound", "sound: the node stays branchable; literal: it takes the modified path", choices=("sound", "literal"))
+    fast_track: str = option(
+        "sound", "sound: the node stays branchable; literal: it takes the modified path", choices=("sound", "literal")
+    )
 
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore

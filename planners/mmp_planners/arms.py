@@ -26,7 +26,7 @@ PairConflicts = Mapping[tuple[int, int], Float[np.ndarray, "c"]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Path:
-    """One arm's trajectory on the grid: `q` [k, dof] [rad]; it stays at its last row. `length` is its L1 length [rad]."""
+    """One arm's trajectory on the grid: `q` [k, dof] [rad]; it stays at its last row. `length`: L1 [rad]."""
 
     q: Float[np.ndarray, "k dof"]
     motion: _core.Motion
@@ -116,7 +116,7 @@ class Arms:
         )
 
     def certify(self, plan: Plan) -> tuple[bool, float, tuple[int, int], float]:
-        """Proof of a plan: (valid, proved clearance [m], arms (second -1: one alone), instant) as in `_core.certify`."""
+        """Proof of a plan: (valid, proved clearance [m], arms (second -1: one alone), instant), see `_core.certify`."""
         q = [np.ascontiguousarray(plan.positions[name]) for name in self.names]
         required = REQUIRED_PROOF * self.margin
         valid, clearance, a, b, segment, fraction = _core.certify(

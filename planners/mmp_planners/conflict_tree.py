@@ -1,8 +1,8 @@
 """The conflict-tree search that every planner of the CBS family is a composition of.
 
-CBS (Sharon et al. 2015) and ECBS (Barer et al. 2014) with the parts handed in: which node is taken, what a branch forbids,
-what happens to a path after replanning, and what is tried before branching. Numbers `l. n` are lines of Algorithm 1 of
-APF-ECBS (arXiv 2509.13882) as `docs/paper.md` gives them.
+CBS (Sharon et al. 2015) and ECBS (Barer et al. 2014) with the parts handed in: which node is taken, what a branch
+forbids, what happens to a path after replanning, and what is tried before branching. Numbers `l. n` are lines of
+Algorithm 1 of APF-ECBS (arXiv 2509.13882) as `docs/paper.md` gives them.
 
 Guarantee: a plan that is returned has a certificate. None of the constraint kinds is complete, so `exhausted` proves
 nothing; and with a sampling low level the bounds are the planner's own path lengths, not the best that exist.
@@ -76,7 +76,7 @@ class ConflictTree:
     best: Incumbent | None = None
 
     def run(self, seed: int) -> bool:
-        """Searches until a solution is good enough, the constraints are used up, or time is; True if used up."""
+        """Searches until a solution is good enough, constraints are used up, or time is; True if used up in time."""
         seeds = np.random.SeedSequence(seed)
         budget = float(RESTART_EXPANSIONS)
         try:
@@ -88,7 +88,7 @@ class ConflictTree:
                 if root is None and not self.restarts:
                     return not self.arms.clock.expired
                 if root is not None and self._search(root, sub_seed, instant, int(budget) if self.restarts else None):
-                    return self.best is None
+                    return self.best is None and not self.arms.clock.expired
                 self.counts.restarts += 1
                 budget *= RESTART_GROWTH
         except StopPlanning:
@@ -197,7 +197,7 @@ class ConflictTree:
         return None
 
     def _try_fast_track(self, node: Node, open_nodes: list[Node]) -> bool:
-        """True if it gave a solution; the node stays in the open list, and is branched only if that is not good enough."""
+        """True if it gave a solution; the node stays open, and is branched only if that is not good enough."""
         node.fast_tracked = True
         for attempt in self.fast_track(self.arms, node):
             self.counts.fast_track_tries += 1
@@ -217,9 +217,7 @@ class ConflictTree:
         plan = self.arms.plan(node.paths, {}, {})
         valid, clearance, (a, b), instant = self.arms.certify(plan)
         if valid:
-            self.best = Incumbent(
-                plan=plan, cost=node.cost, clearance=clearance, found_at=self.counts.expanded_nodes
-            )
+            self.best = Incumbent(plan=plan, cost=node.cost, clearance=clearance, found_at=self.counts.expanded_nodes)
             self.tell.solved(node, clearance)
         elif not self.arms.clock.expired:
             # Something that the planner's own checks missed: between arms it is a conflict like any other.

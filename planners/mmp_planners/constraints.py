@@ -78,8 +78,9 @@ class AvoidState:
 class Vertex:
     """Keep out of a ball about the own configuration at the conflict: the paper's constraint, with a stated radius.
 
-    max_j |q_j - q_c,j| <= r_c while |t - t_k| <= tau, with r_c = min(`radius` [rad], v_max t_k / 2) and tau = dt. A point
-    in a continuous space has measure zero, hence the radius; it shrinks near the start so that a child stays solvable.
+    max_j |q_j - q_c,j| <= r_c while |t - t_k| <= tau, with r_c = min(`radius` [rad], v_max t_k / 2) and tau = dt. A
+    point in a continuous space has measure zero, hence the radius; it shrinks near the start so that a child stays
+    solvable.
     """
 
     radius: float = 0.2

@@ -19,8 +19,8 @@ class Ecbs(TreeOptions):
     """ECBS: a focal list over the conflict tree, fewest conflicts first within w times the bound.
 
     Departure: in Barer's ECBS the low level is a focal search as well and its bound is f_min; with a sampling planner
-    only the high level is focal and lb_i is the length of arm i's own path. So w is relative to the planner's own costs,
-    unless `cost_ratio` (to the straight lines) is at most w: that is a true bound.
+    only the high level is focal and lb_i is the length of arm i's own path. So w is relative to the planner's own
+    costs, unless `cost_ratio` (to the straight lines) is at most w: that is a true bound.
     """
 
     w: float = option(1.5, "suboptimality factor of the focal list", positive=True)

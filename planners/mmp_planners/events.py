@@ -81,7 +81,7 @@ class Replanned(Event):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Repelled(Event):
-    """A repulsive modification: the path before and after and, where `RepulsiveModification.trace` asks, each iterate."""
+    """A repulsive modification: the path before and after and, with `RepulsiveModification.trace`, each iterate."""
 
     arm: str
     before: Float[np.ndarray, "k dof"]

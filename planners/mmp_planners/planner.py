@@ -43,5 +43,5 @@ class Planner(Protocol):
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
-        """Plans `problem` within `time_limit` [s]. The same seed gives the same plan as long as the limit is not hit."""
+        """Plans `problem` within `time_limit` [s]. The same seed gives the same plan unless the limit is hit."""
         ...

@@ -51,12 +51,14 @@ def load(name: str) -> type:
             f"planner '{name}' ({points[name].value}) does not load: {type(error).__name__}: {error}"
         ) from error
     if not callable(getattr(found, "plan", None)):
-        raise MmpError(f"planner '{name}' ({points[name].value}) has no method plan(problem, *, seed, time_limit, watch)")
+        raise MmpError(
+            f"planner '{name}' ({points[name].value}) has no method plan(problem, *, seed, time_limit, watch)"
+        )
     return found
 
 
 def make(name: str, **options: Any) -> Planner:
-    """A planner with options. Raises `MmpError` for one that does not exist, with the list, or a value that is not allowed."""
+    """A planner with options. Raises `MmpError` for an option that does not exist, or a value that is not allowed."""
     planner = load(name)
     known = {option.name: option for option in describe(name).options}
     for key, value in options.items():

@@ -49,13 +49,13 @@ class RepulsiveModification:
     """Gradient descent away from the other arms.
 
     force on step k: sum over sphere pairs with d <= d0 of J_p^T k_rep (1/d - 1/d0) / d^2 (p - o)/|p - o|;
-    q_{n+1} = q_n + alpha * force, at most `max_iterations` times, ends fixed; an iterate in static or self collision ends
-    it, one that breaks a constraint is passed through but not returned.
+    q_{n+1} = q_n + alpha * force, at most `max_iterations` times, ends fixed; an iterate in static or self collision
+    ends it, one that breaks a constraint is passed through but not returned.
 
     `alpha`, `k_rep`, `d0` [m], `max_iterations` as in the paper. `distance`: d between sphere `surface`s (ours; with
-    `centre`s, the letter, the paper's alpha moves arms by 1e-4 rad). `step`: `gradient` as in the paper, or `normalised`
-    to 0.02 rad with forces smoothed over time. `early_stop` ends once there is no conflict and 2 cm of clearance.
-    `trace` keeps every iterate for watchers.
+    `centre`s, the letter, the paper's alpha moves arms by 1e-4 rad). `step`: `gradient` as in the paper, or
+    `normalised` to 0.02 rad with forces smoothed over time. `early_stop` ends once there is no conflict and 2 cm of
+    clearance. `trace` keeps every iterate for watchers.
     """
 
     alpha: float = 1e-7

@@ -13,7 +13,8 @@ from mmp_planners.node import Node
 class Selection(Protocol):
     """Picks a node of OPEN; `lower_bound` is LB, the least bound seen over OPEN so far [rad]."""
 
-    w: float
+    @property
+    def w(self) -> float: ...
 
     def __call__(self, open_nodes: Sequence[Node], lower_bound: float) -> Node: ...
 

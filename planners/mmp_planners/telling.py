@@ -107,9 +107,7 @@ class Teller:
     def solved(self, node: Node, clearance: float) -> None:
         if self._watch:
             self._watch(
-                events.SolutionFound(
-                    elapsed_s=self._elapsed(), node=node.id, cost_rad=node.cost, clearance_m=clearance
-                )
+                events.SolutionFound(elapsed_s=self._elapsed(), node=node.id, cost_rad=node.cost, clearance_m=clearance)
             )
 
     def _elapsed(self) -> float:

@@ -67,7 +67,9 @@ class RepulsionOptions(TreeOptions):
     k_rep: float = option(0.05, "gain of the repulsive potential", positive=True)
     d0: float = option(0.10, "distance beyond which nothing repels [m]", positive=True)
     max_iterations: int = option(50, "iterations of ModifyMotion", positive=True)
-    distance: str = option("surface", "distance between sphere surfaces, or centres (the letter)", choices=("surface", "centre"))
+    distance: str = option(
+        "surface", "distance between sphere surfaces, or centres (the letter)", choices=("surface", "centre")
+    )
     step: str = option("normalised", "normalised steps, or gradient (the paper)", choices=("gradient", "normalised"))
     early_stop: bool = option(True, "stop repelling at 2 cm of clearance; off (the letter): run all iterations")
     trace: bool = option(False, "tell watchers every iterate of ModifyMotion; changes no plan")
@@ -113,12 +115,12 @@ def plan_with_tree(
         patience=options.patience,
     )
     exhausted = tree.run(seed)
-    return _result(tree, exhausted, {"name": name, "options": dataclasses.asdict(options), "seed": seed}, problem, began)
+    return _result(
+        tree, exhausted, {"name": name, "options": dataclasses.asdict(options), "seed": seed}, problem, began
+    )
 
 
-def _result(
-    tree: ConflictTree, exhausted: bool, planner: dict[str, Any], problem: Problem, began: float
-) -> PlanResult:
+def _result(tree: ConflictTree, exhausted: bool, planner: dict[str, Any], problem: Problem, began: float) -> PlanResult:
     best = tree.best
     straight = problem.cost_lower_bound_rad
     counts = dataclasses.asdict(tree.counts)

@@ -16,7 +16,12 @@ from mmp_env.robot import robot_names
 from mmp_tasks.reach import Reach
 
 FLOAT_M = 1e-5
-MIXES = [("ur5e", "ur5e", "28"), ("panda", "piper", "fine"), ("fr5", "piper", "28"), ("piper", "panda", "28")]
+MIXES = [
+    ("ur5e", "ur5e", "28", 0.002),
+    ("panda", "piper", "fine", 0.002),
+    ("fr5", "piper", "28", 0.002),
+    ("piper", "panda", "28", 0.05),
+]
 
 
 def edges_to_ask_about(rng, cell, margin):
@@ -30,8 +35,7 @@ def edges_to_ask_about(rng, cell, margin):
     return q_from[rows], q_to[rows]
 
 
-@pytest.mark.parametrize("margin", [0.002, 0.006])
-@pytest.mark.parametrize("robot", robot_names())
+@pytest.mark.parametrize(("robot", "margin"), [*((name, 0.002) for name in robot_names()), ("panda", 0.006)])
 def test_an_edge_is_free_where_all_its_samples_are_and_not_where_one_is_in_contact(robot, margin):
     rng = np.random.default_rng(41)
     cell = toys.random_cell(rng, [robot, "ur5e"], "28")
@@ -89,8 +93,7 @@ def wandering_paths(rng, cell, lengths, step):
     return paths
 
 
-@pytest.mark.parametrize("margin", [0.002, 0.05])
-@pytest.mark.parametrize(("robot_a", "robot_b", "spheres"), MIXES)
+@pytest.mark.parametrize(("robot_a", "robot_b", "spheres", "margin"), MIXES)
 def test_the_instants_of_conflict_are_those_that_dense_sampling_finds(robot_a, robot_b, spheres, margin):
     rng = np.random.default_rng(42)
     decided = {"at": 0, "not at": 0, "not between": 0}
@@ -193,8 +196,8 @@ def sampled_clearance(cell, paths, samples):
 def test_a_certificate_proves_nearly_what_dense_sampling_finds_and_never_more(count, robot, spheres):
     cell = ring_cell(count, robot, spheres)
     verdicts = []
-    for seed in range(8):
-        paths = paths_from_a_valid_state(cell, seed, steps=2, size=0.12)
+    for seed in range(5):
+        paths = paths_from_a_valid_state(cell, seed, steps=2, size=0.1 if seed < 3 else 0.6)
         required, tolerance = 0.001, 1e-4
         valid, proved, *_ = _core.certify(cell.collision.core, paths, required, tolerance, _core.Clock(60.0))
         least, slack = sampled_clearance(cell, paths, samples=8)

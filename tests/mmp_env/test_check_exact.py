@@ -118,12 +118,11 @@ def test_the_checkers_kinematics_are_those_of_the_robots_data(seed):
 @given(seed=st.integers(0, 2**32))
 def test_a_separating_direction_proves_what_mujoco_measures(seed):
     model = CellModel(read_cell({"arms": two("panda", 0.9)}))
-    parts, ids = geom_parts(model)
-    family = GeomPairs(model, parts, ids)
+    family = GeomPairs(model, *geom_parts(model))
     q = np.random.default_rng(seed).uniform(-1.5, 1.5, 14)
     pose = model.poses(np.zeros(2), np.stack([q, q]))
     zeros = np.zeros(len(family), dtype=int)
-    bounds = family.narrow(pose, Items(start=zeros, end=zeros + 1, pair=np.arange(len(family))))
+    bounds = family.narrow(pose, Items(start=zeros, end=zeros + 1, pair=np.arange(len(family))), np.inf)
     apart = bounds.found > 1e-4
     assert np.abs(bounds.found - bounds.lower)[apart].max() < 1e-5
 

@@ -19,8 +19,8 @@ MODELS = {
 every_model = pytest.mark.parametrize("model", MODELS.values(), ids=MODELS)
 every_robot = pytest.mark.parametrize("name", robot_names())
 
-BOX, SPHERE, ELLIPSOID = mujoco.mjtGeom.mjGEOM_BOX, mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_ELLIPSOID
-CYLINDER, CAPSULE = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_CAPSULE
+SHAPES = ("BOX", "SPHERE", "ELLIPSOID", "CYLINDER", "CAPSULE")
+BOX, SPHERE, ELLIPSOID, CYLINDER, CAPSULE = (int(getattr(mujoco.mjtGeom, f"mjGEOM_{shape}")) for shape in SHAPES)
 
 
 def directions(n=3000):
@@ -47,7 +47,8 @@ def surface(kind, size, n=60):
     assert kind == CYLINDER
     angle, share = (a.ravel() for a in np.meshgrid(np.linspace(0, 2 * np.pi, 90), np.linspace(0, 1, 20)))
     disc = np.c_[radius * share * np.cos(angle), radius * share * np.sin(angle), np.zeros_like(angle)]
-    return np.concatenate([side, disc + [0, 0, half], disc - [0, 0, half]])
+    end = np.array([0, 0, half])
+    return np.concatenate([side, disc + end, disc - end])
 
 
 def contains(kind, size, points):

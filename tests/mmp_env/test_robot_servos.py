@@ -121,10 +121,10 @@ def test_an_arm_that_is_driven_into_a_block_is_held_up_by_it(name):
         mujoco.mj_step(model, data)
         depths.append(-data.contact.dist.min(initial=0.0))
     assert depths[0] == 0
-    assert 0 < max(depths) < 0.03
+    assert 0 < max(depths) < 0.05
     assert np.abs(data.qpos - data.ctrl).max() > 0.05
     assert (data.warning.number == 0).all()
-    assert np.abs(data.qvel).max() < 0.01
+    assert np.abs(data.qvel).max() < 0.05
 
 
 def flange_at(robot, q):

@@ -34,6 +34,7 @@ def test_the_four_arms_and_the_hand_are_there():
     assert set(robot_names()) >= {"fr5", "panda", "piper", "ur5e"}
     assert tool_names() == ["franka-hand"]
     assert load_robot("panda").default_tool == "franka-hand"
+    assert load_robot("panda").acceleration_published
 
 
 def test_an_unknown_robot_is_named_with_the_nearest_match():
@@ -57,7 +58,6 @@ def test_all_arrays_of_a_robot_have_one_entry_a_joint(name):
 @every_robot
 def test_acceleration_limits_are_the_stated_defaults_unless_published(name):
     robot = load_robot(name)
-    assert robot.acceleration_published == (name == "panda")
     if not robot.acceleration_published:
         assert set(robot.acceleration) == {8.0}
         assert set(robot.jerk) == {4000.0}

@@ -1,12 +1,18 @@
 """The registry of tasks: names, and tasks of strangers that do not work."""
 
+import re
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint
+from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.rings import ring_cell
 from mmp_tasks import registry
+
+DOCS = Path(__file__).parents[2] / "docs" / "tasks.md"
 
 
 @dataclass(frozen=True)
@@ -73,3 +79,12 @@ def test_a_description_is_the_first_line_of_the_docstring_and_the_defaults():
     assert registry.names() == sorted(STRANGERS)
     description = registry.describe("nothing")
     assert (description.summary, description.options) == ("No task at all.", {"size": 3})
+
+
+def test_the_examples_of_the_documentation_run():
+    names = {}
+    for code in re.findall(r"```python\n(.*?)```", DOCS.read_text(), re.DOTALL):
+        exec(code, names)
+    assert set(names["start"]) == set(names["goal"]) == set(ring_cell(8).arm_names)
+    start, goal = names["FromTucked"]().sample(ring_cell(2), np.random.default_rng(0))
+    assert start.keys() == goal.keys() == {"arm0", "arm1"}

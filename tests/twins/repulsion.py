@@ -10,14 +10,14 @@ from twins.motion import padded
 FLOOR_M = 0.01
 
 
-def sphere_force(p, r_p, o, r_o, k_rep, d0, distance):
-    """Force [3] on a sphere at p by one at o: k_rep (1/d - 1/d0) / d^2 away from it, nothing beyond d0."""
-    between = np.linalg.norm(p - o)
-    d = between if distance == "centre" else between - r_p - r_o
-    d = max(d, FLOOR_M)
-    if d > d0:
-        return np.zeros(3)
-    return k_rep * (1 / d - 1 / d0) / d**2 * (p - o) / between
+def sphere_force(p, r_p, others, k_rep, d0, distance):
+    """Force [3] on a sphere at p by a cloud: from each k_rep (1/d - 1/d0) / d^2 away from it, nothing beyond d0."""
+    away = p - others.centers
+    between = np.linalg.norm(away, axis=1)
+    d = between if distance == "centre" else between - r_p - others.radii
+    d = np.maximum(d, FLOOR_M)
+    size = np.where(d <= d0, k_rep * (1 / d - 1 / d0) / d**2, 0)
+    return ((size / between)[:, None] * away).sum(axis=0)
 
 
 def state_force(cell: Cell, arm_name, q, others, *, k_rep=0.05, d0=0.10, distance="surface"):
@@ -29,13 +29,8 @@ def state_force(cell: Cell, arm_name, q, others, *, k_rep=0.05, d0=0.10, distanc
     for other_name, other_q in others.items():
         other = cloud(cell, cell.arm(other_name), other_q)
         for part, p, r_p in zip(own.parts, own.centers, own.radii, strict=True):
-            if part == 0:
-                continue
-            push = sum(
-                sphere_force(p, r_p, o, r_o, k_rep, d0, distance)
-                for o, r_o in zip(other.centers, other.radii, strict=True)
-            )
-            if np.any(push):
+            push = sphere_force(p, r_p, other, k_rep, d0, distance)
+            if part > 0 and push.any():
                 local = np.linalg.solve(frames[part], [*p, 1.0])[:3]
                 force += point_jacobian(arm, q, part, local).T @ push
     return force

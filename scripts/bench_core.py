@@ -1,0 +1,152 @@
+"""How fast the native core is on eight UR5e arms: one JSON line per figure. Usage: bench_core.py [--states N]
+
+Every value is the best of many repeats, `median` the middle one: other programs only ever make a repeat slower. One
+core is used. The states are starts and goals of the task `reach`; the motions are the straight ones from start to goal,
+which is about what the root of a conflict tree looks like. Ratios are against MuJoCo on the same states, in this run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from figure import print_figure, timed
+
+import mmp_planners
+from mmp_env import _core, core_variants, draw_instance, make_problem, ring_cell
+from mmp_env.cell import Cell
+from mmp_env.collision import REQUIRED_PROOF
+from mmp_env.plan import Plan
+from mmp_env.problem import Problem
+from mmp_env.scene import compile_scene
+from mmp_planners.arms import CERTIFICATE_SLACK_M
+
+ARMS, STEP_S, MARGIN_M = 8, 0.1, 0.002
+PROBLEMS = 5
+MUJOCO = "mj_kinematics + mj_collision"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spent:
+    """Times [s] of one call."""
+
+    best: float
+    median: float
+
+    def per(self, count: int) -> Spent:
+        """Of one of the `count` things that a call does."""
+        return Spent(best=self.best / count, median=self.median / count)
+
+
+def measure(call: Callable[[], object], repeats: int) -> Spent:
+    """Times of a call after one that is not counted."""
+    call()
+    times = timed(call, repeats)
+    return Spent(best=times[0], median=statistics.median(times))
+
+
+def main() -> None:
+    """Prints all figures."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--states", type=int, default=1000, metavar="N", help="states in a batch (default: 1000)")
+    count = parser.parse_args().states
+    cell = ring_cell(ARMS)
+    ends = [draw_instance(cell, seed=seed) for seed in range((count + 1) // 2)]
+    states = [state for instance in ends for state in instance][:count]
+    print_cell_checks(cell, [np.array([state[name] for state in states]) for name in cell.arm_names])
+    problems = [make_problem(cell, start, goal) for start, goal in ends[:PROBLEMS]]
+    print_motions(cell, problems)
+    print_certificate(cell, [plan for problem in problems if (plan := planned(problem)) is not None])
+
+
+def report(name: str, spent: Spent, unit: str, scale: float, rival: Spent | None = None) -> None:
+    """Prints a time; the ratio is how many times longer the rival takes, best against best."""
+    ratio, ratio_to = (rival.best / spent.best, MUJOCO) if rival else (None, None)
+    median = float(f"{spent.median * scale:.4g}")
+    variant = core_variants.preferred()
+    print_figure(name, spent.best * scale, unit, ratio=ratio, ratio_to=ratio_to, median=median, core=variant)
+
+
+def print_cell_checks(cell: Cell, rows: Sequence[np.ndarray]) -> None:
+    """Kinematics and least clearance over all pairs of arms, no early exit: per state of a batch, and of one alone."""
+    core, count = cell.collision.core, len(rows[0])
+    rival = mujoco_check(cell, np.concatenate(rows, axis=1)).per(count)
+    batch = measure(lambda: _core.cell_clearance(core, rows, obstacles=False), 100).per(count)
+    report("cell_check_8x28", batch, "us", 1e6, rival)
+    alone = [[row[k : k + 1] for row in rows] for k in range(count)]
+    single = measure(lambda: [_core.cell_clearance(core, state, obstacles=False) for state in alone], 20).per(count)
+    report("cell_check_8x28_single_state", single, "us", 1e6, rival)
+    with_table = measure(lambda: _core.cell_clearance(core, rows), 50).per(count)
+    report("cell_check_8x28_and_table", with_table, "us", 1e6)
+    report("mujoco_8_arms", rival, "us", 1e6)
+
+
+def mujoco_check(cell: Cell, states: np.ndarray) -> Spent:
+    """MuJoCo on the same states. Python's share, three calls a state, is about a microsecond."""
+    model = compile_scene(cell)
+    data = mujoco.MjData(model)
+    kinematics, collision, qpos = mujoco.mj_kinematics, mujoco.mj_collision, data.qpos
+
+    def check() -> None:
+        for state in states:
+            qpos[:] = state
+            kinematics(model, data)
+            collision(model, data)
+
+    return measure(check, 10)
+
+
+def print_motions(cell: Cell, problems: Sequence[Problem]) -> None:
+    """What a node of the conflict tree costs: spheres of eight motions, their conflicts, and the force on one arm."""
+    model = cell.collision
+    paths = [straight(problem) for problem in problems]
+    motions = [[model.motion(name, q) for name, q in path.items()] for path in paths]
+    pairs = [(i, j) for i in range(ARMS) for j in range(i + 1, ARMS)]
+    worked_out = measure(lambda: [model.motion(name, q) for path in paths for name, q in path.items()], 50)
+    report("motion_spheres_8_arms", worked_out.per(len(paths)), "ms", 1e3)
+    found = measure(lambda: [model.conflict_instants(arms, pairs, MARGIN_M) for arms in motions], 50)
+    report("conflicts_8_arms", found.per(len(paths)), "ms", 1e3)
+    pushed = measure(lambda: [force(cell, arms, k) for arms in motions for k in range(ARMS)], 50)
+    report("force_field_one_of_8_arms", pushed.per(len(paths) * ARMS), "ms", 1e3)
+
+
+def straight(problem: Problem) -> dict[str, np.ndarray]:
+    """Every arm from start to goal in a straight line at full speed, in whole steps."""
+    out = {}
+    for name in problem.cell.arm_names:
+        start, goal = problem.start[name], problem.goal[name]
+        steps = int(np.ceil((np.abs(goal - start) / (problem.max_velocity[name] * STEP_S)).max()))
+        out[name] = start + np.linspace(0.0, 1.0, steps + 1)[:, None] * (goal - start)
+    return out
+
+
+def force(cell: Cell, motions: Sequence[_core.Motion], k: int) -> np.ndarray:
+    """The joint forces that all other arms put on arm k, with the planners' default gain and reach."""
+    others = [motion for j, motion in enumerate(motions) if j != k]
+    return _core.repulsive_force(cell.collision.core, motions[k], others, 0.05, 0.10, False)
+
+
+def planned(problem: Problem) -> Plan | None:
+    """A plan to be proved."""
+    return mmp_planners.make("apf-ecbs").plan(problem, time_limit=10.0).plan
+
+
+def print_certificate(cell: Cell, plans: Sequence[Plan]) -> None:
+    """The proof that comes with each plan."""
+    clock = _core.Clock(600.0)
+    positions = [[np.ascontiguousarray(plan.positions[name]) for name in cell.arm_names] for plan in plans]
+
+    def prove() -> None:
+        for plan, q in zip(plans, positions, strict=True):
+            required = REQUIRED_PROOF * plan.problem.margin
+            _core.certify(cell.collision.core, q, required, min(CERTIFICATE_SLACK_M, required / 2), clock)
+
+    report("certificate_8_arms", measure(prove, 10).per(len(plans)), "ms", 1e3)
+
+
+if __name__ == "__main__":
+    main()

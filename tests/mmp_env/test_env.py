@@ -1,0 +1,407 @@
+"""The Gymnasium environment: its contract, instances, control modes, reward, pictures and errors."""
+
+import subprocess
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import mmp_env
+from mmp_env import opengl
+from mmp_env.cell import Cell, place_arm
+from mmp_env.cell_source import find_cell
+from mmp_env.control import CONTROL_MODES
+from mmp_env.env import CONTACT_PENALTY, CONTROL_RATE_HZ, PROGRESS_WEIGHT, SUCCESS_BONUS
+from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+from mmp_env.execution import REACHED_RAD
+from mmp_env.instances import draw_instance
+from mmp_env.registration import MAX_EPISODE_STEPS, RING_COUNTS
+from mmp_env.rings import RING_RADIUS_M, ring_cell
+from mmp_env.staging import PALETTE
+
+IDS = [f"MultiArmCell-{count}" for count in RING_COUNTS]
+STRETCHED_OUT_OVER_EACH_OTHER = np.array([np.pi, -0.5, 0.0, 0.0, 0.0, 0.0])
+
+
+def make(name="MultiArmCell-2", **options):
+    return gymnasium.make(name, **options)
+
+
+def still(env):
+    """An action that keeps the arms where they are, in any control mode."""
+    lower, upper = (
+        env.unwrapped.observation_space["goal_positions"].low,
+        env.unwrapped.observation_space["goal_positions"].high,
+    )
+    q = env.unwrapped.data.qpos
+    position = 2 * (q - lower) / (upper - lower) - 1
+    return (position if env.spec.kwargs.get("control_mode", "position") == "position" else 0 * q).astype(np.float32)
+
+
+def tucked(cell):
+    return {arm.name: np.array(arm.robot.tucked) for arm in cell.arms}
+
+
+@pytest.mark.parametrize("mode", sorted(CONTROL_MODES))
+@pytest.mark.parametrize("name", ["MultiArmCell-2", "MultiArmCell-8"])
+def test_gymnasiums_own_checker_has_no_word_to_say(name, mode):
+    check_env(make(name, control_mode=mode).unwrapped)
+
+
+@pytest.mark.parametrize("robot", mmp_env.robot_names())
+def test_every_robot_passes_gymnasiums_checker(robot):
+    check_env(make(robot=robot).unwrapped)
+
+
+def test_the_ids_are_the_rings_and_one_for_any_cell():
+    assert tuple(RING_RADIUS_M) == RING_COUNTS
+    for count in RING_COUNTS:
+        assert len(make(f"MultiArmCell-{count}").unwrapped.cell.arms) == count
+    assert make("MultiArmCell", cell="ring-4-panda").unwrapped.cell.arms[3].robot.name == "panda"
+    assert make("mmp_env:MultiArmCell-2").spec.max_episode_steps == MAX_EPISODE_STEPS
+
+
+def test_importing_the_package_loads_neither_mujoco_nor_planners_nor_what_only_commands_need():
+    heavy = ["mujoco", "rich", "yaml", "msgspec", "mmp_planners", "mmp_tasks", "mmp_env._core", "mmp_env.env"]
+    code = f"import sys, mmp_env; print([name for name in {heavy} if name in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
+
+
+def test_everything_that_the_package_lists_is_there():
+    assert all(getattr(mmp_env, name) is not None for name in mmp_env.__all__)
+    assert set(mmp_env.__all__) <= set(dir(mmp_env))
+    with pytest.raises(AttributeError, match="no attribute 'Cel'"):
+        _ = mmp_env.Cel
+
+
+@pytest.mark.parametrize("vectorization", ["sync", "async"])
+def test_vector_environments_step_and_start_anew(vectorization):
+    envs = gymnasium.make_vec("MultiArmCell-2", num_envs=2, vectorization_mode=vectorization, max_episode_steps=3)
+    observations, _ = envs.reset(seed=5)
+    start, _ = draw_instance(ring_cell(2), seed=6)
+    np.testing.assert_array_equal(observations["joint_positions"][1], np.concatenate(list(start.values())))
+    truncations = [envs.step(np.zeros(envs.action_space.shape, np.float32))[3].tolist() for _ in range(4)]
+    assert truncations == [[False, False]] * 2 + [[True, True], [False, False]]
+    envs.close()
+
+
+def test_a_seed_names_the_instance_that_is_drawn_without_an_environment():
+    env = make("MultiArmCell-4")
+    for seed in (0, 7):
+        env.reset(seed=seed)
+        start, goal = draw_instance(ring_cell(4), "reach", seed)
+        for name in start:
+            np.testing.assert_array_equal(env.unwrapped.problem.start[name], start[name])
+            np.testing.assert_array_equal(env.unwrapped.problem.goal[name], goal[name])
+        assert env.unwrapped.problem.name == f"MultiArmCell-4/{seed}"
+
+
+def test_later_resets_draw_further_instances_of_the_same_stream():
+    drawn = []
+    for _ in range(2):
+        env = make()
+        env.reset(seed=3)
+        drawn.append([env.reset()[0]["joint_positions"] for _ in range(2)])
+    np.testing.assert_array_equal(*drawn)
+    assert not np.array_equal(drawn[0][0], drawn[0][1])
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, True, "7"])
+def test_a_seed_that_is_no_whole_number_is_an_error(seed):
+    with pytest.raises(MmpError, match="whole number"):
+        draw_instance(ring_cell(2), "reach", np.array(seed)[()] if isinstance(seed, float) else seed)
+
+
+def test_options_set_the_instance_and_what_they_leave_out_is_drawn():
+    env = make()
+    cell = env.unwrapped.cell
+    goal = draw_instance(cell, "reach", 1)[1]
+    observation, info = env.reset(seed=4, options={"start": tucked(cell), "goal": goal})
+    np.testing.assert_array_equal(observation["joint_positions"], np.concatenate(list(tucked(cell).values())))
+    np.testing.assert_array_equal(observation["goal_positions"], np.concatenate(list(goal.values())))
+    farthest = max(np.abs(goal[name] - q).max() for name, q in tucked(cell).items())
+    assert info == {"is_success": False, "contacts": [], "distance_rad": pytest.approx(farthest)}
+    drawn, _ = draw_instance(cell, "reach", 4)
+    observation, _ = env.reset(seed=4, options={"goal": goal})
+    np.testing.assert_array_equal(observation["joint_positions"], np.concatenate(list(drawn.values())))
+
+
+def test_wrong_reset_options_are_named_and_leave_the_environment_as_it_was():
+    env = make()
+    env.reset(seed=0)
+    cell, before = env.unwrapped.cell, env.unwrapped.problem
+    through_the_table = tucked(cell) | {"arm0": np.array([0.0, 0.6, 0.0, 0.0, 0.0, 0.0])}
+    for options, error, message in [
+        ({"begin": {}}, UnknownNameError, "unknown reset option 'begin'"),
+        ({"start": tucked(cell), "goal": {"arm0": np.zeros(6)}}, MmpError, "no configuration for arm 'arm1'"),
+        ({"start": through_the_table}, InvalidInstanceError, "start is in collision"),
+        ({"goal": tucked(cell) | {"arm1": np.full(6, 9.0)}}, InvalidInstanceError, "goal of arm 'arm1', joint 1"),
+    ]:
+        with pytest.raises(error, match=message):
+            env.reset(options=options)
+    assert env.unwrapped.problem is before
+
+
+def test_problem_has_the_cell_instance_and_speed_of_the_environment():
+    env = make(max_velocity=0.5)
+    env.reset(seed=2)
+    problem = env.unwrapped.problem
+    assert problem is env.unwrapped.problem
+    assert problem.cell is env.unwrapped.cell
+    assert (problem.max_velocity["arm1"] == 0.5).all()
+
+
+def test_nothing_can_be_stepped_or_planned_before_the_first_reset():
+    env = make().unwrapped
+    for use in (lambda: env.problem, lambda: env.step(np.zeros(12, np.float32))):
+        with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
+            use()
+
+
+def test_observations_tell_what_the_core_and_the_simulation_know():
+    env = make("MultiArmCell-4", robot="panda", control_mode="velocity")
+    env.reset(seed=1)
+    env.action_space.seed(1)
+    observation = env.step(env.action_space.sample())[0]
+    cell = env.unwrapped.cell
+    q = dict(zip(cell.arm_names, observation["joint_positions"].reshape(4, 7), strict=True))
+    assert observation["clearance"] == cell.collision.clearance({name: rows[None] for name, rows in q.items()})
+    tools = [cell.collision.tool_points(name, rows[None])[0] for name, rows in q.items()]
+    np.testing.assert_allclose(observation["tool_positions"], tools, atol=2e-6)
+    np.testing.assert_array_equal(observation["joint_positions"], env.unwrapped.data.qpos)
+    np.testing.assert_array_equal(observation["joint_velocities"], env.unwrapped.data.qvel)
+
+
+def test_observations_are_not_overwritten_by_later_steps():
+    env = make()
+    first, _ = env.reset(seed=0)
+    kept = {name: values.copy() for name, values in first.items()}
+    env.action_space.seed(0)
+    second = env.step(env.action_space.sample())[0]
+    env.reset(seed=1)
+    for name, values in kept.items():
+        np.testing.assert_array_equal(first[name], values)
+        assert not np.shares_memory(first[name], second[name])
+
+
+def test_an_arm_alone_has_a_clearance_within_bounds():
+    alone = Cell(name="alone", arms=(place_arm("arm", "ur5e", [0, 0, 0], [1, 0, 0, 0]),))
+    env = make("MultiArmCell", cell=alone)
+    observation, _ = env.reset(seed=0)
+    assert observation in env.observation_space
+    assert observation["clearance"] == 1.0
+
+
+def test_a_position_is_approached_at_the_largest_velocity_and_then_held():
+    env = make(control_mode="position", max_velocity=0.5)
+    env.reset(options={"start": tucked(env.unwrapped.cell), "goal": tucked(env.unwrapped.cell)})
+    start = env.unwrapped.data.qpos.copy()
+    target = start + 0.2 * np.array([1, -1] * 6)
+    space = env.unwrapped.observation_space["goal_positions"]
+    action = (2 * (target - space.low) / (space.high - space.low) - 1).astype(np.float32)
+    path = np.array([env.step(action)[0]["joint_positions"] for _ in range(10)])
+    steps = np.abs(np.diff(np.vstack([start, path]), axis=0))
+    assert steps.max() <= 1.05 * 0.5 / CONTROL_RATE_HZ
+    np.testing.assert_allclose(path[2], start + 3 * 0.5 / CONTROL_RATE_HZ * np.sign(target - start), atol=2e-3)
+    np.testing.assert_allclose(path[-1], target, atol=1e-3)
+
+
+@pytest.mark.parametrize("mode", ["velocity", "delta"])
+def test_velocities_and_changes_are_followed_from_where_the_arms_are(mode):
+    env = make(control_mode=mode, max_velocity=0.5)
+    env.reset(options={"start": tucked(env.unwrapped.cell), "goal": tucked(env.unwrapped.cell)})
+    start = env.unwrapped.data.qpos.copy()
+    action = np.array([0.4, -0.2] * 6, np.float32)
+    for _ in range(5):
+        moving = env.step(action)[0]
+    np.testing.assert_allclose(moving["joint_velocities"], 0.5 * action, atol=5e-3)
+    np.testing.assert_allclose(moving["joint_positions"], start + 5 / CONTROL_RATE_HZ * 0.5 * action, atol=5e-3)
+    for _ in range(3):
+        stopped = env.step(np.zeros(12, np.float32))[0]
+    np.testing.assert_allclose(stopped["joint_velocities"], 0, atol=1e-3)
+
+
+@pytest.mark.parametrize("mode", sorted(CONTROL_MODES))
+def test_no_mode_drives_beyond_the_joint_limits(mode):
+    env = make(control_mode=mode, robot="panda", terminate_on_contact=False, max_velocity=2.0)
+    env.reset(options={"start": tucked(env.unwrapped.cell), "goal": tucked(env.unwrapped.cell)})
+    space = env.unwrapped.observation_space["goal_positions"]
+    for sign in (1, -1):
+        for _ in range(40):
+            env.step(np.full(14, 3 * sign, np.float32))
+            command = env.unwrapped.data.ctrl
+            lead = 2.0 / CONTROL_RATE_HZ
+            assert (command <= space.high + lead).all()
+            assert (command >= space.low - lead).all()
+
+
+def test_the_control_rate_can_be_chosen_among_those_that_divide_the_physics_rate():
+    env = make(control_rate_hz=50, control_mode="velocity")
+    env.reset(seed=0)
+    env.step(np.zeros(12, np.float32))
+    assert env.unwrapped.data.time == pytest.approx(0.02)
+    assert env.metadata["render_fps"] == 50
+    for rate in (0, 3, 1000):
+        with pytest.raises(MmpError, match="control_rate_hz"):
+            make(control_rate_hz=rate)
+
+
+def test_the_reward_is_progress_and_a_bonus_for_success_which_ends_the_episode():
+    env = make(control_mode="position")
+    cell = env.unwrapped.cell
+    goal = {name: q + 0.1 for name, q in tucked(cell).items()}
+    before, info = env.reset(options={"start": tucked(cell), "goal": goal})
+    space = env.unwrapped.observation_space["goal_positions"]
+    action = (2 * (before["goal_positions"] - space.low) / (space.high - space.low) - 1).astype(np.float32)
+    terminated = False
+    while not terminated:
+        observation, reward, terminated, truncated, info = env.step(action)
+        away = [np.abs(o["goal_positions"] - o["joint_positions"]).mean() for o in (before, observation)]
+        bonus = SUCCESS_BONUS if info["is_success"] else 0.0
+        assert reward == pytest.approx(PROGRESS_WEIGHT * (away[0] - away[1]) + bonus)
+        assert info["is_success"] == terminated == (info["distance_rad"] <= REACHED_RAD)
+        assert not truncated
+        before = observation
+
+
+@pytest.mark.parametrize("ends", [True, False])
+def test_a_contact_costs_and_ends_the_episode_unless_told_otherwise(ends):
+    env = make(control_mode="position", terminate_on_contact=ends)
+    cell = env.unwrapped.cell
+    env.reset(
+        options={
+            "start": {
+                name: STRETCHED_OUT_OVER_EACH_OTHER * [1, 1, 0, 0, 0, 0] + [0, -0.8, 0, 0, 0, 0]
+                for name in cell.arm_names
+            },
+            "goal": tucked(cell),
+        }
+    )
+    space = env.unwrapped.observation_space["goal_positions"]
+    into_each_other = np.tile(STRETCHED_OUT_OVER_EACH_OTHER + [0, 0.3, 0, 0, 0, 0], 2)
+    action = (2 * (into_each_other - space.low) / (space.high - space.low) - 1).astype(np.float32)
+    for _ in range(30):
+        _, reward, terminated, _, info = env.step(action)
+        if info["contacts"]:
+            break
+    assert {body.partition("/")[0] for body in (info["contacts"][0].body_a, info["contacts"][0].body_b)} == {
+        "arm0",
+        "arm1",
+    }
+    assert info["contacts"][0].depth_m > 0
+    assert reward < -CONTACT_PENALTY / 2
+    assert terminated == ends
+    assert not info["is_success"]
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        (np.zeros(11), r"shape \[11\]; expected \[12\]"),
+        (np.full(12, np.nan), "holds nan"),
+        (np.full(12, np.inf), "holds inf"),
+    ],
+)
+def test_a_wrong_action_is_an_error_that_says_what_is_wrong(action, message):
+    env = make().unwrapped
+    env.reset(seed=0)
+    with pytest.raises(MmpError, match=message):
+        env.step(action)
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("MultiArmCell-2", {"robot": "ur5"}, "unknown robot 'ur5'. Did you mean 'ur5e'"),
+        ("MultiArmCell-2", {"task": "reech"}, "unknown task 'reech'. Did you mean 'reach'"),
+        ("MultiArmCell-2", {"spheres": "coarse"}, "unknown sphere set 'coarse'"),
+        ("MultiArmCell-2", {"control_mode": "torque"}, "unknown control_mode 'torque'"),
+        (
+            "MultiArmCell-2",
+            {"contol_mode": "delta"},
+            "unknown option of MultiArmCell 'contol_mode'. Did you mean 'control_mode'",
+        ),
+        ("MultiArmCell-2", {"max_velocity": -1.0}, "max_velocity of arm 'arm0' must be 6 positive numbers"),
+        ("MultiArmCell-2", {"cell": "ring-3"}, "unknown cell 'ring-3'. Did you mean"),
+        ("MultiArmCell-2", {"cell": "ring-4-panda", "robot": "fr5"}, "is a ring of panda arms, but robot is 'fr5'"),
+        ("MultiArmCell", {}, "needs cell="),
+        ("MultiArmCell", {"cell": "nowhere.yaml"}, "nowhere.yaml cannot be read"),
+    ],
+)
+def test_a_wrong_option_is_an_error_with_the_nearest_match(name, options, message):
+    with pytest.raises(MmpError, match=message):
+        make(name, **options)
+
+
+def test_an_unknown_id_is_answered_with_those_that_exist():
+    with pytest.raises(gymnasium.error.NameNotFound, match="MultiArmCell-"):
+        make("MultiArmCell-3")
+
+
+def test_a_cell_comes_as_itself_by_name_or_from_a_file(tmp_path):
+    from mmp_env.cell_file import cell_to_dict
+    from mmp_env.writing import json_text
+
+    cell = ring_cell(2, "fr5", "fine")
+    path = tmp_path / "mine.json"
+    path.write_text(json_text(cell_to_dict(cell)))
+    assert find_cell(cell) is cell
+    assert cell_to_dict(find_cell(str(path))) == cell_to_dict(cell)
+    assert find_cell(path, spheres="28").spheres == "28"
+    assert find_cell("ring-2-fr5", spheres="fine").name == cell.name
+    cell.collision  # noqa: B018 - what is compiled by now must not stand in the way of the copies that Gymnasium makes
+    env = make("MultiArmCell", cell=cell)
+    env.reset(seed=0)
+    assert env.spec.kwargs["cell"].name == cell.name
+    assert env.unwrapped.problem.name == "ring-2-fr5/0"
+    with pytest.raises(MmpError, match="already says which arms"):
+        find_cell(cell, robot="panda")
+
+
+def test_a_picture_shows_every_arm_or_else_the_error_names_the_package():
+    if "rgb_array" not in make().metadata["render_modes"]:
+        with pytest.raises(MmpError, match="apt install|MUJOCO_GL"):
+            make(render_mode="rgb_array")
+        return
+    env = make("MultiArmCell-4", render_mode="rgb_array", width=320, height=240)
+    env.reset(options={"start": tucked(env.unwrapped.cell), "goal": tucked(env.unwrapped.cell)})
+    picture = env.render()
+    assert picture.shape == (240, 320, 3)
+    assert picture.dtype == np.uint8
+    shades = picture.reshape(-1, 3) / np.maximum(np.linalg.norm(picture.reshape(-1, 3), axis=1), 1)[:, None]
+    for colour in PALETTE[:4]:
+        likeness = shades @ (np.array(colour) / np.linalg.norm(colour))
+        assert (likeness > 0.995).sum() > 50
+    env.close()
+    assert (env.render() == picture).all()
+    env.close()
+
+
+def test_a_missing_library_is_named_with_the_package_that_has_it(monkeypatch):
+    monkeypatch.setattr(opengl, "find_library", lambda name: None)
+    monkeypatch.setattr(opengl.sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL"):
+        monkeypatch.delenv(name, raising=False)
+    opengl.found.cache_clear()
+    try:
+        with pytest.raises(MmpError, match=r"neither EGL nor OSMesa .*libegl1 libgl1"):
+            opengl.offscreen_backend()
+        monkeypatch.setenv("MUJOCO_GL", "osmesa")
+        with pytest.raises(MmpError, match="apt install libosmesa6"):
+            opengl.offscreen_backend()
+        assert opengl.possible_render_modes(["human", "rgb_array"]) == []
+        monkeypatch.setenv("MUJOCO_GL", "elg")
+        with pytest.raises(UnknownNameError, match="Did you mean 'egl'"):
+            opengl.offscreen_backend()
+    finally:
+        opengl.found.cache_clear()
+
+
+def test_a_window_without_a_display_is_refused_at_once(monkeypatch):
+    monkeypatch.setattr(opengl.sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(MmpError, match="needs a display"):
+        make(render_mode="human")

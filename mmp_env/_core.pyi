@@ -76,6 +76,11 @@ def edges_free(cell: Cell, arm: int, q_from: Annotated[NDArray[numpy.float64], d
     Whether straight segments keep `proof` [m] at every instant and `margin` [m] where looked at: obstacles, other bases, self. Limits are the caller's.
     """
 
+def certify(cell: Cell, q: Sequence[numpy.ndarray], required: float, slack: float, clock: Clock) -> tuple[bool, float, int, int, int, float]:
+    """
+    Proves a clearance [m] of all bodies along q [n, dof] per arm, linear in between: (valid, clearance, arm, other arm or -1, segment, fraction of it).
+    """
+
 class Motion:
     """One arm's trajectory on the grid of steps, its spheres worked out."""
 
@@ -88,9 +93,9 @@ class Motion:
     def last(self) -> int:
         """Index of the last step."""
 
-def conflict_steps(cell: Cell, motions: Sequence[Motion], pairs: numpy.ndarray, margin: float, proof: float) -> list[numpy.ndarray]:
+def conflict_instants(cell: Cell, motions: Sequence[Motion], pairs: numpy.ndarray, margin: float, proof: float, bases: bool = False) -> list[numpy.ndarray]:
     """
-    For each pair of motions the steps that are in conflict; every other step is proved to keep `proof` [m] until the next. A motion stays at its last step for ever.
+    For each pair of motions the instants of conflict, in steps, ascending: whole where surfaces are closer than `margin` [m] at a step, broken for a contact found between two. Elsewhere `proof` [m] is proved to be kept at every instant. A motion stays at its last step for ever. With `bases`, moving links against the other's base too.
     """
 
 class Constraint:
@@ -144,9 +149,4 @@ def modify_motion(cell: Cell, motion: Motion, others: Sequence[Motion], constrai
 def breaks_constraint(cell: Cell, motion: Motion, constraints: Sequence[Constraint], margin: float) -> bool:
     """
     Whether a motion comes closer than `margin` [m] to what its constraints forbid, within their windows.
-    """
-
-def certify(cell: Cell, q: Sequence[numpy.ndarray], required: float, slack: float, clock: Clock) -> tuple[bool, float, int, int, int, float]:
-    """
-    Proves a clearance [m] of all bodies along q [n, dof] per arm, linear in between: (valid, clearance, arm, other arm or -1, segment, fraction of it).
     """

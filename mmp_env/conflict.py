@@ -47,7 +47,9 @@ def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:
     motions = [model.motion(a, q[a]) for a in names]
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
     out = []
-    for (i, j), instants in zip(pairs, model.conflict_instants(motions, pairs, plan.problem.margin), strict=True):
+    for (i, j), instants in zip(
+        pairs, model.conflict_instants(motions, pairs, plan.problem.margin, bases=True), strict=True
+    ):
         steps = np.rint(instants).astype(int)
         for run in np.split(steps, np.flatnonzero(np.diff(instants) > 1) + 1) if len(steps) else []:
             out.append(_conflict(model, names[i], names[j], q, times, run))

@@ -221,9 +221,10 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         return _Instance(start=start, goal=goal, target=target, name=name, problem=problem)
 
     def _stand(self) -> None:
-        """From here on references begin where the joints are."""
+        """From here on references begin where the joints are, and progress is counted from here."""
         self._q = self._simulation.positions
         self._reference = self._q
+        self._mean_distance = float(np.abs(self._present().target - self._q).mean())
 
     def _make_problem(self, start: State, goal: State, name: str = "") -> Problem:
         return make_problem(self.cell, start, goal, max_velocity=self._max_velocity, name=name)

@@ -44,7 +44,8 @@ class Cell {
       const auto& s = arm.spheres[i];
       const float r = s.r - std::sqrt(s.x * s.x + s.y * s.y);
       if (arm.links[1].frame == 1 && r > 0.01f)
-        spheres.push_back({first.p[0] + first.r[2] * s.z, first.p[1] + first.r[5] * s.z, first.p[2] + first.r[8] * s.z, r});
+        spheres.push_back(
+            {first.p[0] + first.r[2] * s.z, first.p[1] + first.r[5] * s.z, first.p[2] + first.r[8] * s.z, r});
     }
     arm.spheres = std::move(spheres);
     arm.links.resize(1);

@@ -7,9 +7,9 @@ namespace mmp {
 
 struct Proof {
   bool valid = false;
-  double clearance = 0;  // proved [m]; where not valid, the clearance of the violation
+  double clearance = 0;        // proved [m]; where not valid, one that is not kept
   int arm_a = -1, arm_b = -1;  // arm_b -1: arm_a alone (obstacles, bases, itself)
-  int step = 0;          // segment index of the violation, or of the least clearance that was sampled
+  int step = 0;                // segment index of the violation, or of the least clearance that was sampled
   double fraction = 0;
 };
 
@@ -109,7 +109,7 @@ class Certifier {
       if (!free(a, -1)) return false;
       for (int b = a + 1; b < arms(); ++b) {
         results.assign(segments, {});
-        prover_.pair(a, b, segments, of(a), of(b), levels, results.data(), &clock);
+        prover_.pair(a, b, segments, of(a), of(b), levels, false, results.data(), &clock);
         if (!free(a, b)) return false;
       }
     }

@@ -12,7 +12,8 @@ class Clock {
   using Steady = std::chrono::steady_clock;
 
   explicit Clock(double seconds) : bounded_(seconds < 1e9) {
-    if (bounded_) end_ = Steady::now() + std::chrono::duration_cast<Steady::duration>(std::chrono::duration<double>(seconds));
+    if (bounded_)
+      end_ = Steady::now() + std::chrono::duration_cast<Steady::duration>(std::chrono::duration<double>(seconds));
   }
 
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }

@@ -134,8 +134,8 @@ inline void lower_clearance(Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, V&
 
 // Everything one arm can touch on its own: obstacles, the other arms' bases, itself.
 //
-// For planning the bases are taken with their cores: what an arm's first link fills at every angle of its first joint is
-// as much in the way as its base, and a path through it could only be found out by its conflicts.
+// For planning the bases are taken with their cores: what an arm's first link fills at every angle of its first joint
+// is as much in the way as its base, and a path through it could only be found out by its conflicts.
 template <class V>
 struct StaticWorld {
   const CellModel<Scalar<V>>* cell;

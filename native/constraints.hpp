@@ -57,7 +57,8 @@ class Constraint {
         if (bits<V>(out.hit) == all_bits<V>) return;
       }
     } else if (first_link_ > 0) {
-      const Obstacle<T> sphere{Shape::sphere, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {center_[0], center_[1], center_[2]}}, size_, 0, 0};
+      const Obstacle<T> sphere{
+          Shape::sphere, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {center_[0], center_[1], center_[2]}}, size_, 0, 0};
       for (size_t i = static_cast<size_t>(first_link_); i < pose.arm->links.size(); ++i)
         contact(pose, static_cast<int>(i), sphere, levels.margin, reach[i] + levels.proof, out);
     } else {
@@ -100,9 +101,15 @@ class EdgeMaker {
  public:
   using T = Scalar<V>;
 
-  EdgeMaker(StaticWorld<V>& world, int arm, std::vector<Constraint<V>*> constraints, Levels<T> levels, const T* max_step)
-      : prover_(world), arm_(arm), model_(&world.cell->arms[arm]), constraints_(std::move(constraints)),
-        levels_(levels), max_step_(max_step), pose_(*model_) {}
+  EdgeMaker(StaticWorld<V>& world, int arm, std::vector<Constraint<V>*> constraints, Levels<T> levels,
+            const T* max_step)
+      : prover_(world),
+        arm_(arm),
+        model_(&world.cell->arms[arm]),
+        constraints_(std::move(constraints)),
+        levels_(levels),
+        max_step_(max_step),
+        pose_(*model_) {}
 
   int steps(const T* from, const T* to) const {
     T n = 0;
@@ -212,8 +219,7 @@ class EdgeMaker {
     for (size_t k = 0; k < blocked.size(); ++k) {
       if (kept > 0 && blocked[k].constraint == blocked[kept - 1].constraint && blocked[k].lo <= blocked[kept - 1].hi)
         blocked[kept - 1].hi = std::max(blocked[kept - 1].hi, blocked[k].hi);
-      else
-        blocked[kept++] = blocked[k];
+      else blocked[kept++] = blocked[k];
     }
     blocked.resize(kept);
   }
@@ -247,7 +253,8 @@ inline std::vector<std::pair<int, int>> safe_intervals(std::vector<std::pair<int
 // Earliest whole step at which an edge may be left: not before `ready`, while standing is safe until `leave_by`,
 // arriving within [lo, hi], and touching no constraint in its window. -1 if there is none.
 template <class V>
-int earliest_departure(const EdgeMaker<V>& maker, const Edge<Scalar<V>>& edge, int ready, int leave_by, int lo, int hi) {
+int earliest_departure(const EdgeMaker<V>& maker, const Edge<Scalar<V>>& edge, int ready, int leave_by, int lo,
+                       int hi) {
   using T = Scalar<V>;
   long depart = std::max(ready, lo - edge.steps);
   const long latest = std::min<long>(leave_by, static_cast<long>(hi) - edge.steps);

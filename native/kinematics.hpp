@@ -28,7 +28,8 @@ struct Pose {
       : arm(&model), groups(model.groups.size()), spheres(model.spheres.size()) {
     // The base stands still: its spheres are the same in every pose.
     const auto& base = model.links[0];
-    for (int g = 0; g < base.groups.count; ++g) groups[base.groups.first + g] = fixed(model.groups[base.groups.first + g]);
+    for (int g = 0; g < base.groups.count; ++g)
+      groups[base.groups.first + g] = fixed(model.groups[base.groups.first + g]);
     for (int s = 0; s < base.spheres.count; ++s)
       spheres[base.spheres.first + s] = fixed(model.spheres[base.spheres.first + s]);
     link[0] = fixed(base.bound);

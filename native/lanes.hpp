@@ -1,7 +1,8 @@
 // Vector lanes: one configuration (or one instant) per lane.
 //
-// GCC/Clang vector extensions, so the same source compiles for SSE2, AVX2, AVX-512 and ARM. No fused multiply-add and no
-// reassociation (see CMakeLists.txt): every build gives the same bits, so the same seed gives the same plan everywhere.
+// GCC/Clang vector extensions, so the same source compiles for SSE2, AVX2, AVX-512 and ARM. No fused multiply-add and
+// no reassociation (see CMakeLists.txt): every build gives the same bits, so the same seed gives the same plan
+// everywhere.
 #pragma once
 
 #include <cmath>
@@ -80,8 +81,8 @@ MMP_INLINE V abs(V a) {
 template <class V>
 MMP_INLINE V sqrt(V a) {
 #if defined(__AVX512F__) && MMP_LANES == 16
-  if constexpr (std::is_same_v<V, Floats>) return (V)_mm512_sqrt_ps((__m512)a);
-  else return (V)_mm512_sqrt_pd((__m512d)a);
+  if constexpr (std::is_same_v<V, Floats>) return (V)_mm512_mask_sqrt_ps((__m512)a, 0xffff, (__m512)a);
+  else return (V)_mm512_mask_sqrt_pd((__m512d)a, 0xff, (__m512d)a);
 #elif defined(__AVX__) && MMP_LANES == 8
   if constexpr (std::is_same_v<V, Floats>) return (V)_mm256_sqrt_ps((__m256)a);
   else return (V)_mm256_sqrt_pd((__m256d)a);
@@ -105,8 +106,7 @@ MMP_INLINE unsigned bits(Mask<V> m) {
   std::memcpy(half, &m, sizeof m);
   if constexpr (std::is_same_v<V, Floats>)
     return static_cast<unsigned>(_mm_movemask_ps((__m128)half[0]) | _mm_movemask_ps((__m128)half[1]) << 4);
-  else
-    return static_cast<unsigned>(_mm_movemask_pd((__m128d)half[0]) | _mm_movemask_pd((__m128d)half[1]) << 2);
+  else return static_cast<unsigned>(_mm_movemask_pd((__m128d)half[0]) | _mm_movemask_pd((__m128d)half[1]) << 2);
 #else
   unsigned out = 0;
   for (int i = 0; i < width<V>; ++i) out |= (m[i] != 0 ? 1u : 0u) << i;
@@ -114,7 +114,7 @@ MMP_INLINE unsigned bits(Mask<V> m) {
 #endif
 }
 template <class V>
-inline constexpr unsigned all_bits = width<V> == 32 ? ~0u : (1u << width<V>) - 1u;
+inline constexpr unsigned all_bits = width<V> == 32 ? ~0u : (1u << width<V>)-1u;
 
 template <class V>
 MMP_INLINE Scalar<V> least(V a) {
@@ -135,7 +135,8 @@ template <class V>
 MMP_INLINE void sincos(V x, V& s, V& c) {
   using T = Scalar<V>;
   constexpr bool single = std::is_same_v<T, float>;
-  const V magic = splat<V>(single ? T(12582912.0) : T(6755399441055744.0));  // 1.5 * 2^(mantissa bits): rounds to nearest
+  const V magic =
+      splat<V>(single ? T(12582912.0) : T(6755399441055744.0));  // 1.5 * 2^(mantissa bits): rounds to nearest
   const V shifted = x * T(0.63661977236758134308) + magic;
   const V k = shifted - magic;
   Mask<V> quadrant;
@@ -170,8 +171,8 @@ MMP_INLINE void sincos(V x, V& s, V& c) {
   c = select<V>(flip_c, -c0, c0);
 }
 
-// Copied by whole lanes: compilers tuned for any processor move structs in halves, and a load of what was stored in halves
-// stalls: a state of eight arms cost 40 % more.
+// Copied by whole lanes: compilers tuned for any processor move structs in halves, and a load of what was stored in
+// halves stalls: a state of eight arms cost 40 % more.
 template <class V>
 struct Vec3 {
   V x, y, z;

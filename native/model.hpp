@@ -31,18 +31,19 @@ struct Range {
 // Spheres of one link, clustered: one bound, then groups, then the spheres themselves.
 template <class T>
 struct Link {
-  int frame = 0;       // the frame that it moves with: 0 is the base, which stands still
-  Sphere<T> bound{};   // around all of its spheres, in that frame
-  T center_radius{};   // largest distance of a sphere's centre from the bound's centre
+  int frame = 0;      // the frame that it moves with: 0 is the base, which stands still
+  Sphere<T> bound{};  // around all of its spheres, in that frame
+  T center_radius{};  // largest distance of a sphere's centre from the bound's centre
   Range groups, spheres;
 };
 
 template <class T>
 struct ArmModel {
   int dof = 0;
-  std::vector<Transform<T>> fixed;  // [dof]: frame k+1 in frame k at q = 0; its z axis is the joint's; [0] is in the world
+  std::vector<Transform<T>>
+      fixed;  // [dof]: frame k+1 in frame k at q = 0; its z axis is the joint's; [0] is in the world
   std::vector<T> lower, upper;
-  std::vector<Link<T>> links;       // [0] is the base, in world coordinates
+  std::vector<Link<T>> links;  // [0] is the base, in world coordinates
   std::vector<Sphere<T>> groups, spheres;
   std::vector<Range> group_spheres;
   std::vector<std::pair<int, int>> self_pairs;
@@ -108,7 +109,7 @@ void split_into_groups(std::vector<Sphere<T>>& spheres, Range range, std::vector
     return;
   }
   auto* s = spheres.data() + range.first;
-  T Sphere<T>::*axes[3] = {&Sphere<T>::x, &Sphere<T>::y, &Sphere<T>::z};
+  T Sphere<T>::* axes[3] = {&Sphere<T>::x, &Sphere<T>::y, &Sphere<T>::z};
   int widest = 0;
   T extent = -1;
   for (int k = 0; k < 3; ++k) {
@@ -140,8 +141,8 @@ void finish_arm(ArmModel<T>& arm) {
     double from_bound = 0, from_frame = 0;
     for (int i = 0; i < link.spheres.count; ++i) {
       const auto& s = arm.spheres[link.spheres.first + i];
-      from_bound = std::max(from_bound, std::hypot(double(s.x - link.bound.x), double(s.y - link.bound.y),
-                                                   double(s.z - link.bound.z)));
+      from_bound = std::max(
+          from_bound, std::hypot(double(s.x - link.bound.x), double(s.y - link.bound.y), double(s.z - link.bound.z)));
       from_frame = std::max(from_frame, std::hypot(double(s.x), double(s.y), double(s.z)));
     }
     link.center_radius = T(from_bound * (1 + 1e-6));

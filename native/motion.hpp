@@ -16,14 +16,17 @@ class Motion {
   using T = Scalar<V>;
   int arm_index;
   const ArmModel<T>* arm;
-  int last;               // index of the last step; the arm stays there for ever
+  int last;  // index of the last step; the arm stays there for ever
   size_t stride;
-  std::vector<T> q;       // [last + 1][dof], row major
-  std::vector<T> links, groups, spheres;  // centres [element][xyz][stride]; the base's are left out (zero)
-  std::vector<T> bulge;   // [link][stride]: how far a centre may leave the chord from step k to k + 1
+  std::vector<T> q;                       // [last + 1][dof], row major
+  std::vector<T> links, groups, spheres;  // centres [element][xyz][stride]
+  std::vector<T> bulge;                   // [link][stride]: how far a centre may leave the chord from step k to k + 1
 
   Motion(const CellModel<T>& cell, int a, std::vector<T> positions)
-      : arm_index(a), arm(&cell.arms[a]), last(static_cast<int>(positions.size()) / arm->dof - 1), q(std::move(positions)) {
+      : arm_index(a),
+        arm(&cell.arms[a]),
+        last(static_cast<int>(positions.size()) / arm->dof - 1),
+        q(std::move(positions)) {
     stride = static_cast<size_t>(last + 1 + 2 * width<V>);
     links.resize(arm->links.size() * 3 * stride);
     groups.resize(arm->groups.size() * 3 * stride);
@@ -67,13 +70,14 @@ class Motion {
         p += stride;
       }
     };
-    for (size_t l = 1; l < arm->links.size(); ++l) {
+    for (size_t l = 0; l < arm->links.size(); ++l) {
       const auto& link = arm->links[l];
       const int li = static_cast<int>(l);
       pose.detail(li);
       put(links, li, pose.link[l]);
       for (int g = link.groups.first; g < link.groups.first + link.groups.count; ++g) put(groups, g, pose.groups[g]);
-      for (int s = link.spheres.first; s < link.spheres.first + link.spheres.count; ++s) put(spheres, s, pose.spheres[s]);
+      for (int s = link.spheres.first; s < link.spheres.first + link.spheres.count; ++s)
+        put(spheres, s, pose.spheres[s]);
       // Between two steps a centre leaves its chord by at most 1/8 of its largest second derivative.
       V before{}, second{};
       for (int j = 0; j < link.frame; ++j) {
@@ -99,13 +103,14 @@ MMP_INLINE V chord_distance2(const Vec3<V>& d0, const Vec3<V>& d1) {
 // At which steps two motions are in conflict: the instants, in steps, ascending, at most one a step.
 //
 // At the steps themselves surfaces closer than `margin` are a conflict. Between them the chords of all sphere pairs are
-// tested, less what the true paths may bulge out of them; what that leaves open goes to the prover, and a contact that it
-// finds is an instant between two steps. Where there is no conflict `proof` is proved to be kept at every instant.
+// tested, less what the true paths may bulge out of them; what that leaves open goes to the prover, and a contact that
+// it finds is an instant between two steps. Where there is no conflict `proof` is proved to be kept at every instant.
 template <class V>
 class PairCheck {
  public:
   using T = Scalar<V>;
-  explicit PairCheck(StaticWorld<V>& world) : prover_(world) {}
+  // With `bases`, one arm's moving links against the other's base as well; paths that are free alone never touch it.
+  explicit PairCheck(StaticWorld<V>& world, bool bases = false) : prover_(world), first_(bases ? 0 : 1) {}
 
   void operator()(const Motion<V>& a, const Motion<V>& b, Levels<T> levels, std::vector<double>& instants) {
     const int last = std::max(a.last, b.last);
@@ -116,14 +121,13 @@ class PairCheck {
   }
 
  private:
-  void block(const Motion<V>& a, const Motion<V>& b, int k, int last, Levels<T> levels,
-             std::vector<double>& instants) {
+  void block(const Motion<V>& a, const Motion<V>& b, int k, int last, Levels<T> levels, std::vector<double>& instants) {
     Mask<V> hit{}, open{};
-    for (size_t i = 1; i < a.arm->links.size(); ++i) {
+    for (size_t i = first_; i < a.arm->links.size(); ++i) {
       const int la = static_cast<int>(i);
       const auto a0 = a.centers(a.links, la, k), a1 = a.centers(a.links, la, k + 1);
       const V bulge_a = a.bulge_at(la, k) + levels.proof;
-      for (size_t j = 1; j < b.arm->links.size(); ++j) {
+      for (size_t j = i == 0 ? 1 : first_; j < b.arm->links.size(); ++j) {
         const int lb = static_cast<int>(j);
         const V slack = bulge_a + b.bulge_at(lb, k);
         const V far = max(slack, splat<V>(levels.margin)) + (a.arm->links[i].bound.r + b.arm->links[j].bound.r);
@@ -171,13 +175,15 @@ class PairCheck {
     const auto of = [&](const Motion<V>& m) {
       return [&](int s) { return std::pair<const T*, const T*>(m.at(open_[s]), m.at(open_[s] + 1)); };
     };
-    prover_.pair(a.arm_index, b.arm_index, static_cast<int>(open_.size()), of(a), of(b), levels, results.data());
+    prover_.pair(a.arm_index, b.arm_index, static_cast<int>(open_.size()), of(a), of(b), levels, first_ == 0,
+                 results.data());
     for (size_t s = 0; s < open_.size(); ++s)
       if (!results[s].free) instants.push_back(open_[s] + double(results[s].contact));
     std::sort(instants.begin(), instants.end());
   }
 
   Prover<V> prover_;
+  size_t first_;
   std::vector<int> open_;
 };
 

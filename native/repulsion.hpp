@@ -14,8 +14,8 @@ struct RepulsionOptions {
   bool centre_distance = false;  // the paper's letter: distances between centres, not surfaces
   bool normalised = false;       // fixed largest step, forces smoothed over time
   double normalised_step = 0.02;
-  double max_step = 0.05;        // cap per joint and iteration [rad]
-  double comfort = 0.02;         // early stop once this clearance is reached [m]; negative: run all iterations
+  double max_step = 0.05;  // cap per joint and iteration [rad]
+  double comfort = 0.02;   // early stop once this clearance is reached [m]; negative: run all iterations
 };
 
 inline constexpr double kDistanceFloor = 0.01;  // [m], where the force stops growing
@@ -24,7 +24,8 @@ template <class V>
 class Repulsion {
  public:
   using T = Scalar<V>;
-  Repulsion(StaticWorld<V>& world, const RepulsionOptions& options) : options_(options), prover_(world), pairs_(world) {}
+  Repulsion(StaticWorld<V>& world, const RepulsionOptions& options)
+      : options_(options), prover_(world), pairs_(world) {}
 
   // Joint forces J^T F on every inner step of `motion`, [last + 1][dof], zero at the ends.
   void force(const Motion<V>& motion, const std::vector<const Motion<V>*>& others, std::vector<T>& out) {
@@ -67,7 +68,8 @@ class Repulsion {
     return any;
   }
 
-  bool spheres(const Motion<V>& m, int ga, const Motion<V>& o, int gb, bool base, int k, Vec3<V>& push, Vec3<V>& moment) {
+  bool spheres(const Motion<V>& m, int ga, const Motion<V>& o, int gb, bool base, int k, Vec3<V>& push,
+               Vec3<V>& moment) {
     const Range sa = m.arm->group_spheres[ga], sb = o.arm->group_spheres[gb];
     const T d0 = T(options_.d0), k_rep = T(options_.k_rep);
     bool any = false;
@@ -120,7 +122,7 @@ class Repulsion {
 
  public:
   struct Result {
-    std::vector<T> positions;   // `safe`: the last trajectory that broke no constraint
+    std::vector<T> positions;  // `safe`: the last trajectory that broke no constraint
     int iterations = 0;
     bool moved = false, input_breaks_constraint = false;
     std::vector<std::vector<T>> trace;  // every accepted iterate, where asked for
@@ -170,11 +172,12 @@ class Repulsion {
     Pose<V> pose(*m.arm);
     V q[kMaxDof], none[kMaxDof]{}, reach[kMaxLinks]{};
     for (auto* c : constraints) {
+      if (c->until <= 0) continue;
       const int until = std::min(c->until, std::max(m.last, c->from) + 1);
       // Half-steps strictly inside the window.
-      for (int half = 2 * c->from + 1; half < 2 * until; half += width<V>) {
+      for (int half = std::max(0, 2 * c->from + 1); half < 2 * until; half += width<V>) {
         for (int lane = 0; lane < width<V>; ++lane) {
-          const int h = std::max(0, std::min(half + lane, 2 * until - 1));
+          const int h = std::min(half + lane, 2 * until - 1);
           const T *lo = m.at(h / 2), *hi = m.at((h + 1) / 2);
           for (int j = 0; j < dof; ++j) q[j][lane] = (lo[j] + hi[j]) / 2;
         }
@@ -205,14 +208,14 @@ class Repulsion {
     for (T& x : f) x = std::clamp(x, -cap, cap);
   }
 
-  // Gaussian over time, sigma = 3 steps; the ends stay.
+  // Gaussian over time, sigma = 3 steps; the ends stay. The weights exp(-d^2 / 18) are written out: exp() differs in
+  // the last bit between C libraries, and plans must not.
   static void smooth(std::vector<T>& f, int last, int dof) {
     constexpr int radius = 9;
-    T weight[radius + 1], total = 0;
-    for (int d = 0; d <= radius; ++d) {
-      weight[d] = T(std::exp(-d * d / 18.0));
-      total += d ? 2 * weight[d] : weight[d];
-    }
+    constexpr T weight[radius + 1] = {T(1),           T(0.945959469), T(0.800737403), T(0.606530660), T(0.411112291),
+                                      T(0.249352209), T(0.135335283), T(0.065728528), T(0.028565500), T(0.011108997)};
+    T total = weight[0];
+    for (int d = 1; d <= radius; ++d) total += 2 * weight[d];
     const std::vector<T> in = f;
     for (int k = 1; k < last; ++k)
       for (int j = 0; j < dof; ++j) {
@@ -226,7 +229,8 @@ class Repulsion {
   static bool near_neighbours(const std::vector<T>& q, int last, int dof, const T* max_step) {
     for (int k = 0; k < last; ++k)
       for (int j = 0; j < dof; ++j)
-        if (std::abs(q[static_cast<size_t>(k + 1) * dof + j] - q[static_cast<size_t>(k) * dof + j]) > 3 * max_step[j]) return false;
+        if (std::abs(q[static_cast<size_t>(k + 1) * dof + j] - q[static_cast<size_t>(k) * dof + j]) > 3 * max_step[j])
+          return false;
     return true;
   }
 

@@ -142,8 +142,9 @@ class Prover {
     });
   }
 
+  // With `bases`, moving links against the other arm's base too.
   template <class AtA, class AtB>
-  void pair(int a, int b, int segments, const AtA& at_a, const AtB& at_b, Levels<T> levels,
+  void pair(int a, int b, int segments, const AtA& at_a, const AtB& at_b, Levels<T> levels, bool bases,
             SegmentResult<T>* results, const Clock* clock = nullptr) {
     const auto &arm_a = world_->cell->arms[a], &arm_b = world_->cell->arms[b];
     Pose<V> pose_a(arm_a), pose_b(arm_b);
@@ -158,11 +159,12 @@ class Prover {
       forward(batch_b.middle, pose_b);
       sweep_a.set(pose_a, batch_a.half);
       sweep_b.set(pose_b, batch_b.half);
-      V reach_b[kMaxLinks];
+      const size_t first = bases ? 0 : 1;
+      V reach_b[kMaxLinks]{};
       for (size_t j = 1; j < arm_b.links.size(); ++j) reach_b[j] = sweep_b.reach(pose_b, static_cast<int>(j));
-      for (size_t i = 1; i < arm_a.links.size(); ++i) {
-        const V reach = sweep_a.reach(pose_a, static_cast<int>(i)) + levels.proof;
-        for (size_t j = 1; j < arm_b.links.size(); ++j)
+      for (size_t i = first; i < arm_a.links.size(); ++i) {
+        const V reach = (i == 0 ? V{} : sweep_a.reach(pose_a, static_cast<int>(i))) + levels.proof;
+        for (size_t j = i == 0 ? 1 : first; j < arm_b.links.size(); ++j)
           contact(pose_a, static_cast<int>(i), pose_b, static_cast<int>(j), levels.margin, reach + reach_b[j], out);
       }
     });

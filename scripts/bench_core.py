@@ -11,6 +11,8 @@ import argparse
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -26,7 +28,7 @@ from mmp_env.scene import compile_scene
 from mmp_planners.arms import CERTIFICATE_SLACK_M
 
 ARMS, STEP_S, MARGIN_M = 8, 0.1, 0.002
-PROBLEMS = 5
+PROBLEMS, PART = 5, 25
 MUJOCO = "mj_kinematics + mj_collision"
 
 
@@ -47,6 +49,18 @@ def measure(call: Callable[[], object], repeats: int) -> Spent:
     call()
     times = timed(call, repeats)
     return Spent(best=times[0], median=statistics.median(times))
+
+
+def measure_each(call: Callable[[Any], object], things: Sequence[Any], repeats: int) -> Spent:
+    """Mean time of a call with one thing; taken in short parts, so that other programs do not spoil every repeat."""
+
+    def go_through(part: Sequence[Any]) -> None:
+        for thing in part:
+            call(thing)
+
+    parts = [things[k : k + PART] for k in range(0, len(things), PART)]
+    spent = [measure(partial(go_through, part), repeats) for part in parts]
+    return Spent(best=sum(s.best for s in spent), median=sum(s.median for s in spent)).per(len(things))
 
 
 def main() -> None:
@@ -74,11 +88,11 @@ def report(name: str, spent: Spent, unit: str, scale: float, rival: Spent | None
 def print_cell_checks(cell: Cell, rows: Sequence[np.ndarray]) -> None:
     """Kinematics and least clearance over all pairs of arms, no early exit: per state of a batch, and of one alone."""
     core, count = cell.collision.core, len(rows[0])
-    rival = mujoco_check(cell, np.concatenate(rows, axis=1)).per(count)
+    rival = mujoco_check(cell, np.concatenate(rows, axis=1))
     batch = measure(lambda: _core.cell_clearance(core, rows, obstacles=False), 100).per(count)
     report("cell_check_8x28", batch, "us", 1e6, rival)
     alone = [[row[k : k + 1] for row in rows] for k in range(count)]
-    single = measure(lambda: [_core.cell_clearance(core, state, obstacles=False) for state in alone], 20).per(count)
+    single = measure_each(lambda state: _core.cell_clearance(core, state, obstacles=False), alone, 20)
     report("cell_check_8x28_single_state", single, "us", 1e6, rival)
     with_table = measure(lambda: _core.cell_clearance(core, rows), 50).per(count)
     report("cell_check_8x28_and_table", with_table, "us", 1e6)
@@ -91,13 +105,12 @@ def mujoco_check(cell: Cell, states: np.ndarray) -> Spent:
     data = mujoco.MjData(model)
     kinematics, collision, qpos = mujoco.mj_kinematics, mujoco.mj_collision, data.qpos
 
-    def check() -> None:
-        for state in states:
-            qpos[:] = state
-            kinematics(model, data)
-            collision(model, data)
+    def check(state: np.ndarray) -> None:
+        qpos[:] = state
+        kinematics(model, data)
+        collision(model, data)
 
-    return measure(check, 10)
+    return measure_each(check, list(states), 20)
 
 
 def print_motions(cell: Cell, problems: Sequence[Problem]) -> None:

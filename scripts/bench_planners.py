@@ -110,7 +110,8 @@ def keep(path: Path, job: Job, runs: Sequence[Run]) -> None:
 
 def print_one(job: Job, figure: str, value: float, unit: str, **more: Any) -> None:
     """One figure of a planner on a source."""
-    print_figure(f"{job.name}/{job.planner}/{figure}", value, unit, **more)
+    planner = " ".join([job.planner, *(f"{key}={value}" for key, value in sorted(job.options.items()))])
+    print_figure(f"{job.name}/{planner}/{figure}", value, unit, **more)
 
 
 def print_outcome(job: Job, runs: Sequence[Run]) -> dict[str, Run]:

@@ -24,7 +24,7 @@ from mmp_env.check.path import Path
 from mmp_env.check.rates import derivatives
 from mmp_env.check.reading import PlanData, read_cell, read_plan
 from mmp_env.check.report import RULES, CheckReport, Violation
-from mmp_env.check.rules import ends, finite, limits, speed, times
+from mmp_env.check.rules import beyond_limits, ends, finite, limits, speed, times
 from mmp_env.check.spheres import CloudPairs, CloudSolids
 from mmp_env.check.sweep import ROUNDING_M, prove_apart
 from mmp_env.plan import Plan
@@ -33,8 +33,8 @@ __all__ = ["RULES", "CheckReport", "Violation", "check_plan"]
 
 GEOM_CLEARANCE_M = 1e-6
 """What an exact check proves between geoms: that they are apart, and by a little, so that the proof ends."""
-_WILD_RAD = 10.0
-"""Beyond any joint's limits: so far out the motion is not swept, which would take long and add nothing."""
+_WILD_RAD = 1.0
+"""This far beyond its limits a motion is not swept any more, which might take for ever and would add nothing."""
 
 
 def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckReport:
@@ -54,7 +54,7 @@ def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckR
         violations = list(finite(data))
         if not violations:
             violations = [v for rule in (times, ends, limits, speed, derivatives) for v in rule(data)]
-            if np.abs(data.positions).max() < _WILD_RAD:
+            if beyond_limits(data).max() <= _WILD_RAD:
                 return _swept(data, violations, model, families, exact)
     return CheckReport(violations=tuple(violations), spheres=_geometry(data, exact), margin_m=data.margin)
 

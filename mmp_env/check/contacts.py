@@ -31,7 +31,7 @@ def _violation(worst: Contact, group: list[Contact], required: float) -> Violati
         text = f"{one} and {other} come as close as {worst.clearance * 1e3:.4f} mm"
     return Violation(
         rule=worst.touch.rule,
-        message=f"{text} at {worst.time:.3f} s{span}; required are {required * 1e3:.4f} mm",
+        message=f"{text} at {worst.time:.3f} s{span}; {required * 1e3:.4f} mm are required",
         time_s=worst.time,
         arms=worst.touch.arms,
         values={

@@ -11,6 +11,10 @@ from jaxtyping import Float
 from mmp_env.mujoco_import import mujoco
 
 Array = np.ndarray
+GEOM_KINDS = tuple(
+    int(getattr(mujoco.mjtGeom, f"mjGEOM_{name}")) for name in ("SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX")
+)
+"""MuJoCo's numbers of the shapes that `geom_support` knows."""
 
 
 def solid_distance(
@@ -87,12 +91,11 @@ def geom_support(
     All these shapes are symmetric about their centre, so the support of -n is the same.
     """
     x, y, z = np.abs(direction).T
-    radial = np.hypot(x, y)
-    by_kind = {
-        mujoco.mjtGeom.mjGEOM_SPHERE: size[:, 0],
-        mujoco.mjtGeom.mjGEOM_CAPSULE: size[:, 0] + size[:, 1] * z,
-        mujoco.mjtGeom.mjGEOM_ELLIPSOID: np.linalg.norm(size * direction, axis=1),
-        mujoco.mjtGeom.mjGEOM_CYLINDER: size[:, 0] * radial + size[:, 1] * z,
-        mujoco.mjtGeom.mjGEOM_BOX: size[:, 0] * x + size[:, 1] * y + size[:, 2] * z,
-    }
-    return np.select([kind == int(key) for key in by_kind], list(by_kind.values()), default=np.inf)
+    supports = (
+        size[:, 0],
+        size[:, 0] + size[:, 1] * z,
+        np.linalg.norm(size * direction, axis=1),
+        size[:, 0] * np.hypot(x, y) + size[:, 1] * z,
+        size[:, 0] * x + size[:, 1] * y + size[:, 2] * z,
+    )
+    return np.select([kind == known for known in GEOM_KINDS], supports, default=np.inf)

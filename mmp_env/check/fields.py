@@ -11,6 +11,9 @@ from jaxtyping import Float
 from mmp_env.check.report import Violation
 from mmp_env.mujoco_import import mujoco
 
+LARGEST_M = 1e4
+"""Beyond it nothing real is meant, and rounding would spoil the proofs."""
+
 
 class UnreadableError(Exception):
     """The document says something that the checker cannot take at its word; `rule` is `schema` or `shape`."""
@@ -89,6 +92,14 @@ def positive(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.nd
     return array
 
 
+def lengths(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.ndarray, "..."]:
+    """Lengths [m] above zero. Raises `UnreadableError`."""
+    array = positive(value, where, shape)
+    if (array > LARGEST_M).any():
+        raise UnreadableError(f"{where} is above {LARGEST_M:g} m")
+    return array
+
+
 def pose(data: Any, where: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
     """`position` [m], and `yaw` [rad] or `quaternion` as a unit quaternion (wxyz). Raises `UnreadableError`."""
     position = numbers(member(data, "position", where), (3,), f"position of {where}")
@@ -101,8 +112,10 @@ def pose(data: Any, where: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarra
     elif data.get("quaternion") is not None:
         quaternion = numbers(data["quaternion"], (4,), f"quaternion of {where}")
     length = np.linalg.norm(quaternion)
-    if not (np.isfinite(position).all() and np.isfinite(length) and length > 0):
-        raise UnreadableError(f"the pose of {where} must be finite numbers, its quaternion not zero")
+    if not ((np.abs(position) <= LARGEST_M).all() and np.isfinite(length) and length > 0):
+        raise UnreadableError(
+            f"the pose of {where} must be numbers, its position within 10 km, its quaternion not zero"
+        )
     return position, quaternion / length
 
 

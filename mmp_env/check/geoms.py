@@ -11,6 +11,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env.check.balls import step_minimum
+from mmp_env.check.distance import GEOM_KINDS
+from mmp_env.check.fields import UnreadableError
 from mmp_env.check.items import Bounds, Items, by_pair
 from mmp_env.check.model import CellModel, Cloud, Parts, Poses, enclosing_ball, stack_parts
 from mmp_env.check.pairs import Pairs, part_pairs
@@ -23,6 +25,9 @@ def geom_parts(model: CellModel) -> tuple[Parts, tuple[Cloud, ...], tuple[np.nda
     mj = model.mujoco
     arms = {arm.name: k for k, arm in enumerate(model.cell.arms)}
     collides = (mj.geom_contype | mj.geom_conaffinity) != 0
+    strange = np.flatnonzero(collides & ~np.isin(mj.geom_type, GEOM_KINDS))
+    if len(strange):
+        raise UnreadableError(f"a geom of '{mj.body(mj.geom_bodyid[strange[0]]).name}' has a shape with no exact check")
     rows, clouds, ids = [], [], []
     for body in range(1, mj.nbody):
         geoms = np.flatnonzero(collides & (mj.geom_bodyid == body))

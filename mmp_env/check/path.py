@@ -13,7 +13,7 @@ _STEP_RAD = 0.1
 
 
 class Path:
-    """Configurations `q` [t, n] [rad] at `times` [t] [s]; a place on the path is counted in samples, 2.5 between 2 and 3."""
+    """Configurations `q` [t, n] [rad] at `times` [t] [s]. Place 2.5 on the path is midway from sample 2 to sample 3."""
 
     def __init__(self, times: Float[np.ndarray, "t"], q: Float[np.ndarray, "t n"]) -> None:
         if len(times) == 1:  # a lone configuration is a step without motion
@@ -43,11 +43,8 @@ class Path:
         times = self._times[low] * (1 - share) + self._times[low + 1] * share
         return times, self._q[low] * (1 - share)[:, None] + self._q[low + 1] * share[:, None]
 
-    def bend(self, low: float, high: float) -> Float[np.ndarray, "n"]:
-        """How far each joint is from going straight between two places, at most [rad]."""
-        if high - low <= 1:  # there is no sample within
-            return np.zeros(self._q.shape[1])
-        first, last = int(low), int(high)
+    def bend(self, first: int, last: int) -> Float[np.ndarray, "n"]:
+        """How far each joint is from going straight between two samples, at most [rad]."""
         share = np.linspace(0.0, 1.0, last - first + 1)[:, None]
         straight = self._q[first] * (1 - share) + self._q[last] * share
         return np.abs(self._q[first : last + 1] - straight).max(axis=0)
@@ -75,6 +72,9 @@ class Track:
         self.steps = self._steps(np.concatenate([start, at]), np.concatenate([at, end]))
 
     def _steps(self, start: Int[np.ndarray, "u"], end: Int[np.ndarray, "u"]) -> Steps:
-        q, places = self.poses.q, self._places
-        bends = [self._path.bend(low, high) for low, high in zip(places[start], places[end], strict=True)]
-        return Steps(start=start, end=end, turn=np.abs(q[end] - q[start]), bend=np.array(bends))
+        turn = np.abs(self.poses.q[end] - self.poses.q[start])
+        bend = np.zeros_like(turn)
+        low, high = self._places[start], self._places[end]
+        for k in np.flatnonzero(high - low > 1):
+            bend[k] = self._path.bend(int(low[k]), int(high[k]))
+        return Steps(start=start, end=end, turn=turn, bend=bend)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.check.fields import UnreadableError, known, listed, member, name, numbers, pose, positive, text
+from mmp_env.check.fields import UnreadableError, known, lengths, listed, member, name, numbers, pose, positive, text
 
 SCHEMA = "mmp-plan/1"
 DATA = Path(__file__).parent.parent
@@ -174,11 +174,11 @@ def _solid(data: Any, where: str) -> Solid:
     where = f"obstacle '{solid}'"
     size = np.zeros(3)
     if shape == "box":
-        size[:] = positive(member(data, "size", where), f"size of {where}", (3,)) / 2
+        size[:] = lengths(member(data, "size", where), f"size of {where}", (3,)) / 2
     else:
-        size[0] = positive(member(data, "radius", where), f"radius of {where}")
+        size[0] = lengths(member(data, "radius", where), f"radius of {where}")
         if shape != "sphere":
-            size[1] = positive(member(data, "length", where), f"length of {where}") / 2
+            size[1] = lengths(member(data, "length", where), f"length of {where}") / 2
     position, quaternion = pose(data, where)
     return Solid(name=solid, shape=shape, size=size, position=position, quaternion=quaternion)
 

@@ -58,10 +58,14 @@ def ends(plan: PlanData) -> Iterator[Violation]:
             )
 
 
+def beyond_limits(plan: PlanData) -> Float[np.ndarray, "t n"]:
+    """How far each joint is out of its robot's limits [rad]; negative within."""
+    return np.maximum(plan.of_robots("lower") - plan.positions, plan.positions - plan.of_robots("upper"))
+
+
 def limits(plan: PlanData) -> Iterator[Violation]:
     """Joints stay within the robot's limits; a straight line between two samples inside is inside."""
-    lower, upper = plan.of_robots("lower"), plan.of_robots("upper")
-    beyond = np.maximum(lower - plan.positions, plan.positions - upper)
+    lower, upper, beyond = plan.of_robots("lower"), plan.of_robots("upper"), beyond_limits(plan)
     for column in np.flatnonzero(beyond.max(axis=0) > LIMIT_TOLERANCE_RAD):
         row = int(np.argmax(beyond[:, column]))
         arm, joint = plan.joints[column]

@@ -22,7 +22,7 @@ _SLACK_M, _SLACK_SHARE = 1e-4, 0.02  # how far the proved clearance may stay beh
 
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """Clearance below what is required, at an instant (`proved`), or not excluded around it."""
+    """A clearance [m] below what is required, met at an instant (`found`) or not excluded around it."""
 
     touch: Touch
     time: float
@@ -110,9 +110,9 @@ def _narrow(family: Family, track: Track, items: Items, state: Sweep, *, settle:
         state.touch = family.names(int(items.pair[k]))
     if not settle:
         return items
-    # Comparisons are such that a NaN proves nothing.
+    # Comparisons are such that a NaN proves nothing, and what is not finite will not become so by bisection.
     bad = ~(bounds.found >= state.required)
-    final = ~(bounds.found - bounds.lower > RESOLUTION_M)
+    final = ~(bounds.found - bounds.lower > RESOLUTION_M) | ~np.isfinite(bounds.lower)
     unproved = final & ~bad & ~(bounds.lower >= state.enough)
     done = (bounds.lower >= state.target) | final | bad
     state.proved = min(state.proved, bounds.lower[done & ~bad & ~unproved].min(initial=np.inf))

@@ -80,8 +80,11 @@ class Arms:
 
     def path(self, arm: int, q: Float[np.ndarray, "k dof"]) -> Path:
         """A path through `q`, its ends put exactly on start and goal."""
+        start, goal = self.problem.start[self.names[arm]], self.problem.goal[self.names[arm]]
         q = np.clip(q, *self._limits(arm))
-        q[0], q[-1] = self.problem.start[self.names[arm]], self.problem.goal[self.names[arm]]
+        if len(q) == 1 and (start != goal).any():  # so near that the core takes no step for it
+            q = np.repeat(q, 2, axis=0)
+        q[0], q[-1] = start, goal
         return Path(q=q, motion=self.model.motion(self.names[arm], q), length=float(np.abs(np.diff(q, axis=0)).sum()))
 
     def conflicts(self, paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> PairConflicts:

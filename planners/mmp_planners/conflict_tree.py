@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
 from mmp_planners.arms import Arms, Path
 from mmp_planners.constraints import INSTANTS, ConstraintKind, Meeting
@@ -99,11 +100,11 @@ class ConflictTree:
         """One tree, at most `budget` expansions unless it has a solution; True if the whole run is done with it."""
         open_nodes, bound, first = [root], root.lower_bound, self.counts.expanded_nodes  # l. 1-4
         if not root.conflicts:
-            self._offer(root, open_nodes)
             open_nodes.clear()
-        while not self.arms.clock.expired:
+            self._offer(root, open_nodes)  # comes back if it cannot be proved
+        while not self.arms.clock.expired:  # l. 5
             bound = max(bound, min((n.lower_bound for n in open_nodes), default=bound))
-            if self.best and self._good_enough(bound, open_nodes):
+            if self.best and self._good_enough(bound, open_nodes):  # l. 7-8
                 return True
             if not open_nodes:
                 return budget is None
@@ -112,10 +113,10 @@ class ConflictTree:
             node = self.selection(open_nodes, bound)  # l. 6
             if not node.fast_tracked and self._try_fast_track(node, open_nodes):  # l. 9-14
                 continue
-            open_nodes.remove(node)
+            open_nodes.remove(node)  # l. 25
             self.counts.expanded_nodes += 1
             self.tell.expanded(node, len(open_nodes), self.counts.expanded_nodes)
-            self._branch(node, seed, instant, open_nodes)  # l. 15-25
+            self._branch(node, seed, instant, open_nodes)  # l. 15-24
         return True
 
     def _good_enough(self, bound: float, open_nodes: Sequence[Node]) -> bool:
@@ -152,7 +153,7 @@ class ConflictTree:
         self.tell.conflict(node, meeting)
         for arm in (meeting.a, meeting.b):  # l. 16
             child = self._child(node, meeting, arm, seed, instant)
-            if child is None:
+            if child is None:  # l. 23
                 self.counts.dropped_children += 1
             elif child.conflicts:
                 open_nodes.append(child)  # l. 24
@@ -204,6 +205,8 @@ class ConflictTree:
             self.tell.fast_tracked(node, attempt)
             if attempt.solved:
                 self.counts.fast_track_hits += 1
+                if not node.conflicts:  # literal: the node is the solution, nothing is left to branch
+                    open_nodes.remove(node)
                 attempt.node.id, attempt.node.parent = self._next_id(), node.id
                 self.tell.created(attempt.node, attempt.arm, None)
                 self._offer(attempt.node, open_nodes)
@@ -233,5 +236,7 @@ class ConflictTree:
 
 
 def bound_or_infinity(limit: float) -> float:
-    """A time limit as the native clock takes it [s]."""
-    return limit if math.isfinite(limit) else 1e10
+    """A time limit as the native clock takes it [s]. Raises `MmpError` for NaN."""
+    if math.isnan(limit):
+        raise MmpError("time_limit is nan; it must be a number of seconds, inf for none")
+    return min(max(limit, 0.0), 1e10)

@@ -63,6 +63,7 @@ class RepulsiveFastTrack:
                     constraints=node.constraints,
                     bounds=node.bounds,
                     conflicts=conflicts,
+                    fast_tracked=True,
                 ),
             )
             if self.literal:

@@ -99,8 +99,10 @@ def plan_with_tree(
     time_limit: float,
     watch: Watcher,
 ) -> PlanResult:
-    """Runs one composition of the conflict tree on a problem."""
+    """Runs one composition of the conflict tree. Raises `MmpError` for a negative seed or a time limit of NaN."""
     began = time.perf_counter()
+    if seed < 0:
+        raise MmpError(f"seed is {seed}; it must be 0 or more")
     clock = _core.Clock(bound_or_infinity(time_limit))
     low_level = SiRrtStar(eta=options.eta, iterations=options.iterations, shortcuts=options.shortcuts)
     arms = Arms(problem, options.dt, low_level, clock)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from mmp_env.check.distance import chord_minimum, geom_support, solid_distance, tangent_minimum
+from mmp_env.check.items import Steps
 from mmp_env.check.model import CellModel, enclosing_ball
 from mmp_env.check.pairs import Strays
 from mmp_env.check.reading import read_cell
@@ -178,6 +179,12 @@ def test_no_point_of_a_link_comes_farther_from_an_axis_than_its_reach(robot, see
     assert (reach[~model.moves(body)] == 0).all()
 
 
+def one_step(turn):
+    """A straight step of joints that turn by `turn` [n] [rad]."""
+    turn = np.abs(turn)[None]
+    return Steps(start=np.array([0]), end=np.array([1]), turn=turn, bend=np.zeros_like(turn))
+
+
 @pytest.mark.parametrize("robot", ROBOTS)
 @few
 @given(seed=st.integers(0, 2**32), length=st.floats(0.001, 2.0))
@@ -194,9 +201,10 @@ def test_a_point_strays_from_the_chord_no_farther_than_the_bound(robot, seed, le
     for path, common in ((world, np.zeros((1, dof), dtype=bool)), (inside, model.moves(first)[None])):
         chord = path[0] + shares[:, None] * (path[-1] - path[0])
         bound = Strays(model.cell, reach, common)
-        assert np.linalg.norm(path - chord, axis=1).max() <= bound.all(np.abs(turn)[None])[0, 0] + 1e-12
-        assert bound.each(np.abs(turn)[None], np.array([0]))[0] == pytest.approx(bound.all(np.abs(turn)[None])[0, 0])
-    assert bound.all(np.abs(turn)[None])[0, 0] <= Strays(model.cell, reach).all(np.abs(turn)[None])[0, 0]
+        assert np.linalg.norm(path - chord, axis=1).max() <= bound.all(one_step(turn))[0, 0] + 1e-12
+        only = np.array([0])
+        assert bound.each(one_step(turn), only, only)[0] == pytest.approx(bound.all(one_step(turn))[0, 0])
+    assert bound.all(one_step(turn))[0, 0] <= Strays(model.cell, reach).all(one_step(turn))[0, 0]
 
 
 def test_the_bound_is_met_by_a_point_that_turns_about_one_axis():
@@ -206,5 +214,5 @@ def test_the_bound_is_met_by_a_point_that_turns_about_one_axis():
     poses = model.poses(np.arange(3.0), np.outer([0.0, 0.5, 1.0], turn))
     path = poses.positions[:, body] + poses.rotations[:, body] @ point
     stray = np.linalg.norm(path[1] - (path[0] + path[2]) / 2)
-    bound = Strays(model.cell, model.reaches(body, point[None], np.zeros(1))[None]).all(turn[None])[0, 0]
+    bound = Strays(model.cell, model.reaches(body, point[None], np.zeros(1))[None]).all(one_step(turn))[0, 0]
     assert stray == pytest.approx(bound, rel=1e-4)

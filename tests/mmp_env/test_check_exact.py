@@ -16,6 +16,7 @@ from mmp_env.check import check_plan
 from mmp_env.check.geoms import GeomPairs, geom_parts
 from mmp_env.check.items import Items
 from mmp_env.check.model import CellModel
+from mmp_env.check.path import Path, Track
 from mmp_env.check.reading import read_cell
 from mmp_env.scene import compile_scene
 
@@ -120,9 +121,9 @@ def test_a_separating_direction_proves_what_mujoco_measures(seed):
     model = CellModel(read_cell({"arms": two("panda", 0.9)}))
     family = GeomPairs(model, *geom_parts(model))
     q = np.random.default_rng(seed).uniform(-1.5, 1.5, 14)
-    pose = model.poses(np.zeros(2), np.stack([q, q]))
-    zeros = np.zeros(len(family), dtype=int)
-    bounds = family.narrow(pose, Items(start=zeros, end=zeros + 1, pair=np.arange(len(family))), np.inf)
+    track = Track(model, Path(np.zeros(1), q[None]), np.array([0.0, 1.0]))
+    items = Items(steps=track.steps, step=np.zeros(len(family), dtype=int), pair=np.arange(len(family)))
+    bounds = family.narrow(track.poses, items, np.inf)
     apart = bounds.found > 1e-4
     assert np.abs(bounds.found - bounds.lower)[apart].max() < 1e-5
 

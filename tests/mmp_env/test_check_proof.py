@@ -1,5 +1,7 @@
 """Bounds of the checker over whole steps, against many instants of the same step."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import tiny_plans
@@ -10,6 +12,7 @@ from mmp_env.check.geoms import GeomPairs, GeomSolids, geom_parts
 from mmp_env.check.items import Items
 from mmp_env.check.model import CellModel, sphere_parts
 from mmp_env.check.pairs import ignored_links, part_pairs
+from mmp_env.check.path import Path, Track
 from mmp_env.check.reading import read_cell, robot_data
 from mmp_env.check.spheres import CloudPairs, CloudSolids
 
@@ -41,65 +44,97 @@ FAMILIES = {
 DOF = sum(arm.dof for arm in MODEL.cell.arms)
 
 
-def items(steps, pairs):
-    """These pairs in every step between consecutive poses."""
-    step = np.repeat(np.arange(steps), len(pairs))
-    return Items(start=step, end=step + 1, pair=np.tile(pairs, steps))
+def random_path(seed, length, bent):
+    """Two samples, or five of them that do not lie on a line."""
+    rng = np.random.default_rng(seed)
+    line = np.linspace(0.0, 1.0, 5 if bent else 2)[:, None]
+    move = length * rng.uniform(-1.0, 1.0, DOF) * (rng.random(DOF) < 0.7)
+    q = rng.uniform(-2.5, 2.5, DOF) + line * move + bent * length * rng.uniform(-0.05, 0.05, (len(line), DOF))
+    return Path(np.arange(float(len(q))), q), float(len(q) - 1)
+
+
+def items(track, pairs):
+    """These pairs in every step of a track."""
+    step = np.repeat(np.arange(len(track.steps.start)), len(pairs))
+    return Items(steps=track.steps, step=step, pair=np.tile(pairs, len(track.steps.start)))
 
 
 def some_pairs(family, seed):
-    """Some of a family's pairs."""
     return np.sort(np.random.default_rng(seed).permutation(len(family))[:16])
 
 
-def random_step(seed, length):
-    rng = np.random.default_rng(seed)
-    start = rng.uniform(-2.5, 2.5, DOF)
-    return start, start + length * rng.uniform(-1.0, 1.0, DOF) * (rng.random(DOF) < 0.7)
-
-
+@pytest.mark.parametrize("bent", [False, True])
 @pytest.mark.parametrize("name", FAMILIES)
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**32), length=st.sampled_from([0.0, 0.02, 0.1, 0.5]))
-def test_no_instant_of_a_step_has_less_clearance_than_both_bounds_say(name, seed, length):
+def test_no_instant_of_a_step_has_less_clearance_than_both_bounds_say(name, bent, seed, length):
     family = FAMILIES[name]
     pairs = some_pairs(family, seed)
-    start, end = random_step(seed, length)
-    share = np.linspace(0.0, 1.0, 9)
-    dense = MODEL.poses(share, start + share[:, None] * (end - start))
-    met = family.narrow(dense, items(8, pairs), np.inf).found.reshape(8, -1).min(axis=0)
-    step = MODEL.poses(np.array([0.0, 1.0]), np.stack([start, end]))
-    coarse = family.coarse(step)[0, pairs]
-    narrow = family.narrow(step, items(1, pairs), np.inf)
-    assert (coarse <= met + 1e-9).all()
+    path, last = random_path(seed, length, bent)
+    dense = Track(MODEL, path, np.linspace(0.0, last, 9))
+    met = family.narrow(dense.poses, items(dense, pairs), np.inf).found.reshape(8, -1).min(axis=0)
+    whole = Track(MODEL, path, np.array([0.0, last]))
+    narrow = family.narrow(whole.poses, items(whole, pairs), np.inf)
+    enough = family.narrow(whole.poses, items(whole, pairs), 0.05)
+    assert (family.coarse(whole.poses, whole.steps)[0, pairs] <= met + 1e-9).all()
     assert (narrow.lower <= met + 1e-9).all()
-    assert (narrow.lower <= narrow.found + 1e-9).all()
-    enough = family.narrow(step, items(1, pairs), 0.05)
     assert (enough.lower <= met + 1e-9).all()
     assert (np.minimum(enough.lower, 0.05) >= np.minimum(narrow.lower, 0.05) - 1e-9).all()
 
 
 @pytest.mark.parametrize("name", FAMILIES)
-@settings(max_examples=20)
+@settings(max_examples=10)
 @given(seed=st.integers(0, 2**32))
 def test_the_bound_of_a_short_step_is_close_to_what_is_met_in_it(name, seed):
     family = FAMILIES[name]
-    start, end = random_step(seed, 1e-4)
-    step = MODEL.poses(np.array([0.0, 1.0]), np.stack([start, end]))
-    narrow = family.narrow(step, items(1, some_pairs(family, seed)), np.inf)
+    path, last = random_path(seed, 1e-4, False)
+    track = Track(MODEL, path, np.array([0.0, last]))
+    narrow = family.narrow(track.poses, items(track, some_pairs(family, seed)), np.inf)
     apart = narrow.found > 1e-3
     assert (narrow.found - narrow.lower)[apart].max() < 1e-3
+
+
+@given(seed=st.integers(0, 2**32), length=st.sampled_from([0.0, 0.01, 0.1, 1.0]))
+def test_the_first_steps_are_short_and_cover_the_path_with_all_its_corners(seed, length):
+    rng = np.random.default_rng(seed)
+    q = np.cumsum(length * rng.uniform(-1.0, 1.0, (12, 4)) * (rng.random((12, 1)) < 0.8), axis=0)
+    path = Path(np.arange(12.0), q)
+    places = path.grid()
+    assert places[0] == 0.0
+    assert places[-1] == 11.0
+    assert (np.diff(places) > 0).all()
+    # A step within two samples goes straight; a longer one begins and ends at samples.
+    assert all(high <= np.floor(low) + 1 or low % 1 == high % 1 == 0 for low, high in pairwise(places))
+    dense = np.linspace(0.0, 11.0, 23)
+    times, at = path.at(dense)
+    assert times == pytest.approx(dense)
+    assert at[::2] == pytest.approx(q)
+    for low, high in pairwise(places):
+        within = at[(dense >= low) & (dense <= high)]
+        assert np.abs(within - path.at(np.array([low]))[1]).max(initial=0.0) <= 0.1 + 1e-9
+
+
+@given(seed=st.integers(0, 2**32))
+def test_no_sample_of_a_step_bends_off_farther_than_is_said(seed):
+    q = np.random.default_rng(seed).normal(size=(9, 3))
+    bend = Path(np.arange(9.0), q).bend(2, 7)
+    line = np.linspace(0.0, 1.0, 101)[:, None]
+    at = Path(np.arange(9.0), q).at(2.0 + 5.0 * line[:, 0])[1]
+    off = np.abs(at - (q[2] * (1 - line) + q[7] * line)).max(axis=0)
+    assert (off <= bend + 1e-12).all()
+    assert bend == pytest.approx(off, rel=0.05)
+    assert (Path(np.arange(9.0), q).bend(3, 4) == 0.0).all()
 
 
 @settings(max_examples=3)
 @given(seed=st.integers(0, 2**32))
 def test_the_clearance_of_clouds_is_that_of_all_their_spheres(seed):
-    q = random_step(seed, 0.0)[0]
-    model, found = MODEL, brute_force(q)
-    pose = model.poses(np.zeros(2), np.stack([q, q]))
+    q = np.random.default_rng(seed).uniform(-2.5, 2.5, DOF)
+    found = brute_force(q)
+    track = Track(MODEL, Path(np.zeros(1), q[None]), np.array([0.0, 1.0]))
     for name in ("clouds", "clouds and obstacles"):
         family = FAMILIES[name]
-        bounds = family.narrow(pose, items(1, np.arange(len(family))), np.inf)
+        bounds = family.narrow(track.poses, items(track, np.arange(len(family))), np.inf)
         for pair in range(len(family)):
             things = tuple(sorted(family.names(pair).things))
             assert bounds.found[pair] == pytest.approx(found.pop(things), abs=1e-9)

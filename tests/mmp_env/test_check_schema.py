@@ -30,6 +30,7 @@ UNREADABLE = {
     "something held": lambda p: p["problem"]["cell"]["arms"][0].update(held={"shape": "sphere", "radius": 0.1}),
     "a moving obstacle": lambda p: p["problem"]["cell"]["obstacles"][0].update(velocity=[1.0, 0.0, 0.0]),
     "an obstacle of negative size": lambda p: p["problem"]["cell"]["obstacles"][0].update(size=[1.0, -1.0, 1.0]),
+    "an obstacle beyond the horizon": lambda p: p["problem"]["cell"]["obstacles"][0].update(position=[1e9, 0.0, 0.0]),
     "an unknown shape": lambda p: p["problem"]["cell"]["obstacles"][0].update(shape="cone"),
     "a zero quaternion": lambda p: p["problem"]["cell"]["obstacles"][0].update(quaternion=[0.0, 0.0, 0.0, 0.0]),
     "a yaw and a quaternion": lambda p: p["problem"]["cell"]["arms"][0].update(quaternion=[1.0, 0.0, 0.0, 0.0]),

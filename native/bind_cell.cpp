@@ -1,0 +1,255 @@
+#include "bindings.hpp"
+
+namespace mmp {
+
+namespace {
+
+template <class T>
+void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper,
+             const nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig>& link_frames, const Matrix& spheres,
+             const nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig>& sphere_links, const Pairs& self_pairs) {
+  ArmModel<T> arm;
+  arm.dof = static_cast<int>(fixed.shape(0));
+  const auto transform = [](const double* p) {
+    Transform<T> t;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) t.r[3 * i + j] = T(p[4 * i + j]);
+      t.p[i] = T(p[4 * i + 3]);
+    }
+    return t;
+  };
+  for (int j = 0; j < arm.dof; ++j) arm.fixed.push_back(transform(fixed.data() + 12 * j));
+  arm.tool = transform(tool.data());
+  arm.lower = as<T>(lower);
+  arm.upper = as<T>(upper);
+  for (size_t l = 0; l < link_frames.shape(0); ++l) {
+    Link<T> link;
+    link.frame = link_frames.data()[l];
+    link.spheres.first = static_cast<int>(arm.spheres.size());
+    for (size_t s = 0; s < spheres.shape(0); ++s)
+      if (sphere_links.data()[s] == static_cast<int>(l)) {
+        const double* p = spheres.data() + 4 * s;
+        arm.spheres.push_back({T(p[0]), T(p[1]), T(p[2]), T(p[3])});
+      }
+    link.spheres.count = static_cast<int>(arm.spheres.size()) - link.spheres.first;
+    arm.links.push_back(link);
+  }
+  for (size_t k = 0; k < self_pairs.shape(0); ++k)
+    arm.self_pairs.emplace_back(self_pairs.data()[2 * k], self_pairs.data()[2 * k + 1]);
+  cell.arms.push_back(std::move(arm));
+}
+
+template <class T>
+void add_obstacle(CellModel<T>& cell, int shape, const Vector& pose, const Vector& size) {
+  Obstacle<T> o;
+  o.shape = static_cast<Shape>(shape);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) o.pose.r[3 * i + j] = T(pose.data()[4 * i + j]);
+    o.pose.p[i] = T(pose.data()[4 * i + 3]);
+  }
+  o.a = T(size.data()[0]);
+  o.b = T(size.data()[1]);
+  o.c = T(size.data()[2]);
+  cell.obstacles.push_back(o);
+}
+
+}  // namespace
+
+void bind_cell(nb::module_& m) {
+  nb::class_<Cell>(m, "Cell", "Arms and obstacles; add all of them, then freeze.")
+      .def(nb::init<>())
+      .def(
+          "add_arm",
+          [](Cell& self, Matrix fixed, Vector tool, Vector lower, Vector upper,
+             nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig> link_frames, Matrix spheres,
+             nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig> sphere_links, Pairs self_pairs) {
+            need(fixed.shape(0) <= kMaxDof && link_frames.shape(0) <= kMaxLinks, "an arm has 16 joints at most");
+            add_arm(self.single, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
+            add_arm(self.precise, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
+          },
+          nb::arg("fixed"), nb::arg("tool"), nb::arg("lower"), nb::arg("upper"), nb::arg("link_frames"),
+          nb::arg("spheres"), nb::arg("sphere_links"), nb::arg("self_pairs"),
+          "fixed [dof, 12]: rows of T_frame(k)_frame(k+1) at q = 0, joint axis z, the first one in the world; spheres "
+          "[s, 4] in the frame of their link, the base's (link 0) in the world.")
+      .def(
+          "add_obstacle",
+          [](Cell& self, int shape, Vector pose, Vector size) {
+            add_obstacle(self.single, shape, pose, size);
+            add_obstacle(self.precise, shape, pose, size);
+          },
+          nb::arg("shape"), nb::arg("pose"), nb::arg("size"))
+      .def("freeze", &Cell::freeze);
+
+  m.def(
+      "spheres",
+      [](const Cell& cell, int arm, Matrix q) {
+        need_rows(cell, arm, q);
+        const auto& model = cell.precise.arms[arm];
+        const size_t n = q.shape(0), s = model.spheres.size();
+        std::vector<double> out(n * s * 3);
+        {
+          nb::gil_scoped_release release;
+          Pose<Doubles> pose(model);
+          Doubles joints[kMaxDof];
+          for (size_t k = 0; k < n; k += width<Doubles>) {
+            load_rows(q.data(), n, k, model.dof, joints);
+            forward(joints, pose);
+            for (size_t l = 1; l < model.links.size(); ++l) pose.detail(static_cast<int>(l));
+            for (int lane = 0; lane < width<Doubles> && k + lane < n; ++lane)
+              for (size_t i = 0; i < s; ++i) {
+                double* p = out.data() + ((k + lane) * s + i) * 3;
+                p[0] = pose.spheres[i].x[lane], p[1] = pose.spheres[i].y[lane], p[2] = pose.spheres[i].z[lane];
+              }
+          }
+        }
+        return to_numpy<Out3>(std::move(out), n, s, 3);
+      },
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), "Sphere centres [n, s, 3] [m] in the order of `sphere_table`.");
+
+  m.def(
+      "sphere_table",
+      [](const Cell& cell, int arm) {
+        need(arm >= 0 && arm < static_cast<int>(cell.precise.arms.size()), "no such arm");
+        const auto& model = cell.precise.arms[arm];
+        std::vector<double> out;
+        for (size_t l = 0; l < model.links.size(); ++l)
+          for (int s = 0; s < model.links[l].spheres.count; ++s) {
+            out.push_back(static_cast<double>(l));
+            out.push_back(model.spheres[model.links[l].spheres.first + s].r);
+          }
+        return to_numpy<Out2>(out, out.size() / 2, 2);
+      },
+      nb::arg("cell"), nb::arg("arm"), "Link index and radius [m] of every sphere, [s, 2].");
+
+  m.def(
+      "tool_points",
+      [](const Cell& cell, int arm, Matrix q) {
+        need_rows(cell, arm, q);
+        const auto& model = cell.precise.arms[arm];
+        const size_t n = q.shape(0);
+        std::vector<double> out(n * 3);
+        {
+          nb::gil_scoped_release release;
+          Pose<Doubles> pose(model);
+          Doubles joints[kMaxDof];
+          for (size_t k = 0; k < n; k += width<Doubles>) {
+            load_rows(q.data(), n, k, model.dof, joints);
+            forward(joints, pose);
+            const auto* p = model.tool.p;
+            const auto tip = Pose<Doubles>::apply(pose.frames[model.dof], {p[0], p[1], p[2], 0});
+            for (int lane = 0; lane < width<Doubles> && k + lane < n; ++lane) {
+              double* to = out.data() + (k + lane) * 3;
+              to[0] = tip.x[lane], to[1] = tip.y[lane], to[2] = tip.z[lane];
+            }
+          }
+        }
+        return to_numpy<Out2>(std::move(out), n, 3);
+      },
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), "Tool points [n, 3] [m] in the world.");
+
+  m.def(
+      "static_clearance",
+      [](const Cell& cell, int arm, Matrix q, bool precise) {
+        need_rows(cell, arm, q);
+        const size_t n = q.shape(0);
+        std::vector<double> out(n);
+        {
+          nb::gil_scoped_release release;
+          if (precise) static_clearance<Doubles>(cell, arm, q.data(), n, out.data());
+          else static_clearance<Floats>(cell, arm, q.data(), n, out.data());
+        }
+        return to_numpy<Out1>(std::move(out), n);
+      },
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("precise") = false,
+      "Clearance [n] [m] of one arm from obstacles, the other arms' bases and itself.");
+
+  m.def(
+      "pair_clearance",
+      [](const Cell& cell, int a, Matrix qa, int b, Matrix qb, bool precise) {
+        need_rows(cell, a, qa);
+        need_rows(cell, b, qb);
+        need(qa.shape(0) == qb.shape(0) && a != b, "two arms, as many rows for each");
+        const size_t n = qa.shape(0);
+        std::vector<double> out(n);
+        {
+          nb::gil_scoped_release release;
+          if (precise) pair_clearance<Doubles>(cell, a, qa.data(), b, qb.data(), n, out.data());
+          else pair_clearance<Floats>(cell, a, qa.data(), b, qb.data(), n, out.data());
+        }
+        return to_numpy<Out1>(std::move(out), n);
+      },
+      nb::arg("cell"), nb::arg("a"), nb::arg("qa"), nb::arg("b"), nb::arg("qb"), nb::arg("precise") = false,
+      "Clearance [n] [m] between two arms, bases included.");
+
+  m.def(
+      "cell_clearance",
+      [](const Cell& cell, const std::vector<Matrix>& q, bool obstacles) {
+        need(!q.empty() && q.size() == cell.single.arms.size(), "one array of configurations for each arm");
+        std::vector<const double*> rows;
+        const size_t n = q[0].shape(0);
+        for (size_t a = 0; a < q.size(); ++a) {
+          need_rows(cell, static_cast<int>(a), q[a]);
+          need(q[a].shape(0) == n, "as many rows for each arm");
+          rows.push_back(q[a].data());
+        }
+        std::vector<double> out(n);
+        {
+          nb::gil_scoped_release release;
+          CellClearance<Floats> clearance(cell);
+          for (size_t k = 0; k < n; k += width<Floats>) store_lanes(clearance(rows, n, k, obstacles), out.data(), n, k);
+        }
+        return to_numpy<Out1>(std::move(out), n);
+      },
+      nb::arg("cell"), nb::arg("q"), nb::arg("obstacles") = true,
+      "Least clearance [n] [m] of whole states over all pairs of arms and, with `obstacles`, arms and obstacles.");
+
+  m.def(
+      "edges_free",
+      [](const Cell& cell, int arm, Matrix from, Matrix to, double margin, double proof) {
+        need_rows(cell, arm, from);
+        need_rows(cell, arm, to);
+        need(from.shape(0) == to.shape(0), "as many ends as beginnings");
+        const int n = static_cast<int>(from.shape(0)), dof = cell.single.arms[arm].dof;
+        std::vector<SegmentResult<float>> results(n);
+        {
+          nb::gil_scoped_release release;
+          std::vector<float> p(from.data(), from.data() + from.size()), q(to.data(), to.data() + to.size());
+          Prover<Floats> prover(cell.world<Floats>());
+          const auto at = [&](int s) { return std::pair<const float*, const float*>(&p[s * dof], &q[s * dof]); };
+          prover.alone(arm, n, at, levels_of(margin, proof), Stop::at_first_contact_of_segment, results.data());
+        }
+        std::vector<bool> out;
+        for (const auto& r : results) out.push_back(r.free);
+        return to_numpy<Flags>(out, n);
+      },
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q_from"), nb::arg("q_to"), nb::arg("margin"), nb::arg("proof"),
+      "Whether straight segments keep `proof` [m] at every instant and `margin` [m] where looked at: obstacles, other "
+      "bases, self. Limits are the caller's.");
+
+  m.def(
+      "certify",
+      [](const Cell& cell, const std::vector<Matrix>& q, double required, double slack, const Clock& clock) {
+        need(!q.empty() && q.size() == cell.precise.arms.size(), "one array of configurations for each arm");
+        std::vector<const double*> rows;
+        for (size_t a = 0; a < q.size(); ++a) {
+          need_rows(cell, static_cast<int>(a), q[a]);
+          need(q[a].shape(0) == q[0].shape(0) && q[0].shape(0) > 0, "as many rows for each arm");
+          rows.push_back(q[a].data());
+        }
+        Proof proof;
+        {
+          nb::gil_scoped_release release;
+          proof = Certifier<Doubles>(cell.world<Doubles>(), rows, static_cast<int>(q[0].shape(0)))
+                      .run(required, slack, clock);
+        }
+        return nb::make_tuple(proof.valid, proof.clearance, proof.arm_a, proof.arm_b, proof.step, proof.fraction);
+      },
+      nb::arg("cell"), nb::arg("q"), nb::arg("required"), nb::arg("slack"), nb::arg("clock"),
+      nb::sig(
+          "def certify(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], required: float, slack: float, clock: "
+          "Clock) -> tuple[bool, float, int, int, int, float]"),
+      "Proves a clearance [m] of all bodies along q [n, dof] per arm, linear in between: (valid, clearance, arm, other "
+      "arm or -1, segment, fraction of it).");
+}
+
+}  // namespace mmp

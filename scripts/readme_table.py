@@ -1,0 +1,168 @@
+"""Writes the tables of measured figures into README.md and docs/paper.md. Usage: readme_table.py [--check]
+
+The figures are the lines of docs/results/figures.jsonl, which the `bench_*.py` print; of several with one name the last
+one counts. A table stands between `<!-- table: NAME -->` and `<!-- end of table -->`. With --check nothing is written,
+and the exit code is 1 where a page is not up to date.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parent.parent
+FIGURES = ROOT / "docs" / "results" / "figures.jsonl"
+PAGES = (ROOT / "README.md", ROOT / "docs" / "paper.md")
+_PLACE = re.compile(r"(<!-- table: (\S+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
+
+PLANNERS = {
+    "ecbs": ("Barer et al. 2014", "`w` times its own path lengths"),
+    "apf-ecbs-nf": ("APF-ECBS, [2509.13882](https://arxiv.org/abs/2509.13882), without its fast track", "as `ecbs`"),
+    "apf-ecbs": ("APF-ECBS, [2509.13882](https://arxiv.org/abs/2509.13882)", "as `ecbs`"),
+}
+"""Planner -> where it is from, and the bound on the cost where `bound_met` says so."""
+OPTIONS = {
+    "": "the defaults",
+    "step=gradient": "gradient steps of `alpha`, as in the paper",
+    "distance=centre step=gradient": "and distances between sphere centres",
+    "early_stop=False": "all 50 iterations of ModifyMotion",
+    "fast_track=literal": "the fast track as in the paper",
+    "restarts=False": "one tree, as in the paper",
+    "constraint=vertex": "the paper's vertex constraint, with a radius",
+}
+CORE = {
+    "cell_check_8x28": "kinematics and least clearance over the 28 pairs of 8 UR5e, in a batch, a state",
+    "cell_check_8x28_single_state": "the same, one state at a time",
+    "conflicts_8_arms": "all conflicts of 8 motions, proved between the steps",
+    "force_field_one_of_8_arms": "the repulsive force on one motion from 7 others",
+    "certificate_8_arms": "the certificate of a plan for 8 arms",
+    "env_reset_given": "`reset` of `MultiArmCell-8` to a given instance",
+    "env_step": "`step` of `MultiArmCell-8`",
+    "import": "`import mmp_env, mmp_planners` beyond MuJoCo and Gymnasium",
+}
+"""Figure -> what it says."""
+
+Figures = Mapping[str, Mapping[str, Any]]
+
+
+def main() -> None:
+    """Brings the pages up to date, or says that they are not."""
+    check = sys.argv[1:] == ["--check"]
+    if sys.argv[1:] and not check:
+        sys.exit(f"usage: readme_table.py [--check], not {' '.join(sys.argv[1:])}")
+    figures = read_figures(FIGURES)
+    stale = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        fresh = _PLACE.sub(lambda place: place[1] + TABLES[place[2]](figures) + place[3], text)
+        if fresh != text:
+            stale.append(page.name)
+            if not check:
+                page.write_text(fresh, encoding="utf-8")
+    print(", ".join(stale) + (" out of date" if check else " written") if stale else "up to date")
+    sys.exit(1 if check and stale else 0)
+
+
+def read_figures(path: Path) -> dict[str, dict[str, Any]]:
+    """Name -> line."""
+    lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    return {line["name"]: line for line in lines}
+
+
+def sources(figures: Figures, *, rings: bool) -> list[str]:
+    """What planners were run on, in the order of the file: environment ids, or instance files."""
+    names = dict.fromkeys(name.split("/")[0] for name in figures if name.count("/") == 2)
+    return [name for name in names if name.startswith("MultiArmCell") == rings]
+
+
+def outcome(figures: Figures, source: str, planner: str) -> str:
+    """A cell of a table: solved, median and 90th percentile of the time, mean of expanded nodes."""
+    found = {key: figures.get(f"{source}/{planner}/{key}") for key in _OUTCOME}
+    solved, median, p90, nodes = found.values()
+    if solved is None or median is None or p90 is None:
+        return "–"
+    text = f"{solved['value']} {solved['unit']}; {seconds(median['value'])} / {seconds(p90['value'])}"
+    return text if nodes is None else f"{text}; {nodes['value']:.3g}"
+
+
+_OUTCOME = ("solved", "planning_time_median", "planning_time_p90", "expanded_nodes_mean")
+
+
+def seconds(value: float) -> str:
+    """A time as people read it."""
+    for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "µs")):
+        if value * factor >= 1:
+            shown = value * factor
+            return f"{shown:.0f} {unit}" if shown >= 10 else f"{shown:#.2g} {unit}"
+    return f"{value * 1e9:.0f} ns"
+
+
+def planner_table(figures: Figures) -> Iterator[list[str]]:
+    """Planners and the rings."""
+    rings = sources(figures, rings=True)
+    yield ["planner", "paper", "bound on the cost", *(f"`{name}`" for name in rings)]
+    for planner, (paper, bound) in PLANNERS.items():
+        yield [f"`{planner}`", paper, bound, *(outcome(figures, ring, planner) for ring in rings)]
+
+
+def file_table(figures: Figures) -> Iterator[list[str]]:
+    """Published instances and the planners."""
+    yield ["instances", "valid", *(f"`{planner}`" for planner in PLANNERS)]
+    for name in sources(figures, rings=False):
+        valid = next((f for key, f in figures.items() if re.fullmatch(f"{name}/.*/valid_instances", key)), None)
+        counted = f"{valid['value']} {valid['unit']}" if valid else "–"
+        yield [name, counted, *(outcome(figures, name, planner) for planner in PLANNERS)]
+
+
+def option_table(figures: Figures) -> Iterator[list[str]]:
+    """What the rulings are worth: apf-ecbs with the paper's letter instead."""
+    rings = sources(figures, rings=True)
+    runs = {option: f"apf-ecbs {option}".strip() for option in OPTIONS}
+    rings = [ring for ring in rings if any(f"{ring}/{runs[option]}/solved" in figures for option in OPTIONS if option)]
+    yield ["`--set`", "what", *(f"`{ring}`" for ring in rings)]
+    for option, words in OPTIONS.items():
+        shown = option.replace("=False", "=off")
+        yield [f"`{shown}`" if option else "–", words, *(outcome(figures, ring, runs[option]) for ring in rings)]
+
+
+def core_table(figures: Figures) -> Iterator[list[str]]:
+    """Small things, and how they compare."""
+    yield ["what", "time", "compared"]
+    scale = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+    for name, words in CORE.items():
+        figure = figures.get(name)
+        if figure is not None:
+            compared = ""
+            if "ratio" in figure:
+                # Against MuJoCo's own collision test a ratio says how many times faster, elsewhere how much longer.
+                relation = "times as fast as" if figure["ratio_to"].startswith("mj_kin") else "times the time of"
+                compared = f"{figure['ratio']:.2g} {relation} `{figure['ratio_to']}`"
+            yield [words, seconds(figure["value"] * scale[figure["unit"]]), compared]
+
+
+def cpu_line(figures: Figures) -> Iterator[list[str]]:
+    """On what it was measured."""
+    yield sorted({figure["cpu"] for figure in figures.values() if "cpu" in figure})
+
+
+def as_table(rows: Iterator[list[str]]) -> str:
+    """Markdown, the first row being the head."""
+    head, *body = rows
+    lines = [head, ["---"] * len(head), *body]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+TABLES = {
+    "planners": lambda figures: as_table(planner_table(figures)),
+    "files": lambda figures: as_table(file_table(figures)),
+    "options": lambda figures: as_table(option_table(figures)),
+    "core": lambda figures: as_table(core_table(figures)),
+    "cpu": lambda figures: "; ".join(next(cpu_line(figures))) + "\n",
+}
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,135 @@
+"""The tree as watchers are told of it, against the statistics of the run."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import two_arms
+
+from mmp_planners import events, make, names
+
+COUNTED = {
+    events.NodeExpanded: "expanded_nodes",
+    events.Replanned: "low_level_calls",
+    events.Repelled: "repulsions",
+    events.FastTracked: "fast_track_tries",
+}
+TREE_PLANNERS = [name for name in names() if {"restarts", "w"} <= {f.name for f in dataclasses.fields(make(name))}]
+# Narrower than `passing`: both solve it, after some expansions and a second tree.
+PROBLEM = two_arms.turning((0.8, -0.8), (0.8, -0.8), distance_m=1.0)
+
+
+@pytest.fixture(scope="module", params=TREE_PLANNERS)
+def run(request):
+    """What a run told, and its result."""
+    told = []
+    result = make(request.param).plan(PROBLEM, seed=0, time_limit=60.0, watch=told.append)
+    assert result.plan is not None
+    return told, result
+
+
+def of(told, kind):
+    return [event for event in told if isinstance(event, kind)]
+
+
+def test_what_is_told_is_what_is_counted(run):
+    told, result = run
+    assert {kind.__name__: len(of(told, kind)) for kind in COUNTED} == {
+        kind.__name__: result.stats[key] for kind, key in COUNTED.items()
+    }
+    assert len(of(told, events.SearchStarted)) == result.stats["restarts"] + 1
+    assert sum(event.solved for event in of(told, events.FastTracked)) == result.stats["fast_track_hits"]
+    created = of(told, events.NodeCreated)
+    assert len(created) + result.stats["dropped_children"] == result.stats["generated_nodes"]
+    assert created[0].conflicts == result.stats["root_conflicts"]
+    assert result.stats["expanded_nodes"] == 0 or of(told, events.NodeExpanded)[-1].expanded_nodes == len(
+        of(told, events.NodeExpanded)
+    )
+
+
+def test_times_and_node_numbers_ascend(run):
+    told, _ = run
+    times = [event.elapsed_s for event in told]
+    assert times == sorted(times)
+    numbers = [event.node for event in of(told, events.NodeCreated)]
+    assert numbers == sorted(set(numbers))
+
+
+def test_the_nodes_make_one_tree_for_each_search(run):
+    """Roots have no parent; a child is made of an expanded node of the same tree, a fast-tracked one of an open one."""
+    told, result = run
+    tree, expanded, roots = {}, set(), 0
+    for event in told:
+        if isinstance(event, events.SearchStarted):
+            tree, expanded = {}, set()
+        elif isinstance(event, events.NodeExpanded):
+            assert event.node in tree
+            assert event.node not in expanded
+            assert event.conflicts == tree[event.node].conflicts > 0
+            expanded.add(event.node)
+        elif isinstance(event, events.ConflictChosen):
+            assert event.node in expanded
+            assert event.arm_a < event.arm_b
+            assert 0 <= event.start_s <= event.end_s
+        elif isinstance(event, events.NodeCreated):
+            roots += event.parent is None
+            if event.parent is None:
+                assert not tree
+                assert (event.arm, event.constraint, event.fast_track) == (None, None, False)
+            else:
+                assert event.parent in (tree.keys() - expanded if event.fast_track else expanded)
+                assert event.arm in PROBLEM.cell.arm_names
+                assert (event.constraint is None) == event.fast_track
+            tree[event.node] = event
+    assert roots == result.stats["restarts"] + 1
+
+
+def test_a_child_differs_from_its_parent_in_the_path_of_one_arm(run):
+    told, _ = run
+    nodes = {event.node: event for event in of(told, events.NodeCreated)}
+    for event in nodes.values():
+        cost = sum(float(np.abs(np.diff(q, axis=0)).sum()) for q in event.paths.values())
+        assert event.cost_rad == pytest.approx(cost)
+        assert event.lower_bound_rad >= PROBLEM.cost_lower_bound_rad - 1e-9
+        if event.parent is not None:
+            parent = nodes[event.parent]
+            assert [arm for arm, q in event.paths.items() if q is not parent.paths[arm]] == [event.arm]
+
+
+def test_solutions_become_cheaper_and_the_last_one_is_returned(run):
+    told, result = run
+    found = of(told, events.SolutionFound)
+    costs = [event.cost_rad for event in found]
+    assert costs == sorted(set(costs), reverse=True)
+    assert costs[-1] == pytest.approx(result.plan.cost_rad)
+    assert found[-1].clearance_m == result.stats["min_clearance_m"]
+    (node,) = (event for event in of(told, events.NodeCreated) if event.node == found[-1].node)
+    for arm, q in node.paths.items():
+        np.testing.assert_array_equal(result.plan.positions[arm][: len(q)], q)
+        assert (result.plan.positions[arm][len(q) :] == q[-1]).all(), "an arm that is there first waits"
+
+
+def test_a_replanned_path_is_tried_for_three_times_at_most(run):
+    told, _ = run
+    before = None
+    for event in of(told, events.Replanned):
+        again = before is not None and not before.found
+        assert event.tries == (before.tries % 3 + 1 if again else 1)
+        assert not again or event.tries == 1 or (event.arm, event.constraints) == (before.arm, before.constraints)
+        before = event
+
+
+def test_the_iterates_of_repulsion_are_told_where_they_are_asked_for_and_change_no_plan():
+    plans, repelled = [], []
+    for trace in (False, True):
+        told = []
+        plans.append(make("apf-ecbs-nf", trace=trace).plan(two_arms.passing(), seed=0, watch=told.append).plan)
+        repelled.append(of(told, events.Repelled))
+    for arm, q in plans[0].positions.items():
+        np.testing.assert_array_equal(q, plans[1].positions[arm])
+    assert [event.iterates for event in repelled[0]] == [()] * len(repelled[0])
+    for event in repelled[1]:
+        assert len(event.iterates) == event.iterations > 0
+        assert all(q.shape == event.before.shape == event.after.shape for q in event.iterates)
+        assert (event.after[[0, -1]] == event.before[[0, -1]]).all()
+        assert any(np.allclose(q, event.after, rtol=0, atol=1e-6) for q in event.iterates)

@@ -1,0 +1,113 @@
+"""The fast track: where one arm is in every conflict it alone is moved out of the way."""
+
+import pytest
+from arms_on_a_line import ArmsOnALine, Push, node, tree
+
+from mmp_planners.events import FastTracked, NodeCreated, NodeExpanded
+from mmp_planners.fast_track import NoFastTrack, RepulsiveFastTrack
+
+TWO, THREE = ArmsOnALine((), ()), ArmsOnALine((), (), ())
+SWAP = [(0, 1, 2), (2, 1, 0)]
+
+
+def tries(fast_track, n):
+    arms = {2: TWO, 3: THREE}[len(n.paths)]
+    return [(attempt.arm, attempt.solved) for attempt in fast_track(arms, n)]
+
+
+def test_of_a_single_pair_the_lower_arm_is_tried_first_and_then_the_other():
+    push = Push({0: (0, 1, 3, 2), 1: (2, 5, 0)})
+    assert tries(RepulsiveFastTrack(modification=push), node(0, *SWAP)) == [(0, False), (1, True)]
+    assert tries(RepulsiveFastTrack(modification=Push({1: (2, 5, 0)})), node(0, *SWAP)) == [(1, True)]
+
+
+def test_the_arm_in_every_pair_is_tried_and_no_other():
+    push = Push({k: (7, 8, 9) for k in range(3)})
+    n = node(0, (0, 1, 2), (2, 1, 4), (2, 6, 7))
+    assert set(n.conflicts) == {(0, 1), (1, 2)}
+    assert tries(RepulsiveFastTrack(modification=push), n) == [(1, True)]
+
+
+def test_without_an_arm_in_every_pair_nothing_is_tried():
+    push = Push({k: (7, 8, 9) for k in range(3)})
+    n = node(0, (1, 1), (1, 1), (1, 1))
+    assert tries(RepulsiveFastTrack(modification=push), n) == []
+    assert tries(NoFastTrack(), node(0, *SWAP)) == []
+
+
+def test_a_sound_try_leaves_the_node_as_it_is():
+    n = node(0, *SWAP)
+    before = n.paths, n.conflicts
+    (attempt,) = RepulsiveFastTrack(modification=Push({0: (0, -5, 2)}))(TWO, n)
+    assert (n.paths, n.conflicts) == before
+    assert (attempt.node.cost, attempt.node.lower_bound, attempt.node.conflicts) == (14.0, 4.0, {})
+
+
+def test_a_literal_try_gives_the_node_the_path_of_the_first_common_arm_whatever_is_left():
+    push = Push({0: (0, 0.5, 1, 0, 2), 1: (2, 5, 0)})
+    n = node(0, (0, 1, 2, 2), (2, 1, 0, 0))
+    (attempt,) = RepulsiveFastTrack(modification=push, literal=True)(TWO, n)
+    assert (attempt.arm, attempt.solved) == (0, False)
+    assert n.paths[0].q[:, 0].tolist() == [0, 0.5, 1, 0, 2]
+    assert {pair: steps.tolist() for pair, steps in n.conflicts.items()} == {(0, 1): [3]}
+    assert (n.cost, n.lower_bound) == (6.0, 4.0)
+
+
+def searched(push, ways, *, literal=False, w=1.0, **parts):
+    events = []
+    arms = ArmsOnALine(*ways, **{key: parts.pop(key) for key in ("certificates",) if key in parts})
+    fast_track = RepulsiveFastTrack(modification=Push(push), literal=literal)
+    search = tree(arms, w=w, watch=events.append, fast_track=fast_track, **parts)
+    return search, search.run(0), events
+
+
+# Both meet at place 1; b knows another way, 5 dearer than the straight one, once it is constrained.
+WAYS = ([(0, 1, 2)], [(2, 1, 0), (2, 4.5, 0)])
+
+
+@pytest.mark.parametrize("literal", [False, True])
+def test_a_hit_within_w_times_the_bound_is_the_solution_without_any_expansion(literal):
+    search, exhausted, events = searched({0: (0, -1, 2)}, WAYS, literal=literal, w=1.5)
+    assert not exhausted
+    assert (search.best.cost, search.best.bound_met) == (6.0, True)
+    counts = search.counts
+    assert (counts.expanded_nodes, counts.fast_track_tries, counts.fast_track_hits) == (0, 1, 1)
+    root, hit = (event for event in events if isinstance(event, NodeCreated))
+    assert (hit.fast_track, hit.parent, hit.arm, hit.constraint, hit.conflicts) == (True, root.node, "a", None, 0)
+    assert not root.fast_track
+    assert [(event.node, event.arm, event.solved) for event in events if isinstance(event, FastTracked)] == [
+        (root.node, "a", True)
+    ]
+
+
+def test_after_a_sound_hit_that_is_too_dear_the_node_is_branched_as_ever():
+    search, _, events = searched({0: (0, -9, 2)}, WAYS)
+    assert [event.node for event in events if isinstance(event, NodeExpanded)] == [0]
+    assert (search.counts.fast_track_tries, search.counts.fast_track_hits) == (1, 1)
+    assert search.best.cost == 9.0, "the child of b is cheaper than the hit"
+
+
+def test_after_a_literal_hit_there_is_nothing_to_branch_and_the_search_goes_on_without_the_node():
+    search, exhausted, events = searched({0: (0, -9, 2)}, WAYS, literal=True)
+    assert not exhausted
+    assert not [event for event in events if isinstance(event, NodeExpanded)]
+    assert search.best.cost == 22.0
+
+
+@pytest.mark.parametrize("literal", [False, True])
+def test_a_hit_that_cannot_be_proved_goes_on_as_a_node_with_that_conflict(literal):
+    refused = (False, -0.1, (0, 1), 0.5)
+    search, _, _ = searched({0: (0, -1, 2)}, WAYS, literal=literal, w=9.0, certificates=[refused])
+    assert search.counts.failed_certificates == 1
+    assert search.best is not None
+    assert search.counts.expanded_nodes == 1
+
+
+def test_a_miss_is_discarded_and_each_node_is_tried_once():
+    """The push of a does not help, however often it is tried; b has to go around, at its second constraint."""
+    ways = ([(0, 1, 2), None], [(2, 1, 0), (2, 1, 0), (2, 4.5, 0)])
+    search, _, events = searched({0: (0, 1, 3, 2)}, ways, w=9.0)
+    assert search.counts.fast_track_hits == 0
+    assert [event.node for event in events if isinstance(event, FastTracked)] == [0, 2]
+    assert [event.node for event in events if isinstance(event, NodeExpanded)] == [0, 2]
+    assert search.best.cost == 9.0

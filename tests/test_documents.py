@@ -1,0 +1,57 @@
+"""The documents: their programs run, their cells load, their links lead somewhere, their tables are up to date."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from mmp_env import load_cell
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")])
+
+
+def blocks(text: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+
+
+def test_the_ten_lines_of_the_readme_move_eight_arms_to_their_goals():
+    (program,) = blocks(README, "python")
+    names: dict[str, object] = {}
+    exec(program, names)
+    report = names["report"]
+    assert report.reached
+    assert report.contacts == []
+
+
+def test_the_cell_of_the_readme_is_one(tmp_path):
+    (text,) = blocks(README, "yaml")
+    (tmp_path / "packing.yaml").write_text(text, encoding="utf-8")
+    assert load_cell(tmp_path / "packing.yaml").arm_names == ("left", "right", "back")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_the_links_of_a_page_lead_to_files_that_are_there(page):
+    targets = re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8"))
+    missing = [t for t in targets if "://" not in t and not (page.parent / t).exists()]
+    assert missing == []
+
+
+def test_the_tables_are_made_of_the_figures_that_are_kept():
+    script = [sys.executable, str(ROOT / "scripts" / "readme_table.py"), "--check"]
+    done = subprocess.run(script, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_line_numbers_in_the_conflict_tree_are_lines_of_the_algorithm_that_the_page_has():
+    code = (ROOT / "planners" / "mmp_planners" / "conflict_tree.py").read_text(encoding="utf-8")
+    algorithm = blocks((ROOT / "docs" / "paper.md").read_text(encoding="utf-8"), "")[0]
+    lines = {int(number) for number in re.findall(r"^ *(\d+)  ", algorithm, re.MULTILINE)}
+    named: set[int] = set()
+    for first, last in re.findall(r"# l\. (\d+)(?:-(\d+))?", code):
+        named |= set(range(int(first), int(last or first) + 1))
+    assert named <= lines
+    assert {6, 9, 15, 18, 19, 20, 24} <= named

@@ -112,6 +112,12 @@ class Constraint:
         """
 
     @staticmethod
+    def moving(cell: Cell, motion: Motion, start: int, end: int) -> list[Constraint]:
+        """
+        Touching another arm as it moves, from step `start` to `end`: a list of constraints, one a step.
+        """
+
+    @staticmethod
     def sphere(center: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], radius: float, first_link: int, start: int, end: int) -> Constraint:
         """Links from `first_link` on touching a sphere in the world."""
 

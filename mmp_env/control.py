@@ -6,13 +6,14 @@ limits; the servos follow it with velocity feed-forward.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.errors import UnknownNameError
+from mmp_env.errors import MmpError, UnknownNameError
 
 LEASH_RAD = 0.1
 """How far the reference may be ahead of a joint, so that an arm that was held up does not leap when it is free."""
@@ -79,3 +80,23 @@ def find_control_mode(name: str) -> type[ControlMode]:
     if name not in CONTROL_MODES:
         raise UnknownNameError("control_mode", name, CONTROL_MODES)
     return CONTROL_MODES[name]
+
+
+def checked_action(action: np.ndarray, count: int) -> Float[np.ndarray, "n"]:
+    """The action within [-1, 1]. Raises `MmpError` where it has not `count` numbers or not all are finite."""
+    values = np.asarray(action, dtype=float)
+    if values.shape != (count,):
+        raise MmpError(f"the action has shape {list(values.shape)}; expected [{count}]")
+    # The square is finite only if all numbers are, and takes a fifth of the time of looking at each.
+    if not math.isfinite(values @ values) and not np.isfinite(values).all():
+        raise MmpError(f"the action holds {values[~np.isfinite(values)][0]}; it must be finite numbers")
+    return np.minimum(np.maximum(values, -1.0), 1.0)
+
+
+def steps_per_action(control_rate_hz: int, timestep_s: float) -> int:
+    """Physics steps in one control period. Raises `MmpError` where that is no whole number."""
+    steps = 1 / (control_rate_hz * timestep_s) if control_rate_hz > 0 else 0.0
+    if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
+        fastest = round(1 / timestep_s)
+        raise MmpError(f"control_rate_hz is {control_rate_hz}; it must divide {fastest}, the physics steps per second")
+    return round(steps)

@@ -6,7 +6,6 @@ docs/environment.md has the spaces, the reward and the constants in one place.
 from __future__ import annotations
 
 import inspect
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
@@ -19,19 +18,18 @@ from jaxtyping import Float
 from mmp_env.cell import Cell
 from mmp_env.cell_source import find_cell, ring_names
 from mmp_env.contacts import Contact
-from mmp_env.control import find_control_mode
+from mmp_env.control import checked_action, find_control_mode, steps_per_action
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.execution import REACHED_RAD, ExecutionReport, execute_plan
 from mmp_env.instances import DEFAULT_TASK, Source, find_task
 from mmp_env.observation import Observer, joint_limits
 from mmp_env.opengl import check_render_mode, possible_render_modes
 from mmp_env.plan import Plan
+from mmp_env.plan_fit import check_fit
 from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem, velocity_limits
 from mmp_env.registration import ANY_CELL
 from mmp_env.rendering import Camera, Window
 from mmp_env.simulation import Simulation
-
-__all__ = ["Contact", "ExecutionReport", "MultiArmCellEnv"]
 
 CONTROL_RATE_HZ = 10
 """Actions per second of simulated time: one for each 0.1 s step of the planners, 50 physics steps."""
@@ -39,6 +37,9 @@ PROGRESS_WEIGHT = 10.0
 """Reward for each radian that the joints come nearer to their goals on average."""
 SUCCESS_BONUS = 10.0
 CONTACT_PENALTY = 10.0
+
+_SHOWN_STEPS = 20
+"""Physics steps between two pictures in a window: 25 pictures per second."""
 
 Observation = dict[str, np.ndarray]
 State = Mapping[str, Float[np.ndarray, " dof"]]
@@ -104,13 +105,14 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         fastest = np.concatenate(list(velocity_limits(self.cell, max_velocity).values()))
         lower, upper = joint_limits(self.cell)
         self._simulation = Simulation(self.cell)
-        steps = _steps_per_action(control_rate_hz, self._simulation.timestep_s)
+        steps = steps_per_action(control_rate_hz, self._simulation.timestep_s)
         self._mode = mode(lower=lower, upper=upper, reach=fastest / control_rate_hz)
         self._observer = Observer(self._simulation)
         self.observation_space = self._observer.space
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self._simulation.count,), np.float32)
         # How much of a period's motion the command of each physics step adds to its begin: reference and feed-forward.
         self._shares = (np.arange(steps) / steps)[:, None] + self._simulation.lead_s * control_rate_hz
+        self._stretch = _SHOWN_STEPS if render_mode == "human" else steps
         self._instance: _Instance | None = None
         self._picture_size = (width, height)
         self._view: Camera | Window | None = None
@@ -169,13 +171,15 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         """
         self._present()
         simulation = self._simulation
-        begin, end = self._mode.reference(self._checked(action), self._q, self._reference)
+        begin, end = self._mode.reference(checked_action(action, simulation.count), self._q, self._reference)
         before = self._mean_distance
         simulation.log.clear()
-        simulation.advance(begin + self._shares * (end - begin))
+        commands = begin + self._shares * (end - begin)
+        for first in range(0, len(commands), self._stretch):
+            simulation.advance(commands[first : first + self._stretch])
+            self._show_window()
         self._q, self._reference = simulation.positions, end
         contacts = simulation.log.contacts
-        self._show_window()
         observation, info = self._outcome(contacts)
         reward = PROGRESS_WEIGHT * (before - self._mean_distance)
         reward += SUCCESS_BONUS * info["is_success"] - CONTACT_PENALTY * bool(contacts)
@@ -187,11 +191,11 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
 
         The plan's start and goal become the environment's. Raises `MmpError` for a plan of another cell.
         """
-        simulation, problem = self._simulation, plan.problem
-        report = execute_plan(simulation, plan, self._show_window)
+        check_fit(plan, self.cell)
         # Arms that the plan's cell does not have stay where they are, and are to stay there.
-        here = simulation.split(simulation.positions)
+        here, problem = self._simulation.split(self._simulation.positions), plan.problem
         self._instance = self._instance_of({**here, **problem.start}, {**here, **problem.goal}, problem.name)
+        report = execute_plan(self._simulation, plan, self._show_window)
         self._stand()
         return report
 
@@ -243,26 +247,9 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         info = {"is_success": distance <= REACHED_RAD, "contacts": contacts, "distance_rad": distance}
         return self._observer.observe(self._q, target), info
 
-    def _checked(self, action: np.ndarray) -> Float[np.ndarray, "n"]:
-        values = np.asarray(action, dtype=float)
-        if values.shape != self._q.shape:
-            raise MmpError(f"the action has shape {list(values.shape)}; expected {list(self._q.shape)}")
-        # The square is finite only if all numbers are, and takes a fifth of the time of looking at each.
-        if not math.isfinite(values @ values) and not np.isfinite(values).all():
-            raise MmpError(f"the action holds {values[~np.isfinite(values)][0]}; it must be finite numbers")
-        return np.minimum(np.maximum(values, -1.0), 1.0)
-
     def _show_window(self) -> None:
         if self.render_mode == "human":
             self.render()
-
-
-def _steps_per_action(control_rate_hz: int, timestep_s: float) -> int:
-    steps = 1 / (control_rate_hz * timestep_s) if control_rate_hz > 0 else 0.0
-    if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
-        fastest = round(1 / timestep_s)
-        raise MmpError(f"control_rate_hz is {control_rate_hz}; it must divide {fastest}, the physics steps per second")
-    return round(steps)
 
 
 _OPTIONS = tuple(name for name, p in inspect.signature(MultiArmCellEnv).parameters.items() if p.kind is p.KEYWORD_ONLY)

@@ -18,7 +18,7 @@ REACHED_RAD = 0.02
 SETTLE_S = 0.5
 """After the last time of a plan the servos hold its end until all is at rest, at most this long."""
 _NEAR_RAD, _AT_REST_RAD_S = 1e-3, 1e-3
-_STRETCH = 25
+_STRETCH = 20
 """Physics steps between two calls of `show`."""
 
 
@@ -43,7 +43,7 @@ class ExecutionReport:
 
 
 def execute_plan(simulation: Simulation, plan: Plan, show: Callable[[], None] = lambda: None) -> ExecutionReport:
-    """Plays `plan` from its start; arms that it does not move hold still. Calls `show` every 50 ms of simulated time.
+    """Plays `plan` from its start; arms that it does not move hold still. Calls `show` every 40 ms of simulated time.
 
     The arms follow the plan's positions with its velocities (those of its straight segments where it has none) as
     feed-forward, at every physics step. Raises `MmpError` for a plan of another cell or one that is malformed.

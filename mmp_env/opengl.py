@@ -18,13 +18,22 @@ _WINDOWED = ("glfw", "glx", "on", "true", "1", "enable", "enabled")
 _DISABLED = ("off", "false", "0", "disable", "disabled")
 
 
+def asked_for() -> str:
+    """The backend that `MUJOCO_GL` names, empty where it names none.
+
+    Raises `MmpError` that names the package to install where its library is missing, or the values that exist.
+    """
+    name = os.environ.get("MUJOCO_GL", "").strip().lower()
+    if sys.platform.startswith("linux") and name not in ("", *_LIBRARIES, *_WINDOWED, *_DISABLED):
+        raise UnknownNameError("value of MUJOCO_GL", name, [*_LIBRARIES, "glfw", "disable"])
+    if (library := missing_library(name)) is not None:
+        raise MmpError(f"MUJOCO_GL is {name}, but {library} is missing; `apt install {_PACKAGES[name]}` installs it")
+    return name
+
+
 def missing_library(backend: str) -> str | None:
-    """The sentence that says what to install for a backend, `egl` or `osmesa`; None where nothing is missing."""
-    name = backend.strip().lower()
-    for library in _LIBRARIES.get(name, ()):
-        if not found(library):
-            return f"the library lib{library} is missing; install it with `apt install {_PACKAGES[name]}`"
-    return None
+    """The library that a backend, `egl` or `osmesa`, lacks; None where nothing is missing."""
+    return next((f"lib{name}" for name in _LIBRARIES.get(backend, ()) if not found(name)), None)
 
 
 @functools.cache
@@ -60,16 +69,12 @@ def offscreen_backend() -> str:
 
     Raises `MmpError` that names the package to install, or the values that `MUJOCO_GL` may have.
     """
-    wanted = os.environ.get("MUJOCO_GL", "").strip().lower()
+    wanted = asked_for()
     if wanted in _DISABLED:
-        raise MmpError(f"MUJOCO_GL={wanted} forbids pictures; unset it, or set it to egl or osmesa")
-    if wanted in _LIBRARIES and (lack := missing_library(wanted)):
-        raise MmpError(f"no picture with MUJOCO_GL={wanted}: {lack}")
+        raise MmpError(f"MUJOCO_GL is {wanted}, which forbids pictures; unset it, or set it to egl or osmesa")
     if not sys.platform.startswith("linux") or wanted in _WINDOWED:
         return "window"
     if wanted:
-        if wanted not in _LIBRARIES:
-            raise UnknownNameError("value of MUJOCO_GL", wanted, [*_LIBRARIES, "glfw", "disable"])
         return wanted
     for name in _LIBRARIES:
         if missing_library(name) is None:

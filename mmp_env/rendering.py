@@ -16,7 +16,6 @@ from mmp_env.simulation import Simulation
 from mmp_env.staging import CAMERA
 
 GHOST_ALPHA = 0.22
-WINDOW_RATE_HZ = 20
 _MOST_PIXELS = 4096
 _MAX_GEOMS = 5000
 _FINE_SAMPLES = 4
@@ -84,7 +83,7 @@ class Camera:
 
 
 class Window:
-    """MuJoCo's viewer, kept in step with real time. Raises `MmpError` where there is no display."""
+    """MuJoCo's viewer, kept in step with simulated time. Raises `MmpError` where there is no display."""
 
     def __init__(self, simulation: Simulation, *_: int) -> None:
         check_render_mode("human")
@@ -92,24 +91,39 @@ class Window:
 
         self._simulation, self._ghosts = simulation, _Ghosts(simulation)
         self._viewer = viewer.launch_passive(simulation.model, simulation.data, show_left_ui=False, show_right_ui=False)
-        self._next_s = time.monotonic()
+        _look_like_fixed_camera(self._viewer.cam, simulation)
+        self._begin_s, self._before_s = time.monotonic(), 0.0
 
     def show(self, target: Float[np.ndarray, "n"] | None = None) -> None:
-        """Brings the window up to date, not more often than real time allows; does nothing once it is closed."""
+        """Brings the window up to date, not before its time has come; does nothing once it is closed."""
         if not self._viewer.is_running():
             return
-        time.sleep(max(0.0, self._next_s - time.monotonic()))
-        self._next_s = time.monotonic() + 1 / WINDOW_RATE_HZ
         with self._viewer.lock():
             self._viewer.user_scn.ngeom = 0
             if target is not None:
                 self._ghosts.add_to(self._viewer.user_scn, target)
+        now_s = float(self._simulation.data.time)
+        ahead_s = now_s - (time.monotonic() - self._begin_s)
+        if now_s < self._before_s or ahead_s < 0:  # started anew, or slower than real time
+            self._begin_s = time.monotonic() - now_s
+        else:
+            time.sleep(ahead_s)
+        self._before_s = now_s
         self._viewer.sync()
 
     def close(self) -> None:
         """Closes the window."""
         with contextlib.suppress(RuntimeError):
             self._viewer.close()
+
+
+def _look_like_fixed_camera(camera: Any, simulation: Simulation) -> None:
+    """Sets a camera that the mouse can move to where the cell's own one stands."""
+    fixed = simulation.data.camera(CAMERA)
+    forward = -fixed.xmat.reshape(3, 3)[:, 2]
+    distance = float(forward @ (simulation.model.stat.center - fixed.xpos))
+    camera.distance, camera.lookat = distance, fixed.xpos + distance * forward
+    camera.azimuth, camera.elevation = np.degrees([np.arctan2(forward[1], forward[0]), np.arcsin(forward[2])])
 
 
 class _Ghosts:

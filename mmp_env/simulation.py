@@ -37,6 +37,7 @@ class Simulation:
         self.slices = {arm.name: slice(end - arm.dof, end) for arm, end in zip(cell.arms, ends, strict=True)}
         self.count: int = ends[-1]
         self.timestep_s = float(self.model.opt.timestep)
+        mujoco.mj_step1(self.model, self.data)
 
     @property
     def positions(self) -> Float[np.ndarray, "n"]:

@@ -72,6 +72,20 @@ void bind_search(nb::module_& m) {
           nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("shrink"), nb::arg("start"), nb::arg("end"),
           nb::keep_alive<0, 1>(), "Touching another arm as it stands at q, its spheres smaller by `shrink` [m].")
       .def_static(
+          "moving",
+          [](nb::handle_t<Cell> cell, const SearchMotion& motion, int start, int end) {
+            nb::list out;
+            for (auto& part : SearchConstraint::moving(motion, start, end)) {
+              nb::object object = nb::cast(std::move(part));
+              nb::keep_alive_obj(object, cell);
+              out.append(object);
+            }
+            return out;
+          },
+          nb::arg("cell"), nb::arg("motion"), nb::arg("start"), nb::arg("end"),
+          nb::sig("def moving(cell: Cell, motion: Motion, start: int, end: int) -> list[Constraint]"),
+          "Touching another arm as it moves, from step `start` to `end`: a list of constraints, one a step.")
+      .def_static(
           "sphere",
           [](Vector center, double radius, int first_link, int start, int end) {
             need(center.shape(0) == 3 && first_link > 0, "a point, and a link that moves");

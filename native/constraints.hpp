@@ -1,9 +1,10 @@
 // What a branch of the conflict tree forbids one arm, and when. Times are whole steps.
 #pragma once
 
+#include <array>
 #include <vector>
 
-#include "segments.hpp"
+#include "motion.hpp"
 
 namespace mmp {
 
@@ -36,6 +37,30 @@ class Constraint {
     return c;
   }
 
+  // Touching another arm as it moves: a part for each step, the arm halfway through it with what it sweeps on the way,
+  // and one for where it stops.
+  static std::vector<Constraint> moving(const Motion<V>& motion, int from, int until) {
+    std::vector<Constraint> parts;
+    const auto& arm = *motion.arm;
+    std::vector<T> middle(arm.dof);
+    for (int k = std::max(from, 0); k < std::min(until, motion.last); ++k) {
+      V half[kMaxDof];
+      for (int j = 0; j < arm.dof; ++j) {
+        const T a = motion.at(k)[j], b = motion.at(k + 1)[j];
+        middle[j] = (a + b) / 2;
+        half[j] = splat<V>((b - a) / 2);
+      }
+      parts.push_back(standing(arm, middle.data(), T(0), k, k + 1));
+      Sweep<V> sweep;
+      sweep.set(parts.back().other_[0], half);
+      for (size_t l = 1; l < arm.links.size(); ++l)
+        parts.back().sweep_[l] = sweep.reach(parts.back().other_[0], static_cast<int>(l))[0];
+    }
+    if (until > motion.last)
+      parts.push_back(standing(arm, motion.at(motion.last), T(0), std::max(from, motion.last), until));
+    return parts;
+  }
+
   // Links from `first_link` on touching a sphere.
   static Constraint ball_in_space(const T* center, T radius, int first_link, int from, int until) {
     Constraint c(from, until);
@@ -53,7 +78,7 @@ class Constraint {
       for (size_t i = pose.arm->links.size(); i-- > 1;) {
         for (size_t j = other.arm->links.size(); j-- > 1;)
           contact(pose, static_cast<int>(i), other, static_cast<int>(j), levels.margin - size_,
-                  reach[i] + (levels.proof - size_), out);
+                  reach[i] + (levels.proof - size_ + sweep_[j]), out);
         if (bits<V>(out.hit) == all_bits<V>) return;
       }
     } else if (first_link_ > 0) {
@@ -76,7 +101,8 @@ class Constraint {
  private:
   Constraint(int from_step, int until_step) : from(from_step), until(until_step) {}
   std::vector<T> center_;
-  std::vector<Pose<V>> other_;  // none or one
+  std::vector<Pose<V>> other_;        // none or one
+  std::array<T, kMaxLinks> sweep_{};  // how far each of its links moves within the window
   T size_{};
   int first_link_ = 0;
 };
@@ -237,13 +263,13 @@ class EdgeMaker {
   std::vector<Piece<T>> first_, halves_;
 };
 
-// Safe intervals: what the windows leave of [0, inf), as whole steps [lo, hi].
+// Safe intervals: what the windows leave of [0, inf), as whole steps [lo, hi]; a single instant is no interval.
 inline std::vector<std::pair<int, int>> safe_intervals(std::vector<std::pair<int, int>> windows) {
   std::sort(windows.begin(), windows.end());
   std::vector<std::pair<int, int>> out;
   int free_from = 0;
   for (const auto& [from, until] : windows) {
-    if (from >= free_from && (from > 0 || until <= 0)) out.emplace_back(free_from, from);
+    if (from > free_from) out.emplace_back(free_from, from);
     free_from = std::max(free_from, until);
   }
   if (free_from < kForever) out.emplace_back(free_from, kForever);

@@ -37,6 +37,7 @@ int cpu_level() {
 NB_MODULE(MMP_MODULE, m) {
   m.doc() =
       "Native core of mmp-env: kinematics, clearance, proofs, single-arm search and repulsion. Arrays are float64.";
+  nb::set_leak_warnings(false);  // what is alive when the interpreter ends is no concern of users
   m.attr("LANES") = MMP_LANES;
   m.attr("FOREVER") = kForever;
   m.def("cpu_level", &cpu_level, "The x86-64 level (1, 3 or 4) that this processor supports; 1 elsewhere.");

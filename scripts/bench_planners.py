@@ -151,7 +151,7 @@ def print_differences(job: Job, runs: Sequence[Run]) -> None:
     """Plan files that differ from another run with the same seed; one that the deadline cut short may."""
     again = in_fresh_process(plan_twice, dataclasses.replace(job, count=len(runs)))
     compared = [(run, rest) for run, rest in zip(runs, again, strict=True) if run.digest and not run.deadline_hit]
-    different = [run.instance for run, (_, second, third) in compared if not run.digest == second == third]
+    different = [run.instance for run, (second, third) in compared if not run.digest == second == third]
     print_one(job, "plan_files_that_differ", len(different), f"of {len(compared)}", failed=different)
 
 

@@ -29,9 +29,9 @@ OPTIONS = {
     "": "the defaults",
     "step=gradient": "gradient steps of `alpha`, as in the paper",
     "distance=centre step=gradient": "and distances between sphere centres",
-    "early_stop=False": "all 50 iterations of ModifyMotion",
+    "early_stop=off": "all 50 iterations of ModifyMotion",
     "fast_track=literal": "the fast track as in the paper",
-    "restarts=False": "one tree, as in the paper",
+    "restarts=off": "one tree, as in the paper",
     "constraint=vertex": "the paper's vertex constraint, with a radius",
 }
 CORE = {
@@ -80,16 +80,15 @@ def sources(figures: Figures, *, rings: bool) -> list[str]:
 
 
 def outcome(figures: Figures, source: str, planner: str) -> str:
-    """A cell of a table: solved, median and 90th percentile of the time, mean of expanded nodes."""
-    found = {key: figures.get(f"{source}/{planner}/{key}") for key in _OUTCOME}
-    solved, median, p90, nodes = found.values()
+    """A cell of a table: solved, median and 90th percentile of the time, mean of expanded nodes, median of the cost."""
+    solved, median, p90, nodes, cost = (figures.get(f"{source}/{planner}/{key}") for key in _OUTCOME)
     if solved is None or median is None or p90 is None:
         return "–"
     text = f"{solved['value']} {solved['unit']}; {seconds(median['value'])} / {seconds(p90['value'])}"
-    return text if nodes is None else f"{text}; {nodes['value']:.3g}"
+    return text if nodes is None or cost is None else f"{text}; {nodes['value']:.3g}; {cost['value']:.2f}"
 
 
-_OUTCOME = ("solved", "planning_time_median", "planning_time_p90", "expanded_nodes_mean")
+_OUTCOME = ("solved", "planning_time_median", "planning_time_p90", "expanded_nodes_mean", "cost_median")
 
 
 def seconds(value: float) -> str:
@@ -125,8 +124,17 @@ def option_table(figures: Figures) -> Iterator[list[str]]:
     rings = [ring for ring in rings if any(f"{ring}/{runs[option]}/solved" in figures for option in OPTIONS if option)]
     yield ["`--set`", "what", *(f"`{ring}`" for ring in rings)]
     for option, words in OPTIONS.items():
-        shown = option.replace("=False", "=off")
-        yield [f"`{shown}`" if option else "–", words, *(outcome(figures, ring, runs[option]) for ring in rings)]
+        yield [f"`{option}`" if option else "–", words, *(outcome(figures, ring, runs[option]) for ring in rings)]
+
+
+def node_table(figures: Figures) -> Iterator[list[str]]:
+    """Expanded nodes of ecbs and apf-ecbs where both solve."""
+    yield ["instances", "solved by both", "`ecbs`", "`apf-ecbs`", "ratio"]
+    for name in sources(figures, rings=True) + sources(figures, rings=False):
+        figure = figures.get(f"{name}/ecbs/expanded_nodes_where_both_solve")
+        if figure is not None:
+            base, ratio = figure["value"], figure["ratio"]
+            yield [name, str(figure["instances"]), f"{base:.3g}", f"{base / ratio:.3g}", f"{ratio:.2g}"]
 
 
 def core_table(figures: Figures) -> Iterator[list[str]]:
@@ -159,6 +167,7 @@ def as_table(rows: Iterator[list[str]]) -> str:
 TABLES = {
     "planners": lambda figures: as_table(planner_table(figures)),
     "files": lambda figures: as_table(file_table(figures)),
+    "nodes": lambda figures: as_table(node_table(figures)),
     "options": lambda figures: as_table(option_table(figures)),
     "core": lambda figures: as_table(core_table(figures)),
     "cpu": lambda figures: "; ".join(next(cpu_line(figures))) + "\n",

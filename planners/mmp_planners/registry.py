@@ -75,18 +75,27 @@ def describe(name: str) -> Description:
     planner = load(name)
     summary = (inspect.getdoc(planner) or "").split("\n\n")[0].replace("\n", " ")
     fields = dataclasses.fields(planner) if dataclasses.is_dataclass(planner) else ()
-    hints = typing.get_type_hints(planner) if fields else {}
+    try:
+        hints = typing.get_type_hints(planner)
+    except NameError:  # of types imported for type checkers only
+        hints = {}
     options = tuple(
         Option(
             name=f.name,
-            type=getattr(hints[f.name], "__name__", str(f.type)),
-            default=None if f.default is dataclasses.MISSING else f.default,
+            type=getattr(hints.get(f.name), "__name__", str(f.type)),
+            default=_default(f),
             doc=f.metadata.get("doc", ""),
         )
         for f in fields
         if f.init
     )
     return Description(name=name, summary=summary, options=options)
+
+
+def _default(f: dataclasses.Field) -> Any:
+    if f.default_factory is not dataclasses.MISSING:
+        return f.default_factory()
+    return None if f.default is dataclasses.MISSING else f.default
 
 
 def _converted(planner: str, option: Option, value: Any) -> Any:

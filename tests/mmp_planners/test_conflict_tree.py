@@ -1,5 +1,7 @@
 """The conflict-tree search over arms on a line: what is branched, what becomes a solution, and when it ends."""
 
+from itertools import pairwise
+
 import pytest
 from arms_on_a_line import ArmsOnALine, OneConstraint, Push, tree
 
@@ -113,7 +115,7 @@ def test_a_tree_that_does_not_get_on_is_given_up_for_another_with_more_patience(
     assert len(set(arms.seeds)) == 3, "each tree has its own sub-seed"
     asked = [instant for _, _, instant in kind.asked]
     ends = [2 * sum(expanded[:k]) for k in range(4)]
-    each = [set(asked[begin:end]) for begin, end in zip(ends, ends[1:], strict=False)]
+    each = [set(asked[begin:end]) for begin, end in pairwise(ends)]
     assert each == [{"begin"}, {"middle"}, {"all"}]
 
 

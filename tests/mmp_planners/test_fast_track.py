@@ -22,14 +22,14 @@ def test_of_a_single_pair_the_lower_arm_is_tried_first_and_then_the_other():
 
 
 def test_the_arm_in_every_pair_is_tried_and_no_other():
-    push = Push({k: (7, 8, 9) for k in range(3)})
+    push = Push(dict.fromkeys(range(3), (7, 8, 9)))
     n = node(0, (0, 1, 2), (2, 1, 4), (2, 6, 7))
     assert set(n.conflicts) == {(0, 1), (1, 2)}
     assert tries(RepulsiveFastTrack(modification=push), n) == [(1, True)]
 
 
 def test_without_an_arm_in_every_pair_nothing_is_tried():
-    push = Push({k: (7, 8, 9) for k in range(3)})
+    push = Push(dict.fromkeys(range(3), (7, 8, 9)))
     n = node(0, (1, 1), (1, 1), (1, 1))
     assert tries(RepulsiveFastTrack(modification=push), n) == []
     assert tries(NoFastTrack(), node(0, *SWAP)) == []

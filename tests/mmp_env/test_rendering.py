@@ -1,0 +1,80 @@
+"""Pictures of a cell, and what is said where none can be made."""
+
+import os
+import subprocess
+import sys
+
+import gymnasium
+import numpy as np
+import pytest
+
+from mmp_env import opengl
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.staging import PALETTE
+
+
+def make(name="MultiArmCell-2", **options):
+    return gymnasium.make(name, **options)
+
+
+def tucked(cell):
+    return {arm.name: np.array(arm.robot.tucked) for arm in cell.arms}
+
+
+def test_a_picture_shows_every_arm_or_else_the_error_names_the_package():
+    if "rgb_array" not in make().metadata["render_modes"]:
+        with pytest.raises(MmpError, match=r"apt install|MUJOCO_GL"):
+            make(render_mode="rgb_array")
+        return
+    env = make("MultiArmCell-4", render_mode="rgb_array", width=320, height=240)
+    env.reset(options={"start": tucked(env.unwrapped.cell), "goal": tucked(env.unwrapped.cell)})
+    picture = env.render()
+    assert picture.shape == (240, 320, 3)
+    assert picture.dtype == np.uint8
+    shades = picture.reshape(-1, 3) / np.maximum(np.linalg.norm(picture.reshape(-1, 3), axis=1), 1)[:, None]
+    for colour in PALETTE[:4]:
+        likeness = shades @ (np.array(colour) / np.linalg.norm(colour))
+        assert (likeness > 0.995).sum() > 50
+    env.close()
+    assert (env.render() == picture).all()
+    env.close()
+
+
+def test_a_missing_library_is_named_with_the_package_that_has_it(monkeypatch):
+    monkeypatch.setattr(opengl, "find_library", lambda name: None)
+    monkeypatch.setattr(opengl.sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL"):
+        monkeypatch.delenv(name, raising=False)
+    opengl.found.cache_clear()
+    try:
+        with pytest.raises(MmpError, match=r"neither EGL nor OSMesa .*libegl1 libgl1"):
+            opengl.offscreen_backend()
+        monkeypatch.setenv("MUJOCO_GL", "osmesa")
+        with pytest.raises(MmpError, match="apt install libosmesa6"):
+            opengl.offscreen_backend()
+        assert opengl.possible_render_modes(["human", "rgb_array"]) == []
+        monkeypatch.setenv("MUJOCO_GL", "elg")
+        with pytest.raises(UnknownNameError, match="Did you mean 'egl'"):
+            opengl.offscreen_backend()
+    finally:
+        opengl.found.cache_clear()
+
+
+def test_a_mistyped_backend_is_named_when_mujoco_is_imported():
+    run = subprocess.run(
+        [sys.executable, "-c", "import mmp_env.env"],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"MUJOCO_GL": "elg"},
+    )
+    assert run.stderr.splitlines()[-1].endswith(
+        "unknown value of MUJOCO_GL 'elg'. Did you mean 'egl'? Known: disable, egl, glfw, osmesa"
+    )
+
+
+def test_a_window_without_a_display_is_refused_at_once(monkeypatch):
+    monkeypatch.setattr(opengl.sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(MmpError, match="needs a display"):
+        make(render_mode="human")

@@ -1,0 +1,112 @@
+"""Single-arm paths as the conflict tree gets them, through `Arms.low_level`."""
+
+import numpy as np
+import pytest
+import two_arms
+from twins import toys
+
+from mmp_env import _core
+from mmp_env.instances import draw_instance
+from mmp_env.problem import make_problem
+from mmp_env.rings import ring_cell
+from mmp_planners.arms import Arms
+from mmp_planners.low_level import SiRrtStar
+
+DT_S = 0.1
+
+
+def arms(problem, seed=0, **options):
+    made = Arms(problem, DT_S, SiRrtStar(**options), _core.Clock(60.0))
+    made.reseed(seed)
+    return made
+
+
+def ring(robot, seed):
+    cell = ring_cell(4, robot)
+    return make_problem(cell, *draw_instance(cell, seed=seed))
+
+
+def assert_sound(there, arm, path):
+    """Start, goal, speed, limits, and free of everything that stands still, at every instant."""
+    problem, name = there.problem, there.names[arm]
+    np.testing.assert_array_equal(path.q[[0, -1]], [problem.start[name], problem.goal[name]])
+    # Single precision inside: what is too fast by that is stretched when the plan is made.
+    assert (np.abs(np.diff(path.q, axis=0)) <= there.max_step[arm] * (1 + 2e-4)).all()
+    assert problem.cell.collision.edge_free(name, path.q[:-1], path.q[1:], margin=0.95 * problem.margin).all()
+    assert path.length >= np.abs(problem.goal[name] - problem.start[name]).sum() - 1e-9
+
+
+@pytest.mark.parametrize("robot", ["ur5e", "panda", "piper"])
+def test_a_path_keeps_what_an_arm_alone_must_keep(robot):
+    there = arms(ring(robot, 5))
+    for arm in range(4):
+        path, _ = there.low_level(arm, (), 7)
+        assert path is not None
+        assert_sound(there, arm, path)
+
+
+def test_a_way_that_is_free_is_straight_and_at_full_speed_without_any_search():
+    there = arms(two_arms.passing())
+    path, iterations = there.low_level(0, (), 0)
+    assert iterations == 0
+    assert path.length == pytest.approx(1.6)
+    assert path.last == pytest.approx(1.6 / 0.8 / DT_S, abs=2)
+
+
+def test_a_slower_arm_takes_more_steps():
+    fast = two_arms.passing()
+    slow = make_problem(
+        fast.cell, fast.start, fast.goal, max_velocity={"left": np.full(6, 0.2), "right": np.full(6, 0.8)}
+    )
+    there = arms(slow)
+    paths = [there.low_level(k, (), 0)[0] for k in (0, 1)]
+    assert paths[0].last == pytest.approx(1.6 / 0.2 / DT_S, abs=3)
+    assert paths[1].last == pytest.approx(1.6 / 0.8 / DT_S, abs=3)
+
+
+def detour(there, seed):
+    """A path around a ball that closes the straight way for good."""
+    start, goal = there.problem.start["left"], there.problem.goal["left"]
+    return there.low_level(0, [_core.Constraint.ball((start + goal) / 2, 0.2, 0, _core.FOREVER)], seed)
+
+
+def test_the_same_seed_finds_the_same_path_in_the_same_iterations():
+    (first, n), (again, m) = (detour(arms(two_arms.passing()), 1) for _ in range(2))
+    np.testing.assert_array_equal(first.q, again.q)
+    assert n == m > 0
+    other, _ = detour(arms(two_arms.passing()), 2)
+    assert other.q.shape != first.q.shape or not np.array_equal(other.q, first.q)
+
+
+def test_what_was_asked_before_changes_no_path():
+    fresh, used = arms(two_arms.passing()), arms(two_arms.passing())
+    for seed in range(5):
+        detour(used, seed)
+    used.low_level(1, (), 3)
+    np.testing.assert_array_equal(detour(used, 9)[0].q, detour(fresh, 9)[0].q)
+
+
+def test_a_goal_that_is_blocked_for_ever_has_no_path_and_one_that_is_blocked_for_a_while_is_waited_for():
+    there = arms(two_arms.passing(), iterations=50)
+    goal = there.problem.goal["left"]
+    for end, found in ((_core.FOREVER, False), (60, True)):
+        path, _ = there.low_level(0, [_core.Constraint.ball(goal, 0.1, 5, end)], 0)
+        assert (path is not None) == found
+    assert_sound(there, 0, path)
+    assert path.last >= 60
+
+
+def test_a_start_that_is_forbidden_at_once_has_no_path():
+    there = arms(two_arms.passing(), iterations=50)
+    start = there.problem.start["left"]
+    assert there.low_level(0, [_core.Constraint.ball(start, 0.3, 0, 20)], 0)[0] is None
+
+
+def test_a_larger_budget_searches_longer():
+    """A toy arm whose elbow hardly moves has one way only, and that is closed for good."""
+    limits = {"lower": np.array([-np.pi, -1e-3]), "upper": np.array([np.pi, 1e-3])}
+    cell = toys.toy_cell(toys.toy_arm("a", [0, 0, 0], **limits))
+    there = arms(make_problem(cell, {"a": [-1.0, 0.0]}, {"a": [1.0, 0.0]}), iterations=10)
+    closed = _core.Constraint.ball(np.zeros(2), 0.3, 0, _core.FOREVER)
+    found = [there.low_level(0, [closed], 0, budget) for budget in (1.0, 2.0, 4.0)]
+    assert found == [(None, 10), (None, 20), (None, 40)]

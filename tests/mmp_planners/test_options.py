@@ -1,0 +1,114 @@
+"""Options of the conflict-tree planners: what they take, what they refuse, and that they get to where they act."""
+
+import math
+
+import pytest
+import two_arms
+
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_planners import make
+from mmp_planners.apf_ecbs import ApfEcbs, ApfEcbsNf
+from mmp_planners.constraints import AvoidState, Vertex
+from mmp_planners.ecbs import Ecbs
+from mmp_planners.events import NodeCreated, SearchStarted
+
+PLANNERS = ("ecbs", "apf-ecbs-nf", "apf-ecbs")
+
+
+def test_a_misspelled_option_is_answered_with_the_nearest():
+    with pytest.raises(MmpError, match=r"no option 'patients'\. Did you mean 'patience'\? Known: constraint, dt"):
+        make("ecbs", patients=3)
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("w", 0.0), ("w", -1.5), ("w", math.nan), ("w", math.inf), ("dt", 0.0), ("patience", 0), ("pad", -0.1), ("eta", 0)],
+)
+def test_a_number_that_must_be_positive_is(name, option, value):
+    with pytest.raises(MmpError, match=f"option '{option}' is .*positive number"):
+        make(name, **{option: value})
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "wanted"),
+    [
+        ("w", "1.5", "float"),
+        ("w", True, "float"),
+        ("patience", 2.0, "int"),
+        ("patience", True, "int"),
+        ("restarts", 1, "bool"),
+        ("restarts", "yes", "bool"),
+        ("constraint", 3, "str"),
+        ("constraint", None, "str"),
+    ],
+)
+def test_a_value_of_another_type_is_refused_with_the_type(option, value, wanted):
+    with pytest.raises(MmpError, match=f"option '{option}' of planner 'ecbs' is {value!r}; it takes a {wanted}"):
+        make("ecbs", **{option: value})
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "nearest", "known"),
+    [
+        ("constraint", "vertx", "vertex", "avoid-state, vertex"),
+        ("step", "normalized", "normalised", "gradient, normalised"),
+        ("distance", "center", "centre", "centre, surface"),
+        ("fast_track", "literally", "literal", "literal, sound"),
+    ],
+)
+def test_a_choice_that_does_not_exist_is_answered_with_those_that_do(option, value, nearest, known):
+    with pytest.raises(UnknownNameError, match=f"'{value}'. Did you mean '{nearest}'. Known: {known}"):
+        make("apf-ecbs", **{option: value})
+
+
+def test_whole_numbers_serve_as_floats_and_on_and_off_as_switches():
+    assert make("ecbs", w=2, restarts="off") == Ecbs(w=2.0, restarts=False)
+    assert make("apf-ecbs", early_stop="on", fast_track="literal") == ApfEcbs(early_stop=True, fast_track="literal")
+
+
+def test_a_planner_made_without_the_registry_refuses_the_same_values():
+    for kind in (Ecbs, ApfEcbs, ApfEcbsNf):
+        with pytest.raises(MmpError, match="option 'w'"):
+            kind(w=-1.0)
+
+
+def test_the_constraint_kind_is_the_one_that_is_named():
+    assert make("ecbs", pad=0.5).branching() == AvoidState(pad=0.5)
+    assert make("ecbs", constraint="vertex", radius=0.1).branching() == Vertex(radius=0.1)
+
+
+@pytest.mark.parametrize("name", PLANNERS)
+def test_the_constraint_kind_shows_in_what_is_told(name):
+    for constraint, word in (("avoid-state", "avoids"), ("vertex", "leaves its place")):
+        words = []
+
+        def watch(event, into=words):
+            if isinstance(event, NodeCreated) and event.constraint:
+                into.append(event.constraint)
+
+        problem = two_arms.turning((0.8, -0.8), (0.8, -0.8), distance_m=1.0)
+        make(name, constraint=constraint, restarts=False).plan(problem, seed=0, time_limit=0.5, watch=watch)
+        assert words
+        assert all(word in said for said in words)
+
+
+def test_a_finer_grid_has_more_steps_for_the_same_way():
+    coarse, fine = (make("ecbs", dt=dt).plan(two_arms.one_moves()).plan for dt in (0.1, 0.05))
+    assert (len(coarse.times), len(fine.times)) == (6, 11)
+    assert coarse.makespan_s == pytest.approx(fine.makespan_s)
+
+
+def test_without_restarts_a_search_that_runs_dry_is_exhausted_and_proves_nothing():
+    """One iteration of the single-arm planner finds no way around a parked arm, with restarts or without."""
+    told = []
+    hopeless = {"iterations": 1, "shortcuts": 1, "eta": 0.05}
+    problem = two_arms.one_in_the_way()
+    result = make("ecbs", restarts=False, **hopeless).plan(problem, time_limit=60.0, watch=told.append)
+    assert (str(result.status), result.plan) == ("exhausted", None)
+    assert result.stats["dropped_children"] > 0
+    assert sum(isinstance(event, SearchStarted) for event in told) == 1
+    assert not result.stats["deadline_hit"]
+    result = make("ecbs", restarts=True, **hopeless).plan(problem, time_limit=0.3)
+    assert (str(result.status), result.stats["deadline_hit"]) == ("timeout", True)
+    assert result.stats["restarts"] > 0

@@ -1,0 +1,148 @@
+"""Planners by name, those of strangers among them, and what happens when one of theirs is broken."""
+
+import re
+from dataclasses import dataclass, field
+from importlib.metadata import EntryPoint, entry_points
+
+import pytest
+
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_planners import PlanResult, Planner, Status, registry
+
+OURS = {"ecbs", "apf-ecbs-nf", "apf-ecbs"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stranger:
+    """Gives up
+    at once. It is a stranger's.
+
+    Nobody wants to know more.
+    """
+
+    w: float = 1.5
+    count: int = 3
+    careful: bool = True
+    word: str = "none"
+    limit: float | None = None
+    parts: list[int] = field(default_factory=list, metadata={"doc": "what it is made of"})
+    state: int = field(default=0, init=False)
+
+    def plan(self, problem, *, seed=0, time_limit=float("inf"), watch=None):
+        return PlanResult(status=Status.TIMEOUT)
+
+
+class Plain:
+    def plan(self, problem, *, seed=0, time_limit=float("inf"), watch=None):
+        return PlanResult(status=Status.TIMEOUT)
+
+
+class WithoutPlan:
+    """Has nothing to say."""
+
+
+@dataclass
+class Unreadable:
+    """Its types are there for type checkers only."""
+
+    cell: "OnlyForTypeCheckers" = None  # noqa: F821 - that it cannot be resolved is the point
+
+    def plan(self, problem, *, seed=0, time_limit=float("inf"), watch=None):
+        return PlanResult(status=Status.TIMEOUT)
+
+
+CLASSES = {"stranger": Stranger, "plain": Plain, "without-plan": WithoutPlan, "unreadable": Unreadable}
+VALUES = {name: f"strangers:{found.__name__}" for name, found in CLASSES.items()} | {
+    "absent": "no_such_package:Planner",
+    "nothing-there": "math:NoSuchPlanner",
+}
+
+
+@pytest.fixture
+def strangers(monkeypatch):
+    """Their planners as if they were installed beside ours."""
+    points = [EntryPoint(name, value, registry.GROUP) for name, value in VALUES.items()]
+    monkeypatch.setattr(registry, "entry_points", lambda group: [*entry_points(group=group), *points])
+    load = EntryPoint.load
+    monkeypatch.setattr(EntryPoint, "load", lambda self: CLASSES[self.name] if self.name in CLASSES else load(self))
+
+
+def test_our_planners_are_registered_and_listed_in_order():
+    assert set(registry.names()) >= OURS
+    assert registry.names() == sorted(registry.names())
+
+
+def test_an_unknown_planner_is_answered_with_the_nearest_and_the_list():
+    for call in (registry.make, registry.describe, registry.load):
+        with pytest.raises(UnknownNameError, match=r"unknown planner 'apf-ecsb'\. Did you mean 'apf-ecbs'\? Known: .*, ecbs"):
+            call("apf-ecsb")
+
+
+@pytest.mark.usefixtures("strangers")
+def test_a_stranger_is_a_planner_like_any_other():
+    assert set(registry.names()) >= OURS | VALUES.keys()
+    planner = registry.make("stranger", w=2, careful="off", limit=3.0)
+    assert isinstance(planner, Planner)
+    assert planner == Stranger(w=2.0, careful=False, limit=3.0)
+    assert type(planner.w) is float
+
+
+@pytest.mark.usefixtures("strangers")
+def test_a_description_is_the_first_paragraph_and_the_options():
+    description = registry.describe("stranger")
+    assert description.summary == "Gives up at once. It is a stranger's."
+    assert {option.name: (option.type, option.default, option.doc) for option in description.options} == {
+        "w": ("float", 1.5, ""),
+        "count": ("int", 3, ""),
+        "careful": ("bool", True, ""),
+        "word": ("str", "none", ""),
+        "limit": ("float | None", None, ""),
+        "parts": ("list", [], "what it is made of"),
+    }
+
+
+@pytest.mark.usefixtures("strangers")
+def test_a_planner_need_not_be_a_dataclass_but_has_no_options_then():
+    assert isinstance(registry.make("plain"), Plain)
+    assert registry.describe("plain").options == ()
+    with pytest.raises(MmpError, match="planner 'plain' has no option 'w'.*Known: none"):
+        registry.make("plain", w=1.5)
+
+
+@pytest.mark.usefixtures("strangers")
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("absent", "planner 'absent' (no_such_package:Planner) does not load: ModuleNotFoundError: No module named"),
+        ("nothing-there", "planner 'nothing-there' (math:NoSuchPlanner) does not load: AttributeError"),
+        ("without-plan", "planner 'without-plan' (strangers:WithoutPlan) has no method plan"),
+    ],
+)
+def test_a_broken_plug_in_is_named_with_the_reason(name, reason):
+    for call in (registry.make, registry.describe):
+        with pytest.raises(MmpError, match=re.escape(reason)):
+            call(name)
+
+
+@pytest.mark.usefixtures("strangers")
+def test_a_broken_plug_in_harms_no_other():
+    assert set(registry.names()) >= OURS
+    for name in OURS | {"stranger", "plain"}:
+        assert registry.describe(name).name == name
+        assert isinstance(registry.make(name), Planner)
+
+
+@pytest.mark.usefixtures("strangers")
+def test_types_that_exist_for_type_checkers_only_are_shown_as_they_are_written():
+    assert [option.type for option in registry.describe("unreadable").options] == ["OnlyForTypeCheckers"]
+    assert isinstance(registry.make("unreadable"), Unreadable)
+
+
+def test_all_of_our_planners_describe_themselves():
+    for name in OURS:
+        description = registry.describe(name)
+        options = {option.name: option for option in description.options}
+        assert description.summary
+        assert (options["w"].type, options["w"].default) == ("float", 1.5)
+        assert all(option.doc for option in description.options)
+        assert {"dt", "constraint", "restarts", "patience"} <= options.keys()

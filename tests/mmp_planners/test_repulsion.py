@@ -1,0 +1,182 @@
+"""ModifyMotion: a path is pushed away from the other arms, and keeps what it kept before."""
+
+import numpy as np
+import pytest
+import two_arms
+
+from mmp_env import _core
+from mmp_env.instances import draw_instance
+from mmp_env.problem import make_problem
+from mmp_env.rings import ring_cell
+from mmp_planners.apf_ecbs import ApfEcbs
+from mmp_planners.arms import Arms
+from mmp_planners.low_level import SiRrtStar
+from mmp_planners.repulsion import Modification, RepulsiveModification, Unmodified
+
+DT_S = 0.1
+STEPS, DISTANCES = ("gradient", "normalised"), ("surface", "centre")
+
+
+def arms(problem):
+    made = Arms(problem, DT_S, SiRrtStar(), _core.Clock(60.0))
+    made.reseed(0)
+    return made, [made.low_level(k, (), k)[0] for k in range(len(made.names))]
+
+
+ARMS, PATHS = arms(two_arms.passing())
+# The left hand passes the parked right arm: through 2 cm of it, and 3 cm away from it.
+GRAZING = arms(two_arms.turning((0.8, -0.8), (0.0, 0.0), distance_m=1.6))
+NEAR = arms(two_arms.turning((0.8, -0.8), (0.0, 0.0), distance_m=1.65))
+
+
+def crowded():
+    cell = ring_cell(4)
+    return arms(make_problem(cell, *draw_instance(cell, seed=2)))
+
+
+def test_a_planner_that_does_not_repel_leaves_paths_as_they_are():
+    assert Unmodified()(ARMS, PATHS, 0, ()) is None
+    assert isinstance(Unmodified(), Modification)
+    assert isinstance(RepulsiveModification(), Modification)
+
+
+@pytest.mark.parametrize(
+    ("step", "where", "arm"),
+    [
+        ("gradient", GRAZING, 0),
+        ("normalised", GRAZING, 0),
+        ("normalised", (ARMS, PATHS), 0),
+        ("normalised", (ARMS, PATHS), 1),
+    ],
+)
+def test_repulsion_resolves_a_conflict_of_two_arms(step, where, arm):
+    there, paths = where
+    assert there.conflicts(paths, [(0, 1)])
+    modified = RepulsiveModification(step=step)(there, paths, arm, ())
+    paths = [modified.path if k == arm else path for k, path in enumerate(paths)]
+    assert there.conflicts(paths, [(0, 1)]) == {}
+    assert there.certify(there.plan(paths, {}, {}))[0]
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_ends_limits_and_freedom_are_kept(step):
+    there, paths = crowded()
+    moved = 0
+    for arm, name in enumerate(there.names):
+        modified = RepulsiveModification(step=step)(there, paths, arm, ())
+        if modified is None:
+            continue
+        moved += 1
+        q, robot = modified.path.q, there.problem.cell.arm(name).robot
+        np.testing.assert_array_equal(q[[0, -1]], paths[arm].q[[0, -1]])
+        assert q.shape == paths[arm].q.shape
+        assert ((q >= robot.lower) & (q <= robot.upper)).all()
+        proved, looked_at = there.keep_levels()[1], there.keep_levels()[0]
+        fine = np.vstack([q[:-1] + f * np.diff(q, axis=0) for f in np.linspace(0, 1, 9)])
+        clearance = there.model.static_clearance(name, fine, precise=True)
+        assert clearance.min() >= proved - 1e-5
+        assert there.model.static_clearance(name, q, precise=True).min() >= looked_at - 1e-5
+        assert (np.abs(np.diff(q, axis=0)) <= 3 * there.max_step[arm] + 1e-6).all()
+        assert modified.path.length == pytest.approx(np.abs(np.diff(q, axis=0)).sum())
+    assert moved >= 2
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_constraints_are_kept(step):
+    """Where repulsion would end if it were free, the arm must not be: an iterate that is not there is returned."""
+    there, paths = GRAZING
+    free = RepulsiveModification(step=step)(there, paths, 0, ())
+    moved = np.abs(free.path.q - paths[0].q).max(axis=1)
+    k = int(moved.argmax())
+    ball = _core.Constraint.ball(free.path.q[k], 0.1 * moved[k], k - 1, k + 1)
+
+    def breaks(path):
+        return _core.breaks_constraint(there.core, path.motion, [ball], 0.5 * there.margin)
+
+    assert breaks(free.path)
+    assert not breaks(paths[0])
+    kept = RepulsiveModification(step=step)(there, paths, 0, [ball])
+    assert kept is not None
+    assert not breaks(kept.path)
+
+
+def test_far_from_others_nothing_is_moved():
+    there, paths = arms(two_arms.one_moves())
+    assert RepulsiveModification()(there, paths, 0, ()) is None
+
+
+def test_an_arm_that_stands_still_is_not_moved():
+    there, paths = arms(two_arms.one_in_the_way())
+    assert paths[1].last == 0
+    assert RepulsiveModification()(there, paths, 1, ()) is None
+
+
+def moved_by(**options):
+    """How far one iteration of the gradient moves a joint [rad]."""
+    there, paths = GRAZING
+    modified = RepulsiveModification(step="gradient", max_iterations=1, early_stop=False, **options)(
+        there, paths, 0, ()
+    )
+    return 0.0 if modified is None else float(np.abs(modified.path.q - paths[0].q).max())
+
+
+def test_by_the_letter_a_path_hardly_moves():
+    """Distances between centres and alpha = 1e-7: what docs/paper.md measures is reachable."""
+    assert moved_by(distance="centre") < 1e-5
+    assert moved_by(distance="surface") > 1e-3
+
+
+def test_the_letter_is_reachable_as_options_of_the_planner():
+    letter = {"distance": "centre", "step": "gradient", "early_stop": False, "fast_track": "literal"}
+    modification = ApfEcbs(**letter, max_iterations=7, alpha=2e-7, k_rep=0.1, d0=0.2, trace=True).modification()
+    assert modification == RepulsiveModification(
+        distance="centre",
+        step="gradient",
+        early_stop=False,
+        max_iterations=7,
+        alpha=2e-7,
+        k_rep=0.1,
+        d0=0.2,
+        trace=True,
+    )
+
+
+def test_a_larger_gain_and_a_longer_reach_push_farther():
+    once = moved_by(alpha=1e-8)
+    assert moved_by(alpha=2e-8) == pytest.approx(2 * once, rel=1e-2)
+    assert moved_by(alpha=1e-8, k_rep=0.1) == pytest.approx(2 * once, rel=1e-2)
+    assert moved_by(alpha=1e-8, d0=0.3) > once
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_repulsion_stops_once_there_are_two_centimetres_unless_told_to_go_on(step):
+    there, paths = NEAR
+    early, on = (RepulsiveModification(step=step, early_stop=stop)(there, paths, 0, ()) for stop in (True, False))
+    assert early.iterations == 1
+    assert 1 < on.iterations <= 50
+
+    def clearance(path):
+        rows = [np.array([p.at(k / 4) for k in range(4 * 30)]) for p in (path, paths[1])]
+        return there.model.pair_clearance("left", rows[0], "right", rows[1]).min()
+
+    assert 0.02 <= clearance(paths[0]) < clearance(early.path) < clearance(on.path)
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_trace_shows_every_iterate_and_changes_nothing(step):
+    plain = RepulsiveModification(step=step)(ARMS, PATHS, 0, ())
+    traced = RepulsiveModification(step=step, trace=True)(ARMS, PATHS, 0, ())
+    assert plain.iterates == ()
+    assert len(traced.iterates) == traced.iterations == plain.iterations
+    np.testing.assert_array_equal(traced.path.q, plain.path.q)
+    steps = np.diff([PATHS[0].q, *traced.iterates], axis=0)
+    assert (np.abs(steps) <= 0.05 + 1e-6).all(), "a joint moves 0.05 rad an iteration at most"
+    if step == "normalised":
+        assert (np.abs(steps).max(axis=(1, 2)) <= 0.02 + 1e-6).all()
+    np.testing.assert_allclose(traced.iterates[-1], traced.path.q, rtol=0, atol=1e-6)
+
+
+def test_repulsion_ends_with_the_clock():
+    there, paths = arms(two_arms.passing())
+    there.clock.cancel()
+    assert RepulsiveModification()(there, paths, 0, ()) is None

@@ -8,6 +8,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from os import PathLike
 from typing import Any
 
@@ -110,9 +111,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self._observer = Observer(self._simulation)
         self.observation_space = self._observer.space
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self._simulation.count,), np.float32)
-        # How much of a period's motion the command of each physics step adds to its begin: reference and feed-forward.
-        self._shares = (np.arange(steps) / steps)[:, None] + self._simulation.lead_s * control_rate_hz
-        self._stretch = _SHOWN_STEPS if render_mode == "human" else steps
+        self._steps = steps
         self._instance: _Instance | None = None
         self._picture_size = (width, height)
         self._view: Camera | Window | None = None
@@ -174,10 +173,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         begin, end = self._mode.reference(checked_action(action, simulation.count), self._q, self._reference)
         before = self._mean_distance
         simulation.log.clear()
-        commands = begin + self._shares * (end - begin)
-        for first in range(0, len(commands), self._stretch):
-            simulation.advance(commands[first : first + self._stretch])
-            self._show_window()
+        self._move(begin, end)
         self._q, self._reference = simulation.positions, end
         contacts = simulation.log.contacts
         observation, info = self._outcome(contacts)
@@ -246,6 +242,17 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         distance, self._mean_distance = float(away.max()), float(away.sum()) / len(away)
         info = {"is_success": distance <= REACHED_RAD, "contacts": contacts, "distance_rad": distance}
         return self._observer.observe(self._q, target), info
+
+    def _move(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"]) -> None:
+        """One control period; with a window, in stretches that can be looked at."""
+        if self.render_mode != "human":
+            self._simulation.ramp(begin, end, self._steps)
+            return
+        count = -(-self._steps // _SHOWN_STEPS)
+        for first, last in pairwise(round(k * self._steps / count) for k in range(count + 1)):
+            here, there = (begin + mark / self._steps * (end - begin) for mark in (first, last))
+            self._simulation.ramp(here, there, last - first)
+            self.render()
 
     def _show_window(self) -> None:
         if self.render_mode == "human":

@@ -86,10 +86,10 @@ def _play(
     sampled = [_sampled(plan, name, q, clock) for name, q in start.items()]
     reference = np.concatenate([positions for positions, _ in sampled], axis=1)
     velocity = np.concatenate([velocities for _, velocities in sampled], axis=1)
-    commands, passed = simulation.commands(reference, velocity), np.empty((count, simulation.count))
+    passed = np.empty((count, simulation.count))
     for first in range(0, count, _STRETCH):
         part = slice(first, min(first + _STRETCH, count))
-        simulation.advance(commands[part], passed[part])
+        passed[part] = simulation.follow(reference[part], velocity[part])
         show()
     return passed, float(np.abs(passed - reference[1:]).max(initial=0.0))
 
@@ -98,10 +98,9 @@ def _settle(
     simulation: Simulation, end: Float[np.ndarray, "n"], show: Callable[[], None]
 ) -> tuple[Float[np.ndarray, "t n"], float]:
     """As `_play`, while the servos hold `end`."""
-    commands, passed = np.tile(end, (_STRETCH, 1)), []
+    reference, passed = np.tile(end, (_STRETCH, 1)), []
     for _ in range(round(SETTLE_S / simulation.timestep_s / _STRETCH)):
-        passed.append(np.empty((_STRETCH, simulation.count)))
-        simulation.advance(commands, passed[-1])
+        passed.append(simulation.follow(reference, np.zeros_like(reference)))
         show()
         near = np.abs(passed[-1][-1] - end).max() <= _NEAR_RAD
         if near and np.abs(simulation.velocities).max() <= _AT_REST_RAD_S:

@@ -29,8 +29,11 @@ _SHAPES = {
 }
 
 
-def compile_scene(cell: Cell) -> Any:
+def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
     """The `mujoco.MjModel` of a cell, with floor, light and a camera `overview`, which touch nothing.
+
+    `ctrl` holds the set points of the servos [rad]. With `moving_setpoints` these are activations, `act`, and `ctrl` is
+    how fast they move [rad/s] (what MuJoCo calls `intvelocity`): a straight reference needs one command.
 
     Raises `MmpError` where MuJoCo refuses the MJCF of a robot or tool, or what is made of them.
     """
@@ -43,6 +46,9 @@ def compile_scene(cell: Cell) -> Any:
         _add_obstacle(spec, obstacle)
     for number, arm in enumerate(cell.arms):
         _add_arm(spec, arm, number, cell.spheres)
+    if moving_setpoints:
+        for servo in spec.actuators:
+            servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
     set_stage(spec, cell)
     try:
         return spec.compile()

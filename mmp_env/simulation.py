@@ -14,6 +14,8 @@ from mmp_env.errors import MmpError
 from mmp_env.mujoco_import import mujoco
 from mmp_env.scene import compile_scene
 
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
 
 class Simulation:
     """`model` and `data` of MuJoCo, with the joints of all arms in one vector [n]: arm after arm, base to flange.
@@ -23,16 +25,19 @@ class Simulation:
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
-        self.model = compile_scene(cell)
+        self.model = compile_scene(cell, moving_setpoints=True)
         self.data = mujoco.MjData(self.model)
+        self._before = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        self._touching = False
         # Views of MuJoCo's own memory, which stays where it is.
-        self._qpos, self._qvel, self._ctrl = self.data.qpos, self.data.qvel, self.data.ctrl
+        self._qpos, self._qvel = self.data.qpos, self.data.qvel
+        self._setpoint, self._rate = self.data.act, self.data.ctrl
         self._sites = self.data.site_xpos
         self.log = ContactLog(self.model, self.data, cell)
         _check_order(self.model, cell)
         tools = [f"{arm.name}/{'tool_point' if arm.tool else 'flange'}" for arm in cell.arms]
         self._tools = np.array([self.model.site(name).id for name in tools])
-        self.lead_s = _velocity_lead(self.model)
+        self._lead_s = _velocity_lead(self.model)
         ends = np.cumsum([arm.dof for arm in cell.arms]).tolist()
         self.slices = {arm.name: slice(end - arm.dof, end) for arm, end in zip(cell.arms, ends, strict=True)}
         self.count: int = ends[-1]
@@ -66,7 +71,7 @@ class Simulation:
         """Puts all arms at rest at `q` [rad], the servos holding them there; the clock starts at 0."""
         mujoco.mj_resetData(self.model, self.data)
         self._qpos[:] = q
-        self._ctrl[:] = q
+        self._setpoint[:] = q
         mujoco.mj_step1(self.model, self.data)
         self.begin_log()
 
@@ -76,33 +81,66 @@ class Simulation:
         if self.data.ncon:
             self.log.note()
 
-    def commands(
-        self, reference: Float[np.ndarray, "t n"], velocity: Float[np.ndarray, "#t n"]
-    ) -> Float[np.ndarray, "t n"]:
-        """What the servos must be told [rad] to follow `reference` [rad], which moves at `velocity` [rad/s].
-
-        Row k says where the arms should be at the beginning of physics step k.
-        """
-        return reference + self.lead_s * velocity
-
-    def advance(self, commands: Float[np.ndarray, "t n"], passed: Float[np.ndarray, "t n"] | None = None) -> None:
-        """Drives the servos, one physics step a row; contacts go to `log`, where the arms are after a step to `passed`.
+    def ramp(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> None:
+        """Drives the arms along a straight reference from `begin` to `end` [rad]; contacts go to `log`.
 
         Raises `RuntimeError` where the physics diverges.
         """
-        model, data, log, begin_s = self.model, self.data, self.log, self.data.time
-        step_1, step_2, qpos, ctrl = mujoco.mj_step1, mujoco.mj_step2, self._qpos, self._ctrl
-        # The same work as mj_step, cut so that poses and contacts are those of the state that a step leads to.
-        for k, command in enumerate(commands):
-            ctrl[:] = command
+        begin_s, velocity = self.data.time, (end - begin) / (steps * self.timestep_s)
+        self._setpoint[:], self._rate[:] = begin + self._lead_s * velocity, velocity
+        if self._touching or not self._step_untouched(steps):
+            self._step_watched(steps)
+        self._check_clock(begin_s, steps)
+
+    def _step_untouched(self, steps: int) -> bool:
+        """Leaves all steps to MuJoCo, which is quicker; takes them back and returns False where anything touched."""
+        model, data = self.model, self.data
+        mujoco.mj_getState(model, data, self._before, _STATE)
+        data.maxuse_con = 0
+        mujoco.mj_step2(model, data)
+        mujoco.mj_step(model, data, steps - 1)
+        mujoco.mj_step1(model, data)
+        if data.maxuse_con == 0:
+            return True
+        mujoco.mj_setState(model, data, self._before, _STATE)
+        mujoco.mj_step1(model, data)
+        return False
+
+    def _step_watched(self, steps: int) -> None:
+        """The same steps one by one, with a look at the contacts after each."""
+        model, data, step_1, step_2 = self.model, self.data, mujoco.mj_step1, mujoco.mj_step2
+        self._touching = False
+        for _ in range(steps):
             step_2(model, data)
             step_1(model, data)
             if data.ncon:
-                log.note()
-            if passed is not None:
-                passed[k] = qpos
-        # MuJoCo starts anew, time included, where a number is no longer finite.
-        if data.time < begin_s + (len(commands) - 0.5) * self.timestep_s:
+                self.log.note()
+                self._touching = True
+
+    def follow(
+        self, reference: Float[np.ndarray, "t n"], velocity: Float[np.ndarray, "t n"]
+    ) -> Float[np.ndarray, "t n"]:
+        """As `ramp`, along `reference` [rad], moving at `velocity` [rad/s]; returns where the arms are after each step.
+
+        Row k says where the arms should be at the beginning of physics step k.
+        """
+        # Each step is mj_step, cut so that poses and contacts are those of the state that it leads to.
+        model, data, setpoint, begin_s = self.model, self.data, self._setpoint, self.data.time
+        self._rate[:] = 0.0
+        passed = np.empty_like(reference)
+        for row, command in zip(passed, reference + self._lead_s * velocity, strict=True):
+            setpoint[:] = command
+            mujoco.mj_step2(model, data)
+            mujoco.mj_step1(model, data)
+            row[:] = self._qpos
+            if data.ncon:
+                self.log.note()
+        self._check_clock(begin_s, len(reference))
+        return passed
+
+    def _check_clock(self, begin_s: float, steps: int) -> None:
+        """MuJoCo starts anew, time included, where a number is no longer finite."""
+        if self.data.time < begin_s + (steps - 0.5) * self.timestep_s:
             raise RuntimeError(f"the simulation of cell '{self.cell.name}' diverged; its servos or masses are unsound")
 
 
@@ -119,8 +157,8 @@ def _check_order(model: Any, cell: Cell) -> None:
 
 
 def _velocity_lead(model: Any) -> Float[np.ndarray, "u"]:
-    """kv / kp [s] of each position servo, whose force is kp (ctrl - q) - kv dq/dt.
+    """kv / kp [s] of each position servo, whose force is kp (setpoint - q) - kv dq/dt.
 
-    With ctrl = q_ref + kv / kp dq_ref/dt it is kp (q_ref - q) + kv d(q_ref - q)/dt: no lag behind a ramp.
+    With the set point q_ref + kv / kp dq_ref/dt it is kp (q_ref - q) + kv d(q_ref - q)/dt: no lag behind a ramp.
     """
     return -model.actuator_biasprm[:, 2] / model.actuator_gainprm[:, 0]

@@ -195,7 +195,7 @@ void bind_cell(nb::module_& m) {
         std::vector<double> out(n);
         {
           nb::gil_scoped_release release;
-          CellClearance<Floats> clearance(cell);
+          CellClearance clearance(cell);
           for (size_t k = 0; k < n; k += width<Floats>) store_lanes(clearance(rows, n, k, obstacles), out.data(), n, k);
         }
         return to_numpy<Out1>(std::move(out), n);

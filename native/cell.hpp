@@ -7,6 +7,12 @@
 
 namespace mmp {
 
+// Two links of two arms: where their bounds stand in a flat array of all links, and the sum of the bounds' radii.
+struct LinkPair {
+  int at_a, at_b, a, i, b, j;
+  float radii, inverse2;  // the sum, and its inverse square
+};
+
 // The same cell in both precisions: Floats for search, Doubles for instances and proofs.
 class Cell {
  public:
@@ -14,6 +20,7 @@ class Cell {
   CellModel<double> precise;
   std::unique_ptr<StaticWorld<Floats>> world_single, world_planning;
   std::unique_ptr<StaticWorld<Doubles>> world_precise;
+  std::vector<LinkPair> link_pairs;
 
   void freeze() {
     with_cores = single;
@@ -24,6 +31,9 @@ class Cell {
     world_single = std::make_unique<StaticWorld<Floats>>(single, single);
     world_planning = std::make_unique<StaticWorld<Floats>>(single, with_cores);
     world_precise = std::make_unique<StaticWorld<Doubles>>(precise, precise);
+    const int arms = static_cast<int>(single.arms.size());
+    for (int a = 0; a < arms; ++a)
+      for (int b = a + 1; b < arms; ++b) pair_links(a, b);
   }
 
   template <class V>
@@ -33,6 +43,15 @@ class Cell {
   }
 
  private:
+  void pair_links(int a, int b) {
+    const auto &la = single.arms[a].links, &lb = single.arms[b].links;
+    for (int i = 0; i < static_cast<int>(la.size()); ++i)
+      for (int j = i == 0 ? 1 : 0; j < static_cast<int>(lb.size()); ++j) {
+        const float radii = la[i].bound.r + lb[j].bound.r;
+        link_pairs.push_back({a * kMaxLinks + i, b * kMaxLinks + j, a, i, b, j, radii, 1.0f / (radii * radii)});
+      }
+  }
+
   // Adds to the base what the first link fills at every angle: a sphere at distance d from the first joint's axis
   // always covers the one of radius r - d on the axis. Only the base of such a model is ever used.
   static void add_core(ArmModel<float>& arm) {
@@ -104,20 +123,12 @@ void pair_clearance(const Cell& cell, int a, const double* qa, int b, const doub
 //
 // The bounds of all link pairs come first; the pair that looks closest is worked out at once, so that nearly all others
 // are passed over by their bounds.
-template <class V>
 class CellClearance {
  public:
-  using T = Scalar<V>;
-  explicit CellClearance(const Cell& cell) : world_(&cell.world<V>()) {
-    for (const auto& arm : world_->cell->arms) poses_.emplace_back(arm);
-    for (size_t a = 0; a < poses_.size(); ++a)
-      for (size_t b = a + 1; b < poses_.size(); ++b)
-        for (size_t i = 0; i < poses_[a].arm->links.size(); ++i)
-          for (size_t j = i == 0 ? 1 : 0; j < poses_[b].arm->links.size(); ++j) {
-            const T radii = poses_[a].arm->links[i].bound.r + poses_[b].arm->links[j].bound.r;
-            pairs_.push_back({int(a), int(i), int(b), int(j), radii, T(1) / (radii * radii)});
-          }
-    gaps2_.resize(pairs_.size());
+  using V = Floats;
+  explicit CellClearance(const Cell& cell) : cell_(&cell), centers_(cell.single.arms.size() * kMaxLinks) {
+    for (const auto& arm : cell.single.arms) poses_.emplace_back(arm);
+    gaps2_.resize(cell.link_pairs.size());
   }
 
   V operator()(const std::vector<const double*>& q, size_t n, size_t row, bool obstacles) {
@@ -125,49 +136,49 @@ class CellClearance {
     for (size_t a = 0; a < poses_.size(); ++a) {
       load_rows(q[a], n, row, poses_[a].arm->dof, joints);
       forward(joints, poses_[a]);
+      std::copy_n(poses_[a].link, poses_[a].arm->links.size(), centers_.begin() + a * kMaxLinks);
     }
     V best = closest_looking();
-    for (size_t k = 0; k < pairs_.size(); ++k) {
-      const V limit = best + pairs_[k].radii;
-      if (bits<V>(gaps2_[k] < limit * limit)) lower(pairs_[k], best);
+    for (size_t k = 0; k < gaps2_.size(); ++k) {
+      const V limit = best + cell_->link_pairs[k].radii;
+      if (bits<V>(gaps2_[k] < limit * limit)) lower(cell_->link_pairs[k], best);
     }
     if (obstacles)
-      for (size_t a = 0; a < poses_.size(); ++a)
-        for (size_t l = 1; l < poses_[a].arm->links.size(); ++l)
-          for (const auto& o : world_->cell->obstacles) lower_clearance(poses_[a], static_cast<int>(l), o, best);
+      for (auto& pose : poses_)
+        for (size_t l = 1; l < pose.arm->links.size(); ++l)
+          for (const auto& o : cell_->single.obstacles) lower_clearance(pose, static_cast<int>(l), o, best);
     return best;
   }
 
  private:
-  struct LinkPair {
-    int a, i, b, j;
-    T radii, inverse2;  // of the bounds: sum, and its inverse square
-  };
-
   void lower(const LinkPair& p, V& best) { lower_clearance(poses_[p.a], p.i, poses_[p.b], p.j, best); }
 
   V closest_looking() {
-    V best = splat<V>(T(kFar)), least = best, which{}, number{};
-    for (size_t k = 0; k < pairs_.size(); ++k) {
-      const auto& p = pairs_[k];
-      const auto d = poses_[p.a].link[p.i] - poses_[p.b].link[p.j];
-      gaps2_[k] = dot(d, d);
+    V best = splat<V>(float(kFar)), least = best, which{}, number{};
+    const auto* centers = centers_.data();
+    const auto* pairs = cell_->link_pairs.data();
+    V* gaps2 = gaps2_.data();
+    const size_t count = gaps2_.size();
+    for (size_t k = 0; k < count; ++k) {
+      const auto d = centers[pairs[k].at_a] - centers[pairs[k].at_b];
+      const V gap2 = dot(d, d);
+      gaps2[k] = gap2;
       // Squared gap over squared radii: a stand-in for the bound that needs no root.
-      const V looks = gaps2_[k] * p.inverse2;
+      const V looks = gap2 * pairs[k].inverse2;
       const Mask<V> closer_now = looks < least;
       least = select<V>(closer_now, looks, least);
       which = select<V>(closer_now, number, which);
-      number += T(1);
+      number += 1.0f;
     }
-    if (pairs_.empty()) return best;
-    for (int lane = 0; lane < width<V>; ++lane) lower(pairs_[static_cast<size_t>(which[lane])], best);
+    if (count > 0)
+      for (int lane = 0; lane < width<V>; ++lane) lower(pairs[static_cast<size_t>(which[lane])], best);
     return best;
   }
 
-  StaticWorld<V>* world_;
+  const Cell* cell_;
   std::vector<Pose<V>> poses_;
-  std::vector<LinkPair> pairs_;
-  std::vector<V> gaps2_;  // between the centres of the bounds
+  std::vector<Vec3<V>> centers_;  // of all links' bounds, kMaxLinks an arm
+  std::vector<V> gaps2_;          // squared, between the centres of each pair
 };
 
 }  // namespace mmp

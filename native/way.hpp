@@ -85,6 +85,7 @@ Schedule time_way(const EdgeMaker<V>& maker, const Way<Scalar<V>>& way, int leav
     int arrival, leave_by, from, depart;
   };
   std::vector<std::vector<State>> table(way.size());
+  if (way.size() == 1 && leave_by < kForever) return {};  // to stay is no way out of a place that is not safe for good
   table[0].push_back({0, leave_by, -1, 0});
   for (size_t k = 1; k < way.size(); ++k) {
     for (const auto& [lo, hi] : way[k].safe) {

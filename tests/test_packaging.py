@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -55,10 +56,15 @@ def test_the_installed_distribution_says_what_pyproject_says(project):
     assert set(data.get_all("Provides-Extra")) == {"dm", "rerun", "ray", "menagerie", "dev"}
 
 
-def test_the_source_distribution_holds_all_that_a_build_needs_and_nothing_built(tmp_path, monkeypatch, project):
+def test_the_source_distribution_holds_all_that_a_build_needs_and_nothing_built(tmp_path, monkeypatch):
     from scikit_build_core.build import build_sdist
 
-    monkeypatch.chdir(ROOT)
+    built = [".git", ".venv", "build", "dist", "__pycache__", "*.so", ".*_cache", ".hypothesis"]
+    checkout = Path(shutil.copytree(ROOT, tmp_path / "checkout", ignore=shutil.ignore_patterns(*built)))
+    for leftover in (".venv/bin/python", "build/x.o", "dist/x.whl", "mmp_env/_core_v1.so", "mmp_env/__pycache__/a.pyc"):
+        (checkout / leftover).parent.mkdir(parents=True, exist_ok=True)
+        (checkout / leftover).touch()
+    monkeypatch.chdir(checkout)
     name = build_sdist(str(tmp_path))
     with tarfile.open(tmp_path / name) as archive:
         held = {member.name.partition("/")[2] for member in archive.getmembers() if member.isfile()}

@@ -63,7 +63,7 @@ def test_no_mode_drives_beyond_the_joint_limits(mode):
     for sign in (1, -1):
         for _ in range(40):
             env.step(np.full(14, 3 * sign, np.float32))
-            command = env.unwrapped.data.ctrl
+            command = env.unwrapped.data.act
             lead = 2.0 / CONTROL_RATE_HZ
             assert (command <= space.high + lead).all()
             assert (command >= space.low - lead).all()

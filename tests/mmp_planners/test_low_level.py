@@ -96,6 +96,18 @@ def test_a_goal_that_is_blocked_for_ever_has_no_path_and_one_that_is_blocked_for
     assert path.last >= 60
 
 
+def test_an_arm_at_its_goal_gives_way_and_comes_back():
+    """It stands where it may not stand for a while; to stay there is no path."""
+    there = arms(two_arms.nothing_to_do())
+    ball = _core.Constraint.ball(there.problem.goal["left"], 0.2, 10, 40)
+    path, _ = there.low_level(0, [ball], 0)
+    assert path is not None
+    assert_sound(there, 0, path)
+    assert path.length > 0.4
+    assert not _core.breaks_constraint(there.core, path.motion, [ball], 0.5 * there.margin)
+    assert there.low_level(0, (), 0)[0].last == 0
+
+
 def test_a_start_that_is_forbidden_at_once_has_no_path():
     there = arms(two_arms.passing(), iterations=50)
     start = there.problem.start["left"]

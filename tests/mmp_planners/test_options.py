@@ -87,7 +87,7 @@ def test_the_constraint_kind_shows_in_what_is_told(name):
             if isinstance(event, NodeCreated) and event.constraint:
                 into.append(event.constraint)
 
-        problem = two_arms.turning((0.8, -0.8), (0.8, -0.8), distance_m=1.0)
+        problem = two_arms.passing(1.0)
         make(name, constraint=constraint, restarts=False).plan(problem, seed=0, time_limit=0.5, watch=watch)
         assert words
         assert all(word in said for said in words)

@@ -20,6 +20,9 @@ class UnknownNameError(MmpError):
         super().__init__(f"unknown {kind} '{name}'.{hint} Known: {', '.join(names) or 'none'}")
         self.kind, self.name, self.known = kind, name, names
 
+    def __reduce__(self) -> tuple[type[UnknownNameError], tuple[str, object, list[str]]]:
+        return type(self), (self.kind, self.name, self.known)  # worker processes hand their errors on
+
 
 class InvalidInstanceError(MmpError):
     """A start or goal that is out of limits or in collision: the instance is `invalid`, no planner can solve it."""

@@ -86,11 +86,21 @@ class Simulation:
 
         Raises `RuntimeError` where the physics diverges.
         """
-        begin_s, velocity = self.data.time, (end - begin) / (steps * self.timestep_s)
-        self._setpoint[:], self._rate[:] = begin + self._lead_s * velocity, velocity
+        begin_s = self._begin_ramp(begin, end, steps)
         if self._touching or not self._step_untouched(steps):
             self._step_watched(steps)
         self._check_clock(begin_s, steps)
+
+    def ramp_watched(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> None:
+        """The same as `ramp`, with a look at the contacts after each physics step, whether there are any or not."""
+        begin_s = self._begin_ramp(begin, end, steps)
+        self._step_watched(steps)
+        self._check_clock(begin_s, steps)
+
+    def _begin_ramp(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> float:
+        velocity = (end - begin) / (steps * self.timestep_s)
+        self._setpoint[:], self._rate[:] = begin + self._lead_s * velocity, velocity
+        return self.data.time
 
     def _step_untouched(self, steps: int) -> bool:
         """Leaves all steps to MuJoCo, which is quicker; takes them back and returns False where anything touched."""

@@ -116,7 +116,10 @@ def test_half_the_margin_is_what_has_to_be_proved_to_the_micrometre(monkeypatch)
     assert report.valid
     assert met - 1e-6 <= report.min_clearance_m <= met
     plan["problem"]["margin"] = 2 * (met + 1e-6)
-    assert broken(plan) == {"arm-obstacle"}
+    (found,) = check_plan(plan).violations
+    assert found.rule == "arm-obstacle"
+    assert found.values["found"], "it is met at an instant, not only feared"
+    assert met <= found.values["clearance_m"] < met + 1e-6
 
 
 def test_what_is_still_open_at_the_resolution_is_not_proved(monkeypatch):

@@ -41,6 +41,7 @@ FAMILIES = {
     "geoms": GeomPairs(MODEL, *GEOMS),
     "geoms and obstacles": GeomSolids(MODEL, *GEOMS),
 }
+BASES = ("/link0", "/base", "/base_link")
 DOF = sum(arm.dof for arm in MODEL.cell.arms)
 
 
@@ -92,6 +93,23 @@ def test_the_bound_of_a_short_step_is_close_to_what_is_met_in_it(name, seed):
     narrow = family.narrow(track.poses, items(track, some_pairs(family, seed)), np.inf)
     apart = narrow.found > 1e-3
     assert (narrow.found - narrow.lower)[apart].max() < 1e-3
+
+
+@pytest.mark.parametrize("name", ["clouds", "geoms"])
+@settings(max_examples=3)
+@given(seed=st.integers(0, 2**32))
+def test_links_that_only_turn_together_keep_exactly_the_clearance_that_they_have(name, seed):
+    family = FAMILIES[name]
+    bases = np.cumsum([0, *(arm.dof for arm in MODEL.cell.arms)])[:-1]
+    start = np.random.default_rng(seed).uniform(-1.0, 1.0, DOF)
+    end = start.copy()
+    end[bases] += 1.5
+    track = Track(MODEL, Path(np.arange(2.0), np.stack([start, end])), np.array([0.0, 1.0]))
+    own = [k for k in range(len(family)) if family.names(k).rule == "self"]
+    still = np.array([k for k in own if not any(thing.endswith(BASES) for thing in family.names(k).things)])
+    bounds = family.narrow(track.poses, items(track, still), np.inf)
+    apart = bounds.found > 1e-3
+    assert bounds.lower[apart] == pytest.approx(bounds.found[apart], abs=2e-5)
 
 
 @given(seed=st.integers(0, 2**32), length=st.sampled_from([0.0, 0.01, 0.1, 1.0]))

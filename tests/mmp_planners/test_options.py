@@ -23,7 +23,16 @@ def test_a_misspelled_option_is_answered_with_the_nearest():
 @pytest.mark.parametrize("name", PLANNERS)
 @pytest.mark.parametrize(
     ("option", "value"),
-    [("w", 0.0), ("w", -1.5), ("w", math.nan), ("w", math.inf), ("dt", 0.0), ("patience", 0), ("pad", -0.1), ("eta", 0)],
+    [
+        ("w", 0.0),
+        ("w", -1.5),
+        ("w", math.nan),
+        ("w", math.inf),
+        ("dt", 0.0),
+        ("patience", 0),
+        ("pad", -0.1),
+        ("eta", 0),
+    ],
 )
 def test_a_number_that_must_be_positive_is(name, option, value):
     with pytest.raises(MmpError, match=f"option '{option}' is .*positive number"):

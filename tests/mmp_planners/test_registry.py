@@ -74,7 +74,9 @@ def test_our_planners_are_registered_and_listed_in_order():
 
 def test_an_unknown_planner_is_answered_with_the_nearest_and_the_list():
     for call in (registry.make, registry.describe, registry.load):
-        with pytest.raises(UnknownNameError, match=r"unknown planner 'apf-ecsb'\. Did you mean 'apf-ecbs'\? Known: .*, ecbs"):
+        with pytest.raises(
+            UnknownNameError, match=r"unknown planner 'apf-ecsb'\. Did you mean 'apf-ecbs'\? Known: .*, ecbs"
+        ):
             call("apf-ecsb")
 
 

@@ -1,0 +1,78 @@
+"""The simulated cell: its two ways of stepping are one physics, contacts are timed and counted, faults are named."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mmp_env.errors import MmpError
+from mmp_env.rings import ring_cell
+from mmp_env.robot import load_robot
+from mmp_env.simulation import Simulation
+
+STEEP, LEVEL = (np.tile([np.pi, lift, 0.0, 0.0, 0.0, 0.0], 2) for lift in (-1.3, -0.3))
+"""Both arms of a ring stretched out towards its centre."""
+STEPS = 50
+
+
+def driven(watched):
+    """Two arms driven into each other and apart again, in ten ramps; `watched` steps one by one throughout."""
+    simulation = Simulation(ring_cell(2))
+    simulation.place(STEEP)
+    marks = STEEP + np.concatenate([np.linspace(0, 1, 8), [0.6, 0.2, 0.0]])[:, None] * (LEVEL - STEEP)
+    path = []
+    for begin, end in zip(marks, marks[1:], strict=False):
+        if watched:
+            simulation.ramp_watched(begin, end, STEPS)
+        else:
+            simulation.ramp(begin, end, STEPS)
+        path.append(simulation.positions)
+    return np.array(path), simulation.log.contacts
+
+
+def test_steps_left_to_mujoco_and_steps_watched_one_by_one_are_the_same_to_the_last_bit():
+    (path, contacts), (watched_path, watched_contacts) = driven(watched=False), driven(watched=True)
+    np.testing.assert_array_equal(path, watched_path)
+    assert contacts == watched_contacts
+    assert contacts
+
+
+def test_a_ramp_of_a_single_physics_step_is_one():
+    simulation = Simulation(ring_cell(2))
+    simulation.place(STEEP)
+    simulation.ramp(STEEP, STEEP, 1)
+    assert simulation.data.time == simulation.timestep_s
+
+
+def test_a_ramp_is_followed_without_lag():
+    simulation = Simulation(ring_cell(4, "panda"))
+    start = simulation.joined({arm.name: arm.robot.tucked for arm in simulation.cell.arms})
+    simulation.place(start)
+    end = start + 0.8 * 0.3 * np.tile([0.5, -0.2, 0.3, 0.0, 1.0, 0.2, -1.0], 4)
+    simulation.ramp(start, end, 150)
+    np.testing.assert_allclose(simulation.positions, end, atol=2e-3)
+    np.testing.assert_allclose(simulation.velocities, (end - start) / 0.3, atol=5e-3)
+
+
+def test_what_touches_from_the_beginning_is_a_contact_at_time_zero():
+    simulation = Simulation(ring_cell(2))
+    simulation.place(np.tile([np.pi, -0.1, 0.0, 0.0, 0.0, 0.0], 2))
+    assert {contact.time_s for contact in simulation.log.contacts} == {0.0}
+
+
+def test_a_simulation_that_diverges_says_so():
+    simulation = Simulation(ring_cell(2))
+    simulation.place(STEEP)
+    simulation.data.qvel[:] = np.nan
+    with pytest.raises(RuntimeError, match="cell 'ring-2' diverged"):
+        simulation.ramp(STEEP, STEEP, STEPS)
+
+
+def test_joints_that_are_not_those_of_the_robot_are_named(tmp_path):
+    robot = load_robot("ur5e")
+    path = tmp_path / "ur5e.xml"
+    path.write_text(robot.mjcf.read_text().replace('"joint3"', '"elbow"'))
+    cell = ring_cell(2)
+    arm = dataclasses.replace(cell.arms[0], robot=dataclasses.replace(robot, mjcf=path))
+    with pytest.raises(MmpError, match="has joints .*'arm0/elbow'.*expected"):
+        Simulation(dataclasses.replace(cell, arms=(arm, cell.arms[1])))

@@ -133,8 +133,8 @@ class CollisionModel:
         """For each pair of indices into `motions`, the instants of conflict in steps, ascending, at most one a step.
 
         Whole numbers where surfaces are closer than `margin` [m] at a step, broken ones for a contact between two
-        steps; elsewhere `KEEP_PROOF * margin` is proved to be kept. `bases`: one arm's moving links against the other's base as
-        well, which paths that are free on their own never touch.
+        steps; elsewhere `KEEP_PROOF * margin` is proved to be kept. `bases`: one arm's moving links against the other's
+        base as well, which paths that are free on their own never touch.
         """
         numbers = np.ascontiguousarray(pairs, dtype=np.int32).reshape(-1, 2)
         return _core.conflict_instants(self.core, motions, numbers, HIT * margin, KEEP_PROOF * margin, bases)

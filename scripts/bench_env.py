@@ -1,7 +1,7 @@
 """What the environment costs beside the physics: one JSON line per figure. Usage: bench_env.py [environment id]
 
-Both sides of a ratio are timed in turn, block by block from the same states; the fastest block of each counts, which other
-work on the machine touches least.
+Both sides of a ratio are timed in turn, block by block from the same states; the fastest block of each counts, which
+other work on the machine touches least.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -24,6 +25,19 @@ _PROBLEM = make_problem(_CELL, {"toy": [0.0, 0.5]}, {"toy": [0.0, 0.5]})
 _MOTION = _CELL.collision.motion("toy", np.zeros((1, 2)))
 PROVED = (True, 0.01, (0, -1), 0.0)
 """What certifying gives where nothing else is written down."""
+
+# Arms a and b go to each other's places and meet at place 1; a may go around by -5, at a cost of 12 instead of 2.
+MEETING = ([(0, 1, 2), (0, -5, 2)], [(2, 1, 0)])
+# As above, but b finds a cheap way as well, after its third constraint.
+LATER = (
+    lambda count: (0, 1, 2) if count == 0 else (0, -5, 2),
+    lambda count: (2, 1, 0) if count < 3 else (2, 1.5, 0.5, 0),
+)
+
+
+def endless(count):
+    """A path for any number of constraints; two arms that have it are in conflict from its first step on."""
+    return (0, 1)
 
 
 def path(*places: float) -> Path:
@@ -64,7 +78,12 @@ class ArmsOnALine(Arms):
     """
 
     def __init__(self, *ways: Sequence | Callable, certificates: Sequence[tuple] = ()) -> None:
-        self.problem, self.names, self.dt, self.clock = _PROBLEM, tuple("abcdef"[: len(ways)]), 0.1, _core.Clock(60.0)
+        self.problem, self.names, self.dt, self.clock = (
+            _PROBLEM,
+            tuple("abcdef"[: len(ways)]),
+            0.1,
+            _core.Clock(math.inf),
+        )
         self.max_step = [np.full(1, 100.0) for _ in ways]
         self.certificates = list(certificates)
         self.seeds: list[int] = []
@@ -121,3 +140,10 @@ def tree(arms: ArmsOnALine, *, w: float = 1.0, watch: Callable = ignore, **parts
         "restarts": False,
     }
     return ConflictTree(arms=arms, tell=Teller(watch, arms), **(plain | parts))
+
+
+def told(run, seed=0):
+    """A tree, what its run returned and all that it told; `run` makes the tree from a watcher."""
+    events = []
+    search = run(events.append)
+    return search, search.run(seed), events

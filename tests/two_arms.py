@@ -1,5 +1,7 @@
 """Two UR5e that face each other, and problems between them small enough to know what happens."""
 
+from functools import cache
+
 import numpy as np
 
 from mmp_env.cell import Cell, place_arm
@@ -7,6 +9,7 @@ from mmp_env.problem import make_problem
 from mmp_env.transforms import quaternion_from_yaw
 
 
+@cache
 def facing_cell(distance_m=1.4):
     """Arms `left` and `right`, their bases that far apart; their hands can meet halfway."""
     half = distance_m / 2
@@ -20,6 +23,7 @@ def reaching(pan, elbow=1.0):
     return np.array([np.pi + pan, -0.9, elbow, -1.6, -1.57, 0.0])
 
 
+@cache
 def turning(left, right, distance_m=1.4):
     """A problem in which the arms turn from one pan to the other; `left`, `right`: (start, goal) [rad]."""
     pans = {"left": left, "right": right}

@@ -40,7 +40,7 @@ def solid_distance(
     if shape == "capsule":
         core[..., 2] = np.clip(points[..., 2], -size[1], size[1])
     away = points - core
-    length = np.linalg.norm(away, axis=-1)
+    length = np.hypot.reduce(away, axis=-1)  # squares of tiny lengths would vanish
     gradient = np.divide(away, length[..., None], out=np.zeros_like(away), where=length[..., None] > 0)
     return length - size[0], gradient
 
@@ -56,7 +56,7 @@ def _box(half: Float[Array, "d"], points: Float[Array, "*n d"]) -> tuple[Float[A
     beyond = np.abs(points) - half
     sign = np.where(points < 0, -1.0, 1.0)
     outside = np.maximum(beyond, 0.0)
-    length = np.linalg.norm(outside, axis=-1)
+    length = np.hypot.reduce(outside, axis=-1)
     nearest_face = np.eye(half.size)[np.argmax(beyond, axis=-1)]
     gradient = sign * np.divide(outside, length[..., None], out=nearest_face, where=length[..., None] > 0)
     return np.where(length > 0, length, beyond.max(axis=-1)), gradient

@@ -30,6 +30,7 @@ from mmp_planners.telling import Teller
 
 REPLAN_TRIES = 3
 REPLAN_GROWTH = 2.0
+ROOT_TRIES = 3
 RESTART_EXPANSIONS = 20
 RESTART_GROWTH = 1.2
 
@@ -79,14 +80,15 @@ class ConflictTree:
     def run(self, seed: int) -> bool:
         """Searches until a solution is good enough, constraints are used up, or time is; True if used up in time."""
         seeds = np.random.SeedSequence(seed)
-        budget = float(RESTART_EXPANSIONS)
+        budget, rootless = float(RESTART_EXPANSIONS), 0
         try:
             while not self.arms.clock.expired:
                 sub_seed = int(seeds.spawn(1)[0].generate_state(1, np.uint64)[0] >> 1)
                 self.tell.search_started(self.counts.restarts, sub_seed)
                 instant = INSTANTS[self.counts.restarts % len(INSTANTS)]
                 root = self._root(sub_seed)
-                if root is None and not self.restarts:
+                rootless = rootless + 1 if root is None else 0
+                if rootless >= (ROOT_TRIES if self.restarts else 1):  # an arm that finds no way even alone
                     return not self.arms.clock.expired
                 if root is not None and self._search(root, sub_seed, instant, int(budget) if self.restarts else None):
                     return self.best is None and not self.arms.clock.expired
@@ -104,7 +106,7 @@ class ConflictTree:
             self._offer(root, open_nodes)  # comes back if it cannot be proved
         while not self.arms.clock.expired:  # l. 5
             bound = max(bound, min((n.lower_bound for n in open_nodes), default=bound))
-            if self.best and self._good_enough(bound, open_nodes):  # l. 7-8
+            if self.best and self._good_enough(self.best, bound, open_nodes):  # l. 7-8
                 return True
             if not open_nodes:
                 return budget is None
@@ -119,11 +121,10 @@ class ConflictTree:
             self._branch(node, seed, instant, open_nodes)  # l. 15-24
         return True
 
-    def _good_enough(self, bound: float, open_nodes: Sequence[Node]) -> bool:
-        assert self.best is not None
-        self.best.bound_met = self.best.cost <= self.selection.w * bound
-        waited = self.counts.expanded_nodes - self.best.found_at >= self.patience
-        return self.best.bound_met or waited or not open_nodes
+    def _good_enough(self, best: Incumbent, bound: float, open_nodes: Sequence[Node]) -> bool:
+        best.bound_met = best.cost <= self.selection.w * bound
+        waited = self.counts.expanded_nodes - best.found_at >= self.patience
+        return best.bound_met or waited or not open_nodes
 
     def _root(self, seed: int) -> Node | None:
         """Every arm on its own; not modified by repulsion."""

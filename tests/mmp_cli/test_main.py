@@ -57,7 +57,7 @@ def test_the_process_ends_with_the_code_and_no_traceback(argv, code):
 
 def test_a_reader_that_goes_away_is_no_fault():
     run = subprocess.run(
-        ["bash", "-c", f'{sys.executable} -c "$1" list | head -n 1', "bash", MMP[2]],
+        ["bash", "-c", '"$0" -c "$1" list | head -n 1', sys.executable, MMP[2]],
         capture_output=True,
         text=True,
         check=False,

@@ -1,6 +1,7 @@
 """The simulated cell: its two ways of stepping are one physics, contacts are timed and counted, faults are named."""
 
 import dataclasses
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ def driven(watched):
     simulation.place(STEEP)
     marks = STEEP + np.concatenate([np.linspace(0, 1, 8), [0.6, 0.2, 0.0]])[:, None] * (LEVEL - STEEP)
     path = []
-    for begin, end in zip(marks, marks[1:], strict=False):
+    for begin, end in pairwise(marks):
         if watched:
             simulation.ramp_watched(begin, end, STEPS)
         else:
@@ -60,7 +61,8 @@ def test_what_touches_from_the_beginning_is_a_contact_at_time_zero():
     assert {contact.time_s for contact in simulation.log.contacts} == {0.0}
 
 
-def test_a_simulation_that_diverges_says_so():
+def test_a_simulation_that_diverges_says_so(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # MuJoCo leaves a log where it runs
     simulation = Simulation(ring_cell(2))
     simulation.place(STEEP)
     simulation.data.qvel[:] = np.nan
@@ -74,5 +76,5 @@ def test_joints_that_are_not_those_of_the_robot_are_named(tmp_path):
     path.write_text(robot.mjcf.read_text().replace('"joint3"', '"elbow"'))
     cell = ring_cell(2)
     arm = dataclasses.replace(cell.arms[0], robot=dataclasses.replace(robot, mjcf=path))
-    with pytest.raises(MmpError, match="has joints .*'arm0/elbow'.*expected"):
+    with pytest.raises(MmpError, match=r"has joints .*'arm0/elbow'.*expected"):
         Simulation(dataclasses.replace(cell, arms=(arm, cell.arms[1])))

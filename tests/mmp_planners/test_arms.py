@@ -1,5 +1,7 @@
 """The planners' view of a cell: single-arm paths on a grid of steps, the plan on one clock, and its proof."""
 
+import math
+
 import numpy as np
 import pytest
 import two_arms
@@ -16,7 +18,7 @@ DT_S, SPEED = 0.1, 0.8
 PROBLEM = two_arms.passing()
 
 
-def arms(problem=PROBLEM, seconds=60.0, **options):
+def arms(problem=PROBLEM, seconds=math.inf, **options):
     made = Arms(problem, DT_S, SiRrtStar(**options), _core.Clock(seconds))
     made.reseed(0)
     return made

@@ -117,7 +117,7 @@ def boards(draw):
 
 
 @pytest.mark.parametrize("w", [1.0, 1.3])
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(board=boards())
 def test_the_solution_costs_at_most_w_times_the_optimum(w, board):
     least = optimum(*board)

@@ -1,4 +1,4 @@
-"""Ctrl-C while planning, with a handler that raises `StopPlanning`: the best so far, at once, out of native code too."""
+"""Ctrl-C while planning, with a handler that raises `StopPlanning`: the best so far, out of native code as well."""
 
 import json
 import signal

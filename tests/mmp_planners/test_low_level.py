@@ -1,5 +1,7 @@
 """Single-arm paths as the conflict tree gets them, through `Arms.low_level`."""
 
+import math
+
 import numpy as np
 import pytest
 import two_arms
@@ -16,7 +18,7 @@ DT_S = 0.1
 
 
 def arms(problem, seed=0, **options):
-    made = Arms(problem, DT_S, SiRrtStar(**options), _core.Clock(60.0))
+    made = Arms(problem, DT_S, SiRrtStar(**options), _core.Clock(math.inf))
     made.reseed(seed)
     return made
 

@@ -6,7 +6,7 @@ import pytest
 import two_arms
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_planners import make
+from mmp_planners import StopPlanning, make
 from mmp_planners.apf_ecbs import ApfEcbs, ApfEcbsNf
 from mmp_planners.constraints import AvoidState, Vertex
 from mmp_planners.ecbs import Ecbs
@@ -95,9 +95,11 @@ def test_the_constraint_kind_shows_in_what_is_told(name):
         def watch(event, into=words):
             if isinstance(event, NodeCreated) and event.constraint:
                 into.append(event.constraint)
+                if len(into) == 10:
+                    raise StopPlanning
 
         problem = two_arms.passing(1.0)
-        make(name, constraint=constraint, restarts=False).plan(problem, seed=0, time_limit=0.5, watch=watch)
+        make(name, constraint=constraint, restarts=False).plan(problem, seed=0, time_limit=60.0, watch=watch)
         assert words
         assert all(word in said for said in words)
 

@@ -32,7 +32,8 @@ def test_focal_prefers_fewer_pairs_then_less_cost_then_the_older_node():
 @pytest.mark.parametrize("order", [1, -1])
 def test_an_empty_focal_falls_back_to_the_least_bound(order):
     """Repulsion raises costs and leaves bounds alone: all nodes can cost more than w times the bound."""
-    high, low = node(0, *DEAR, bounds=[3, 3]), node(1, *TWICE, bounds=[1, 1])
+    high, low = node(0, *CHEAP, bounds=[2, 1]), node(1, *DEAR, bounds=[1, 1])
+    assert (high.cost, low.cost) == (4, 8)
     assert Focal(w=1.0)([high, low][::order], 2.0) is low
-    older = node(2, *DEAR, bounds=[1, 1])
-    assert Focal(w=1.0)([older, low][::order], 2.0) is low
+    older = node(0, *TWICE, bounds=[1, 1])
+    assert Focal(w=1.0)([older, low][::order], 2.0) is older

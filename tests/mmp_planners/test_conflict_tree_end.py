@@ -1,0 +1,126 @@
+"""How a conflict-tree search ends: good enough, waited long enough, used up, given up for another tree, or stopped."""
+
+from dataclasses import dataclass
+from itertools import accumulate, pairwise
+
+from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, endless, told, tree
+
+from mmp_planners.conflict_tree import Counts
+from mmp_planners.events import NodeExpanded, SearchStarted
+from mmp_planners.planner import StopPlanning
+from mmp_planners.selection import Focal
+
+
+def test_a_single_tree_that_runs_dry_is_exhausted():
+    search, exhausted, events = told(lambda watch: tree(ArmsOnALine([(0, 1)], [(2, 1)]), watch=watch))
+    assert exhausted
+    assert search.best is None
+    assert search.counts.dropped_children == 2
+    assert sum(isinstance(event, SearchStarted) for event in events) == 1
+
+
+def test_a_single_tree_without_a_root_is_exhausted():
+    search, exhausted, _ = told(lambda watch: tree(ArmsOnALine([None], [(0, 1)]), watch=watch))
+    assert exhausted
+    assert search.counts == Counts(low_level_calls=3)
+
+
+def trees(restarts, started):
+    """Runs until that many trees have started or 75 nodes are expanded; expansions of each tree, and the parts."""
+    arms, kind, expanded = ArmsOnALine(endless, endless), OneConstraint(), []
+
+    def watch(event):
+        if isinstance(event, SearchStarted):
+            if event.restart == started:
+                raise StopPlanning
+            expanded.append(0)
+        elif isinstance(event, NodeExpanded):
+            expanded[-1] += 1
+            if event.expanded_nodes == 75:
+                raise StopPlanning
+
+    search = tree(arms, branching=kind, restarts=restarts, watch=watch)
+    assert not search.run(0)
+    return expanded, arms, kind, search
+
+
+def test_a_tree_that_does_not_get_on_is_given_up_for_another_with_more_patience():
+    expanded, arms, kind, search = trees(restarts=True, started=3)
+    assert expanded == [20, 24, 28]
+    assert search.counts.restarts == 3
+    assert len(set(arms.seeds)) == 3, "each tree has its own sub-seed"
+    asked = [instant for _, _, instant in kind.asked]
+    ends = [2 * sum(expanded[:k]) for k in range(4)]
+    each = [set(asked[begin:end]) for begin, end in pairwise(ends)]
+    assert each == [{"begin"}, {"middle"}, {"all"}]
+
+
+def test_without_restarts_there_is_one_tree_however_long_it_takes():
+    expanded, arms, _, search = trees(restarts=False, started=3)
+    assert expanded == [75]
+    assert (search.counts.restarts, len(arms.seeds)) == (0, 1)
+
+
+def test_the_bound_is_the_least_of_the_open_nodes_and_never_falls():
+    seen = []
+
+    @dataclass(frozen=True, kw_only=True)
+    class Seen(Focal):
+        def __call__(self, open_nodes, lower_bound):
+            seen.append((lower_bound, min(n.lower_bound for n in open_nodes), max(n.lower_bound for n in open_nodes)))
+            if len(seen) == 20:
+                raise StopPlanning
+            return super().__call__(open_nodes, lower_bound)
+
+    # Sampled paths: with one constraint more they may well be shorter.
+    arms = ArmsOnALine(lambda count: (0, 1 + 7 * count % 5), lambda count: (0, 3 + 3 * count % 7))
+    tree(arms, selection=Seen(w=1.5)).run(0)
+    bounds, least, most = zip(*seen, strict=True)
+    assert list(bounds) == list(accumulate(least, max))
+    assert list(least) != sorted(least)
+    assert any(high > bound for bound, high in zip(bounds, most, strict=True))
+
+
+def test_a_solution_within_w_times_the_bound_ends_the_search():
+    search, exhausted, _ = told(lambda watch: tree(ArmsOnALine(*MEETING), w=4.0, watch=watch))
+    assert not exhausted
+    assert (search.best.cost, search.best.bound_met) == (14.0, True)
+
+
+def test_a_dearer_solution_is_waited_upon_for_as_many_expansions_as_patience_says():
+    """The first expansion gives a solution that costs 14 where 4 is the bound, the third one that costs 4."""
+    for patience, cost, expanded, met in ((1, 14.0, 2, False), (2, 4.0, 3, True), (20, 4.0, 3, True)):
+        search, exhausted, _ = told(lambda watch, n=patience: tree(ArmsOnALine(*LATER), patience=n, watch=watch))
+        assert not exhausted
+        assert (search.best.cost, search.best.bound_met) == (cost, met)
+        assert search.counts.expanded_nodes == expanded
+
+
+def test_the_deadline_ends_the_search_with_the_best_so_far():
+    arms = ArmsOnALine(*MEETING)
+
+    def at_the_solution(event):
+        if type(event).__name__ == "SolutionFound":
+            arms.clock.cancel()
+
+    search = tree(arms, watch=at_the_solution)
+    assert not search.run(0), "a search that was cut short is not exhausted"
+    assert search.best.cost == 14.0
+    search = tree(arms)
+    assert not search.run(0)
+    assert (search.best, search.counts) == (None, Counts())
+
+
+def test_a_watcher_ends_the_search_with_the_best_so_far():
+    for name, cost in (("SolutionFound", 14.0), ("NodeExpanded", None)):
+        events = []
+
+        def watch(event, until=name, into=events):
+            into.append(event)
+            if type(event).__name__ == until:
+                raise StopPlanning
+
+        search = tree(ArmsOnALine(*MEETING), watch=watch)
+        assert not search.run(0)
+        assert (search.best and search.best.cost) == cost
+        assert type(events[-1]).__name__ == name

@@ -1,7 +1,7 @@
 """Collision queries of a cell: batched, float64 arrays in and out, over the native core.
 
 Distances are between sphere surfaces, negative in contact. The single-precision kernels agree with exact arithmetic to
-1e-5 m; `precise=True` computes in double precision, with the same bits on every processor.
+1e-5 m within 40 m of the origin; `precise=True` computes in double precision, with the same bits on every processor.
 """
 
 from __future__ import annotations
@@ -86,8 +86,9 @@ class CollisionModel:
         start, end = self._rows(arm, q_from), self._rows(arm, q_to)
         if start.shape != end.shape:
             raise MmpError(f"edge_free: q_from has {len(start)} rows and q_to {len(end)}; they must match")
-        free = _core.edges_free(self.core, self.index(arm), start, end, margin, PLAN_PROOF * margin)
-        return free & self.within_limits(arm, start) & self.within_limits(arm, end)
+        free = self.within_limits(arm, start) & self.within_limits(arm, end)
+        free[free] = _core.edges_free(self.core, self.index(arm), start[free], end[free], margin, PLAN_PROOF * margin)
+        return free
 
     def pair_clearance(
         self, arm_a: str, q_a: ArrayLike, arm_b: str, q_b: ArrayLike, *, precise: bool = False
@@ -144,6 +145,8 @@ class CollisionModel:
         dof = self.cell.arm(arm).dof
         if rows.ndim != 2 or rows.shape[1] != dof:
             raise MmpError(f"configurations of arm '{arm}' have shape {list(rows.shape)}; expected [n, {dof}]")
+        if not np.isfinite(rows).all():
+            raise MmpError(f"configurations of arm '{arm}' hold {rows[~np.isfinite(rows)][0]}; they must be finite")
         return rows
 
 

@@ -63,7 +63,12 @@ void bind_cell(nb::module_& m) {
           [](Cell& self, Matrix fixed, Vector tool, Vector lower, Vector upper,
              nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig> link_frames, Matrix spheres,
              nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig> sphere_links, Pairs self_pairs) {
-            need(fixed.shape(0) <= kMaxDof && link_frames.shape(0) <= kMaxLinks, "an arm has 16 joints at most");
+            need(!self.frozen, "the cell is frozen");
+            need(fixed.shape(0) > 0 && fixed.shape(0) <= kMaxDof && link_frames.shape(0) <= kMaxLinks,
+                 "an arm has 1 to 16 joints");
+            need(fixed.shape(1) == 12 && tool.shape(0) == 12 && spheres.shape(1) == 4 && link_frames.shape(0) > 1 &&
+                     sphere_links.shape(0) == spheres.shape(0),
+                 "an arm of the wrong shape");
             add_arm(self.single, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
             add_arm(self.precise, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
           },
@@ -78,7 +83,10 @@ void bind_cell(nb::module_& m) {
             add_obstacle(self.precise, shape, pose, size);
           },
           nb::arg("shape"), nb::arg("pose"), nb::arg("size"))
-      .def("freeze", &Cell::freeze);
+      .def("freeze", [](Cell& self) {
+        need(!self.frozen, "the cell is frozen");
+        self.freeze();
+      });
 
   m.def(
       "spheres",

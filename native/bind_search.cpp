@@ -59,6 +59,7 @@ void bind_search(nb::module_& m) {
       .def_static(
           "ball",
           [](Vector center, double radius, int start, int end) {
+            need(center.shape(0) > 0 && center.shape(0) <= kMaxDof, "a configuration");
             return SearchConstraint::ball(as<float>(center), float(radius), start, end);
           },
           nb::arg("center"), nb::arg("radius"), nb::arg("start"), nb::arg("end"),

@@ -39,11 +39,16 @@ inline void need(bool ok, const char* message) {
 }
 
 inline void need_rows(const Cell& cell, int arm, const Matrix& q) {
+  need(cell.frozen, "the cell is not frozen");
   need(arm >= 0 && arm < static_cast<int>(cell.precise.arms.size()), "no such arm");
   need(q.shape(1) == static_cast<size_t>(cell.precise.arms[arm].dof), "wrong number of joints");
+  // Also the range of sincos(); a proof about NaN would prove nothing.
+  need(std::all_of(q.data(), q.data() + q.size(), [](double x) { return std::abs(x) < 1e4; }),
+       "configurations must be finite");
 }
 
 inline void need_joints(const Cell& cell, int arm, const Vector& q) {
+  need(cell.frozen, "the cell is not frozen");
   need(arm >= 0 && arm < static_cast<int>(cell.precise.arms.size()), "no such arm");
   need(q.shape(0) == static_cast<size_t>(cell.precise.arms[arm].dof), "wrong number of joints");
 }

@@ -21,8 +21,10 @@ class Cell {
   std::unique_ptr<StaticWorld<Floats>> world_single, world_planning;
   std::unique_ptr<StaticWorld<Doubles>> world_precise;
   std::vector<LinkPair> link_pairs;
+  bool frozen = false;
 
   void freeze() {
+    frozen = true;
     with_cores = single;
     for (auto& arm : with_cores.arms) add_core(arm);
     for (auto* cell : {&single, &with_cores})

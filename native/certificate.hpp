@@ -25,7 +25,7 @@ class Certifier {
   Proof run(T required, T slack, const Clock& clock) {
     Proof out = sample();
     if (out.clearance < required) return out;
-    T target = std::max(required, T(out.clearance) - slack);
+    T target = std::max(required, T(out.clearance) - slack), drop = 2 * slack;
     while (!clock.expired()) {
       Proof found;
       if (prove(target, found, clock)) {
@@ -36,7 +36,8 @@ class Certifier {
       if (clock.expired()) break;
       if (target <= required) return found;
       // A closer place than any that was sampled: aim lower.
-      target = std::max(required, target - 2 * slack);
+      target = std::max(required, target - drop);
+      drop *= 2;
     }
     out.clearance = 0;
     return out;

@@ -140,7 +140,7 @@ class EdgeMaker {
   int steps(const T* from, const T* to) const {
     T n = 0;
     for (int j = 0; j < model_->dof; ++j) n = std::max(n, std::abs(to[j] - from[j]) / max_step_[j]);
-    return static_cast<int>(std::ceil(n - T(1e-4)));
+    return static_cast<int>(std::min(std::ceil(double(n) - 1e-4), double(kForever)));
   }
 
   bool statically_free(const T* from, const T* to) {

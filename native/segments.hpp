@@ -2,7 +2,7 @@
 //
 // A segment is cut into pieces. A piece is proved when, at its middle, every pair of surfaces is farther apart than
 // `proof` plus how far the two can move within the piece; it is a contact when some pair is closer than `margin`;
-// else it is halved. `margin` > `proof`, so this ends; what is still open at the finest piece counts as contact.
+// else it is halved. Where `margin` > `proof` this ends soon; what is still open at the finest piece counts as contact.
 // The pieces do not depend on the width of the lanes, so neither do the answers.
 #pragma once
 
@@ -31,6 +31,7 @@ struct SegmentResult {
 };
 
 inline constexpr int kFirstPieces = 8;
+inline constexpr int kMostPieces = 4096;
 template <class T>
 inline constexpr T kFirstPieceRad = T(0.12);
 template <class T>
@@ -105,9 +106,9 @@ void cut(std::vector<Piece<T>>& stack, int segments, int dof, const At& at) {
     const auto [from, to] = at(s);
     T longest = 0;
     for (int j = 0; j < dof; ++j) longest = std::max(longest, std::abs(to[j] - from[j]));
-    int pieces = static_cast<int>(std::ceil(longest / kFirstPieceRad<T>));
+    int pieces = static_cast<int>(std::min(std::ceil(longest / kFirstPieceRad<T>), T(kMostPieces)));
     if (segments == 1) pieces = (pieces + kFirstPieces - 1) / kFirstPieces * kFirstPieces;
-    pieces = std::max(pieces, 1);
+    pieces = std::clamp(pieces, 1, kMostPieces);
     for (int k = pieces - 1; k >= 0; --k) stack.push_back({s, T(k) / T(pieces), T(k + 1) / T(pieces)});
   }
 }

@@ -274,11 +274,14 @@ class SingleArm {
 
   LowLevelPath<T> plan(std::vector<Constraint<V>*> constraints, const LowLevelOptions& options, uint64_t seed,
                        const Clock& clock) {
+    if (unreachable_) return {};
     if (task_.goal_tree.start < 0) {
       EdgeMaker<V> alone(*task_.world, task_.arm, {}, task_.levels, task_.max_step.data());
       if (!task_.goal_tree.connect(alone, task_.start, task_.goal, options.eta, kConnectIterations,
-                                   Random(seed_ ^ 0x5bd1e995u), clock))
+                                   Random(seed_ ^ 0x5bd1e995u), clock)) {
+        unreachable_ = !clock.expired();
         return {};
+      }
     }
     EdgeMaker<V> maker(*task_.world, task_.arm, std::move(constraints), task_.levels, task_.max_step.data());
     return SiRrt<V>(task_, maker, options, seed).run(clock);
@@ -289,6 +292,7 @@ class SingleArm {
  private:
   ArmTask<V> task_;
   uint64_t seed_;
+  bool unreachable_ = false;  // no way was found even alone; later calls need not look again
 };
 
 }  // namespace mmp

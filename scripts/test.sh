@@ -39,7 +39,8 @@ with_oldest_mujoco() {
     quietly "Fetching mujoco 3.17" "${install[@]}" --target "$older.new" "mujoco==3.17.*"
     mv "$older.new" "$older"
   fi
-  PYTHONPATH=$older pytest -n auto tests/mmp_env -k "scene or execution or env or rendering or servos or exact"
+  PYTHONPATH=$older pytest -n auto \
+    tests/mmp_env/test_{scene,env,simulation,execution,rendering,robot_servos,check_exact}*.py
 }
 
 step "python format" ruff format --check .

@@ -8,6 +8,8 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from mmp_env import _core
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.problem import Problem
@@ -22,10 +24,16 @@ from mmp_planners.repulsion import Modification, RepulsiveModification
 from mmp_planners.selection import Selection
 from mmp_planners.telling import Teller
 
+MOST_STEPS = 100_000
+"""Steps that the straight way of one arm may take; a finer grid or slower joints are a mistake in the units."""
 
-def option(default: Any, doc: str, *, positive: bool = False, choices: tuple[str, ...] = ()) -> Any:
+
+def option(
+    default: Any, doc: str, *, positive: bool = False, least: float | None = None, choices: tuple[str, ...] = ()
+) -> Any:
     """A planner's option: a dataclass field with its documentation and what it allows."""
-    return dataclasses.field(default=default, metadata={"doc": doc, "positive": positive, "choices": choices})
+    metadata = {"doc": doc, "positive": positive or least is not None, "least": least, "choices": choices}
+    return dataclasses.field(default=default, metadata=metadata)
 
 
 def check_options(planner: Any) -> None:
@@ -36,6 +44,20 @@ def check_options(planner: Any) -> None:
             raise UnknownNameError(f"value of option '{f.name}'", value, f.metadata["choices"])
         if f.metadata.get("positive") and not (math.isfinite(value) and value > 0):
             raise MmpError(f"option '{f.name}' is {value!r}; it must be a positive number")
+        least = f.metadata.get("least")
+        if least is not None and value < least:
+            raise MmpError(f"option '{f.name}' is {value!r}; it must be {least} at least")
+
+
+def check_steps(problem: Problem, dt: float) -> None:
+    """Raises `MmpError` where the straight way of an arm would take more steps than anything can hold."""
+    for name, v_max in problem.max_velocity.items():
+        steps = float((np.abs(problem.goal[name] - problem.start[name]) / (v_max * dt)).max())
+        if steps > MOST_STEPS:
+            raise MmpError(
+                f"arm '{name}' needs {steps:.3g} steps of dt {dt} s to its goal; allowed: {MOST_STEPS}. "
+                "dt is too short or max_velocity too low"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,7 +70,7 @@ class TreeOptions:
     radius: float = option(0.2, "vertex: radius of the forbidden ball [rad]", positive=True)
     restarts: bool = option(True, "start anew with another sub-seed when a tree does not get on; off: one tree")
     patience: int = option(20, "expansions that a cheaper solution is waited for", positive=True)
-    eta: float = option(0.8, "steering distance of the single-arm planner [rad]", positive=True)
+    eta: float = option(0.8, "steering distance of the single-arm planner [rad]", least=0.01)
     iterations: int = option(200, "single-arm iterations without a path before a try is given up", positive=True)
     shortcuts: int = option(40, "attempts to shorten each single-arm path", positive=True)
 
@@ -103,6 +125,7 @@ def plan_with_tree(
     began = time.perf_counter()
     if seed < 0:
         raise MmpError(f"seed is {seed}; it must be 0 or more")
+    check_steps(problem, options.dt)
     clock = _core.Clock(bound_or_infinity(time_limit))
     low_level = SiRrtStar(eta=options.eta, iterations=options.iterations, shortcuts=options.shortcuts)
     arms = Arms(problem, options.dt, low_level, clock)

@@ -46,9 +46,9 @@ DOF = sum(arm.dof for arm in MODEL.cell.arms)
 
 
 def random_path(seed, length, bent):
-    """Two samples, or five of them that do not lie on a line."""
+    """Two samples, or six of them that do not lie on a line."""
     rng = np.random.default_rng(seed)
-    line = np.linspace(0.0, 1.0, 5 if bent else 2)[:, None]
+    line = np.linspace(0.0, 1.0, 6 if bent else 2)[:, None]
     move = length * rng.uniform(-1.0, 1.0, DOF) * (rng.random(DOF) < 0.7)
     q = rng.uniform(-2.5, 2.5, DOF) + line * move + bent * length * rng.uniform(-0.05, 0.05, (len(line), DOF))
     return Path(np.arange(float(len(q))), q), float(len(q) - 1)
@@ -110,6 +110,32 @@ def test_links_that_only_turn_together_keep_exactly_the_clearance_that_they_have
     bounds = family.narrow(track.poses, items(track, still), np.inf)
     apart = bounds.found > 1e-3
     assert bounds.lower[apart] == pytest.approx(bounds.found[apart], abs=2e-5)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+@settings(max_examples=10)
+@given(seed=st.integers(0, 2**32))
+def test_the_balls_of_the_broad_phase_are_bounded_all_the_way(name, seed):
+    path, last = random_path(seed, 0.7, False)
+    dense = Track(MODEL, path, np.linspace(0.0, last, 65))
+    met = FAMILIES[name].coarse(dense.poses, dense.steps).min(axis=0)  # of short steps: as good as exact
+    whole = Track(MODEL, path, np.array([0.0, last]))
+    assert (FAMILIES[name].coarse(whole.poses, whole.steps)[0] <= met + 2e-3).all()
+
+
+@settings(max_examples=20)
+@given(seed=st.integers(0, 2**32))
+def test_every_step_turns_and_bends_as_it_says_however_often_it_is_halved(seed):
+    path, last = random_path(seed, 1.0, True)
+    track = Track(MODEL, path, np.array([0.0, last]))
+    for _ in range(4):
+        shares = np.linspace(0.0, 1.0, 41)[:, None]
+        steps, times = track.steps, track.poses.times
+        for start, end, turn, bend in zip(steps.start, steps.end, steps.turn, steps.bend, strict=True):
+            _, q = path.at(times[start] + shares[:, 0] * (times[end] - times[start]))  # here, times count samples
+            assert np.abs(q[-1] - q[0]) == pytest.approx(turn)
+            assert (np.abs(q - (q[0] * (1 - shares) + q[-1] * shares)) <= bend + 1e-12).all()
+        track.halve(np.arange(len(steps.start)))
 
 
 @given(seed=st.integers(0, 2**32), length=st.sampled_from([0.0, 0.01, 0.1, 1.0]))

@@ -105,8 +105,8 @@ class Waiting:
     """Says that it has begun, and waits for Ctrl-C."""
 
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
-        print("waiting", flush=True)
         with contextlib.suppress(StopPlanning):
+            print("waiting", flush=True)  # within: the signal may come before the next line
             signal.pause()
         return PlanResult(status=Status.SOLVED, plan=straight_plan(problem, {"name": "waiting"}))
 

@@ -76,9 +76,9 @@ def edges_free(cell: Cell, arm: int, q_from: Annotated[NDArray[numpy.float64], d
     Whether straight segments keep `proof` [m] at every instant and `margin` [m] where looked at: obstacles, other bases, self. Limits are the caller's.
     """
 
-def certify(cell: Cell, q: Sequence[numpy.ndarray], required: float, slack: float, clock: Clock) -> tuple[bool, float, int, int, int, float]:
+def certify(cell: Cell, q: Sequence[numpy.ndarray], required: float, share: float, clock: Clock) -> tuple[bool, float, int, int, int, float]:
     """
-    Proves a clearance [m] of all bodies along q [n, dof] per arm, linear in between: (valid, clearance, arm, other arm or -1, segment, fraction of it).
+    Proves `required` [m] at least between all bodies along q [n, dof] per arm, linear in between, and of what the sampled clearance has beyond it all but a `share`: (valid, clearance, arm, other arm or -1, segment, fraction of it).
     """
 
 class Motion:
@@ -99,37 +99,39 @@ def conflict_instants(cell: Cell, motions: Sequence[Motion], pairs: numpy.ndarra
     """
 
 class Constraint:
-    """What one arm must not do in the window (start, end) of steps."""
+    """
+    What one arm must not do in the open window (start, end) of steps; where they are equal, at that one instant.
+    """
 
     @staticmethod
-    def ball(center: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], radius: float, start: int, end: int) -> Constraint:
+    def ball(center: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], radius: float, start: float, end: float) -> Constraint:
         """Being within `radius` [rad] of a configuration in every joint."""
 
     @staticmethod
-    def standing(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], shrink: float, start: int, end: int) -> Constraint:
+    def standing(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], shrink: float, start: float, end: float) -> Constraint:
         """
         Touching another arm as it stands at q, its spheres smaller by `shrink` [m].
         """
 
     @staticmethod
-    def moving(cell: Cell, motion: Motion, start: int, end: int) -> list[Constraint]:
+    def moving(motion: Motion, start: float, end: float) -> list[Constraint]:
         """
         Touching another arm as it moves, from step `start` to `end`: a list of constraints, one a step.
         """
 
     @staticmethod
-    def sphere(center: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], radius: float, first_link: int, start: int, end: int) -> Constraint:
+    def sphere(center: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], radius: float, first_link: int, start: float, end: float) -> Constraint:
         """Links from `first_link` on touching a sphere in the world."""
 
     @property
-    def start(self) -> int: ...
+    def start(self) -> float: ...
 
     @property
-    def end(self) -> int: ...
+    def end(self) -> float: ...
 
-def safe_intervals(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], constraints: Sequence[Constraint], margin: float, proof: float) -> Annotated[NDArray[numpy.int32], dict(shape=(None, None))]:
+def safe_intervals(cell: Cell, arm: int, q: numpy.ndarray, constraints: Sequence[Constraint], margin: float, proof: float, others: Sequence[Motion] = ()) -> numpy.ndarray:
     """
-    Whole steps [lo, hi] between which the arm may stand at q, [m, 2]; the last may end at FOREVER.
+    Whole steps [lo, hi] between which the arm may stand at q, [m, 2]; the last may end at FOREVER. `others`: motions of other arms that `proof` [m] is kept from.
     """
 
 class SingleArm:
@@ -137,14 +139,14 @@ class SingleArm:
     Plans one arm in space and time (SI-RRT*); keeps what does not depend on constraints.
     """
 
-    def __init__(self, cell: Cell, arm: int, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], max_step: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], margin: float, proof: float, seed: int) -> None: ...
+    def __init__(self, cell: Cell, arm: int, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], max_step: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], margin: float, proof: float, seed: int, eta: float = 0.8) -> None: ...
 
-    def plan(self, constraints: Sequence[Constraint], seed: int, clock: Clock, max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, eta: float = 0.8, goal_bias: float = 0.1, neighbours: int = 6) -> tuple[numpy.ndarray | None, int]:
+    def plan(self, constraints: Sequence[Constraint], seed: int, clock: Clock, max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, goal_bias: float = 0.1, neighbours: int = 6, others: Sequence[Motion] = (), experience: numpy.ndarray | None = None) -> tuple[numpy.ndarray | None, int]:
         """
-        Configurations [steps + 1, dof] on the grid, or None, and the iterations that it took.
+        Configurations [steps + 1, dof] on the grid, or None, and the iterations that it took. `others`: motions of other arms, parked at their last step for ever, that the path is proved to keep clear of. `experience` [k, dof]: a path on the grid that the search begins with as far as it holds.
         """
 
-def repulsive_force(cell: Cell, motion: Motion, others: Sequence[Motion], k_rep: float, d0: float, centre_distance: bool) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+def repulsive_force(cell: Cell, motion: Motion, others: Sequence[Motion], k_rep: float, d0: float, centre_distance: bool) -> numpy.ndarray:
     """Joint forces J^T F [steps + 1, dof] on the inner steps of a motion."""
 
 def modify_motion(cell: Cell, motion: Motion, others: Sequence[Motion], constraints: Sequence[Constraint], max_step_rad: numpy.ndarray, margin: float, proof: float, constraint_margin: float, clock: Clock, alpha: float, k_rep: float, d0: float, max_iterations: int, centre_distance: bool, normalised: bool, normalised_step: float, max_step: float, comfort: float, trace: bool = False) -> tuple[numpy.ndarray, bool, int, bool, list[numpy.ndarray]]:
@@ -155,4 +157,29 @@ def modify_motion(cell: Cell, motion: Motion, others: Sequence[Motion], constrai
 def breaks_constraint(cell: Cell, motion: Motion, constraints: Sequence[Constraint], margin: float) -> bool:
     """
     Whether a motion comes closer than `margin` [m] to what its constraints forbid, within their windows.
+    """
+
+class CompositeSearch:
+    """
+    RRT-Connect in the space of all joints of all arms; can be asked to go on.
+    """
+
+    def __init__(self, cell: Cell, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], margin: float, margin_of_proof: float, proof: float, range: float, step: float, seed: int) -> None: ...
+
+    def grow(self, iterations: int, clock: Clock) -> numpy.ndarray | None:
+        """
+        A way [n, all joints], proved at every instant, or None if that many more iterations found none.
+        """
+
+    @property
+    def iterations(self) -> int:
+        """Iterations so far."""
+
+    @property
+    def nodes(self) -> int:
+        """Nodes of both trees."""
+
+def shorten(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], margin: float, alone: float, between: float, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+    """
+    Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every instant.
     """

@@ -17,6 +17,7 @@ import numpy as np
 from mmp_env.errors import MmpError
 
 _LINE = 240
+_NESTED = (dict, list)
 
 
 def json_text(value: Any) -> str:
@@ -30,8 +31,13 @@ def json_text(value: Any) -> str:
 
 def plain(value: Any) -> Any:
     """`value` as dicts, lists and scalars that JSON knows. Raises `TypeError` for what has no such form."""
+    if type(value) is float:  # nearly everything is
+        return value if math.isfinite(value) else None
     if isinstance(value, np.ndarray | np.generic):
+        numbers = value.dtype.kind in "biuf" and bool(np.isfinite(value).all())
         value = value.tolist()
+        if numbers:
+            return value
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -86,12 +92,12 @@ def _cannot_write(path: str | PathLike[str], error: OSError) -> MmpError:
 def _layout(value: Any, indent: str) -> str:
     inner = indent + " "
     parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    short = json.dumps(value)
-    if len(short) <= _LINE or not any(isinstance(part, dict | list) for part in parts):
-        return short
+    if not any(isinstance(part, _NESTED) for part in parts):
+        return json.dumps(value)
+    lines = [_layout(part, inner) for part in parts]
     if isinstance(value, dict):
-        lines = [f"{json.dumps(key)}: {_layout(item, inner)}" for key, item in value.items()]
-    else:
-        lines = [_layout(item, inner) for item in value]
+        lines = [f"{json.dumps(key)}: {line}" for key, line in zip(value, lines, strict=True)]
     opening, closing = "{}" if isinstance(value, dict) else "[]"
+    if sum(map(len, lines)) + 2 * len(lines) <= _LINE:  # then none of them has a break
+        return opening + ", ".join(lines) + closing
     return f"{opening}\n{inner}" + f",\n{inner}".join(lines) + f"\n{indent}{closing}"

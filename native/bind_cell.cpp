@@ -236,7 +236,7 @@ void bind_cell(nb::module_& m) {
 
   m.def(
       "certify",
-      [](const Cell& cell, const std::vector<Matrix>& q, double required, double slack, const Clock& clock) {
+      [](const Cell& cell, const std::vector<Matrix>& q, double required, double share, const Clock& clock) {
         need(!q.empty() && q.size() == cell.precise.arms.size(), "one array of configurations for each arm");
         std::vector<const double*> rows;
         for (size_t a = 0; a < q.size(); ++a) {
@@ -248,15 +248,16 @@ void bind_cell(nb::module_& m) {
         {
           nb::gil_scoped_release release;
           proof = Certifier<Doubles>(cell.world<Doubles>(), rows, static_cast<int>(q[0].shape(0)))
-                      .run(required, slack, clock);
+                      .run(required, share, clock);
         }
         return nb::make_tuple(proof.valid, proof.clearance, proof.arm_a, proof.arm_b, proof.step, proof.fraction);
       },
-      nb::arg("cell"), nb::arg("q"), nb::arg("required"), nb::arg("slack"), nb::arg("clock"),
+      nb::arg("cell"), nb::arg("q"), nb::arg("required"), nb::arg("share"), nb::arg("clock"),
       nb::sig(
-          "def certify(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], required: float, slack: float, clock: "
+          "def certify(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], required: float, share: float, clock: "
           "Clock) -> tuple[bool, float, int, int, int, float]"),
-      "Proves a clearance [m] of all bodies along q [n, dof] per arm, linear in between: (valid, clearance, arm, other "
+      "Proves `required` [m] at least between all bodies along q [n, dof] per arm, linear in between, and of what the "
+      "sampled clearance has beyond it all but a `share`: (valid, clearance, arm, other "
       "arm or -1, segment, fraction of it).");
 }
 

@@ -27,16 +27,17 @@ void bind_search(nb::module_& m) {
 
   m.def(
       "conflict_instants",
-      [](const Cell& cell, const std::vector<const SearchMotion*>& motions, Pairs pairs, double margin, double proof,
-         bool bases) {
-        const int n = static_cast<int>(pairs.shape(0)), count = static_cast<int>(motions.size());
+      [](const Cell& cell, nb::handle motions, Pairs pairs, double margin, double proof, bool bases) {
+        const auto held = held_motions(motions, cell.single);
+        const auto& of = held.items();
+        const int n = static_cast<int>(pairs.shape(0)), count = static_cast<int>(of.size());
         for (int k = 0; k < 2 * n; ++k) need(pairs.data()[k] >= 0 && pairs.data()[k] < count, "no such motion");
         std::vector<std::vector<double>> found(n);
         {
           nb::gil_scoped_release release;
           PairCheck<Floats> check(cell.world<Floats>(), bases);
           for (int k = 0; k < n; ++k)
-            check(*motions[pairs.data()[2 * k]], *motions[pairs.data()[2 * k + 1]], levels_of(margin, proof), found[k]);
+            check(*of[pairs.data()[2 * k]], *of[pairs.data()[2 * k + 1]], levels_of(margin, proof), found[k]);
         }
         nb::list out;
         for (auto& steps : found) {
@@ -55,59 +56,70 @@ void bind_search(nb::module_& m) {
       "every instant. A motion stays at its last step for ever. With `bases`, moving links against the other's base "
       "too.");
 
-  nb::class_<SearchConstraint>(m, "Constraint", "What one arm must not do in the window (start, end) of steps.")
+  nb::class_<SearchConstraint>(
+      m, "Constraint",
+      "What one arm must not do in the open window (start, end) of steps; where they are equal, at "
+      "that one instant.")
       .def_static(
           "ball",
-          [](Vector center, double radius, int start, int end) {
+          [](Vector center, double radius, double start, double end) {
             need(center.shape(0) > 0 && center.shape(0) <= kMaxDof, "a configuration");
-            return SearchConstraint::ball(as<float>(center), float(radius), start, end);
+            return SearchConstraint::ball(as<float>(center), float(radius), window_of(start, end));
           },
           nb::arg("center"), nb::arg("radius"), nb::arg("start"), nb::arg("end"),
           "Being within `radius` [rad] of a configuration in every joint.")
       .def_static(
           "standing",
-          [](const Cell& cell, int arm, Vector q, double shrink, int start, int end) {
+          [](const Cell& cell, int arm, Vector q, double shrink, double start, double end) {
             need_joints(cell, arm, q);
-            return SearchConstraint::standing(cell.single.arms[arm], as<float>(q).data(), float(shrink), start, end);
+            return SearchConstraint::standing(cell.single.arms[arm], as<float>(q).data(), float(shrink),
+                                              window_of(start, end));
           },
           nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("shrink"), nb::arg("start"), nb::arg("end"),
           nb::keep_alive<0, 1>(), "Touching another arm as it stands at q, its spheres smaller by `shrink` [m].")
       .def_static(
           "moving",
-          [](nb::handle_t<Cell> cell, const SearchMotion& motion, int start, int end) {
+          [](nb::handle_t<SearchMotion> motion, double start, double end) {
+            need(start == std::floor(start) && end == std::floor(end), "whole steps");
+            const Window window = window_of(start, end);
             nb::list out;
-            for (auto& part : SearchConstraint::moving(motion, start, end)) {
+            for (auto& part :
+                 SearchConstraint::moving(nb::cast<const SearchMotion&>(motion), int(window.from), int(window.until))) {
               nb::object object = nb::cast(std::move(part));
-              nb::keep_alive_obj(object, cell);
+              nb::keep_alive_obj(object, motion);
               out.append(object);
             }
             return out;
           },
-          nb::arg("cell"), nb::arg("motion"), nb::arg("start"), nb::arg("end"),
-          nb::sig("def moving(cell: Cell, motion: Motion, start: int, end: int) -> list[Constraint]"),
+          nb::arg("motion"), nb::arg("start"), nb::arg("end"),
+          nb::sig("def moving(motion: Motion, start: float, end: float) -> list[Constraint]"),
           "Touching another arm as it moves, from step `start` to `end`: a list of constraints, one a step.")
       .def_static(
           "sphere",
-          [](Vector center, double radius, int first_link, int start, int end) {
+          [](Vector center, double radius, int first_link, double start, double end) {
             need(center.shape(0) == 3 && first_link > 0, "a point, and a link that moves");
-            return SearchConstraint::ball_in_space(as<float>(center).data(), float(radius), first_link, start, end);
+            return SearchConstraint::ball_in_space(as<float>(center).data(), float(radius), first_link,
+                                                   window_of(start, end));
           },
           nb::arg("center"), nb::arg("radius"), nb::arg("first_link"), nb::arg("start"), nb::arg("end"),
           "Links from `first_link` on touching a sphere in the world.")
-      .def_ro("start", &SearchConstraint::from)
-      .def_ro("end", &SearchConstraint::until);
+      .def_prop_ro("start", [](const SearchConstraint& c) { return c.window.from; })
+      .def_prop_ro("end", [](const SearchConstraint& c) { return c.window.until; });
 
   m.def(
       "safe_intervals",
-      [](const Cell& cell, int arm, Vector q, const std::vector<SearchConstraint*>& constraints, double margin,
-         double proof) {
+      [](const Cell& cell, int arm, Vector q, nb::handle constraints, double margin, double proof, nb::handle others) {
         need_joints(cell, arm, q);
+        const auto rules = held_constraints(constraints, cell.single.arms[arm].dof);
+        const auto movers = held_motions(others, cell.single, arm);
         std::vector<std::pair<int, int>> out;
         {
           nb::gil_scoped_release release;
           const std::vector<float> max_step(cell.single.arms[arm].dof, 1.0f), at = as<float>(q);
-          EdgeMaker<Floats> maker(cell.world<Floats>(), arm, constraints, levels_of(margin, proof), max_step.data());
-          std::vector<std::pair<int, int>> windows;
+          const auto levels = levels_of(margin, proof);
+          EdgeMaker<Floats> maker(cell.world<Floats>(), arm, rules.items(), levels, max_step.data(),
+                                  Movers<Floats>(movers.read_only(), levels, 1.0f));
+          std::vector<Window> windows;
           maker.standing(at.data(), windows);
           out = safe_intervals(std::move(windows));
         }
@@ -116,32 +128,46 @@ void bind_search(nb::module_& m) {
         return to_numpy<Windows>(flat, out.size(), 2);
       },
       nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("constraints"), nb::arg("margin"), nb::arg("proof"),
-      "Whole steps [lo, hi] between which the arm may stand at q, [m, 2]; the last may end at FOREVER.");
+      nb::arg("others") = nb::make_tuple(),
+      nb::sig("def safe_intervals(cell: Cell, arm: int, q: numpy.ndarray, constraints: "
+              "collections.abc.Sequence[Constraint], margin: float, proof: float, others: "
+              "collections.abc.Sequence[Motion] = ()) -> numpy.ndarray"),
+      "Whole steps [lo, hi] between which the arm may stand at q, [m, 2]; the last may end at FOREVER. `others`: "
+      "motions "
+      "of other arms that `proof` [m] is kept from.");
 
   nb::class_<SearchArm>(m, "SingleArm",
                         "Plans one arm in space and time (SI-RRT*); keeps what does not depend on constraints.")
       .def(
           "__init__",
           [](SearchArm* self, const Cell& cell, int arm, Vector start, Vector goal, Vector max_step, double margin,
-             double proof, uint64_t seed) {
+             double proof, uint64_t seed, double eta) {
             need_joints(cell, arm, start);
             need_joints(cell, arm, goal);
             need_joints(cell, arm, max_step);
+            need(eta > 1e-3 && eta < 1e3, "eta must be a sensible angle");
             new (self) SearchArm(*cell.world_planning, arm, as<float>(start), as<float>(goal), as<float>(max_step),
-                                 levels_of(margin, proof), seed);
+                                 levels_of(margin, proof), float(eta), seed);
           },
           nb::arg("cell"), nb::arg("arm"), nb::arg("start"), nb::arg("goal"), nb::arg("max_step"), nb::arg("margin"),
-          nb::arg("proof"), nb::arg("seed"), nb::keep_alive<1, 2>())
+          nb::arg("proof"), nb::arg("seed"), nb::arg("eta") = 0.8, nb::keep_alive<1, 2>())
       .def(
           "plan",
-          [](SearchArm& self, const std::vector<SearchConstraint*>& constraints, uint64_t seed, const Clock& clock,
-             int max_iterations, int improve_iterations, int shortcuts, double eta, double goal_bias,
-             int neighbours) -> std::pair<nb::object, int> {
+          [](SearchArm& self, nb::handle constraints, uint64_t seed, const Clock& clock, int max_iterations,
+             int improve_iterations, int shortcuts, double goal_bias, int neighbours, nb::handle others,
+             std::optional<Matrix> experience) -> std::pair<nb::object, int> {
+            const auto rules = held_constraints(constraints, self.dof());
+            const auto movers = held_motions(others, self.cell(), self.arm());
+            std::vector<float> rows;
+            if (experience) {
+              need_configurations(*experience, self.dof());
+              rows.assign(experience->data(), experience->data() + experience->size());
+            }
             LowLevelPath<float> path;
             {
               nb::gil_scoped_release release;
-              path = self.plan(constraints, {max_iterations, improve_iterations, shortcuts, eta, goal_bias, neighbours},
-                               seed, clock);
+              path = self.plan(rules.items(), movers.read_only(), rows,
+                               {max_iterations, improve_iterations, shortcuts, goal_bias, neighbours}, seed, clock);
             }
             if (!path.found) return {nb::none(), path.iterations};
             const size_t dof = self.dof();
@@ -149,17 +175,22 @@ void bind_search(nb::module_& m) {
                     path.iterations};
           },
           nb::arg("constraints"), nb::arg("seed"), nb::arg("clock"), nb::arg("max_iterations") = 2000,
-          nb::arg("improve_iterations") = 0, nb::arg("shortcuts") = 40, nb::arg("eta") = 0.8,
-          nb::arg("goal_bias") = 0.1, nb::arg("neighbours") = 6,
+          nb::arg("improve_iterations") = 0, nb::arg("shortcuts") = 40, nb::arg("goal_bias") = 0.1,
+          nb::arg("neighbours") = 6, nb::arg("others") = nb::make_tuple(), nb::arg("experience") = nb::none(),
           nb::sig("def plan(self, constraints: collections.abc.Sequence[Constraint], seed: int, clock: Clock, "
-                  "max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, eta: float = 0.8, "
-                  "goal_bias: float = 0.1, neighbours: int = 6) -> tuple[numpy.ndarray | None, int]"),
-          "Configurations [steps + 1, dof] on the grid, or None, and the iterations that it took.");
+                  "max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, goal_bias: float = "
+                  "0.1, neighbours: int = 6, others: collections.abc.Sequence[Motion] = (), experience: numpy.ndarray "
+                  "| None = None) -> tuple[numpy.ndarray | None, int]"),
+          "Configurations [steps + 1, dof] on the grid, or None, and the iterations that it took. `others`: motions of "
+          "other arms, parked at their last step for ever, that the path is proved to keep clear of. `experience` [k, "
+          "dof]: a path on the grid that the search begins with as far as it holds.");
 
   m.def(
       "repulsive_force",
-      [](const Cell& cell, const SearchMotion& motion, const std::vector<const SearchMotion*>& others, double k_rep,
-         double d0, bool centre_distance) {
+      [](const Cell& cell, const SearchMotion& motion, nb::handle others, double k_rep, double d0,
+         bool centre_distance) {
+        need_motion(cell, motion);
+        const auto held = held_motions(others, cell.single);
         std::vector<float> out;
         {
           nb::gil_scoped_release release;
@@ -167,28 +198,34 @@ void bind_search(nb::module_& m) {
           options.k_rep = k_rep;
           options.d0 = d0;
           options.centre_distance = centre_distance;
-          Repulsion<Floats>(cell.world<Floats>(), options).force(motion, others, out);
+          Repulsion<Floats>(cell.world<Floats>(), options).force(motion, held.read_only(), out);
         }
         const size_t dof = motion.arm->dof;
         return to_numpy<Out2>(rows_of(out), out.size() / dof, dof);
       },
       nb::arg("cell"), nb::arg("motion"), nb::arg("others"), nb::arg("k_rep"), nb::arg("d0"),
-      nb::arg("centre_distance"), "Joint forces J^T F [steps + 1, dof] on the inner steps of a motion.");
+      nb::arg("centre_distance"),
+      nb::sig("def repulsive_force(cell: Cell, motion: Motion, others: collections.abc.Sequence[Motion], k_rep: float, "
+              "d0: float, centre_distance: bool) -> numpy.ndarray"),
+      "Joint forces J^T F [steps + 1, dof] on the inner steps of a motion.");
 
   m.def(
       "modify_motion",
-      [](const Cell& cell, const SearchMotion& motion, const std::vector<const SearchMotion*>& others,
-         const std::vector<SearchConstraint*>& constraints, Vector max_step_rad, double margin, double proof,
-         double constraint_margin, const Clock& clock, double alpha, double k_rep, double d0, int max_iterations,
-         bool centre_distance, bool normalised, double normalised_step, double max_step, double comfort, bool trace) {
+      [](const Cell& cell, const SearchMotion& motion, nb::handle others, nb::handle constraints, Vector max_step_rad,
+         double margin, double proof, double constraint_margin, const Clock& clock, double alpha, double k_rep,
+         double d0, int max_iterations, bool centre_distance, bool normalised, double normalised_step, double max_step,
+         double comfort, bool trace) {
+        need_motion(cell, motion);
         need_joints(cell, motion.arm_index, max_step_rad);
+        const auto movers = held_motions(others, cell.single);
+        const auto rules = held_constraints(constraints, motion.arm->dof);
         Repulsion<Floats>::Result result;
         {
           nb::gil_scoped_release release;
           Repulsion<Floats> repulsion(*cell.world_planning,
                                       repulsion_options(alpha, k_rep, d0, max_iterations, centre_distance, normalised,
                                                         normalised_step, max_step, comfort));
-          result = repulsion.modify(motion, others, constraints, as<float>(max_step_rad).data(),
+          result = repulsion.modify(motion, movers.read_only(), rules.items(), as<float>(max_step_rad).data(),
                                     levels_of(margin, proof), float(constraint_margin), trace, clock);
         }
         const size_t dof = motion.arm->dof, rows = result.positions.size() / dof;
@@ -210,12 +247,15 @@ void bind_search(nb::module_& m) {
 
   m.def(
       "breaks_constraint",
-      [](const Cell& cell, const SearchMotion& motion, const std::vector<SearchConstraint*>& constraints,
-         double margin) {
+      [](const Cell& cell, const SearchMotion& motion, nb::handle constraints, double margin) {
+        need_motion(cell, motion);
+        const auto rules = held_constraints(constraints, motion.arm->dof);
         nb::gil_scoped_release release;
-        return Repulsion<Floats>(cell.world<Floats>(), {}).broken(motion, constraints, float(margin));
+        return Repulsion<Floats>(cell.world<Floats>(), {}).broken(motion, rules.items(), float(margin));
       },
       nb::arg("cell"), nb::arg("motion"), nb::arg("constraints"), nb::arg("margin"),
+      nb::sig("def breaks_constraint(cell: Cell, motion: Motion, constraints: collections.abc.Sequence[Constraint], "
+              "margin: float) -> bool"),
       "Whether a motion comes closer than `margin` [m] to what its constraints forbid, within their windows.");
 }
 

@@ -3,6 +3,7 @@
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -15,6 +16,7 @@ namespace mmp {
 
 void bind_cell(nb::module_& m);    // the cell and its batch queries
 void bind_search(nb::module_& m);  // motions, constraints, single-arm search, repulsion
+void bind_joint(nb::module_& m);   // composite search, shortcutting on the common clock
 
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
@@ -38,13 +40,36 @@ inline void need(bool ok, const char* message) {
   if (!ok) throw nb::value_error(message);
 }
 
-inline void need_rows(const Cell& cell, int arm, const Matrix& q) {
-  need(cell.frozen, "the cell is not frozen");
-  need(arm >= 0 && arm < static_cast<int>(cell.precise.arms.size()), "no such arm");
-  need(q.shape(1) == static_cast<size_t>(cell.precise.arms[arm].dof), "wrong number of joints");
+// The elements of a sequence that came from Python, held: another thread may empty the list while the lock is released.
+template <class T>
+class Held {
+ public:
+  Held(nb::handle sequence, const char* expected) {
+    for (nb::handle item : sequence) {
+      if (item.is_none() || !nb::isinstance<T>(item)) throw nb::type_error(expected);
+      owners_.push_back(nb::borrow(item));
+      items_.push_back(nb::inst_ptr<T>(item));
+    }
+  }
+  const std::vector<T*>& items() const { return items_; }
+  std::vector<const T*> read_only() const { return {items_.begin(), items_.end()}; }
+
+ private:
+  std::vector<nb::object> owners_;
+  std::vector<T*> items_;
+};
+
+inline void need_configurations(const Matrix& q, int dof) {
+  need(q.shape(1) == static_cast<size_t>(dof), "wrong number of joints");
   // Also the range of sincos(); a proof about NaN would prove nothing.
   need(std::all_of(q.data(), q.data() + q.size(), [](double x) { return std::abs(x) < 1e4; }),
        "configurations must be finite");
+}
+
+inline void need_rows(const Cell& cell, int arm, const Matrix& q) {
+  need(cell.frozen, "the cell is not frozen");
+  need(arm >= 0 && arm < static_cast<int>(cell.precise.arms.size()), "no such arm");
+  need_configurations(q, cell.precise.arms[arm].dof);
 }
 
 inline void need_joints(const Cell& cell, int arm, const Vector& q) {
@@ -61,6 +86,35 @@ std::vector<T> as(const Vector& v) {
 using SearchMotion = Motion<Floats>;
 using SearchConstraint = Constraint<Floats>;
 using SearchArm = SingleArm<Floats>;
+
+inline void need_motion(const Cell& cell, const SearchMotion& m) {
+  const auto k = static_cast<size_t>(m.arm_index);
+  need(k < cell.single.arms.size() && m.arm == &cell.single.arms[k], "a motion of another cell");
+}
+
+// Motions of arms of this cell; with `arm`, of others than that one.
+inline Held<SearchMotion> held_motions(nb::handle sequence, const CellModel<float>& cell, int arm = -1) {
+  Held<SearchMotion> held(sequence, "a sequence of Motion is needed");
+  for (const auto* m : held.items()) {
+    const auto k = static_cast<size_t>(m->arm_index);
+    need(k < cell.arms.size() && m->arm == &cell.arms[k], "a motion of another cell");
+    need(m->arm_index != arm, "a motion of the arm itself");
+  }
+  return held;
+}
+
+inline Held<SearchConstraint> held_constraints(nb::handle sequence, int dof) {
+  Held<SearchConstraint> held(sequence, "a sequence of Constraint is needed");
+  for (const auto* c : held.items())
+    need(c->joints() == 0 || c->joints() == dof, "a ball constraint of another number of joints");
+  return held;
+}
+
+inline Window window_of(double start, double end) {
+  need(start <= end, "a window's start must not be after its end");
+  const auto capped = [](double t) { return std::clamp(t, -double(kForever), double(kForever)); };
+  return {capped(start), capped(end)};
+}
 
 inline Levels<float> levels_of(double margin, double proof) { return {float(margin), float(proof)}; }
 

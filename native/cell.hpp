@@ -3,7 +3,7 @@
 
 #include "certificate.hpp"
 #include "repulsion.hpp"
-#include "si_rrt.hpp"
+#include "single_arm.hpp"
 
 namespace mmp {
 

@@ -21,23 +21,23 @@ class Certifier {
   Certifier(StaticWorld<V>& world, std::vector<const T*> positions, int n)
       : world_(&world), prover_(world), positions_(std::move(positions)), n_(n) {}
 
-  // Proves `required` at least, and as much more as a sampled minimum less `slack` allows.
-  Proof run(T required, T slack, const Clock& clock) {
+  // Proves `required` at least, and of what a sampled minimum has beyond it all but a `share`.
+  Proof run(T required, T share, const Clock& clock) {
     Proof out = sample();
     if (out.clearance < required) return out;
-    T target = std::max(required, T(out.clearance) - slack), drop = 2 * slack;
+    T beyond = (T(out.clearance) - required) * (T(1) - share);
     while (!clock.expired()) {
       Proof found;
+      const T target = required + beyond;
       if (prove(target, found, clock)) {
         out.valid = true;
         out.clearance = target;
         return out;
       }
       if (clock.expired()) break;
-      if (target <= required) return found;
+      if (beyond == T(0)) return found;
       // A closer place than any that was sampled: aim lower.
-      target = std::max(required, target - drop);
-      drop *= 2;
+      beyond = beyond > required / 8 ? beyond / 4 : T(0);
     }
     out.clearance = 0;
     return out;

@@ -21,21 +21,29 @@ class Clock {
   bool expired() const {
     if (cancelled()) return true;
     if (bounded_ && Steady::now() >= end_) return true;
-    return poll_ && poll_(*this);
+    if (poll_) poll_(*this);
+    return false;
   }
   double remaining() const {
     if (!bounded_) return std::numeric_limits<double>::infinity();
     return std::chrono::duration<double>(end_ - Steady::now()).count();
   }
 
-  // Set by the binding: asks Python for pending signals now and then; true ends the run.
-  using Poll = bool (*)(const Clock&);
+  // Whether `interval` has passed since somebody was told so: one thread only of those that share the clock.
+  bool due(Steady::duration interval) const {
+    const auto now = Steady::now().time_since_epoch().count();
+    auto next = next_poll_.load(std::memory_order_relaxed);
+    return now >= next && next_poll_.compare_exchange_strong(next, now + interval.count(), std::memory_order_relaxed);
+  }
+
+  // Set by the binding: asks Python for pending signals now and then, and throws where there is one.
+  using Poll = void (*)(const Clock&);
   Poll poll_ = nullptr;
-  mutable Steady::time_point next_poll_{};
 
  private:
   bool bounded_;
   Steady::time_point end_{};
+  mutable std::atomic<Steady::rep> next_poll_{0};
   std::atomic<bool> cancelled_{false};
 };
 

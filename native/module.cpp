@@ -7,14 +7,10 @@ using namespace mmp;
 namespace {
 
 // Python's signal handlers run while a long call is under way: the interpreter is asked every 20 ms.
-struct Interrupted {};
-bool poll_signals(const Clock& clock) {
-  const auto now = Clock::Steady::now();
-  if (now < clock.next_poll_) return false;
-  clock.next_poll_ = now + std::chrono::milliseconds(20);
+void poll_signals(const Clock& clock) {
+  if (!clock.due(std::chrono::milliseconds(20))) return;
   nb::gil_scoped_acquire gil;
   if (PyErr_CheckSignals() != 0) throw nb::python_error();
-  return false;
 }
 
 int cpu_level() {
@@ -56,4 +52,5 @@ NB_MODULE(MMP_MODULE, m) {
 
   bind_cell(m);
   bind_search(m);
+  bind_joint(m);
 }

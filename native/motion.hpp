@@ -9,6 +9,31 @@
 
 namespace mmp {
 
+inline constexpr int kForever = 1 << 28;  // [steps]
+inline constexpr int kBlock = 8, kMostBlocks = 64;
+
+// Axis-aligned, around centres [m].
+template <class T>
+struct Box {
+  T lo[3] = {T(1e30), T(1e30), T(1e30)}, hi[3] = {T(-1e30), T(-1e30), T(-1e30)};
+
+  // Whether something within `reach` of both boxes may exist.
+  bool near(const Box& o, T reach) const {
+    T gap2 = 0;
+    for (int x = 0; x < 3; ++x) {
+      const T gap = std::max(T(0), std::max(lo[x] - o.hi[x], o.lo[x] - hi[x]));
+      gap2 += gap * gap;
+    }
+    return gap2 < reach * reach;
+  }
+};
+
+// The straight way of a point from one step to the next.
+template <class V>
+struct Chord {
+  Vec3<V> from, along;
+};
+
 // Arrays run along time, so that a lane is a step: element i at step k stands at [i * stride + k].
 template <class V>
 class Motion {
@@ -21,22 +46,71 @@ class Motion {
   std::vector<T> q;                       // [last + 1][dof], row major
   std::vector<T> links, groups, spheres;  // centres [element][xyz][stride]
   std::vector<T> bulge;                   // [link][stride]: how far a centre may leave the chord from step k to k + 1
+  std::vector<Box<T>> boxes;              // [link] around the link's centres at all steps
+  Box<T> whole;                           // around all spheres of all links that move, at all steps
+  std::vector<Box<T>> blocks;             // [link][block_count]: kBlock steps and the one after them
+  std::vector<T> most_bulge;              // [link]
 
-  Motion(const CellModel<T>& cell, int a, std::vector<T> positions)
+  // `detailed`: with groups and spheres; otherwise `detail` adds those that are wanted.
+  Motion(const CellModel<T>& cell, int a, std::vector<T> positions, bool detailed = true)
       : arm_index(a),
         arm(&cell.arms[a]),
         last(static_cast<int>(positions.size()) / arm->dof - 1),
-        q(std::move(positions)) {
-    stride = static_cast<size_t>(last + 1 + 2 * width<V>);
-    links.resize(arm->links.size() * 3 * stride);
-    groups.resize(arm->groups.size() * 3 * stride);
-    spheres.resize(arm->spheres.size() * 3 * stride);
-    bulge.resize(arm->links.size() * stride);
+        stride(static_cast<size_t>(last + 1 + 2 * width<V>)),
+        q(std::move(positions)),
+        links(arm->links.size() * 3 * stride),
+        bulge(arm->links.size() * stride),
+        boxes(arm->links.size()),
+        blocks(arm->links.size() * block_count()),
+        most_bulge(arm->links.size()) {
     Pose<V> pose(*arm);
     for (int k = 0; k <= last; k += width<V>) fill(k, pose);
+    bound();
+    if (detailed) detail(~0u);
   }
 
+  // Works out groups and spheres of the links whose bits are set.
+  void detail(uint32_t wanted) {
+    groups.resize(arm->groups.size() * 3 * stride);
+    spheres.resize(arm->spheres.size() * 3 * stride);
+    Pose<V> pose(*arm);
+    V joints[kMaxDof];
+    for (int k = 0; k <= last; k += width<V>) {
+      for (int lane = 0; lane < width<V>; ++lane)
+        for (int j = 0; j < arm->dof; ++j) joints[j][lane] = at(k + lane)[j];
+      forward(joints, pose);
+      for (size_t l = 0; l < arm->links.size(); ++l) {
+        if (!(wanted >> l & 1u)) continue;
+        const auto& link = arm->links[l];
+        pose.detail(static_cast<int>(l));
+        for (int g = link.groups.first; g < link.groups.first + link.groups.count; ++g)
+          put(groups, g, pose.groups[g], k);
+        for (int s = link.spheres.first; s < link.spheres.first + link.spheres.count; ++s)
+          put(spheres, s, pose.spheres[s], k);
+      }
+    }
+  }
+
+  // Blocks of steps; the last holds all that follow as well.
+  size_t block_count() const { return static_cast<size_t>(std::min(last / kBlock + 1, kMostBlocks)); }
+  int block_of(int k) const { return std::min(std::min(k, last) / kBlock, kMostBlocks - 1); }
+
   const T* at(int step) const { return q.data() + static_cast<size_t>(std::min(step, last)) * arm->dof; }
+
+  // Takes over the steps of `part`, a motion of the same arm, from `step` on; the ends of both must be the same.
+  void take_over(int step, const Motion& part) {
+    const int n = part.last + 1;
+    std::copy_n(part.q.begin(), static_cast<size_t>(n) * arm->dof, q.begin() + static_cast<size_t>(step) * arm->dof);
+    const auto copy = [&](std::vector<T>& to, const std::vector<T>& from, int count) {
+      for (size_t row = 0; row * stride < to.size(); ++row)
+        std::copy_n(from.begin() + row * part.stride, count, to.begin() + row * stride + step);
+    };
+    copy(links, part.links, n);
+    copy(groups, part.groups, n);
+    copy(spheres, part.spheres, n);
+    copy(bulge, part.bulge, n - 1);
+    bound();
+  }
 
   // Element i of an array at steps k, k + 1, ...; past the end, where it stopped.
   Vec3<V> centers(const std::vector<T>& array, int i, int k) const {
@@ -44,11 +118,33 @@ class Motion {
     if (k >= last) return {splat<V>(p[last]), splat<V>(p[stride + last]), splat<V>(p[2 * stride + last])};
     return {load<V>(p + k), load<V>(p + stride + k), load<V>(p + 2 * stride + k)};
   }
+  // Its way from steps k, k + 1, ... to the next ones.
+  Chord<V> chord(const std::vector<T>& array, int i, int k) const {
+    const auto from = centers(array, i, k);
+    if (k >= last) return {from, {V{}, V{}, V{}}};
+    return {from, centers(array, i, k + 1) - from};
+  }
+  // Its way from step k to the next one, in every lane.
+  Chord<V> chord_at(const std::vector<T>& array, int i, int k) const {
+    const T* p = array.data() + static_cast<size_t>(i) * 3 * stride + std::min(k, last);
+    const auto next = [&](size_t x) { return splat<V>(p[x * stride + 1] - p[x * stride]); };
+    return {{splat<V>(p[0]), splat<V>(p[stride]), splat<V>(p[2 * stride])}, {next(0), next(1), next(2)}};
+  }
   V bulge_at(int l, int k) const {
     return k >= last ? V{} : load<V>(bulge.data() + static_cast<size_t>(l) * stride + k);
   }
 
  private:
+  void put(std::vector<T>& array, int i, const Vec3<V>& c, int k) {
+    const bool ends = k + width<V> > last;  // fill the tail with copies of the last step
+    T* p = array.data() + static_cast<size_t>(i) * 3 * stride + k;
+    for (const V& v : {c.x, c.y, c.z}) {
+      store<V>(p, v);
+      if (ends) store<V>(p + width<V>, splat<V>(v[width<V> - 1]));
+      p += stride;
+    }
+  }
+
   void fill(int k, Pose<V>& pose) {
     V joints[kMaxDof], move[kMaxDof];
     for (int lane = 0; lane < width<V>; ++lane) {
@@ -59,33 +155,42 @@ class Motion {
       }
     }
     forward(joints, pose);
-    const bool ends = k + width<V> > last;  // fill the tail with copies of the last step
-    const auto put = [&](std::vector<T>& array, int i, const Vec3<V>& c) {
-      T* p = array.data() + static_cast<size_t>(i) * 3 * stride + k;
-      for (const V& v : {c.x, c.y, c.z}) {
-        store<V>(p, v);
-        if (ends) {
-          store<V>(p + width<V>, splat<V>(v[width<V> - 1]));
-        }
-        p += stride;
-      }
-    };
     for (size_t l = 0; l < arm->links.size(); ++l) {
-      const auto& link = arm->links[l];
-      const int li = static_cast<int>(l);
-      pose.detail(li);
-      put(links, li, pose.link[l]);
-      for (int g = link.groups.first; g < link.groups.first + link.groups.count; ++g) put(groups, g, pose.groups[g]);
-      for (int s = link.spheres.first; s < link.spheres.first + link.spheres.count; ++s)
-        put(spheres, s, pose.spheres[s]);
+      put(links, static_cast<int>(l), pose.link[l], k);
       // Between two steps a centre leaves its chord by at most 1/8 of its largest second derivative.
       V before{}, second{};
-      for (int j = 0; j < link.frame; ++j) {
+      for (int j = 0; j < arm->links[l].frame; ++j) {
         const V m = abs(move[j]);
         second += (m * m + 2 * m * before) * arm->lever[l][j];
         before += m;
       }
       store<V>(bulge.data() + l * stride + k, second * T(0.125));
+    }
+  }
+
+  void bound() {
+    const int count = static_cast<int>(block_count());
+    for (size_t l = 0; l < boxes.size(); ++l) {
+      const T* p = links.data() + l * 3 * stride;
+      boxes[l] = {};
+      for (int b = 0; b < count; ++b) {
+        const int first = b * kBlock, end = b + 1 == count ? last + 1 : std::min(first + kBlock, last) + 1;
+        auto& block = blocks[l * count + b];
+        for (int x = 0; x < 3; ++x) {
+          const auto [lo, hi] = std::minmax_element(p + x * stride + first, p + x * stride + end);
+          block.lo[x] = *lo;
+          block.hi[x] = *hi;
+          boxes[l].lo[x] = std::min(boxes[l].lo[x], *lo);
+          boxes[l].hi[x] = std::max(boxes[l].hi[x], *hi);
+        }
+      }
+      const T* b = bulge.data() + l * stride;
+      most_bulge[l] = *std::max_element(b, b + last + 1);
+      const T r = arm->links[l].bound.r + most_bulge[l];
+      for (int x = 0; l > 0 && arm->links[l].spheres.count > 0 && x < 3; ++x) {
+        whole.lo[x] = std::min(whole.lo[x], boxes[l].lo[x] - r);
+        whole.hi[x] = std::max(whole.hi[x], boxes[l].hi[x] + r);
+      }
     }
   }
 };
@@ -120,21 +225,32 @@ class PairCheck {
     refine(a, b, levels, last, instants);
   }
 
+  // Whether `part` of a motion, which begins at step `offset` of another, keeps clear of it until it ends.
+  bool apart(const Motion<V>& part, const Motion<V>& other, int offset, Levels<T> levels) {
+    open_.clear();
+    for (int k = 0; k < part.last; k += width<V>) {
+      Mask<V> hit{}, open{};
+      chords(part, other, k, k + offset, levels, hit, open);
+      const unsigned lanes = part.last - k >= width<V> ? all_bits<V> : (1u << (part.last - k)) - 1u;
+      if (bits<V>(hit) & lanes) return false;
+      for (int lane = 0; lane < width<V>; ++lane)
+        if (bits<V>(open) & lanes & (1u << lane)) open_.push_back(k + lane);
+    }
+    if (open_.empty()) return true;
+    std::vector<SegmentResult<T>> results(open_.size());
+    const auto of = [&](const Motion<V>& m, int from) {
+      return
+          [&, from](int s) { return std::pair<const T*, const T*>(m.at(from + open_[s]), m.at(from + open_[s] + 1)); };
+    };
+    prover_.pair(part.arm_index, other.arm_index, static_cast<int>(open_.size()), of(part, 0), of(other, offset),
+                 levels, first_ == 0, results.data());
+    return std::all_of(results.begin(), results.end(), [](const auto& r) { return r.free; });
+  }
+
  private:
   void block(const Motion<V>& a, const Motion<V>& b, int k, int last, Levels<T> levels, std::vector<double>& instants) {
     Mask<V> hit{}, open{};
-    for (size_t i = first_; i < a.arm->links.size(); ++i) {
-      const int la = static_cast<int>(i);
-      const auto a0 = a.centers(a.links, la, k), a1 = a.centers(a.links, la, k + 1);
-      const V bulge_a = a.bulge_at(la, k) + levels.proof;
-      for (size_t j = i == 0 ? 1 : first_; j < b.arm->links.size(); ++j) {
-        const int lb = static_cast<int>(j);
-        const V slack = bulge_a + b.bulge_at(lb, k);
-        const V far = max(slack, splat<V>(levels.margin)) + (a.arm->links[i].bound.r + b.arm->links[j].bound.r);
-        const V d2 = chord_distance2<V>(a0 - b.centers(b.links, lb, k), a1 - b.centers(b.links, lb, k + 1));
-        if (bits<V>(d2 < far * far)) links(a, la, b, lb, k, slack, levels, hit, open);
-      }
-    }
+    chords(a, b, k, k, levels, hit, open);
     const unsigned h = bits<V>(hit), o = bits<V>(open);
     for (int lane = 0; lane < width<V> && k + lane <= last; ++lane) {
       if (h >> lane & 1u) instants.push_back(k + lane);
@@ -142,22 +258,39 @@ class PairCheck {
     }
   }
 
-  void links(const Motion<V>& a, int la, const Motion<V>& b, int lb, int k, V slack, Levels<T> levels, Mask<V>& hit,
-             Mask<V>& open) {
+  // From step ka of one motion and step kb of the other on: surfaces that touch at the step itself, and chords that are
+  // not far enough apart to be proved.
+  void chords(const Motion<V>& a, const Motion<V>& b, int ka, int kb, Levels<T> levels, Mask<V>& hit, Mask<V>& open) {
+    for (size_t i = first_; i < a.arm->links.size(); ++i) {
+      const int la = static_cast<int>(i);
+      const auto a0 = a.centers(a.links, la, ka), a1 = a.centers(a.links, la, ka + 1);
+      const V bulge_a = a.bulge_at(la, ka) + levels.proof;
+      for (size_t j = i == 0 ? 1 : first_; j < b.arm->links.size(); ++j) {
+        const int lb = static_cast<int>(j);
+        const V slack = bulge_a + b.bulge_at(lb, kb);
+        const V far = max(slack, splat<V>(levels.margin)) + (a.arm->links[i].bound.r + b.arm->links[j].bound.r);
+        const V d2 = chord_distance2<V>(a0 - b.centers(b.links, lb, kb), a1 - b.centers(b.links, lb, kb + 1));
+        if (bits<V>(d2 < far * far)) links(a, la, b, lb, ka, kb, slack, levels, hit, open);
+      }
+    }
+  }
+
+  void links(const Motion<V>& a, int la, const Motion<V>& b, int lb, int ka, int kb, V slack, Levels<T> levels,
+             Mask<V>& hit, Mask<V>& open) {
     const auto &A = a.arm->links[la], &B = b.arm->links[lb];
     const V far = max(slack, splat<V>(levels.margin));
     for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
-      const auto a0 = a.centers(a.groups, ga, k), a1 = a.centers(a.groups, ga, k + 1);
+      const auto a0 = a.centers(a.groups, ga, ka), a1 = a.centers(a.groups, ga, ka + 1);
       for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
         const V limit = far + (a.arm->groups[ga].r + b.arm->groups[gb].r);
-        const V d2 = chord_distance2<V>(a0 - b.centers(b.groups, gb, k), a1 - b.centers(b.groups, gb, k + 1));
+        const V d2 = chord_distance2<V>(a0 - b.centers(b.groups, gb, kb), a1 - b.centers(b.groups, gb, kb + 1));
         if (!bits<V>(d2 < limit * limit)) continue;
         const Range sa = a.arm->group_spheres[ga], sb = b.arm->group_spheres[gb];
         for (int i = sa.first; i < sa.first + sa.count; ++i) {
-          const auto p0 = a.centers(a.spheres, i, k), p1 = a.centers(a.spheres, i, k + 1);
+          const auto p0 = a.centers(a.spheres, i, ka), p1 = a.centers(a.spheres, i, ka + 1);
           for (int j = sb.first; j < sb.first + sb.count; ++j) {
             const T radii = a.arm->spheres[i].r + b.arm->spheres[j].r;
-            const auto d0 = p0 - b.centers(b.spheres, j, k), d1 = p1 - b.centers(b.spheres, j, k + 1);
+            const auto d0 = p0 - b.centers(b.spheres, j, kb), d1 = p1 - b.centers(b.spheres, j, kb + 1);
             const V wide = slack + radii;
             hit |= dot(d0, d0) < splat<V>((levels.margin + radii) * (levels.margin + radii));
             open |= chord_distance2<V>(d0, d1) < wide * wide;

@@ -166,20 +166,20 @@ class Repulsion {
     return out;
   }
 
-  // Whether a motion breaks a constraint at a step or half-step within its window.
+  // Whether a motion breaks a constraint at a step or half-step within its window, or at the instant that it is for.
   bool broken(const Motion<V>& m, const std::vector<Constraint<V>*>& constraints, T margin) {
     const int dof = m.arm->dof;
     Pose<V> pose(*m.arm);
     V q[kMaxDof], none[kMaxDof]{}, reach[kMaxLinks]{};
     for (auto* c : constraints) {
-      if (c->until <= 0) continue;
-      const int until = std::min(c->until, std::max(m.last, c->from) + 1);
-      // Half-steps strictly inside the window.
-      for (int half = std::max(0, 2 * c->from + 1); half < 2 * until; half += width<V>) {
+      instants_of(c->window, m.last);
+      for (size_t first = 0; first < instants_.size(); first += width<V>) {
         for (int lane = 0; lane < width<V>; ++lane) {
-          const int h = std::min(half + lane, 2 * until - 1);
-          const T *lo = m.at(h / 2), *hi = m.at((h + 1) / 2);
-          for (int j = 0; j < dof; ++j) q[j][lane] = (lo[j] + hi[j]) / 2;
+          const double t = instants_[std::min(first + lane, instants_.size() - 1)];
+          const int k = static_cast<int>(std::min(t, double(m.last)));
+          const T f = T(std::min(t - k, 1.0));
+          const T *lo = m.at(k), *hi = m.at(k + 1);
+          for (int j = 0; j < dof; ++j) q[j][lane] = lo[j] + f * (hi[j] - lo[j]);
         }
         forward(q, pose);
         Contacts<V> out;
@@ -192,6 +192,18 @@ class Repulsion {
 
  private:
   StaticWorld<V>& world() { return prover_.world(); }
+
+  // Half-steps strictly inside a window, up to one step after the motion's end; or the instant.
+  void instants_of(const Window& window, int last) {
+    instants_.clear();
+    if (window.is_instant()) {
+      if (window.from >= 0) instants_.push_back(window.from);
+      return;
+    }
+    const double until = std::min(window.until, std::max(double(last), std::ceil(window.from)) + 1);
+    for (double h = std::max(0.0, std::floor(2 * window.from) + 1); h < 2 * until; ++h) instants_.push_back(h / 2);
+    if (instants_.empty() && window.until > 0) instants_.push_back((std::max(window.from, 0.0) + window.until) / 2);
+  }
 
   // Forces become joint steps, in place.
   void step_of(std::vector<T>& f, int last, int dof) {

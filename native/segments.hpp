@@ -100,12 +100,18 @@ void prove_pieces(std::vector<Piece<Scalar<V>>>& stack, SegmentResult<Scalar<V>>
   }
 }
 
+// Of any joint, between the two ends of a segment.
+template <class T>
+T longest_move(std::pair<const T*, const T*> ends, int dof) {
+  T longest = 0;
+  for (int j = 0; j < dof; ++j) longest = std::max(longest, std::abs(ends.second[j] - ends.first[j]));
+  return longest;
+}
+
 template <class T, class At>
 void cut(std::vector<Piece<T>>& stack, int segments, int dof, const At& at) {
   for (int s = segments - 1; s >= 0; --s) {
-    const auto [from, to] = at(s);
-    T longest = 0;
-    for (int j = 0; j < dof; ++j) longest = std::max(longest, std::abs(to[j] - from[j]));
+    const T longest = longest_move(at(s), dof);
     int pieces = static_cast<int>(std::min(std::ceil(longest / kFirstPieceRad<T>), T(kMostPieces)));
     if (segments == 1) pieces = (pieces + kFirstPieces - 1) / kFirstPieces * kFirstPieces;
     pieces = std::clamp(pieces, 1, kMostPieces);
@@ -152,7 +158,12 @@ class Prover {
     Sweep<V> sweep_a, sweep_b;
     PieceBatch<V> batch_a, batch_b;
     stack_.clear();
-    for (int s = segments - 1; s >= 0; --s) stack_.push_back({s, T(0), T(1)});
+    for (int s = segments - 1; s >= 0; --s) {
+      const T longest = std::max(longest_move(at_a(s), arm_a.dof), longest_move(at_b(s), arm_b.dof));
+      const int pieces =
+          std::clamp(static_cast<int>(std::min(longest / kFirstPieceRad<T>, T(kMostPieces))), 1, kMostPieces);
+      for (int k = pieces - 1; k >= 0; --k) stack_.push_back({s, T(k) / T(pieces), T(k + 1) / T(pieces)});
+    }
     prove_pieces<V>(stack_, results, Stop::when_located, clock, [&](const Piece<T>* p, int n, Contacts<V>& out) {
       batch_a.set(p, n, arm_a.dof, at_a);
       batch_b.set(p, n, arm_b.dof, at_b);

@@ -15,7 +15,6 @@ struct LowLevelOptions {
   int max_iterations = 200;
   int improve_iterations = 0;  // iterations after the first solution
   int shortcuts = 40;
-  double eta = 0.8;  // steering [rad], largest joint
   double goal_bias = 0.1;
   int neighbours = 6;
 };
@@ -38,6 +37,7 @@ struct ArmTask {
   int arm;
   Config<T> start, goal, max_step;
   Levels<T> levels;
+  T eta;  // steering [rad], largest joint
   GoalTree<T> goal_tree;
 };
 
@@ -49,7 +49,8 @@ class SiRrt {
   SiRrt(const ArmTask<V>& task, EdgeMaker<V>& maker, const LowLevelOptions& options, uint64_t seed)
       : task_(task), maker_(maker), options_(options), random_(seed), best_(maker) {}
 
-  LowLevelPath<T> run(const Clock& clock) {
+  // `experience`: rows of an earlier path, may be empty.
+  LowLevelPath<T> run(const std::vector<T>& experience, const Clock& clock) {
     LowLevelPath<T> out;
     auto start = make_knot(maker_, task_.start), goal = make_knot(maker_, task_.goal);
     if (start.safe.empty() || start.safe[0].first > 0 || goal.safe.empty() || goal.safe.back().second < kForever)
@@ -58,8 +59,9 @@ class SiRrt {
     add_sample(std::move(start.q), start.safe);
     vertices_.push_back({0, leave_start_by_, 0, -1});
     samples_[0].vertices[0] = 0;
+    if (!experience.empty()) begin_with(experience, clock);
     // The ways that are known without sampling: straight, and along the static tree.
-    best_.offer(straight(), leave_start_by_);
+    if (!best_.found()) best_.offer(straight(clock), leave_start_by_);
     if (!best_.found()) best_.offer(along_goal_tree(task_.goal_tree.start), leave_start_by_);
     int first = best_.found() ? 0 : -1;
     for (int it = 0; it < options_.max_iterations; ++it) {
@@ -92,26 +94,80 @@ class SiRrt {
     return static_cast<int>(samples_.size()) - 1;
   }
 
-  Way<T> straight() {
-    const int pieces = std::max(1, static_cast<int>(std::ceil(distance(task_.start, task_.goal) / T(options_.eta))));
-    Way<T> way;
+  // In pieces of eta or a little more, each of them whole steps at full speed.
+  Way<V> straight(const Clock& clock) {
+    const int pieces = std::max(1, static_cast<int>(std::ceil(distance(task_.start, task_.goal) / task_.eta)));
+    const int steps = maker_.steps(task_.start.data(), task_.goal.data());
+    Way<V> way;
     for (int k = 0; k <= pieces; ++k) {
-      way.push_back(make_knot(maker_, k == pieces ? task_.goal : between(task_.start, task_.goal, T(k) / T(pieces))));
+      const T f = steps == 0 ? T(k == pieces) : T(static_cast<long>(steps) * k / pieces) / T(steps);
+      way.push_back(make_knot(maker_, k == pieces ? task_.goal : between(task_.start, task_.goal, f)));
       if (k == 0) continue;
+      if ((k & 15) == 0 && clock.expired()) return {};
       if (!maker_.statically_free(way[k - 1].q.data(), way[k].q.data())) return {};
       maker_.touch(way[k - 1].q.data(), way[k].q.data(), way[k].edge);
     }
     return way;
   }
 
-  Way<T> along_goal_tree(int node) {
-    Way<T> way;
-    for (; node >= 0; node = task_.goal_tree.nodes[node].parent) {
-      way.push_back(make_knot(maker_, task_.goal_tree.nodes[node].q));
-      const size_t k = way.size() - 1;
-      if (k > 0) maker_.touch(way[k - 1].q.data(), way[k].q.data(), way[k].edge);
+  Way<V> along_goal_tree(int node) {
+    Way<V> way;
+    for (int before = -1; node >= 0; before = node, node = task_.goal_tree.nodes[node].parent) {
+      const auto& here = tree_knot(node);
+      way.push_back({here.q, here.safe, before < 0 ? Edge<V>{} : tree_knots_[before].edge});
     }
     return way;
+  }
+
+  // A node of the goal's tree, with the edge that leads on from it. Ways share their ends, so what is worked out is
+  // kept.
+  const Knot<V>& tree_knot(int node) {
+    const auto& nodes = task_.goal_tree.nodes;
+    if (tree_knots_.empty()) tree_knots_.resize(nodes.size());
+    auto& knot = tree_knots_[node];
+    if (!knot.q.empty()) return knot;
+    knot = make_knot(maker_, nodes[node].q);
+    const int next = nodes[node].parent;
+    if (next >= 0) maker_.touch(nodes[node].q.data(), nodes[next].q.data(), knot.edge);
+    return knot;
+  }
+
+  // The corners of an earlier path become the tree's first branch, as far as they can be reached in time; from the last
+  // of them that can, the goal is tried.
+  void begin_with(const std::vector<T>& rows, const Clock& clock) {
+    const auto corners = corners_of(rows);
+    int at = 0;
+    for (size_t k = 1; k < corners.size() && !clock.expired(); ++k) {
+      if (k + 1 == corners.size() && follow(at, {make_knot(maker_, task_.goal)})) return;
+      auto knot = make_knot(maker_, corners[k]);
+      if (knot.safe.empty() || !maker_.statically_free(samples_[at].q.data(), knot.q.data())) break;
+      maker_.touch(samples_[at].q.data(), knot.q.data(), knot.edge);
+      const int sample = add_sample(std::move(knot.q), std::move(knot.safe));
+      bool any = false;
+      for (size_t i = 0; i < samples_[sample].safe.size(); ++i) any |= lead(at, sample, static_cast<int>(i), knot.edge);
+      if (!any) {
+        samples_.pop_back();
+        break;
+      }
+      at = sample;
+    }
+    for (int k = at; k > 0 && !best_.found() && !clock.expired(); --k) reach_goal(k);
+  }
+
+  // Where a path on the grid turns, changes its speed or has gone eta; [0] is its first row.
+  std::vector<Config<T>> corners_of(const std::vector<T>& rows) const {
+    const size_t dof = task_.start.size(), count = rows.size() / dof;
+    const auto row = [&](size_t k) { return Config<T>(rows.begin() + k * dof, rows.begin() + (k + 1) * dof); };
+    std::vector<Config<T>> out{row(0)};
+    for (size_t a = 0; a + 1 < count;) {
+      const Config<T> from = row(a), next = row(a + 1);
+      size_t b = a + 1;
+      for (; b + 1 < count && distance(from, row(b + 1)) <= task_.eta; ++b)
+        if (distance(row(b + 1), between(from, next, T(b + 1 - a))) > T(1e-4)) break;
+      if (distance(from, row(b)) > T(1e-6)) out.push_back(row(b));
+      a = b;
+    }
+    return out;
   }
 
   void grow(int it) {
@@ -124,7 +180,7 @@ class SiRrt {
     const int near = nearest_sample(target);
     const T d = distance(samples_[near].q, target);
     if (d <= T(1e-4)) return;
-    Config<T> q = d <= T(options_.eta) ? std::move(target) : between(samples_[near].q, target, T(options_.eta) / d);
+    Config<T> q = d <= task_.eta ? std::move(target) : between(samples_[near].q, target, task_.eta / d);
     if (!maker_.statically_free(samples_[near].q.data(), q.data())) return;
     auto knot = make_knot(maker_, std::move(q));
     if (knot.safe.empty()) return;
@@ -153,7 +209,7 @@ class SiRrt {
   std::vector<int> neighbours(int sample, int near) const {
     std::vector<std::pair<T, int>> within;
     for (int k = 0; k < static_cast<int>(samples_.size()); ++k)
-      if (k != sample && k != near && distance(samples_[k].q, samples_[sample].q) <= T(options_.eta))
+      if (k != sample && k != near && distance(samples_[k].q, samples_[sample].q) <= task_.eta)
         within.emplace_back(squared(samples_[k].q, samples_[sample].q), k);
     std::sort(within.begin(), within.end());
     std::vector<int> out{near};
@@ -181,7 +237,7 @@ class SiRrt {
 
   // A way from any vertex of `from` into safe interval i of `to`; kept if it arrives earlier. Whoever hangs below a
   // vertex that is now reached earlier still leaves it in time; `time_way` makes good what the tree leaves lying.
-  bool lead(int from, int to, int i, const Edge<T>& edge) {
+  bool lead(int from, int to, int i, const Edge<V>& edge) {
     const auto [lo, hi] = samples_[to].safe[i];
     bool any = false;
     for (const int v : samples_[from].vertices) {
@@ -207,12 +263,7 @@ class SiRrt {
   void rewire(int sample) {
     for (size_t n = 0; n < near_.size(); ++n) {
       if (near_[n] <= 0) continue;  // not free, or the start
-      Edge<T> back = edges_[n];     // the same edge the other way round
-      for (auto& b : back.blocked) {
-        const T lo = b.lo;
-        b.lo = T(1) - b.hi;
-        b.hi = T(1) - lo;
-      }
+      const auto back = maker_.reversed(samples_[near_[n]].q.data(), samples_[sample].q.data(), edges_[n]);
       for (size_t i = 0; i < samples_[near_[n]].safe.size(); ++i) lead(sample, near_[n], static_cast<int>(i), back);
     }
   }
@@ -220,31 +271,31 @@ class SiRrt {
   // From a new sample: straight to the goal, or to the goal's tree and along its branch.
   void reach_goal(int sample) {
     const Config<T> q = samples_[sample].q;
-    if (distance(q, task_.goal) <= T(2.5 * options_.eta) && follow(sample, {make_knot(maker_, task_.goal)})) return;
+    if (distance(q, task_.goal) <= T(2.5) * task_.eta && follow(sample, {make_knot(maker_, task_.goal)})) return;
     const int node = nearest(task_.goal_tree.nodes, q);
-    if (distance(task_.goal_tree.nodes[node].q, q) <= T(2 * options_.eta)) follow(sample, along_goal_tree(node));
+    if (distance(task_.goal_tree.nodes[node].q, q) <= T(2) * task_.eta) follow(sample, along_goal_tree(node));
   }
 
-  bool follow(int sample, Way<T> tail) {
+  bool follow(int sample, Way<V> tail) {
     if (!maker_.statically_free(samples_[sample].q.data(), tail[0].q.data())) return false;
     maker_.touch(samples_[sample].q.data(), tail[0].q.data(), tail[0].edge);
     bool any = false;
     for (const int v : samples_[sample].vertices) {
       if (v < 0) continue;
-      Way<T> way = branch(v);
+      Way<V> way = branch(v);
       way.insert(way.end(), tail.begin(), tail.end());
       any |= best_.offer(std::move(way), leave_start_by_);
     }
     return any;
   }
 
-  Way<T> branch(int vertex) {
+  Way<V> branch(int vertex) {
     std::vector<int> order;
     for (int v = vertex; v >= 0; v = vertices_[v].parent) order.push_back(vertices_[v].sample);
-    Way<T> way;
+    Way<V> way;
     for (size_t k = order.size(); k-- > 0;) {
       const auto& s = samples_[order[k]];
-      Knot<T> next{s.q, s.safe, {}};
+      Knot<V> next{s.q, s.safe, {}};
       if (!way.empty()) maker_.touch(way.back().q.data(), s.q.data(), next.edge);
       way.push_back(std::move(next));
     }
@@ -260,39 +311,8 @@ class SiRrt {
   std::vector<Sample> samples_;
   std::vector<Vertex> vertices_;
   std::vector<int> near_;
-  std::vector<Edge<T>> edges_;
-};
-
-// One arm's planner: keeps the static tree between calls, nothing that depends on constraints.
-template <class V>
-class SingleArm {
- public:
-  using T = Scalar<V>;
-  SingleArm(StaticWorld<V>& world, int arm, Config<T> start, Config<T> goal, Config<T> max_step, Levels<T> levels,
-            uint64_t seed)
-      : task_{&world, arm, std::move(start), std::move(goal), std::move(max_step), levels, {}}, seed_(seed) {}
-
-  LowLevelPath<T> plan(std::vector<Constraint<V>*> constraints, const LowLevelOptions& options, uint64_t seed,
-                       const Clock& clock) {
-    if (unreachable_) return {};
-    if (task_.goal_tree.start < 0) {
-      EdgeMaker<V> alone(*task_.world, task_.arm, {}, task_.levels, task_.max_step.data());
-      if (!task_.goal_tree.connect(alone, task_.start, task_.goal, options.eta, kConnectIterations,
-                                   Random(seed_ ^ 0x5bd1e995u), clock)) {
-        unreachable_ = !clock.expired();
-        return {};
-      }
-    }
-    EdgeMaker<V> maker(*task_.world, task_.arm, std::move(constraints), task_.levels, task_.max_step.data());
-    return SiRrt<V>(task_, maker, options, seed).run(clock);
-  }
-
-  int dof() const { return static_cast<int>(task_.start.size()); }
-
- private:
-  ArmTask<V> task_;
-  uint64_t seed_;
-  bool unreachable_ = false;  // no way was found even alone; later calls need not look again
+  std::vector<Edge<V>> edges_;
+  Way<V> tree_knots_;  // of the goal's tree, as far as they were needed
 };
 
 }  // namespace mmp

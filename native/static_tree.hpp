@@ -27,10 +27,12 @@ int nearest(const std::vector<TreeNode<T>>& tree, const Config<T>& q) {
 
 // Steps of at most eta towards the target, as far as it is free; the last node, or -1 if not even one step was.
 template <class V>
-int extend(EdgeMaker<V>& maker, std::vector<TreeNode<Scalar<V>>>& tree, const Config<Scalar<V>>& target, double eta) {
+int extend(EdgeMaker<V>& maker, std::vector<TreeNode<Scalar<V>>>& tree, const Config<Scalar<V>>& target, double eta,
+           const Clock& clock) {
   using T = Scalar<V>;
   int at = nearest(tree, target), reached = -1;
-  for (;;) {
+  for (int it = 1;; ++it) {
+    if ((it & 15) == 0 && clock.expired()) return reached;
     const T d = distance(tree[at].q, target);
     if (d <= T(1e-6)) return at;
     Config<T> next = d <= T(eta) ? target : between(tree[at].q, target, T(eta) / d);
@@ -72,10 +74,10 @@ struct GoalTree {
       auto& grow = forward ? other_side : nodes;
       auto& other = forward ? nodes : other_side;
       const Config<T> target = it < 2 ? (forward ? goal : from) : sample_between(maker.model(), from, goal, it, random);
-      const int reached = extend(maker, grow, target, eta);
+      const int reached = extend(maker, grow, target, eta, clock);
       if (reached < 0) continue;
       const Config<T> tip = grow[reached].q;
-      const int met = extend(maker, other, tip, eta);
+      const int met = extend(maker, other, tip, eta, clock);
       if (met < 0 || distance(other[met].q, tip) > T(1e-6)) continue;
       join(other_side, forward ? reached : met, forward ? met : reached);
     }

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "constraints.hpp"
+#include "edges.hpp"
 #include "random.hpp"
 
 namespace mmp {
@@ -42,14 +42,14 @@ Config<T> between(const Config<T>& a, const Config<T>& b, T f) {
 }
 
 // A configuration on a way, its safe intervals, and the edge that leads to it.
-template <class T>
+template <class V>
 struct Knot {
-  Config<T> q;
+  Config<Scalar<V>> q;
   std::vector<std::pair<int, int>> safe;
-  Edge<T> edge;
+  Edge<V> edge;
 };
-template <class T>
-using Way = std::vector<Knot<T>>;
+template <class V>
+using Way = std::vector<Knot<V>>;
 
 // When each knot of a way is reached and left.
 struct Schedule {
@@ -60,17 +60,17 @@ struct Schedule {
 
 inline constexpr double kStepCost = 0.05;  // [rad] that an arrival one step earlier is worth
 
-template <class T>
-double cost(const Way<T>& way, const Schedule& schedule) {
+template <class V>
+double cost(const Way<V>& way, const Schedule& schedule) {
   double l1 = 0;
   for (size_t k = 1; k < way.size(); ++k) l1 += length(way[k - 1].q, way[k].q);
   return l1 + kStepCost * schedule.arrival;
 }
 
 template <class V>
-Knot<Scalar<V>> make_knot(EdgeMaker<V>& maker, Config<Scalar<V>> q) {
-  Knot<Scalar<V>> k;
-  std::vector<std::pair<int, int>> windows;
+Knot<V> make_knot(EdgeMaker<V>& maker, Config<Scalar<V>> q) {
+  Knot<V> k;
+  std::vector<Window> windows;
   maker.standing(q.data(), windows);
   k.safe = safe_intervals(std::move(windows));
   k.q = std::move(q);
@@ -80,7 +80,7 @@ Knot<Scalar<V>> make_knot(EdgeMaker<V>& maker, Config<Scalar<V>> q) {
 // Earliest arrival at the last knot for good, so in its infinite interval; the first is left by `leave_by` at the
 // latest.
 template <class V>
-Schedule time_way(const EdgeMaker<V>& maker, const Way<Scalar<V>>& way, int leave_by) {
+Schedule time_way(const EdgeMaker<V>& maker, const Way<V>& way, int leave_by) {
   struct State {
     int arrival, leave_by, from, depart;
   };
@@ -130,7 +130,7 @@ class BestWay {
   double cost() const { return cost_; }
 
   // Takes the way if it can be timed and costs less.
-  bool offer(Way<T> way, int leave_by) {
+  bool offer(Way<V> way, int leave_by) {
     if (way.empty()) return false;
     Schedule schedule = time_way(*maker_, way, leave_by);
     if (!schedule.found) return false;
@@ -157,9 +157,8 @@ class BestWay {
     }
   }
 
-  // Configurations on the grid [arrival + 1][dof]; returns the length [rad].
-  double write(int dof, std::vector<T>& positions) const {
-    double total = 0;
+  // Configurations on the grid [arrival + 1][dof].
+  void write(int dof, std::vector<T>& positions) const {
     positions.resize(static_cast<size_t>(schedule_.arrival + 1) * dof);
     const auto put = [&](int step, const Config<T>& q) {
       std::copy(q.begin(), q.end(), positions.begin() + step * dof);
@@ -169,9 +168,7 @@ class BestWay {
       if (k + 1 == way_.size()) break;
       const int steps = way_[k + 1].edge.steps;
       for (int s = 1; s < steps; ++s) put(schedule_.depart[k] + s, between(way_[k].q, way_[k + 1].q, T(s) / T(steps)));
-      total += length(way_[k].q, way_[k + 1].q);
     }
-    return total;
   }
 
  private:
@@ -182,12 +179,18 @@ class BestWay {
     double old = length(p, a1.q) + length(b0.q, q);
     for (int k = i + 1; k < j; ++k) old += length(way_[k].q, way_[k + 1].q);
     if (length(p, q) > old - 1e-3 && f > 0) return;
+    // What it costs if it never has to wait.
+    int steps =
+        maker_->steps(a0.q.data(), p.data()) + maker_->steps(p.data(), q.data()) + maker_->steps(q.data(), b1.q.data());
+    for (int k = 1; k < static_cast<int>(way_.size()); ++k)
+      if (k <= i || k > j + 1) steps += way_[k].edge.steps;
+    if (length(p, q) - old + kStepCost * (steps - schedule_.arrival) >= -1e-6) return;
     if (!maker_->statically_free(p.data(), q.data())) return;
-    Way<T> way(way_.begin(), way_.begin() + i + 1);
+    Way<V> way(way_.begin(), way_.begin() + i + 1);
     if (f > 0) {
       auto k = make_knot(*maker_, p);
       if (k.safe.empty()) return;
-      k.edge = part(a1.edge, 0, f, maker_->steps(a0.q.data(), p.data()));
+      k.edge = maker_->part(a1.edge, 0, f, a0.q.data(), p.data());
       way.push_back(std::move(k));
     }
     auto k = make_knot(*maker_, q);
@@ -195,29 +198,18 @@ class BestWay {
     maker_->touch(way.back().q.data(), q.data(), k.edge);
     way.push_back(std::move(k));
     if (g < 1) {
-      Knot<T> end = b1;
-      end.edge = part(b1.edge, g, 1, maker_->steps(q.data(), b1.q.data()));
+      Knot<V> end = b1;
+      end.edge = maker_->part(b1.edge, g, 1, q.data(), b1.q.data());
       way.push_back(std::move(end));
     }
     way.insert(way.end(), way_.begin() + j + 2, way_.end());
     offer(std::move(way), leave_by);
   }
 
-  // The stretch [lo, hi] of an edge: what it may touch is known already.
-  static Edge<T> part(const Edge<T>& edge, T lo, T hi, int steps) {
-    Edge<T> out;
-    out.steps = steps;
-    for (const auto& b : edge.blocked) {
-      const T l = std::max(b.lo, lo), h = std::min(b.hi, hi);
-      if (l < h) out.blocked.push_back({b.constraint, (l - lo) / (hi - lo), (h - lo) / (hi - lo)});
-    }
-    return out;
-  }
-
   EdgeMaker<V>* maker_;
   bool found_ = false;
   double cost_ = 0;
-  Way<T> way_;
+  Way<V> way_;
   Schedule schedule_;
 };
 

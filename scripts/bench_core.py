@@ -25,7 +25,7 @@ from mmp_env.collision import REQUIRED_PROOF
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
 from mmp_env.scene import compile_scene
-from mmp_planners.arms import CERTIFICATE_SLACK_M
+from mmp_planners.certifying import SHARE
 
 ARMS, STEP_S, MARGIN_M = 8, 0.1, 0.002
 PROBLEMS, PART = 5, 25
@@ -156,7 +156,7 @@ def print_certificate(cell: Cell, plans: Sequence[Plan]) -> None:
     def prove() -> None:
         for plan, q in zip(plans, positions, strict=True):
             required = REQUIRED_PROOF * plan.problem.margin
-            _core.certify(cell.collision.core, q, required, min(CERTIFICATE_SLACK_M, required / 2), clock)
+            _core.certify(cell.collision.core, q, required, SHARE, clock)
 
     report("certificate_8_arms", measure(prove, 10).per(len(plans)), "ms", 1e3)
 

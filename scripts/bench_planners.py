@@ -1,18 +1,25 @@
 """How well the planners plan: one JSON line per figure.
 
-Each planner runs over each source in a fresh process, one instance after the other, on one core; every plan is checked
-with the spheres and with the geoms. Times are over all valid instances, with the time spent for those that were not
-solved. The first few instances are planned twice more, in another process: the plan files must be the same.
+A row is PLANNERS@SOURCES or PLANNERS@SOURCES@SECONDS, such as 'ecbs,apf-ecbs w=1.2@MultiArmCell-8:panda,my.json@10':
+planners with their options, environment ids (a robot after the colon) or instance files, and a time limit, by default
+5 s up to four arms and 10 s beyond. The default rows are the figures that the planners are to reach; for those with
+published instances, panda-circle-N, --instances says in which folder they are.
+
+Each planner runs over each source in a fresh process, one instance after the other, in one thread; every plan is
+checked with the spheres and with the geoms. Times are over all valid instances, with the time spent for those that were
+not solved. The first few instances are planned twice more, in another process: the plan files must be the same.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import dataclasses
 import json
+import os
 import statistics
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -25,73 +32,125 @@ from planner_runs import Job, Run, check_job, plan_twice, run_all
 from mmp_cli.arguments import setting
 from mmp_env import MmpError
 
-SOURCES = ("MultiArmCell-4", "MultiArmCell-6", "MultiArmCell-8", "MultiArmCell-8:panda")
-PLANNERS = ("ecbs", "apf-ecbs-nf", "apf-ecbs")
+_RINGS = "MultiArmCell-4,MultiArmCell-6,MultiArmCell-8"
+_FILES = "panda-circle-2,panda-circle-4,panda-circle-6"
+ROWS = (
+    f"rrt-connect@{_RINGS},panda-circle-4@10",
+    f"prioritized@{_FILES},{_RINGS}@10",
+    f"auto@{_RINGS},panda-circle-4,panda-circle-6@10",
+    "auto@MultiArmCell-8:panda@30",
+    "prioritized shorten=400@panda-circle-4,panda-circle-6@10",
+    f"cbs,ecbs,gen-ecbs,apf-ecbs-nf,apf-ecbs,cbs-mp,xecbs@{_RINGS}",
+    f"ecbs,apf-ecbs-nf,apf-ecbs@MultiArmCell-8:panda,{_FILES}",
+)
 OURS, BASE = "apf-ecbs", "ecbs"
+PUBLISHED = "XECBS"
+"""The planner of a published table that costs are compared with."""
+ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "BLIS")}
 Result = TypeVar("Result")
 
 
 def main() -> None:
     """Prints all figures, and on stderr a line for each run."""
     args = arguments()
+    os.environ |= ONE_THREAD  # for the processes to come: what this one has loaded has read them already
     try:
-        jobs = {
-            source: [make_job(args, source, planner) for planner in args.planners.split(",")] for source in args.sources
-        }
-    except MmpError as error:
+        jobs = [job for row in args.rows for job in read_row(args, row)]
+        published = {Path(file).name.partition(".")[0]: published_costs(file) for file in args.published}
+    except (MmpError, OSError) as error:
         sys.exit(f"bench_planners.py: {error}")
-    for source, of_source in jobs.items():
-        solved: dict[str, dict[str, Run]] = {}
-        for job in of_source:
-            runs, peak_mb = in_fresh_process(run_all, job)
-            if args.runs:
-                keep(args.runs, job, runs)
-            solved[job.planner] = print_outcome(job, runs)
-            print_faults(job, runs)
-            print_one(job, "peak_memory", round(peak_mb), "MB")
-            if args.twice:
-                print_differences(job, runs[: args.twice])
-        if OURS in solved and BASE in solved:
-            print_comparison(source, solved)
+    solved: dict[str, dict[str, dict[str, Run]]] = {}
+    for job in jobs:
+        runs, peak_mb = in_fresh_process(run_all, job)
+        if args.runs:
+            keep(args.runs, job, runs)
+        of_source = solved.setdefault(job.source, {})
+        of_source[job.label] = print_outcome(job, runs)
+        print_faults(job, runs)
+        print_one(job, "peak_memory", round(peak_mb), "MB")
+        if args.twice:
+            print_differences(job, runs[: args.twice])
+        if job.name in published:
+            print_published(job, of_source[job.label], published[job.name])
+        if job.label in (OURS, BASE) and {OURS, BASE} <= of_source.keys():
+            print_comparison(job.source, of_source)
 
 
-def make_job(args: argparse.Namespace, source: str, planner: str) -> Job:
-    """One planner on one source. Raises `MmpError`."""
+def read_row(args: argparse.Namespace, row: str) -> Iterator[Job]:
+    """The jobs of a row, source by source. Raises `MmpError`."""
+    planners, _, rest = row.partition("@")
+    sources, _, limit = rest.partition("@")
+    try:
+        limit_s = float(limit) if limit else None
+    except ValueError:
+        raise MmpError(f"row '{row}' has the time limit '{limit}'; it must be a number of seconds") from None
+    if not sources:
+        raise MmpError(f"row '{row}' names no source; it must be PLANNERS@SOURCES or PLANNERS@SOURCES@SECONDS")
+    for source in sources.split(","):
+        path = find_source(args, source)
+        if path is None:
+            print(f"left out, for --instances is not given: {planners} on {source}", file=sys.stderr)
+            continue
+        for words in planners.split(","):
+            yield make_job(args, path, words, limit_s)
+
+
+def find_source(args: argparse.Namespace, source: str) -> str | None:
+    """The environment id or the path of a file; None for a published one whose folder is not known."""
+    if source.endswith(".json") or not source.startswith("panda-circle-"):
+        return source
+    return str(args.instances / f"{source}.json") if args.instances else None
+
+
+def make_job(args: argparse.Namespace, source: str, words: str, limit_s: float | None) -> Job:
+    """One planner, `words` being its name and options, on one source. Raises `MmpError`."""
+    planner, *options = words.split()
+    try:
+        settings = dict(setting(option) for option in options)
+    except argparse.ArgumentTypeError as error:
+        raise MmpError(f"planner '{words}': {error}") from None
     job = Job(
         source=source,
         planner=planner,
         seed=args.seed,
         count=args.count,
-        limit_s=args.time_limit,
-        options=dict(args.settings),
+        limit_s=limit_s,
+        options=settings,
         exact=not args.no_exact,
     )
     check_job(job)
     return job
 
 
+def published_costs(file: str) -> dict[str, float]:
+    """Instance -> cost [rad] of those that the published planner solved. Raises `MmpError`, `OSError`."""
+    with open(file, encoding="utf-8", newline="") as lines:
+        try:
+            rows = [row for row in csv.DictReader(lines) if row["planner"].upper() == PUBLISHED]
+            return {row["instance"]: float(row["cost_rad"]) for row in rows if row["solved"] == "1"}
+        except (KeyError, ValueError) as error:
+            raise MmpError(f"{file} has no such column or number: {error}") from None
+
+
 def arguments() -> argparse.Namespace:
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("rows", nargs="*", default=ROWS, metavar="ROW", help="default: " + "; ".join(ROWS))
+    parser.add_argument("--instances", type=Path, metavar="DIR", help="folder of panda-circle-N.json")
     parser.add_argument(
-        "sources",
-        nargs="*",
-        default=SOURCES,
-        metavar="SOURCE",
-        help=f"environment id, id:robot, or instance file (default: {' '.join(SOURCES)})",
+        "--published",
+        nargs="+",
+        default=[],
+        metavar="CSV",
+        help=f"published results of SOURCE, SOURCE.*.csv: costs are compared with those of {PUBLISHED}",
     )
-    parser.add_argument("--planners", default=",".join(PLANNERS), metavar="A,B", help="default: %(default)s")
     parser.add_argument("--count", type=int, metavar="N", help="instances (default: 50 of an id, all of a file)")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="the first one (default: 0)")
-    parser.add_argument("--time-limit", type=float, metavar="S", help="default: 5 s up to four arms, 10 s beyond")
     parser.add_argument(
         "--twice", type=int, default=5, metavar="N", help="instances that are planned again (default: 5)"
     )
     parser.add_argument("--no-exact", action="store_true", help="check with the spheres alone")
     parser.add_argument("--runs", type=Path, metavar="FILE", help="add a JSON line per run to this file")
-    parser.add_argument(
-        "--set", action="append", type=setting, default=[], dest="settings", metavar="KEY=VALUE", help="of all planners"
-    )
     return parser.parse_args()
 
 
@@ -105,13 +164,12 @@ def keep(path: Path, job: Job, runs: Sequence[Run]) -> None:
     """Adds the runs to a file, a JSON line each."""
     with path.open("a", encoding="utf-8") as file:
         for run in runs:
-            file.write(json.dumps({"source": job.name, "planner": job.planner, **dataclasses.asdict(run)}) + "\n")
+            file.write(json.dumps({"source": job.name, "planner": job.label, **dataclasses.asdict(run)}) + "\n")
 
 
 def print_one(job: Job, figure: str, value: float, unit: str, **more: Any) -> None:
     """One figure of a planner on a source."""
-    planner = " ".join([job.planner, *(f"{key}={value}" for key, value in sorted(job.options.items()))])
-    print_figure(f"{job.name}/{planner}/{figure}", value, unit, **more)
+    print_figure(f"{job.name}/{job.label}/{figure}", value, unit, **more)
 
 
 def print_outcome(job: Job, runs: Sequence[Run]) -> dict[str, Run]:
@@ -127,6 +185,9 @@ def print_outcome(job: Job, runs: Sequence[Run]) -> dict[str, Run]:
     times = [run.time_s for run in valid if run.time_s is not None]
     for name, value in (("median", np.median(times)), ("p90", np.percentile(times, 90)), ("max", max(times))):
         print_one(job, f"planning_time_{name}", float(value), "s")
+    firsts = [run.first_s for run in solved.values() if run.first_s is not None]
+    if firsts:
+        print_one(job, "first_plan_median", float(np.median(firsts)), "s")
     nodes = [run.nodes for run in solved.values() if run.nodes is not None]
     ratios = [run.cost_ratio for run in solved.values() if run.cost_ratio is not None]
     if nodes:
@@ -135,6 +196,7 @@ def print_outcome(job: Job, runs: Sequence[Run]) -> dict[str, Run]:
     if ratios:
         p90 = rounded(float(np.percentile(ratios, 90)))
         print_one(job, "cost_median", float(np.median(ratios)), "x the straight lines", p90=p90)
+        print_one(job, "cost_mean", statistics.mean(ratios), "x the straight lines")
     return solved
 
 
@@ -153,6 +215,15 @@ def print_differences(job: Job, runs: Sequence[Run]) -> None:
     compared = [(run, rest) for run, rest in zip(runs, again, strict=True) if run.digest and not run.deadline_hit]
     different = [run.instance for run, (second, third) in compared if not run.digest == second == third]
     print_one(job, "plan_files_that_differ", len(different), f"of {len(compared)}", failed=different)
+
+
+def print_published(job: Job, solved: dict[str, Run], published: dict[str, float]) -> None:
+    """Mean cost on the instances that the published planner solved as well, and theirs."""
+    both = {name: run.cost_rad for name, run in solved.items() if name in published and run.cost_rad is not None}
+    if both:
+        ours, theirs = statistics.mean(both.values()), statistics.mean(published[name] for name in both)
+        more = {"ratio": ours / theirs, "ratio_to": f"published {PUBLISHED}", "instances": len(both)}
+        print_one(job, "cost_mean_beside_published", ours, "rad", **more)
 
 
 def print_comparison(source: str, solved: dict[str, dict[str, Run]]) -> None:

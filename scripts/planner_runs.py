@@ -20,6 +20,7 @@ from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import Problem
 from mmp_env.writing import json_text
 from mmp_planners import PlanResult
+from mmp_planners.calling import call
 
 _COUNT = 50
 _FEW_ARMS, _LIMIT_OF_FEW_S, _LIMIT_S = 4, 5.0, 10.0
@@ -47,6 +48,11 @@ class Job:
         """What the source is called in figures."""
         return Path(self.source).stem if self.source.endswith(".json") else self.source.replace(":", " ")
 
+    @property
+    def label(self) -> str:
+        """What the planner and its options are called in figures."""
+        return " ".join([self.planner, *(f"{key}={value}" for key, value in sorted(self.options.items()))])
+
 
 @dataclass(frozen=True, kw_only=True)
 class Instance:
@@ -62,13 +68,16 @@ class Instance:
 class Run:
     """What became of one instance. `faults` are violations by the spheres, `exact_faults` by the geoms, if checked.
 
-    An invalid instance has no `time_s`; `digest` is a hash of the plan's file.
+    An invalid instance has no `time_s`; `first_s` is when the first plan was proved, of planners that improve on it;
+    `digest` is a hash of the plan's file.
     """
 
     instance: str
     status: str
     time_s: float | None = None
+    first_s: float | None = None
     nodes: int | None = None
+    cost_rad: float | None = None
     cost_ratio: float | None = None
     deadline_hit: bool = False
     faults: list[str] = field(default_factory=list)
@@ -117,7 +126,7 @@ def run_all(job: Job) -> tuple[list[Run], float]:
     runs = []
     for instance in instances(job):
         runs.append(_run(job, planner, instance))
-        print(f"{job.name} {job.planner} {_told(runs[-1])}", file=sys.stderr, flush=True)
+        print(f"{job.name} {job.label} {_told(runs[-1])}", file=sys.stderr, flush=True)
     return runs, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
@@ -128,26 +137,28 @@ def plan_twice(job: Job) -> list[tuple[str | None, str | None]]:
     """
     planner = mmp_planners.make(job.planner, **job.options)
     long = [replace(instance, limit_s=_PATIENCE * instance.limit_s) for instance in instances(job)]
-    return [(_digest(_planned(planner, x)[0]), _digest(_planned(planner, x)[0])) for x in long]
+    return [
+        (_digest(_planned(job.planner, planner, x)[0]), _digest(_planned(job.planner, planner, x)[0])) for x in long
+    ]
 
 
 def _limit(job: Job, arms: int) -> float:
     return job.limit_s if job.limit_s is not None else _LIMIT_OF_FEW_S if arms <= _FEW_ARMS else _LIMIT_S
 
 
-def _planned(planner: mmp_planners.Planner, instance: Instance) -> tuple[PlanResult, float]:
+def _planned(name: str, planner: mmp_planners.Planner, instance: Instance) -> tuple[PlanResult, float]:
     """The result and its planning time [s]: the cell is built before the clock starts, the certificate is in it."""
     try:
         problem = instance.problem()
     except InvalidInstanceError:
         return PlanResult(status=mmp_planners.Status.INVALID), 0.0
     begin = time.perf_counter()
-    result = planner.plan(problem, seed=instance.seed, time_limit=instance.limit_s)
+    result = call(name, planner, problem, seed=instance.seed, time_limit=instance.limit_s)
     return result, time.perf_counter() - begin
 
 
 def _run(job: Job, planner: mmp_planners.Planner, instance: Instance) -> Run:
-    result, spent = _planned(planner, instance)
+    result, spent = _planned(job.planner, planner, instance)
     if result.status is mmp_planners.Status.INVALID:
         return Run(instance=instance.name, status=str(result.status))
     plan = result.plan
@@ -155,7 +166,9 @@ def _run(job: Job, planner: mmp_planners.Planner, instance: Instance) -> Run:
         instance=instance.name,
         status=str(result.status),
         time_s=spent,
+        first_s=result.stats.get("first_plan_s"),
         nodes=result.stats.get("expanded_nodes"),
+        cost_rad=plan.cost_rad if plan else None,
         cost_ratio=plan.cost_rad / plan.problem.cost_lower_bound_rad if plan else None,
         deadline_hit=bool(result.stats.get("deadline_hit")),
         faults=_faults(plan, exact=False),
@@ -179,5 +192,7 @@ def _digest(result: PlanResult) -> str | None:
 def _told(run: Run) -> str:
     told = f"{run.instance}: {run.status}"
     if run.time_s is not None:
-        told += f", {run.time_s:.3f} s, {run.nodes} nodes"
+        told += f", {run.time_s:.3f} s"
+    if run.nodes is not None:
+        told += f", {run.nodes} nodes"
     return "; ".join([told, *run.faults, *(run.exact_faults or [])])

@@ -14,17 +14,16 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import mmp_planners
+from mmp_planners.planner import About
+
 ROOT = Path(__file__).parent.parent
 FIGURES = ROOT / "docs" / "results" / "figures.jsonl"
 PAGES = (ROOT / "README.md", ROOT / "docs" / "paper.md")
 _PLACE = re.compile(r"(<!-- table: (\S+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
-PLANNERS = {
-    "ecbs": ("Barer et al. 2014", "`w` times its own path lengths"),
-    "apf-ecbs-nf": ("APF-ECBS, [2509.13882](https://arxiv.org/abs/2509.13882), without its fast track", "as `ecbs`"),
-    "apf-ecbs": ("APF-ECBS, [2509.13882](https://arxiv.org/abs/2509.13882)", "as `ecbs`"),
-}
-"""Planner -> where it is from, and the bound on the cost where `bound_met` says so."""
+PLANNERS = ("auto", "rrt-connect", "prioritized", "ecbs", "apf-ecbs-nf", "apf-ecbs")
+"""The planners of the README, those of them that have figures; docs/planners.md has all."""
 OPTIONS = {
     "": "the defaults",
     "step=gradient": "gradient steps of `alpha`, as in the paper",
@@ -85,7 +84,9 @@ def outcome(figures: Figures, source: str, planner: str) -> str:
     if solved is None or median is None or p90 is None:
         return "–"
     text = f"{solved['value']} {solved['unit']}; {seconds(median['value'])} / {seconds(p90['value'])}"
-    return text if nodes is None or cost is None else f"{text}; {nodes['value']:.3g}; {cost['value']:.2f}"
+    if cost is None:
+        return text
+    return f"{text}; {'–' if nodes is None else format(nodes['value'], '.3g')}; {cost['value']:.2f}"
 
 
 _OUTCOME = ("solved", "planning_time_median", "planning_time_p90", "expanded_nodes_mean", "cost_median")
@@ -103,18 +104,38 @@ def seconds(value: float) -> str:
 def planner_table(figures: Figures) -> Iterator[list[str]]:
     """Planners and the rings."""
     rings = sources(figures, rings=True)
-    yield ["planner", "paper", "bound on the cost", *(f"`{name}`" for name in rings)]
-    for planner, (paper, bound) in PLANNERS.items():
-        yield [f"`{planner}`", paper, bound, *(outcome(figures, ring, planner) for ring in rings)]
+    yield ["planner", "paper", "guarantee", *(f"`{name}`" for name in rings)]
+    for planner in shown_planners(figures):
+        about = mmp_planners.describe(planner).about
+        promise = about.guarantee if about else "–"
+        row = [f"[`{planner}`](docs/planners.md#{planner})", linked(about, short=True), promise]
+        yield [*row, *(outcome(figures, ring, planner) for ring in rings)]
+
+
+def shown_planners(figures: Figures) -> list[str]:
+    """Those of `PLANNERS` that have figures."""
+    return [planner for planner in PLANNERS if any(f"/{planner}/" in name for name in figures)]
+
+
+def linked(about: About | None, *, short: bool = False) -> str:
+    """Where a planner is from; `short`: the first author and the year."""
+    if about is None:
+        return "–"
+    paper = about.paper
+    if short:
+        authors, year = paper.partition(":")[0].split(", "), re.search(r"\b\d{4}\b", paper)
+        paper = " ".join([authors[0], *(["et al."] if len(authors) > 1 else []), *([year[0]] if year else [])])
+    return f"[{paper}]({about.url})" if about.url else paper
 
 
 def file_table(figures: Figures) -> Iterator[list[str]]:
     """Published instances and the planners."""
-    yield ["instances", "valid", *(f"`{planner}`" for planner in PLANNERS)]
+    planners = shown_planners(figures)
+    yield ["instances", "valid", *(f"`{planner}`" for planner in planners)]
     for name in sources(figures, rings=False):
         valid = next((f for key, f in figures.items() if re.fullmatch(f"{name}/.*/valid_instances", key)), None)
         counted = f"{valid['value']} {valid['unit']}" if valid else "–"
-        yield [name, counted, *(outcome(figures, name, planner) for planner in PLANNERS)]
+        yield [name, counted, *(outcome(figures, name, planner) for planner in planners)]
 
 
 def option_table(figures: Figures) -> Iterator[list[str]]:

@@ -5,7 +5,7 @@
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
-prepare dev
+prepare dev ray
 cd "$root"
 export PYTHON=$venv/bin/python PATH=$venv/bin:$PATH
 export PYTHONSAFEPATH=1 # nothing is imported from the checkout just because it is the working directory

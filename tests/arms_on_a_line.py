@@ -13,10 +13,10 @@ from mmp_env import _core
 from mmp_env.problem import make_problem
 from mmp_planners.arms import Arms, Path
 from mmp_planners.conflict_tree import ConflictTree
+from mmp_planners.constraints import EitherArm, OneSided
 from mmp_planners.events import ignore
-from mmp_planners.fast_track import NoFastTrack
 from mmp_planners.node import Node
-from mmp_planners.repulsion import Modified, Unmodified
+from mmp_planners.repulsion import Modified
 from mmp_planners.selection import Focal
 from mmp_planners.telling import Teller
 
@@ -88,14 +88,16 @@ class ArmsOnALine(Arms):
         self.certificates = list(certificates)
         self.seeds: list[int] = []
         self.calls: list[tuple[int, int, int, float]] = []  # arm, how many constraints, seed, budget
+        self.experiences: list[np.ndarray | None] = []
         self._ways = ways
 
     def reseed(self, seed):
         self.seeds.append(seed)
 
-    def low_level(self, arm, constraints, seed, budget=1.0):
+    def low_level(self, arm, constraints, seed, budget=1.0, others=(), experience=None):
         count, ways = len(constraints), self._ways[arm]
         self.calls.append((arm, count, seed, budget))
+        self.experiences.append(experience)
         places = ways(count) if callable(ways) else ways[count] if count < len(ways) else None
         return (None if places is None else path(*places)), 1
 
@@ -130,15 +132,11 @@ class Push:
         return Modified(path=path(*self.to[arm]), iterations=1) if arm in self.to else None
 
 
-def tree(arms: ArmsOnALine, *, w: float = 1.0, watch: Callable = ignore, **parts) -> ConflictTree:
+def tree(
+    arms: ArmsOnALine, *, w: float = 1.0, watch: Callable = ignore, branching: OneSided | None = None, **parts
+) -> ConflictTree:
     """A conflict tree over them: one tree, plain ECBS, unless `parts` say something else."""
-    plain = {
-        "selection": Focal(w=w),
-        "branching": OneConstraint(),
-        "modification": Unmodified(),
-        "fast_track": NoFastTrack(),
-        "restarts": False,
-    }
+    plain = {"selection": Focal(w=w), "branching": EitherArm(kind=branching or OneConstraint()), "restarts": False}
     return ConflictTree(arms=arms, tell=Teller(watch, arms), **(plain | parts))
 
 

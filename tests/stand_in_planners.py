@@ -119,7 +119,16 @@ class Faulty:
         raise RuntimeError("a bug")
 
 
-PLANNERS = {kind.__name__.lower(): kind for kind in (Straight, Liar, Helpless, Interrupted, Deaf, Waiting, Faulty)}
+@dataclass
+class Sorry:
+    """Knows what went wrong."""
+
+    def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
+        return PlanResult(status=Status.ERROR, stats={"message": "my\nfault"})
+
+
+_KINDS = (Straight, Liar, Helpless, Interrupted, Deaf, Waiting, Faulty, Sorry)
+PLANNERS = {kind.__name__.lower(): kind for kind in _KINDS}
 
 
 def install(registry) -> None:

@@ -46,6 +46,12 @@ def test_the_tables_are_made_of_the_figures_that_are_kept():
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def test_the_page_of_planners_is_made_of_their_classes_and_the_figures():
+    script = [sys.executable, str(ROOT / "scripts" / "planners_page.py"), "--check"]
+    done = subprocess.run(script, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
 def test_the_line_numbers_in_the_conflict_tree_are_lines_of_the_algorithm_that_the_page_has():
     code = (ROOT / "planners" / "mmp_planners" / "conflict_tree.py").read_text(encoding="utf-8")
     algorithm = blocks((ROOT / "docs" / "paper.md").read_text(encoding="utf-8"), "")[0]

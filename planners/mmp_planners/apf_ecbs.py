@@ -4,42 +4,73 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from mmp_env.problem import Problem
 from mmp_planners.events import Watcher, ignore
-from mmp_planners.fast_track import NoFastTrack, RepulsiveFastTrack
-from mmp_planners.planner import PlanResult
+from mmp_planners.fast_track import RepulsiveFastTrack
+from mmp_planners.planner import About, PlanResult
+from mmp_planners.repulsion import RepulsiveModification
 from mmp_planners.selection import Focal
-from mmp_planners.tree_planner import RepulsionOptions, option, plan_with_tree
+from mmp_planners.tree_planner import BranchingOptions, Parts, option, plan_with_tree
+
+ABOUT = About(
+    paper="Hong, Lee, Lee, Nam: Repulsive trajectory modification and conflict resolution for efficient "
+    "multi-manipulator motion planning, 2025",
+    url="https://arxiv.org/abs/2509.13882",
+    guarantee="w times the planner's own path lengths before repulsion where `bound_met`; not complete with the "
+    "default constraint",
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RepulsionOptions(BranchingOptions):
+    """Options of the planners that repel."""
+
+    w: float = option(1.5, "suboptimality factor of the focal list", least=1.0)
+    alpha: float = option(1e-7, "step size of the gradient descent", positive=True)
+    k_rep: float = option(0.05, "gain of the repulsive potential", positive=True)
+    d0: float = option(0.10, "distance beyond which nothing repels [m]", positive=True)
+    max_iterations: int = option(50, "iterations of ModifyMotion", positive=True)
+    distance: str = option(
+        "surface", "distance between sphere surfaces, or centres (the letter)", choices=("surface", "centre")
+    )
+    step: str = option("normalised", "normalised steps, or gradient (the paper)", choices=("gradient", "normalised"))
+    early_stop: bool = option(True, "stop repelling at 2 cm of clearance; off (the letter): run all iterations")
+    trace: bool = option(False, "tell watchers every iterate of ModifyMotion; changes no plan")
+
+    def modification(self) -> RepulsiveModification:
+        return RepulsiveModification(
+            alpha=self.alpha,
+            k_rep=self.k_rep,
+            d0=self.d0,
+            max_iterations=self.max_iterations,
+            distance=self.distance,
+            step=self.step,
+            early_stop=self.early_stop,
+            trace=self.trace,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
 class ApfEcbsNf(RepulsionOptions):
     """APF-ECBS without the fast track: ECBS that pushes every replanned path away from the other arms."""
 
-    w: float = option(1.5, "suboptimality factor of the focal list", positive=True)
+    about: ClassVar[About] = ABOUT
 
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
-        return plan_with_tree(
-            "apf-ecbs-nf",
-            self,
-            problem,
-            selection=Focal(w=self.w),
-            modification=self.modification(),
-            fast_track=NoFastTrack(),
-            seed=seed,
-            time_limit=time_limit,
-            watch=watch,
-        )
+        parts = Parts(selection=Focal(w=self.w), branching=self.branching(), modification=self.modification())
+        return plan_with_tree("apf-ecbs-nf", self, parts, problem, seed, time_limit, watch)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ApfEcbs(RepulsionOptions):
     """APF-ECBS: repulsion after every replanning, and the fast track when one arm is in every conflict."""
 
-    w: float = option(1.5, "suboptimality factor of the focal list", positive=True)
+    about: ClassVar[About] = ABOUT
+
     fast_track: str = option(
         "sound", "sound: the node stays branchable; literal: it takes the modified path", choices=("sound", "literal")
     )
@@ -47,15 +78,14 @@ class ApfEcbs(RepulsionOptions):
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
+        return plan_with_tree("apf-ecbs", self, self.parts(), problem, seed, time_limit, watch)
+
+    def parts(self) -> Parts:
+        """What the search is composed of."""
         repulsion = self.modification()
-        return plan_with_tree(
-            "apf-ecbs",
-            self,
-            problem,
+        return Parts(
             selection=Focal(w=self.w),
+            branching=self.branching(),
             modification=repulsion,
             fast_track=RepulsiveFastTrack(modification=repulsion, literal=self.fast_track == "literal"),
-            seed=seed,
-            time_limit=time_limit,
-            watch=watch,
         )

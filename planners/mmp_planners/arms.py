@@ -12,13 +12,11 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import _core
-from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF, REQUIRED_PROOF
+from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
+from mmp_planners.certifying import certify
 from mmp_planners.low_level import SiRrtStar
-
-CERTIFICATE_SLACK_M = 5e-4
-"""How much of the sampled clearance a certificate may leave unproved."""
 
 PairConflicts = Mapping[tuple[int, int], Float[np.ndarray, "c"]]
 """(arm, arm) -> instants of conflict in steps, ascending, one a step at most; pairs without conflict are left out."""
@@ -67,15 +65,29 @@ class Arms:
                 HIT * self.margin,
                 PLAN_PROOF * self.margin,
                 seed + k,
+                self._low_level.eta,
             )
             for k, name in enumerate(self.names)
         ]
 
     def low_level(
-        self, arm: int, constraints: Sequence[_core.Constraint], seed: int, budget: float = 1.0
+        self,
+        arm: int,
+        constraints: Sequence[_core.Constraint],
+        seed: int,
+        budget: float = 1.0,
+        others: Sequence[Path] = (),
+        experience: Float[np.ndarray, "k dof"] | None = None,
     ) -> tuple[Path | None, int]:
-        """A path that keeps the constraints, or None, and the iterations it took; `budget` scales the iteration cap."""
-        q, iterations = self._low_level(self._single[arm], constraints, seed, budget, self.clock)
+        """A path that keeps the constraints, or None, and the iterations it took; `budget` scales the iteration cap.
+
+        It is proved clear of `others`, which are other arms' paths on the same grid. `experience` is a path of this
+        arm that the search begins with, as far as it still holds.
+        """
+        motions = [path.motion for path in others]
+        q, iterations = self._low_level(
+            self._single[arm], constraints, seed, budget, self.clock, others=motions, experience=experience
+        )
         return (None if q is None else self.path(arm, q)), iterations
 
     def path(self, arm: int, q: Float[np.ndarray, "k dof"]) -> Path:
@@ -119,13 +131,9 @@ class Arms:
         )
 
     def certify(self, plan: Plan) -> tuple[bool, float, tuple[int, int], float]:
-        """Proof of a plan: (valid, proved clearance [m], arms (second -1: one alone), instant), see `_core.certify`."""
-        q = [np.ascontiguousarray(plan.positions[name]) for name in self.names]
-        required = REQUIRED_PROOF * self.margin
-        valid, clearance, a, b, segment, fraction = _core.certify(
-            self.core, q, required, min(CERTIFICATE_SLACK_M, required / 2), self.clock
-        )
-        return valid, clearance, (a, b), segment + fraction
+        """Proof of a plan: (valid, proved clearance [m], arms (second -1: one alone), instant), see `certifying`."""
+        found = certify(plan, self.clock)
+        return found.valid, found.clearance, found.arms, found.instant
 
     def keep_levels(self) -> tuple[float, float]:
         """Static clearances that a modified path is tested at and proved to keep [m]; every planned path passes."""

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 from mmp_env.problem import Problem
 from mmp_planners.events import Watcher, ignore
-from mmp_planners.fast_track import NoFastTrack
-from mmp_planners.planner import PlanResult
-from mmp_planners.repulsion import Unmodified
+from mmp_planners.planner import About, PlanResult
 from mmp_planners.selection import Focal
-from mmp_planners.tree_planner import TreeOptions, option, plan_with_tree
+from mmp_planners.tree_planner import BranchingOptions, Parts, option, plan_with_tree
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ecbs(TreeOptions):
+class Ecbs(BranchingOptions):
     """ECBS: a focal list over the conflict tree, fewest conflicts first within w times the bound.
 
     Departure: in Barer's ECBS the low level is a focal search as well and its bound is f_min; with a sampling planner
@@ -23,19 +22,17 @@ class Ecbs(TreeOptions):
     costs, unless `cost_ratio` (to the straight lines) is at most w: that is a true bound.
     """
 
-    w: float = option(1.5, "suboptimality factor of the focal list", positive=True)
+    about: ClassVar[About] = About(
+        paper="Barer, Sharon, Stern, Felner: Suboptimal variants of the conflict-based search algorithm for the "
+        "multi-agent pathfinding problem, SoCS 2014",
+        url="https://doi.org/10.1609/socs.v5i1.18315",
+        guarantee="w times the planner's own path lengths where `bound_met`; not complete with the default constraint",
+    )
+
+    w: float = option(1.5, "suboptimality factor of the focal list", least=1.0)
 
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
-        return plan_with_tree(
-            "ecbs",
-            self,
-            problem,
-            selection=Focal(w=self.w),
-            modification=Unmodified(),
-            fast_track=NoFastTrack(),
-            seed=seed,
-            time_limit=time_limit,
-            watch=watch,
-        )
+        parts = Parts(selection=Focal(w=self.w), branching=self.branching())
+        return plan_with_tree("ecbs", self, parts, problem, seed, time_limit, watch)

@@ -67,5 +67,5 @@ class RepulsiveFastTrack:
                 ),
             )
             if self.literal:
-                node.paths, node.conflicts = paths, conflicts
+                node.update(paths=paths, conflicts=conflicts)
             yield attempt

@@ -31,8 +31,15 @@ class SiRrtStar:
         seed: int,
         budget: float,
         clock: _core.Clock,
+        *,
+        others: Sequence[_core.Motion] = (),
+        experience: Float[np.ndarray, "known dof"] | None = None,
     ) -> tuple[Float[np.ndarray, "k dof"] | None, int]:
-        """Configurations on the grid, or None, and the iterations used."""
+        """Configurations on the grid, or None, and the iterations used.
+
+        `others` are motions of other arms that are kept clear of; `experience` is an earlier path on the grid, of which
+        the search takes what still holds.
+        """
         return arm.plan(
             constraints,
             seed,
@@ -40,5 +47,6 @@ class SiRrtStar:
             max_iterations=int(self.iterations * budget),
             improve_iterations=self.improve,
             shortcuts=self.shortcuts,
-            eta=self.eta,
+            others=others,
+            experience=None if experience is None else np.ascontiguousarray(experience, dtype=float),
         )

@@ -13,6 +13,15 @@ from mmp_env.problem import Problem
 from mmp_planners.events import Watcher, ignore
 
 
+@dataclass(frozen=True, kw_only=True)
+class About:
+    """Where a planner comes from and what it promises: the class attribute `about`, for `mmp list` and the docs."""
+
+    paper: str
+    guarantee: str
+    url: str | None = None
+
+
 class StopPlanning(Exception):
     """Raised by a watcher, or by a signal handler: ends the run with the best plan so far."""
 

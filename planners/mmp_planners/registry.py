@@ -6,11 +6,13 @@ import dataclasses
 import difflib
 import inspect
 import typing
+from collections.abc import Iterator
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_planners.planner import Planner
+from mmp_planners.events import ignore
+from mmp_planners.planner import About, Planner
 
 GROUP = "mmp_env.planners"
 
@@ -27,34 +29,49 @@ class Option:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Description:
-    """A planner's name, the first sentence of its docstring, and its options."""
+    """A planner's name, the first sentence of its docstring, its options, and where it comes from if it says so."""
 
     name: str
     summary: str
     options: tuple[Option, ...]
+    about: About | None = None
 
 
 def names() -> list[str]:
     """Names of all installed planners, sorted; nothing is imported for it."""
-    return sorted({point.name for point in entry_points(group=GROUP)})
+    return sorted(_points())
 
 
 def load(name: str) -> type:
-    """The planner's class. Raises `UnknownNameError`, or `MmpError` where its package does not import."""
-    points: dict[str, EntryPoint] = {point.name: point for point in entry_points(group=GROUP)}
+    """The planner's class. Raises `UnknownNameError`, or `MmpError` that names a planner which is broken."""
+    points = _points()
     if name not in points:
         raise UnknownNameError("planner", name, points)
+    whose = f"planner '{name}' ({points[name].value})"
     try:
         found = points[name].load()
-    except Exception as error:
-        raise MmpError(
-            f"planner '{name}' ({points[name].value}) does not load: {type(error).__name__}: {error}"
-        ) from error
-    if not callable(getattr(found, "plan", None)):
-        raise MmpError(
-            f"planner '{name}' ({points[name].value}) has no method plan(problem, *, seed, time_limit, watch)"
-        )
+    except (Exception, SystemExit) as error:
+        raise MmpError(f"{whose} does not load: {type(error).__name__}: {error}") from error
+    fault = signature_fault(found)
+    if fault:
+        raise MmpError(f"{whose} {fault}")
     return found
+
+
+def signature_fault(found: Any) -> str | None:
+    """What is wrong with a planner's class as such, or None: whether it can be called as every planner is."""
+    if not isinstance(found, type):
+        return f"is no class but a {type(found).__name__}"
+    method = getattr(found, "plan", None)
+    if not callable(method):
+        return "has no method plan(problem, *, seed, time_limit, watch)"
+    signature = inspect.signature(method)
+    try:
+        signature.bind(None, None)
+        signature.bind(None, None, seed=0, time_limit=1.0, watch=ignore)
+    except TypeError as error:
+        return f"has plan{signature}, not plan(self, problem, *, seed=0, time_limit=inf, watch=ignore): {error}"
+    return None
 
 
 def make(name: str, **options: Any) -> Planner:
@@ -67,29 +84,44 @@ def make(name: str, **options: Any) -> Planner:
             hint = f" Did you mean '{close[0]}'?" if close else ""
             raise MmpError(f"planner '{name}' has no option '{key}'.{hint} Known: {', '.join(sorted(known)) or 'none'}")
         options[key] = _converted(name, known[key], value)
-    return planner(**options)
+    try:
+        return planner(**options)
+    except MmpError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise MmpError(f"planner '{name}' cannot be made: {type(error).__name__}: {error}") from error
 
 
 def describe(name: str) -> Description:
-    """What `mmp list` shows of a planner."""
+    """What `mmp list` shows of a planner. Raises like `load`."""
     planner = load(name)
     summary = (inspect.getdoc(planner) or "").split("\n\n")[0].replace("\n", " ")
-    fields = dataclasses.fields(planner) if dataclasses.is_dataclass(planner) else ()
+    about = getattr(planner, "about", None)
+    try:
+        options = tuple(_options(planner))
+    except (Exception, SystemExit) as error:
+        raise MmpError(f"planner '{name}' does not say its options: {type(error).__name__}: {error}") from error
+    return Description(name=name, summary=summary, options=options, about=about if isinstance(about, About) else None)
+
+
+def _points() -> dict[str, EntryPoint]:
+    """Name -> entry point; none can take the place of a planner of this package."""
+    points: dict[str, EntryPoint] = {}
+    for point in entry_points(group=GROUP):
+        if point.name not in points or point.module.startswith("mmp_planners."):
+            points[point.name] = point
+    return points
+
+
+def _options(planner: type) -> Iterator[Option]:
     try:
         hints = typing.get_type_hints(planner)
-    except NameError:  # of types imported for type checkers only
+    except Exception:  # of types imported for type checkers only
         hints = {}
-    options = tuple(
-        Option(
-            name=f.name,
-            type=getattr(hints.get(f.name), "__name__", str(f.type)),
-            default=_default(f),
-            doc=f.metadata.get("doc", ""),
-        )
-        for f in fields
-        if f.init
-    )
-    return Description(name=name, summary=summary, options=options)
+    for f in dataclasses.fields(planner) if dataclasses.is_dataclass(planner) else ():
+        if f.init:
+            kind = getattr(hints.get(f.name), "__name__", str(f.type))
+            yield Option(name=f.name, type=kind, default=_default(f), doc=f.metadata.get("doc", ""))
 
 
 def _default(f: dataclasses.Field) -> Any:

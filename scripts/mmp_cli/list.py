@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from argparse import Namespace
 from collections.abc import Iterator
 from typing import Any
 
 from mmp_cli.arguments import Parser
+from mmp_cli.main import one_line
 from mmp_env.errors import MmpError
 from mmp_env.writing import plain
 
@@ -66,7 +68,8 @@ def _planner(name: str) -> dict[str, Any]:
     except MmpError as error:
         return {"name": name, "error": str(error)}
     options = [{"name": o.name, "type": o.type, "default": _value(o.default), "doc": o.doc} for o in found.options]
-    return {"name": name, "summary": found.summary, "options": options}
+    about = dataclasses.asdict(found.about) if found.about else {}
+    return {"name": name, "summary": found.summary, **about, "options": options}
 
 
 def _value(default: Any) -> Any:
@@ -82,6 +85,9 @@ def _rows(found: dict[str, list[dict[str, Any]]]) -> Iterator[tuple[str, str, st
         yield kind, "bold", ""
         for item in items:
             yield f"  {item['name']}", "", _words(kind, item)
+            for key in ("paper", "guarantee"):
+                if item.get(key):
+                    yield f"    {key}", "dim", item[key]
             for option in item.get("options", ()):
                 doc = f": {option['doc']}" if option.get("doc") else ""
                 yield f"    {option['name']}", "dim", f"{json.dumps(option['default'])}{doc}"
@@ -89,7 +95,7 @@ def _rows(found: dict[str, list[dict[str, Any]]]) -> Iterator[tuple[str, str, st
 
 def _words(kind: str, item: dict[str, Any]) -> str:
     if "error" in item:
-        return item["error"]
+        return one_line(item["error"])
     if kind == "robots":
         tool = f", with {item['tool']}" if item["tool"] else ""
         return f"{item['title']}, {item['joints']} joints{tool}"

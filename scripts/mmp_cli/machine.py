@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import platform
 from importlib import metadata
 from pathlib import Path
 
 
+@functools.cache
 def version() -> str:
     """The installed version of mmp-env."""
     return metadata.version("mmp-env")
 
 
+@functools.cache
 def machine() -> str:
     """Model of the processor and number of its cores."""
     try:

@@ -1,7 +1,7 @@
 """The console script `mmp`: finds the command, and turns misuse into one sentence and an exit code.
 
-Exit 0: done; 1: no plan in time, a violation, a goal not reached; 2: bad usage or bad input; 130: interrupted. Any
-other exception is a fault of the program and keeps its traceback.
+Exit 0: done; 1: no plan in time, a violation, a goal not reached, a planner that failed; 2: bad usage or bad input;
+130: interrupted. Any other exception is a fault of the program and keeps its traceback.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from collections.abc import Sequence
 COMMANDS = {
     "plan": "plan one instance, check the plan and print a summary",
     "check": "check plan files again, on their own",
+    "report": "table and figures of a benchmark folder",
+    "bench": "run many instances through several planners",
     "list": "list robots, cells, tasks and planners with their options",
 }
 INTERRUPTED = 130
@@ -59,7 +61,7 @@ def _guarded(argv: list[str]) -> int:
     return code
 
 
-def one_line(error: BaseException) -> str:
+def one_line(error: BaseException | str) -> str:
     """The message without line breaks and control characters, which names in a file may hold."""
     return "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(str(error).split()))
 

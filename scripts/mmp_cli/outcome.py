@@ -13,9 +13,9 @@ from mmp_env.execution import ExecutionReport
 from mmp_env.problem import Problem
 from mmp_env.writing import plain
 from mmp_planners import PlanResult, Status
+from mmp_planners.returned import COUNTS
 
 _RECORDED = ("times", "positions")
-_COUNTS = ("expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,6 +50,12 @@ class Outcome:
         """Whether the checker found fault with a plan that its planner had proved."""
         return self.check is not None and not self.check.valid
 
+    @property
+    def message(self) -> str | None:
+        """What the planner did wrong, where the status is `error`."""
+        message = self.result.stats.get("message") if self.result.status is Status.ERROR else None
+        return None if message is None else str(message)
+
     def line(self) -> dict[str, Any]:
         """The fields of a line of results.jsonl, as JSON values; what does not exist is null."""
         plan, stats = self.result.plan, self.result.stats
@@ -61,7 +67,7 @@ class Outcome:
                 "status": str(self.result.status),
                 "planning_time_s": self.planning_time_s,
                 "check_time_s": self.check_time_s,
-                **{key: stats.get(key) for key in _COUNTS},
+                **{key: stats.get(key) for key in COUNTS},
                 "cost_rad": plan.cost_rad if plan else None,
                 "makespan_s": plan.makespan_s if plan else None,
                 "root_conflicts": stats.get("root_conflicts"),
@@ -76,8 +82,10 @@ class Outcome:
         )
 
     def verdict(self, execute: bool) -> dict[str, Any]:
-        """What `mmp plan --json` says beyond the line: `valid` and, where asked for, `execution`."""
-        valid = {"valid": self.check.valid if self.check else None}
+        """What `mmp plan --json` says beyond the line: `valid`, of an error the `message`, if asked for `execution`."""
+        valid: dict[str, Any] = {"valid": self.check.valid if self.check else None}
+        if self.message is not None:
+            valid["message"] = self.message
         return valid | {"execution": execution_fields(self.execution) if self.execution else None} if execute else valid
 
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from mmp_cli.arguments import Parser, add_source, seconds, setting
+from mmp_cli.main import one_line
 from mmp_env.errors import InvalidInstanceError, MmpError
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from mmp_env.problem import Problem
     from mmp_planners import Planner, PlanResult
 
-DEFAULT_PLANNER = "apf-ecbs"
+PREFERRED, OTHERWISE = "auto", "apf-ecbs"
 DEFAULT_TIME_LIMIT_S = 60.0
 
 
@@ -27,7 +28,8 @@ def parser() -> Parser:
     """The arguments of the command."""
     out = Parser("plan", "Plans one instance, checks the plan and prints a summary.")
     add_source(out)
-    out.add_argument("--planner", default=DEFAULT_PLANNER, metavar="NAME", help=f"default: {DEFAULT_PLANNER}")
+    help = f"default: {PREFERRED}, or {OTHERWISE} where that is not installed"
+    out.add_argument("--planner", metavar="NAME", help=help)
     out.add_argument(
         "--set",
         action="append",
@@ -57,6 +59,8 @@ def run(args: Namespace) -> int:
     from mmp_cli.source import read_source
     from mmp_env.writing import check_writable
 
+    if args.planner is None:
+        args.planner = default_planner()
     planner = mmp_planners.make(args.planner, **_options(args.settings))
     source = read_source(args)
     if args.out is not None:
@@ -72,6 +76,13 @@ def run(args: Namespace) -> int:
     outcome = _run_to_the_end(args, planner, source.label, problem)
     _report(args, outcome)
     return outcome.exit_code
+
+
+def default_planner() -> str:
+    """The planner for those who name none."""
+    import mmp_planners
+
+    return PREFERRED if PREFERRED in mmp_planners.names() else OTHERWISE
 
 
 def _options(settings: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -120,14 +131,11 @@ def _plan(args: Namespace, planner: Planner, problem: Problem) -> tuple[PlanResu
 
     from mmp_cli.interrupt import stopping_on_interrupt
     from mmp_cli.progress import ProgressLine
-    from mmp_planners import PlanResult, Status, StopPlanning
+    from mmp_planners.calling import call
 
     with ProgressLine(args.planner, Console(stderr=True)) as line, stopping_on_interrupt() as interruption:
-        try:
-            result = planner.plan(problem, seed=args.seed, time_limit=args.time_limit, watch=interruption.checked(line))
-        except StopPlanning:
-            # Ctrl-C came before the planner was ready for it.
-            result = PlanResult(status=Status.TIMEOUT)
+        watch = interruption.checked(line)
+        result = call(args.planner, planner, problem, seed=args.seed, time_limit=args.time_limit, watch=watch)
     return result, interruption.happened
 
 
@@ -143,10 +151,12 @@ def _report(args: Namespace, outcome: Outcome) -> None:
     """The summary, or with --json the one object, on stdout; what must not be missed on stderr."""
     if outcome.refuted:
         print(
-            f"mmp: THE CHECKER REFUTES THIS PLAN, which {outcome.planner} returned as proved. Do not run it. This is a "
-            "fault of the program: please report it with the plan file (--out).",
+            f"mmp: THE CHECKER REFUTES THIS PLAN, which {outcome.planner} returned as solved. Do not run it. This is a "
+            "fault of the planner: please report it to its authors with the plan file (--out).",
             file=sys.stderr,
         )
+    if outcome.message is not None:
+        print(f"mmp: {one_line(outcome.message)}", file=sys.stderr)
     if args.json:
         print(json.dumps(outcome.line() | outcome.verdict(args.execute)))
         return

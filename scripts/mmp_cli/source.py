@@ -12,7 +12,7 @@ import numpy as np
 from mmp_env.cell import Cell
 from mmp_env.cell_file import cell_from_dict
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.instance_file import configurations_from_dict, holds_instances, instances_from_dict
+from mmp_env.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
 from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
 from mmp_env.reading import Place, named, parse_json, read_document
 from mmp_env.registration import ANY_CELL, RING_COUNTS
@@ -23,6 +23,7 @@ ENVIRONMENTS = {f"{ANY_CELL}-{count}": count for count in RING_COUNTS}
 _MODULE = "mmp_env:"
 _FILE_SUFFIXES = (".json", ".yaml", ".yml")
 _BY_HAND = "given"
+_ROBOT = "ur5e"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,12 +38,23 @@ class Source:
     problem: Callable[[], Problem]
 
 
-def read_source(args: Namespace) -> Source:
-    """The instance that the command line asks for. Raises `MmpError`."""
+@dataclass(frozen=True, kw_only=True)
+class NamedCell:
+    """A cell to draw instances in; `name` stands before their seeds, `title` says which robot it is too."""
+
+    name: str
+    title: str
+    cell: Cell
+
+
+def open_source(args: Namespace) -> NamedCell | InstanceFile:
+    """What SOURCE is. Raises `MmpError` where it is nothing, or where an option is given that means nothing for it."""
     source = args.source.removeprefix(_MODULE)
     if source in ENVIRONMENTS:
         _refuse(args, "an environment id", "instance")
-        return _from_cell(args, ring_cell(ENVIRONMENTS[source], args.robot or "ur5e"), source)
+        robot = args.robot or _ROBOT
+        title = source if robot == _ROBOT else f"{source} {robot}"
+        return NamedCell(name=source, title=title, cell=ring_cell(ENVIRONMENTS[source], robot))
     if source == ANY_CELL:
         raise MmpError(f"'{source}' has no cell of its own; give a cell file, or one of {', '.join(ENVIRONMENTS)}")
     path = Path(args.source)
@@ -51,14 +63,21 @@ def read_source(args: Namespace) -> Source:
     data = read_document(path)
     if holds_instances(data):
         _refuse(args, "an instance file", "robot", "task", "start", "goal")
-        file = instances_from_dict(data, args.source, name=path.stem)
-        with named(args.source):
-            instance = file.instances[0] if args.instance is None else file.instance(args.instance)
-        label = f"{file.cell.name}/{instance.name}"
-        return Source(label=label, problem=lambda: file.problem(instance, margin=_margin(args)))
+        return instances_from_dict(data, args.source, name=path.stem)
     _refuse(args, "a cell file", "instance", "robot")
     cell = cell_from_dict(data, args.source, name=path.stem)
-    return _from_cell(args, cell, cell.name)
+    return NamedCell(name=cell.name, title=cell.name, cell=cell)
+
+
+def read_source(args: Namespace) -> Source:
+    """The instance that the command line asks for. Raises `MmpError`."""
+    opened = open_source(args)
+    if isinstance(opened, NamedCell):
+        return _from_cell(args, opened.cell, opened.name)
+    with named(args.source):
+        instance = opened.instances[0] if args.instance is None else opened.instance(args.instance)
+    label = f"{opened.cell.name}/{instance.name}"
+    return Source(label=label, problem=lambda: opened.problem(instance, margin=_margin(args)))
 
 
 def _from_cell(args: Namespace, cell: Cell, name: str) -> Source:
@@ -99,6 +118,6 @@ def _margin(args: Namespace) -> float:
 def _refuse(args: Namespace, kind: str, *options: str) -> None:
     """Raises `MmpError` where an option was given that means nothing for this kind of source."""
     for option in options:
-        value = getattr(args, option)
+        value = getattr(args, option, None)  # not every command has them all
         if value is not None:
             raise MmpError(f"--{option} is '{value}', but '{args.source}' is {kind}, which has no {option} to choose")

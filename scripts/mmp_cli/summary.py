@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from mmp_cli.main import one_line
 from mmp_cli.outcome import Outcome
 from mmp_cli.rows import print_rows
 from mmp_env.execution import ExecutionReport
@@ -38,7 +39,11 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
 
 
 def _status(outcome: Outcome) -> str:
-    words = {"timeout": "timeout: no plan in time", "exhausted": "exhausted: the constraints used up the search"}
+    words = {
+        "timeout": "timeout: no plan in time",
+        "exhausted": "exhausted: the constraints used up the search",
+        "error": f"error: {one_line(outcome.message or 'the planner does not say what went wrong')}",
+    }
     status = str(outcome.result.status)
     return ("interrupted; " if outcome.interrupted else "") + words.get(status, status)
 

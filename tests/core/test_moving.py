@@ -34,7 +34,7 @@ def states_near_the_centre(cell, count, seed=0):
 
 def test_safe_intervals_leave_out_every_instant_at_which_the_moving_arm_touches(cell, crossing):
     motion, start, goal = crossing
-    parts = _core.Constraint.moving(cell.collision.core, motion, 0, _core.FOREVER)
+    parts = _core.Constraint.moving(motion, 0, _core.FOREVER)
     instants = np.linspace(0, motion.last, 20 * motion.last + 1)
     other = start + (instants / motion.last)[:, None] * (goal - start)
     touched = 0
@@ -51,7 +51,7 @@ def test_safe_intervals_leave_out_every_instant_at_which_the_moving_arm_touches(
 
 def test_a_path_planned_against_a_moving_arm_is_free_of_conflicts_with_it(cell, crossing):
     motion, _, _ = crossing
-    parts = _core.Constraint.moving(cell.collision.core, motion, 0, _core.FOREVER)
+    parts = _core.Constraint.moving(motion, 0, _core.FOREVER)
     home = np.array(cell.arms[0].robot.home)
     start, goal = home.copy(), home.copy()
     start[0] += 1.2

@@ -33,6 +33,18 @@ def mmp(capsys):
 
 
 @pytest.fixture
+def figures_unrendered(monkeypatch):
+    """Figures are put together but not rendered, which takes longer than all the rest of a report."""
+    from matplotlib.figure import Figure
+
+    def savefig(self, file, *, format, **_):
+        file.write("<svg></svg>" if format == "svg" else b"")
+
+    monkeypatch.setattr(Figure, "savefig", savefig)
+    monkeypatch.setattr(Figure, "draw_without_rendering", lambda self: None)
+
+
+@pytest.fixture
 def stand_ins(monkeypatch):
     """The planners of `stand_in_planners` beside those that are installed."""
     monkeypatch.setattr(registry, "entry_points", registry.entry_points)

@@ -10,6 +10,8 @@ import tiny_plans
 import yaml
 
 import mmp_env  # noqa: F401  registers the environments
+import mmp_planners
+from mmp_cli.plan import default_planner
 from mmp_env.plan_file import load_plan
 
 COUNTS = ["expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"]
@@ -30,7 +32,14 @@ def test_an_environment_id_is_planned_checked_and_executed(mmp, tmp_path):
     out = tmp_path / "plan.json"
     ran = mmp("plan", "MultiArmCell-2", "--seed", 3, "--execute", "--out", out)
     assert ran.code == 0
-    for words in ["MultiArmCell-2/3", "apf-ecbs, seed 3", "solved", "valid; clearance", "every goal reached", str(out)]:
+    for words in [
+        "MultiArmCell-2/3",
+        f"{default_planner()}, seed 3",
+        "solved",
+        "valid; clearance",
+        "every goal reached",
+        str(out),
+    ]:
         assert words in ran.out
     assert mmp("check", out).code == 0
 
@@ -201,6 +210,22 @@ def test_ctrl_c_that_the_planner_did_not_hear_reaches_it_with_the_next_event(mmp
     assert (ran.code, ran.result["status"]) == (130, "timeout")
 
 
-def test_a_fault_of_the_program_is_not_hidden(mmp, stand_ins, instances):
-    with pytest.raises(RuntimeError, match="a bug"):
-        mmp("plan", instances, "--planner", "faulty")
+def test_a_planner_that_raises_is_an_error_that_names_it(mmp, stand_ins, instances, tmp_path):
+    ran = mmp("plan", instances, "--planner", "faulty", "--json", "--out", tmp_path / "plan.json")
+    assert (ran.code, ran.result["status"], ran.result["valid"]) == (1, "error", None)
+    assert list(ran.result) == [*LINE, "valid", "message"]
+    assert ran.result["message"].startswith("planner 'faulty' raised RuntimeError: a bug (stand_in_planners.py, line ")
+    assert ran.err == f"mmp: {ran.result['message']}\n"
+    assert not (tmp_path / "plan.json").exists()
+    assert "error: planner 'faulty' raised RuntimeError: a bug" in mmp("plan", instances, "--planner", "faulty").out
+
+
+def test_a_planner_may_say_itself_what_went_wrong(mmp, stand_ins, instances):
+    ran = mmp("plan", instances, "--planner", "sorry", "--json")
+    assert (ran.code, ran.result["message"], ran.err) == (1, "my\nfault", "mmp: my fault\n")
+
+
+def test_auto_is_the_default_where_it_is_installed(monkeypatch):
+    for names, default in ((["apf-ecbs", "auto", "ecbs"], "auto"), (["apf-ecbs", "ecbs"], "apf-ecbs")):
+        monkeypatch.setattr(mmp_planners, "names", lambda names=names: names)
+        assert default_planner() == default

@@ -32,7 +32,7 @@ class Pebbles(ArmsOnALine):
         self.free, self.starts, self.goals = free, starts, goals
         self.forbidden = {}  # constraint -> (step, place) or (step, place, next place)
 
-    def low_level(self, arm, constraints, seed, budget=1.0):
+    def low_level(self, arm, constraints, seed, budget=1.0, others=(), experience=None):
         rules = {self.forbidden[c] for c in constraints}
         last = max((rule[0] for rule in rules), default=0)
         lasting = max((rule[0] + 1 for rule in rules if rule[1:] == (self.goals[arm],)), default=0)

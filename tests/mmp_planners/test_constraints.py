@@ -9,7 +9,7 @@ from twins import intervals
 
 from mmp_env import _core
 from mmp_planners.arms import Arms
-from mmp_planners.constraints import INSTANTS, AvoidState, ConstraintKind, Meeting, Vertex
+from mmp_planners.constraints import INSTANTS, AvoidState, Meeting, OneSided, Vertex
 from mmp_planners.low_level import SiRrtStar
 
 DT_S, SPEED = 0.1, 0.8
@@ -33,7 +33,7 @@ def windows(constraints):
 
 def test_both_kinds_are_constraint_kinds_and_say_in_words_what_they_forbid():
     for kind in (AvoidState(), Vertex()):
-        assert isinstance(kind, ConstraintKind)
+        assert isinstance(kind, OneSided)
     assert AvoidState().words(ARMS, MEETING, 0) == "left avoids right at 0.9 s"
     assert AvoidState().words(ARMS, MEETING, 1) == "right avoids left at 0.9 s"
     assert Vertex().words(ARMS, MEETING, 1) == "right leaves its place at 0.9 s"

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from arms_on_a_line import ArmsOnALine, node, path
 
-from mmp_planners.constraints import Meeting
+from mmp_env import _core
+from mmp_planners.constraints import Branch, Meeting
 
 
 def meeting(found: Meeting):
@@ -83,3 +84,28 @@ def test_an_instant_of_a_meeting_is_its_begin_its_middle_or_all_of_it():
     assert long.instants("middle") in ([5.0], [6.0])
     assert long.instants("all") == [3.0, *long.instants("middle"), 8.0]
     assert all(short.instants(where) == [2.5] for where in ("begin", "middle", "all"))
+
+
+def test_a_child_has_the_paths_of_its_parent_and_a_branch_that_is_pending():
+    parent = node(7, (0, 1), (2, 1), bounds=[1.0, 0.5])
+    old, new = (_core.Constraint.ball(np.zeros(1), 0.1, k, k + 1) for k in (0, 5))
+    parent.constraints, parent.kinds = ((old,), ()), (2,)
+    branch = Branch(arm=0, constraints=(new,), words="", kind=3)
+    child = parent.child(branch)
+    assert (child.parent, child.id, child.pending, child.kinds) == (7, -1, branch, (2, 3))
+    assert child.constraints == ((old, new), ())
+    assert (child.paths, child.bounds, child.conflicts) == (parent.paths, parent.bounds, parent.conflicts)
+
+
+def test_the_share_of_a_kind_is_that_of_the_branches_on_the_way():
+    n = node(0, (0,), (1,))
+    assert n.share(0) == 0.0
+    n.kinds = (1, 0, 1, 1)
+    assert (n.share(0), n.share(1), n.share(2)) == (0.25, 0.75, 0.0)
+
+
+def test_what_is_known_of_a_node_is_that_of_its_last_paths():
+    n = node(0, (0, 1), (2, 1))
+    assert (n.cost, n.lower_bound, n.conflict_count) == (2.0, 2.0, 1)
+    n.update(paths=(path(0, 3), n.paths[1]), bounds=(3.0, 1.0), conflicts={})
+    assert (n.cost, n.lower_bound, n.conflict_count) == (4.0, 4.0, 0)

@@ -8,11 +8,12 @@ import two_arms
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_planners import StopPlanning, make
 from mmp_planners.apf_ecbs import ApfEcbs, ApfEcbsNf
-from mmp_planners.constraints import AvoidState, Vertex
+from mmp_planners.constraints import AvoidState, EitherArm, Vertex
 from mmp_planners.ecbs import Ecbs
 from mmp_planners.events import NodeCreated, SearchStarted
 
-PLANNERS = ("ecbs", "apf-ecbs-nf", "apf-ecbs")
+PLANNERS = ("ecbs", "xecbs", "gen-ecbs", "apf-ecbs-nf", "apf-ecbs")
+ONE_KIND = ("cbs", "ecbs", "xecbs", "apf-ecbs-nf", "apf-ecbs")
 
 
 def test_a_misspelled_option_is_answered_with_the_nearest():
@@ -39,6 +40,26 @@ def test_a_number_that_must_be_positive_is(name, option, value):
         make(name, **{option: value})
 
 
+@pytest.mark.parametrize("name", PLANNERS)
+@pytest.mark.parametrize("w", [0.5, 0.999])
+def test_a_factor_below_one_is_refused(name, w):
+    with pytest.raises(MmpError, match=rf"option 'w' is {w}; it must be 1.0 at least"):
+        make(name, w=w)
+
+
+def test_a_kind_that_does_not_exist_is_refused_when_the_planner_is_made():
+    with pytest.raises(UnknownNameError, match=r"unknown constraint kind 'vertx'\. Did you mean 'vertex'"):
+        make("gen-ecbs", kinds="split+vertx")
+
+
+def test_without_an_option_for_it_a_planner_has_the_constraint_of_its_paper():
+    with pytest.raises(MmpError, match="planner 'cbs-mp' has no option 'constraint'"):
+        make("cbs-mp", constraint="vertex")
+    problem = two_arms.passing(1.0)
+    plans = [make(name).plan(problem, seed=0).plan for name in ("cbs", "cbs-mp")]
+    assert all((q == plans[1].positions[arm]).all() for arm, q in plans[0].positions.items())
+
+
 @pytest.mark.parametrize(
     ("option", "value", "wanted"),
     [
@@ -60,7 +81,7 @@ def test_a_value_of_another_type_is_refused_with_the_type(option, value, wanted)
 @pytest.mark.parametrize(
     ("option", "value", "nearest", "known"),
     [
-        ("constraint", "vertx", "vertex", "avoid-state, vertex"),
+        ("constraint", "vertx", "vertex", "avoid-path, avoid-state, priority, priority-path"),
         ("step", "normalized", "normalised", "gradient, normalised"),
         ("distance", "center", "centre", "centre, surface"),
         ("fast_track", "literally", "literal", "literal, sound"),
@@ -83,13 +104,13 @@ def test_a_planner_made_without_the_registry_refuses_the_same_values():
 
 
 def test_the_constraint_kind_is_the_one_that_is_named():
-    assert make("ecbs", pad=0.5).branching() == AvoidState(pad=0.5)
-    assert make("ecbs", constraint="vertex", radius=0.1).branching() == Vertex(radius=0.1)
+    assert make("ecbs", pad=0.5).branching() == EitherArm(kind=AvoidState(pad=0.5))
+    assert make("ecbs", constraint="vertex", radius=0.1).branching() == EitherArm(kind=Vertex(radius=0.1))
 
 
-@pytest.mark.parametrize("name", PLANNERS)
+@pytest.mark.parametrize("name", ONE_KIND)
 def test_the_constraint_kind_shows_in_what_is_told(name):
-    for constraint, word in (("avoid-state", "avoids"), ("vertex", "leaves its place")):
+    for constraint, word in (("avoid-state", "avoids"), ("sphere", "keeps 0.1 m"), ("split", "leaves")):
         words = []
 
         def watch(event, into=words):

@@ -51,8 +51,48 @@ class Unreadable:
         return PlanResult(status=Status.TIMEOUT)
 
 
-CLASSES = {"stranger": Stranger, "plain": Plain, "without-plan": WithoutPlan, "unreadable": Unreadable}
-VALUES = {name: f"strangers:{found.__name__}" for name, found in CLASSES.items()} | {
+class OtherArguments:
+    def plan(self, problem, deadline):
+        return PlanResult(status=Status.TIMEOUT)
+
+
+class NothingOptional:
+    def plan(self, problem, *, seed, time_limit, watch):
+        return PlanResult(status=Status.TIMEOUT)
+
+
+@dataclass
+class Demanding:
+    """Cannot be without a table."""
+
+    table: str
+
+    def plan(self, problem, *, seed=0, time_limit=float("inf"), watch=None):
+        return PlanResult(status=Status.TIMEOUT)
+
+
+@dataclass
+class Broke:
+    """Has no default that works."""
+
+    money: float = field(default_factory=lambda: 1 / 0)
+
+    def plan(self, problem, *, seed=0, time_limit=float("inf"), watch=None):
+        return PlanResult(status=Status.TIMEOUT)
+
+
+CLASSES = {
+    "stranger": Stranger,
+    "plain": Plain,
+    "without-plan": WithoutPlan,
+    "unreadable": Unreadable,
+    "other-arguments": OtherArguments,
+    "nothing-optional": NothingOptional,
+    "demanding": Demanding,
+    "broke": Broke,
+    "an-object": Plain(),
+}
+VALUES = {name: f"strangers:{getattr(found, '__name__', 'it')}" for name, found in CLASSES.items()} | {
     "absent": "no_such_package:Planner",
     "nothing-there": "math:NoSuchPlanner",
 }
@@ -118,12 +158,35 @@ def test_a_planner_need_not_be_a_dataclass_but_has_no_options_then():
         ("absent", "planner 'absent' (no_such_package:Planner) does not load: ModuleNotFoundError: No module named"),
         ("nothing-there", "planner 'nothing-there' (math:NoSuchPlanner) does not load: AttributeError"),
         ("without-plan", "planner 'without-plan' (strangers:WithoutPlan) has no method plan"),
+        (
+            "other-arguments",
+            "planner 'other-arguments' (strangers:OtherArguments) has plan(self, problem, deadline), not",
+        ),
+        ("nothing-optional", "has plan(self, problem, *, seed, time_limit, watch), not plan(self, problem"),
+        ("an-object", "planner 'an-object' (strangers:it) is no class but a Plain"),
+        ("broke", "planner 'broke' does not say its options: ZeroDivisionError"),
     ],
 )
 def test_a_broken_plug_in_is_named_with_the_reason(name, reason):
     for call in (registry.make, registry.describe):
         with pytest.raises(MmpError, match=re.escape(reason)):
             call(name)
+
+
+@pytest.mark.usefixtures("strangers")
+def test_a_planner_that_cannot_be_made_is_named_and_still_described():
+    assert [option.name for option in registry.describe("demanding").options] == ["table"]
+    with pytest.raises(MmpError, match=r"planner 'demanding' cannot be made: TypeError: .*table"):
+        registry.make("demanding")
+
+
+@pytest.mark.usefixtures("strangers")
+def test_no_stranger_takes_the_place_of_one_of_ours(monkeypatch):
+    find = registry.entry_points
+    ecbs = EntryPoint("ecbs", "no_such_package:Planner", registry.GROUP)
+    for points in (lambda group: [*find(group=group), ecbs], lambda group: [ecbs, *find(group=group)]):
+        monkeypatch.setattr(registry, "entry_points", points)
+        assert registry.load("ecbs").__module__ == "mmp_planners.ecbs"
 
 
 @pytest.mark.usefixtures("strangers")

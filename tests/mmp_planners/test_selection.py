@@ -1,9 +1,11 @@
 """Which node of the open list is taken next."""
 
+import numpy as np
 import pytest
 from arms_on_a_line import node
 
-from mmp_planners.selection import Focal
+from mmp_planners.constraints import Branch
+from mmp_planners.selection import BestFirst, Focal, FocalPerKind
 
 # Two arms each; both at place 1 at step 1 is one conflict, and to wait there is another.
 CHEAP, TWICE = [(0, 1, 2), (2, 1, 0)], [(0, 1, 1, 2), (2, 1, 1, 0)]
@@ -37,3 +39,63 @@ def test_an_empty_focal_falls_back_to_the_least_bound(order):
     assert Focal(w=1.0)([high, low][::order], 2.0) is low
     older = node(0, *TWICE, bounds=[1, 1])
     assert Focal(w=1.0)([older, low][::order], 2.0) is older
+
+
+def test_best_first_takes_the_cheapest_then_the_fewest_conflicts_then_the_oldest():
+    dear, cheap, twice = node(0, *DEAR), node(2, *CHEAP), node(1, *TWICE)
+    assert (dear.conflict_count, BestFirst().w) == (0, 1.0)
+    assert BestFirst()([dear, twice, cheap], 4.0) is cheap
+    older = node(1, *CHEAP)
+    assert BestFirst()([cheap, older], 4.0) is older
+
+
+class Told:
+    """A bandit that draws what it is told to, and keeps what it learns."""
+
+    def __init__(self, *ways):
+        self.ways, self.learned = list(ways), []
+
+    def draw(self):
+        return self.ways.pop(0)
+
+    def learn(self, way, won):
+        self.learned.append((way, won))
+
+
+def of_kinds(number, kinds, places, **more):
+    n = node(number, *places, **more)
+    n.kinds = kinds
+    return n
+
+
+def test_the_list_of_a_kind_prefers_fewer_conflicts_then_nodes_of_that_kind_then_cheap_ones():
+    fewest = of_kinds(0, (0,), [(0, 1, 2), (9, 9, 9)])
+    first, second, mixed = (of_kinds(k, kinds, CHEAP) for k, kinds in ((1, (0, 0)), (2, (1, 1)), (3, (0, 1))))
+    dear = of_kinds(4, (1, 1), [(0, 1, 3), (2, 1, 0)])
+    open_nodes = [first, dear, second, mixed]
+    assert FocalPerKind(w=2.0, bandit=Told(1))(open_nodes, 4.0) is first
+    assert FocalPerKind(w=2.0, bandit=Told(2))(open_nodes, 4.0) is second
+    assert FocalPerKind(w=2.0, bandit=Told(2))([mixed, first], 4.0) is mixed
+    assert FocalPerKind(w=2.0, bandit=Told(2))([*open_nodes, fewest], 4.0) is fewest
+
+
+def test_the_lists_of_kinds_hold_what_costs_at_most_w_times_the_bound_and_the_anchor_list_all():
+    within, beyond = node(0, *TWICE), node(1, *DEAR, bounds=[1, 1])
+    assert FocalPerKind(w=1.5, bandit=Told(1))([beyond, within], 4.0) is within
+    assert FocalPerKind(w=1.5, bandit=Told(0))([within, beyond], 4.0) is beyond
+    assert FocalPerKind(w=1.5, bandit=Told(1))([beyond], 4.0) is beyond, "an empty list: the least bound"
+
+
+@pytest.mark.parametrize(("left", "won"), [(0, True), (1, False), (2, False)])
+def test_a_list_wins_where_replanning_the_node_it_gave_leaves_fewer_conflicts(left, won):
+    bandit = Told(2, 1, 1)
+    select = FocalPerKind(w=9.0, bandit=bandit)
+    waiting = node(0, *CHEAP)
+    waiting.pending = Branch(arm=0, constraints=(), words="")
+    assert select([waiting], 4.0) is waiting
+    waiting.pending = None
+    waiting.update(conflicts={(0, 1): np.arange(float(left))} if left else {})
+    select([node(1, *CHEAP)], 4.0)
+    assert bandit.learned == [(2, won)]
+    select([node(1, *CHEAP)], 4.0)
+    assert bandit.learned == [(2, won)], "a node that is branched teaches nothing"

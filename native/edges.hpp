@@ -1,0 +1,262 @@
+// Edges and stays of one arm against its static world, constraints and movers: what they touch, and when they are free.
+#pragma once
+
+#include "constraints.hpp"
+#include "movers.hpp"
+
+namespace mmp {
+
+// Where along an edge a constraint is touched: pieces [lo, hi] of [0, 1].
+template <class T>
+struct Blocked {
+  int constraint;
+  T lo, hi;
+};
+
+// An edge of the search: whole steps at full speed, and what it may touch on the way.
+template <class V>
+struct Edge {
+  int steps = 0;
+  std::vector<Blocked<Scalar<V>>> blocked;
+  std::shared_ptr<Passage<V>> passage;  // none: no mover is ever near
+};
+
+// Works out edges and standing configurations of one arm against its static world and a set of constraints.
+template <class V>
+class EdgeMaker {
+ public:
+  using T = Scalar<V>;
+
+  EdgeMaker(StaticWorld<V>& world, int arm, std::vector<Constraint<V>*> constraints, Levels<T> levels,
+            const T* max_step, Movers<V> movers = {})
+      : prover_(world),
+        cell_(world.cell),
+        arm_(arm),
+        model_(&world.cell->arms[arm]),
+        constraints_(std::move(constraints)),
+        movers_(std::move(movers)),
+        levels_(levels),
+        max_step_(max_step),
+        pose_(*model_) {}
+
+  int steps(const T* from, const T* to) const {
+    T n = 0;
+    for (int j = 0; j < model_->dof; ++j) n = std::max(n, std::abs(to[j] - from[j]) / max_step_[j]);
+    return static_cast<int>(std::min(std::ceil(double(n) - 1e-4), double(kForever)));
+  }
+
+  bool statically_free(const T* from, const T* to) {
+    const auto at = [&](int) { return std::pair<const T*, const T*>(from, to); };
+    SegmentResult<T> result;
+    prover_.alone(arm_, 1, at, levels_, Stop::at_first_contact, &result);
+    return result.free;
+  }
+
+  void touch(const T* from, const T* to, Edge<V>& edge) {
+    edge.steps = steps(from, to);
+    edge.passage = passage(from, to, edge.steps);
+    edge.blocked.clear();
+    if (constraints_.empty()) return;
+    const auto at = [&](int) { return std::pair<const T*, const T*>(from, to); };
+    T longest = 0;
+    for (int j = 0; j < model_->dof; ++j) longest = std::max(longest, std::abs(to[j] - from[j]));
+    first_.clear();
+    cut(first_, 1, model_->dof, at);
+    std::vector<std::vector<Piece<T>>> open(constraints_.size());
+    for (size_t k = 0; k < first_.size(); k += width<V>) {
+      const int n = std::min<int>(width<V>, static_cast<int>(first_.size() - k));
+      pose(first_.data() + k, n, at);
+      for (size_t c = 0; c < constraints_.size(); ++c) {
+        Contacts<V> out;
+        constraints_[c]->contacts(batch_.middle, batch_.half, pose_, reach_, levels_, out);
+        sort_out(static_cast<int>(c), first_.data() + k, n, out, open[c], edge.blocked);
+      }
+    }
+    const T finest = longest > 0 ? std::max(kFinestRad / longest, T(1.0 / 64)) : T(1);
+    for (size_t c = 0; c < constraints_.size(); ++c) refine(static_cast<int>(c), open[c], finest, at, edge.blocked);
+    merge(edge.blocked);
+  }
+
+  // The same edge the other way round.
+  Edge<V> reversed(const T* from, const T* to, const Edge<V>& edge) const {
+    Edge<V> back{edge.steps, edge.blocked, edge.passage ? passage(to, from, edge.steps) : nullptr};
+    for (auto& b : back.blocked) b = {b.constraint, T(1) - b.hi, T(1) - b.lo};
+    return back;
+  }
+
+  // The stretch [lo, hi] of an edge, from here to there: what it may touch is known already.
+  Edge<V> part(const Edge<V>& edge, T lo, T hi, const T* from, const T* to) const {
+    Edge<V> out;
+    out.steps = steps(from, to);
+    if (edge.passage) out.passage = passage(from, to, out.steps);
+    for (const auto& b : edge.blocked) {
+      const T l = std::max(b.lo, lo), h = std::min(b.hi, hi);
+      if (l < h) out.blocked.push_back({b.constraint, (l - lo) / (hi - lo), (h - lo) / (hi - lo)});
+    }
+    return out;
+  }
+
+  // Windows in which the arm may not stand at q.
+  void standing(const T* q, std::vector<Window>& windows) {
+    windows.clear();
+    if (!constraints_.empty()) {
+      const auto at = [&](int) { return std::pair<const T*, const T*>(q, q); };
+      const Piece<T> piece{0, 0, 1};
+      pose(&piece, 1, at);
+      for (auto* c : constraints_) {
+        Contacts<V> out;
+        c->contacts(batch_.middle, batch_.half, pose_, reach_, levels_, out);
+        if (bits<V>(out.hit | out.open) & 1u) windows.push_back(c->window);
+      }
+    }
+    const auto stay = passage(q, q, 0);
+    if (!stay) return;
+    for (int k = 0; k <= movers_.horizon(); ++k)
+      if (!(stay->free_from(k) & 1u))
+        windows.push_back({double(k), k < movers_.horizon() ? double(k + 1) : double(kForever)});
+  }
+
+  const Constraint<V>& constraint(int k) const { return *constraints_[k]; }
+  int dof() const { return model_->dof; }
+  const ArmModel<T>& model() const { return *model_; }
+
+ private:
+  static constexpr T kFinestRad = T(0.03);
+
+  std::shared_ptr<Passage<V>> passage(const T* from, const T* to, int steps) const {
+    if (movers_.empty()) return nullptr;
+    const int dof = model_->dof;
+    std::vector<T> rows(static_cast<size_t>(steps + 1) * dof);
+    for (int s = 0; s <= steps; ++s)
+      for (int j = 0; j < dof; ++j)
+        rows[static_cast<size_t>(s) * dof + j] = s == 0       ? from[j]
+                                                 : s == steps ? to[j]
+                                                              : from[j] + T(s) / T(steps) * (to[j] - from[j]);
+    return Passage<V>::make(movers_, Motion<V>(*cell_, arm_, std::move(rows), false));
+  }
+
+  template <class At>
+  void pose(const Piece<T>* pieces, int n, const At& at) {
+    batch_.set(pieces, n, model_->dof, at);
+    forward(batch_.middle, pose_);
+    sweep_.set(pose_, batch_.half);
+    for (size_t l = 1; l < model_->links.size(); ++l) reach_[l] = sweep_.reach(pose_, static_cast<int>(l));
+  }
+
+  // A contact blocks its whole piece; what is only not proved free is looked at again.
+  static void sort_out(int c, const Piece<T>* pieces, int n, const Contacts<V>& found, std::vector<Piece<T>>& open,
+                       std::vector<Blocked<T>>& blocked) {
+    const unsigned hit = bits<V>(found.hit), near = bits<V>(found.open);
+    for (int lane = 0; lane < n; ++lane) {
+      if (hit >> lane & 1u) blocked.push_back({c, pieces[lane].lo, pieces[lane].hi});
+      else if (near >> lane & 1u) open.push_back(pieces[lane]);
+    }
+  }
+
+  template <class At>
+  void refine(int c, std::vector<Piece<T>>& stack, T finest, const At& at, std::vector<Blocked<T>>& out) {
+    while (!stack.empty()) {
+      halves_.clear();
+      for (const auto& p : stack) {
+        if (p.hi - p.lo <= finest) {
+          out.push_back({c, p.lo, p.hi});
+        } else {
+          const T m = (p.lo + p.hi) / 2;
+          halves_.push_back({0, p.lo, m});
+          halves_.push_back({0, m, p.hi});
+        }
+      }
+      stack.clear();
+      for (size_t k = 0; k < halves_.size(); k += width<V>) {
+        const int n = std::min<int>(width<V>, static_cast<int>(halves_.size() - k));
+        pose(halves_.data() + k, n, at);
+        Contacts<V> found;
+        constraints_[c]->contacts(batch_.middle, batch_.half, pose_, reach_, levels_, found);
+        sort_out(c, halves_.data() + k, n, found, stack, out);
+      }
+    }
+  }
+
+  static void merge(std::vector<Blocked<T>>& blocked) {
+    std::sort(blocked.begin(), blocked.end(), [](const auto& a, const auto& b) {
+      return a.constraint != b.constraint ? a.constraint < b.constraint : a.lo < b.lo;
+    });
+    size_t kept = 0;
+    for (size_t k = 0; k < blocked.size(); ++k) {
+      if (kept > 0 && blocked[k].constraint == blocked[kept - 1].constraint && blocked[k].lo <= blocked[kept - 1].hi)
+        blocked[kept - 1].hi = std::max(blocked[kept - 1].hi, blocked[k].hi);
+      else blocked[kept++] = blocked[k];
+    }
+    blocked.resize(kept);
+  }
+
+  Prover<V> prover_;
+  const CellModel<T>* cell_;
+  int arm_;
+  const ArmModel<T>* model_;
+  std::vector<Constraint<V>*> constraints_;
+  Movers<V> movers_;
+  Levels<T> levels_;
+  const T* max_step_;
+  Pose<V> pose_;
+  Sweep<V> sweep_;
+  PieceBatch<V> batch_;
+  V reach_[kMaxLinks];
+  std::vector<Piece<T>> first_, halves_;
+};
+
+// Safe intervals: what the windows leave of [0, inf), as whole steps [lo, hi]. Between two open windows a single step
+// is of no use; where instants are forbidden it may be all there is.
+inline std::vector<std::pair<int, int>> safe_intervals(std::vector<Window> windows) {
+  std::sort(windows.begin(), windows.end(), [](const auto& a, const auto& b) { return a.stop() < b.stop(); });
+  const bool singles = std::any_of(windows.begin(), windows.end(), [](const auto& w) { return w.is_instant(); });
+  std::vector<std::pair<int, int>> out;
+  int free_from = 0;
+  for (const auto& w : windows) {
+    if (w.stop() > free_from || (singles && w.stop() == free_from)) out.emplace_back(free_from, w.stop());
+    free_from = std::max(free_from, w.resume());
+  }
+  if (free_from < kForever) out.emplace_back(free_from, kForever);
+  return out;
+}
+
+// Earliest whole step at which an edge may be left with regard to constraints, `depart` or later; -1: never.
+template <class V>
+long clear_of_constraints(const EdgeMaker<V>& maker, const Edge<V>& edge, long depart, long latest) {
+  for (bool moved = true; moved && depart <= latest;) {
+    moved = false;
+    for (const auto& b : edge.blocked) {
+      const Window w = maker.constraint(b.constraint).window;
+      // Forbidden: from < depart + s * steps < until for some s of the blocked piece; at an instant, <= twice.
+      const double opens = w.from - double(b.hi) * edge.steps, closes = w.until - double(b.lo) * edge.steps;
+      if (w.is_instant()) {
+        if (double(depart) < opens || double(depart) > closes) continue;
+        depart = static_cast<long>(std::floor(closes)) + 1;
+      } else {
+        if (double(depart) <= opens || double(depart) >= closes) continue;
+        if (w.is_for_ever()) return -1;
+        depart = static_cast<long>(std::ceil(closes));
+      }
+      moved = true;
+    }
+  }
+  return depart <= latest ? depart : -1;
+}
+
+// Earliest whole step at which an edge may be left: not before `ready`, while standing is safe until `leave_by`,
+// arriving within [lo, hi], and touching no constraint in its window and no mover. -1 if there is none.
+template <class V>
+int earliest_departure(const EdgeMaker<V>& maker, const Edge<V>& edge, int ready, int leave_by, int lo, int hi) {
+  long depart = std::max(ready, lo - edge.steps);
+  const long latest = std::min<long>(leave_by, static_cast<long>(hi) - edge.steps);
+  while (depart >= 0 && depart <= latest) {
+    depart = clear_of_constraints(maker, edge, depart, latest);
+    if (depart < 0 || !edge.passage) return static_cast<int>(depart);
+    const long free = edge.passage->first_free(depart, latest);
+    if (free == depart || free < 0) return static_cast<int>(free);
+    depart = free;
+  }
+  return -1;
+}
+
+}  // namespace mmp

@@ -1,0 +1,130 @@
+"""The planner for people who just want a good plan: whichever finds one first, then made shorter."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mmp_env.problem import Problem
+from mmp_planners.apf_ecbs import ApfEcbs
+from mmp_planners.arms import Arms
+from mmp_planners.counts import Counts
+from mmp_planners.events import SearchStarted, Watcher, ignore
+from mmp_planners.finishing import Run
+from mmp_planners.low_level import SiRrtStar
+from mmp_planners.options import check_options, check_steps, option
+from mmp_planners.planner import About, PlanResult, StopPlanning
+from mmp_planners.prioritized import Prioritized
+from mmp_planners.replanning import Replanning
+from mmp_planners.rrt_connect import Composite
+from mmp_planners.tree_planner import grow
+
+FIRST_TURN = 10_000
+"""Iterations of the composite search in its first turn; twice as many in each further one."""
+GOOD = 1.03
+"""Multiple of the straight lines that is not worth more work."""
+GAIN = 1e-3
+"""Share of the cost that a round of replanning must save for another one to follow."""
+
+
+@dataclass(kw_only=True)
+class PortfolioCounts(Counts):
+    """What the members of a portfolio count together, and which of them found the first plan."""
+
+    found_by: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Auto:
+    """A portfolio: composite RRT-Connect, prioritized planning and APF-ECBS take turns, and the plan is shortened.
+
+    Turns are counted, not timed, so the same seed gives the same plan. They fail on different instances: crowding
+    decides which of them is fast. The first plan is shortened on the common clock; while it is more than 3 % longer
+    than the straight lines, arms with detours are planned anew among the others, for `rounds` at most.
+    """
+
+    about: ClassVar[About] = About(
+        paper="portfolio of `rrt-connect`, `prioritized` and `apf-ecbs`; then shortcuts and replanning of single arms",
+        guarantee="probabilistically complete as `rrt-connect` is; no bound on the cost",
+    )
+
+    shorten: int = option(400, "attempts to shorten the plan, and half as many after each round", least=0)
+    rounds: int = option(3, "rounds in which arms with detours are planned anew, at most", least=0)
+    dt: float = option(0.1, "length of a step of the time grid [s]", positive=True)
+
+    def __post_init__(self) -> None:
+        check_options(self)
+
+    def plan(
+        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
+    ) -> PlanResult:
+        run = Run.begin("auto", self, problem, seed, time_limit)
+        run.counts = counts = PortfolioCounts()
+        check_steps(problem, self.dt)
+        try:
+            watch(SearchStarted(elapsed_s=run.elapsed_s, restart=0, sub_seed=seed))
+            counts.found_by = self._first_plan(run, counts, watch)
+            run.exhausted = counts.found_by is None and not run.clock.expired
+            first = counts.next_node() if run.best else None
+            run.tell(watch, node=first or 0, parent=None, dt=self.dt)
+            if self._improve(run, counts):
+                run.tell(watch, node=counts.next_node(), parent=first, dt=self.dt)
+        except StopPlanning:
+            pass
+        return run.result()
+
+    def _first_plan(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> str | None:
+        """Who found a plan; None when time is up, or every arm that could be planned alone was given up."""
+        members = {
+            "rrt-connect": self._composite(run),
+            "prioritized": Prioritized(dt=self.dt).search(run, counts, watch).rounds(run.seed),
+            "apf-ecbs": self._tree(run, watch),
+        }
+        while len(members) > 1:
+            for name, turns in list(members.items()):
+                if run.clock.expired:
+                    return None
+                if next(turns, "over") == "over":
+                    del members[name]
+                if run.best is not None:
+                    return name
+        return None
+
+    def _composite(self, run: Run) -> Iterator[None]:
+        composite, iterations = Composite(), FIRST_TURN
+        search = composite.search(run.problem, run.seed)
+        while not run.clock.expired:
+            plan = composite.grow(run.problem, search, iterations, run.clock)
+            if plan is not None and run.offer(plan):
+                return
+            iterations *= 2
+            yield
+
+    def _tree(self, run: Run, watch: Watcher) -> Iterator[None]:
+        planner = ApfEcbs(dt=self.dt)
+        tree = grow(run, planner, planner.parts(), watch)
+        for _ in tree.rounds(run.seed):
+            yield
+        if tree.best is not None:
+            run.best = dataclasses.replace(tree.best, bound_met=None)
+
+    def _improve(self, run: Run, counts: PortfolioCounts) -> bool:
+        """Whether the plan got any shorter."""
+        better = run.shorten(self.shorten, self.dt)
+        arms = Arms(run.problem, self.dt, SiRrtStar(iterations=100, improve=5, shortcuts=100), run.clock)
+        arms.reseed(run.seed)
+        for turn in range(1, self.rounds + 1):
+            if run.best is None or run.best.cost <= GOOD * run.problem.cost_lower_bound_rad or run.clock.expired:
+                break
+            before = run.best.cost
+            plan, calls = Replanning()(arms, run.best.plan, run.seed + turn)
+            counts.low_level_calls += calls
+            run.offer(plan)
+            run.shorten(self.shorten // 2, self.dt, turn)
+            better = better or run.best.cost < before
+            if run.best.cost > (1 - GAIN) * before:
+                break
+        return better

@@ -1,0 +1,36 @@
+"""CBS-MP (Solis, Motes, Sandström, Amato 2021): conflict-based search for robots with many joints."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mmp_env.problem import Problem
+from mmp_planners.constraints import AvoidState, EitherArm
+from mmp_planners.events import Watcher, ignore
+from mmp_planners.planner import About, PlanResult
+from mmp_planners.selection import BestFirst
+from mmp_planners.tree_planner import Parts, TreeOptions, plan_with_tree
+
+
+@dataclass(frozen=True, kw_only=True)
+class CbsMp(TreeOptions):
+    """CBS-MP: best first by cost, and each branch avoids the state in which the other arm was met.
+
+    Departure: its low level is a search on one roadmap an arm, ours samples anew for each node; with that it is `cbs`
+    with its default constraint.
+    """
+
+    about: ClassVar[About] = About(
+        paper="Solis, Motes, Sandström, Amato: Representation-optimal multi-robot motion planning using conflict-based "
+        "search, IEEE Robotics and Automation Letters 6(3), 2021",
+        url="https://doi.org/10.1109/LRA.2021.3068910",
+        guarantee="the cheapest of its own tree where `bound_met`; not complete",
+    )
+
+    def plan(
+        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
+    ) -> PlanResult:
+        parts = Parts(selection=BestFirst(), branching=EitherArm(kind=AvoidState(pad=self.pad)))
+        return plan_with_tree("cbs-mp", self, parts, problem, seed, time_limit, watch)

@@ -1,0 +1,146 @@
+"""How a run ends: what was found, shortened where that is asked for, as a result with its statistics."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mmp_env import _core
+from mmp_env.errors import MmpError
+from mmp_env.plan import Plan
+from mmp_env.problem import Problem
+from mmp_planners.certifying import certify
+from mmp_planners.counts import Incumbent, RunCounts
+from mmp_planners.events import NodeCreated, SolutionFound, Watcher, ignore
+from mmp_planners.options import check_seed
+from mmp_planners.planner import PlanResult, Status, StopPlanning
+from mmp_planners.shortcutting import Shortcutting, on_grid
+
+CONTRACT = (
+    "expanded_nodes",
+    "generated_nodes",
+    "low_level_calls",
+    "fast_track_tries",
+    "fast_track_hits",
+    "root_conflicts",
+)
+"""Counts that results.jsonl asks for; None where a planner has no such thing."""
+
+
+@dataclass(kw_only=True)
+class Run:
+    """One run of a planner: its clock, its counts and the best solution that it has so far."""
+
+    name: str
+    options: Any
+    problem: Problem
+    seed: int
+    clock: _core.Clock
+    counts: RunCounts = field(default_factory=RunCounts)
+    best: Incumbent | None = None
+    exhausted: bool = False
+    began: float = field(default_factory=time.perf_counter)
+    found_s: float | None = None
+
+    @classmethod
+    def begin(cls, name: str, options: Any, problem: Problem, seed: int, time_limit: float) -> Run:
+        """The clock starts. Raises `MmpError` for a negative seed or a time limit of NaN."""
+        check_seed(seed)
+        if math.isnan(time_limit):
+            raise MmpError("time_limit is nan; it must be a number of seconds, inf for none")
+        clock = _core.Clock(min(max(time_limit, 0.0), 1e10))
+        return cls(name=name, options=options, problem=problem, seed=seed, clock=clock)
+
+    def offer(self, plan: Plan) -> bool:
+        """Takes a plan that can be proved and is the cheapest so far."""
+        if self.best is not None and plan.cost_rad >= self.best.cost:
+            return False
+        certificate = certify(plan, self.clock)
+        if not certificate.valid:
+            self.counts.failed_certificates += not self.clock.expired
+            return False
+        bound_met = self.best.bound_met if self.best else None
+        self.best = Incumbent(
+            plan=plan, cost=plan.cost_rad, clearance=certificate.clearance, found_at=0, bound_met=bound_met
+        )
+        if self.found_s is None:
+            self.found_s = self.elapsed_s
+        return True
+
+    @property
+    def elapsed_s(self) -> float:
+        return time.perf_counter() - self.began
+
+    def tell(self, watch: Watcher, node: int, parent: int | None, dt: float) -> None:
+        """The best plan as a node of its own and a solution, for planners that have no tree to show."""
+        if self.best is None or watch is ignore:
+            return
+        names = self.problem.cell.arm_names
+        watch(
+            NodeCreated(
+                elapsed_s=self.elapsed_s,
+                node=node,
+                parent=parent,
+                arm=None,
+                constraint=None,
+                paths=dict(zip(names, on_grid(self.best.plan, dt), strict=True)),
+                cost_rad=self.best.cost,
+                lower_bound_rad=self.problem.cost_lower_bound_rad,
+                conflicts=0,
+                conflicting_pairs=0,
+            )
+        )
+        watch(
+            SolutionFound(elapsed_s=self.elapsed_s, node=node, cost_rad=self.best.cost, clearance_m=self.best.clearance)
+        )
+
+    def shorten(self, attempts: int, dt: float, turn: int = 0) -> bool:
+        """The best plan made shorter; False where there is none or it stays as it is. Every `turn` has its own seed."""
+        if self.best is None or attempts == 0:
+            return False
+        seed = int(np.random.SeedSequence((self.seed, turn)).generate_state(1, np.uint64)[0])
+        plan, kept = Shortcutting(attempts=attempts, dt=dt)(self.best.plan, seed, self.clock)
+        self.counts.shortcuts += kept
+        return kept > 0 and self.offer(plan)
+
+    def result(self) -> PlanResult:
+        """What came of it. A signal handler may raise `StopPlanning` even here, so it is made again."""
+        while True:
+            try:
+                return self._result()
+            except StopPlanning:
+                continue
+
+    def _result(self) -> PlanResult:
+        best, straight = self.best, self.problem.cost_lower_bound_rad
+        stats: dict[str, Any] = {
+            **dict.fromkeys(CONTRACT),
+            **dataclasses.asdict(self.counts),
+            "cost_rad": None,
+            "makespan_s": None,
+            "cost_lower_bound_rad": straight,
+            "cost_ratio": None,
+            "min_clearance_m": None,
+            "bound_met": None,
+            "deadline_hit": self.clock.expired,
+        }
+        plan = None
+        if best is not None:
+            stats |= {
+                "cost_rad": best.plan.cost_rad,
+                "makespan_s": best.plan.makespan_s,
+                "cost_ratio": best.plan.cost_rad / straight if straight > 0 else 1.0,
+                "min_clearance_m": best.clearance,
+                "bound_met": best.bound_met,
+            }
+            planner = {"name": self.name, "options": dataclasses.asdict(self.options), "seed": self.seed}
+            plan = dataclasses.replace(best.plan, planner=planner, stats=dict(stats))
+        status = Status.SOLVED if plan else Status.EXHAUSTED if self.exhausted else Status.TIMEOUT
+        stats["first_plan_s"] = self.found_s
+        stats["planning_time_s"] = time.perf_counter() - self.began
+        return PlanResult(status=status, plan=plan, stats=stats)

@@ -1,0 +1,62 @@
+"""Generalized ECBS (Shaoul, Veerapaneni, Likhachev, Li 2024, arXiv 2405.01772): constraints of many kinds at once."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from mmp_env.problem import Problem
+from mmp_planners.bandit import DynamicThompsonSampling
+from mmp_planners.constraints import EveryKind
+from mmp_planners.constraints.named import constraint_kinds
+from mmp_planners.events import Watcher, ignore
+from mmp_planners.expansion import WhenTaken
+from mmp_planners.options import check_seed
+from mmp_planners.planner import About, PlanResult
+from mmp_planners.selection import FocalPerKind
+from mmp_planners.tree_planner import Parts, TreeOptions, option, plan_with_tree
+
+
+@dataclass(frozen=True, kw_only=True)
+class GenEcbs(TreeOptions):
+    """Gen-ECBS: branches of every constraint kind, a focal list for each, and a bandit that picks the list.
+
+    Children are made without replanning and replanned when they are first taken. LB is the least bound of all open
+    nodes; as one kind is complete, what the others cut away stays reachable.
+    Departure: bounds are as in `ecbs`, the lengths of the planner's own paths.
+    """
+
+    about: ClassVar[About] = About(
+        paper="Shaoul, Veerapaneni, Likhachev, Li: Unconstraining multi-robot manipulation: enabling arbitrary "
+        "constraints in ECBS with bounded sub-optimality, SoCS 2024",
+        url="https://arxiv.org/abs/2405.01772",
+        guarantee="w times the planner's own path lengths where `bound_met`; the branching loses no solution while "
+        "`split` is among the kinds, the sampling low level and restarts may",
+    )
+
+    w: float = option(1.5, "suboptimality factor of the focal lists", least=1.0)
+    kinds: str = option(
+        "split+avoid-state+sphere-0.05+sphere-0.1+sphere-0.2+priority",
+        "constraint kinds, joined by +; sphere-0.1 has a radius of 0.1 m, vertex-0.2 one of 0.2 rad",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.branching()
+
+    def branching(self) -> EveryKind:
+        """Raises `MmpError` for a kind that does not exist."""
+        return EveryKind(kinds=constraint_kinds(self.kinds, pad=self.pad))
+
+    def plan(
+        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
+    ) -> PlanResult:
+        check_seed(seed)
+        branching = self.branching()
+        bandit = DynamicThompsonSampling(len(branching.kinds) + 1, np.random.default_rng(seed))
+        selection = FocalPerKind(w=self.w, bandit=bandit)
+        parts = Parts(selection=selection, branching=branching, expansion=WhenTaken())
+        return plan_with_tree("gen-ecbs", self, parts, problem, seed, time_limit, watch)

@@ -1,0 +1,54 @@
+"""Options of planners, and what every planner refuses before it begins."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.problem import Problem
+
+MOST_STEPS = 100_000
+"""Steps that the straight way of one arm may take; a finer grid or slower joints are a mistake in the units."""
+
+
+def option(
+    default: Any, doc: str, *, positive: bool = False, least: float | None = None, choices: tuple[str, ...] = ()
+) -> Any:
+    """A planner's option: a dataclass field with its documentation and what it allows."""
+    positive = positive or (least is not None and least > 0)
+    metadata = {"doc": doc, "positive": positive, "least": least, "choices": choices}
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def check_options(planner: Any) -> None:
+    """Raises `MmpError` for a value that its field does not allow."""
+    for f in dataclasses.fields(planner):
+        value = getattr(planner, f.name)
+        if f.metadata.get("choices") and value not in f.metadata["choices"]:
+            raise UnknownNameError(f"value of option '{f.name}'", value, f.metadata["choices"])
+        if f.metadata.get("positive") and not (math.isfinite(value) and value > 0):
+            raise MmpError(f"option '{f.name}' is {value!r}; it must be a positive number")
+        least = f.metadata.get("least")
+        if least is not None and not value >= least:
+            raise MmpError(f"option '{f.name}' is {value!r}; it must be {least} at least")
+
+
+def check_steps(problem: Problem, dt: float) -> None:
+    """Raises `MmpError` where the straight way of an arm would take more steps than anything can hold."""
+    for name, v_max in problem.max_velocity.items():
+        steps = float((np.abs(problem.goal[name] - problem.start[name]) / (v_max * dt)).max())
+        if steps > MOST_STEPS:
+            raise MmpError(
+                f"arm '{name}' needs {steps:.3g} steps of dt {dt} s to its goal; allowed: {MOST_STEPS}. "
+                "dt is too short or max_velocity too low"
+            )
+
+
+def check_seed(seed: int) -> None:
+    """Raises `MmpError` for a negative seed."""
+    if seed < 0:
+        raise MmpError(f"seed is {seed}; it must be 0 or more")

@@ -1,0 +1,148 @@
+"""In which order arms are planned when each keeps clear of those before it, and what is tried when that fails."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mmp_env import _core
+from mmp_planners.arms import Arms, Path
+from mmp_planners.counts import ArmCounts
+from mmp_planners.finishing import Run
+from mmp_planners.telling import Teller
+
+ALONE_TRIES = 3
+ALONE_BUDGET = 4.0
+RESTART_GROWTH = 1.1
+LARGEST_BUDGET = 16.0
+FORWARD = 0.8
+"""How often the arm that found no way goes first in the next order; otherwise all of them are shuffled."""
+DETOUR = 0.25
+"""How often an arm is kept from a random place on its own way, for a while or for good."""
+DETOURS_FROM = 4
+"""The restart from which there are detours: where the own ways of two arms shut in each other no order helps."""
+DETOUR_RAD = (0.2, 0.5)
+
+
+@dataclass(kw_only=True)
+class PrioritySearch:
+    """One run: orders of the arms until one of them works."""
+
+    arms: Arms
+    run: Run
+    counts: ArmCounts
+    tell: Teller
+    wait: int
+    """Steps that arms which are not planned yet may count as parked at their start, at most."""
+    alone: list[Path] = field(default_factory=list)
+
+    exhausted: bool = False
+    """Whether an arm finds no way even alone."""
+
+    def rounds(self, seed: int) -> Iterator[None]:
+        """One order of the arms each, until there is a plan, time is up, or an arm finds no way even alone."""
+        if not self._each_alone(seed):
+            self.exhausted = not self.arms.clock.expired
+            return
+        rng = np.random.default_rng(seed)
+        order, parked, budget = self._first_order(), [0] * len(self.alone), 1.0
+        detours: list[list[_core.Constraint]] = [[] for _ in order]
+        while not self.arms.clock.expired:
+            self.tell.search_started(self.counts.restarts, seed)
+            paths, failed = self._one_after_the_other(order, parked, detours, budget, seed)
+            if failed is None and self.run.offer(self.arms.plan(paths, {}, {})):
+                return
+            yield
+            self.counts.restarts += 1
+            budget = min(budget * RESTART_GROWTH, LARGEST_BUDGET)
+            order = _next_order(order, failed, rng)
+            parked = [int(k) for k in rng.integers(0, self.wait + 1, len(order))]
+            if self.counts.restarts >= DETOURS_FROM:
+                detours = [self._detour(arm, rng) if rng.random() < DETOUR else [] for arm in range(len(order))]
+
+    def _each_alone(self, seed: int) -> bool:
+        """Every arm as if it were the only one."""
+        for attempt in range(ALONE_TRIES):
+            self.arms.reseed(_seed(seed, attempt))
+            self.alone = []
+            for arm in range(len(self.arms.names)):
+                path = self._plan(arm, (), (), ALONE_BUDGET, _seed(seed, attempt, arm))
+                if path is None:
+                    break
+                self.alone.append(path)
+            else:
+                return True
+        return False
+
+    def _first_order(self) -> list[int]:
+        """Those in most conflicts come first and keep their ways; ties as the cell has them."""
+        conflicts = self.arms.conflicts(self.alone, self.arms.pairs())
+        self.counts.root_conflicts = sum(len(instants) for instants in conflicts.values())
+        mine = [sum(len(c) for pair, c in conflicts.items() if arm in pair) for arm in range(len(self.alone))]
+        return sorted(range(len(self.alone)), key=lambda arm: (-mine[arm], arm))
+
+    def _one_after_the_other(
+        self,
+        order: Sequence[int],
+        parked: Sequence[int],
+        detours: Sequence[Sequence[_core.Constraint]],
+        budget: float,
+        seed: int,
+    ) -> tuple[list[Path], int | None]:
+        """A path for each arm, in the order of the cell, each clear of those before it; or the arm that found none."""
+        paths: dict[int, Path] = {}
+        for place, arm in enumerate(order):
+            before = list(paths.values())
+            kept = [self._parked(other, parked[other]) for other in order[place + 1 :] if parked[other] > 0]
+            kept += detours[arm]
+            path = None if kept else self._alone_if_clear(arm, before)
+            if path is None:
+                path = self._plan(arm, kept, before, budget, _seed(seed, ALONE_TRIES + self.counts.restarts, arm))
+            if path is None:
+                return [], arm
+            paths[arm] = path
+        return [paths[arm] for arm in range(len(order))], None
+
+    def _alone_if_clear(self, arm: int, before: Sequence[Path]) -> Path | None:
+        """The arm's way as if it were alone, if nobody is in it."""
+        own = self.alone[arm]
+        pairs = [(0, k) for k in range(1, len(before) + 1)]
+        return None if self.arms.conflicts([own, *before], pairs) else own
+
+    def _parked(self, arm: int, steps: int) -> _core.Constraint:
+        start = self.arms.problem.start[self.arms.names[arm]]
+        return _core.Constraint.standing(self.arms.core, arm, start, 0.0, 0, steps)
+
+    def _detour(self, arm: int, rng: np.random.Generator) -> list[_core.Constraint]:
+        """A place on the arm's own way that it keeps out of; none where that would take in its start or its goal."""
+        own, radius = self.alone[arm], rng.uniform(*DETOUR_RAD)
+        place = own.q[rng.integers(0, own.last + 1)]
+        until = _core.FOREVER if rng.random() < 0.5 else int(rng.integers(1, 2 * own.last + 2))
+        if min(np.abs(own.q[[0, -1]] - place).max(axis=1)) <= radius:
+            return []
+        return [_core.Constraint.ball(place, radius, 0, until)]
+
+    def _plan(
+        self, arm: int, constraints: Sequence[_core.Constraint], others: Sequence[Path], budget: float, seed: int
+    ) -> Path | None:
+        self.counts.low_level_calls += 1
+        path, iterations = self.arms.low_level(arm, constraints, seed, budget, others=others)
+        self.tell.replanned(arm, len(constraints), path is not None, iterations, 1)
+        return path
+
+
+def _next_order(order: Sequence[int], failed: int | None, rng: np.random.Generator) -> list[int]:
+    if failed is None or rng.random() >= FORWARD:
+        return [int(k) for k in rng.permutation(len(order))]
+    return [failed, *(arm for arm in order if arm != failed)]
+
+
+def _seed(*key: int) -> int:
+    """A seed of its own for each key (a SeedSequence would take longer than an easy search)."""
+    mixed = 0
+    for part in key:
+        mixed = (mixed ^ part) * 0x9E3779B97F4A7C15 % 2**64
+        mixed = (mixed ^ mixed >> 32) * 0xD6E8FEB86659FD93 % 2**64
+    return mixed >> 1

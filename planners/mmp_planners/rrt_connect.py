@@ -1,0 +1,107 @@
+"""RRT-Connect in the composite space of all arms (Kuffner and LaValle, ICRA 2000): the baseline to beat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from mmp_env import _core
+from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF
+from mmp_env.plan import Plan
+from mmp_env.problem import Problem
+from mmp_planners.events import SearchStarted, Watcher, ignore
+from mmp_planners.finishing import Run
+from mmp_planners.options import check_options, option
+from mmp_planners.planner import About, PlanResult, StopPlanning
+from mmp_planners.shortcutting import paced
+
+SLICE = 2000
+"""Iterations between two looks at how large the trees have become."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Composite:
+    """Two trees over all joints of all arms that grow towards each other; edges are looked at every `step` [rad] and
+    are `range` [rad, L2] long at most. A way is proved at every instant before it is believed; the edges that cannot be
+    proved fall, and the trees grow on (`native/composite.hpp`).
+    """
+
+    range: float = 2.0
+    step: float = 0.05
+
+    def search(self, problem: Problem, seed: int) -> _core.CompositeSearch:
+        """A search that can be asked to go on."""
+        names, margin = problem.cell.arm_names, problem.margin
+        return _core.CompositeSearch(
+            problem.cell.collision.core,
+            np.concatenate([problem.start[name] for name in names]),
+            np.concatenate([problem.goal[name] for name in names]),
+            HIT * margin,
+            PLAN_PROOF * margin,
+            KEEP_PROOF * margin,
+            self.range,
+            self.step,
+            seed,
+        )
+
+    def grow(self, problem: Problem, search: _core.CompositeSearch, iterations: int, clock: _core.Clock) -> Plan | None:
+        """The plan, if that many more iterations find one."""
+        way = search.grow(iterations, clock)
+        if way is None:
+            return None
+        ends = np.cumsum([arm.dof for arm in problem.cell.arms])[:-1]
+        return paced(problem, np.split(way, ends, axis=1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RrtConnect:
+    """RRT-Connect over all joints of all arms at once: the fastest first plan, and a long one until it is shortened."""
+
+    about: ClassVar[About] = About(
+        paper="Kuffner, LaValle: RRT-Connect: An efficient approach to single-query path planning, ICRA 2000",
+        url="https://doi.org/10.1109/ROBOT.2000.844730",
+        guarantee="probabilistically complete, up to the margin and the step between samples; no bound on the cost",
+    )
+
+    range: float = option(2.0, "longest edge of the trees, L2 over all joints of all arms [rad]", least=0.01)
+    step: float = option(0.05, "distance between samples of an edge, largest joint [rad]", least=0.001)
+    nodes: int = option(200_000, "nodes of both trees before they are planted anew", positive=True)
+    shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: as it was found", least=0)
+    dt: float = option(0.1, "step of the time grid that it is shortened on [s]", positive=True)
+
+    def __post_init__(self) -> None:
+        check_options(self)
+
+    def plan(
+        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
+    ) -> PlanResult:
+        run = Run.begin("rrt-connect", self, problem, seed, time_limit)
+        composite = Composite(range=self.range, step=self.step)
+        try:
+            for sub_seed in sub_seeds(seed):
+                watch(SearchStarted(elapsed_s=run.elapsed_s, restart=run.counts.restarts, sub_seed=sub_seed))
+                search = composite.search(problem, sub_seed)
+                found = False
+                while not (found or run.clock.expired) and search.nodes < self.nodes:
+                    plan = composite.grow(problem, search, SLICE, run.clock)
+                    found = plan is not None and run.offer(plan)
+                if found or run.clock.expired:
+                    break
+                run.counts.restarts += 1
+            run.tell(watch, node=0, parent=None, dt=self.dt)
+            if run.shorten(self.shorten, self.dt):
+                run.tell(watch, node=1, parent=0, dt=self.dt)
+        except StopPlanning:
+            pass
+        return run.result()
+
+
+def sub_seeds(seed: int) -> Iterator[int]:
+    """Seeds of restarts, one after the other."""
+    sequence = np.random.SeedSequence(seed)
+    while True:
+        yield int(sequence.spawn(1)[0].generate_state(1, np.uint64)[0] >> 1)

@@ -1,0 +1,38 @@
+"""xECBS (Shaoul, Mishani, Likhachev, Li, ICAPS 2024): ECBS that learns from its own earlier paths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mmp_env.problem import Problem
+from mmp_planners.events import Watcher, ignore
+from mmp_planners.expansion import FromParent
+from mmp_planners.planner import About, PlanResult
+from mmp_planners.selection import Focal
+from mmp_planners.tree_planner import BranchingOptions, Parts, option, plan_with_tree
+
+
+@dataclass(frozen=True, kw_only=True)
+class Xecbs(BranchingOptions):
+    """xECBS: ECBS whose low level begins with the parent's path, up to where it first breaks a constraint.
+
+    Departure: its low level is a search on a lattice that is seeded with the experience, ours is a sampled tree; bounds
+    are as in `ecbs`.
+    """
+
+    about: ClassVar[About] = About(
+        paper="Shaoul, Mishani, Likhachev, Li: Accelerating search-based planning for multi-robot manipulation by "
+        "leveraging online-generated experiences, ICAPS 2024",
+        url="https://doi.org/10.1609/icaps.v34i1.31510",
+        guarantee="w times the planner's own path lengths where `bound_met`; not complete with the default constraint",
+    )
+
+    w: float = option(1.5, "suboptimality factor of the focal list", least=1.0)
+
+    def plan(
+        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
+    ) -> PlanResult:
+        parts = Parts(selection=Focal(w=self.w), branching=self.branching(), experience=FromParent())
+        return plan_with_tree("xecbs", self, parts, problem, seed, time_limit, watch)

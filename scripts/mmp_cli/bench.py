@@ -1,0 +1,172 @@
+"""`mmp bench SOURCE...`: many instances x planners, each unit in a worker process, the results in a folder."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from argparse import Namespace
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mmp_cli.arguments import Parser, positive, seconds, seed
+from mmp_env.errors import MmpError
+
+if TYPE_CHECKING:
+    from mmp_cli.benchmark.folder import ResultsFolder
+    from mmp_cli.benchmark.job import Job
+    from mmp_cli.benchmark.pool import Pool
+    from mmp_cli.benchmark.ray_pool import RayPool
+
+DEFAULT_TIME_LIMIT_S = 60.0
+DEFAULT_MEMORY_LIMIT_MB = 4096
+DEFAULT_FOLDER = "bench"
+_SHOWN_ERRORS = 10
+_ABOUT = """Runs many instances through several planners, each run in a worker process with one thread and its own
+deadline. A planner that crashes, hangs or eats the memory costs one line of status error, and the rest goes on. Results
+go to OUT/results.jsonl, a line each; started again with the same settings, a run that was ended goes on where it
+stopped. Exit 0: the run is complete; 2: bad usage, or a folder that was made with other settings; 130: interrupted."""
+
+
+def parser() -> Parser:
+    """The arguments of the command."""
+    from mmp_cli.benchmark.planner_setting import planner_setting
+
+    out = Parser("bench", _ABOUT)
+    out.add_argument(
+        "sources", nargs="+", metavar="SOURCE", help="environment ids, instance files and cell files (JSON or YAML)"
+    )
+    out.add_argument(
+        "--planners", metavar="A,LABEL=B", help="names; a label is for a second one of a kind; default: auto"
+    )
+    out.add_argument(
+        "--count", type=_whole, metavar="N", help="instances of each source; default: all of a file, or 50"
+    )
+    out.add_argument(
+        "--seed",
+        type=seed,
+        default=0,
+        metavar="N",
+        help="of the planners; instance k of an id has seed N + k; default: 0",
+    )
+    out.add_argument(
+        "--time-limit", type=seconds, default=DEFAULT_TIME_LIMIT_S, metavar="S", help="for each run [s]; default: 60"
+    )
+    out.add_argument("--robot", metavar="NAME", help="robot of environment ids; default: ur5e")
+    out.add_argument("--task", metavar="NAME", help="task to draw instances from; default: reach")
+    out.add_argument("--margin", type=positive, metavar="M", help="clearance to keep [m]; default: 0.002")
+    out.add_argument(
+        "--out", default=DEFAULT_FOLDER, metavar="DIR", help=f"folder of the results; default: {DEFAULT_FOLDER}"
+    )
+    out.add_argument("--workers", type=_whole, metavar="N", help="runs at a time; default: one for each core")
+    out.add_argument("--save-plans", action="store_true", help="keep each plan in OUT/plans")
+    out.add_argument("--exact", action="store_true", help="check each plan with the MuJoCo geoms as well")
+    out.add_argument(
+        "--memory-limit", type=_whole, default=DEFAULT_MEMORY_LIMIT_MB, metavar="MB", help="for each run; default: 4096"
+    )
+    out.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster there (extra `ray`), such as auto")
+    out.add_argument(
+        "--set",
+        action="append",
+        type=planner_setting,
+        default=[],
+        dest="settings",
+        metavar="[PLANNER.]KEY=VALUE",
+        help="an option of one planner, or of all (see mmp list); may be given several times",
+    )
+    return out
+
+
+def run(args: Namespace) -> int:
+    """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
+    from mmp_cli.benchmark.folder import ResultsFolder
+    from mmp_cli.benchmark.settings import settings_of
+    from mmp_cli.benchmark.table import errors, print_table
+
+    job = _job(args)
+    units = job.units()
+    folder = ResultsFolder(Path(args.out), settings_of(args, job), {unit.key for unit in units})
+    with ExitStack() as stack:
+        pool = None
+        if not folder.known():
+            # Before the folder is made: with a misspelt option there shall be none to be refused later.
+            pool = stack.enter_context(_pool(args, job))
+            _examine(job, pool)
+        stack.enter_context(folder)
+        if any(unit.key not in folder.lines for unit in units):
+            _work(args, job, folder, pool or stack.enter_context(_pool(args, job)))
+    lines = [folder.lines[unit.key] for unit in units]
+    print_table(list(job.variants), lines)
+    told = errors(lines)
+    for sentence in told[:_SHOWN_ERRORS]:
+        print(f"mmp bench: {sentence}", file=sys.stderr)
+    if len(told) > _SHOWN_ERRORS:
+        print(f"mmp bench: {len(told) - _SHOWN_ERRORS} more kinds of errors stand in the results", file=sys.stderr)
+    print(f"results: {folder.results}; the report of them: mmp report {args.out}")
+    return 0
+
+
+def _job(args: Namespace) -> Job:
+    from mmp_cli.benchmark.job import Job
+    from mmp_cli.benchmark.sources import read_sources
+    from mmp_cli.benchmark.variants import read_variants
+    from mmp_cli.plan import default_planner
+
+    return Job(
+        variants=read_variants(args.planners or default_planner(), args.settings),
+        sources=read_sources(args),
+        time_limit_s=args.time_limit,
+        memory_limit_mb=args.memory_limit,
+        exact=args.exact,
+        save_plans=args.save_plans,
+    )
+
+
+def _pool(args: Namespace, job: Job) -> Pool | RayPool:
+    if args.ray is not None:
+        from mmp_cli.benchmark.ray_pool import RayPool
+
+        return RayPool(job, args.ray, args.workers)
+    from mmp_cli.benchmark import cores
+    from mmp_cli.benchmark.pool import Pool
+
+    return Pool(job, args.workers or cores.count())
+
+
+def _examine(job: Job, pool: Pool | RayPool) -> None:
+    """Raises `MmpError` for an option that a planner does not have; a planner that is broken costs itself alone."""
+    from mmp_cli.benchmark.job import Examination, Verdict
+
+    for task, answer in pool.run([Examination(planner=label) for label in job.variants]):
+        if not isinstance(answer, Verdict):
+            print(f"mmp bench: planner {task.planner}: {getattr(answer, 'message', '')}", file=sys.stderr)
+        elif answer.misuse:
+            raise MmpError(answer.misuse)
+        elif answer.fault:
+            print(f"mmp bench: {answer.fault}; its results will be errors", file=sys.stderr)
+
+
+def _work(args: Namespace, job: Job, folder: ResultsFolder, pool: Pool | RayPool) -> None:
+    """Runs the units that have no line yet."""
+    from rich.console import Console
+
+    from mmp_cli.benchmark.job import Failure, Result, Unit
+    from mmp_cli.benchmark.lines import line_of_failure
+    from mmp_cli.benchmark.progress import BenchProgress
+
+    units = [unit for unit in job.units() if unit.key not in folder.lines]
+    with BenchProgress(units, folder.lines.values(), pool.workers, Console(stderr=True)) as progress:
+        for unit, answer in pool.run(units):
+            assert isinstance(unit, Unit)
+            if isinstance(answer, Failure):
+                answer = Result(line=line_of_failure(job, unit, answer))
+            assert isinstance(answer, Result)
+            folder.add(unit, answer.line, answer.plan)
+            progress.done(unit, answer.line)
+
+
+def _whole(text: str) -> int:
+    """A whole number from 1."""
+    if not (text.isascii() and text.isdigit() and len(text) < 10 and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 1 to {10**9 - 1}")
+    return int(text)

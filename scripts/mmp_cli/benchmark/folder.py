@@ -1,0 +1,157 @@
+"""The folder of a benchmark: results.jsonl, which survives whatever ends a run, and the plans beside it."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import re
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from mmp_cli.benchmark.job import Key, Unit
+from mmp_cli.benchmark.settings import check_same, load_settings, save_settings
+from mmp_env.errors import MmpError
+from mmp_env.reading import Place, parse_json
+from mmp_env.writing import write_text
+from mmp_planners import Status
+
+RESULTS, PLANS = "results.jsonl", "plans"
+_STRANGE = re.compile(r"^\.|[^\w .+=@-]", re.ASCII)
+_LONGEST_FILE_NAME = 100
+
+
+class ResultsFolder:
+    """A folder that one run at a time writes to; a context.
+
+    Entering it makes the folder, or goes on with what is there: a torn last line is cut off, and `lines` are the
+    results so far. Raises `MmpError` for a folder of other settings or from elsewhere, or one that is in use.
+    """
+
+    def __init__(self, path: Path, settings: Mapping[str, Any], keys: Collection[Key]) -> None:
+        self.path, self.lines = path, dict[Key, dict[str, Any]]()
+        self._settings, self._keys, self._file = settings, keys, -1
+
+    @property
+    def results(self) -> Path:
+        return self.path / RESULTS
+
+    def known(self) -> bool:
+        """Whether it was begun before, with these settings. Raises `MmpError`: it was with others, or it cannot be."""
+        standing = next(path for path in (self.path, *self.path.absolute().parents) if path.exists())
+        if not (standing.is_dir() and os.access(standing, os.W_OK | os.X_OK)):
+            what = "not a folder" if not standing.is_dir() else "not to be written to"
+            raise MmpError(f"{self.path} cannot be the folder of the results: {standing} is {what}")
+        there = load_settings(self.path)
+        if there is not None:
+            check_same(there, self._settings, self.path)
+        return there is not None
+
+    def __enter__(self) -> ResultsFolder:
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(self.results, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            self._begin()
+        except BlockingIOError:
+            self._close()
+            raise MmpError(f"{self.path} is in use by another mmp bench; wait for it, or give another folder") from None
+        except OSError as error:
+            self._close()
+            raise MmpError(f"{self.path} cannot be written: {error.strerror}") from None
+        except BaseException:
+            self._close()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._close()
+
+    def add(self, unit: Unit, line: dict[str, Any], plan: str | None) -> None:
+        """Keeps a result, for good when this returns. Raises `MmpError` where it cannot be written."""
+        if plan is not None:
+            file = plan_path(unit)
+            try:
+                (self.path / file).parent.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise MmpError(f"{self.path / file} cannot be written: {error.strerror}") from None
+            write_text(self.path / file, plan)
+            line = line | {"plan": file.as_posix()}
+        self._append(json.dumps(line).encode() + b"\n")
+        self.lines[unit.key] = line
+
+    def _append(self, row: bytes) -> None:
+        """One write for a whole line: whatever happens, there is all of it or a last line without its end."""
+        end = os.lseek(self._file, 0, os.SEEK_END)
+        try:
+            if os.write(self._file, row) < len(row):
+                raise OSError(0, "no room for a whole line")
+            os.fsync(self._file)
+        except OSError as error:
+            os.ftruncate(self._file, end)
+            raise MmpError(f"{self.results} cannot be written: {error.strerror}") from None
+
+    def _begin(self) -> None:
+        content = _content(self._file)
+        there = load_settings(self.path)
+        if there is None:
+            if content:
+                raise MmpError(f"{self.results} is there without its settings.json; give another folder (--out)")
+            save_settings(self._settings, self.path)
+            return
+        check_same(there, self._settings, self.path)
+        whole = content.rfind(b"\n") + 1
+        self._read(content[:whole])
+        if whole < len(content):
+            os.ftruncate(self._file, whole)
+            os.fsync(self._file)
+
+    def _read(self, content: bytes) -> None:
+        for number, row in enumerate(content.split(b"\n")[:-1], 1):
+            place = Place(f"{self.results} line {number}")
+            try:
+                text = row.decode()
+            except UnicodeDecodeError:
+                raise MmpError(f"{place} is not text in UTF-8; repair it, or give another folder") from None
+            line = parse_json(text, place)
+            key = _key(line)
+            if key is None or key not in self._keys:
+                raise MmpError(f"{place} is no result of this benchmark; take it out, or give another folder (--out)")
+            if key in self.lines:
+                raise MmpError(f"{place} has the result of {' '.join(map(str, key))} for the second time; take it out")
+            self.lines[key] = line
+
+    def _close(self) -> None:
+        if self._file >= 0:
+            os.close(self._file)
+            self._file = -1
+
+
+def plan_path(unit: Unit) -> Path:
+    """Where the plan of a unit goes: plans/<instance>/<label>-<seed>.json, in the folder."""
+    parts = [file_name(part) for part in unit.instance.split("/")]
+    return Path(PLANS, *parts, f"{file_name(unit.planner)}-{unit.seed}.json")
+
+
+def file_name(name: str) -> str:
+    """The name, for a file; with a hash in place of what file systems or shells may trip over."""
+    tame = _STRANGE.sub("_", name)[:_LONGEST_FILE_NAME]
+    return tame if tame == name else f"{tame}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+
+
+def _content(file: int) -> bytes:
+    with open(file, "rb", closefd=False) as reader:
+        reader.seek(0)
+        return reader.read()
+
+
+def _key(line: Any) -> Key | None:
+    if not isinstance(line, dict) or line.get("status") not in list(Status):
+        return None
+    key = line.get("instance"), line.get("planner"), line.get("seed")
+    return key if [type(part) for part in key] == [str, str, int] else None  # pyright: ignore[reportReturnType]

@@ -1,0 +1,54 @@
+"""Workers on this machine: each has a seat, a seat has one task at a time, and answers come as they are ready."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Generator, Iterable
+from multiprocessing.connection import wait
+from types import TracebackType
+
+from mmp_cli.benchmark.job import Answer, Job, Task
+from mmp_cli.benchmark.seat import TICK_S, Seat
+
+
+class Pool:
+    """`workers` seats; a context, and no worker is left when it ends. The workers stay from one `run` to the next."""
+
+    def __init__(self, job: Job, workers: int) -> None:
+        self._job, self.workers = job, workers
+        self._seats: list[Seat] = []
+
+    def __enter__(self) -> Pool:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for seat in self._seats:
+            seat.close()
+
+    def run(self, tasks: Iterable[Task]) -> Generator[tuple[Task, Answer]]:
+        """Each task with its answer, in the order in which they come. Raises `MmpError` where no worker starts."""
+        waiting = deque(tasks)
+        while len(self._seats) < min(self.workers, len(waiting)):
+            self._seats.append(Seat(self._job))
+        busy: dict[Seat, Task] = {}
+        idle = list(self._seats)
+        while waiting or busy:
+            while waiting and idle:
+                seat = idle.pop()
+                busy[seat] = waiting.popleft()
+                seat.give(busy[seat])
+            wait([seat.connection for seat in busy], timeout=TICK_S)
+            for seat, task in list(busy.items()):
+                answer = seat.look()
+                if answer is None:
+                    continue
+                del busy[seat]
+                # The next task first: the worker plans while the one who asked is busy with the answer.
+                if waiting:
+                    busy[seat] = waiting.popleft()
+                    seat.give(busy[seat])
+                else:
+                    idle.append(seat)
+                yield task, answer

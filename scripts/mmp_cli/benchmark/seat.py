@@ -1,0 +1,181 @@
+"""A seat for a worker process, and the watch over it: a worker that dies, hangs or grows is replaced by a new one."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import pickle
+import re
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from mmp_cli.benchmark.cores import Core
+from mmp_cli.benchmark.job import Answer, Failure, Job, Task
+from mmp_cli.benchmark.worker import ONE_THREAD, READY
+from mmp_cli.machine import machine
+from mmp_env.errors import MmpError
+
+TICK_S = 0.05
+"""How often a worker is looked at [s]."""
+GRACE_LEAST_S, GRACE_MOST_S = 2.0, 30.0
+PREPARING_S, CHECKING_S = 120.0, 600.0
+"""What a unit may take before and after planning [s]."""
+_PROGRAM = "import sys; sys.path[:] = {path!r}; from mmp_cli.benchmark.worker import main; main({fd}, {parent}, {core})"
+_FRAME = re.compile(r'File "([^<].*)", line (\d+) in (\S+)')
+_MB = 2**20
+_TAIL_BYTES = 65536
+
+
+def grace_s(time_limit_s: float) -> float:
+    """How long after its time limit a planner that does not end is killed: the limit again, from 2 s to 30 s."""
+    return min(max(time_limit_s, GRACE_LEAST_S), GRACE_MOST_S)
+
+
+class Seat:
+    """One worker at a time. `give` it a task, then `look` until there is an answer; `close` ends it."""
+
+    def __init__(self, job: Job) -> None:
+        self._job, self._core = job, Core()
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115  what planners print; its end says why a worker crashed
+        self._process: subprocess.Popen | None = None
+        self._ready = False
+        self._phase, self._until = "", 0.0
+
+    @property
+    def connection(self) -> Connection:
+        """What to wait for; readable when `look` may have news."""
+        return self._connection
+
+    def give(self, task: Task) -> None:
+        """Hands a task to the worker, a new one if need be."""
+        if self._process is not None and self._process.poll() is not None:
+            self._kill()  # it ended after its last answer: this task has nothing to do with it
+        if self._process is None:
+            self._start()
+        self._enter("preparing")
+        with contextlib.suppress(OSError):  # a worker that is gone by now is found by the next look
+            self._connection.send(task)
+
+    def look(self) -> Answer | None:
+        """The answer if it is there. Raises `MmpError` where no worker can be started."""
+        assert self._process is not None
+        ended = self._process.poll()  # before the messages: what it sent before its end is read
+        with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
+            while self._connection.poll():
+                message = self._connection.recv()
+                if message == READY:
+                    self._ready = True
+                elif isinstance(message, str):
+                    self._enter(message)
+                else:
+                    return self._done(message)
+        reason = self._end(ended) if ended is not None else self._trespass()
+        if reason is None:
+            return None
+        self._kill()
+        if not self._ready:
+            raise MmpError(f"a worker process does not start: {reason}; its last words: {self._last_line()}")
+        return Failure(message=reason, machine=machine())
+
+    def close(self) -> None:
+        """Ends the worker and frees its core."""
+        self._kill()
+        self._core.free()
+        self._log.close()
+
+    def _start(self) -> None:
+        ours, theirs = socket.socketpair()
+        self._connection = Connection(ours.detach())
+        program = _PROGRAM.format(path=sys.path, fd=theirs.fileno(), parent=os.getpid(), core=self._core.number)
+        self._log.truncate(0)
+        with theirs:
+            # A process group of its own: Ctrl-C is ours alone to handle, and its children can be ended with it.
+            self._process = subprocess.Popen(
+                [sys.executable, "-c", program],
+                stdin=subprocess.DEVNULL,
+                stdout=self._log,
+                stderr=self._log,
+                pass_fds=[theirs.fileno()],
+                env=os.environ | ONE_THREAD,
+                process_group=0,
+            )
+        self._ready = False
+        with contextlib.suppress(OSError):
+            self._connection.send(self._job)
+
+    def _enter(self, phase: str) -> None:
+        limit_s = self._job.time_limit_s
+        allowed = {"preparing": PREPARING_S, "planning": limit_s + grace_s(limit_s), "checking": CHECKING_S}
+        self._phase, self._until = phase, time.monotonic() + allowed[phase]
+
+    def _done(self, answer: Any) -> Answer:
+        # The descriptor is shared with the worker: the next unit's output starts at the beginning again.
+        os.lseek(self._log.fileno(), 0, os.SEEK_SET)
+        os.ftruncate(self._log.fileno(), 0)
+        if self._memory_mb() > self._job.memory_limit_mb / 2:
+            self._kill()  # what this unit left behind shall not be held against the next one
+        return answer
+
+    def _trespass(self) -> str | None:
+        """What the worker does that it must not, if anything."""
+        if time.monotonic() > self._until:
+            if self._phase != "planning":
+                return f"killed: it was still {self._phase} after {CHECKING_S if self._ready else PREPARING_S:g} s"
+            limit_s = self._job.time_limit_s
+            return f"killed: still planning {grace_s(limit_s):g} s after its time limit of {limit_s:g} s"
+        used_mb, limit_mb = self._memory_mb(), self._job.memory_limit_mb
+        if used_mb > limit_mb:
+            return f"killed: it used {used_mb:.0f} MB while {self._phase}, over the memory limit of {limit_mb} MB"
+        return None
+
+    def _end(self, code: int) -> str:
+        """Why the worker ended, from its exit code and from what the fault handler wrote."""
+        how = f"ended by itself with exit code {code}" if code >= 0 else f"was killed by {_signal(-code)}"
+        return f"the worker process {how} while {self._phase}{self._frame()}"
+
+    def _frame(self) -> str:
+        found = _FRAME.search(self._tail().partition("(most recent call first)")[2])
+        return f", in {found[3]} ({Path(found[1]).name}, line {found[2]})" if found else ""
+
+    def _last_line(self) -> str:
+        lines = self._tail().strip().splitlines()
+        return lines[-1] if lines else "none"
+
+    def _tail(self) -> str:
+        descriptor = self._log.fileno()
+        begin = max(0, os.fstat(descriptor).st_size - _TAIL_BYTES)
+        return os.pread(descriptor, _TAIL_BYTES, begin).decode(errors="replace")
+
+    def _memory_mb(self) -> float:
+        """What the worker has in memory; 0 where the system does not tell."""
+        assert self._process is not None
+        try:
+            pages = int(Path(f"/proc/{self._process.pid}/statm").read_text().split()[1])
+        except (OSError, IndexError):
+            return 0.0
+        return pages * os.sysconf("SC_PAGE_SIZE") / _MB
+
+    def _kill(self) -> None:
+        if self._process is None:
+            return
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        self._process.wait()
+        self._connection.close()
+        self._process = None
+
+
+def _signal(number: int) -> str:
+    try:
+        name = signal.Signals(number).name
+    except ValueError:
+        return f"signal {number}"
+    words = {"SIGSEGV": " (it crashed)", "SIGKILL": " (out of memory, or by hand)"}
+    return name + words.get(name, "")

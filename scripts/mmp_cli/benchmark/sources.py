@@ -1,0 +1,130 @@
+"""Where the instances of a benchmark come from: those of a file, or those that a task draws in a cell by seed."""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from argparse import Namespace
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+from mmp_cli.source import NamedCell, open_source
+from mmp_env.cell import Cell
+from mmp_env.cell_file import cell_to_dict
+from mmp_env.errors import MmpError
+from mmp_env.instance_file import InstanceFile
+from mmp_env.instances import DEFAULT_TASK, draw_instance, find_task
+from mmp_env.instances import Source as TaskSource
+from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
+from mmp_env.writing import json_text
+
+DRAWN_COUNT = 50
+"""How many instances of an id or a cell file, unless the count is given."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Item:
+    """An instance: what it is called in results, and the seed of the planners for it."""
+
+    name: str
+    seed: int
+
+
+@runtime_checkable
+class Instances(Protocol):
+    """A source. `title` is what its cell is called in results, `digest` a hash of all that its problems are made of."""
+
+    @property
+    def title(self) -> str: ...
+    @property
+    def cell(self) -> Cell: ...
+    @property
+    def items(self) -> Sequence[Item]: ...
+    @property
+    def digest(self) -> str: ...
+
+    def problem(self, k: int) -> Problem:
+        """The problem of item `k`. Raises `InvalidInstanceError`, or `MmpError` where none can be drawn."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Listed:
+    """The instances of a file, all planned with one seed."""
+
+    title: str
+    file: InstanceFile
+    margin: float
+    items: tuple[Item, ...]
+    digest: str
+
+    @property
+    def cell(self) -> Cell:
+        return self.file.cell
+
+    def problem(self, k: int) -> Problem:
+        return self.file.problem(self.file.instances[k], margin=self.margin)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drawn:
+    """Instances of a cell that a task draws, each with a seed that is the planner's too."""
+
+    title: str
+    cell: Cell
+    task: str
+    margin: float
+    items: tuple[Item, ...]
+    digest: str
+
+    def problem(self, k: int) -> Problem:
+        start, goal = draw_instance(self.cell, _task(self.task), self.items[k].seed)
+        return make_problem(self.cell, start, goal, margin=self.margin, name=self.items[k].name)
+
+
+def read_sources(args: Namespace) -> tuple[Instances, ...]:
+    """All sources of the command line. Raises `MmpError`, for an instance that is in two of them as well."""
+    sources = tuple(_read(Namespace(**vars(args) | {"source": source})) for source in args.sources)
+    found: dict[str, str] = {}
+    for name, source in zip(args.sources, sources, strict=True):
+        for item in source.items:
+            if item.name in found:
+                raise MmpError(f"instance '{item.name}' is in both {found[item.name]} and {name}; names must differ")
+        found |= {item.name: str(name) for item in source.items}
+    return sources
+
+
+def _read(args: Namespace) -> Listed | Drawn:
+    opened = open_source(args)
+    margin = DEFAULT_MARGIN_M if args.margin is None else args.margin
+    if isinstance(opened, NamedCell):
+        task = args.task or DEFAULT_TASK
+        _task(task)  # an unknown one is found before anything is planned
+        seeds = range(args.seed, args.seed + (args.count or DRAWN_COUNT))
+        return Drawn(
+            title=opened.title,
+            cell=opened.cell,
+            task=task,
+            margin=margin,
+            items=tuple(Item(name=f"{opened.name}/{seed}", seed=seed) for seed in seeds),
+            digest=_digest(opened.cell),
+        )
+    chosen = opened.instances[: args.count]
+    return Listed(
+        title=opened.cell.name,
+        file=opened,
+        margin=margin,
+        items=tuple(Item(name=f"{opened.cell.name}/{instance.name}", seed=args.seed) for instance in chosen),
+        digest=_digest(opened.cell, [{"name": i.name, "start": i.start, "goal": i.goal} for i in opened.instances]),
+    )
+
+
+@functools.cache
+def _task(name: str) -> TaskSource:
+    """The task, looked for once in a process."""
+    return find_task(name)
+
+
+def _digest(cell: Cell, instances: Sequence[dict] = ()) -> str:
+    return hashlib.sha256(json_text([cell_to_dict(cell), instances]).encode()).hexdigest()

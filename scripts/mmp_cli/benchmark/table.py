@@ -1,0 +1,61 @@
+"""What a benchmark came to, in a few lines: a row for each planner, and the errors by name."""
+
+from __future__ import annotations
+
+import statistics
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+_FILE_WIDTH = 160
+_NUMBERS = ("solved", "timeout", "exhausted", "error", "invalid", "median time", "mean time", "cost / straight lines")
+
+
+def print_table(planners: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> None:
+    """A table on stdout, a row for each planner in the order of `planners`."""
+    by_planner: dict[str, list[Mapping[str, Any]]] = {planner: [] for planner in planners}
+    for line in lines:
+        by_planner[line["planner"]].append(line)
+    table = Table(box=None, pad_edge=False)
+    table.add_column("planner")
+    for name in _NUMBERS:
+        table.add_column(name, justify="right")
+    for planner, own in by_planner.items():
+        table.add_row(Text(planner), *_cells(own))
+    console = Console()
+    (console if console.is_terminal else Console(width=_FILE_WIDTH)).print(table)
+
+
+def errors(lines: Iterable[Mapping[str, Any]]) -> list[str]:
+    """A sentence for each kind of error of each planner: how often, where first, and what it was."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for line in lines:
+        if line["status"] == "error":
+            found.setdefault((line["planner"], str(line.get("message"))), []).append(line["instance"])
+    return [
+        f"{planner}: {message} ({instances[0]}{f' and {len(instances) - 1} more' if len(instances) > 1 else ''})"
+        for (planner, message), instances in found.items()
+    ]
+
+
+def _cells(lines: Sequence[Mapping[str, Any]]) -> list[str]:
+    counts = Counter(line["status"] for line in lines)
+    valid = len(lines) - counts["invalid"]
+    solved = [line for line in lines if line["status"] == "solved"]
+    times = [t for line in solved if (t := line.get("planning_time_s")) is not None]
+    ratios = [
+        cost / bound
+        for line in solved
+        if (cost := line.get("cost_rad")) is not None and (bound := line.get("cost_lower_bound_rad"))
+    ]
+    return [
+        f"{counts['solved']} of {valid}",
+        *(str(counts[status] or "") for status in ("timeout", "exhausted", "error", "invalid")),
+        f"{statistics.median(times):.3f} s" if times else "",
+        f"{statistics.mean(times):.3f} s" if times else "",
+        f"{statistics.median(ratios):.3f}" if ratios else "",
+    ]

@@ -1,0 +1,158 @@
+"""One unit, in a worker: the problem is made, planned and checked, and whatever happens becomes a line."""
+
+from __future__ import annotations
+
+import dataclasses
+import gc
+import time
+from collections.abc import Callable
+from typing import Any
+
+import mmp_planners
+from mmp_cli.benchmark.job import Job, Result, Unit, Variant, Verdict
+from mmp_cli.benchmark.lines import line_of
+from mmp_cli.outcome import Outcome
+from mmp_env.check import CheckReport, check_plan
+from mmp_env.errors import InvalidInstanceError, MmpError
+from mmp_env.problem import Problem
+from mmp_env.writing import json_text, plain
+from mmp_planners import Planner, PlanResult, Status, ignore, registry
+from mmp_planners.calling import signed
+from mmp_planners.returned import WrongResultError, examined
+
+PLANNING, CHECKING = "planning", "checking"
+"""What a worker says when it begins with these; before the first it prepares."""
+LATE_SHARE, LATE_LEAST_S = 0.1, 1.0
+"""A plan that comes this much later than the time limit does not count: it is a timeout."""
+
+
+class Trials:
+    """The trials of one worker; what they share is built once: cells, planners, the last problem."""
+
+    def __init__(self, job: Job, tell: Callable[[str], None]) -> None:
+        self._job, self._tell = job, tell
+        self._planners: dict[str, Planner | BaseException] = {}
+        self._last: tuple[tuple[int, int], Problem | MmpError] | None = None
+
+    def examine(self, label: str) -> Verdict:
+        """Whether a planner can be made with its options, and whose fault it is where it cannot."""
+        variant = self._job.variants[label]
+        try:
+            registry.load(variant.name)
+        except BaseException as error:
+            return Verdict(fault=_sentence(error))
+        try:
+            mmp_planners.make(variant.name, **variant.options)
+        except BaseException as error:
+            if isinstance(error, MmpError) and error.__cause__ is None:
+                return Verdict(misuse=str(error))
+            return Verdict(fault=_sentence(error))
+        return Verdict()
+
+    def run(self, unit: Unit) -> Result:
+        """Runs a unit; raises nothing."""
+        out = Outcome(
+            instance=unit.instance, planner=unit.planner, seed=unit.seed, result=PlanResult(status=Status.ERROR)
+        )
+        try:
+            out = dataclasses.replace(out, problem=self._problem(unit))
+        except InvalidInstanceError as error:
+            out = dataclasses.replace(out, result=PlanResult(status=Status.INVALID))
+            return Result(line=line_of(self._job, unit, out, str(error)))
+        except BaseException as error:
+            return Result(line=line_of(self._job, unit, out, f"no problem could be made: {_sentence(error)}"))
+        try:
+            planner = self._planner(self._job.variants[unit.planner])
+        except BaseException as error:
+            return Result(line=line_of(self._job, unit, out, _sentence(error)))
+        try:
+            return self._planned(unit, out, planner)
+        except BaseException as error:
+            return Result(line=line_of(self._job, unit, out, f"in the benchmark itself: {_sentence(error)}"))
+
+    def _planned(self, unit: Unit, out: Outcome, planner: Planner) -> Result:
+        problem, limit_s = out.problem, self._job.time_limit_s
+        assert problem is not None
+        gc.collect()  # what the last unit left behind is not swept up in this one's time
+        self._tell(PLANNING)
+        returned, fault, begin = None, None, time.perf_counter()
+        try:
+            returned = planner.plan(problem, seed=unit.seed, time_limit=limit_s, watch=ignore)
+        except BaseException as error:  # also SystemExit, KeyboardInterrupt and StopPlanning: nobody asked for those
+            fault = f"plan() raised {_sentence(error)}"
+        spent_s = time.perf_counter() - begin
+        self._tell(CHECKING)
+        out = dataclasses.replace(out, planning_time_s=spent_s)
+        if fault:
+            return Result(line=line_of(self._job, unit, out, fault))
+        try:
+            result, document = examined(returned, problem)
+            if document is not None:
+                result = signed(result, self._job.variants[unit.planner].name, planner, unit.seed)
+                document["planner"] = plain(result.plan.planner if result.plan else {})
+        except (WrongResultError, TypeError) as error:
+            return Result(line=line_of(self._job, unit, out, str(error)))
+        if document is None:
+            return Result(line=line_of(self._job, unit, dataclasses.replace(out, result=result)))
+        if spent_s > limit_s + max(LATE_LEAST_S, LATE_SHARE * limit_s):
+            late = PlanResult(status=Status.TIMEOUT, stats=result.stats)
+            message = f"the plan came {spent_s - limit_s:.2f} s after the time limit"
+            return Result(line=line_of(self._job, unit, dataclasses.replace(out, result=late), message))
+        return self._checked(unit, dataclasses.replace(out, result=result), document)
+
+    def _checked(self, unit: Unit, out: Outcome, document: dict[str, Any]) -> Result:
+        begin = time.perf_counter()
+        report = check_plan(document)
+        out = dataclasses.replace(out, check=report, check_time_s=time.perf_counter() - begin)
+        reports = [("", report), *([(" by the geoms", check_plan(document, exact=True))] if self._job.exact else [])]
+        refuted = [_refuted(how, found) for how, found in reports if not found.valid]
+        if refuted:
+            # It is no result, with no cost and no clearance; but its file shows what was wrong with it.
+            wrong = PlanResult(status=Status.ERROR, stats=out.result.stats)
+            out = dataclasses.replace(out, result=wrong, check=None)
+        text = json_text(document) if self._job.save_plans else None
+        return Result(line=line_of(self._job, unit, out, "; ".join(refuted) or None), plan=text)
+
+    def _problem(self, unit: Unit) -> Problem:
+        """Raises `InvalidInstanceError`, or `MmpError` where none can be drawn. Planners of an instance share it."""
+        place = unit.source, unit.item
+        if self._last is None or self._last[0] != place:
+            source = self._job.sources[unit.source]
+            _ = source.cell.collision
+            try:
+                self._last = place, source.problem(unit.item)
+            except MmpError as error:
+                self._last = place, error
+        found = self._last[1]
+        if isinstance(found, MmpError):
+            raise found
+        return found
+
+    def _planner(self, variant: Variant) -> Planner:
+        """A new one for each unit. Raises whatever keeps it from being made, each time."""
+        if variant.label not in self._planners:
+            try:
+                self._planners[variant.label] = mmp_planners.make(variant.name, **variant.options)
+            except BaseException as error:
+                self._planners[variant.label] = error
+            # Packages stay for ever; not looking through them makes every later collection quick.
+            gc.collect()
+            gc.freeze()
+        first = self._planners[variant.label]
+        if isinstance(first, BaseException):
+            raise first
+        if dataclasses.is_dataclass(first) and not isinstance(first, type):
+            return dataclasses.replace(first)
+        return type(first)()
+
+
+def _refuted(how: str, report: CheckReport) -> str:
+    first, *more = report.violations
+    others = f", and {len(more)} more" if more else ""
+    return f"THE CHECKER REFUTES THE PLAN{how}: {first}{others}"
+
+
+def _sentence(error: BaseException) -> str:
+    if isinstance(error, MmpError):
+        return str(error)
+    return f"{type(error).__name__}: {error}".rstrip(": ")

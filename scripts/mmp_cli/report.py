@@ -1,0 +1,63 @@
+"""`mmp report DIR`: the table and figures of a benchmark folder, as a page, as Markdown, as SVG and PNG."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from mmp_cli.arguments import Parser
+
+
+def parser() -> Parser:
+    """The arguments of the command."""
+    out = Parser("report", "Writes report.html, table.md and the figures of a benchmark folder into it.")
+    out.add_argument("folder", metavar="DIR", help="the folder of mmp bench --out; it may still be unfinished")
+    out.add_argument(
+        "--against",
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="published figures to put beside: CSV of instance, planner, solved, planning_time_s, cost_rad; "
+        "may be given several times",
+    )
+    out.add_argument(
+        "--against-note", metavar="TEXT", help="on what machine and with what limit these were made, where known"
+    )
+    out.add_argument("--title", metavar="TEXT", help="title of the page; default: the names of the cells")
+    out.add_argument(
+        "--reference", metavar="PLANNER", help="whom the others are paired with; default: apf-ecbs, or the last planner"
+    )
+    return out
+
+
+def run(args: Namespace) -> int:
+    """Writes the report. Raises `MmpError` for bad usage and bad input, and then writes nothing."""
+    from mmp_cli.main import one_line
+    from mmp_cli.reporting.folder import write_files
+    from mmp_cli.reporting.markdown import as_markdown
+    from mmp_cli.reporting.page import as_page
+    from mmp_cli.reporting.published import read_published
+    from mmp_cli.reporting.report import Wish, make_report
+    from mmp_env.errors import MmpError
+
+    if args.against_note is not None and not args.against:
+        raise MmpError("--against-note says something of published figures; give them with --against FILE")
+    wish = Wish(
+        folder=Path(args.folder),
+        against=tuple(args.against),
+        note=args.against_note,
+        title=args.title,
+        reference=args.reference,
+    )
+    published = [read_published(path, wish.note) for path in wish.against]
+    report = make_report(wish, published)
+    files: dict[str, str | bytes] = {}
+    for drawing in report.drawings:
+        files |= {f"{drawing.name}.svg": drawing.svg, f"{drawing.name}.png": drawing.png}
+    # The page last: where it is new, all else is.
+    write_files(wish.folder, files | {"table.md": as_markdown(report), "report.html": as_page(report)})
+    for warning in report.warnings:
+        print(f"mmp: {one_line(warning)}", file=sys.stderr)
+    print(f"{wish.folder / 'report.html'}, table.md and {len(report.drawings)} figures as SVG and PNG")
+    return 0

@@ -1,0 +1,102 @@
+"""The cactus plot: how many instances are solved within a time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mmp_cli.reporting.comparison import Comparison, Entry
+from mmp_cli.reporting.drawing import Drawing, Look, decades, drawn, finished, logarithmic, looks, width_of, words
+from mmp_cli.reporting.sections import Section
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Curve = tuple[str, Sequence[float], Look]
+"""Name, times of the solved [s], at least one, look."""
+_SHORTEST_S = 1e-6
+"""A time of zero has no place on a logarithmic axis."""
+
+
+def cactus_figure(section: Section, looked: Mapping[str, Look], name: str, limit_s: float | None) -> Drawing | None:
+    """Ours alone; None where nothing is solved. `limit_s`: the time limit [s], None for none."""
+    curves = []
+    for run in section.successful:
+        times = [line.planning_time_s for line in run.solved if line.planning_time_s is not None]
+        curves += [(run.label, times, looked[run.label])] if times else []
+    if not curves:
+        return None
+    most = max(len(run.valid) for run in section.runs)
+    with drawn(7.2 + width_of(label for label, _, _ in curves), max(3.6, 1.2 + 0.24 * len(curves))) as figure:
+        axes = figure.subplots()
+        _draw(axes, curves, most, _first(curves), max(_last(curves), limit_s or 0.0))
+        axes.set_ylabel(f"solved, of {most}")
+        figure.legend(loc="outside right center")
+        caption = (
+            f"Cactus plot, {section.name}: solved instances against the planning time that is allowed. Higher and "
+            "farther left is better."
+        )
+        return finished(figure, name, caption)
+
+
+def published_figure(comparison: Comparison, looked: Mapping[str, Look], name: str) -> Drawing | None:
+    """Ours beside the published, on the instances that both have; None where a side has solved nothing."""
+    ours = [entry for entry in comparison.entries if not entry.published and entry.times]
+    theirs = [entry for entry in comparison.entries if entry.published and entry.times]
+    if not (ours and theirs):
+        return None
+    theirs_look = looks([entry.label for entry in theirs])
+    most = max(entry.tried for entry in comparison.entries)
+    sides = [_curves(ours, looked), _curves(theirs, theirs_look)]
+    begin, end = min(map(_first, sides)), max(map(_last, sides))
+    with drawn(10.5, 3.4 + 0.24 * max(len(curves) for curves in sides)) as figure:
+        panels = figure.subplots(1, 2, sharex=True, sharey=True)
+        for panel, curves, title in zip(panels, sides, ("ours", "published"), strict=True):
+            _draw(panel, curves, most, begin, end)
+            panel.set_title(title, loc="left")
+            panel.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16))
+        panels[0].set_ylabel(f"solved, of {most}")
+        caption = (
+            f"Ours and published figures on the instances of {comparison.source} that are valid here. Published: "
+            f"{comparison.note}. The machines differ."
+        )
+        return finished(figure, name, caption)
+
+
+def _curves(entries: Sequence[Entry], looked: Mapping[str, Look]) -> list[Curve]:
+    return [(entry.label, list(entry.times.values()), looked[entry.label]) for entry in entries]
+
+
+def _last(curves: Sequence[Curve]) -> float:
+    return max(max(times) for _, times, _ in curves)
+
+
+def _first(curves: Sequence[Curve]) -> float:
+    return min(min(times) for _, times, _ in curves)
+
+
+def _draw(axes: Axes, curves: Sequence[Curve], most: int, begin: float, end: float) -> None:
+    """The curves, each drawn on to the time `end` [s], on an axis from `begin` at the latest."""
+    from matplotlib.ticker import MaxNLocator
+
+    for label, times, look in curves:
+        xs = np.maximum(np.sort(times), _SHORTEST_S)
+        counts = np.arange(1, xs.size + 1)
+        axes.step(
+            np.append(xs, max(end, _SHORTEST_S)),
+            np.append(counts, counts[-1]),
+            where="post",
+            color=look.colour,
+            linestyle=look.dashes,
+            marker=look.marker,
+            markevery=(0, max(1, xs.size // 6)),
+            markersize=5,
+            label=words(label),
+        )
+    logarithmic(axes, which="x")
+    axes.set_xlim(*decades(begin, max(end, _SHORTEST_S)))
+    axes.set_ylim(0, most * 1.04)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+    axes.set_xlabel("planning time [s]")

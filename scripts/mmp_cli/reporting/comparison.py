@@ -1,0 +1,102 @@
+"""Ours beside what others have published, on the instances that both have and that are valid with our geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from mmp_cli.reporting.formatting import NOTHING, mean_and_std, number, plural, share
+from mmp_cli.reporting.published import Published, Row
+from mmp_cli.reporting.sections import Section
+from mmp_cli.reporting.statistics import Spread, spread
+from mmp_cli.reporting.tables import Table, measured
+
+
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """One planner, ours or theirs: of `tried` units the times and costs of those solved, by unit."""
+
+    label: str
+    published: bool
+    tried: int
+    times: Mapping[tuple[str, int], float]
+    costs: Mapping[tuple[str, int], float]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Comparison:
+    """One file against one section."""
+
+    source: str
+    note: str
+    instances: tuple[str, ...]
+    invalid: tuple[str, ...]
+    entries: tuple[Entry, ...]
+
+
+def compare(published: Published, section: Section, rows: Mapping[str, Sequence[Row]]) -> Comparison:
+    """Both sides on the common instances; `rows`: our instance -> what the file says of it."""
+    invalid = tuple(name for name in rows if name in section.invalid)
+    names = tuple(name for name in rows if name not in section.invalid)
+    entries = [_ours(section, index, frozenset(names)) for index in range(len(section.runs))]
+    # A published result stands for every seed that we have run the instance with.
+    for planner in published.planners:
+        told = {(name, seed): row for name in names for row in rows[name] if row.planner == planner
+                for seed in section.seeds[name]}  # fmt: skip
+        solved = {unit: row for unit, row in told.items() if row.solved}
+        times = {unit: row.planning_time_s for unit, row in solved.items() if row.planning_time_s is not None}
+        costs = {unit: row.cost_rad for unit, row in solved.items() if row.cost_rad is not None}
+        entries.append(Entry(label=planner, published=True, tried=len(told), times=times, costs=costs))
+    return Comparison(
+        source=published.name, note=published.note, instances=names, invalid=invalid, entries=tuple(entries)
+    )
+
+
+def _ours(section: Section, index: int, names: frozenset[str]) -> Entry:
+    run = section.runs[index]
+    solved = {unit: line for unit, line in run.by_problem.items() if line.instance in names}
+    return Entry(
+        label=run.label,
+        published=False,
+        tried=sum(line.instance in names for line in run.valid),
+        times={unit: x.planning_time_s for unit, x in solved.items() if x.planning_time_s is not None},
+        costs={unit: x.cost_rad for unit, x in solved.items() if x.cost_rad is not None},
+    )
+
+
+def comparison_tables(comparison: Comparison) -> list[Table]:
+    """Solved, times and costs; and the costs where one of ours and one of theirs both solve."""
+    rows = []
+    for entry in comparison.entries:
+        costs: Spread | None = spread(entry.costs.values())
+        told = share(len(entry.times), entry.tried), *measured(spread(entry.times.values())), mean_and_std(costs)
+        rows.append([entry.label, "published" if entry.published else "ours", *told])
+    note = (
+        f"Published: {comparison.source}, {comparison.note}. Times are of different machines. On the "
+        f"{plural(len(comparison.instances), 'instance')} that both have and that are valid here; times and costs over "
+        "what the planner itself has solved."
+    )
+    if comparison.invalid:
+        names = ", ".join(name.partition("/")[2] or name for name in comparison.invalid)
+        note += f" Left out, because start or goal is in collision with our geometry: {names}."
+    head = ["planner", "whose", "solved", "median time", "90 %", "mean time [s]", "mean cost [rad]"]
+    first = Table(title=f"Beside {comparison.source}", head=head, rows=rows, note=note)
+    return [first, _cost_table(comparison)]
+
+
+def _cost_table(comparison: Comparison) -> Table:
+    ours = [entry for entry in comparison.entries if not entry.published]
+    theirs = [entry for entry in comparison.entries if entry.published]
+    rows = [[entry.label, *(_cost(mine, entry) for mine in ours)] for entry in theirs]
+    note = "Mean of ours / mean of theirs [rad] = ratio, over the instances that both solve (their number in brackets)."
+    head = ["published", *(entry.label for entry in ours)]
+    return Table(title=f"Cost beside {comparison.source}", head=head, rows=rows, note=note)
+
+
+def _cost(mine: Entry, theirs: Entry) -> str:
+    common = [unit for unit in mine.costs if unit in theirs.costs]
+    if not common:
+        return NOTHING
+    means = [sum(entry.costs[unit] for unit in common) / len(common) for entry in (mine, theirs)]
+    ratio = f" = {means[0] / means[1]:.2f}" if means[1] > 0 else ""
+    return f"{number(means[0])} / {number(means[1])}{ratio} ({len(common)})"

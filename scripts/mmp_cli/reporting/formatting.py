@@ -1,0 +1,46 @@
+"""Numbers as people read them."""
+
+from __future__ import annotations
+
+import math
+
+from mmp_cli.reporting.statistics import Spread
+
+NOTHING = "–"
+
+
+def number(value: float | None) -> str:
+    """Three significant digits, and every digit before the point."""
+    if value is None:
+        return NOTHING
+    if value == 0:
+        return "0"
+    digits = max(0, 2 - math.floor(math.log10(abs(value))))
+    return f"{value:.{digits}f}" if digits < 7 else f"{value:.2e}"
+
+
+def seconds(value: float | None) -> str:
+    """A time in the unit that suits it."""
+    if value is None:
+        return NOTHING
+    for factor, unit in ((1.0, "s"), (1e3, "ms")):
+        if value * factor >= 0.9995:
+            return f"{number(value * factor)} {unit}"
+    return f"{number(value * 1e6)} µs"
+
+
+def mean_and_std(values: Spread | None) -> str:
+    """Mean ± sample standard deviation; of a single value the mean alone."""
+    if values is None:
+        return NOTHING
+    return f"{number(values.mean)} ± {number(values.std)}" if values.std is not None else number(values.mean)
+
+
+def share(part: int, whole: int) -> str:
+    """`part of whole (percent)`."""
+    return f"{part} of {whole} ({100 * part / whole:.0f} %)" if whole else f"{part} of {whole}"
+
+
+def plural(count: int, noun: str) -> str:
+    """`1 unit`, `2 units`."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

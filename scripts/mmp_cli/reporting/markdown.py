@@ -1,0 +1,37 @@
+"""`table.md`: the tables of the report as Markdown, to be pasted or included elsewhere."""
+
+from __future__ import annotations
+
+import re
+
+from mmp_cli.reporting.report import Report
+from mmp_cli.reporting.tables import Table
+
+
+def as_markdown(report: Report) -> str:
+    """The whole file."""
+    parts = [f"# {escaped(report.title)}", *(escaped(x) for x in report.facts), *(f"**{escaped(x)}**" for x in
+             report.warnings), table_text(report.overview, level=2)]  # fmt: skip
+    if report.errors:
+        parts.append(table_text(report.errors, level=2))
+    for part in report.parts:
+        parts += [f"## {escaped(part.name)}", *(table_text(table, level=3) for table in part.tables)]
+    parts += ["## Made again by", *(f"    {command}" for command in report.commands)]
+    return "\n\n".join(parts) + "\n"
+
+
+def table_text(table: Table, *, level: int) -> str:
+    """Heading, table and note; numbers to the right."""
+    rule = ["---" if table.text or not k else "---:" for k in range(len(table.head))]
+    lines = ["| " + " | ".join(row) + " |" for row in [list(map(escaped, table.head)), rule]]
+    lines += ["| " + " | ".join(map(escaped, row)) + " |" for row in table.rows]
+    parts = [f"{'#' * level} {escaped(table.title)}", "\n".join(lines)]
+    return "\n\n".join([*parts, escaped(table.note)] if table.note else parts)
+
+
+def escaped(text: str) -> str:
+    """Text that means nothing to Markdown: one line, no tags, no columns, no emphasis."""
+    line = " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    line = re.sub(r"([\\`*\[\]|~$])", r"\\\1", line)
+    # An underscore inside a word is text as it is; at its edge it would begin emphasis.
+    return re.sub(r"(?<!\w)_|_(?!\w)", r"\\_", line)

@@ -1,0 +1,128 @@
+"""The parts of the report: one section per cell, in it the runs of each planner."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+from mmp_cli.reporting.results import Line
+from mmp_cli.reporting.statistics import Spread, spread
+
+Problem = tuple[str, int]
+"""Instance and seed."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Runs:
+    """What one planner did in one cell. Each line is one of invalid, solved and unsolved."""
+
+    label: str
+    lines: tuple[Line, ...]
+
+    @cached_property
+    def valid(self) -> tuple[Line, ...]:
+        """Those that count: all but the invalid instances."""
+        return tuple(line for line in self.lines if line.status != "invalid")
+
+    @cached_property
+    def solved(self) -> tuple[Line, ...]:
+        return tuple(line for line in self.lines if line.status == "solved")
+
+    @cached_property
+    def unsolved(self) -> tuple[Line, ...]:
+        """No plan in time, the search used up, or an error."""
+        return tuple(line for line in self.valid if line.status != "solved")
+
+    @cached_property
+    def errors(self) -> tuple[Line, ...]:
+        return tuple(line for line in self.lines if line.status == "error")
+
+    @cached_property
+    def by_problem(self) -> dict[Problem, Line]:
+        """The solved lines."""
+        return {line.problem: line for line in self.solved}
+
+    def spread(self, field: str, *, among: Iterable[Problem] | None = None) -> Spread | None:
+        """Of a field over the solved lines, or over those of the problems `among`."""
+        lines = self.solved if among is None else [self.by_problem[problem] for problem in among]
+        return spread(getattr(line, field) for line in lines)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Section:
+    """One cell with all that was run in it; planners in the order of the settings, else of the file."""
+
+    name: str
+    arms: int | None
+    runs: tuple[Runs, ...]
+
+    @cached_property
+    def instances(self) -> tuple[str, ...]:
+        """Every instance that somebody was run on, in the order of the file."""
+        return tuple(dict.fromkeys(line.instance for run in self.runs for line in run.lines))
+
+    @cached_property
+    def seeds(self) -> dict[str, set[int]]:
+        """Instance -> the seeds it was run with."""
+        out: dict[str, set[int]] = {}
+        for run in self.runs:
+            for line in run.lines:
+                out.setdefault(line.instance, set()).add(line.seed)
+        return out
+
+    @cached_property
+    def invalid(self) -> dict[str, str]:
+        """Instances whose start or goal is itself in collision or out of limits, and why, where that is told."""
+        lines = [line for run in self.runs for line in run.lines if line.status == "invalid"]
+        why = {line.instance: line.message for line in lines if line.message}
+        return {line.instance: why.get(line.instance, "") for line in lines}
+
+    @cached_property
+    def solved_by_none(self) -> tuple[str, ...]:
+        """Valid instances that no planner has solved with any seed."""
+        solved = {line.instance for run in self.runs for line in run.solved} | set(self.invalid)
+        return tuple(name for name in self.instances if name not in solved)
+
+    @cached_property
+    def successful(self) -> tuple[Runs, ...]:
+        """The planners that have solved something."""
+        return tuple(run for run in self.runs if run.solved)
+
+    @cached_property
+    def common(self) -> tuple[Problem, ...]:
+        """What every successful planner has solved; nothing where fewer than two are."""
+        if len(self.successful) < 2:
+            return ()
+        return commonly_solved(self.successful)
+
+    @cached_property
+    def root_conflicts(self) -> tuple[float, ...]:
+        """Per valid problem, the mean over the planners that count them."""
+        counts: dict[Problem, list[float]] = {}
+        for run in self.runs:
+            for line in run.valid:
+                if line.root_conflicts is not None:
+                    counts.setdefault(line.problem, []).append(line.root_conflicts)
+        return tuple(sum(values) / len(values) for values in counts.values())
+
+
+def commonly_solved(runs: Iterable[Runs]) -> tuple[Problem, ...]:
+    """The problems that all of them have solved, in the order of the first."""
+    first, *others = runs
+    return tuple(problem for problem in first.by_problem if all(problem in run.by_problem for run in others))
+
+
+def sections(lines: Iterable[Line], order: Iterable[str] = ()) -> tuple[Section, ...]:
+    """The lines by cell; planners in `order` first, those that it does not name as they come."""
+    cells: dict[str, list[Line]] = {}
+    for line in lines:
+        cells.setdefault(line.section, []).append(line)
+    ranks = {label: rank for rank, label in enumerate(order)}
+    out = []
+    for name, held in cells.items():
+        labels = sorted(dict.fromkeys(line.planner for line in held), key=lambda x: ranks.get(x, len(ranks)))
+        runs = [Runs(label=x, lines=tuple(line for line in held if line.planner == x)) for x in labels]
+        arms = next((line.arms for line in held if line.arms is not None), None)
+        out.append(Section(name=name, arms=arms, runs=tuple(runs)))
+    return tuple(out)

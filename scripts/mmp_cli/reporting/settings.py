@@ -1,0 +1,145 @@
+"""`settings.json`, which `mmp bench` writes beside the results: what was asked for, and what of it is missing yet."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from mmp_cli.benchmark.settings import SCHEMA, SETTINGS
+from mmp_cli.benchmark.sources import DRAWN_COUNT
+from mmp_cli.reporting.results import Line
+from mmp_env.errors import MmpError
+from mmp_env.instances import DEFAULT_TASK
+from mmp_env.reading import Place, check_schema, decode, read_document
+
+_FILE_SUFFIXES = (".json", ".yaml", ".yml")
+
+
+class Variant(msgspec.Struct, frozen=True, kw_only=True):
+    """A planner as it was run: its label, its registered name and the options that were set."""
+
+    label: str
+    name: str
+    options: dict[str, Any] = msgspec.field(default_factory=dict)
+
+
+class Settings(msgspec.Struct, frozen=True, kw_only=True):
+    """What was asked for. `time_limit_s` None: no limit; `count` None: all of a file, 50 of anything drawn."""
+
+    schema: str
+    sources: list[str]
+    planners: list[Variant]
+    count: int | None = None
+    seed: int = 0
+    time_limit_s: float | None = None
+    robot: str | None = None
+    task: str | None = None
+    margin: float | None = None
+    exact: bool = False
+    memory_limit_mb: int | None = None
+    save_plans: bool = False
+    version: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Missing:
+    """Units that were asked for and have no line. `unknown`: sources that cannot be read here, so nobody can say."""
+
+    units: int = 0
+    expected: int = 0
+    by_planner: dict[str, int] = field(default_factory=dict)
+    unknown: tuple[str, ...] = ()
+
+
+def read_settings(folder: Path) -> Settings | None:
+    """The settings of a benchmark folder, None where there are none. Raises `MmpError`."""
+    path = folder / SETTINGS
+    if not path.exists():
+        return None
+    place = Place(str(path))
+    data = read_document(path)
+    check_schema(data, SCHEMA, place)
+    return decode(data, Settings, place)
+
+
+def missing(settings: Settings, lines: Iterable[Line]) -> Missing:
+    """What the results lack."""
+    done = {(line.instance, line.planner) for line in lines}
+    names: list[str] = []
+    unknown = []
+    for source in settings.sources:
+        expected = _instances(settings, source)
+        names += expected or []
+        unknown += [] if expected is not None else [source]
+    counts = {x.label: sum((name, x.label) not in done for name in names) for x in settings.planners}
+    return Missing(
+        units=sum(counts.values()),
+        expected=len(names) * len(settings.planners),
+        by_planner={label: count for label, count in counts.items() if count},
+        unknown=tuple(unknown),
+    )
+
+
+def bench_command(settings: Settings, folder: Path) -> str:
+    """The command line that makes these results again."""
+    planners = [x.label if x.label == x.name else f"{x.label}={x.name}" for x in settings.planners]
+    words = ["mmp", "bench", *settings.sources, "--planners", ",".join(planners)]
+    for option, value in (
+        ("count", settings.count),
+        ("seed", settings.seed),
+        ("time-limit", "inf" if settings.time_limit_s is None else f"{settings.time_limit_s:g}"),
+        ("robot", settings.robot),
+        # An instance file takes no task, so the usual one is left unsaid.
+        ("task", None if settings.task == DEFAULT_TASK else settings.task),
+        ("margin", settings.margin),
+        ("memory-limit", settings.memory_limit_mb),
+    ):
+        words += [] if value is None else [f"--{option}", str(value)]
+    for x in settings.planners:
+        for key, value in x.options.items():
+            words += ["--set", f"{x.label}.{key}={option_text(value)}"]
+    words += ["--exact"] * settings.exact + ["--save-plans"] * settings.save_plans
+    return shlex.join([*words, "--out", str(folder)])
+
+
+def report_command(
+    folder: Path, against: Sequence[str], note: str | None, title: str | None, reference: str | None
+) -> str:
+    """The command line that makes this report again."""
+    words = ["mmp", "report", str(folder)]
+    for path in against:
+        words += ["--against", path]
+    for option, value in (("--against-note", note), ("--title", title), ("--reference", reference)):
+        words += [] if value is None else [option, value]
+    return shlex.join(words)
+
+
+def option_text(value: object) -> str:
+    """The value of an option as `--set` takes it."""
+    return str(value).lower() if isinstance(value, bool) else "null" if value is None else str(value)
+
+
+def _instances(settings: Settings, source: str) -> list[str] | None:
+    """The names of a source's instances as they stand in results; None where its file cannot be read here."""
+    drawn = range(settings.seed, settings.seed + (DRAWN_COUNT if settings.count is None else settings.count))
+    if Path(source).suffix.lower() not in _FILE_SUFFIXES:
+        name = source.rpartition(":")[2]
+        return [f"{name}/{seed}" for seed in drawn]
+    try:
+        data = read_document(source)
+    except MmpError:
+        return None
+    if not isinstance(data, dict):
+        return None
+    stem = data.get("name") or Path(source).stem
+    if not isinstance(data.get("instances"), list):
+        return [f"{stem}/{seed}" for seed in drawn]
+    cell = data.get("cell")
+    stem = (cell.get("name") if isinstance(cell, dict) else None) or stem
+    names = [item.get("name") for item in data["instances"][: settings.count] if isinstance(item, dict)]
+    return [f"{stem}/{name}" for name in names]

@@ -1,0 +1,195 @@
+"""The tables of one section: words and numbers only, which the Markdown file and the page lay out in their own way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from mmp_cli.reporting.formatting import NOTHING, mean_and_std, number, plural, seconds, share
+from mmp_cli.reporting.sections import Runs, Section
+from mmp_cli.reporting.statistics import Spread, spread
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Table:
+    """The first column names the row. `text`: the other columns are words, not numbers; `note`: how to read it."""
+
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""
+    text: bool = False
+
+
+def overview(sections: Iterable[Section]) -> Table:
+    """What was run, and how hard it is."""
+    rows = []
+    for section in sections:
+        roots = spread(section.root_conflicts)
+        free = sum(count == 0 for count in section.root_conflicts)
+        rows.append(
+            [
+                section.name,
+                NOTHING if section.arms is None else str(section.arms),
+                str(len(section.instances)),
+                str(len(section.invalid)),
+                str(len(section.solved_by_none)),
+                f"{number(roots.median)} / {number(roots.p90)} / {number(roots.most)}" if roots else NOTHING,
+                share(free, len(section.root_conflicts)) if roots else NOTHING,
+            ]
+        )
+    head = ["cell", "arms", "instances", "invalid", "solved by no planner", "root conflicts", "none at the root"]
+    note = (
+        "Root conflicts say how hard the instances are: conflicts between the arms' first paths, in whole time steps "
+        "(median / 90th percentile / most over the valid instances, each the mean of the planners that count them)."
+    )
+    return Table(title="Cells", head=head, rows=rows, note=note)
+
+
+def main_table(section: Section) -> Table:
+    """The paper's table I."""
+    rows = [
+        [
+            run.label,
+            share(len(run.solved), len(run.valid)),
+            *(mean_and_std(run.spread(field)) for field in _MEASURES),
+        ]
+        for run in section.runs
+    ]
+    head = ["planner", "solved", "expanded nodes", "planning time [s]", "makespan [s]", "cost [rad]"]
+    note = (
+        "Mean ± standard deviation over what the planner itself has solved, so a planner that solves only the easy "
+        "instances looks good here; success is over the valid instances."
+    )
+    return Table(title="Success, nodes, time, makespan and cost", head=head, rows=rows, note=note)
+
+
+_MEASURES = ("expanded_nodes", "planning_time_s", "makespan_s", "cost_rad")
+
+
+def common_table(section: Section) -> Table | None:
+    """The same where every successful planner has a plan."""
+    if not section.common:
+        return None
+    rows = [
+        [run.label, *(mean_and_std(run.spread(field, among=section.common)) for field in _MEASURES)]
+        for run in section.successful
+    ]
+    left_out = [run.label for run in section.runs if not run.solved]
+    note = f"Mean ± standard deviation over the {plural(len(section.common), 'instance')} solved by all of them."
+    if left_out:
+        note += f" Left out, with nothing solved: {', '.join(left_out)}."
+    head = ["planner", "expanded nodes", "planning time [s]", "makespan [s]", "cost [rad]"]
+    return Table(title="Where all of them solve", head=head, rows=rows, note=note)
+
+
+def time_table(section: Section) -> Table:
+    """Quantiles of the time, the cost against the straight lines, and what the planner said of its result."""
+    rows = []
+    for run in section.runs:
+        time, ratio = run.spread("planning_time_s"), run.spread("cost_ratio")
+        clear = min((x.min_clearance_m for x in run.solved if x.min_clearance_m is not None), default=None)
+        rows.append(
+            [
+                run.label,
+                *(seconds(getattr(time, field)) if time else NOTHING for field in ("median", "p90", "most")),
+                *(f"{getattr(ratio, field):.3f}" if ratio else NOTHING for field in ("mean", "median", "most")),
+                _said(run, "bound_met", run.solved),
+                _said(run, "deadline_hit", run.valid),
+                NOTHING if clear is None else f"{clear * 1e3:.2f} mm",
+            ]
+        )
+    head = ["planner", "median", "90 %", "longest", "cost ratio, mean", "median", "largest"]
+    head += ["bound met", "cut short", "least clearance"]
+    note = (
+        "Planning time over the solved, certificate included. The cost ratio is the cost by the sum of the straight "
+        "lines from start to goal, below which no plan can be. Bound met: of the solved. Cut short: stopped by the "
+        "deadline, solved or not, of the valid. Least clearance: as the checker has proved it."
+    )
+    return Table(title="Time and cost in detail", head=head, rows=rows, note=note)
+
+
+def fast_track_table(section: Section) -> Table | None:
+    """How often the fast track was tried, and what it brought; None where no planner has one."""
+    rows = []
+    for run in section.runs:
+        tries = sum(line.fast_track_tries or 0 for line in run.valid)
+        hits = sum(line.fast_track_hits or 0 for line in run.valid)
+        if tries:
+            by_it = sum(bool(line.fast_track_hits) for line in run.solved)
+            rows.append([run.label, str(int(tries)), share(int(hits), int(tries)), share(by_it, len(run.solved))])
+    if not rows:
+        return None
+    note = "A hit is a modified node without any conflict; the last column counts solved instances with a hit."
+    return Table(title="Fast track", head=["planner", "tries", "hits", "solved with a hit"], rows=rows, note=note)
+
+
+def unsolved_table(section: Section) -> Table | None:
+    """Every instance without a plan, by name."""
+    rows = []
+    for run in section.runs:
+        for status in ("timeout", "exhausted", "error"):
+            names = [_short(section, line.instance, line.seed) for line in run.unsolved if line.status == status]
+            if names:
+                rows.append([run.label, status, str(len(names)), ", ".join(names)])
+    if not rows:
+        return None
+    note = "Exhausted: the constraints used up the search, which proves nothing about the instance."
+    if section.solved_by_none:
+        names = ", ".join(_short(section, name) for name in section.solved_by_none)
+        note = f"Solved by no planner: {names}. {note}"
+    return Table(title="Not solved", head=["planner", "status", "count", "instances"], rows=rows, note=note, text=True)
+
+
+def invalid_table(section: Section) -> Table | None:
+    """Every invalid instance, by name."""
+    if not section.invalid:
+        return None
+    rows = [[_short(section, name), section.invalid[name] or NOTHING] for name in section.instances if name in
+            section.invalid]  # fmt: skip
+    note = "Start or goal is itself in collision or out of limits: counted apart, neither solved nor failed."
+    return Table(title="Invalid", head=["instance", "why"], rows=rows, note=note, text=True)
+
+
+def error_table(sections: Iterable[Section]) -> Table | None:
+    """Every unit that ended in an error, with its message."""
+    rows = [
+        [run.label, line.instance, str(line.seed), line.message or "no message"]
+        for section in sections
+        for run in section.runs
+        for line in run.errors
+    ]
+    head = ["planner", "instance", "seed", "message"]
+    return Table(title="Errors", head=head, rows=rows, text=True) if rows else None
+
+
+def section_tables(section: Section) -> list[Table]:
+    """The tables of a cell that there are."""
+    tables = [
+        main_table(section),
+        common_table(section),
+        time_table(section),
+        fast_track_table(section),
+        unsolved_table(section),
+        invalid_table(section),
+    ]
+    return [table for table in tables if table]
+
+
+def measured(values: Spread | None) -> tuple[str, str, str]:
+    """Median, 90th percentile and mean ± standard deviation of times [s]."""
+    if values is None:
+        return NOTHING, NOTHING, NOTHING
+    return seconds(values.median), seconds(values.p90), mean_and_std(values)
+
+
+def _said(run: Runs, field: str, lines: Sequence[object]) -> str:
+    """How many of the lines say so; nothing where the planner says nothing."""
+    told = [getattr(line, field) for line in lines]
+    return NOTHING if all(value is None for value in told) else f"{sum(map(bool, told))} of {len(told)}"
+
+
+def _short(section: Section, instance: str, seed: int | None = None) -> str:
+    """The instance without its cell; with its seed where it was run with several."""
+    name = instance.partition("/")[2] or instance
+    return name if seed is None or len(section.seeds[instance]) < 2 else f"{name} (seed {seed})"

@@ -1,0 +1,151 @@
+"""Planners as a stranger might install them, for the tests of `mmp bench`: worker processes find them by themselves."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import signal
+import sys
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from stand_in_planners import Helpless, Liar, Straight, straight_plan
+
+from mmp_env.plan import Plan
+from mmp_planners import PlanResult, Status, StopPlanning, ignore
+
+HERE = Path(__file__).parent
+
+
+@dataclass
+class Quick(Straight):
+    """Goes straight, and remembers nothing."""
+
+    def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
+        name = {"name": "quick", "options": {"w": self.w}, "seed": seed}
+        plan = straight_plan(problem, name, self.steps)
+        return PlanResult(status=Status.SOLVED, plan=plan, stats={"bound_met": True})
+
+
+@dataclass
+class Slow(Quick):
+    """As quick, and takes its time; leaves a file behind for each run, and waits while `hold` is there."""
+
+    takes: float = 0.0
+    folder: str = "."
+
+    def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
+        folder = Path(self.folder)
+        mark = folder / f"{problem.name.replace('/', '-')}.{os.getpid()}"
+        mark.write_text(f"{os.getpid()}")
+        time.sleep(self.takes)
+        while (folder / "hold").exists():
+            time.sleep(0.01)
+        return super().plan(problem, seed=seed)
+
+
+@dataclass
+class Rogue:
+    """Does what it is told to, at its worst."""
+
+    deed: str = "raise"
+
+    def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
+        print("a word to the terminal")
+        return DEEDS[self.deed](problem, straight_plan(problem, {"name": "rogue"}))
+
+
+@dataclass
+class Sulks:
+    """Cannot be made."""
+
+    def __post_init__(self):
+        raise RuntimeError("not today")
+
+    def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
+        raise NotImplementedError
+
+
+class Odd:
+    """Takes a problem and nothing else."""
+
+    def plan(self, problem):
+        raise NotImplementedError
+
+
+def _raise(problem, plan):
+    raise KeyError("a bug")
+
+
+def _crash(problem, plan):
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def _hang(problem, plan):
+    while True:
+        with contextlib.suppress(BaseException):
+            time.sleep(60)
+
+
+def _eat(problem, plan):
+    eaten = [np.ones(2**23) for _ in range(30)]  # 64 MB each
+    _hang(problem, eaten)
+
+
+def _stop(problem, plan):
+    raise StopPlanning("enough")
+
+
+def _other_problem(problem, plan):
+    away = {name: rows + 0.1 for name, rows in plan.positions.items()}
+    other = replace(problem, start={n: q[0] for n, q in away.items()}, goal={n: q[-1] for n, q in away.items()})
+    return PlanResult(status=Status.SOLVED, plan=Plan(problem=other, times=plan.times, positions=away))
+
+
+DEEDS = {
+    "raise": _raise,
+    "crash": _crash,
+    "hang": _hang,
+    "eat": _eat,
+    "stop": _stop,
+    "exit": lambda problem, plan: sys.exit(0),
+    "leave": lambda problem, plan: os._exit(3),
+    "interrupt": lambda problem, plan: signal.raise_signal(signal.SIGINT),
+    "nothing": lambda problem, plan: None,
+    "plan": lambda problem, plan: plan,
+    "status": lambda problem, plan: PlanResult(status="won", plan=plan),
+    "no_plan": lambda problem, plan: PlanResult(status=Status.SOLVED),
+    "a_plan_and_a_timeout": lambda problem, plan: PlanResult(status=Status.TIMEOUT, plan=plan),
+    "another_plan": lambda problem, plan: PlanResult(status=Status.SOLVED, plan=[1, 2]),
+    "arms": lambda problem, plan: PlanResult(status=Status.SOLVED, plan=replace(plan, positions={})),
+    "stats": lambda problem, plan: PlanResult(status=Status.TIMEOUT, stats={"expanded_nodes": "many"}),
+    "no_stats": lambda problem, plan: PlanResult(status=Status.TIMEOUT, stats=3),
+    "objects": lambda problem, plan: PlanResult(status=Status.TIMEOUT, stats={"bound_met": object()}),
+    "other_problem": _other_problem,
+}
+POINTS = {
+    "quick": "bench_stand_ins:Quick",
+    "slow": "bench_stand_ins:Slow",
+    "rogue": "bench_stand_ins:Rogue",
+    "sulks": "bench_stand_ins:Sulks",
+    "odd": "bench_stand_ins:Odd",
+    "helpless": f"bench_stand_ins:{Helpless.__name__}",
+    "liar": f"bench_stand_ins:{Liar.__name__}",
+    "absent": "no_such_package:Planner",
+    "deadly": "deadly_import:Planner",
+    "leaving": "leaving_import:Planner",
+}
+
+
+def install(folder: Path) -> None:
+    """Makes a folder that on the path of Python is an installed distribution with these planners."""
+    info = folder / "bench_stand_ins-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: bench-stand-ins\nVersion: 1.0\n")
+    lines = "\n".join(f"{name} = {value}" for name, value in POINTS.items())
+    (info / "entry_points.txt").write_text(f"[mmp_env.planners]\n{lines}\n")
+    (folder / "deadly_import.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)\n")
+    (folder / "leaving_import.py").write_text("import sys\nsys.exit('bye')\n")

@@ -1,0 +1,108 @@
+"""Shortcutting on the common clock: what goes in safe comes out safe and shorter."""
+
+import numpy as np
+import pytest
+import two_arms
+from twins import clearance
+
+from mmp_env import _core
+from mmp_env.collision import HIT, KEEP_PROOF
+
+DT_S = 0.1
+
+
+def shortened(problem, rows, attempts=400, seed=0, clock=None):
+    names, margin = problem.cell.arm_names, problem.margin
+    speeds = [problem.max_velocity[name] * DT_S for name in names]
+    levels = (HIT * margin, KEEP_PROOF * margin, KEEP_PROOF * margin)
+    clock = clock or _core.Clock(np.inf)
+    return _core.shorten(problem.cell.collision.core, rows, speeds, *levels, attempts, seed, clock)
+
+
+def detour(q_from, q_via, q_to, steps):
+    """There by way of somewhere else, `steps` for each half."""
+    there = q_from + np.linspace(0, 1, steps + 1)[:, None] * (q_via - q_from)
+    back = q_via + np.linspace(0, 1, steps + 1)[1:, None] * (q_to - q_via)
+    return np.vstack([there, back])
+
+
+def length(rows):
+    return sum(np.abs(np.diff(q, axis=0)).sum() for q in rows)
+
+
+def aside():
+    """The left arm makes a detour though nothing is in its way; the right one stands still."""
+    problem = two_arms.one_moves()
+    start, goal = problem.start["left"], problem.goal["left"]
+    via = (start + goal) / 2 + [0.3, 0.2, -0.3, 0.0, 0.2, 0.0]
+    return problem, [detour(start, via, goal, 8), np.repeat(problem.start["right"][None], 17, axis=0)]
+
+
+def over():
+    """The left arm lifts its hand over the right one, which stands in the straight way."""
+    problem = two_arms.one_in_the_way()
+    start, goal = problem.start["left"], problem.goal["left"]
+    via = two_arms.reaching(0.0) + np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])
+    return problem, [detour(start, via, goal, 40), np.repeat(problem.start["right"][None], 81, axis=0)]
+
+
+def test_a_detour_in_the_open_becomes_straight():
+    problem, rows = aside()
+    found, kept = shortened(problem, rows)
+    assert kept > 0
+    assert length(found) == pytest.approx(problem.cost_lower_bound_rad, abs=2e-3)
+    assert len(found[0]) == len(found[1])
+
+
+def test_a_detour_about_an_arm_gets_shorter_and_stays_clear_by_the_twin():
+    problem, rows = over()
+    found, kept = shortened(problem, rows)
+    assert kept > 0
+    assert length(found) < length(rows)
+    for k in range(len(found[0]) - 1):
+        for f in np.linspace(0, 1, 5):
+            left, right = (q[k] + f * (q[k + 1] - q[k]) for q in found)
+            gap = clearance.moving_clearance(problem.cell, "left", left, "right", right)
+            assert gap >= KEEP_PROOF * problem.margin - 1e-5
+
+
+def test_the_ends_stay_and_nobody_drives_too_fast():
+    for problem, rows in (aside(), over()):
+        found, _ = shortened(problem, rows)
+        for name, before, after in zip(problem.cell.arm_names, rows, found, strict=True):
+            np.testing.assert_array_equal(after[[0, -1]], before[[0, -1]].astype(np.float32))
+            assert (np.abs(np.diff(after, axis=0)) <= problem.max_velocity[name] * DT_S * (1 + 1e-4)).all()
+
+
+def test_the_same_seed_shortens_in_the_same_way():
+    problem, rows = over()
+    (first, kept), (second, again) = shortened(problem, rows, seed=5), shortened(problem, rows, seed=5)
+    assert kept == again
+    for a, b in zip(first, second, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_without_attempts_or_time_a_plan_stays_as_it_is():
+    problem, rows = over()
+    cancelled = _core.Clock(np.inf)
+    cancelled.cancel()
+    for found, kept in (shortened(problem, rows, attempts=0), shortened(problem, rows, clock=cancelled)):
+        assert kept <= 7
+        assert length(found) <= length(rows) + 1e-4
+    assert shortened(problem, rows, attempts=0)[1] == 0
+
+
+def test_what_is_straight_already_is_left_alone():
+    problem = two_arms.passing()
+    rows = [np.linspace(problem.start[n], problem.goal[n], 21) for n in problem.cell.arm_names]
+    found, kept = shortened(problem, rows)
+    assert kept == 0
+    np.testing.assert_allclose(found[0], rows[0], atol=1e-6)
+
+
+def test_rows_that_do_not_match_are_refused():
+    problem, rows = aside()
+    with pytest.raises(ValueError, match="as many rows"):
+        shortened(problem, [rows[0], rows[1][:-1]])
+    with pytest.raises(ValueError, match="one array for each arm"):
+        shortened(problem, rows[:1])

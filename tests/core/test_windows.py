@@ -1,0 +1,109 @@
+"""Windows of constraints: open ones, broken numbers of steps, and single instants. Times are in steps."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from twins import toys, windows
+
+from mmp_env import _core
+
+MARGIN_M, PROOF_M, STEP_RAD, LAST = 0.002, 0.0015, 0.08, 24
+
+
+def narrow_arm():
+    """A toy arm whose second joint can hardly move: there is one way only."""
+    limits = {"lower": np.array([-np.pi, -1e-3]), "upper": np.array([np.pi, 1e-3])}
+    return toys.toy_cell(toys.toy_arm("a", [0, 0, 0], **limits))
+
+
+CELL = narrow_arm()
+HERE = np.zeros(2)
+
+
+def standing(forbidden):
+    """Safe intervals at a place that is forbidden in each of the windows."""
+    balls = [_core.Constraint.ball(HERE, 0.1, *window) for window in forbidden]
+    return [
+        (int(lo), int(hi)) for lo, hi in _core.safe_intervals(CELL.collision.core, 0, HERE, balls, MARGIN_M, PROOF_M)
+    ]
+
+
+def planned(forbidden, **options):
+    start, goal = np.array([-0.4, 0]), np.array([0.4, 0])
+    arm = _core.SingleArm(CELL.collision.core, 0, start, goal, np.full(2, STEP_RAD), MARGIN_M, PROOF_M, 0)
+    balls = [_core.Constraint.ball(HERE, 0.1, *window) for window in forbidden]
+    return arm.plan(balls, 0, _core.Clock(60.0), **options)[0]
+
+
+@pytest.mark.parametrize(
+    ("instant", "expected"),
+    [
+        (-1, [(0, _core.FOREVER)]),
+        (0, [(1, _core.FOREVER)]),
+        (0.5, [(0, 0), (1, _core.FOREVER)]),
+        (1, [(0, 0), (2, _core.FOREVER)]),
+        (3.25, [(0, 3), (4, _core.FOREVER)]),
+        (4, [(0, 3), (5, _core.FOREVER)]),
+    ],
+)
+def test_to_stay_somewhere_must_not_take_in_a_forbidden_instant(instant, expected):
+    assert standing([(instant, instant)]) == expected
+
+
+quarter = st.integers(-4, 4 * 18).map(lambda n: n / 4)
+
+
+@settings(max_examples=200)
+@given(st.lists(st.tuples(quarter, st.sampled_from([0, 0, 0.25, 1, 1.5, 3, 5])), max_size=5))
+def test_safe_intervals_are_the_longest_stays_that_windows_allow(drawn):
+    forbidden = [(start, start + length) for start, length in drawn]
+    found = [(lo, min(hi, LAST)) for lo, hi in standing(forbidden)]
+    expected = windows.stays(forbidden, LAST)
+    assert [stay for stay in found if stay[0] < stay[1]] == [stay for stay in expected if stay[0] < stay[1]]
+    # Single steps between open windows are of no use to anybody; where instants are forbidden they may be all there is.
+    if any(start == end for start, end in forbidden):
+        assert found == expected
+
+
+@pytest.mark.parametrize("instant", [*np.arange(0, 13, 0.5), 4.3, 5.77])
+def test_a_path_is_somewhere_else_at_a_forbidden_instant_and_late_by_no_more_than_it_must(instant):
+    path = planned([(instant, instant)])
+    at = np.interp(instant, np.arange(len(path)), path[:, 0])
+    assert abs(at) > 0.1 - 1e-6
+    # Ten steps for 0.8 rad; the ball takes two and a half of them, and whole steps for each piece of the way.
+    assert 10 <= len(path) - 1 <= 10 + 5
+
+
+def test_many_instants_are_passed_by_between_them():
+    instants = [4.5, 12.5, 13.5, 20.25]
+    path = planned([(t, t) for t in instants])
+    assert (np.abs(np.interp(instants, np.arange(len(path)), path[:, 0])) > 0.1 - 1e-6).all()
+    assert len(path) - 1 < 20
+
+
+def test_a_goal_may_be_forbidden_at_an_instant_but_not_from_then_on():
+    start, goal = np.array([-0.4, 0]), HERE
+    arm = _core.SingleArm(CELL.collision.core, 0, start, goal, np.full(2, STEP_RAD), MARGIN_M, PROOF_M, 0)
+    for end, reached in ((9.5, True), (_core.FOREVER, False), (1e300, False), (np.inf, False)):
+        closed = _core.Constraint.ball(HERE, 0.1, 9.5, end)
+        path, _ = arm.plan([closed], 0, _core.Clock(60.0), max_iterations=50)
+        assert (path is not None) == reached
+    assert _core.Constraint.ball(HERE, 0.1, -np.inf, np.inf).end == _core.FOREVER
+
+
+@pytest.mark.parametrize("window", [(2, 1), (np.nan, 1), (0, np.nan)])
+def test_a_window_that_ends_before_it_begins_is_refused(window):
+    with pytest.raises(ValueError, match="start"):
+        _core.Constraint.ball(HERE, 0.1, *window)
+
+
+@pytest.mark.parametrize(
+    ("instant", "broken"), [(4, False), (5, True), (5.4, True), (5.7, True), (5.9, False), (6.5, False), (99, True)]
+)
+def test_a_motion_breaks_an_instant_only_where_it_is_there(instant, broken):
+    """From 4.75 to 5.75 steps it passes the ball, and at its end it is in it."""
+    rows = np.array([[x, 0.0] for x in (-1.05, -0.85, -0.65, -0.45, -0.25, -0.05, 0.15, 0.35, 0.05)])
+    motion = CELL.collision.motion("a", rows)
+    ball = _core.Constraint.ball(HERE, 0.1, instant, instant)
+    assert _core.breaks_constraint(CELL.collision.core, motion, [ball], MARGIN_M) == broken

@@ -1,0 +1,264 @@
+"""Killed, interrupted or torn, a benchmark goes on where it stopped; with other settings it does not."""
+
+import fcntl
+import json
+import os
+import shutil
+import signal
+import time
+from pathlib import Path
+
+import bench_runs
+import pytest
+
+COUNT = 6
+
+
+def until(condition):
+    """Waits for something that another process does; a test that waits in vain fails."""
+    end = time.monotonic() + 60
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+def marks(path):
+    """The files that planner `slow` leaves behind: instance -> process."""
+    return {file.name: int(text) for file in path.glob("pair-*") if (text := file.read_text())}
+
+
+def gone(process):
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
+    except OSError:
+        return True
+
+
+def words_of(path, source):
+    """A benchmark in which every run waits while the file `hold` is there."""
+    planner = ["--planners", "slow", "--set", f"folder={path}", "--set", "takes=0.02", "--workers", 2]
+    return [source, *planner, "--out", path / "out", "--save-plans"]
+
+
+@pytest.fixture
+def held(tmp_path):
+    """A benchmark that has some results and then holds; its process and its words."""
+    source = bench_runs.many_instances(tmp_path, COUNT)
+    out = tmp_path / "out"
+    words = words_of(tmp_path, source)
+    with bench_runs.started(tmp_path, *words) as process:
+        until(lambda: out.exists() and (out / "results.jsonl").exists() and bench_runs.lines(out))
+        (tmp_path / "hold").touch()
+        yield process, words
+        process.kill()
+
+
+def assert_complete(out, before):
+    """All results are there, none twice, those from before as they were, and each plan where its line says."""
+    assert (out / "results.jsonl").read_bytes().startswith(before)
+    lines = bench_runs.lines(out)
+    assert sorted(line["instance"] for line in lines) == [f"pair/turn{k}" for k in range(COUNT)]
+    assert {line["status"] for line in lines} == {"solved"}
+    assert all((out / line["plan"]).is_file() for line in lines)
+
+
+def test_killed_without_a_word_it_leaves_no_process_and_goes_on(held, tmp_path):
+    process, words = held
+    until(lambda: len(marks(tmp_path)) > len(bench_runs.lines(tmp_path / "out")))
+    process.kill()
+    process.wait()
+    until(lambda: all(gone(worker) for worker in marks(tmp_path).values()))
+    before = (tmp_path / "out" / "results.jsonl").read_bytes()
+    (tmp_path / "hold").unlink()
+    assert bench_runs.bench(tmp_path, *words).code == 0
+    assert_complete(tmp_path / "out", before)
+
+
+def test_ctrl_c_ends_it_promptly_with_130_and_keeps_what_is_there(held, tmp_path):
+    process, words = held
+    until(lambda: len(marks(tmp_path)) > len(bench_runs.lines(tmp_path / "out")))
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert err.endswith("mmp: interrupted\n")
+    until(lambda: all(gone(worker) for worker in marks(tmp_path).values()))
+    before = (tmp_path / "out" / "results.jsonl").read_bytes()
+    (tmp_path / "hold").unlink()
+    assert bench_runs.bench(tmp_path, *words).code == 0
+    assert_complete(tmp_path / "out", before)
+
+
+def test_a_killed_worker_costs_one_line_and_the_rest_goes_on(held, tmp_path):
+    process, _ = held
+    out = tmp_path / "out"
+    until(lambda: len(marks(tmp_path)) > len(bench_runs.lines(out)))
+    done = {line["instance"].replace("/", "-") for line in bench_runs.lines(out)}
+    name, worker = next((name, pid) for name, pid in marks(tmp_path).items() if name.rpartition(".")[0] not in done)
+    os.kill(worker, signal.SIGKILL)
+    (tmp_path / "hold").unlink()
+    process.communicate(timeout=60)
+    assert process.returncode == 0
+    lines = {line["instance"].replace("/", "-"): line for line in bench_runs.lines(out)}
+    assert len(lines) == COUNT
+    killed = lines.pop(name.rpartition(".")[0])
+    assert (killed["status"], killed["planner"]) == ("error", "slow")
+    assert "killed by SIGKILL" in killed["message"]
+    assert {line["status"] for line in lines.values()} == {"solved"}
+
+
+@pytest.fixture(scope="module")
+def complete(tmp_path_factory):
+    """A complete benchmark; its folder, its source and what it was started with."""
+    path = tmp_path_factory.mktemp("complete")
+    source = bench_runs.many_instances(path, 3)
+    words = [source, "--planners", "quick,other=quick", "--set", "w=2", "--set", "other.steps=5", "--seed", 4]
+    assert bench_runs.bench(path, *words, "--out", path / "out").code == 0
+    return path / "out", source, words
+
+
+@pytest.fixture
+def copied(complete, tmp_path):
+    """A copy of it, and a way to start it with other words."""
+    folder, source, words = complete
+    out = Path(shutil.copytree(folder, tmp_path / "out"))
+
+    def again(*more):
+        return bench_runs.bench(tmp_path, *words, *more, "--out", out)
+
+    return out, source, again
+
+
+def test_a_complete_one_started_again_does_nothing_but_sum_up(copied):
+    out, _, again = copied
+    before = (out / "results.jsonl").read_bytes()
+    ran = again()
+    assert ran.code == 0
+    assert "3 of 3" in ran.out
+    assert (out / "results.jsonl").read_bytes() == before
+
+
+def test_workers_and_the_order_of_options_make_no_difference(copied, tmp_path, monkeypatch):
+    out, source, _ = copied
+    before = (out / "results.jsonl").read_bytes()
+    monkeypatch.chdir(source.parent)
+    words = ["--seed", 4, "--set", "other.steps=5", "--planners", "other=quick,quick", "--set", "w=2", "--workers", 7]
+    assert bench_runs.bench(tmp_path, source.name, *words, "--out", out).code == 0
+    assert (out / "results.jsonl").read_bytes() == before
+
+
+@pytest.mark.parametrize("cut", [1, 40, 10**6])
+def test_a_torn_last_line_is_cut_off_and_done_again(copied, cut):
+    out, _, again = copied
+    *whole, last = (out / "results.jsonl").read_bytes().splitlines(keepends=True)
+    torn = last[: -min(cut, len(last) - 1)]
+    (out / "results.jsonl").write_bytes(b"".join(whole) + torn)
+    assert again().code == 0
+    lines = bench_runs.lines(out)
+    assert len({(line["instance"], line["planner"]) for line in lines}) == len(lines) == 6
+    assert (out / "results.jsonl").read_bytes().startswith(b"".join(whole))
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--time-limit", 5], ["time_limit_s is 60.0 there and 5.0 here"]),
+        (["--seed", 5], ["seed is 4 there and 5 here"]),
+        (["--count", 2], ["count is null there and 2 here"]),
+        (["--margin", "0.001"], ["margin is 0.002 there and 0.001 here"]),
+        (["--save-plans", "--exact"], ["save_plans is false there and true here", "exact is false"]),
+        (["--memory-limit", 100], ["memory_limit_mb is 4096 there and 100 here"]),
+        (["--planners", "quick,other=helpless"], ["quick, other=quick there", "quick, other=helpless here"]),
+        (["--set", "quick.steps=6"], ["options of quick are w=2 there and w=2, steps=6 here"]),
+    ],
+    ids=lambda value: str(value[0])[:30],
+)
+def test_other_settings_are_refused_with_what_differs_and_how(copied, more, words):
+    out, _, again = copied
+    before = (out / "results.jsonl").read_bytes()
+    ran = again(*more)
+    assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1)
+    for word in [str(out), "other settings", *words]:
+        assert word in ran.err
+    assert (out / "results.jsonl").read_bytes() == before
+
+
+def test_another_source_and_another_version_are_other_settings(copied, tmp_path, monkeypatch):
+    out, _, again = copied
+    ran = bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "quick", "--seed", 4, "--out", out)
+    assert ran.code == 2
+    assert "many.json there and MultiArmCell-2 here" in ran.err
+    settings = json.loads((out / "settings.json").read_text())
+    (out / "settings.json").write_text(json.dumps(settings | {"version": "0.0.1"}))
+    assert "version is '0.0.1' there" in again().err
+
+
+def test_a_source_that_has_changed_meanwhile_is_noticed(tmp_path):
+    source = bench_runs.many_instances(tmp_path, 2)
+    words = [source, "--planners", "quick", "--out", tmp_path / "out"]
+    assert bench_runs.bench(tmp_path, *words).code == 0
+    data = json.loads(source.read_text())
+    data["instances"][1]["goal"]["left"][0] += 0.01
+    source.write_text(json.dumps(data))
+    ran = bench_runs.bench(tmp_path, *words)
+    assert ran.code == 2
+    assert f"the instances of {source} are not what they were" in ran.err
+
+
+def test_two_at_once_in_one_folder_are_refused(copied):
+    out, _, again = copied
+    with (out / "results.jsonl").open() as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        ran = again()
+    assert ran.code == 2
+    assert "in use by another mmp bench" in ran.err
+    assert again().code == 0
+
+
+@pytest.mark.parametrize(
+    ("row", "words"),
+    [
+        (b"{}", ["line 7", "no result of this benchmark"]),
+        (b"[1]", ["line 7", "no result of this benchmark"]),
+        (b"torn in the middle", ["line 7 is not JSON"]),
+        (b"\xff\xfe", ["line 7 is not text in UTF-8"]),
+        (b'{"instance": "pair/x", "planner": "quick", "seed": 4, "status": "solved"}', ["line 7", "no result of"]),
+        (b'{"instance": "pair/turn0", "planner": "quick", "seed": 4, "status": "won"}', ["line 7", "no result of"]),
+        (b'{"instance": "pair/turn0", "planner": "quick", "seed": 4, "status": "error"}', ["line 7", "second time"]),
+    ],
+)
+def test_lines_from_elsewhere_are_refused(copied, row, words):
+    out, _, again = copied
+    with (out / "results.jsonl").open("ab") as file:
+        file.write(row + b"\n")
+    before = (out / "results.jsonl").read_bytes()
+    ran = again()
+    assert (ran.code, ran.out, ran.err.count("\n")) == (2, "", 1)
+    for word in [str(out / "results.jsonl"), *words]:
+        assert word in ran.err
+    assert (out / "results.jsonl").read_bytes() == before
+
+
+def test_results_without_settings_are_not_taken_over(copied):
+    out, _, again = copied
+    (out / "settings.json").unlink()
+    ran = again()
+    assert ran.code == 2
+    assert "without its settings.json" in ran.err
+
+
+@pytest.mark.parametrize("content", ["", "[]", '{"schema": "mmp-plan/1"}', '{"schema": "mmp-bench/1"}'])
+def test_settings_that_are_none_are_refused(copied, content):
+    out, _, again = copied
+    (out / "settings.json").write_text(content)
+    ran = again()
+    assert (ran.code, ran.err.count("\n")) == (2, 1)
+    assert str(out) in ran.err
+
+
+def test_a_folder_that_cannot_be_one_is_named(tmp_path):
+    source = bench_runs.many_instances(tmp_path, 1)
+    (tmp_path / "file").touch()
+    for out in (tmp_path / "file", tmp_path / "file" / "below"):
+        ran = bench_runs.bench(tmp_path, source, "--planners", "quick", "--out", out)
+        assert ran.code == 2
+        assert f"{out} cannot be" in ran.err

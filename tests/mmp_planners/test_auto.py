@@ -1,0 +1,100 @@
+"""The portfolio: who finds the first plan, that it gets shorter, and that counts decide."""
+
+import math
+
+import numpy as np
+import pytest
+import two_arms
+
+import mmp_planners
+from mmp_env import _core
+from mmp_env.check import check_plan
+from mmp_env.instances import draw_instance
+from mmp_env.plan_file import plan_to_dict
+from mmp_env.problem import make_problem
+from mmp_env.rings import ring_cell
+from mmp_planners import Status, auto
+from mmp_planners.arms import Arms
+from mmp_planners.events import NodeCreated, SolutionFound
+from mmp_planners.low_level import SiRrtStar
+from mmp_planners.priorities import PrioritySearch
+from mmp_planners.replanning import Replanning
+
+
+def ring(arms=4, seed=2, robot="ur5e"):
+    cell = ring_cell(arms, robot)
+    return make_problem(cell, *draw_instance(cell, seed=seed))
+
+
+def test_it_is_much_shorter_than_what_it_starts_from():
+    problem = ring(6, 1)
+    first = mmp_planners.make("auto", shorten=0, rounds=0).plan(problem, seed=0)
+    best = mmp_planners.make("auto").plan(problem, seed=0)
+    assert best.stats["found_by"] == first.stats["found_by"] == "rrt-connect"
+    assert best.stats["cost_ratio"] < 1.06 < first.stats["cost_ratio"]
+    assert check_plan(best.plan).valid
+
+
+@pytest.mark.parametrize("left_out", [("rrt-connect",), ("rrt-connect", "prioritized")])
+def test_the_next_member_finds_a_plan_where_one_finds_none(monkeypatch, left_out):
+    def never(self, run):
+        while not run.clock.expired:
+            yield
+
+    monkeypatch.setattr(auto.Auto, "_composite", never)
+    if "prioritized" in left_out:
+        monkeypatch.setattr(PrioritySearch, "rounds", lambda self, seed: iter(()))
+    result = mmp_planners.make("auto").plan(ring(4, 5), seed=0)
+    assert result.status is Status.SOLVED
+    assert result.stats["found_by"] == ("prioritized" if len(left_out) == 1 else "apf-ecbs")
+    assert result.stats["bound_met"] is None
+    assert check_plan(result.plan).valid
+
+
+def test_turns_and_not_times_decide(monkeypatch):
+    problem = ring(6, 3, "panda")
+    plans = []
+    for tick in (0.0, 10.0):  # a machine on which everything takes ten seconds longer
+        clock = _core.Clock(math.inf)
+        monkeypatch.setattr(auto.Run, "elapsed_s", property(lambda run, tick=tick: tick))
+        plans.append(plan_to_dict(mmp_planners.make("auto").plan(problem, seed=4).plan))
+        assert not clock.expired
+    assert plans[0] == plans[1]
+
+
+def test_a_good_plan_is_left_alone():
+    result = mmp_planners.make("auto").plan(two_arms.one_moves(), seed=0)
+    assert result.stats["cost_ratio"] == pytest.approx(1.0, abs=1e-3)
+    assert result.stats["low_level_calls"] == 0
+
+
+def test_watchers_see_the_first_plan_and_the_best_one():
+    seen = []
+    result = mmp_planners.make("auto").plan(ring(6, 1), seed=0, watch=seen.append)
+    nodes = [event for event in seen if isinstance(event, NodeCreated)]
+    solutions = [event for event in seen if isinstance(event, SolutionFound)]
+    assert [n.node for n in nodes] == [s.node for s in solutions] == [0, 1]
+    assert nodes[1].parent == 0
+    assert nodes[0].cost_rad > nodes[1].cost_rad == result.plan.cost_rad
+
+
+def test_no_time_finds_nothing():
+    result = mmp_planners.make("auto").plan(ring(), time_limit=0.0)
+    assert result.status is Status.TIMEOUT
+    assert result.plan is None
+
+
+def test_replanning_takes_a_detour_out_that_no_shortcut_can():
+    problem = two_arms.one_moves()
+    arms = Arms(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
+    arms.reseed(0)
+    start, goal = problem.start["left"], problem.goal["left"]
+    via = start + np.array([0.0, -0.5, 0.4, 0.0, 0.0, 0.0])
+    there = np.vstack([start + f * (via - start) for f in np.linspace(0, 1, 9)])
+    back = np.vstack([via + f * (goal - via) for f in np.linspace(0, 1, 9)[1:]])
+    paths = [arms.path(0, np.vstack([there, back])), arms.path(1, problem.start["right"][None].repeat(17, axis=0))]
+    plan = arms.plan(paths, {}, {})
+    better, calls = Replanning()(arms, plan, 0)
+    assert calls == 1
+    assert better.cost_rad == pytest.approx(problem.cost_lower_bound_rad)
+    assert check_plan(better).valid

@@ -1,0 +1,84 @@
+"""When children are replanned, and what the low level is given to begin with."""
+
+import pytest
+from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, endless, told, tree
+
+from mmp_planners.constraints import EitherArm, EveryKind
+from mmp_planners.events import NodeCreated, NodeExpanded, Replanned
+from mmp_planners.expansion import AtOnce, FromParent, FromScratch, WhenTaken
+from mmp_planners.planner import StopPlanning
+
+
+def until_expanded(number):
+    """A watcher that stops when that many nodes are expanded, and what it saw."""
+    events = []
+
+    def watch(event):
+        events.append(event)
+        if isinstance(event, NodeExpanded) and event.expanded_nodes == number:
+            raise StopPlanning
+
+    return events, watch
+
+
+def names(events):
+    return [type(event).__name__ for event in events if isinstance(event, (NodeCreated, NodeExpanded, Replanned))]
+
+
+def test_at_once_both_children_are_replanned_before_any_node_is_taken():
+    events, watch = until_expanded(2)
+    tree(ArmsOnALine(endless, endless), expansion=AtOnce(), watch=watch).run(0)
+    assert names(events)[4:] == ["Replanned", "NodeCreated"] * 2 + ["NodeExpanded"]
+
+
+def test_when_taken_a_child_waits_with_the_paths_of_its_parent_and_is_put_back():
+    """Its parent's conflicts are its own until then, so the first child that has fewer is branched before the other."""
+    arms = ArmsOnALine([(0, 1, 1, 2), (0, 1, 3, 2)], [(2, 1, 1, 0)], [(9,)])
+    events, watch = until_expanded(2)
+    search = tree(arms, w=9.0, expansion=WhenTaken(), watch=watch)
+    search.run(0)
+    assert names(events) == ["Replanned"] * 3 + [
+        "NodeCreated",
+        "NodeExpanded",
+        "Replanned",
+        "NodeCreated",
+        "NodeExpanded",
+    ]
+    assert [event.node for event in events if isinstance(event, NodeExpanded)] == [0, 1]
+    assert search.counts.generated_nodes == 2, "the other child was never planned"
+
+
+@pytest.mark.parametrize("expansion", [AtOnce(), WhenTaken()])
+def test_both_find_the_same_solution_where_there_is_one_way(expansion):
+    search, exhausted, _ = told(lambda watch: tree(ArmsOnALine(*MEETING), expansion=expansion, watch=watch))
+    assert not exhausted
+    assert search.best.cost == 14.0
+    search, exhausted, _ = told(lambda watch: tree(ArmsOnALine([(0, 1)], [(2, 1)]), expansion=expansion, watch=watch))
+    assert exhausted
+    assert search.counts.dropped_children == 2
+
+
+def test_a_lazy_child_without_a_way_is_dropped_when_it_is_taken():
+    search, _, events = told(lambda watch: tree(ArmsOnALine(*LATER), expansion=WhenTaken(), watch=watch, w=9.0))
+    created = [event for event in events if isinstance(event, NodeCreated)]
+    assert len(created) + search.counts.dropped_children == search.counts.generated_nodes
+    assert [event.node for event in created] == sorted(event.node for event in created)
+
+
+def test_branches_of_two_kinds_make_four_children():
+    kinds = EveryKind(kinds=(EitherArm(kind=OneConstraint()), EitherArm(kind=OneConstraint())))
+    events, watch = until_expanded(2)
+    search = tree(ArmsOnALine(endless, endless), watch=watch)
+    search.branching = kinds
+    search.run(0)
+    assert [event.arm for event in events if isinstance(event, NodeCreated)] == [None, "a", "b", "a", "b"]
+
+
+def test_from_the_parent_the_low_level_is_given_the_path_that_is_to_be_replaced():
+    arms = ArmsOnALine([(0, 1, 2), (0, 5, 2)], [(2, 1, 0), (2, 7, 0)])
+    tree(arms, w=9.0, experience=FromParent()).run(0)
+    given = [known if known is None else known[:, 0].tolist() for known in arms.experiences]
+    assert given == [None, None, [0, 1, 2], [2, 1, 0]]
+    arms = ArmsOnALine([(0, 1, 2), (0, 5, 2)], [(2, 1, 0), (2, 7, 0)])
+    tree(arms, w=9.0, experience=FromScratch()).run(0)
+    assert arms.experiences == [None] * 4

@@ -1,0 +1,52 @@
+"""How far a joint can carry a sphere: a bound that holds everywhere, and is not wasteful."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from twins import toys
+from twins.clearance import cloud
+
+from mmp_env.rings import ring_cell
+from mmp_env.robot import SPHERE_SETS
+from mmp_planners.levers import lipschitz
+
+ROBOTS = ("ur5e", "panda", "fr5", "piper")
+CELLS = {(robot, spheres): ring_cell(2, robot, spheres) for robot in ROBOTS for spheres in SPHERE_SETS}
+
+
+def moved(cell, q, to):
+    """How far the spheres go from one configuration to another [m]."""
+    a, b = (cloud(cell, cell.arms[0], at).centers for at in (q, to))
+    return float(np.linalg.norm(b - a, axis=1).max())
+
+
+@given(robot=st.sampled_from(ROBOTS), spheres=st.sampled_from(SPHERE_SETS), seed=st.integers(0, 10**6))
+def test_no_sphere_moves_more_than_the_bound_times_the_largest_joint_motion(robot, spheres, seed):
+    cell, random = CELLS[robot, spheres], np.random.default_rng(seed)
+    arm = cell.arms[0]
+    q = random.uniform(arm.robot.lower, arm.robot.upper)
+    step = random.uniform(-1, 1, arm.dof) * 10 ** random.uniform(-4, 0)
+    if seed % 2:
+        step = np.sign(step) * np.abs(step).max()
+    assert moved(cell, q, q + step) <= lipschitz(arm, spheres) * np.abs(step).max() + 1e-12
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
+def test_the_bound_is_less_than_twice_what_an_arm_can_do(robot):
+    cell, random = CELLS[robot, "28"], np.random.default_rng(0)
+    arm, step = cell.arms[0], 1e-3
+    most = max(
+        moved(cell, q := random.uniform(arm.robot.lower, arm.robot.upper), q + step * random.choice([-1, 1], arm.dof))
+        for _ in range(3000)
+    )
+    assert lipschitz(arm, "28") < 2 * most / step
+
+
+def test_of_a_planar_arm_it_is_the_sum_of_the_ways_to_the_outermost_sphere():
+    """Two links of one metre, a sphere at the tip: 2 m from the first axis, 1 m from the second."""
+    cell = toys.toy_cell(toys.toy_arm("toy", [0, 0, 0]))
+    arm = cell.arms[0]
+    stretched = np.zeros(arm.dof)
+    step = 1e-6
+    assert lipschitz(arm, cell.spheres) == pytest.approx(moved(cell, stretched, stretched + step) / step, rel=1e-4)

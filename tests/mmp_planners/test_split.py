@@ -1,0 +1,115 @@
+"""`split` loses nothing: two configurations that are free of contact satisfy one of its two branches."""
+
+import numpy as np
+import pytest
+from first_conflicts import CASES, conflict
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from twins.clearance import Cloud, cloud, least_gap
+
+from mmp_env import _core
+from mmp_planners.constraints import Split
+from mmp_planners.constraints.split import deepest
+from mmp_planners.levers import lipschitz
+
+every_case = pytest.mark.parametrize("case", CASES)
+FLOAT_M = 1e-5
+
+
+def split(case, **options):
+    """The ball of arm j, what arm i must stay off, and the numbers that both are made of."""
+    arms, paths, meeting = conflict(case)
+    out, off = Split(**options).branches(arms, paths, meeting, "begin")
+    contact = deepest(arms, paths, meeting)
+    bound = lipschitz(arms.problem.cell.arms[out.arm], arms.problem.cell.spheres)
+    radius = Split(**options).share * (arms.margin - contact.gap) / bound
+    return arms, paths, out, off, contact, bound, radius
+
+
+def moving(arms, arm, q):
+    return cloud(arms.problem.cell, arms.problem.cell.arms[arm], q).moving
+
+
+def smaller(spheres, by):
+    return Cloud(spheres.parts, spheres.centers, spheres.radii - by)
+
+
+def is_broken(arms, arm, q, constraint):
+    """Whether an arm that stands at q all the time breaks a constraint."""
+    motion = arms.model.motion(arms.names[arm], q[None])
+    return _core.breaks_constraint(arms.core, motion, [constraint], arms.margin)
+
+
+@every_case
+def test_both_branches_are_of_the_one_deepest_instant(case):
+    arms, paths, out, off, contact, _, _ = split(case)
+    (ball,), (core,) = out.constraints, off.constraints
+    assert ball.start == ball.end == core.start == core.end == contact.instant
+    meeting = conflict(case)[2]
+    assert {out.arm, off.arm} == {meeting.a, meeting.b}
+    for k in np.arange(np.ceil(meeting.first), meeting.last + 1):
+        gap = least_gap(
+            moving(arms, meeting.a, paths[meeting.a].at(k)), moving(arms, meeting.b, paths[meeting.b].at(k))
+        )
+        assert gap >= contact.gap - 1e-9
+
+
+@every_case
+def test_the_ball_is_as_large_as_the_depth_allows_and_the_core_still_in_contact(case):
+    arms, paths, out, off, contact, bound, radius = split(case)
+    q_j, q_i = (paths[arm].at(contact.instant) for arm in (out.arm, off.arm))
+    assert 0 < radius * bound < arms.margin - contact.gap
+    core = smaller(moving(arms, out.arm, q_j), radius * bound)
+    assert least_gap(moving(arms, off.arm, q_i), core) < arms.margin
+    assert is_broken(arms, off.arm, q_i, off.constraints[0])
+    assert is_broken(arms, out.arm, q_j, out.constraints[0])
+    assert is_broken(arms, out.arm, q_j + 0.99 * radius, out.constraints[0])
+    assert not is_broken(arms, out.arm, q_j + 1.02 * radius, out.constraints[0])
+
+
+def signs(dof):
+    return st.lists(st.floats(-1, 1) | st.sampled_from([-1.0, 1.0]), min_size=dof, max_size=dof).map(np.array)
+
+
+@given(case=st.sampled_from(sorted(CASES)), where=signs(6), away=signs(6), share=st.sampled_from([0.3, 0.5, 0.9]))
+def test_no_pair_of_configurations_with_the_margin_is_lost(case, where, away, share):
+    """Arm j anywhere in its ball, arm i moved off until it has just the margin: it must be off the core.
+
+    Found by halving, so that the configurations are the hardest ones: with the margin and hardly more.
+    """
+    arms, paths, out, off, contact, bound, radius = split(case, share=share)
+    q_j, q_i = paths[out.arm].at(contact.instant) + radius * where, paths[off.arm].at(contact.instant)
+    there = moving(arms, out.arm, q_j)
+
+    def clear(s):
+        return least_gap(moving(arms, off.arm, q_i + s * away), there) >= arms.margin + FLOAT_M
+
+    assume(clear(1.0))
+    low, high = 0.0, 1.0
+    for _ in range(25):
+        middle = (low + high) / 2
+        low, high = (low, middle) if clear(middle) else (middle, high)
+    free = q_i + high * away
+    core = smaller(moving(arms, out.arm, paths[out.arm].at(contact.instant)), radius * bound)
+    assert least_gap(moving(arms, off.arm, free), core) >= arms.margin
+    assert not is_broken(arms, off.arm, free, off.constraints[0])
+
+
+def test_without_the_shrinking_such_pairs_would_be_lost():
+    """What the property above is worth: the whole arm in place of its core forbids some of them."""
+    arms, paths, out, off, contact, _, radius = split("passing")
+    q_j, q_i = paths[out.arm].at(contact.instant), paths[off.arm].at(contact.instant)
+    lost = 0
+    for pan in (-1.0, 1.0):
+        moved = q_j + radius * pan * np.eye(6)[0]
+        for s in np.linspace(0, 0.6, 2000):
+            free = q_i + s * np.eye(6)[0]
+            if least_gap(moving(arms, off.arm, free), moving(arms, out.arm, moved)) >= arms.margin:
+                lost += least_gap(moving(arms, off.arm, free), moving(arms, out.arm, q_j)) < arms.margin
+                break
+    assert lost > 0
+
+
+def test_of_two_arms_that_are_alike_the_second_gets_the_ball():
+    _, _, out, off, *_ = split("in the ring")
+    assert out.arm > off.arm

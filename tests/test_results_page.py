@@ -1,0 +1,136 @@
+"""docs/results: its page is made of what is kept there, and the script that makes the results refuses nonsense."""
+
+import gzip
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "results" / "README.md"
+
+TABLE = """# A title
+
+Machine: a test.
+
+## Cells
+
+| cell | arms |
+| --- | ---: |
+| MultiArmCell-4 | 4 |
+
+## MultiArmCell-4
+
+### Success, nodes, time, makespan and cost
+
+| planner | solved | expanded nodes |
+| --- | ---: | ---: |
+| ecbs | 45 of 50 (90 %) | 3 |
+
+A note.
+
+### Time and cost in detail
+
+not shown
+
+## Made again by
+
+    mmp bench
+"""
+
+
+@pytest.fixture
+def results_page():
+    spec = importlib.util.spec_from_file_location("results_page", ROOT / "scripts" / "results_page.py")
+    assert spec
+    assert spec.loader
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def script(name, *words):
+    """Runs a script of the checkout."""
+    interpreter = "bash" if name.endswith(".sh") else sys.executable
+    command = [interpreter, str(ROOT / "scripts" / name), *words]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_the_page_of_results_is_up_to_date():
+    done = script("results_page.py", "--check")
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_links_of_the_page_of_results_lead_to_files_that_are_there():
+    targets = re.findall(r"\]\(([^)#\s]+)", PAGE.read_text(encoding="utf-8"))
+    assert [t for t in targets if "://" not in t and not (PAGE.parent / t).exists()] == []
+
+
+def test_the_tables_that_matter_are_put_between_the_marks(results_page, tmp_path):
+    (tmp_path / "cells").mkdir()
+    (tmp_path / "cells" / "table.md").write_text(TABLE)
+    marks = "".join(
+        f"<!-- table: {name} -->\nold\n<!-- end of table -->\n" for name in ("cells", "cells-ecbs", "letter")
+    )
+    page = results_page.filled(marks, tmp_path)
+    assert "old" not in page
+    assert "Machine: a test." in page
+    assert "### MultiArmCell-4\n\n#### Success" in page
+    assert "| MultiArmCell-4 | 76 % | 45 of 50 (90 %) |" in page
+    assert "not shown" not in page
+    assert "Made again" not in page
+    assert page.count("Not run yet") == 1
+    assert results_page.filled(page, tmp_path) == page
+
+
+def test_a_reproduction_is_kept_whole_and_always_as_the_same_bytes(results_page, tmp_path):
+    source, target = tmp_path / "cells", tmp_path / "kept"
+    source.mkdir()
+    for name in ("table.md", "success.png", "success.svg", "settings.json", "results.jsonl", "report.html"):
+        (source / name).write_text(name)
+    results_page.keep(source, target)
+    first = {path.name: path.read_bytes() for path in target.iterdir()}
+    assert set(first) == {"table.md", "success.png", "success.svg", "settings.json", "results.jsonl.gz"}
+    assert gzip.decompress(first["results.jsonl.gz"]) == b"results.jsonl"
+    (target / "stale.png").touch()
+    results_page.keep(source, target)
+    assert {path.name: path.read_bytes() for path in target.iterdir()} == first
+
+
+def test_a_folder_without_a_report_is_refused(results_page, tmp_path):
+    with pytest.raises(SystemExit, match=r"has no table\.md; `mmp report"):
+        results_page.keep(tmp_path, tmp_path / "kept")
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--count", "0"], "--count is '0'; it must be a whole number from 1"),
+        (["--workers", "two"], "--workers is 'two'"),
+        (["--time-limit", "1e3"], "--time-limit is '1e3'; it must be a number of seconds"),
+        (["--out"], "--out needs a value"),
+        (["--limit", "3"], "unknown argument '--limit'"),
+    ],
+)
+def test_the_reproduction_refuses_bad_arguments_before_it_does_anything(words, told):
+    done = script("reproduce_paper.sh", *words)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert told in done.stderr
+
+
+def test_the_reproduction_explains_its_options():
+    done = script("reproduce_paper.sh", "--help")
+    assert done.returncode == 0
+    for option in ("--time-limit", "--count", "--workers", "--out"):
+        assert option in done.stdout
+
+
+def test_the_variants_of_the_page_are_those_that_are_run():
+    text = (ROOT / "scripts" / "reproduce_paper.sh").read_text(encoding="utf-8")
+    run = set(re.findall(r'^  "([\w.-]+): ', text, re.MULTILINE))
+    told = set(re.findall(r"`([\w.-]+)`", PAGE.read_text(encoding="utf-8")))
+    assert run
+    assert run <= told

@@ -13,6 +13,7 @@ void need_all_joints(const Cell& cell, const Vector& q) {
   size_t dof = 0;
   for (const auto& arm : cell.single.arms) dof += static_cast<size_t>(arm.dof);
   need(q.shape(0) == dof, "wrong number of joints");
+  for (size_t k = 0; k < dof; ++k) need(std::abs(q.data()[k]) < 1e4, "joints must be finite");
 }
 
 }  // namespace
@@ -25,6 +26,7 @@ void bind_joint(nb::module_& m) {
              double proof, double range, double step, uint64_t seed) {
             need_all_joints(cell, start);
             need_all_joints(cell, goal);
+            need(range > 0 && step > 0, "range and step must be positive");
             new (self) Search(cell.world<Floats>(), as<float>(start), as<float>(goal), levels_of(margin, margin),
                               levels_of(margin_of_proof, proof), {range, step}, seed);
           },
@@ -60,6 +62,7 @@ void bind_joint(nb::module_& m) {
         for (size_t a = 0; a < arms; ++a) {
           need_rows(cell, static_cast<int>(a), q[a]);
           need_joints(cell, static_cast<int>(a), max_step[a]);
+          for (size_t k = 0; k < max_step[a].size(); ++k) need(max_step[a].data()[k] > 0, "steps must be positive");
           need(q[a].shape(0) == q[0].shape(0) && q[0].shape(0) > 0, "as many rows for each arm");
           rows.emplace_back(q[a].data(), q[a].data() + q[a].size());
           speeds.push_back(as<float>(max_step[a]));

@@ -4,194 +4,13 @@
 // not free falls with all that hangs on it: the trees grow on without it.
 #pragma once
 
-#include <deque>
-
+#include "composite_edges.hpp"
+#include "composite_tree.hpp"
 #include "random.hpp"
-#include "segments.hpp"
 
 namespace mmp {
 
-// What all arms together may touch, asked about straight edges of the composite space.
-template <class V>
-class CompositeEdges {
- public:
-  using T = Scalar<V>;
-  CompositeEdges(StaticWorld<V>& world, T margin, T step)
-      : world_(&world), prover_(world), margin_(margin), step_(step) {
-    const auto& arms = world.cell->arms;
-    for (const auto& arm : arms) {
-      offset_.push_back(dof_);
-      dof_ += arm.dof;
-      poses_.emplace_back(arm);
-    }
-    ready_.resize(arms.size());
-    for (int a = 0; a < count(); ++a) {
-      tests_.push_back({a, -1});
-      for (int b = a + 1; b < count(); ++b) tests_.push_back({a, b});
-    }
-  }
-
-  int dof() const { return dof_; }
-  int count() const { return static_cast<int>(poses_.size()); }
-  int offset(int a) const { return offset_[a]; }
-  const ArmModel<T>& arm(int a) const { return *poses_[a].arm; }
-
-  // Whether no sample of the edge touches anything; `from` itself is known to be free.
-  bool free(const T* from, const T* to) {
-    T longest = 0;
-    for (int j = 0; j < dof_; ++j) longest = std::max(longest, std::abs(to[j] - from[j]));
-    const int samples = std::max(1, static_cast<int>(std::ceil(longest / step_)));
-    const int batches = (samples + width<V> - 1) / width<V>;
-    // The lanes of a batch are spread over the whole edge, so that the first one finds most contacts.
-    for (int batch = 0; batch < batches; ++batch) {
-      std::fill(ready_.begin(), ready_.end(), false);
-      V at;
-      for (int lane = 0; lane < width<V>; ++lane)
-        at[lane] = T(std::min(batch + 1 + lane * batches, samples)) / T(samples);
-      for (size_t k = 0; k < tests_.size(); ++k)
-        if (touches(tests_[k], from, to, at)) {
-          // What was in the way is likely to be in the way again.
-          std::rotate(tests_.begin(), tests_.begin() + k, tests_.begin() + k + 1);
-          return false;
-        }
-    }
-    return true;
-  }
-
-  // Which of the edges way[k] -> way[k + 1] keep `levels.proof` at every instant.
-  std::vector<bool> proved(const std::vector<const T*>& way, Levels<T> levels, const Clock& clock) {
-    const int edges = static_cast<int>(way.size()) - 1;
-    std::vector<bool> out(edges, true);
-    std::vector<SegmentResult<T>> results;
-    const auto of = [&](int a) {
-      return [&way, o = offset_[a]](int s) { return std::pair<const T*, const T*>(way[s] + o, way[s + 1] + o); };
-    };
-    const auto note = [&] {
-      for (int k = 0; k < edges; ++k)
-        if (!results[k].free) out[k] = false;
-    };
-    for (int a = 0; a < count(); ++a) {
-      results.assign(edges, {});
-      prover_.alone(a, edges, of(a), levels, Stop::at_first_contact_of_segment, results.data(), &clock);
-      note();
-      for (int b = a + 1; b < count(); ++b) {
-        results.assign(edges, {});
-        prover_.pair(a, b, edges, of(a), of(b), levels, false, results.data(), &clock);
-        note();
-      }
-    }
-    return out;
-  }
-
- private:
-  struct Test {
-    int a, b;  // b = -1: arm a alone
-  };
-
-  bool touches(Test test, const T* from, const T* to, V at) {
-    Contacts<V> out;
-    auto& a = pose(test.a, from, to, at);
-    if (test.b < 0) {
-      const auto none = [](int) { return V{}; };
-      world_->contacts(test.a, a, margin_, none, none, [](const Contacts<V>& c) { return bits<V>(c.hit) != 0; }, out);
-      return bits<V>(out.hit) != 0;
-    }
-    auto& b = pose(test.b, from, to, at);
-    for (size_t i = a.arm->links.size(); i-- > 1;)
-      for (size_t j = b.arm->links.size(); j-- > 1;) {
-        contact(a, static_cast<int>(i), b, static_cast<int>(j), margin_, V{}, out);
-        if (bits<V>(out.hit)) return true;
-      }
-    return false;
-  }
-
-  Pose<V>& pose(int a, const T* from, const T* to, V at) {
-    if (!ready_[a]) {
-      ready_[a] = true;
-      V q[kMaxDof];
-      const T *p = from + offset_[a], *n = to + offset_[a];
-      for (int j = 0; j < poses_[a].arm->dof; ++j) q[j] = p[j] + at * (n[j] - p[j]);
-      forward(q, poses_[a]);
-    }
-    return poses_[a];
-  }
-
-  StaticWorld<V>* world_;
-  Prover<V> prover_;
-  T margin_, step_;
-  int dof_ = 0;
-  std::vector<int> offset_;
-  std::vector<Pose<V>> poses_;
-  std::vector<bool> ready_;
-  std::vector<Test> tests_;
-};
-
-// Nodes of one tree. Rows for the search for the nearest stand in blocks, a node a lane: the sum over the joints has
-// the same order, and so the same bits, for every width.
-template <class V>
-class CompositeTree {
- public:
-  using T = Scalar<V>;
-  explicit CompositeTree(int dof) : dof_(dof) {}
-
-  int size() const { return static_cast<int>(parent_.size()); }
-  int parent(int k) const { return parent_[k]; }
-  const T* q(int k) const { return rows_[k].data(); }
-
-  int add(const std::vector<T>& q, int parent) {
-    const int k = size();
-    rows_.push_back(q);
-    parent_.push_back(parent);
-    if (k % kBlock == 0) blocks_.resize(blocks_.size() + static_cast<size_t>(kBlock) * dof_, kFarAway);
-    for (int j = 0; j < dof_; ++j) blocks_[at(k, j)] = q[j];
-    return k;
-  }
-
-  // In L2; the first of those that are equally near.
-  int nearest(const std::vector<T>& q) const {
-    V least = splat<V>(std::numeric_limits<T>::max());
-    V which{}, number;
-    for (int lane = 0; lane < width<V>; ++lane) number[lane] = T(lane);
-    for (int first = 0; first < size(); first += width<V>) {
-      const T* p = blocks_.data() + at(first, 0);
-      V d2{};
-      for (int j = 0; j < dof_; ++j, p += kBlock) {
-        const V d = load<V>(p) - q[j];
-        d2 += d * d;
-      }
-      const Mask<V> nearer = d2 < least;
-      least = select<V>(nearer, d2, least);
-      which = select<V>(nearer, number, which);
-      number += T(width<V>);
-    }
-    int best = 0;
-    for (int lane = 1; lane < width<V>; ++lane)
-      if (least[lane] < least[best] || (least[lane] == least[best] && which[lane] < which[best])) best = lane;
-    return static_cast<int>(which[best]);
-  }
-
-  // Node k and all that hangs on it is as good as gone: nothing is ever near to it.
-  void fell(int k) {
-    std::vector<bool> down(size());
-    for (int n = k; n < size(); ++n) {
-      down[n] = n == k || (parent_[n] >= 0 && down[parent_[n]]);
-      if (down[n])
-        for (int j = 0; j < dof_; ++j) blocks_[at(n, j)] = kFarAway;
-    }
-  }
-
- private:
-  static constexpr int kBlock = 16;
-  static constexpr T kFarAway = T(1e6);
-  size_t at(int k, int j) const {
-    return (static_cast<size_t>(k / kBlock) * dof_ + j) * kBlock + static_cast<size_t>(k % kBlock);
-  }
-
-  int dof_;
-  std::deque<std::vector<T>> rows_;  // whose places never change
-  std::vector<int> parent_;
-  std::vector<T> blocks_;
-};
+inline constexpr int kManyNodes = 4096;  // beyond that an iteration takes so long that each looks at the clock
 
 struct CompositeOptions {
   double range = 2.0;  // longest edge, L2 [rad]
@@ -228,7 +47,7 @@ class CompositeSearch {
       return {forward_.q(0), backward_.q(0)};
     }
     for (const int end = iteration_ + iterations; iteration_ < end;) {
-      if ((iteration_ & 15) == 15 && clock.expired()) break;
+      if (((iteration_ & 15) == 15 || nodes() > kManyNodes) && clock.expired()) break;
       const int it = iteration_++;
       const bool ahead = it % 2 == 0;
       auto &tree = ahead ? forward_ : backward_, &other = ahead ? backward_ : forward_;

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "constraints.hpp"
-#include "motion.hpp"
+#include "pair_check.hpp"
 
 namespace mmp {
 

@@ -5,7 +5,7 @@
 // a plan that was safe stays safe.
 #pragma once
 
-#include "motion.hpp"
+#include "pair_check.hpp"
 #include "random.hpp"
 
 namespace mmp {
@@ -33,8 +33,10 @@ class Shortener {
   int run(int attempts, Random& random, const Clock& clock) {
     int kept = 0, in_vain = 0;
     tries_ = 0;
+    clock_ = &clock;
     // Windows in which there is nothing to gain are drawn again; a plan with few that have is given up in the end.
-    for (int it = 0; tries_ < attempts && it < kDraws * attempts && excess() > kStraight && last() > 1; ++it) {
+    for (int64_t it = 0; tries_ < attempts && it < int64_t{kDraws} * attempts && excess() > kStraight && last() > 1;
+         ++it) {
       if ((it & 7) == 7 && clock.expired()) break;
       // All arms at once first, as long as it helps.
       const bool together = in_vain < kPatience || it % kTogether == 0;
@@ -93,7 +95,7 @@ class Shortener {
     const T *p = motions_[a].at(i), *q = motions_[a].at(j);
     std::vector<T> rows(static_cast<size_t>(length + 1) * dof);
     for (int k = 0; k <= length; ++k) {
-      const bool done = k >= wait + drive;
+      const bool done = k == length || (k > 0 && k >= wait + drive);
       const T f = k <= wait ? T(0) : T(k - wait) / T(std::max(drive, 1));
       for (int n = 0; n < dof; ++n) rows[static_cast<size_t>(k) * dof + n] = done ? q[n] : p[n] + f * (q[n] - p[n]);
     }
@@ -103,7 +105,7 @@ class Shortener {
   bool free_alone(int a, int i, int j) {
     const auto at = [&](int) { return std::pair<const T*, const T*>(motions_[a].at(i), motions_[a].at(j)); };
     SegmentResult<T> result;
-    prover_.alone(a, 1, at, alone_, Stop::at_first_contact, &result);
+    prover_.alone(a, 1, at, alone_, Stop::at_first_contact, &result, clock_);
     return result.free;
   }
 
@@ -140,7 +142,7 @@ class Shortener {
     if (!free_alone(a, i, j)) return false;
     const auto part = stretch(a, i, j, room, wait, drive);
     for (int b = 0; b < arms(); ++b)
-      if (b != a && !check_.apart(part, motions_[b], i, between_)) return false;
+      if (b != a && !check_.apart(part, motions_[b], i, between_, clock_)) return false;
     motions_[a].take_over(i, part);
     measure(a);
     return true;
@@ -160,18 +162,18 @@ class Shortener {
     for (int k = 1; k < length; ++k) at(k, joint) = from + T(k) / T(length) * (to - from);
     const auto ends = [&](int k) { return std::pair<const T*, const T*>(&at(k, 0), &at(k + 1, 0)); };
     std::vector<SegmentResult<T>> results(length);
-    prover_.alone(a, length, ends, alone_, Stop::at_first_contact, results.data());
+    prover_.alone(a, length, ends, alone_, Stop::at_first_contact, results.data(), clock_);
     for (const auto& r : results)
       if (!r.free) return false;
     const Motion<V> part(*cell_, a, std::move(rows));
     for (int b = 0; b < arms(); ++b)
-      if (b != a && !check_.apart(part, motions_[b], i, between_)) return false;
+      if (b != a && !check_.apart(part, motions_[b], i, between_, clock_)) return false;
     motions_[a].take_over(i, part);
     measure(a);
     return true;
   }
 
-  bool cut_all(Random& random, int it) {
+  bool cut_all(Random& random, int64_t it) {
     const auto [i, j] = it == 0 ? std::pair(0, last()) : window(random);
     double gain = 0;
     int length = 0;
@@ -187,7 +189,7 @@ class Shortener {
     for (int a = 0; a < arms(); ++a) {
       parts.push_back(stretch(a, i, j, length, 0, length));
       for (int b = 0; b < a; ++b)
-        if (!check_.apart(parts[b], parts[a], 0, between_)) return false;
+        if (!check_.apart(parts[b], parts[a], 0, between_, clock_)) return false;
     }
     for (int a = 0; a < arms(); ++a) splice(a, i, j, parts[a]);
     measure();
@@ -212,6 +214,7 @@ class Shortener {
   std::vector<std::vector<double>> along_;  // length from the start to each step [rad]
   std::vector<double> straight_;
   int tries_ = 0;
+  const Clock* clock_ = nullptr;  // what it ends early counts as not free
 };
 
 }  // namespace mmp

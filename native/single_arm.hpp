@@ -1,6 +1,7 @@
 // One arm's planner as others call it: searches that share a static tree, and the proof of what they find.
 #pragma once
 
+#include "pair_check.hpp"
 #include "si_rrt.hpp"
 
 namespace mmp {

@@ -39,7 +39,7 @@ ROWS = (
     f"prioritized@{_FILES},{_RINGS}@10",
     f"auto@{_RINGS},panda-circle-4,panda-circle-6@10",
     "auto@MultiArmCell-8:panda@30",
-    "prioritized shorten=400@panda-circle-4,panda-circle-6@10",
+    "prioritized shorten=1000@panda-circle-4,panda-circle-6@10",
     f"cbs,ecbs,gen-ecbs,apf-ecbs-nf,apf-ecbs,cbs-mp,xecbs@{_RINGS}",
     f"ecbs,apf-ecbs-nf,apf-ecbs@MultiArmCell-8:panda,{_FILES}",
 )

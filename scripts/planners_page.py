@@ -52,7 +52,7 @@ instances, so where one gives up another may do.
 """
 
 CHOICES = {
-    "rrt-connect": "the first plan as soon as there can be one, whatever it costs; with `shortcut` it gets shorter",
+    "rrt-connect": "the first plan as soon as there can be one, whatever it costs; with `shorten` it gets cheaper",
     "prioritized": "short ways in crowded cells, and nobody needs a tree",
     "apf-ecbs": "the paper's planner: few nodes, a bound relative to its own path lengths",
     "ecbs": "the baseline of the paper, the same search without repulsion",

@@ -19,11 +19,12 @@ from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.prioritized import Prioritized
 from mmp_planners.replanning import Replanning
-from mmp_planners.rrt_connect import Composite
+from mmp_planners.rrt_connect import NODES, Composite, sub_seeds
 from mmp_planners.tree_planner import grow
 
 FIRST_TURN = 10_000
-"""Iterations of the composite search in its first turn; twice as many in each further one."""
+"""Iterations of the composite search in its first turn; twice as many in each further one, up to `LONGEST_TURN`."""
+LONGEST_TURN = 200_000
 GOOD = 1.03
 """Multiple of the straight lines that is not worth more work."""
 GAIN = 1e-3
@@ -48,10 +49,10 @@ class Auto:
 
     about: ClassVar[About] = About(
         paper="portfolio of `rrt-connect`, `prioritized` and `apf-ecbs`; then shortcuts and replanning of single arms",
-        guarantee="probabilistically complete as `rrt-connect` is; no bound on the cost",
+        guarantee="not complete: it gives up where an arm finds no way even alone; no bound on the cost",
     )
 
-    shorten: int = option(400, "attempts to shorten the plan, and half as many after each round", least=0)
+    shorten: int = option(300, "attempts to shorten the plan, and half as many after each round", least=0)
     rounds: int = option(3, "rounds in which arms with detours are planned anew, at most", least=0)
     dt: float = option(0.1, "length of a step of the time grid [s]", positive=True)
 
@@ -66,59 +67,70 @@ class Auto:
         check_steps(problem, self.dt)
         try:
             watch(SearchStarted(elapsed_s=run.elapsed_s, restart=0, sub_seed=seed))
-            counts.found_by = self._first_plan(run, counts, watch)
+            self._first_plan(run, counts, watch)
             run.exhausted = counts.found_by is None and not run.clock.expired
-            first = counts.next_node() if run.best else None
-            run.tell(watch, node=first or 0, parent=None, dt=self.dt)
+            first = counts.generated_nodes  # nodes of the tree have the numbers before
+            run.tell(watch, node=first, parent=None, dt=self.dt)
             if self._improve(run, counts):
-                run.tell(watch, node=counts.next_node(), parent=first, dt=self.dt)
+                run.tell(watch, node=first + 1, parent=first, dt=self.dt)
         except StopPlanning:
             pass
         return run.result()
 
-    def _first_plan(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> str | None:
-        """Who found a plan; None when time is up, or every arm that could be planned alone was given up."""
+    def _first_plan(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> None:
+        """Counts who found a plan; nobody when time is up, or where an arm finds no way even alone."""
         members = {
             "rrt-connect": self._composite(run),
             "prioritized": Prioritized(dt=self.dt).search(run, counts, watch).rounds(run.seed),
             "apf-ecbs": self._tree(run, watch),
         }
-        while len(members) > 1:
+        while len(members) > 1:  # the composite search never ends by itself
             for name, turns in list(members.items()):
                 if run.clock.expired:
-                    return None
-                if next(turns, "over") == "over":
-                    del members[name]
+                    return
+                try:
+                    over = next(turns, "over") == "over"
+                finally:  # a watcher may stop the run on being told of the plan
+                    counts.found_by = name if run.best is not None else None
                 if run.best is not None:
-                    return name
-        return None
+                    return
+                if over:
+                    del members[name]
 
     def _composite(self, run: Run) -> Iterator[None]:
         composite, iterations = Composite(), FIRST_TURN
-        search = composite.search(run.problem, run.seed)
-        while not run.clock.expired:
-            plan = composite.grow(run.problem, search, iterations, run.clock)
-            if plan is not None and run.offer(plan):
-                return
-            iterations *= 2
-            yield
+        for sub_seed in sub_seeds(run.seed):
+            search = composite.search(run.problem, sub_seed)
+            while search.nodes < NODES:
+                if run.clock.expired:
+                    return
+                plan = composite.grow(run.problem, search, iterations, run.clock)
+                if plan is not None and run.offer(plan):
+                    return
+                iterations = min(2 * iterations, LONGEST_TURN)
+                yield
+            run.counts.restarts += 1
 
     def _tree(self, run: Run, watch: Watcher) -> Iterator[None]:
         planner = ApfEcbs(dt=self.dt)
         tree = grow(run, planner, planner.parts(), watch)
-        for _ in tree.rounds(run.seed):
-            yield
-        if tree.best is not None:
-            run.best = dataclasses.replace(tree.best, bound_met=None)
+        try:
+            for _ in tree.rounds(run.seed):
+                yield
+        finally:  # after a stop too
+            if tree.best is not None:
+                run.take(dataclasses.replace(tree.best, bound_met=None), tree.found_at)
 
     def _improve(self, run: Run, counts: PortfolioCounts) -> bool:
         """Whether the plan got any shorter."""
         better = run.shorten(self.shorten, self.dt)
-        arms = Arms(run.problem, self.dt, SiRrtStar(iterations=100, improve=5, shortcuts=100), run.clock)
-        arms.reseed(run.seed)
+        arms: Arms | None = None
         for turn in range(1, self.rounds + 1):
             if run.best is None or run.best.cost <= GOOD * run.problem.cost_lower_bound_rad or run.clock.expired:
                 break
+            if arms is None:
+                arms = Arms(run.problem, self.dt, SiRrtStar(iterations=100, improve=5, shortcuts=100), run.clock)
+                arms.reseed(run.seed)
             before = run.best.cost
             plan, calls = Replanning()(arms, run.best.plan, run.seed + turn)
             counts.low_level_calls += calls

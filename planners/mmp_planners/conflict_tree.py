@@ -10,6 +10,8 @@ level samples. And the bounds are the planner's own path lengths, not the best t
 
 from __future__ import annotations
 
+import itertools
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -48,6 +50,8 @@ class ConflictTree:
     patience: int = 20
     counts: Counts = field(default_factory=Counts)
     best: Incumbent | None = None
+    found_at: float | None = None
+    """When the first solution was found, by `time.perf_counter()`."""
     exhausted: bool = False
 
     def __post_init__(self) -> None:
@@ -72,10 +76,12 @@ class ConflictTree:
         """One tree each, until a solution is good enough, the constraints are used up (`exhausted`), or time is."""
         seeds = np.random.SeedSequence(seed)
         budget, rootless = float(RESTART_EXPANSIONS), 0
-        while not self.arms.clock.expired:
+        for restart in itertools.count():
+            if self.arms.clock.expired:
+                return
             sub_seed = int(seeds.spawn(1)[0].generate_state(1, np.uint64)[0] >> 1)
-            self.tell.search_started(self.counts.restarts, sub_seed)
-            instant = INSTANTS[self.counts.restarts % len(INSTANTS)]
+            self.tell.search_started(restart, sub_seed)
+            instant = INSTANTS[restart % len(INSTANTS)]
             root = self._nursery.root(sub_seed)
             rootless = rootless + 1 if root is None else 0
             if rootless >= (ROOT_TRIES if self.restarts else 1):  # an arm that finds no way even alone
@@ -158,6 +164,7 @@ class ConflictTree:
         plan = self.arms.plan(node.paths, {}, {})
         valid, clearance, (a, b), instant = self.arms.certify(plan)
         if valid:
+            self.found_at = self.found_at or time.perf_counter()
             self.best = Incumbent(plan=plan, cost=node.cost, clearance=clearance, found_at=self.counts.expanded_nodes)
             self.tell.solved(node, clearance)
         elif not self.arms.clock.expired:

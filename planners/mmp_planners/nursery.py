@@ -66,7 +66,7 @@ class Nursery:
         constraints = child.constraints[arm]
         path = self._replan(arm, constraints, (self.seed, number, arm), self.experience(before))  # l. 19
         if path is None:
-            self.counts.dropped_children += 1
+            self.counts.dropped_children += not self.arms.clock.expired
             return False
         child.id, child.pending = number, None
         bounds = (*child.bounds[:arm], path.length, *child.bounds[arm + 1 :])

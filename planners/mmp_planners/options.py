@@ -11,7 +11,10 @@ import numpy as np
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.problem import Problem
 
-MOST_STEPS = 100_000
+LARGEST_SEED = 2**63 - 1
+LARGEST_COUNT = 10**8
+"""Of attempts, iterations and the like: more than that never ends, and does not fit the core's counters."""
+MOST_STEPS = 10_000
 """Steps that the straight way of one arm may take; a finer grid or slower joints are a mistake in the units."""
 
 
@@ -32,23 +35,29 @@ def check_options(planner: Any) -> None:
             raise UnknownNameError(f"value of option '{f.name}'", value, f.metadata["choices"])
         if f.metadata.get("positive") and not (math.isfinite(value) and value > 0):
             raise MmpError(f"option '{f.name}' is {value!r}; it must be a positive number")
+        if isinstance(value, int) and value > LARGEST_COUNT:
+            raise MmpError(f"option '{f.name}' is {value!r}; it must be {LARGEST_COUNT} at most")
         least = f.metadata.get("least")
         if least is not None and not value >= least:
             raise MmpError(f"option '{f.name}' is {value!r}; it must be {least} at least")
 
 
 def check_steps(problem: Problem, dt: float) -> None:
-    """Raises `MmpError` where the straight way of an arm would take more steps than anything can hold."""
+    """Raises `MmpError` where the straight way of an arm would take more steps than anything can hold.
+
+    A radian counts for arms that hardly move too: they may have to give way.
+    """
     for name, v_max in problem.max_velocity.items():
-        steps = float((np.abs(problem.goal[name] - problem.start[name]) / (v_max * dt)).max())
+        way = np.maximum(np.abs(problem.goal[name] - problem.start[name]), 1.0)
+        steps = float((way / (v_max * dt)).max())
         if steps > MOST_STEPS:
             raise MmpError(
-                f"arm '{name}' needs {steps:.3g} steps of dt {dt} s to its goal; allowed: {MOST_STEPS}. "
+                f"arm '{name}' needs {steps:.3g} steps of dt {dt} s to its goal, or for 1 rad; allowed: {MOST_STEPS}. "
                 "dt is too short or max_velocity too low"
             )
 
 
 def check_seed(seed: int) -> None:
-    """Raises `MmpError` for a negative seed."""
-    if seed < 0:
-        raise MmpError(f"seed is {seed}; it must be 0 or more")
+    """Raises `MmpError` for a negative seed, or one of more than 63 bits."""
+    if not 0 <= seed <= LARGEST_SEED:
+        raise MmpError(f"seed is {seed}; it must be 0 or more, and {LARGEST_SEED} at most")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
@@ -37,7 +38,6 @@ class PrioritySearch:
     wait: int
     """Steps that arms which are not planned yet may count as parked at their start, at most."""
     alone: list[Path] = field(default_factory=list)
-
     exhausted: bool = False
     """Whether an arm finds no way even alone."""
 
@@ -49,9 +49,11 @@ class PrioritySearch:
         rng = np.random.default_rng(seed)
         order, parked, budget = self._first_order(), [0] * len(self.alone), 1.0
         detours: list[list[_core.Constraint]] = [[] for _ in order]
-        while not self.arms.clock.expired:
-            self.tell.search_started(self.counts.restarts, seed)
-            paths, failed = self._one_after_the_other(order, parked, detours, budget, seed)
+        for restart in itertools.count():
+            if self.arms.clock.expired:
+                return
+            self.tell.search_started(restart, seed)
+            paths, failed = self._one_after_the_other(order, parked, detours, budget, (seed, ALONE_TRIES + restart))
             if failed is None and self.run.offer(self.arms.plan(paths, {}, {})):
                 return
             yield
@@ -59,7 +61,7 @@ class PrioritySearch:
             budget = min(budget * RESTART_GROWTH, LARGEST_BUDGET)
             order = _next_order(order, failed, rng)
             parked = [int(k) for k in rng.integers(0, self.wait + 1, len(order))]
-            if self.counts.restarts >= DETOURS_FROM:
+            if restart + 1 >= DETOURS_FROM:
                 detours = [self._detour(arm, rng) if rng.random() < DETOUR else [] for arm in range(len(order))]
 
     def _each_alone(self, seed: int) -> bool:
@@ -89,7 +91,7 @@ class PrioritySearch:
         parked: Sequence[int],
         detours: Sequence[Sequence[_core.Constraint]],
         budget: float,
-        seed: int,
+        key: tuple[int, int],
     ) -> tuple[list[Path], int | None]:
         """A path for each arm, in the order of the cell, each clear of those before it; or the arm that found none."""
         paths: dict[int, Path] = {}
@@ -99,7 +101,7 @@ class PrioritySearch:
             kept += detours[arm]
             path = None if kept else self._alone_if_clear(arm, before)
             if path is None:
-                path = self._plan(arm, kept, before, budget, _seed(seed, ALONE_TRIES + self.counts.restarts, arm))
+                path = self._plan(arm, kept, before, budget, _seed(*key, arm))
             if path is None:
                 return [], arm
             paths[arm] = path

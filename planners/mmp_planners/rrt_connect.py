@@ -15,10 +15,11 @@ from mmp_env.plan import Plan
 from mmp_env.problem import Problem
 from mmp_planners.events import SearchStarted, Watcher, ignore
 from mmp_planners.finishing import Run
-from mmp_planners.options import check_options, option
+from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.shortcutting import paced
 
+NODES = 200_000
 SLICE = 2000
 """Iterations between two looks at how large the trees have become."""
 
@@ -69,7 +70,7 @@ class RrtConnect:
 
     range: float = option(2.0, "longest edge of the trees, L2 over all joints of all arms [rad]", least=0.01)
     step: float = option(0.05, "distance between samples of an edge, largest joint [rad]", least=0.001)
-    nodes: int = option(200_000, "nodes of both trees before they are planted anew", positive=True)
+    nodes: int = option(NODES, "nodes of both trees before they are planted anew", positive=True)
     shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: as it was found", least=0)
     dt: float = option(0.1, "step of the time grid that it is shortened on [s]", positive=True)
 
@@ -80,6 +81,7 @@ class RrtConnect:
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
         run = Run.begin("rrt-connect", self, problem, seed, time_limit)
+        check_steps(problem, self.dt)
         composite = Composite(range=self.range, step=self.step)
         try:
             for sub_seed in sub_seeds(seed):

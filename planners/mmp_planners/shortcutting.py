@@ -7,7 +7,7 @@ clock is common, and only shorter ways are taken.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,9 @@ from mmp_env.collision import HIT, KEEP_PROOF
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
 
-Rows = Float[np.ndarray, "k dof"]
+Rows = Float[np.ndarray, "k _"]  # arms may have different numbers of joints
+MOST_STEPS = 10_000
+"""Of a grid; a plan that lasts longer, with a joint as slow as that, has longer steps."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,11 +33,11 @@ class Shortcutting:
     def __call__(self, plan: Plan, seed: int, clock: _core.Clock) -> tuple[Plan, int]:
         """The plan made shorter, its certificate still to come, and how many stretches were replaced."""
         problem = plan.problem
-        names = problem.cell.arm_names
+        names, dt = problem.cell.arm_names, step_of_grid(plan, self.dt)
         rows, kept = _core.shorten(
             problem.cell.collision.core,
-            on_grid(plan, self.dt),
-            [problem.max_velocity[name] * self.dt for name in names],
+            on_grid(plan, dt),
+            [problem.max_velocity[name] * dt for name in names],
             HIT * problem.margin,
             KEEP_PROOF * problem.margin,
             KEEP_PROOF * problem.margin,
@@ -46,8 +48,14 @@ class Shortcutting:
         return (paced(problem, rows) if kept else plan), kept
 
 
+def step_of_grid(plan: Plan, dt: float) -> float:
+    """The step [s] of a grid for the plan: `dt`, or more where those would be too many."""
+    return max(dt, plan.makespan_s / MOST_STEPS)
+
+
 def on_grid(plan: Plan, dt: float) -> list[Rows]:
-    """Configurations of every arm, each stretch of the plan in whole steps of `dt` [s] or a little less."""
+    """Configurations of every arm, each stretch of the plan in whole steps of `step_of_grid` or a little less."""
+    dt = step_of_grid(plan, dt)
     counts = np.maximum(np.ceil(np.diff(plan.times) / dt - 1e-6).astype(int), 1)
     last = int(counts.sum())
     instants = np.interp(np.arange(last + 1), np.concatenate([[0], np.cumsum(counts)]), np.arange(len(plan.times)))
@@ -64,17 +72,24 @@ def paced(problem: Problem, rows: Sequence[Rows]) -> Plan:
 
     The ends are put exactly on start and goal. One clock for all arms, so what was clear of each other stays so.
     """
-    names = problem.cell.arm_names
-    q = {name: np.array(r, dtype=float) for name, r in zip(names, rows, strict=True)}
-    lasting = np.zeros(len(rows[0]) - 1)
-    for arm in problem.cell.arms:
-        q[arm.name] = np.clip(q[arm.name], arm.robot.lower, arm.robot.upper)
+    q: dict[str, Rows] = {}
+    for arm, given in zip(problem.cell.arms, rows, strict=True):
+        inside = np.clip(np.asarray(given, dtype=float), arm.robot.lower, arm.robot.upper)
+        q[arm.name] = np.repeat(inside, 2, axis=0) if len(inside) == 1 else inside
         q[arm.name][0], q[arm.name][-1] = problem.start[arm.name], problem.goal[arm.name]
-        if len(lasting):
-            needed = np.abs(np.diff(q[arm.name], axis=0)) / problem.max_velocity[arm.name]
-            lasting = np.maximum(lasting, needed.max(axis=1))
     # Where nothing moves nobody waits for anything.
-    kept = np.concatenate([[True], lasting > 1e-9])
-    kept[-1] |= not kept[1:].any() and any((q[name][0] != q[name][-1]).any() for name in names)
-    times = np.concatenate([[0.0], np.cumsum(np.maximum(lasting[kept[1:]], 1e-9))])
-    return Plan(problem=problem, times=times, positions={name: q[name][kept] for name in names})
+    kept = np.concatenate([[True], _lasting(problem, q) > 1e-9])
+    kept[-1] |= not kept[1:].any() and any((rows[0] != rows[-1]).any() for rows in q.values())
+    q = {name: rows[kept] for name, rows in q.items()}
+    for name, left in q.items():
+        left[-1] = problem.goal[name]
+    lasting = np.maximum(_lasting(problem, q), 1e-9)
+    # A hair more: late in a plan a step of nanoseconds would come out too short, for times are rounded.
+    times = np.concatenate([[0.0], np.cumsum(lasting + np.spacing(lasting.sum()))])
+    return Plan(problem=problem, times=times, positions=q)
+
+
+def _lasting(problem: Problem, q: Mapping[str, Rows]) -> Float[np.ndarray, "steps"]:
+    """How long the slowest joint of all arms takes for each step [s]."""
+    needed = [np.abs(np.diff(rows, axis=0)) / problem.max_velocity[name] for name, rows in q.items()]
+    return np.max([joints.max(axis=1) for joints in needed], axis=0)

@@ -75,10 +75,11 @@ def plan_with_tree(
     try:  # a signal handler may stop the run at any moment, before the search begins and after it has ended too
         tree = grow(run, options, parts, watch)
         run.exhausted = tree.run(seed)
-        run.best = tree.best
+        run.take(tree.best, tree.found_at)
         run.shorten(options.shorten, options.dt)
     except StopPlanning:
-        run.best = run.best or (tree.best if tree else None)
+        if tree is not None and run.best is None:
+            run.take(tree.best, tree.found_at)
     return run.result()
 
 

@@ -8,19 +8,23 @@ import two_arms
 from twins import clearance
 
 from mmp_env import _core
+from mmp_env.cell import Cell, Obstacle, place_arm
 from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF
 from mmp_env.instances import draw_instance
 from mmp_env.problem import make_problem
 from mmp_env.rings import ring_cell
+from mmp_env.robot import frozen_array
+from mmp_env.transforms import quaternion_from_yaw
 
 RANGE_RAD, STEP_RAD = 2.0, 0.05
+FLOAT_M = 1e-5
 
 
-def search_of(problem, seed=0, edge=RANGE_RAD):
+def search_of(problem, seed=0, edge=RANGE_RAD, step=STEP_RAD):
     names, margin = problem.cell.arm_names, problem.margin
     start, goal = (np.concatenate([q[name] for name in names]) for q in (problem.start, problem.goal))
     levels = (HIT * margin, PLAN_PROOF * margin, KEEP_PROOF * margin)
-    return _core.CompositeSearch(problem.cell.collision.core, start, goal, *levels, edge, STEP_RAD, seed)
+    return _core.CompositeSearch(problem.cell.collision.core, start, goal, *levels, edge, step, seed)
 
 
 def forever():
@@ -42,14 +46,117 @@ def test_a_way_goes_from_start_to_goal_by_edges_no_longer_than_asked(kind):
     assert np.linalg.norm(np.diff(way, axis=0), axis=1).max() <= RANGE_RAD * (1 + 1e-5)
 
 
-def test_a_way_is_clear_between_its_samples_by_the_twin():
+def dense(way, samples=60):
+    """Configurations of all joints along a way, [n, joints]."""
+    fractions = np.linspace(0, 1, samples, endpoint=False)[:, None]
+    return np.concatenate([*(a + fractions * (b - a) for a, b in pairwise(way)), way[-1:]])
+
+
+def split(cell, q):
+    """Arm -> [dof] of a row of all joints."""
+    return dict(zip(cell.arm_names, np.split(q, np.cumsum([arm.dof for arm in cell.arms])[:-1]), strict=True))
+
+
+@pytest.mark.parametrize("step", [STEP_RAD, 2.0])
+def test_a_way_is_clear_between_its_samples_by_the_twin(step):
     problem = two_arms.passing()
-    way = search_of(problem).grow(1_000_000, forever())
-    fractions = np.linspace(0, 1, 60, endpoint=False)[:, None]
-    dense = np.concatenate([a + fractions * (b - a) for a, b in pairwise(way)])
-    for q in dense:
+    way = search_of(problem, step=step).grow(1_000_000, forever())
+    for q in dense(way):
         between = clearance.moving_clearance(problem.cell, "left", q[:6], "right", q[6:])
-        assert between >= KEEP_PROOF * problem.margin - 1e-5
+        assert between >= KEEP_PROOF * problem.margin - FLOAT_M
+
+
+def obstacle_in_the_way():
+    """A ball where the hand of the left arm would pass, and the right arm far off."""
+    tip = two_arms.facing_cell(2.4).collision.tool_points("left", two_arms.reaching(0.0)[None])[0]
+    ball = {"position": frozen_array(tip), "quaternion": frozen_array([1.0, 0, 0, 0]), "radius": 0.05}
+    cell = Cell(
+        name="ball", arms=two_arms.facing_cell(2.4).arms, obstacles=(Obstacle(name="o", shape="sphere", **ball),)
+    )
+    return turned(cell, 0.8, -0.8)
+
+
+def base_in_the_way():
+    """The other arm stands right where the fore arm would pass, and reaches the other way itself."""
+    left = place_arm("left", "ur5e", [-0.3, 0, 0], quaternion_from_yaw(0.0))
+    right = place_arm("right", "ur5e", [0.3, 0, 0], quaternion_from_yaw(0.0))
+    return turned(Cell(name="close", arms=(left, right)), 1.2, -1.2, low=True)
+
+
+def turned(cell, start, goal, low=False):
+    """The left arm turns from one pan to the other; the right one holds still."""
+    ends = [{"left": reach(pan, low), "right": two_arms.reaching(0.0)} for pan in (start, goal)]
+    return make_problem(cell, *ends)
+
+
+def reach(pan, low):
+    return two_arms.reaching(pan) + (np.array([0, 0.6, 0.3, 0, 0, 0]) if low else 0)
+
+
+def itself_in_the_way():
+    """Two places that the left arm cannot go straight between without touching itself: the first ones drawn."""
+    cell = two_arms.facing_cell(2.4)
+    rng = np.random.default_rng(5)
+    q = rng.uniform(-2.8, 2.8, (4000, 6))
+    q = q[cell.collision.is_free("left", q, margin=0.01)]
+    middle = [clearance.self_clearance(cell, "left", (a + b) / 2) for a, b in pairwise(q[:80])]
+    k = int(np.argmax(np.array(middle) < -0.02))
+    assert middle[k] < -0.02
+    return make_problem(cell, *({"left": q[n], "right": two_arms.reaching(0.0)} for n in (k, k + 1)))
+
+
+@pytest.mark.parametrize("step", [STEP_RAD, 2.0])
+@pytest.mark.parametrize(
+    ("kind", "what"),
+    [
+        (obstacle_in_the_way, clearance.obstacle_clearance),
+        (base_in_the_way, clearance.base_clearance),
+        (itself_in_the_way, clearance.self_clearance),
+    ],
+)
+def test_a_way_is_clear_of_obstacles_bases_and_the_arms_themselves_by_the_twin(kind, what, step):
+    problem = kind()
+    cell = problem.cell
+    straight = np.linspace(problem.start["left"], problem.goal["left"], 60)
+    assert min(what(cell, "left", q) for q in straight) < 0, "the straight way is closed"
+    way = search_of(problem, step=step).grow(1_000_000, forever())
+    for row in dense(way, 40):
+        q = split(cell, row)
+        least = min(clearance.static_clearance(cell, arm, q[arm]) for arm in q)
+        least = min(least, clearance.moving_clearance(cell, "left", q["left"], "right", q["right"]))
+        assert least >= KEEP_PROOF * problem.margin - FLOAT_M
+
+
+def test_an_edge_that_coarse_samples_let_through_falls_by_the_proof_and_the_search_goes_on():
+    """One sample an edge, its end: the straight way through the other hand becomes a node, and no way."""
+    problem = two_arms.passing()
+    fine, coarse = (search_of(problem, edge=4.0, step=step) for step in (STEP_RAD, 2.0))
+    assert fine.grow(1, forever()) is None
+    assert fine.nodes == 2, "the samples see the contact"
+    assert coarse.grow(1, forever()) is None
+    assert coarse.nodes == 3, "start, goal, and the goal again at the end of the straight edge"
+    way = coarse.grow(1_000_000, forever())
+    assert len(way) > 2
+    assert_proved(problem, way)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_ways_of_coarse_samples_are_proved_all_the_same(seed):
+    """Longer ways, whose edges fall in either tree."""
+    problem = crowded(seed)
+    coarse, fine = (search_of(problem, seed, step=step) for step in (1.0, STEP_RAD))
+    assert_proved(problem, coarse.grow(1_000_000, forever()))
+    assert_proved(problem, fine.grow(1_000_000, forever()))
+
+
+def assert_proved(problem, way):
+    """The certificate, in double precision, of what the search proved in single precision."""
+    rows = [np.ascontiguousarray(q) for q in np.split(way, len(problem.cell.arms), axis=1)]
+    valid, least, *where = _core.certify(
+        problem.cell.collision.core, rows, KEEP_PROOF * problem.margin - FLOAT_M, 0.5, forever()
+    )
+    assert valid, where
+    assert least > 0
 
 
 def test_slices_find_what_one_go_finds():
@@ -91,3 +198,18 @@ def test_what_does_not_fit_the_cell_is_refused():
     q = np.zeros(5)
     with pytest.raises(ValueError, match="number of joints"):
         _core.CompositeSearch(problem.cell.collision.core, q, q, 1e-3, 1e-3, 1e-3, RANGE_RAD, STEP_RAD, 0)
+
+
+@pytest.mark.parametrize(("edge", "step"), [(0.0, STEP_RAD), (RANGE_RAD, 0.0), (-1.0, STEP_RAD), (np.nan, STEP_RAD)])
+def test_edges_and_steps_of_no_length_are_refused(edge, step):
+    with pytest.raises(ValueError, match="range and step"):
+        search_of(two_arms.passing(), edge=edge, step=step)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -1e9])
+def test_ends_that_are_no_configurations_are_refused(value):
+    problem = two_arms.passing()
+    free, broken = np.zeros(12), np.full(12, value)
+    for ends in ((free, broken), (broken, free)):
+        with pytest.raises(ValueError, match="finite"):
+            _core.CompositeSearch(problem.cell.collision.core, *ends, 1e-3, 1e-3, 1e-3, RANGE_RAD, STEP_RAD, 0)

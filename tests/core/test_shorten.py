@@ -106,3 +106,12 @@ def test_rows_that_do_not_match_are_refused():
         shortened(problem, [rows[0], rows[1][:-1]])
     with pytest.raises(ValueError, match="one array for each arm"):
         shortened(problem, rows[:1])
+
+
+def test_steps_of_no_length_are_refused():
+    problem, rows = aside()
+    core = problem.cell.collision.core
+    for slow in (0.0, -0.1, np.nan):
+        speeds = [np.full(6, 0.08), np.append(np.full(5, 0.08), slow)]
+        with pytest.raises(ValueError, match="steps must be positive"):
+            _core.shorten(core, rows, speeds, 1e-3, 1e-3, 1e-3, 10, 0, _core.Clock(np.inf))

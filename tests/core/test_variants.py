@@ -1,5 +1,7 @@
 """All variants of the core give the same bits: the same seed gives the same plan on every processor."""
 
+import itertools
+
 import numpy as np
 import pytest
 from twins import toys
@@ -7,6 +9,7 @@ from twins import toys
 import mmp_env.collision
 from mmp_env import core_variants
 from mmp_env.collision import CollisionModel
+from mmp_env.instances import draw_instance
 from mmp_env.rings import ring_cell
 from mmp_tasks.reach import Reach
 
@@ -146,3 +149,80 @@ def test_instances_agree_to_the_last_bit(monkeypatch):
         return [*start.values(), *goal.values()]
 
     assert_same_bits(by_every_variant(monkeypatch, cell, ask))
+
+
+STEP_RAD, PROOF_M = 0.08, 0.75 * MARGIN_M
+
+
+def stepwise(way, step):
+    """A way on a grid of steps, no joint farther than `step` [rad] in one: [steps + 1, joints]."""
+    rows = [way[:1]]
+    for a, b in itertools.pairwise(way):
+        count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
+        rows.append(a + np.arange(1, count + 1)[:, None] / count * (b - a))
+    return np.concatenate(rows)
+
+
+@pytest.mark.parametrize("robot", ["ur5e", "panda"])
+@pytest.mark.parametrize("step", [STEP_RAD, 0.01])
+def test_composite_ways_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot, step):
+    """With the finer grid the plans have more than 512 steps."""
+    cell = ring_cell(4, robot)
+    start, goal = draw_instance(cell, seed=2)
+    dof = cell.arms[0].dof
+
+    def ask(core, model):
+        out = []
+        for seed, edge in ((0, 0.05), (1, 2.0)):
+            levels = (MARGIN_M, PROOF_M, 0.6 * MARGIN_M)
+            ends = (np.concatenate(list(q.values())) for q in (start, goal))
+            search = core.CompositeSearch(model.core, *ends, *levels, 2.0, edge, seed)
+            way = search.grow(3000, core.Clock(60.0))
+            assert way is not None
+            rows = np.split(stepwise(way, step), 4, axis=1)
+            assert step > 0.05 or len(rows[0]) > 512
+            speeds = [np.full(dof, step)] * 4
+            out += [way, search.nodes, search.iterations]
+            out.append(core.shorten(model.core, rows, speeds, MARGIN_M, PROOF_M, PROOF_M, 60, seed, core.Clock(60.0)))
+        return out
+
+    assert_same_bits(by_every_variant(monkeypatch, cell, ask))
+
+
+def sweep(cell, arm, turn, wait, steps):
+    """A path that waits, turns about the base from one side to the other in so many steps, and stops: [k, dof]."""
+    home = np.array(cell.arm(arm).robot.home)
+    side = 1.3 * turn * np.eye(len(home))[0]
+    moving = home - side + np.linspace(0, 2, steps + 1)[:, None] * side
+    return np.vstack([np.repeat(moving[:1], wait, axis=0), moving])
+
+
+@pytest.mark.parametrize("robot", ["ur5e", "panda"])
+@pytest.mark.parametrize(("wait", "steps"), [(0, 13), (5, 40), (21, 33), (3, 600), (517, 35)])
+def test_planning_among_movers_agrees_to_the_last_bit(monkeypatch, robot, wait, steps):
+    """Motions within a block of steps, across some, and beyond the last one; set out at steps that begin no block."""
+    cell = ring_cell(2, robot)
+    own, other = sweep(cell, "arm0", -1, 0, 33), sweep(cell, "arm1", 1, wait, steps)
+    rng = np.random.default_rng(76)
+    stays = np.array(cell.arms[0].robot.home) + rng.uniform(-1.2, 1.2, (12, cell.arms[0].dof))
+
+    def ask(core, model):
+        motion, late = core.Motion(model.core, 1, other), core.Motion(model.core, 1, other[wait // 2 :])
+        arm = core.SingleArm(model.core, 0, own[0], own[-1], np.full(len(own[0]), STEP_RAD), MARGIN_M, PROOF_M, 7, 0.8)
+        whole = core.Constraint.moving(motion, 0, core.FOREVER)
+        part = core.Constraint.moving(motion, 7, wait + 30)
+        clock = core.Clock(60.0)
+        found = arm.plan([], 1, clock, improve_iterations=20, others=[motion])
+        out = [found, arm.plan(part, 2, clock, others=[late]), arm.plan(whole, 3, clock, 100)]
+        again = {"others": [late], "experience": own if found[0] is None else found[0]}
+        out += [arm.plan([], 4, clock, **again), arm.plan(part, 5, clock, 100, **again)]
+        for q in stays:
+            for rules, others in (([], [motion]), (part, [late]), (whole, [])):
+                out.append(core.safe_intervals(model.core, 0, q, rules, MARGIN_M, PROOF_M, others))
+        pairs = np.array([[0, 1], [0, 2]], np.int32)
+        motions = [core.Motion(model.core, 0, own), motion, late]
+        return [*out, core.conflict_instants(model.core, motions, pairs, MARGIN_M, PROOF_M)]
+
+    results = by_every_variant(monkeypatch, cell, ask)
+    assert_same_bits(results)
+    assert any(array.ndim == 2 and array.shape[1] == len(own[0]) for array in results["v1"]), "some path is found"

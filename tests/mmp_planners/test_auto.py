@@ -13,7 +13,7 @@ from mmp_env.instances import draw_instance
 from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import make_problem
 from mmp_env.rings import ring_cell
-from mmp_planners import Status, auto
+from mmp_planners import Status, StopPlanning, auto
 from mmp_planners.arms import Arms
 from mmp_planners.events import NodeCreated, SolutionFound
 from mmp_planners.low_level import SiRrtStar
@@ -35,20 +35,63 @@ def test_it_is_much_shorter_than_what_it_starts_from():
     assert check_plan(best.plan).valid
 
 
-@pytest.mark.parametrize("left_out", [("rrt-connect",), ("rrt-connect", "prioritized")])
-def test_the_next_member_finds_a_plan_where_one_finds_none(monkeypatch, left_out):
+def leave_out(monkeypatch, *members):
+    """Members that never find a plan."""
+
     def never(self, run):
         while not run.clock.expired:
             yield
 
-    monkeypatch.setattr(auto.Auto, "_composite", never)
-    if "prioritized" in left_out:
+    if "rrt-connect" in members:
+        monkeypatch.setattr(auto.Auto, "_composite", never)
+    if "prioritized" in members:
         monkeypatch.setattr(PrioritySearch, "rounds", lambda self, seed: iter(()))
+
+
+@pytest.mark.parametrize("left_out", [("rrt-connect",), ("rrt-connect", "prioritized")])
+def test_the_next_member_finds_a_plan_where_one_finds_none(monkeypatch, left_out):
+    leave_out(monkeypatch, *left_out)
     result = mmp_planners.make("auto").plan(ring(4, 5), seed=0)
     assert result.status is Status.SOLVED
     assert result.stats["found_by"] == ("prioritized" if len(left_out) == 1 else "apf-ecbs")
     assert result.stats["bound_met"] is None
+    assert 0 < result.stats["first_plan_s"] <= result.stats["planning_time_s"]
     assert check_plan(result.plan).valid
+
+
+def test_a_watcher_that_stops_on_the_plan_of_the_tree_gets_that_plan(monkeypatch):
+    leave_out(monkeypatch, "rrt-connect", "prioritized")
+    told = []
+
+    def watch(event):
+        told.append(event)
+        if isinstance(event, SolutionFound):
+            raise StopPlanning
+
+    result = mmp_planners.make("auto").plan(ring(4, 5), seed=0, watch=watch)
+    assert result.status is Status.SOLVED
+    assert result.plan.cost_rad == pytest.approx(told[-1].cost_rad)
+    assert (result.stats["shortcuts"], result.stats["bound_met"]) == (0, None)
+    assert result.stats["found_by"] == "apf-ecbs"
+    assert 0 < result.stats["first_plan_s"] <= result.stats["planning_time_s"]
+    assert result.stats["min_clearance_m"] >= 0.5 * result.plan.problem.margin
+    assert check_plan(result.plan).valid
+
+
+def test_no_node_of_a_tree_counts_where_the_composite_search_finds_the_plan():
+    stats = mmp_planners.make("auto").plan(ring(6, 1), seed=0, watch=[].append).stats
+    assert stats["found_by"] == "rrt-connect"
+    assert (stats["expanded_nodes"], stats["generated_nodes"], stats["fast_track_tries"]) == (0, 0, 0)
+
+
+def test_the_numbers_of_the_plans_come_after_those_of_the_nodes_of_the_tree(monkeypatch):
+    leave_out(monkeypatch, "rrt-connect", "prioritized")
+    told = []
+    result = mmp_planners.make("auto").plan(ring(4, 5), seed=0, watch=told.append)
+    nodes = [event.node for event in told if isinstance(event, NodeCreated)]
+    assert len(nodes) == len(set(nodes))
+    assert result.stats["generated_nodes"] in nodes
+    assert nodes[-1] > result.stats["generated_nodes"] or result.stats["shortcuts"] == 0
 
 
 def test_turns_and_not_times_decide(monkeypatch):

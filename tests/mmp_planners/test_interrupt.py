@@ -44,7 +44,7 @@ valid = None
 """
 
 WITH_A_PLAN = """
-result = make("ecbs", w=1.0, patience=10**9).plan(two_arms.passing(1.0), watch=after("SolutionFound"))
+result = make("ecbs", w=1.0, patience=10**8).plan(two_arms.passing(1.0), watch=after("SolutionFound"))
 valid = check_plan(result.plan).valid
 """
 

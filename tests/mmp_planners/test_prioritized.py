@@ -14,8 +14,11 @@ from mmp_env.problem import make_problem
 from mmp_env.rings import ring_cell
 from mmp_planners import Status, StopPlanning, make, priorities
 from mmp_planners.arms import Arms
-from mmp_planners.events import NodeCreated, Replanned, SearchStarted, SolutionFound
+from mmp_planners.counts import ArmCounts
+from mmp_planners.events import NodeCreated, Replanned, SearchStarted, SolutionFound, ignore
+from mmp_planners.finishing import Run
 from mmp_planners.low_level import SiRrtStar
+from mmp_planners.telling import Teller
 
 
 def ring(arms, seed, robot="ur5e"):
@@ -161,6 +164,24 @@ def test_nothing_waits_for_arms_that_are_not_planned_yet_where_the_wait_is_zero(
     assert all(event.constraints == 0 for event in of(events, Replanned))
     _, events = planned(problem, seed)
     assert any(event.constraints > 0 for event in of(events, Replanned))
+
+
+def test_a_detour_keeps_an_arm_from_its_own_way_but_never_from_its_ends():
+    there = Arms(two_arms.passing(), 0.1, SiRrtStar(), _core.Clock(math.inf))
+    there.reseed(0)
+    run, counts = Run.begin("prioritized", None, there.problem, 0, math.inf), ArmCounts()
+    search = priorities.PrioritySearch(arms=there, run=run, counts=counts, tell=Teller(ignore, there), wait=0)
+    search.alone = [there.low_level(arm, (), 0)[0] for arm in (0, 1)]
+    rng, found = np.random.default_rng(0), []
+    for _ in range(60):
+        found += search._detour(0, rng)
+    assert 20 < len(found) < 60
+    own, ends = search.alone[0], search.alone[0].q[[0, -1]]
+    assert all(_core.breaks_constraint(there.core, own.motion, [ball], 0.002) for ball in found if ball.end > own.last)
+    for end in ends:
+        standing = there.model.motion("left", end[None])
+        assert not any(_core.breaks_constraint(there.core, standing, [ball], 0.002) for ball in found)
+    assert len({ball.end == _core.FOREVER for ball in found}) == 2
 
 
 def test_paths_with_others_are_proved_clear_of_them():

@@ -5,15 +5,26 @@ import math
 import numpy as np
 import pytest
 import two_arms
+from hypothesis import given
+from hypothesis import strategies as st
 
 import mmp_planners
 from mmp_env import _core
 from mmp_env.check import check_plan
+from mmp_env.check.reading import read_plan
+from mmp_env.check.rules import ends, limits, speed, times
 from mmp_env.instances import draw_instance
 from mmp_env.plan import Plan
+from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import make_problem
 from mmp_env.rings import ring_cell
+from mmp_planners import finishing
+from mmp_planners.certifying import certify
+from mmp_planners.finishing import Run
 from mmp_planners.shortcutting import Shortcutting, on_grid, paced
+
+WAIT = np.array([0, 0, 1, 1])
+"""Two rows at the start and two at the goal: both arms wait before and after."""
 
 
 def ring(arms=4, seed=2):
@@ -64,6 +75,78 @@ def test_arms_that_never_move_have_a_plan_of_no_length():
     assert plan.cost_rad == 0
 
 
+def anywhere(seed):
+    """A problem with room for both arms: from one place beside each other to another one."""
+    rng = np.random.default_rng(seed)
+    ends = [{name: two_arms.reaching(1.3) + rng.uniform(-0.2, 0.2, 6) for name in ("left", "right")} for _ in "ab"]
+    return make_problem(two_arms.facing_cell(), *ends), rng
+
+
+def assert_exact(plan, problem):
+    """From start to goal to the last bit, in time, within the limits and never too fast."""
+    for name in problem.cell.arm_names:
+        np.testing.assert_array_equal(plan.positions[name][0], problem.start[name])
+        np.testing.assert_array_equal(plan.positions[name][-1], problem.goal[name])
+    data = read_plan(plan_to_dict(plan))
+    assert not [violation for rule in (times, ends, limits, speed) for violation in rule(data)]
+
+
+def waiting(seed):
+    """Rows as the core gives them, in single precision: what it takes for start and goal is a hair away from them."""
+    problem, rng = anywhere(seed)
+    rows = []
+    for name in problem.cell.arm_names:
+        there = problem.goal[name] - problem.start[name]
+        fractions = np.concatenate([[0, 0], np.sort(rng.uniform(0, 1, 3)), [1, 1, 1]])
+        rows.append((problem.start[name] + fractions[:, None] * there).astype(np.float32).astype(float))
+    return problem, rows
+
+
+@given(seed=st.integers(0, 2**32))
+def test_plans_that_end_in_waits_of_all_arms_keep_every_limit(seed):
+    problem, rows = waiting(seed)
+    plan = paced(problem, rows)
+    assert len(plan.times) < len(rows[0])
+    assert_exact(plan, problem)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_plans_that_end_in_waits_of_all_arms_pass_the_checker(seed):
+    problem, rows = waiting(seed)
+    report = check_plan(paced(problem, rows))
+    assert report.valid, report
+
+
+@given(seed=st.integers(0, 2**32), turns=st.integers(1, 300))
+def test_the_last_hair_of_a_long_plan_is_not_too_fast(seed, turns):
+    """A step of nanoseconds after minutes: the times have hardly any digits left for it."""
+    problem, rng = anywhere(seed)
+    hairs = rng.uniform(1e-9, 1e-7, 4)
+    rows = []
+    for name in problem.cell.arm_names:
+        there = problem.goal[name] - problem.start[name]
+        fractions = np.concatenate([np.arange(2 * turns) % 2, 1 - np.cumsum(hairs)[::-1], [1.0]])
+        rows.append(problem.start[name] + fractions[:, None] * there)
+    assert_exact(paced(problem, rows), problem)
+
+
+def test_one_row_becomes_the_straight_way_or_nothing_at_all():
+    for problem, expected in ((two_arms.one_moves(), 0.5), (two_arms.nothing_to_do(), 0.0)):
+        plan = paced(problem, [problem.start[name][None] for name in problem.cell.arm_names])
+        assert len(plan.times) == (2 if expected else 1)
+        assert plan.makespan_s == pytest.approx(expected)
+        assert_exact(plan, problem)
+
+
+def test_what_is_given_is_not_written_to():
+    problem = two_arms.one_moves()
+    rows = [np.vstack([problem.start[n], problem.goal[n]])[WAIT] + 1e-8 for n in problem.cell.arm_names]
+    before = [r.copy() for r in rows]
+    plan = paced(problem, rows)
+    np.testing.assert_array_equal(rows, before)
+    assert_exact(plan, problem)
+
+
 def test_a_grid_has_every_corner_of_the_plan():
     problem = two_arms.passing()
     times = np.array([0.0, 0.25, 0.31, 2.5])
@@ -85,3 +168,30 @@ def test_a_cancelled_clock_leaves_the_plan():
     found, kept = Shortcutting(attempts=100_000)(plan, 0, clock)
     assert kept < 10
     assert found.cost_rad <= plan.cost_rad + 1e-9
+
+
+def test_time_that_ends_within_shortening_leaves_what_is_shorter_by_then():
+    problem = two_arms.passing()
+    long = mmp_planners.make("rrt-connect").plan(problem, seed=0)
+    short = mmp_planners.make("rrt-connect", shorten=10**8).plan(problem, seed=0, time_limit=1.0)
+    assert short.stats["deadline_hit"]
+    assert short.stats["shortcuts"] > 0
+    assert short.stats["cost_ratio"] < 0.7 * long.stats["cost_ratio"]
+    assert check_plan(short.plan).valid
+
+
+def test_shortcuts_that_no_time_is_left_to_prove_do_not_count(monkeypatch):
+    """The clock runs out between the last shortcut and the proof: the plan is the one that was proved before."""
+    problem = two_arms.passing()
+    run = Run.begin("rrt-connect", None, problem, 0, math.inf)
+    assert run.offer(mmp_planners.make("rrt-connect").plan(problem, seed=0).plan)
+    proved = run.best
+
+    def too_late(plan, clock):
+        clock.cancel()
+        return certify(plan, clock)
+
+    monkeypatch.setattr(finishing, "certify", too_late)
+    assert not run.shorten(200, 0.1)
+    assert run.best is proved
+    assert (run.counts.shortcuts, run.counts.failed_certificates) == (0, 0)

@@ -1,16 +1,22 @@
 """`split` loses nothing: two configurations that are free of contact satisfy one of its two branches."""
 
+import math
+
 import numpy as np
 import pytest
+import two_arms
 from first_conflicts import CASES, conflict
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from twins.clearance import Cloud, cloud, least_gap
 
 from mmp_env import _core
+from mmp_planners.arms import Arms
 from mmp_planners.constraints import Split
+from mmp_planners.constraints.kind import Meeting
 from mmp_planners.constraints.split import deepest
 from mmp_planners.levers import lipschitz
+from mmp_planners.low_level import SiRrtStar
 
 every_case = pytest.mark.parametrize("case", CASES)
 FLOAT_M = 1e-5
@@ -113,3 +119,32 @@ def test_without_the_shrinking_such_pairs_would_be_lost():
 def test_of_two_arms_that_are_alike_the_second_gets_the_ball():
     _, _, out, off, *_ = split("in the ring")
     assert out.arm > off.arm
+
+
+def barely(depth):
+    """Two hands that meet at one instant, by no more than `depth` [m] nearer than the margin."""
+    problem = two_arms.passing()
+    arms = Arms(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
+    meeting = Meeting(a=0, b=1, first=1.0, last=1.0)
+
+    def paths(pan):
+        via = {"left": two_arms.reaching(pan), "right": two_arms.reaching(0.0)}
+        rows = [np.vstack([problem.start[name], via[name], problem.goal[name]]) for name in arms.names]
+        return [arms.path(arm, q) for arm, q in enumerate(rows)]
+
+    near, far = 0.0, 0.8
+    for _ in range(60):
+        pan = (near + far) / 2
+        near, far = (pan, far) if deepest(arms, paths(pan), meeting).gap < arms.margin - depth else (near, pan)
+    return arms, paths(near), meeting
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.9])
+@pytest.mark.parametrize("depth", [1e-3, 1e-4, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 1e-7])
+def test_of_a_shallow_conflict_each_branch_still_forbids_its_side(depth, share):
+    arms, paths, meeting = barely(depth)
+    contact = deepest(arms, paths, meeting)
+    assert contact.gap == pytest.approx(arms.margin - depth, abs=1e-9)
+    for branch in Split(share=share).branches(arms, paths, meeting, "begin"):
+        q = paths[branch.arm].at(contact.instant)
+        assert is_broken(arms, branch.arm, q, branch.constraints[0]), branch.words

@@ -13,7 +13,7 @@ from mmp_planners.contact import Contact, contacts
 from mmp_planners.levers import lipschitz
 
 LEAST_DEPTH_M = 1e-5
-"""What single precision may mistake a distance by; a conflict is at least that deep."""
+"""What single precision may mistake a distance by: of a conflict that is less deep, the core takes up to all."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +42,8 @@ class Split:
         j = min(bounds, key=lambda arm: (bounds[arm], -arm))
         i = meeting.other(j)
         q, k = paths[j].at(contact.instant), contact.instant
-        shrink = self.share * max(arms.margin - contact.gap, LEAST_DEPTH_M)
+        depth = max(arms.margin - contact.gap, 0.0)
+        shrink = min(self.share * max(depth, LEAST_DEPTH_M), depth)
         at = f"{contact.instant * arms.dt:.2f} s"
         out = Branch(
             arm=j,

@@ -1,0 +1,127 @@
+// Straight edges of the composite space: whether anything touches anything along them.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "segments.hpp"
+
+namespace mmp {
+
+// What all arms together may touch, asked about straight edges of the composite space.
+template <class V>
+class CompositeEdges {
+ public:
+  using T = Scalar<V>;
+  CompositeEdges(StaticWorld<V>& world, T margin, T step)
+      : world_(&world), prover_(world), margin_(margin), step_(step) {
+    const auto& arms = world.cell->arms;
+    for (const auto& arm : arms) {
+      offset_.push_back(dof_);
+      dof_ += arm.dof;
+      poses_.emplace_back(arm);
+    }
+    ready_.resize(arms.size());
+    for (int a = 0; a < count(); ++a) {
+      tests_.push_back({a, -1});
+      for (int b = a + 1; b < count(); ++b) tests_.push_back({a, b});
+    }
+  }
+
+  int dof() const { return dof_; }
+  int count() const { return static_cast<int>(poses_.size()); }
+  int offset(int a) const { return offset_[a]; }
+  const ArmModel<T>& arm(int a) const { return *poses_[a].arm; }
+
+  // Whether no sample of the edge touches anything; `from` itself is known to be free.
+  bool free(const T* from, const T* to) {
+    T longest = 0;
+    for (int j = 0; j < dof_; ++j) longest = std::max(longest, std::abs(to[j] - from[j]));
+    const int samples = std::max(1, static_cast<int>(std::ceil(longest / step_)));
+    const int batches = (samples + width<V> - 1) / width<V>;
+    // The lanes of a batch are spread over the whole edge, so that the first one finds most contacts.
+    for (int batch = 0; batch < batches; ++batch) {
+      std::fill(ready_.begin(), ready_.end(), false);
+      V at;
+      for (int lane = 0; lane < width<V>; ++lane)
+        at[lane] = T(std::min(batch + 1 + lane * batches, samples)) / T(samples);
+      for (size_t k = 0; k < tests_.size(); ++k)
+        if (touches(tests_[k], from, to, at)) {
+          // What was in the way is likely to be in the way again.
+          std::rotate(tests_.begin(), tests_.begin() + k, tests_.begin() + k + 1);
+          return false;
+        }
+    }
+    return true;
+  }
+
+  // Which of the edges way[k] -> way[k + 1] keep `levels.proof` at every instant.
+  std::vector<bool> proved(const std::vector<const T*>& way, Levels<T> levels, const Clock& clock) {
+    const int edges = static_cast<int>(way.size()) - 1;
+    std::vector<bool> out(edges, true);
+    std::vector<SegmentResult<T>> results;
+    const auto of = [&](int a) {
+      return [&way, o = offset_[a]](int s) { return std::pair<const T*, const T*>(way[s] + o, way[s + 1] + o); };
+    };
+    const auto note = [&] {
+      for (int k = 0; k < edges; ++k)
+        if (!results[k].free) out[k] = false;
+    };
+    for (int a = 0; a < count(); ++a) {
+      results.assign(edges, {});
+      prover_.alone(a, edges, of(a), levels, Stop::at_first_contact_of_segment, results.data(), &clock);
+      note();
+      for (int b = a + 1; b < count(); ++b) {
+        results.assign(edges, {});
+        prover_.pair(a, b, edges, of(a), of(b), levels, false, results.data(), &clock);
+        note();
+      }
+    }
+    return out;
+  }
+
+ private:
+  struct Test {
+    int a, b;  // b = -1: arm a alone
+  };
+
+  bool touches(Test test, const T* from, const T* to, V at) {
+    Contacts<V> out;
+    auto& a = pose(test.a, from, to, at);
+    if (test.b < 0) {
+      const auto none = [](int) { return V{}; };
+      world_->contacts(test.a, a, margin_, none, none, [](const Contacts<V>& c) { return bits<V>(c.hit) != 0; }, out);
+      return bits<V>(out.hit) != 0;
+    }
+    auto& b = pose(test.b, from, to, at);
+    for (size_t i = a.arm->links.size(); i-- > 1;)
+      for (size_t j = b.arm->links.size(); j-- > 1;) {
+        contact(a, static_cast<int>(i), b, static_cast<int>(j), margin_, V{}, out);
+        if (bits<V>(out.hit)) return true;
+      }
+    return false;
+  }
+
+  Pose<V>& pose(int a, const T* from, const T* to, V at) {
+    if (!ready_[a]) {
+      ready_[a] = true;
+      V q[kMaxDof];
+      const T *p = from + offset_[a], *n = to + offset_[a];
+      for (int j = 0; j < poses_[a].arm->dof; ++j) q[j] = p[j] + at * (n[j] - p[j]);
+      forward(q, poses_[a]);
+    }
+    return poses_[a];
+  }
+
+  StaticWorld<V>* world_;
+  Prover<V> prover_;
+  T margin_, step_;
+  int dof_ = 0;
+  std::vector<int> offset_;
+  std::vector<Pose<V>> poses_;
+  std::vector<bool> ready_;
+  std::vector<Test> tests_;
+};
+
+}  // namespace mmp

@@ -56,9 +56,15 @@ def _search(result: PlanResult) -> str:
         "low_level_calls": "low-level calls",
         "root_conflicts": "conflicts at the root",
     }
+    if stats.get("found_by"):  # a portfolio: what its members that were not asked have not done says nothing
+        names = {key: name for key, name in names.items() if stats.get(key)}
     parts = [f"{stats[key]} {name}" for key, name in names.items() if stats.get(key) is not None]
     if stats.get("fast_track_tries"):
         parts.append(f"fast track {stats.get('fast_track_hits')} of {stats['fast_track_tries']}")
+    first = stats.get("first_plan_s")
+    if isinstance(first, int | float) and stats.get("shortcuts"):
+        finder = f" by {stats['found_by']}" if stats.get("found_by") else ""
+        parts += [f"first plan{finder} after {first:.3f} s", f"{stats['shortcuts']} shortcuts"]
     return ", ".join(parts) or "not counted by this planner"
 
 

@@ -229,3 +229,12 @@ def test_auto_is_the_default_where_it_is_installed(monkeypatch):
     for names, default in ((["apf-ecbs", "auto", "ecbs"], "auto"), (["apf-ecbs", "ecbs"], "apf-ecbs")):
         monkeypatch.setattr(mmp_planners, "names", lambda names=names: names)
         assert default_planner() == default
+
+
+def test_a_portfolio_says_who_found_the_first_plan(mmp):
+    done = mmp("plan", "MultiArmCell-4", "--seed", "3", "--planner", "auto")
+    assert done.code == 0
+    search = next(line for line in done.out.splitlines() if line.startswith("search"))
+    assert "first plan by rrt-connect after" in search
+    assert "shortcuts" in search
+    assert "nodes" not in search  # of a tree that was not grown

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import os
 import socket
+import sys
 from collections import deque
 from collections.abc import Generator, Iterable
 from types import TracebackType
@@ -22,7 +24,8 @@ _TRIES = 3
 class Remote:
     """What runs in an actor: one seat."""
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: Job, not_imported_from: str | None) -> None:
+        sys.path[:] = [folder for folder in sys.path if folder != not_imported_from]
         self._seat = Seat(job)
 
     def version(self) -> str:
@@ -50,6 +53,9 @@ class RayPool:
     def __init__(self, job: Job, address: str, workers: int | None) -> None:
         self._ray = _connected(address)
         self._job = self._ray.put(job)
+        # Ray lets its workers import from the folder in which we were started. That may be a checkout without a core,
+        # and is none of their business unless it is ours.
+        self._not_imported_from = None if os.getcwd() in sys.path else os.getcwd()
         cores = int(self._ray.cluster_resources().get("CPU", 1))
         self.workers = workers or max(cores, 1)
         self._kind = self._ray.remote(num_cpus=1, max_restarts=0)(Remote)
@@ -94,7 +100,7 @@ class RayPool:
                     yield task, Failure(message=message, machine=machine())
 
     def _actor(self) -> Any:
-        return self._kind.remote(self._job)
+        return self._kind.remote(self._job, self._not_imported_from)
 
     def _check(self, address: str) -> None:
         """Raises `MmpError` where the machines of the cluster have another mmp-env, or none."""

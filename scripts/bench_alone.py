@@ -1,0 +1,58 @@
+"""How long the ways of the arms are when nobody else moves: what no plan for all of them can be much shorter than.
+
+Usage: bench_alone.py FILE...   instance files; a JSON line for each. Every arm is planned alone several times, among
+obstacles and the other arms' bases, and its shortest path counts: an estimate from above, for the planner samples.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+from figure import print_figure
+
+from mmp_env import InvalidInstanceError, MmpError, _core, load_instances
+from mmp_env.problem import Problem
+from mmp_planners.arms import Arms
+from mmp_planners.low_level import SiRrtStar
+
+RUNS = 5
+LOW_LEVEL = SiRrtStar(iterations=2000, improve=200, shortcuts=1000)
+
+
+def shortest(problem: Problem) -> float:
+    """Sum over the arms of the shortest path found [rad]."""
+    lengths = np.full((RUNS, len(problem.cell.arms)), np.inf)
+    for run in range(RUNS):
+        arms = Arms(problem, 0.1, LOW_LEVEL, _core.Clock(math.inf))
+        arms.reseed(run)
+        for arm in range(len(problem.cell.arms)):
+            path, _ = arms.low_level(arm, (), run)
+            lengths[run, arm] = math.inf if path is None else path.length
+    return float(lengths.min(axis=0).sum())
+
+
+def main() -> None:
+    """Prints a figure for each file."""
+    if not sys.argv[1:]:
+        sys.exit(__doc__)
+    for path in sys.argv[1:]:
+        ratios = []
+        file = load_instances(path)
+        for instance in file.instances:
+            try:
+                problem = file.problem(instance)
+            except InvalidInstanceError:
+                continue
+            ratios.append(shortest(problem) / problem.cost_lower_bound_rad)
+        name = f"{Path(path).stem}/alone/cost_mean"
+        print_figure(name, float(np.mean(ratios)), "x the straight lines", instances=len(ratios), most=max(ratios))
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except MmpError as error:
+        sys.exit(f"bench_alone.py: {error}")

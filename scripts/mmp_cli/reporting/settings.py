@@ -86,7 +86,7 @@ def missing(settings: Settings, lines: Iterable[Line]) -> Missing:
 
 
 def bench_command(settings: Settings, folder: Path) -> str:
-    """The command line that makes these results again."""
+    """The command line that makes these results again, in the folder that holds the one of the results."""
     planners = [x.label if x.label == x.name else f"{x.label}={x.name}" for x in settings.planners]
     words = ["mmp", "bench", *settings.sources, "--planners", ",".join(planners)]
     for option, value in (
@@ -104,16 +104,16 @@ def bench_command(settings: Settings, folder: Path) -> str:
         for key, value in x.options.items():
             words += ["--set", f"{x.label}.{key}={option_text(value)}"]
     words += ["--exact"] * settings.exact + ["--save-plans"] * settings.save_plans
-    return shlex.join([*words, "--out", str(folder)])
+    return shlex.join([*words, "--out", folder.resolve().name])
 
 
 def report_command(
     folder: Path, against: Sequence[str], note: str | None, title: str | None, reference: str | None
 ) -> str:
-    """The command line that makes this report again."""
-    words = ["mmp", "report", str(folder)]
+    """The command line that makes this report again; a page that is passed on says nothing of our machine."""
+    words = ["mmp", "report", folder.resolve().name]
     for path in against:
-        words += ["--against", path]
+        words += ["--against", Path(path).name]
     for option, value in (("--against-note", note), ("--title", title), ("--reference", reference)):
         words += [] if value is None else [option, value]
     return shlex.join(words)

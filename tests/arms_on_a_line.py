@@ -10,11 +10,11 @@ import numpy as np
 from twins import toys
 
 from mmp_env import _core
+from mmp_env.events import ignore
 from mmp_env.problem import make_problem
 from mmp_planners.arms import Arms, Path
 from mmp_planners.conflict_tree import ConflictTree
 from mmp_planners.constraints import EitherArm, OneSided
-from mmp_planners.events import ignore
 from mmp_planners.node import Node
 from mmp_planners.repulsion import Modified
 from mmp_planners.selection import Focal

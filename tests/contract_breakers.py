@@ -10,8 +10,8 @@ from types import SimpleNamespace
 from stand_in_planners import straight_plan
 
 from mmp_env.errors import MmpError
+from mmp_env.events import NodeExpanded, SolutionFound
 from mmp_planners import PlanResult, Status, StopPlanning, ignore
-from mmp_planners.events import NodeExpanded, SolutionFound
 
 _TIMES_CALLED = itertools.count()
 

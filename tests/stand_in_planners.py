@@ -11,9 +11,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from mmp_env.events import NodeExpanded, SolutionFound
 from mmp_env.plan import Plan
 from mmp_planners import PlanResult, Status, StopPlanning, ignore
-from mmp_planners.events import NodeExpanded, SolutionFound
 
 GROUP = "mmp_env.planners"
 

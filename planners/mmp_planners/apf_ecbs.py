@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from mmp_env.events import Watcher, ignore
 from mmp_env.problem import Problem
-from mmp_planners.events import Watcher, ignore
 from mmp_planners.fast_track import RepulsiveFastTrack
 from mmp_planners.planner import About, PlanResult
 from mmp_planners.repulsion import RepulsiveModification

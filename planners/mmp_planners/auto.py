@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.problem import Problem
 from mmp_planners.apf_ecbs import ApfEcbs
 from mmp_planners.arms import Arms
 from mmp_planners.counts import Counts
-from mmp_planners.events import SearchStarted, Watcher, ignore
 from mmp_planners.finishing import Run
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import check_options, check_steps, option

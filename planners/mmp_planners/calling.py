@@ -7,8 +7,8 @@ import traceback
 from pathlib import Path
 
 from mmp_env.errors import MmpError
+from mmp_env.events import Watcher, ignore
 from mmp_env.problem import Problem
-from mmp_planners.events import Watcher, ignore
 from mmp_planners.planner import Planner, PlanResult, Status, StopPlanning
 from mmp_planners.returned import WrongResultError, examined
 

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from mmp_env.events import Watcher, ignore
 from mmp_env.problem import Problem
 from mmp_planners.constraints import AvoidState, EitherArm
-from mmp_planners.events import Watcher, ignore
 from mmp_planners.planner import About, PlanResult
 from mmp_planners.selection import BestFirst
 from mmp_planners.tree_planner import Parts, TreeOptions, plan_with_tree

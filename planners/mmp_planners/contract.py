@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from mmp_env.check import check_plan
+from mmp_env.events import Event, SolutionFound
 from mmp_env.plan import Plan
 from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import Problem
 from mmp_env.writing import json_text, plain
 from mmp_planners.calling import raised
-from mmp_planners.events import Event, SolutionFound
 from mmp_planners.planner import PlanResult, StopPlanning
 from mmp_planners.returned import NUMBERS, WrongResultError, examined
 

@@ -12,11 +12,11 @@ import numpy as np
 
 from mmp_env import _core
 from mmp_env.errors import MmpError
+from mmp_env.events import NodeCreated, SolutionFound, Watcher, ignore
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
 from mmp_planners.certifying import certify
 from mmp_planners.counts import Incumbent, RunCounts
-from mmp_planners.events import NodeCreated, SolutionFound, Watcher, ignore
 from mmp_planners.options import check_seed
 from mmp_planners.planner import PlanResult, Status, StopPlanning
 from mmp_planners.shortcutting import Shortcutting, on_grid

@@ -8,11 +8,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from mmp_env.events import Watcher, ignore
 from mmp_env.problem import Problem
 from mmp_planners.bandit import DynamicThompsonSampling
 from mmp_planners.constraints import EveryKind
 from mmp_planners.constraints.named import constraint_kinds
-from mmp_planners.events import Watcher, ignore
 from mmp_planners.expansion import WhenTaken
 from mmp_planners.options import check_seed
 from mmp_planners.planner import About, PlanResult

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
+from mmp_env.events import Watcher, ignore
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
-from mmp_planners.events import Watcher, ignore
 
 
 @dataclass(frozen=True, kw_only=True)

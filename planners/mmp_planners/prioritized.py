@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from mmp_env.events import Watcher, ignore
 from mmp_env.problem import Problem
 from mmp_planners.arms import Arms
 from mmp_planners.counts import ArmCounts
-from mmp_planners.events import Watcher, ignore
 from mmp_planners.finishing import Run
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import check_options, check_steps, option

@@ -11,7 +11,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_planners.events import ignore
+from mmp_env.events import ignore
 from mmp_planners.planner import About, Planner
 
 GROUP = "mmp_env.planners"

@@ -11,9 +11,9 @@ import numpy as np
 
 from mmp_env import _core
 from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF
+from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
-from mmp_planners.events import SearchStarted, Watcher, ignore
 from mmp_planners.finishing import Run
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING
 
-from mmp_planners import events
+from mmp_env import events
 from mmp_planners.arms import Arms, Path
 from mmp_planners.constraints import Meeting
 from mmp_planners.node import Node

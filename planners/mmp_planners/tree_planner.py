@@ -5,13 +5,13 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass, field
 
+from mmp_env.events import Watcher
 from mmp_env.problem import Problem
 from mmp_planners.arms import Arms
 from mmp_planners.conflict_tree import ConflictTree
 from mmp_planners.constraints import ConstraintKind
 from mmp_planners.constraints.named import KINDS, constraint_kind
 from mmp_planners.counts import Counts
-from mmp_planners.events import Watcher
 from mmp_planners.expansion import AtOnce, Expansion, Experience, FromScratch
 from mmp_planners.fast_track import FastTrack, NoFastTrack
 from mmp_planners.finishing import Run

@@ -8,8 +8,8 @@ from types import TracebackType
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from mmp_env.events import FastTracked, NodeExpanded, SearchStarted, SolutionFound
 from mmp_planners import Event
-from mmp_planners.events import FastTracked, NodeExpanded, SearchStarted, SolutionFound
 
 _REFRESH_S = 0.1
 

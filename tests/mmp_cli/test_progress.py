@@ -3,7 +3,7 @@ import io
 from rich.console import Console
 
 from mmp_cli.progress import ProgressLine
-from mmp_planners.events import FastTracked, NodeExpanded, SearchStarted, SolutionFound
+from mmp_env.events import FastTracked, NodeExpanded, SearchStarted, SolutionFound
 
 
 def watch_a_search(line):

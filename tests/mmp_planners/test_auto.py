@@ -9,13 +9,13 @@ import two_arms
 import mmp_planners
 from mmp_env import _core
 from mmp_env.check import check_plan
+from mmp_env.events import NodeCreated, SolutionFound
 from mmp_env.instances import draw_instance
 from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import make_problem
 from mmp_env.rings import ring_cell
 from mmp_planners import Status, StopPlanning, auto
 from mmp_planners.arms import Arms
-from mmp_planners.events import NodeCreated, SolutionFound
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.priorities import PrioritySearch
 from mmp_planners.replanning import Replanning

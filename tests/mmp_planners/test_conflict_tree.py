@@ -3,8 +3,8 @@
 import pytest
 from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, Push, endless, told, tree
 
+from mmp_env.events import NodeCreated, NodeExpanded
 from mmp_planners.conflict_tree import Counts
-from mmp_planners.events import NodeCreated, NodeExpanded
 from mmp_planners.planner import StopPlanning
 
 

@@ -5,8 +5,8 @@ from itertools import accumulate, pairwise
 
 from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, endless, told, tree
 
+from mmp_env.events import NodeExpanded, SearchStarted
 from mmp_planners.conflict_tree import Counts
-from mmp_planners.events import NodeExpanded, SearchStarted
 from mmp_planners.planner import StopPlanning
 from mmp_planners.selection import Focal
 

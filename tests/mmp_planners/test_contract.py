@@ -13,12 +13,12 @@ import two_arms
 from mmp_env import core_variants
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
+from mmp_env.events import Event, SolutionFound
 from mmp_env.instances import draw_instance
 from mmp_env.plan_file import plan_to_dict, save_plan
 from mmp_env.problem import make_problem
 from mmp_env.rings import ring_cell
 from mmp_planners import Planner, PlanResult, Status, StopPlanning, describe, make, names
-from mmp_planners.events import Event, SolutionFound
 from mmp_planners.registry import load
 from mmp_planners.testing import RULES, check_planner
 from mmp_planners.tree_planner import TreeOptions

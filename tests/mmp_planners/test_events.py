@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import two_arms
 
-from mmp_planners import describe, events, make, names
+from mmp_env import events
+from mmp_planners import describe, make, names
 
 COUNTED = {
     events.NodeExpanded: "expanded_nodes",

@@ -3,8 +3,8 @@
 import pytest
 from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, endless, told, tree
 
+from mmp_env.events import NodeCreated, NodeExpanded, Replanned
 from mmp_planners.constraints import EitherArm, EveryKind
-from mmp_planners.events import NodeCreated, NodeExpanded, Replanned
 from mmp_planners.expansion import AtOnce, FromParent, FromScratch, WhenTaken
 from mmp_planners.planner import StopPlanning
 

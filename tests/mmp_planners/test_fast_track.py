@@ -3,7 +3,7 @@
 import pytest
 from arms_on_a_line import ArmsOnALine, Push, node, tree
 
-from mmp_planners.events import FastTracked, NodeCreated, NodeExpanded
+from mmp_env.events import FastTracked, NodeCreated, NodeExpanded
 from mmp_planners.fast_track import NoFastTrack, RepulsiveFastTrack
 
 TWO, THREE = ArmsOnALine((), ()), ArmsOnALine((), (), ())

@@ -6,11 +6,11 @@ import pytest
 import two_arms
 
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.events import NodeCreated, SearchStarted
 from mmp_planners import StopPlanning, make
 from mmp_planners.apf_ecbs import ApfEcbs, ApfEcbsNf
 from mmp_planners.constraints import AvoidState, EitherArm, Vertex
 from mmp_planners.ecbs import Ecbs
-from mmp_planners.events import NodeCreated, SearchStarted
 
 PLANNERS = ("ecbs", "xecbs", "gen-ecbs", "apf-ecbs-nf", "apf-ecbs")
 ONE_KIND = ("cbs", "ecbs", "xecbs", "apf-ecbs-nf", "apf-ecbs")

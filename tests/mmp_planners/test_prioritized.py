@@ -8,6 +8,7 @@ import two_arms
 
 from mmp_env import _core
 from mmp_env.check import check_plan
+from mmp_env.events import NodeCreated, Replanned, SearchStarted, SolutionFound, ignore
 from mmp_env.instances import draw_instance
 from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import make_problem
@@ -15,7 +16,6 @@ from mmp_env.rings import ring_cell
 from mmp_planners import Status, StopPlanning, make, priorities
 from mmp_planners.arms import Arms
 from mmp_planners.counts import ArmCounts
-from mmp_planners.events import NodeCreated, Replanned, SearchStarted, SolutionFound, ignore
 from mmp_planners.finishing import Run
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.telling import Teller

@@ -79,17 +79,12 @@ class Motion {
       for (int lane = 0; lane < width<V>; ++lane)
         for (int j = 0; j < arm->dof; ++j) joints[j][lane] = at(k + lane)[j];
       forward(joints, pose);
-      for (size_t l = 0; l < arm->links.size(); ++l) {
-        if (!(wanted >> l & 1u)) continue;
-        const auto& link = arm->links[l];
-        pose.detail(static_cast<int>(l));
-        for (int g = link.groups.first; g < link.groups.first + link.groups.count; ++g)
-          put(groups, g, pose.groups[g], k);
-        for (int s = link.spheres.first; s < link.spheres.first + link.spheres.count; ++s)
-          put(spheres, s, pose.spheres[s], k);
-      }
+      for (size_t l = 0; l < arm->links.size(); ++l)
+        if (wanted >> l & 1u) put_link(static_cast<int>(l), pose, k);
     }
   }
+  // Nothing to do: all that `detailed` or `detail` asked for is there.
+  void need(int) const {}
 
   // Blocks of steps; the last holds all that follow as well.
   size_t block_count() const { return static_cast<size_t>(std::min(last / kBlock + 1, kMostBlocks)); }
@@ -97,7 +92,8 @@ class Motion {
 
   const T* at(int step) const { return q.data() + static_cast<size_t>(std::min(step, last)) * arm->dof; }
 
-  // Takes over the steps of `part`, a motion of the same arm, from `step` on; the ends of both must be the same.
+  // Takes over the steps of `part`, a motion of the same arm, from `step` on; the ends of both must be the same. The
+  // boxes stay as they were.
   void take_over(int step, const Motion& part) {
     const int n = part.last + 1;
     std::copy_n(part.q.begin(), static_cast<size_t>(n) * arm->dof, q.begin() + static_cast<size_t>(step) * arm->dof);
@@ -109,7 +105,6 @@ class Motion {
     copy(groups, part.groups, n);
     copy(spheres, part.spheres, n);
     copy(bulge, part.bulge, n - 1);
-    bound();
   }
 
   // Element i of an array at steps k, k + 1, ...; past the end, where it stopped.
@@ -134,7 +129,7 @@ class Motion {
     return k >= last ? V{} : load<V>(bulge.data() + static_cast<size_t>(l) * stride + k);
   }
 
- private:
+ protected:
   void put(std::vector<T>& array, int i, const Vec3<V>& c, int k) {
     const bool ends = k + width<V> > last;  // fill the tail with copies of the last step
     T* p = array.data() + static_cast<size_t>(i) * 3 * stride + k;
@@ -143,6 +138,14 @@ class Motion {
       if (ends) store<V>(p + width<V>, splat<V>(v[width<V> - 1]));
       p += stride;
     }
+  }
+
+  void put_link(int l, Pose<V>& pose, int k) {
+    const auto& link = arm->links[l];
+    pose.detail(l);
+    for (int g = link.groups.first; g < link.groups.first + link.groups.count; ++g) put(groups, g, pose.groups[g], k);
+    for (int s = link.spheres.first; s < link.spheres.first + link.spheres.count; ++s)
+      put(spheres, s, pose.spheres[s], k);
   }
 
   void fill(int k, Pose<V>& pose) {
@@ -168,6 +171,7 @@ class Motion {
     }
   }
 
+ private:
   void bound() {
     const int count = static_cast<int>(block_count());
     for (size_t l = 0; l < boxes.size(); ++l) {

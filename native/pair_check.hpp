@@ -28,13 +28,13 @@ class PairCheck {
   }
 
   // Whether `part` of a motion, which begins at step `offset` of another, keeps clear of it until it ends.
-  bool apart(const Motion<V>& part, const Motion<V>& other, int offset, Levels<T> levels,
-             const Clock* clock = nullptr) {
+  template <class Part, class Other>
+  bool apart(Part& part, Other& other, int offset, Levels<T> levels, const Clock* clock = nullptr) {
     open_.clear();
     for (int k = 0; k < part.last; k += width<V>) {
       Mask<V> hit{}, open{};
-      chords(part, other, k, k + offset, levels, hit, open);
       const unsigned lanes = part.last - k >= width<V> ? all_bits<V> : (1u << (part.last - k)) - 1u;
+      chords(part, other, k, k + offset, levels, hit, open, lanes);
       if (bits<V>(hit) & lanes) return false;
       for (int lane = 0; lane < width<V>; ++lane)
         if (bits<V>(open) & lanes & (1u << lane)) open_.push_back(k + lane);
@@ -62,8 +62,9 @@ class PairCheck {
   }
 
   // From step ka of one motion and step kb of the other on: surfaces that touch at the step itself, and chords that are
-  // not far enough apart to be proved.
-  void chords(const Motion<V>& a, const Motion<V>& b, int ka, int kb, Levels<T> levels, Mask<V>& hit, Mask<V>& open) {
+  // not far enough apart to be proved. Ends early when there is one in the lanes of `stop_at`.
+  template <class A, class B>
+  void chords(A& a, B& b, int ka, int kb, Levels<T> levels, Mask<V>& hit, Mask<V>& open, unsigned stop_at = 0) {
     for (size_t i = first_; i < a.arm->links.size(); ++i) {
       const int la = static_cast<int>(i);
       const auto a0 = a.centers(a.links, la, ka), a1 = a.centers(a.links, la, ka + 1);
@@ -73,7 +74,11 @@ class PairCheck {
         const V slack = bulge_a + b.bulge_at(lb, kb);
         const V far = max(slack, splat<V>(levels.margin)) + (a.arm->links[i].bound.r + b.arm->links[j].bound.r);
         const V d2 = chord_distance2<V>(a0 - b.centers(b.links, lb, kb), a1 - b.centers(b.links, lb, kb + 1));
-        if (bits<V>(d2 < far * far)) links(a, la, b, lb, ka, kb, slack, levels, hit, open);
+        if (!bits<V>(d2 < far * far)) continue;
+        a.need(la);
+        b.need(lb);
+        links(a, la, b, lb, ka, kb, slack, levels, hit, open);
+        if (bits<V>(hit) & stop_at) return;
       }
     }
   }

@@ -1,12 +1,12 @@
-// Shortcutting on the common clock: all arms on one grid of steps, stretches of it replaced by straight ones.
+// Shortcutting on the common clock: all arms on one grid of steps, stretches of it replaced by shorter ones.
 //
-// A stretch of one arm is driven straight within the time it has, left and reached when chance will; a stretch of all
-// arms at once may take less time. What is put in is proved clear of everything at every instant before it is kept, so
-// a plan that was safe stays safe.
+// A stretch of one arm is changed within the time it has; a stretch of all arms at once may take less time. What is put
+// in is proved clear of everything at every instant before it is kept, so a plan that was safe stays safe.
 #pragma once
 
+#include "cuts.hpp"
 #include "pair_check.hpp"
-#include "random.hpp"
+#include "stretch.hpp"
 
 namespace mmp {
 
@@ -17,13 +17,14 @@ class Shortener {
   // rows[arm]: [steps + 1][dof] of a safe plan; `alone` and `between`: levels for one arm and for pairs.
   Shortener(StaticWorld<V>& world, const std::vector<std::vector<T>>& rows, std::vector<std::vector<T>> max_step,
             Levels<T> alone, Levels<T> between)
-      : cell_(world.cell),
-        prover_(world),
-        check_(world),
-        max_step_(std::move(max_step)),
-        alone_(alone),
-        between_(between) {
-    for (size_t a = 0; a < rows.size(); ++a) motions_.emplace_back(*cell_, static_cast<int>(a), rows[a]);
+      : cell_(world.cell), prover_(world), check_(world), alone_(alone), between_(between), stretches_(rows.size()) {
+    for (size_t a = 0; a < rows.size(); ++a) {
+      motions_.emplace_back(*cell_, static_cast<int>(a), rows[a]);
+      paces_.push_back({std::move(max_step[a])});
+      others_.emplace_back();
+      for (size_t b = 0; b < rows.size(); ++b)
+        if (b != a) others_[a].push_back(static_cast<int>(b));
+    }
     measure();
   }
 
@@ -48,33 +49,25 @@ class Shortener {
   }
 
  private:
-  static constexpr double kStraight = 1e-3;              // [rad] in all, not worth any effort
-  static constexpr double kGain = 1e-4;                  // least that a cut must save [rad]
-  static constexpr double kOneJoint = 0.5, kLate = 0.5;  // shares of cuts: of one joint; left or reached by chance
+  static constexpr double kStraight = 1e-3;  // [rad] in all, not worth any effort
+  static constexpr double kGain = 1e-4;      // least that a cut must save [rad]
+  // Shares of cuts: by a via point, easing, and straight ones for the rest.
+  static constexpr double kVia = 0.7, kEase = 0.2;
+  static constexpr double kByChance = 0.5;                                 // of stretches are timed by chance
+  static constexpr double kWholeArm = 0.2, kEven = 0.5, kAllTheWay = 0.5;  // of easings
   static constexpr int kPatience = 8, kTogether = 16, kDraws = 8;
 
   int arms() const { return static_cast<int>(motions_.size()); }
   int last() const { return motions_[0].last; }
+  int dof(int a) const { return motions_[a].arm->dof; }
+  double apart(int a, int i, int j) const { return mmp::apart(motions_[a].at(i), motions_[a].at(j), dof(a)); }
+  // What is to be gained between two steps at most.
+  double detour(int a, int i, int j) const { return along_[a][j] - along_[a][i] - apart(a, i, j); }
   double excess(int a) const { return along_[a].back() - straight_[a]; }
   double excess() const {
     double sum = 0;
     for (int a = 0; a < arms(); ++a) sum += excess(a);
     return sum;
-  }
-
-  double apart(int a, int i, int j) const {
-    const T *p = motions_[a].at(i), *q = motions_[a].at(j);
-    double d = 0;
-    for (int k = 0; k < motions_[a].arm->dof; ++k) d += std::abs(double(q[k]) - double(p[k]));
-    return d;
-  }
-
-  // Whole steps that the straight way takes at full speed.
-  int steps(int a, int i, int j) const {
-    const T *p = motions_[a].at(i), *q = motions_[a].at(j);
-    T n = 0;
-    for (int k = 0; k < motions_[a].arm->dof; ++k) n = std::max(n, std::abs(q[k] - p[k]) / max_step_[a][k]);
-    return static_cast<int>(std::ceil(n - T(1e-4)));
   }
 
   void measure() {
@@ -89,24 +82,15 @@ class Shortener {
     for (int k = 0; k < last(); ++k) along_[a].push_back(along_[a].back() + apart(a, k, k + 1));
   }
 
-  // `length` steps that stand still for `wait`, then go straight for `drive`, and stand again.
-  Motion<V> stretch(int a, int i, int j, int length, int wait, int drive) const {
-    const int dof = motions_[a].arm->dof;
-    const T *p = motions_[a].at(i), *q = motions_[a].at(j);
-    std::vector<T> rows(static_cast<size_t>(length + 1) * dof);
-    for (int k = 0; k <= length; ++k) {
-      const bool done = k == length || (k > 0 && k >= wait + drive);
-      const T f = k <= wait ? T(0) : T(k - wait) / T(std::max(drive, 1));
-      for (int n = 0; n < dof; ++n) rows[static_cast<size_t>(k) * dof + n] = done ? q[n] : p[n] + f * (q[n] - p[n]);
-    }
-    return Motion<V>(*cell_, a, std::move(rows));
+  // `count` segments, at(k) the ends of one.
+  template <class Ends>
+  bool free_alone(int a, int count, Ends&& at) {
+    results_.assign(count, {});
+    prover_.alone(a, count, at, alone_, Stop::at_first_contact, results_.data(), clock_);
+    return std::all_of(results_.begin(), results_.end(), [](const auto& r) { return r.free; });
   }
-
-  bool free_alone(int a, int i, int j) {
-    const auto at = [&](int) { return std::pair<const T*, const T*>(motions_[a].at(i), motions_[a].at(j)); };
-    SegmentResult<T> result;
-    prover_.alone(a, 1, at, alone_, Stop::at_first_contact, &result, clock_);
-    return result.free;
+  bool straight_is_free(int a, int i, int j) {
+    return free_alone(a, 1, [&](int) { return std::pair<const T*, const T*>(motions_[a].at(i), motions_[a].at(j)); });
   }
 
   std::pair<int, int> window(Random& random) const {
@@ -124,95 +108,147 @@ class Shortener {
     int a = 0;
     while (a + 1 < arms() && at >= excess(a)) at -= excess(a++);
     const auto [i, j] = window(random);
-    if (along_[a][j] - along_[a][i] - apart(a, i, j) < kGain) return false;
-    if (random.uniform() < kOneJoint) return cut_joint(a, i, j, random);
-    return cut_arm(a, i, j, random);
+    if (detour(a, i, j) < kGain) return false;
+    const double u = random.uniform();
+    return u < kVia ? cut_by(a, i, j, random) : u < kVia + kEase ? cut_joints(a, i, j, random) : cut(a, i, j, random);
   }
 
   // The arm goes straight from where it is at step i to where it is at step j.
-  bool cut_arm(int a, int i, int j, Random& random) {
-    const int room = j - i, least = steps(a, i, j);
-    if (least > room) return false;
-    int drive = room, wait = 0;
-    if (random.uniform() < kLate) {
-      drive = least + random.below(room - least + 1);
-      wait = random.below(room - drive + 1);
-    }
+  bool cut(int a, int i, int j, Random& random) {
+    const T *p = motions_[a].at(i), *q = motions_[a].at(j);
+    const int length = j - i, drive = paces_[a].steps(p, q);
+    if (drive > length) return false;
+    const bool chance = random.uniform() < kByChance;
+    const Timing timing = chance ? Timing::by_chance(length, drive, 0, random) : Timing{length, 0, length};
     ++tries_;
-    if (!free_alone(a, i, j)) return false;
-    const auto part = stretch(a, i, j, room, wait, drive);
-    for (int b = 0; b < arms(); ++b)
-      if (b != a && !check_.apart(part, motions_[b], i, between_, clock_)) return false;
-    motions_[a].take_over(i, part);
-    measure(a);
-    return true;
+    return straight_is_free(a, i, j) && put(a, i, driven(p, q, q, dof(a), timing));
   }
 
-  // One joint goes evenly from where it is at step i to where it is at step j; the others move as before.
-  bool cut_joint(int a, int i, int j, Random& random) {
-    const int dof = motions_[a].arm->dof;
-    std::vector<T> rows(motions_[a].at(i), motions_[a].at(j) + dof);
-    const auto at = [&](int k, int joint) -> T& { return rows[static_cast<size_t>(k) * dof + joint]; };
-    const int length = j - i, joint = random.below(dof);
-    double gain = -std::abs(double(at(length, joint)) - double(at(0, joint)));
-    for (int k = 0; k < length; ++k) gain += std::abs(double(at(k + 1, joint)) - double(at(k, joint)));
+  // The arm goes by way of a place that is little or no detour.
+  bool cut_by(int a, int i, int j, Random& random) {
+    const T *p = motions_[a].at(i), *q = motions_[a].at(j);
+    const auto& arm = *motions_[a].arm;
+    const auto via = via_point(p, q, arm.lower, arm.upper, detour(a, i, j) - kGain, random);
+    const int length = j - i, first = std::max(1, paces_[a].steps(p, via.data())),
+              second = std::max(1, paces_[a].steps(via.data(), q));
+    if (first + second > length) return false;
+    ++tries_;
+    const std::pair<const T*, const T*> ends[2] = {{p, via.data()}, {via.data(), q}};
+    if (!free_alone(a, 2, [&](int k) { return ends[k]; })) return false;
+    const int drive = first + static_cast<int>(int64_t{length - first - second} * first / (first + second));
+    const bool chance = random.uniform() < kByChance;
+    const Timing timing =
+        chance ? Timing::by_chance(length, first, second, random) : Timing{length, 0, drive, 0, length - drive};
+    return put(a, i, driven(p, via.data(), q, dof(a), timing));
+  }
+
+  // One joint, or all of the arm, turns back no more, or less; the rest moves as before.
+  bool cut_joints(int a, int i, int j, Random& random) {
+    std::vector<T> rows(motions_[a].at(i), motions_[a].at(j) + dof(a));
+    const bool whole = random.uniform() < kWholeArm, even = !whole && random.uniform() < kEven;
+    const Profile profile = even ? Profile::even : random.uniform() < 0.5 ? Profile::early : Profile::late;
+    const T share = random.uniform() < kAllTheWay ? T(1) : T(random.uniform());
+    const int joint = random.below(dof(a));
+    double gain = 0;
+    for (int k = whole ? 0 : joint; k < (whole ? dof(a) : joint + 1); ++k)
+      gain += ease(rows, dof(a), k, profile, share);
     if (gain < kGain) return false;
     ++tries_;
-    const T from = at(0, joint), to = at(length, joint);
-    for (int k = 1; k < length; ++k) at(k, joint) = from + T(k) / T(length) * (to - from);
-    const auto ends = [&](int k) { return std::pair<const T*, const T*>(&at(k, 0), &at(k + 1, 0)); };
-    std::vector<SegmentResult<T>> results(length);
-    prover_.alone(a, length, ends, alone_, Stop::at_first_contact, results.data(), clock_);
-    for (const auto& r : results)
-      if (!r.free) return false;
-    const Motion<V> part(*cell_, a, std::move(rows));
-    for (int b = 0; b < arms(); ++b)
-      if (b != a && !check_.apart(part, motions_[b], i, between_, clock_)) return false;
-    motions_[a].take_over(i, part);
+    const auto row = [&](int k) { return rows.data() + static_cast<size_t>(k) * dof(a); };
+    if (!free_alone(a, j - i, [&](int k) { return std::pair<const T*, const T*>(row(k), row(k + 1)); })) return false;
+    return put(a, i, rows);
+  }
+
+  // Puts rows into the arm's motion from step i on if they keep clear of all other arms.
+  bool put(int a, int i, const std::vector<T>& rows) {
+    const int length = static_cast<int>(rows.size()) / dof(a) - 1;
+    const bool clear = all_stretches(length, [&](int n, int from, int steps) {
+      stretch(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
+      for (auto& b : others_[a]) {
+        if (check_.apart(stretch(a, n), motions_[b], i + from, between_, clock_)) continue;
+        std::swap(b, others_[a][0]);  // most likely in the way again
+        return false;
+      }
+      return true;
+    });
+    if (!clear) return false;
+    all_stretches(length, [&](int n, int from, int) {
+      stretch(a, n).need_all();
+      motions_[a].take_over(i + from, stretch(a, n));
+      return true;
+    });
     measure(a);
     return true;
   }
 
+  // Calls `each` with the number, the first step and the count of steps of each piece, until one says no. From the
+  // middle out: what fails mostly fails there, and most fails.
+  template <class Each>
+  static bool all_stretches(int length, Each&& each) {
+    const int most = Stretch<V>::kMostSteps, count = (length + most - 1) / most;
+    for (int n = 0; n < count; ++n) {
+      const int from = (count / 2 + (n % 2 == 0 ? n / 2 : -(n + 1) / 2)) * most;
+      if (!each(n, from, std::min(most, length - from))) return false;
+    }
+    return true;
+  }
+
+  Stretch<V>& stretch(int a, int n) {
+    while (static_cast<int>(stretches_[a].size()) <= n) stretches_[a].emplace_back(*cell_, a);
+    return stretches_[a][n];
+  }
+
+  // All arms go straight at once, in the time that the slowest takes.
   bool cut_all(Random& random, int64_t it) {
     const auto [i, j] = it == 0 ? std::pair(0, last()) : window(random);
     double gain = 0;
     int length = 0;
     for (int a = 0; a < arms(); ++a) {
-      gain += along_[a][j] - along_[a][i] - apart(a, i, j);
-      length = std::max(length, steps(a, i, j));
+      gain += detour(a, i, j);
+      length = std::max(length, paces_[a].steps(motions_[a].at(i), motions_[a].at(j)));
     }
     if (gain < kGain || length > j - i) return false;
     ++tries_;
     for (int a = 0; a < arms(); ++a)
-      if (!free_alone(a, i, j)) return false;
-    std::vector<Motion<V>> parts;
+      if (!straight_is_free(a, i, j)) return false;
+    std::vector<std::vector<T>> parts;
     for (int a = 0; a < arms(); ++a) {
-      parts.push_back(stretch(a, i, j, length, 0, length));
-      for (int b = 0; b < a; ++b)
-        if (!check_.apart(parts[b], parts[a], 0, between_, clock_)) return false;
+      const T *p = motions_[a].at(i), *q = motions_[a].at(j);
+      parts.push_back(driven(p, q, q, dof(a), {length, 0, length}));
     }
+    const bool clear = all_stretches(length, [&](int, int from, int steps) {
+      for (int a = 0; a < arms(); ++a) {
+        stretch(a, 0).set(parts[a].data() + static_cast<size_t>(from) * dof(a), steps);
+        for (int b = 0; b < a; ++b)
+          if (!check_.apart(stretch(b, 0), stretch(a, 0), 0, between_, clock_)) return false;
+      }
+      return true;
+    });
+    if (!clear) return false;
     for (int a = 0; a < arms(); ++a) splice(a, i, j, parts[a]);
     measure();
     return true;
   }
 
-  void splice(int a, int i, int j, const Motion<V>& part) {
+  void splice(int a, int i, int j, const std::vector<T>& part) {
     const auto& old = motions_[a].q;
-    const size_t dof = static_cast<size_t>(motions_[a].arm->dof);
-    std::vector<T> rows(old.begin(), old.begin() + i * dof);
-    rows.insert(rows.end(), part.q.begin(), part.q.end());
-    rows.insert(rows.end(), old.begin() + (j + 1) * dof, old.end());
+    std::vector<T> rows(old.begin(), old.begin() + static_cast<ptrdiff_t>(i) * dof(a));
+    rows.insert(rows.end(), part.begin(), part.end());
+    rows.insert(rows.end(), old.begin() + static_cast<ptrdiff_t>(j + 1) * dof(a), old.end());
     motions_[a] = Motion<V>(*cell_, a, std::move(rows));
   }
 
   const CellModel<T>* cell_;
   Prover<V> prover_;
   PairCheck<V> check_;
-  std::vector<std::vector<T>> max_step_;
   Levels<T> alone_, between_;
+  std::vector<Pace<T>> paces_;
   std::vector<Motion<V>> motions_;
+  std::vector<std::vector<int>> others_;    // of each arm, in the order in which they are looked at
   std::vector<std::vector<double>> along_;  // length from the start to each step [rad]
   std::vector<double> straight_;
+  std::vector<std::vector<Stretch<V>>> stretches_;  // of each arm, used again and again
+  std::vector<SegmentResult<T>> results_;
   int tries_ = 0;
   const Clock* clock_ = nullptr;  // what it ends early counts as not free
 };

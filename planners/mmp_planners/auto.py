@@ -27,6 +27,8 @@ FIRST_TURN = 10_000
 LONGEST_TURN = 200_000
 GOOD = 1.04
 """Multiple of the straight lines that is not worth more work."""
+COARSE = 2
+"""Steps of the time grid that are one while a plan is shortened: half the work a look, and as short in the end."""
 GAIN = 1e-3
 """Share of the cost that a round of replanning must save for another one to follow."""
 
@@ -52,8 +54,8 @@ class Auto:
         guarantee="not complete: it gives up where an arm finds no way even alone; no bound on the cost",
     )
 
-    shorten: int = option(300, "attempts to shorten the plan, and half as many after each round", least=0)
-    rounds: int = option(3, "rounds in which arms with detours are planned anew, at most", least=0)
+    shorten: int = option(1200, "attempts to shorten the plan, and half as many after each round", least=0)
+    rounds: int = option(6, "rounds in which arms with detours are planned anew, at most", least=0)
     dt: float = option(0.1, "length of a step of the time grid [s]", positive=True)
 
     def __post_init__(self) -> None:
@@ -123,19 +125,20 @@ class Auto:
 
     def _improve(self, run: Run, counts: PortfolioCounts) -> bool:
         """Whether the plan got any shorter."""
-        better = run.shorten(self.shorten, self.dt)
+        dt = COARSE * self.dt
+        better = run.shorten(self.shorten, dt)
         arms: Arms | None = None
         for turn in range(1, self.rounds + 1):
             if run.best is None or run.best.cost <= GOOD * run.problem.cost_lower_bound_rad or run.clock.expired:
                 break
             if arms is None:
-                arms = Arms(run.problem, self.dt, SiRrtStar(iterations=100, improve=5, shortcuts=100), run.clock)
+                arms = Arms(run.problem, dt, SiRrtStar(iterations=100, improve=5, shortcuts=100), run.clock)
                 arms.reseed(run.seed)
             before = run.best.cost
             plan, calls = Replanning()(arms, run.best.plan, run.seed + turn)
             counts.low_level_calls += calls
             run.offer(plan)
-            run.shorten(self.shorten // 2, self.dt, turn)
+            run.shorten(self.shorten // 2, dt, turn)
             better = better or run.best.cost < before
             if run.best.cost > (1 - GAIN) * before:
                 break

@@ -1,8 +1,9 @@
 """Shortcutting on the common clock: a part that any planner can be composed with.
 
-Stretches of one arm's path, of one of its joints, or of all arms at once are replaced by straight ones and kept where
-they are proved clear of everything (`native/shortcut.hpp`). No order of passing is ever changed by being late: the
-clock is common, and only shorter ways are taken.
+Stretches of one arm's path, of one of its joints, or of all arms at once are replaced by shorter ones and kept where
+they are proved clear of everything (`native/shortcut.hpp`). As the cost is L1, a way on which no joint turns back is as
+short as the straight one, and such ways are tried too (`native/cuts.hpp`). No order of passing is ever changed by being
+late: the clock is common, and only shorter ways are taken.
 """
 
 from __future__ import annotations

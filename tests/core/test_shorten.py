@@ -7,6 +7,7 @@ from twins import clearance
 
 from mmp_env import _core
 from mmp_env.collision import HIT, KEEP_PROOF
+from mmp_env.problem import make_problem
 
 DT_S = 0.1
 
@@ -54,6 +55,28 @@ def test_a_detour_in_the_open_becomes_straight():
     assert len(found[0]) == len(found[1])
 
 
+def lifted():
+    """Like `over`, but the goal is higher: straight is in the way, to lift first and then to turn is no detour."""
+    raised = np.array([0.0, -0.4, -0.2, 0.0, 0.0, 0.0])
+    start = {"left": two_arms.reaching(0.8), "right": two_arms.reaching(0.0)}
+    goal = {"left": two_arms.reaching(-0.8) + raised, "right": two_arms.reaching(0.0)}
+    problem = make_problem(two_arms.facing_cell(0.95), start, goal)
+    high = detour(start["left"], two_arms.reaching(0.0) + 1.3 * raised, goal["left"], 40)
+    return problem, [high, np.repeat(start["right"][None], 81, axis=0)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_way_round_on_which_no_joint_turns_back_is_as_short_as_the_straight_one(seed):
+    problem, rows = lifted()
+    straight = detour(
+        problem.start["left"], (problem.start["left"] + problem.goal["left"]) / 2, problem.goal["left"], 40
+    )
+    assert problem.cell.collision.pair_clearance("left", straight, "right", rows[1]).min() < 0
+    found, _ = shortened(problem, rows, attempts=800, seed=seed)
+    assert length(rows) > 1.1 * problem.cost_lower_bound_rad
+    assert length(found) == pytest.approx(problem.cost_lower_bound_rad, abs=2e-3)
+
+
 def test_a_detour_about_an_arm_gets_shorter_and_stays_clear_by_the_twin():
     problem, rows = over()
     found, kept = shortened(problem, rows)
@@ -67,7 +90,7 @@ def test_a_detour_about_an_arm_gets_shorter_and_stays_clear_by_the_twin():
 
 
 def test_the_ends_stay_and_nobody_drives_too_fast():
-    for problem, rows in (aside(), over()):
+    for problem, rows in (aside(), over(), lifted()):
         found, _ = shortened(problem, rows)
         for name, before, after in zip(problem.cell.arm_names, rows, found, strict=True):
             np.testing.assert_array_equal(after[[0, -1]], before[[0, -1]].astype(np.float32))

@@ -1,0 +1,44 @@
+// A short stretch of one arm's motion, worked out only as far as somebody looks: most are thrown away at once.
+#pragma once
+
+#include "motion.hpp"
+
+namespace mmp {
+
+template <class V>
+class Stretch : public Motion<V> {
+ public:
+  using T = Scalar<V>;
+  static constexpr int kMostSteps = width<V> - 1;  // as many rows as there are lanes
+
+  Stretch(const CellModel<T>& cell, int a)
+      : Motion<V>(cell, a, std::vector<T>(static_cast<size_t>(width<V>) * cell.arms[a].dof), false),
+        pose_(cell.arms[a]) {
+    this->groups.resize(this->arm->groups.size() * 3 * this->stride);
+    this->spheres.resize(this->arm->spheres.size() * 3 * this->stride);
+  }
+
+  // Becomes the motion through these rows, [steps + 1][dof].
+  void set(const T* rows, int steps) {
+    this->last = steps;
+    this->q.assign(rows, rows + static_cast<size_t>(steps + 1) * this->arm->dof);
+    this->fill(0, pose_);
+    detailed_ = 0;
+  }
+
+  // Works out groups and spheres of a link.
+  void need(int l) {
+    if (detailed_ >> l & 1u) return;
+    detailed_ |= 1u << l;
+    this->put_link(l, pose_, 0);
+  }
+  void need_all() {
+    for (size_t l = 0; l < this->arm->links.size(); ++l) need(static_cast<int>(l));
+  }
+
+ private:
+  Pose<V> pose_;
+  uint32_t detailed_ = 0;
+};
+
+}  // namespace mmp

@@ -22,13 +22,17 @@ if TYPE_CHECKING:
     from mmp_env.env import MultiArmCellEnv
     from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
     from mmp_env.execution import ExecutionReport
+    from mmp_env.films import save_film
     from mmp_env.instance_file import load_instances
-    from mmp_env.instances import draw_instance
+    from mmp_env.instances import draw_instance, draw_problem
+    from mmp_env.monitor import Monitor
+    from mmp_env.pictures import save_picture
     from mmp_env.plan import Plan
     from mmp_env.plan_file import load_plan, save_plan
     from mmp_env.problem import Problem, make_problem
     from mmp_env.rings import ring_cell
     from mmp_env.robot import Robot, Tool, load_robot, load_tool, robot_names, tool_names
+    from mmp_env.search_tree import SearchTree
 
 _HOMES = {
     "cell": ("Arm", "Cell", "Obstacle", "place_arm"),
@@ -41,13 +45,17 @@ _HOMES = {
     "env": ("MultiArmCellEnv",),
     "errors": ("InvalidInstanceError", "MmpError", "UnknownNameError"),
     "execution": ("ExecutionReport",),
+    "films": ("save_film",),
     "instance_file": ("load_instances",),
-    "instances": ("draw_instance",),
+    "instances": ("draw_instance", "draw_problem"),
+    "monitor": ("Monitor",),
+    "pictures": ("save_picture",),
     "plan": ("Plan",),
     "plan_file": ("load_plan", "save_plan"),
     "problem": ("Problem", "make_problem"),
     "rings": ("ring_cell",),
     "robot": ("Robot", "Tool", "load_robot", "load_tool", "robot_names", "tool_names"),
+    "search_tree": ("SearchTree",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -60,15 +68,18 @@ __all__ = [
     "ExecutionReport",
     "InvalidInstanceError",
     "MmpError",
+    "Monitor",
     "MultiArmCellEnv",
     "Obstacle",
     "Plan",
     "Problem",
     "Robot",
+    "SearchTree",
     "Tool",
     "UnknownNameError",
     "check_plan",
     "draw_instance",
+    "draw_problem",
     "find_cell",
     "load_cell",
     "load_instances",
@@ -79,6 +90,8 @@ __all__ = [
     "place_arm",
     "ring_cell",
     "robot_names",
+    "save_film",
+    "save_picture",
     "save_plan",
     "tool_names",
 ]

@@ -22,13 +22,17 @@ SHAPES = ("box", "sphere", "cylinder", "capsule")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Arm:
-    """A robot at its place: `position` [m] and `quaternion` (wxyz) of its base frame in the world."""
+    """A robot at its place: `position` [m] and `quaternion` (wxyz) of its base frame in the world.
+
+    What it holds, if anything, is a solid whose pose is in the frame of the tool, or of the flange where it has none.
+    """
 
     name: str
     robot: Robot
     tool: Tool | None
     position: Float[np.ndarray, "3"]
     quaternion: Float[np.ndarray, "4"]
+    held: Obstacle | None = None
 
     @property
     def dof(self) -> int:
@@ -41,7 +45,10 @@ class Arm:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Obstacle:
-    """A static solid: `size` [3] full edge lengths [m] of a box; `radius`, `length` (without caps) [m] of others."""
+    """A solid that stands still, or is held by an arm.
+
+    `size` [3] are full edge lengths [m] of a box; `radius`, `length` (without caps) [m] of others.
+    """
 
     name: str
     shape: str

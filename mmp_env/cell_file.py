@@ -14,6 +14,7 @@ from msgspec import UNSET, UnsetType
 
 from mmp_env.cell import SHAPES, Arm, Cell, Obstacle
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.held import HELD
 from mmp_env.reading import Place, decode, named, read_document, shown
 from mmp_env.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.transforms import quaternion_from_yaw
@@ -30,18 +31,7 @@ _UNIT_ROUNDING = 1e-12
 Vector = tuple[float, float, float]
 
 
-class ArmData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
-    name: str
-    robot: str
-    position: Vector
-    tool: str | UnsetType | None = UNSET
-    yaw: float | None = None
-    quaternion: tuple[float, float, float, float] | None = None
-    held: Any = None
-
-
-class ObstacleData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
-    name: str
+class SolidData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     shape: str
     position: Vector
     yaw: float | None = None
@@ -49,6 +39,24 @@ class ObstacleData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     size: Vector | None = None
     radius: float | None = None
     length: float | None = None
+
+
+class HeldData(SolidData, forbid_unknown_fields=True, kw_only=True):
+    name: str = HELD
+
+
+class ObstacleData(SolidData, forbid_unknown_fields=True, kw_only=True):
+    name: str
+
+
+class ArmData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    name: str
+    robot: str
+    position: Vector
+    tool: str | UnsetType | None = UNSET
+    yaw: float | None = None
+    quaternion: tuple[float, float, float, float] | None = None
+    held: HeldData | None = None
 
 
 class CellData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
@@ -85,7 +93,7 @@ def cell_from_data(data: CellData, place: Place, *, name: str) -> Cell:
     if data.name is not None:
         check_name(data.name, place / "name")
     arms = tuple(_arm(arm, place / "arms" / k) for k, arm in enumerate(data.arms))
-    obstacles = tuple(_obstacle(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))
+    obstacles = tuple(_solid(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))
     with named(place):
         cell = Cell(
             name=name if data.name is None else data.name, arms=arms, obstacles=obstacles, spheres=str(data.spheres)
@@ -107,19 +115,20 @@ def cell_to_dict(cell: Cell) -> dict[str, Any]:
                 "position": arm.position.tolist(),
                 "quaternion": arm.quaternion.tolist(),
             }
+            | ({"held": _solid_to_dict(arm.held)} if arm.held else {})
             for arm in cell.arms
         ],
-        "obstacles": [
-            {
-                "name": obstacle.name,
-                "shape": obstacle.shape,
-                "position": obstacle.position.tolist(),
-                "quaternion": obstacle.quaternion.tolist(),
-            }
-            | {key: np.asarray(getattr(obstacle, key)).tolist() for key in MEASURES[obstacle.shape]}
-            for obstacle in cell.obstacles
-        ],
+        "obstacles": [_solid_to_dict(obstacle) for obstacle in cell.obstacles],
     }
+
+
+def _solid_to_dict(solid: Obstacle) -> dict[str, Any]:
+    return {
+        "name": solid.name,
+        "shape": solid.shape,
+        "position": solid.position.tolist(),
+        "quaternion": solid.quaternion.tolist(),
+    } | {key: np.asarray(getattr(solid, key)).tolist() for key in MEASURES[solid.shape]}
 
 
 def check_name(name: str, place: Place) -> None:
@@ -130,12 +139,15 @@ def check_name(name: str, place: Place) -> None:
 
 def _arm(data: ArmData, place: Place) -> Arm:
     check_name(data.name, place / "name")
-    if data.held is not None:
-        raise MmpError(f"{place / 'held'}: held objects are not supported yet; leave 'held' out")
     robot = _robot(data.robot, place / "robot")
     position, quaternion = _pose(data, place)
     return Arm(
-        name=data.name, robot=robot, tool=_tool(data.tool, robot, place), position=position, quaternion=quaternion
+        name=data.name,
+        robot=robot,
+        tool=_tool(data.tool, robot, place),
+        position=position,
+        quaternion=quaternion,
+        held=_solid(data.held, place / "held") if data.held else None,
     )
 
 
@@ -155,7 +167,7 @@ def _tool(name: str | UnsetType | None, robot: Robot, place: Place) -> Tool | No
         return load_tool(name)
 
 
-def _obstacle(data: ObstacleData, place: Place) -> Obstacle:
+def _solid(data: ObstacleData | HeldData, place: Place) -> Obstacle:
     check_name(data.name, place / "name")
     if data.shape not in SHAPES:
         check_name(data.shape, place / "shape")
@@ -182,7 +194,7 @@ def _obstacle(data: ObstacleData, place: Place) -> Obstacle:
     )
 
 
-def _pose(data: ArmData | ObstacleData, place: Place) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
+def _pose(data: ArmData | SolidData, place: Place) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
     position = frozen_array(data.position)
     if not np.all(np.abs(position) <= LARGEST_M):
         raise (place / "position").wrong(data.position, f"three numbers from {-LARGEST_M:g} to {LARGEST_M:g} m")

@@ -1,4 +1,4 @@
-"""Cells by name or file: `ring-8`, `ring-4-panda`, `mycell.yaml`, or the cell of an instance file."""
+"""Cells by name or file: `ring-8`, `ring-4-panda`, `mixed-4`, `mycell.yaml`, or the cell of an instance file."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.rings import RING_RADIUS_M, ring_cell
 from mmp_env.robot import robot_names
 
+_CELLS = Path(__file__).parent / "cells"
 _SUFFIXES = (".json", ".yaml", ".yml")
 _RING = re.compile(r"ring-(\d+)(?:-(.+))?")
 _RING_ROBOT, _RING_SPHERES = "ur5e", "28"
@@ -21,6 +22,16 @@ def ring_names() -> list[str]:
     """Names of the rings: `ring-<count>` of UR5e arms, `ring-<count>-<robot>` of others."""
     others = [f"-{name}" for name in robot_names() if name != _RING_ROBOT]
     return [f"ring-{count}{suffix}" for count in RING_RADIUS_M for suffix in ["", *others]]
+
+
+def layout_names() -> list[str]:
+    """Names of the layouts in `mmp_env/cells`, which say which arms they have."""
+    return sorted(path.stem for path in _CELLS.glob("*.json"))
+
+
+def cell_names() -> list[str]:
+    """Names of all cells that `find_cell` knows."""
+    return ring_names() + layout_names()
 
 
 def find_cell(source: Cell | str | PathLike[str], *, robot: str | None = None, spheres: str | None = None) -> Cell:
@@ -35,6 +46,8 @@ def find_cell(source: Cell | str | PathLike[str], *, robot: str | None = None, s
         if named and robot and named != robot:
             raise MmpError(f"cell '{source}' is a ring of {named} arms, but robot is '{robot}'; give one of them")
         return ring_cell(int(ring[1]), named or robot or _RING_ROBOT, spheres or _RING_SPHERES)
+    if isinstance(source, str) and source in layout_names():
+        source = _CELLS / f"{source}.json"
     cell = source if isinstance(source, Cell) else _from_file(source)
     if robot is not None:
         raise MmpError(f"robot is '{robot}', but cell '{cell.name}' already says which arms it has")
@@ -44,7 +57,7 @@ def find_cell(source: Cell | str | PathLike[str], *, robot: str | None = None, s
 def _from_file(source: str | PathLike[str]) -> Cell:
     path = Path(source)
     if isinstance(source, str) and not path.exists() and path.suffix not in _SUFFIXES and "/" not in source:
-        raise UnknownNameError("cell", source, ring_names())
+        raise UnknownNameError("cell", source, cell_names())
     from mmp_env.cell_file import cell_from_dict
     from mmp_env.instance_file import holds_instances, instances_from_dict
     from mmp_env.reading import read_document

@@ -17,6 +17,7 @@ from mmp_env import _core
 from mmp_env.cell import SHAPES, Arm, Cell, Obstacle
 from mmp_env.conflict import Conflict, plan_conflicts
 from mmp_env.errors import MmpError
+from mmp_env.held import HELD, covering_spheres, untested_links
 from mmp_env.transforms import matrix_from_quaternion, transform
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ class CollisionModel:
         return _core.spheres(self.core, self.index(arm), self._rows(arm, q)), self._radii[self.index(arm)].copy()
 
     def sphere_links(self, arm: str) -> list[str]:
-        """Name of the link that each sphere of `spheres` belongs to; the tool's name for those of a tool."""
+        """Name of the link that each sphere of `spheres` belongs to; that of the tool, or `held` for what it holds."""
         names = _link_names(self.cell.arm(arm))
         return [names[k] for k in self._links[self.index(arm)]]
 
@@ -151,7 +152,7 @@ class CollisionModel:
 
 
 def _link_names(arm: Arm) -> tuple[str, ...]:
-    return arm.robot.link_names + ((arm.tool.name,) if arm.tool else ())
+    return arm.robot.link_names + ((arm.tool.name,) if arm.tool else ()) + ((HELD,) if arm.held else ())
 
 
 def _chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
@@ -179,6 +180,16 @@ def _chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
         radii += list(tool.spheres[sphere_set].radii)
         last = robot.dof + 1
         ignored |= {(robot.link_names.index(name), last) for name in tool.self_ignore[sphere_set]}
+    if arm.held is not None:
+        held = len(frames)
+        frames.append(robot.dof)
+        to_frame.append(to_frame[robot.dof] @ (robot.flange @ tool.mount if tool else robot.flange))
+        covering, sizes = covering_spheres(arm.held)
+        links += [held] * len(sizes)
+        centers += list(covering)
+        radii += list(sizes)
+        names = _link_names(arm)
+        ignored |= {(names.index(name), held) for name in untested_links(arm)}
     placed = [to_frame[link][:3, :3] @ c + to_frame[link][:3, 3] for link, c in zip(links, centers, strict=True)]
     self_pairs = [(i, j) for i in range(len(frames)) for j in range(i + 1, len(frames)) if (i, j) not in ignored]
     return {

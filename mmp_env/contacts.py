@@ -39,7 +39,7 @@ class ContactLog:
 
     def __init__(self, model: Any, data: Any, cell: Cell) -> None:
         self._data, self._contact = data, data.contact
-        self._names, self._owners = _names_and_owners(model, cell)
+        self._names, self._owners = names_and_owners(model, cell)
         self._longest_gap_s = 1.5 * float(model.opt.timestep)
         self.clear()
 
@@ -71,7 +71,7 @@ class ContactLog:
                 touch.depth_m = -distance
 
 
-def _names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:
+def names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:
     """For each geom the name of its body, or its own if it belongs to the world, and the number of its arm.
 
     The world counts as one arm more, so that it comes after all of them.

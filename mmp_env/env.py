@@ -17,12 +17,13 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.cell import Cell
-from mmp_env.cell_source import find_cell, ring_names
+from mmp_env.cell_source import cell_names, find_cell
 from mmp_env.contacts import Contact
 from mmp_env.control import checked_action, find_control_mode, steps_per_action
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.execution import REACHED_RAD, ExecutionReport, execute_plan
-from mmp_env.instances import DEFAULT_TASK, Source, find_task
+from mmp_env.instances import DEFAULT_TASK, Source, draw, find_task
+from mmp_env.monitor import Monitor
 from mmp_env.observation import Observer, joint_limits
 from mmp_env.opengl import check_render_mode, possible_render_modes
 from mmp_env.plan import Plan
@@ -30,14 +31,11 @@ from mmp_env.plan_fit import check_fit
 from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem, velocity_limits
 from mmp_env.registration import ANY_CELL
 from mmp_env.rendering import Camera, Window
+from mmp_env.reward import step_reward
 from mmp_env.simulation import Simulation
 
 CONTROL_RATE_HZ = 10
 """Actions per second of simulated time: one for each 0.1 s step of the planners, 50 physics steps."""
-PROGRESS_WEIGHT = 10.0
-"""Reward for each radian that the joints come nearer to their goals on average."""
-SUCCESS_BONUS = 10.0
-CONTACT_PENALTY = 10.0
 
 _SHOWN_STEPS = 20
 """Physics steps between two pictures in a window: 25 pictures per second."""
@@ -90,14 +88,14 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         for option in unknown:
             raise UnknownNameError("option of MultiArmCell", option, _OPTIONS)
         if cell is None:
-            raise MmpError(f"MultiArmCell needs cell=, a Cell, a file or one of {', '.join(ring_names())}")
+            raise MmpError(f"MultiArmCell needs cell=, a Cell, a file or one of {', '.join(cell_names())}")
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise UnknownNameError("render_mode", render_mode, self.metadata["render_modes"])
         check_render_mode(render_mode)
         # The class names all modes, an environment those that can be had on this machine.
         possible = possible_render_modes(self.metadata["render_modes"])
         self.metadata = {"render_modes": possible, "render_fps": control_rate_hz}
-        self.cell = find_cell(cell, robot=robot, spheres=None if spheres is None else str(spheres))
+        self._bare = self.cell = find_cell(cell, robot=robot, spheres=None if spheres is None else str(spheres))
         self.render_mode = render_mode
         self._task = find_task(task)
         self._max_velocity = max_velocity
@@ -139,7 +137,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Puts the arms at rest at the start of an instance.
 
-        The task draws it; `options` may hold `start` or `goal` or both, arm name -> [dof] [rad], instead. Raises
+        The task draws it, with a cell of its own where it puts objects into it; `options` may hold `start` or `goal`,
+        arm name -> [dof] [rad], instead, or both, which are then for the cell without such objects. Raises
         `MmpError` for options of the wrong form, `InvalidInstanceError` where they are out of limits or in collision.
         """
         super().reset(seed=seed)
@@ -148,15 +147,17 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
             if key not in ("start", "goal"):
                 raise UnknownNameError("reset option", key, ("start", "goal"))
         if len(given) == 2:
+            self._enter(self._bare)
             problem = self._make_problem(given["start"], given["goal"])
             instance = self._instance_of(problem.start, problem.goal, problem=problem)
         else:
-            start, goal = self._task.sample(self.cell, self.np_random)
+            drawn = draw(self._bare, self._task, self.np_random)
+            self._enter(drawn.cell)
             if given:
-                problem = self._make_problem(given.get("start", start), given.get("goal", goal))
+                problem = self._make_problem(given.get("start", drawn.start), given.get("goal", drawn.goal))
                 instance = self._instance_of(problem.start, problem.goal, problem=problem)
             else:
-                instance = self._instance_of(start, goal, self._label(seed))
+                instance = self._instance_of(drawn.start, drawn.goal, self._label(seed))
         self._instance = instance
         self._simulation.place(self._simulation.joined(instance.start))
         self._stand()
@@ -177,21 +178,21 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self._q, self._reference = simulation.positions, end
         contacts = simulation.log.contacts
         observation, info = self._outcome(contacts)
-        reward = PROGRESS_WEIGHT * (before - self._mean_distance)
-        reward += SUCCESS_BONUS * info["is_success"] - CONTACT_PENALTY * bool(contacts)
+        reward = step_reward(before - self._mean_distance, success=info["is_success"], contact=bool(contacts))
         terminated = info["is_success"] or (self._terminate_on_contact and bool(contacts))
         return observation, reward, terminated, False, info
 
-    def execute(self, plan: Plan) -> ExecutionReport:
+    def execute(self, plan: Plan, *, monitor: Monitor | None = None) -> ExecutionReport:
         """Plays a plan through the actuators, see `execute_plan`; afterwards the arms stand where it ended.
 
-        The plan's start and goal become the environment's. Raises `MmpError` for a plan of another cell.
+        The plan's start and goal become the environment's. A `monitor` stops all arms of a retimed plan while one lags.
+        Raises `MmpError` for a plan of another cell.
         """
         check_fit(plan, self.cell)
         # Arms that the plan's cell does not have stay where they are, and are to stay there.
         here, problem = self._simulation.split(self._simulation.positions), plan.problem
         self._instance = self._instance_of({**here, **problem.start}, {**here, **problem.goal}, problem.name)
-        report = execute_plan(self._simulation, plan, self._show_window)
+        report = execute_plan(self._simulation, plan, self._show_window, monitor)
         self._stand()
         return report
 
@@ -210,6 +211,14 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         if self._view is not None:
             self._view.close()
             self._view = None
+
+    def _enter(self, cell: Cell) -> None:
+        """From here on this is the cell: the one without the objects of any task, or one with those of an instance."""
+        if cell is self.cell:
+            return
+        self.close()
+        self.cell, self._simulation = cell, Simulation(cell)
+        self._observer = Observer(self._simulation)
 
     def _present(self) -> _Instance:
         if self._instance is None:

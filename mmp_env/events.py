@@ -29,7 +29,7 @@ class SearchStarted(Event):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class NodeCreated(Event):
-    """A node of the tree: its paths on the grid of `dt` [s], cost, bound and conflicts, and what sets it apart.
+    """A node of the tree: its paths on the grid of `dt_s` [s], cost, bound and conflicts, and what sets it apart.
 
     `constraint` says in words what the branch forbids, `arm` whom; both None for a root. `fast_track` marks a node that
     repulsion of one arm made free of conflicts.
@@ -45,6 +45,7 @@ class NodeCreated(Event):
     conflicts: int
     conflicting_pairs: int
     fast_track: bool = False
+    dt_s: float = 0.1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -80,14 +81,27 @@ class Replanned(Event):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class ForceField:
+    """Spheres nearer than `d0` [m] push with k_rep (1/d - 1/d0) / d^2; d between surfaces, or `centres`."""
+
+    k_rep: float
+    d0: float
+    centres: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Repelled(Event):
-    """A repulsive modification: the path before and after and, with `RepulsiveModification.trace`, each iterate."""
+    """A repulsive modification: the path before and after and, where the watcher `wants_iterates`, each iterate.
+
+    The node that it is for is told of next. `field` is what pushed; None where a modification has another kind.
+    """
 
     arm: str
     before: Float[np.ndarray, "k dof"]
     after: Float[np.ndarray, "k dof"]
     iterations: int
     iterates: tuple[Float[np.ndarray, "k dof"], ...] = ()
+    field: ForceField | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,6 +123,11 @@ class SolutionFound(Event):
 
 
 Watcher = Callable[[Event], None]
+
+
+def wants_iterates(watch: Watcher) -> bool:
+    """Whether a watcher asks, by a true attribute of this name, for the iterates of repulsion."""
+    return bool(getattr(watch, "wants_iterates", False))
 
 
 def ignore(event: Event) -> None:

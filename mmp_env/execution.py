@@ -1,4 +1,4 @@
-"""Execution of a plan: played through the actuators of a simulated cell, watched for contacts."""
+"""Execution of a plan: played through the actuators of a simulated cell, watched for contacts, torques and lag."""
 
 from __future__ import annotations
 
@@ -9,8 +9,13 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.contacts import Contact
+from mmp_env.loads import Load, loads_of
+from mmp_env.monitor import Halt, Monitor, Watch
+from mmp_env.nearness import Nearness, nearness
+from mmp_env.phase_clock import PhaseClock
 from mmp_env.plan import Plan
 from mmp_env.plan_fit import check_fit
+from mmp_env.reference import Reference
 from mmp_env.simulation import Simulation
 
 REACHED_RAD = 0.02
@@ -28,9 +33,13 @@ class ExecutionReport:
 
     `reached`: every joint of every arm ended within `REACHED_RAD` of its goal. `contacts`: between different arms, or
     an arm and an obstacle, earliest first, in time since the beginning. `max_tracking_error_rad`: the farthest that a
-    joint was from where the plan had it at that time. `duration_s`: simulated time, settling included.
-    `moved_to_start`: the arms stood elsewhere and were put to the plan's start first. `times` [t] [s] and `positions`,
-    arm -> [t, dof] [rad], are what was recorded at each physics step, the beginning included.
+    joint was from where it should have been at that time. `duration_s`: simulated time, settling included.
+    `moved_to_start`: the arms stood elsewhere and were put to the plan's start first. `loads`: arm -> the joint with
+    the largest torque for its rating. `nearness`: whether bodies came closer than the plan's proof says. `halts`: when
+    a monitor stopped the arms.
+
+    `times` [t] [s] and `positions`, arm -> [t, dof] [rad], are what was recorded at each physics step, the beginning
+    included; `phases` [t] [s] is the time of the plan that was played at it, which only a monitor makes another.
     """
 
     reached: bool
@@ -38,66 +47,116 @@ class ExecutionReport:
     max_tracking_error_rad: float
     duration_s: float
     moved_to_start: bool
+    loads: Mapping[str, Load]
+    nearness: Nearness
+    halts: list[Halt]
     times: Float[np.ndarray, "t"]
     positions: Mapping[str, Float[np.ndarray, "t dof"]]
+    phases: Float[np.ndarray, "t"]
 
 
-def execute_plan(simulation: Simulation, plan: Plan, show: Callable[[], None] = lambda: None) -> ExecutionReport:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Played:
+    """Where the arms were after each physics step [t, n], the phases then, the largest error, and where it ended."""
+
+    passed: Float[np.ndarray, "t n"]
+    phases: Float[np.ndarray, "t"]
+    error: float
+    end: Float[np.ndarray, "n"]
+    halts: list[Halt]
+
+
+def execute_plan(
+    simulation: Simulation, plan: Plan, show: Callable[[], None] = lambda: None, monitor: Monitor | None = None
+) -> ExecutionReport:
     """Plays `plan` from its start; arms that it does not move hold still. Calls `show` every 40 ms of simulated time.
 
-    The arms follow the plan's positions with its velocities (those of its straight segments where it has none) as
-    feed-forward, at every physics step. Raises `MmpError` for a plan of another cell or one that is malformed.
+    At every physics step the arms follow the plan's positions with its velocities as feed-forward; how they go between
+    its times, see `Reference`. A `monitor` stops them all when one lags. Raises `MmpError` for a plan of another cell,
+    one that is malformed, and with a monitor one that is not retimed.
     """
     check_fit(plan, simulation.cell)
     standing = simulation.split(simulation.positions)
     start = {name: plan.positions[name][0] if name in plan.positions else standing[name] for name in standing}
+    reference = Reference(plan, start)
+    clock = PhaseClock(reference) if monitor is not None else None
     moved = any(np.abs(start[name] - standing[name]).max() > REACHED_RAD for name in standing)
     if moved:
         simulation.place(simulation.joined(start))
     begin = simulation.positions
     simulation.begin_log()
-    passed, error = _play(simulation, plan, start, show)
-    held, rest_error = _settle(simulation, simulation.joined(_ends(plan, start)), show)
-    recorded = np.concatenate([begin[None], passed, held])
-    end = simulation.split(recorded[-1])
+    if monitor is None or clock is None:
+        played = _play(simulation, reference, show)
+    else:
+        played = _play_watched(simulation, reference, clock, monitor, show)
+    held, rest_error = _settle(simulation, played.end, show)
+    recorded = np.concatenate([begin[None], played.passed, held])
+    positions, end = simulation.split(recorded), simulation.split(recorded[-1])
     times = simulation.timestep_s * np.arange(len(recorded))
     return ExecutionReport(
         reached=all(np.abs(end[name] - plan.problem.goal[name]).max() <= REACHED_RAD for name in plan.positions),
         contacts=simulation.log.contacts,
-        max_tracking_error_rad=max(error, rest_error),
+        max_tracking_error_rad=max(played.error, rest_error),
         duration_s=float(times[-1]),
         moved_to_start=bool(moved),
+        loads=loads_of(simulation),
+        nearness=nearness(simulation, plan, times, positions),
+        halts=played.halts,
         times=times,
-        positions=simulation.split(recorded),
+        positions=positions,
+        phases=np.pad(np.append(0.0, played.phases), (0, len(held)), mode="edge"),
     )
 
 
-def _ends(plan: Plan, start: Mapping[str, Float[np.ndarray, "dof"]]) -> dict[str, Float[np.ndarray, "dof"]]:
-    return {name: plan.positions[name][-1] if name in plan.positions else q for name, q in start.items()}
-
-
-def _play(
-    simulation: Simulation, plan: Plan, start: Mapping[str, Float[np.ndarray, "dof"]], show: Callable[[], None]
-) -> tuple[Float[np.ndarray, "t n"], float]:
-    """Where the arms were after each physics step, and the largest error, until the last time of the plan."""
+def _play(simulation: Simulation, reference: Reference, show: Callable[[], None]) -> _Played:
+    """Until the last time of the plan."""
     step_s = simulation.timestep_s
-    count = int(np.ceil(plan.makespan_s / step_s - 1e-9))
-    clock = step_s * np.arange(count + 1)
-    sampled = [_sampled(plan, name, q, clock) for name, q in start.items()]
-    reference = np.concatenate([positions for positions, _ in sampled], axis=1)
-    velocity = np.concatenate([velocities for _, velocities in sampled], axis=1)
+    count = int(np.ceil(reference.end_s / step_s - 1e-9))
+    phases = step_s * np.arange(count + 1)
+    wanted, velocity = reference.at(phases)
     passed = np.empty((count, simulation.count))
     for first in range(0, count, _STRETCH):
         part = slice(first, min(first + _STRETCH, count))
-        passed[part] = simulation.follow(reference[part], velocity[part])
+        passed[part] = simulation.follow(wanted[part], velocity[part])
         show()
-    return passed, float(np.abs(passed - reference[1:]).max(initial=0.0))
+    error = float(np.abs(passed - wanted[1:]).max(initial=0.0))
+    return _Played(passed=passed, phases=phases[1:].clip(max=reference.end_s), error=error, end=wanted[-1], halts=[])
+
+
+def _play_watched(
+    simulation: Simulation, reference: Reference, clock: PhaseClock, monitor: Monitor, show: Callable[[], None]
+) -> _Played:
+    """As `_play`, at the phase's own speed; not to the end where the monitor loses its patience."""
+    step_s, time_s = simulation.timestep_s, 0.0
+    joints = [(name, k + 1) for name, part in simulation.slices.items() for k in range(part.stop - part.start)]
+    watch = Watch(monitor, clock, joints)
+    passed, phases, error = [], [], 0.0
+    wanted, velocity = reference.at(np.zeros(1))
+    patient = True
+    while patient and not clock.over:
+        passed.append(simulation.follow(wanted, clock.speed * velocity)[0])
+        clock.advance(step_s)
+        time_s += step_s
+        wanted, velocity = reference.at(np.array([clock.phase]))
+        lag = np.abs(passed[-1] - wanted[0])
+        error = max(error, float(lag.max()))
+        phases.append(clock.phase)
+        patient = watch.look(time_s, lag, step_s)
+        if len(passed) % _STRETCH == 0:
+            show()
+    return _Played(
+        passed=np.array(passed).reshape(-1, simulation.count),
+        phases=np.array(phases),
+        error=error,
+        end=wanted[0],
+        halts=watch.halts,
+    )
 
 
 def _settle(
     simulation: Simulation, end: Float[np.ndarray, "n"], show: Callable[[], None]
 ) -> tuple[Float[np.ndarray, "t n"], float]:
-    """As `_play`, while the servos hold `end`."""
+    """Where the arms were after each physics step while the servos held `end`, and the largest error."""
     reference, passed = np.tile(end, (_STRETCH, 1)), []
     for _ in range(round(SETTLE_S / simulation.timestep_s / _STRETCH)):
         passed.append(simulation.follow(reference, np.zeros_like(reference)))
@@ -106,19 +165,3 @@ def _settle(
         if near and np.abs(simulation.velocities).max() <= _AT_REST_RAD_S:
             break
     return np.concatenate(passed), float(np.abs(np.concatenate(passed) - end).max())
-
-
-def _sampled(
-    plan: Plan, name: str, q: Float[np.ndarray, "dof"], clock: Float[np.ndarray, "t"]
-) -> tuple[Float[np.ndarray, "t dof"], Float[np.ndarray, "t dof"]]:
-    """Positions and velocities of one arm at the times of `clock`; at rest at `q` where the plan does not move it."""
-    if name not in plan.positions:
-        return np.tile(q, (len(clock), 1)), np.zeros((len(clock), len(q)))
-    times, planned = plan.times, plan.positions[name]
-    positions = np.column_stack([np.interp(clock, times, column) for column in planned.T])
-    if plan.velocities is not None:
-        columns = plan.velocities[name].T
-        return positions, np.column_stack([np.interp(clock, times, column) for column in columns])
-    slopes = np.zeros_like(planned)
-    slopes[:-1] = np.diff(planned, axis=0) / np.diff(times)[:, None]
-    return positions, slopes[np.searchsorted(times, clock, side="right") - 1]

@@ -3,39 +3,83 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol, runtime_checkable
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 
 from mmp_env.cell import Cell
 from mmp_env.errors import MmpError
+from mmp_env.problem import DEFAULT_MARGIN_M, DEFAULT_MAX_VELOCITY, Problem, make_problem
 
 DEFAULT_TASK = "reach"
 
 
+State: TypeAlias = Mapping[str, Float[np.ndarray, " _dof"]]
+
+
 @runtime_checkable
 class Source(Protocol):
-    """What instances are drawn from; every task is one."""
+    """What instances are drawn from; every task is one.
 
-    def sample(
-        self, cell: Cell, rng: np.random.Generator
-    ) -> tuple[Mapping[str, Float[np.ndarray, " dof"]], Mapping[str, Float[np.ndarray, " dof"]]]: ...
+    What `sample` gives is a start and a goal, and as a third the cell they are for, where that is not `cell` itself.
+    """
+
+    def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State] | tuple[State, State, Cell]: ...
 
 
-def draw_instance(
-    cell: Cell, task: str | Source = DEFAULT_TASK, seed: int = 0
-) -> tuple[Mapping[str, Float[np.ndarray, " dof"]], Mapping[str, Float[np.ndarray, " dof"]]]:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drawn:
+    """Start and goal, arm name -> [dof] [rad], and the cell with what a task has put into it, or given arms to hold."""
+
+    start: State
+    goal: State
+    cell: Cell
+
+
+def draw(cell: Cell, source: Source, rng: np.random.Generator) -> Drawn:
+    """What a task draws in a cell. Raises `MmpError` for a cell without room."""
+    start, goal, *changed = source.sample(cell, rng)
+    return Drawn(start=start, goal=goal, cell=changed[0] if changed else cell)
+
+
+def draw_problem(
+    cell: Cell,
+    task: str | Source = DEFAULT_TASK,
+    seed: int = 0,
+    *,
+    max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
+    margin: float = DEFAULT_MARGIN_M,
+    name: str = "",
+) -> Problem:
+    """The problem of `env.reset(seed=seed)` in an environment of this cell, with the objects of the task in it.
+
+    Raises `MmpError` as `draw_instance` does, and `InvalidInstanceError` where a task is at fault.
+    """
+    drawn = draw(cell, find_task(task), _generator(seed))
+    return make_problem(drawn.cell, drawn.start, drawn.goal, max_velocity=max_velocity, margin=margin, name=name)
+
+
+def draw_instance(cell: Cell, task: str | Source = DEFAULT_TASK, seed: int = 0) -> tuple[State, State]:
     """Start and goal, arm name -> [dof] [rad]: the instance of `env.reset(seed=seed)` in an environment of this cell.
 
-    Raises `MmpError` for an unknown task, a seed that is not a whole number from 0, or a cell without room.
+    Raises `MmpError` for an unknown task, a seed that is not a whole number from 0, a cell without room, or a task that
+    changes the cell, for which start and goal alone say too little.
     """
+    drawn = draw(cell, find_task(task), _generator(seed))
+    if drawn.cell is not cell:
+        raise MmpError(f"task '{task}' puts objects into cell '{cell.name}'; draw_problem gives start, goal and cell")
+    return drawn.start, drawn.goal
+
+
+def _generator(seed: int) -> np.random.Generator:
     if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
         raise MmpError(f"seed is {seed!r}; it must be a whole number, 0 or more")
     from gymnasium.utils.seeding import np_random
 
-    generator, _ = np_random(int(seed))
-    return find_task(task).sample(cell, generator)
+    return np_random(int(seed))[0]
 
 
 def find_task(task: str | Source) -> Source:

@@ -40,8 +40,9 @@ class Observer:
             "tool_positions": (bases - spans, bases + spans),
             "clearance": (np.array([-FARTHEST_M]), np.array([FARTHEST_M])),
         }
-        boxes: dict[str, spaces.Space[Any]] = {name: _box(low, high) for name, (low, high) in bounds.items()}
-        self.space = spaces.Dict(boxes | {"goal_positions": _box(lower, upper)})
+        self.boxes = {name: _box(low, high) for name, (low, high) in bounds.items()}
+        self.boxes["goal_positions"] = _box(lower, upper)
+        self.space = spaces.Dict(dict[str, spaces.Space[Any]](self.boxes))
         # All that is measured is clipped in one vector: calls on small arrays would cost more than their content.
         self._low, self._high = (np.concatenate([pair[k].ravel() for pair in bounds.values()]) for k in (0, 1))
         self._joints, self._speeds, self._tools = slice(n), slice(n, 2 * n), slice(2 * n, -1)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
 
 from mmp_env.problem import Problem
+
+if TYPE_CHECKING:
+    from mmp_env.execution import ExecutionReport
+    from mmp_env.notebook import PlanView
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -17,7 +21,8 @@ class Plan:
     """`times` [t] [s], ascending from 0; `positions`: arm name -> [t, dof] [rad].
 
     `planner` is name, options and seed; `stats` are counts, never wall-clock times, so that the same run gives the same
-    plan file. A retimed plan also has `velocities`, `accelerations` like `positions`.
+    plan file. A retimed plan also has `velocities`, `accelerations` like `positions`, and the limits that it was made
+    for: arm name -> [dof] [rad/s^2], [rad/s^3].
     """
 
     problem: Problem
@@ -27,6 +32,8 @@ class Plan:
     stats: Mapping[str, Any] = field(default_factory=dict)
     velocities: Mapping[str, Float[np.ndarray, "t dof"]] | None = None
     accelerations: Mapping[str, Float[np.ndarray, "t dof"]] | None = None
+    max_acceleration: Mapping[str, Float[np.ndarray, "dof"]] | None = None
+    max_jerk: Mapping[str, Float[np.ndarray, "dof"]] | None = None
 
     @property
     def makespan_s(self) -> float:
@@ -42,3 +49,9 @@ class Plan:
         return {
             arm: np.array([np.interp(t, self.times, column) for column in q.T]) for arm, q in self.positions.items()
         }
+
+    def show(self, report: ExecutionReport | None = None, **options: Any) -> PlanView:
+        """What a notebook shows as a film: the plan, or what `report` recorded of it; `options` as in `PlanView`."""
+        from mmp_env.notebook import PlanView
+
+        return PlanView(self, report, **options)

@@ -49,6 +49,7 @@ class PlanData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 def plan_to_dict(plan: Plan) -> dict[str, Any]:
     """The plan as `mmp-plan/1` has it, in dicts, lists and scalars."""
     problem = plan.problem
+    limits = {"max_acceleration": plan.max_acceleration, "max_jerk": plan.max_jerk}
     out = {
         "schema": PLAN_SCHEMA,
         "problem": {
@@ -57,6 +58,7 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
             "start": _by_arm(problem.cell, problem.start),
             "goal": _by_arm(problem.cell, problem.goal),
             "max_velocity": _by_arm(problem.cell, problem.max_velocity),
+            **{key: _by_arm(problem.cell, values) for key, values in limits.items() if values is not None},
             "margin": problem.margin,
         },
         "times": plan.times,
@@ -72,8 +74,7 @@ def plan_from_dict(data: Any, where: str | Place = "plan") -> Plan:
     """The plan in a file's `data`; `where` begins the messages.
 
     The data must be well formed, the plan need not be right: the margin is the one in the file, and starts out of their
-    limits, contacts and times out of order are left to the checker. So are `max_acceleration` and `max_jerk`, which a
-    `Problem` has no place for. Raises `MmpError` that names field and value.
+    limits, contacts and times out of order are left to the checker. Raises `MmpError` that names field and value.
     """
     place = where if isinstance(where, Place) else Place(where)
     check_schema(data, PLAN_SCHEMA, place)
@@ -86,8 +87,13 @@ def plan_from_dict(data: Any, where: str | Place = "plan") -> Plan:
         for key in ("positions", "velocities", "accelerations")
         if (rows := getattr(decoded, key)) is not None
     }
+    limits = {
+        key: _by_joint(problem.cell, value, place / "problem" / key)
+        for key in ("max_acceleration", "max_jerk")
+        if (value := getattr(decoded.problem, key)) is not None
+    }
     times = frozen_array(numbers(decoded.times, len(decoded.times), place / "times", "time"))
-    return Plan(problem=problem, times=times, planner=decoded.planner, stats=decoded.stats, **matrices)
+    return Plan(problem=problem, times=times, planner=decoded.planner, stats=decoded.stats, **matrices, **limits)
 
 
 def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
@@ -109,16 +115,11 @@ def _problem(data: ProblemData, place: Place) -> Problem:
     cell = cell_from_data(data.cell, place / "cell", name="cell")
     if not (math.isfinite(data.margin) and data.margin > 0):
         raise (place / "margin").wrong(data.margin, "a positive number [m]")
-    limits = {
-        key: _limits(cell, value, place / key)
-        for key in ("max_velocity", "max_acceleration", "max_jerk")
-        if (value := getattr(data, key)) is not None
-    }
     return Problem(
         cell=cell,
         start=configurations_from_dict(cell, data.start, place / "start"),
         goal=configurations_from_dict(cell, data.goal, place / "goal"),
-        max_velocity=velocity_limits(cell, limits["max_velocity"]),
+        max_velocity=velocity_limits(cell, _limits(cell, data.max_velocity, place / "max_velocity")),
         margin=data.margin,
         name=data.name,
     )
@@ -137,6 +138,14 @@ def _limits(cell: Cell, data: Any, place: Place) -> float | dict[str, Float[np.n
     return by_arm
 
 
+def _by_joint(cell: Cell, data: Any, place: Place) -> dict[str, Float[np.ndarray, "dof"]]:
+    """As `_limits`, with a number for each joint in any case."""
+    limits = _limits(cell, data, place)
+    if isinstance(limits, dict):
+        return {name: frozen_array(values) for name, values in limits.items()}
+    return {arm.name: frozen_array(np.full(arm.dof, limits)) for arm in cell.arms}
+
+
 def _matrices(cell: Cell, data: Any, count: int, place: Place) -> dict[str, Float[np.ndarray, "t dof"]]:
     """Per arm one row of joints for each of `count` times."""
     check_arms(cell, data, place)
@@ -147,6 +156,22 @@ def _matrices(cell: Cell, data: Any, count: int, place: Place) -> dict[str, Floa
             raise here.wrong(rows, "a list of configurations")
         if len(rows) != count:
             raise MmpError(f"{here} has {len(rows)} configurations; it must have {count}, one for each of the times")
-        of = f"joint of a {arm.robot.name}"
-        out[arm.name] = frozen_array([numbers(row, arm.dof, here / k, of) for k, row in enumerate(rows)])
+        matrix = _at_once(rows, arm.dof)
+        if matrix is None:
+            of = f"joint of a {arm.robot.name}"
+            matrix = np.array([numbers(row, arm.dof, here / k, of) for k, row in enumerate(rows)])
+        out[arm.name] = frozen_array(matrix)
     return out
+
+
+def _at_once(rows: list[Any], dof: int) -> Float[np.ndarray, "t dof"] | None:
+    """The rows as a matrix, or None where any is not `dof` finite numbers. A retimed plan has many thousands."""
+    if not all(type(row) is list and len(row) == dof for row in rows):
+        return None
+    if not {type(value) for row in rows for value in row} <= {int, float}:
+        return None
+    try:
+        matrix = np.array(rows, dtype=float)
+    except OverflowError:
+        return None
+    return matrix if np.isfinite(matrix).all() else None

@@ -48,7 +48,8 @@ def _traits(arm: Arm) -> dict[str, object]:
         "tool": arm.tool.name if arm.tool else "none",
         "position": arm.position,
         "orientation": arm.T_world_base[:3, :3].ravel(),
-    }
+        "held object": arm.held.shape if arm.held else "none",
+    } | ({f"{key} of the held object": value for key, value in _measures(arm.held).items()} if arm.held else {})
 
 
 def _measures(obstacle: Obstacle) -> dict[str, object]:
@@ -88,11 +89,12 @@ def _faults(plan: Plan) -> Iterator[str]:
     if not plan.positions:
         yield "it moves no arm"
     names = plan.problem.cell.arm_names
-    for kind, rows_by_arm in (("positions", plan.positions), ("velocities", plan.velocities)):
+    for kind in ("positions", "velocities", "accelerations"):
+        rows_by_arm = getattr(plan, kind)
         if rows_by_arm is None:
             continue
-        if kind == "velocities" and rows_by_arm.keys() != plan.positions.keys():
-            yield "it has velocities of other arms than positions"
+        if rows_by_arm.keys() != plan.positions.keys():
+            yield f"it has {kind} of other arms than positions"
         for name, rows in rows_by_arm.items():
             if name not in names:
                 yield f"it has {kind} of an arm '{name}', which is not in its cell"

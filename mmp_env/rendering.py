@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -13,38 +17,56 @@ from mmp_env.errors import MmpError
 from mmp_env.mujoco_import import mujoco
 from mmp_env.opengl import check_render_mode, open_context
 from mmp_env.simulation import Simulation
-from mmp_env.staging import CAMERA
+from mmp_env.staging import CAMERA, camera_pose, frame, outline
 
 GHOST_ALPHA = 0.22
 _MOST_PIXELS = 4096
 _MAX_GEOMS = 5000
-_FINE_SAMPLES = 4
+_GLOW = 0.15
+"""So much of a line's colour it has without light."""
+_FINER, _MOST_FINE_PIXELS = 2, 2048
+"""Fine pictures are made with so many pixels for one, each way, where the whole then has at most so many times that."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Line:
+    """A line through `points` [k, 3] [m], `thickness` [m] across, in red, green, blue, opacity 0..1."""
+
+    points: Float[np.ndarray, "k 3"]
+    rgba: tuple[float, float, float, float]
+    thickness: float
 
 
 class Camera:
-    """Takes pictures of `width` x `height` pixels through the cell's camera, without a display.
+    """Takes pictures of `width` x `height` pixels from where the cell's camera stands, without a display.
 
-    `fine` pictures have shadows and smooth edges; without a graphics card they take ten times as long. The OpenGL
-    context is opened with the first picture. Raises `MmpError` for a size that is not sensible.
+    The picture is as narrow or wide as asked for, with the whole cell in it. `fine` pictures have shadows and smooth
+    edges; without a graphics card they take several times as long. The OpenGL context is opened with the first
+    picture. Raises `MmpError` for a size that is not sensible.
     """
 
     def __init__(self, simulation: Simulation, width: int, height: int, *, fine: bool = False) -> None:
         for name, value in (("width", width), ("height", height)):
-            if not 0 < value <= _MOST_PIXELS:
-                raise MmpError(f"{name} is {value}; a picture has 1 to {_MOST_PIXELS} pixels each way")
+            if not (isinstance(value, Integral) and 0 < value <= _MOST_PIXELS):
+                raise MmpError(f"{name} is {value}; a picture has 1 to {_MOST_PIXELS} whole pixels each way")
         self._simulation = simulation
-        self._rectangle = mujoco.MjrRect(0, 0, width, height)
+        self._finer = _FINER if fine and max(width, height) <= _MOST_FINE_PIXELS else 1
+        self._rectangle = mujoco.MjrRect(0, 0, self._finer * width, self._finer * height)
         self._scene = mujoco.MjvScene(simulation.model, maxgeom=_MAX_GEOMS)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = fine
-        self._samples = _FINE_SAMPLES if fine else 0
         self._ghosts = _Ghosts(simulation)
         self._option, self._camera = mujoco.MjvOption(), mujoco.MjvCamera()
         self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
         self._camera.fixedcamid = simulation.model.camera(CAMERA).id
+        fixed = simulation.data.camera(CAMERA)
+        points = outline(simulation.cell)
+        self._frame = frame(points, fixed.xpos, fixed.xmat.reshape(3, 3), width / height).tolist()
         self._context: Any = None
         self._buffer: Any = None
 
-    def show(self, target: Float[np.ndarray, "n"] | None = None) -> UInt8[np.ndarray, "h w 3"]:
+    def show(
+        self, target: Float[np.ndarray, "n"] | None = None, lines: Sequence[Line] = ()
+    ) -> UInt8[np.ndarray, "h w 3"]:
         """A picture of the cell as it stands, with the arms at `target` [n] [rad] as ghosts; a fresh array.
 
         Raises `MmpError` that names the package to install where no OpenGL library is found.
@@ -57,10 +79,20 @@ class Camera:
         )
         if target is not None:
             self._ghosts.add_to(self._scene, target)
+        for line in lines:
+            _add_line(self._scene, line)
+        self._aim()
         out = np.empty((rectangle.height, rectangle.width, 3), np.uint8)
         mujoco.mjr_render(rectangle, self._scene, self._buffer)
         mujoco.mjr_readPixels(out, None, rectangle, self._buffer)
-        return np.ascontiguousarray(out[::-1])
+        return _shrunk(out[::-1], self._finer)
+
+    def _aim(self) -> None:
+        """Turns the frustum of MuJoCo's camera to the cell; both of its eyes, which are one here."""
+        for eye in self._scene.camera:
+            left, right, bottom, top = (eye.frustum_near * side for side in self._frame)
+            eye.frustum_center, eye.frustum_width = (left + right) / 2, (right - left) / 2
+            eye.frustum_bottom, eye.frustum_top = bottom, top
 
     def close(self) -> None:
         """Frees the OpenGL context; a later picture opens another."""
@@ -74,7 +106,7 @@ class Camera:
         model, rectangle = self._simulation.model, self._rectangle
         context = open_context(rectangle.width, rectangle.height)
         context.make_current()
-        model.vis.quality.offsamples = self._samples
+        model.vis.quality.offsamples = 0
         model.vis.global_.offwidth, model.vis.global_.offheight = rectangle.width, rectangle.height
         self._buffer = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._buffer)
@@ -91,12 +123,17 @@ class Window:
 
         self._simulation, self._ghosts = simulation, _Ghosts(simulation)
         self._viewer = viewer.launch_passive(simulation.model, simulation.data, show_left_ui=False, show_right_ui=False)
-        _look_like_fixed_camera(self._viewer.cam, simulation)
+        _frame_cell(self._viewer, simulation)
         self._begin_s, self._before_s = time.monotonic(), 0.0
+
+    @property
+    def is_open(self) -> bool:
+        """Whether nobody has closed it."""
+        return self._viewer.is_running()
 
     def show(self, target: Float[np.ndarray, "n"] | None = None) -> None:
         """Brings the window up to date, not before its time has come; does nothing once it is closed."""
-        if not self._viewer.is_running():
+        if not self.is_open:
             return
         with self._viewer.lock():
             self._viewer.user_scn.ngeom = 0
@@ -117,12 +154,14 @@ class Window:
             self._viewer.close()
 
 
-def _look_like_fixed_camera(camera: Any, simulation: Simulation) -> None:
-    """Sets a camera that the mouse can move to where the cell's own one stands."""
-    fixed = simulation.data.camera(CAMERA)
-    forward = -fixed.xmat.reshape(3, 3)[:, 2]
-    distance = float(forward @ (simulation.model.stat.center - fixed.xpos))
-    camera.distance, camera.lookat = distance, fixed.xpos + distance * forward
+def _frame_cell(viewer: Any, simulation: Simulation) -> None:
+    """Sets the viewer's camera, which the mouse can move, to where the cell fills the window."""
+    window = viewer.viewport
+    shape = (window.width / window.height,) if window is not None and window.height > 0 else ()
+    eye, axes = camera_pose(outline(simulation.cell), *shape)
+    forward, camera = -axes[:, 2], viewer.cam
+    camera.distance = float(forward @ (simulation.model.stat.center - eye))
+    camera.lookat = eye + camera.distance * forward
     camera.azimuth, camera.elevation = np.degrees([np.arctan2(forward[1], forward[0]), np.arcsin(forward[2])])
 
 
@@ -142,3 +181,36 @@ class _Ghosts:
         mujoco.mjv_addGeoms(model, self._data, self._option, self._nothing, mujoco.mjtCatBit.mjCAT_DYNAMIC, scene)
         for geom in scene.geoms[first : scene.ngeom]:
             geom.rgba[3] = GHOST_ALPHA
+            _cast_no_shadow(geom)
+
+
+def _add_line(scene: Any, line: Line) -> None:
+    """Capsules, which are shaded like all else and hidden by what stands before them; what does not fit is left out."""
+    nothing, turned, rgba = np.zeros(3), np.eye(3).ravel(), np.array(line.rgba, np.float32)
+    for begin, end in pairwise(line.points):
+        if (begin == end).all():
+            continue
+        if scene.ngeom >= scene.maxgeom:
+            return
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_CAPSULE, nothing, nothing, turned, rgba)
+        mujoco.mjv_connector(geom, mujoco.mjtGeom.mjGEOM_CAPSULE, line.thickness / 2, begin, end)
+        geom.category, geom.emission = mujoco.mjtCatBit.mjCAT_DECOR, _GLOW
+        _cast_no_shadow(geom)
+        scene.ngeom += 1
+
+
+def _cast_no_shadow(geom: Any) -> None:
+    """Also where MuJoCo sets nothing itself, and leaves what was in memory; older versions have no such field."""
+    if hasattr(geom, "castshadow"):
+        geom.castshadow = False
+
+
+def _shrunk(picture: UInt8[np.ndarray, "H W 3"], factor: int) -> UInt8[np.ndarray, "h w 3"]:
+    """Each pixel the mean of `factor` x `factor`; a fresh array."""
+    if factor == 1:
+        return np.ascontiguousarray(picture)
+    sums = np.zeros((picture.shape[0] // factor, picture.shape[1] // factor, 3), np.uint16)
+    for i, j in np.ndindex(factor, factor):
+        sums += picture[i::factor, j::factor]
+    return ((sums + factor**2 // 2) // factor**2).astype(np.uint8)

@@ -1,8 +1,9 @@
 """A cell as one MuJoCo model, composed with MjSpec from the robots' and tools' MJCF.
 
 Names: `<arm>/<link>` bodies, `<arm>/joint1`..., `<arm>/servo1`..., sites `<arm>/flange` and `<arm>/tool_point`, geoms
-`obstacle/<name>`. What stands still never touches what stands still (MuJoCo: bodies welded to the world), so bases may
-overlap the table and each other. Links whose self-collision the planners do not test do not collide here either.
+`obstacle/<name>`, and a body and geom `<arm>/held` for what an arm holds. What stands still never touches what stands
+still (MuJoCo: bodies welded to the world), so bases may overlap the table and each other. Links whose self-collision
+the planners do not test do not collide here either.
 """
 
 from __future__ import annotations
@@ -10,13 +11,17 @@ from __future__ import annotations
 from itertools import chain
 from typing import Any
 
+from mmp_env.arm_colors import arm_color
 from mmp_env.cell import Arm, Cell, Obstacle
 from mmp_env.errors import MmpError
+from mmp_env.held import HELD, untested_links
 from mmp_env.mujoco_import import mujoco
-from mmp_env.staging import TABLE_RGBA, arm_color, set_stage
+from mmp_env.staging import HELD_RGBA, obstacle_rgba, set_stage
 
 TIMESTEP_S = 0.002
 """Physics time step. The servos are stiff; their damping is integrated implicitly."""
+HELD_DENSITY = 300.0
+"""[kg/m^3] of what arms hold; light wood or a filled carton."""
 OBSTACLE_PREFIX = "obstacle/"
 BODY_MATERIAL = "body"
 """The material of a robot's MJCF that is tinted, so that one arm can be told from another."""
@@ -43,7 +48,7 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
     spec.option.timestep = TIMESTEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     for obstacle in cell.obstacles:
-        _add_obstacle(spec, obstacle)
+        _add_geom(spec.worldbody, OBSTACLE_PREFIX + obstacle.name, obstacle, obstacle_rgba(cell, obstacle))
     for number, arm in enumerate(cell.arms):
         _add_arm(spec, arm, number, cell.spheres)
     if moving_setpoints:
@@ -56,18 +61,10 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
         raise MmpError(f"MuJoCo cannot compile cell '{cell.name}': {error}") from error
 
 
-def _add_obstacle(spec: Any, obstacle: Obstacle) -> None:
-    if obstacle.size is not None:
-        size = obstacle.size / 2
-    else:
-        size = [obstacle.radius or 0.0, (obstacle.length or 0.0) / 2, 0.0]
-    spec.worldbody.add_geom(
-        name=OBSTACLE_PREFIX + obstacle.name,
-        type=_SHAPES[obstacle.shape],
-        size=size,
-        pos=obstacle.position,
-        quat=obstacle.quaternion,
-        rgba=TABLE_RGBA,
+def _add_geom(body: Any, name: str, solid: Obstacle, rgba: tuple[float, float, float, float]) -> Any:
+    size = solid.size / 2 if solid.size is not None else [solid.radius or 0.0, (solid.length or 0.0) / 2, 0.0]
+    return body.add_geom(
+        name=name, type=_SHAPES[solid.shape], size=size, pos=solid.position, quat=solid.quaternion, rgba=rgba
     )
 
 
@@ -82,12 +79,24 @@ def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
     spec.attach(robot, frame=frame, prefix=prefix)
     if arm.tool is not None:
         spec.attach(_read_mjcf(arm.tool.mjcf), site=spec.site(f"{prefix}flange"), prefix=prefix)
+    if arm.held is not None:
+        tool = spec.body(f"{prefix}{arm.tool.name}").add_frame() if arm.tool else None
+        where = {"frame": tool} if tool else {"site": spec.site(f"{prefix}flange")}
+        spec.attach(_held_body(arm.held), prefix=prefix, **where)
     for pair in _untested_pairs(arm, sphere_set) - excluded:
         first, second = sorted(pair)
         spec.add_exclude(bodyname1=prefix + first, bodyname2=prefix + second)
     material = spec.material(prefix + BODY_MATERIAL)
     if material is not None:
         material.rgba = [*arm_color(number), 1.0]
+
+
+def _held_body(held: Obstacle) -> Any:
+    """A spec with the body `held`, whose weight the arm's gravity compensation carries."""
+    spec = mujoco.MjSpec()
+    body = spec.worldbody.add_body(name=HELD, gravcomp=1.0)
+    _add_geom(body, HELD, held, HELD_RGBA).density = HELD_DENSITY
+    return spec
 
 
 def _untested_pairs(arm: Arm, sphere_set: str) -> set[frozenset[str]]:
@@ -99,6 +108,8 @@ def _untested_pairs(arm: Arm, sphere_set: str) -> set[frozenset[str]]:
     pairs = {frozenset((links[i], links[j])) for i, j in chain(arm.robot.self_ignore[sphere_set], [(0, 1)])}
     if arm.tool is not None:
         pairs |= {frozenset((link, arm.tool.name)) for link in arm.tool.self_ignore[sphere_set]}
+    if arm.held is not None:
+        pairs |= {frozenset((link, HELD)) for link in untested_links(arm)}
     return pairs
 
 

@@ -20,13 +20,14 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 class Simulation:
     """`model` and `data` of MuJoCo, with the joints of all arms in one vector [n]: arm after arm, base to flange.
 
-    Between calls `data` is what `mj_step1` leaves: poses and contacts belong to the positions that one reads.
+    Between calls `data` is what `mj_step1` leaves: poses and contacts belong to the positions that one reads. It may be
+    somebody else's, of a model that is `compile_scene(cell, moving_setpoints=True)`.
     """
 
-    def __init__(self, cell: Cell) -> None:
+    def __init__(self, cell: Cell, data: Any = None) -> None:
         self.cell = cell
-        self.model = compile_scene(cell, moving_setpoints=True)
-        self.data = mujoco.MjData(self.model)
+        self.data = mujoco.MjData(compile_scene(cell, moving_setpoints=True)) if data is None else data
+        self.model = self.data.model
         self._before = np.empty(mujoco.mj_stateSize(self.model, _STATE))
         self._touching = False
         # Views of MuJoCo's own memory, which stays where it is.
@@ -34,6 +35,8 @@ class Simulation:
         self._setpoint, self._rate = self.data.act, self.data.ctrl
         self._sites = self.data.site_xpos
         self.log = ContactLog(self.model, self.data, cell)
+        self._torques = self.data.qfrc_actuator
+        self._largest_torques = np.zeros_like(self._torques)
         _check_order(self.model, cell)
         tools = [f"{arm.name}/{'tool_point' if arm.tool else 'flange'}" for arm in cell.arms]
         self._tools = np.array([self.model.site(name).id for name in tools])
@@ -59,6 +62,11 @@ class Simulation:
         """Each arm's tool point in the world [m], its flange where it has no tool; a fresh array."""
         return self._sites[self._tools]
 
+    @property
+    def largest_torques(self) -> Float[np.ndarray, "n"]:
+        """The largest that the motors gave in `follow` since the log began [N m], gravity included; a fresh array."""
+        return self._largest_torques.copy()
+
     def joined(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> Float[np.ndarray, "n"]:
         """One vector of a configuration per arm."""
         return np.concatenate([q[name] for name in self.slices])
@@ -78,6 +86,7 @@ class Simulation:
     def begin_log(self) -> None:
         """Forgets the contacts so far and counts the time of those to come from now; what touches now is the first."""
         self.log.clear(float(self.data.time))
+        self._largest_torques[:] = 0.0
         if self.data.ncon:
             self.log.note()
 
@@ -86,21 +95,26 @@ class Simulation:
 
         Raises `RuntimeError` where the physics diverges.
         """
-        begin_s = self._begin_ramp(begin, end, steps)
-        if self._touching or not self._step_untouched(steps):
-            self._step_watched(steps)
+        begin_s = self.aim(begin, end, steps)
+        self.advance(steps)
         self._check_clock(begin_s, steps)
 
     def ramp_watched(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> None:
         """The same as `ramp`, with a look at the contacts after each physics step, whether there are any or not."""
-        begin_s = self._begin_ramp(begin, end, steps)
+        begin_s = self.aim(begin, end, steps)
         self._step_watched(steps)
         self._check_clock(begin_s, steps)
 
-    def _begin_ramp(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> float:
+    def aim(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> float:
+        """Gives the servos a straight reference for the next `steps` physics steps; returns the time [s]."""
         velocity = (end - begin) / (steps * self.timestep_s)
         self._setpoint[:], self._rate[:] = begin + self._lead_s * velocity, velocity
         return self.data.time
+
+    def advance(self, steps: int) -> None:
+        """Lets so many physics steps pass; contacts go to `log`. Says nothing of physics that diverges."""
+        if self._touching or not self._step_untouched(steps):
+            self._step_watched(steps)
 
     def _step_untouched(self, steps: int) -> bool:
         """Leaves all steps to MuJoCo, which is quicker; takes them back and returns False where anything touched."""
@@ -136,6 +150,7 @@ class Simulation:
         """
         # Each step is mj_step, cut so that poses and contacts are those of the state that it leads to.
         model, data, setpoint, begin_s = self.model, self.data, self._setpoint, self.data.time
+        torques, largest = self._torques, self._largest_torques
         self._rate[:] = 0.0
         passed = np.empty_like(reference)
         for row, command in zip(passed, reference + self._lead_s * velocity, strict=True):
@@ -143,6 +158,7 @@ class Simulation:
             mujoco.mj_step2(model, data)
             mujoco.mj_step1(model, data)
             row[:] = self._qpos
+            np.maximum(largest, np.abs(torques), out=largest)
             if data.ncon:
                 self.log.note()
         self._check_clock(begin_s, len(reference))

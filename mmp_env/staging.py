@@ -7,56 +7,48 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Cell
+from mmp_env.cell import Arm, Cell, Obstacle
 from mmp_env.mujoco_import import mujoco
 from mmp_env.transforms import matrix_from_quaternion
 
 CAMERA = "overview"
-PALETTE = (
-    (0.00, 0.45, 0.70),
-    (0.90, 0.62, 0.00),
-    (0.00, 0.62, 0.45),
-    (0.80, 0.47, 0.65),
-    (0.34, 0.71, 0.91),
-    (0.84, 0.37, 0.00),
-    (0.94, 0.89, 0.26),
-    (0.38, 0.38, 0.38),
-)
-"""Colours that colour-blind people can tell apart, in an order that keeps neighbours far from each other.
-
-After M. Okabe and K. Ito, "Color Universal Design", with dark grey for their black.
-"""
-TABLE_RGBA = (0.80, 0.79, 0.76, 1.0)
-_FLOOR_RGBA = (0.58, 0.60, 0.63, 1.0)
-_FIELD_OF_VIEW = np.radians(40)
+TABLE_RGBA = (0.79, 0.79, 0.78, 1.0)
+HELD_RGBA = (0.80, 0.62, 0.38, 1.0)
+OBSTACLE_RGBA = (0.60, 0.62, 0.66, 1.0)
+SKY = {"rgb1": (0.93, 0.95, 0.97), "rgb2": (0.72, 0.77, 0.82), "width": 64, "height": 384}
+"""A gradient from the first colour down to the second."""
+_FLOOR_RGBA = (0.56, 0.59, 0.63, 1.0)
+_FIELD_OF_VIEW = np.radians(28)
 _ASPECT = 4 / 3
-_FROM_DIRECTION = np.array([0.82, -1.42, 1.30])
+_FROM_DIRECTION = np.array([0.48, -1.57, 1.08])
 """Where the camera stands, seen from the cell; not along an axis, so that no arm of a ring hides the one opposite."""
-_STRETCHED, _BESIDE = 1.15, 0.3
-"""In the picture are this many reaches of height above a base, and of obstacles beside it."""
-_ROOM = 1.04
+_OUTWARD, _UPWARD = 0.7, 1.4
+"""In the picture is a dome over each base with this many reaches for radius and height."""
+_BESIDE = 0.35
+"""Of obstacles, so many reaches beyond the domes are in the picture."""
+_LEVEL_M = 0.01
+_ROOM = 1.03
 """The camera stands back by this factor, for a border around the cell."""
-
-
-def arm_color(number: int) -> tuple[float, float, float]:
-    """Red, green, blue in 0..1 of the arm of that number; after eight arms they come again."""
-    return PALETTE[number % len(PALETTE)]
+_CENTRING = 20
+_RINGS = np.radians([0, 30, 60, 90])
+_AROUND = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 
 
 def set_stage(spec: Any, cell: Cell) -> None:
     """Adds floor, sky, lights and the camera `overview` to a spec. None of it takes part in a collision."""
-    points = _outline(cell)
+    points = outline(cell)
     low, high = points.min(axis=0), points.max(axis=0)
     center, extent = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
     _add_surroundings(spec, center, extent, float(low[2]))
-    eye, axes = _camera_pose(points, center)
+    eye, axes = camera_pose(points)
     spec.worldbody.add_camera(name=CAMERA, pos=eye, quat=_quaternion(axes), fovy=float(np.degrees(_FIELD_OF_VIEW)))
     spec.stat.center, spec.stat.extent = center, extent
+    spec.visual.global_.fovy = float(np.degrees(_FIELD_OF_VIEW))  # that of the window
     spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.35] * 3, [0.25] * 3
     spec.visual.headlight.specular = [0.05] * 3
-    spec.visual.quality.shadowsize = 4096
-    spec.visual.quality.numslices, spec.visual.quality.numstacks = 20, 10
-    spec.visual.map.shadowclip = 3.0  # with less, the floor has specks of shadow
+    spec.visual.quality.shadowsize = 2048
+    spec.visual.quality.numslices, spec.visual.quality.numstacks = 16, 6
+    spec.visual.map.shadowclip = 2.2  # with less, the floor has specks of shadow; with more, shadows have steps
     spec.visual.map.znear, spec.visual.map.zfar = 0.02, 50.0
 
 
@@ -74,10 +66,7 @@ def _add_surroundings(spec: Any, center: Float[np.ndarray, "3"], extent: float, 
         name="sky",
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.93, 0.95, 0.97],
-        rgb2=[0.72, 0.77, 0.82],
-        width=64,
-        height=384,
+        **SKY,
     )
     height = center[2] + 3 * extent
     for side, brightness in (((1.0, -1.6), 0.55), ((-1.4, 0.6), 0.2)):
@@ -92,41 +81,87 @@ def _add_surroundings(spec: Any, center: Float[np.ndarray, "3"], extent: float, 
         )
 
 
-def _outline(cell: Cell) -> Float[np.ndarray, "p 3"]:
-    """Points that the picture must hold: bases, the arms' height above them, and what obstacles are near them."""
-    bases = np.array([arm.position for arm in cell.arms])
-    upward = np.array([arm.T_world_base[:3, 2] * arm.robot.reach for arm in cell.arms])
-    points = [*bases, *(bases + _STRETCHED * upward)]
-    center = bases.mean(axis=0)
-    limit = np.linalg.norm(bases - center, axis=1).max() + _BESIDE * max(arm.robot.reach for arm in cell.arms)
-    corners = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+def obstacle_rgba(cell: Cell, obstacle: Obstacle) -> tuple[float, float, float, float]:
+    """What the arms stand on is light, so that their colours show; what stands beside them is darker."""
+    lowest = min(arm.position[2] for arm in cell.arms)
+    return TABLE_RGBA if _corners(obstacle)[:, 2].max() <= lowest + _LEVEL_M else OBSTACLE_RGBA
+
+
+def outline(cell: Cell) -> Float[np.ndarray, "p 3"]:
+    """Points that the picture must hold: a dome over each base, as far as the arm reaches, and obstacles near them.
+
+    Of an obstacle that goes on far beyond the domes, the part beside them is held; of a floor, none.
+    """
+    domes = np.concatenate([_dome(arm) for arm in cell.arms])
+    low, high = domes.min(axis=0), domes.max(axis=0)
+    over = _BESIDE * max(arm.robot.reach for arm in cell.arms)
+    parts = [domes]
     for obstacle in cell.obstacles:
-        if obstacle.size is not None:
-            half = obstacle.size / 2
-        else:
-            radius = obstacle.radius or 0.0
-            half = np.array([radius, radius, max(radius, (obstacle.length or 0.0) / 2)])
-        turned = (corners * half) @ matrix_from_quaternion(obstacle.quaternion).T + obstacle.position
-        points += list(center + np.clip(turned - center, -limit, limit))
-    return np.array(points)
+        corners = _corners(obstacle)
+        first, last = corners.min(axis=0), corners.max(axis=0)
+        beside = (last[:2] >= low[:2]).all() and (first[:2] <= high[:2]).all()
+        below_all = (first[:2] <= low[:2]).all() and (last[:2] >= high[:2]).all()
+        if beside and not below_all:
+            parts.append(np.clip(corners, low - over, high + over))
+    return np.concatenate(parts)
 
 
-def _camera_pose(
-    points: Float[np.ndarray, "p 3"], center: Float[np.ndarray, "3"]
+def _dome(arm: Arm) -> Float[np.ndarray, "d 3"]:
+    """Half an ellipsoid over the base; in a cell's outline it stands for all that the arm can get at."""
+    around, up = (part.ravel() for part in np.meshgrid(_AROUND, _RINGS))
+    radius, height = _OUTWARD * arm.robot.reach, _UPWARD * arm.robot.reach
+    points = np.column_stack(
+        [radius * np.cos(up) * np.cos(around), radius * np.cos(up) * np.sin(around), height * np.sin(up)]
+    )
+    return points @ arm.T_world_base[:3, :3].T + arm.position
+
+
+def _corners(obstacle: Obstacle) -> Float[np.ndarray, "8 3"]:
+    """Those of a box around it that is turned as it is."""
+    if obstacle.size is not None:
+        half = obstacle.size / 2
+    else:
+        radius = obstacle.radius or 0.0
+        straight = (obstacle.length or 0.0) / 2
+        half = np.array(
+            [radius, radius, {"sphere": radius, "capsule": straight + radius}.get(obstacle.shape, straight)]
+        )
+    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+    return (signs * half) @ matrix_from_quaternion(obstacle.quaternion).T + obstacle.position
+
+
+def camera_pose(
+    points: Float[np.ndarray, "p 3"], aspect: float = _ASPECT
 ) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3 3"]]:
     """Position, and rotation matrix (x right, y up, z towards the viewer), from which all points fill the picture."""
     backward = _FROM_DIRECTION / np.linalg.norm(_FROM_DIRECTION)
     right = np.cross([0.0, 0.0, 1.0], backward)
     right /= np.linalg.norm(right)
     axes = np.column_stack([right, np.cross(backward, right), backward])
+    center = (points.min(axis=0) + points.max(axis=0)) / 2
     seen = (points - center) @ axes
-    tangents = np.tan(_FIELD_OF_VIEW / 2) * np.array([_ASPECT, 1.0])
+    tangents = np.tan(_FIELD_OF_VIEW / 2) * np.array([aspect, 1.0])
     # The lines of sight through a point leave the eye between two planes; the outermost of these on either side meet
     # where the points fill the picture exactly.
     high = (seen[:, :2] + tangents * seen[:, 2:]).max(axis=0)
     low = (seen[:, :2] - tangents * seen[:, 2:]).min(axis=0)
-    distance = ((high - low) / (2 * tangents)).max()
-    return center + axes @ [*(high + low) / 2, distance * _ROOM], axes
+    distance = float(((high - low) / (2 * tangents)).max()) * _ROOM
+    aside = (high + low) / 2
+    for _ in range(_CENTRING):  # the way that is not filled has as much room on either side
+        rays = (seen[:, :2] - aside) / (distance - seen[:, 2:])
+        aside += distance * (rays.max(axis=0) + rays.min(axis=0)) / 2
+    return center + axes @ [*aside, distance], axes
+
+
+def frame(
+    points: Float[np.ndarray, "p 3"], eye: Float[np.ndarray, "3"], axes: Float[np.ndarray, "3 3"], aspect: float
+) -> Float[np.ndarray, "4"]:
+    """Left, right, bottom and top of a picture of that `aspect` around the points, in lengths at distance 1."""
+    right, up, back = ((points - eye) @ axes).T
+    across, upward = right / -back, up / -back
+    middle = np.array([across.min() + across.max(), upward.min() + upward.max()]) / 2
+    half = _ROOM * max(np.ptp(across) / aspect, np.ptp(upward)) / 2
+    return np.array([middle[0] - half * aspect, middle[0] + half * aspect, middle[1] - half, middle[1] + half])
 
 
 def _quaternion(rotation: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "4"]:

@@ -1,4 +1,4 @@
-"""Writing JSON so that nothing is ever half written and the same values give the same bytes."""
+"""Writing so that nothing is ever half written, and JSON so that the same values give the same bytes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import math
 import os
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ def json_text(value: Any) -> str:
 
 def plain(value: Any) -> Any:
     """`value` as dicts, lists and scalars that JSON knows. Raises `TypeError` for what has no such form."""
-    if type(value) is float:  # nearly everything is
+    if type(value) is float:
         return value if math.isfinite(value) else None
     if isinstance(value, np.ndarray | np.generic):
         numbers = value.dtype.kind in "biuf" and bool(np.isfinite(value).all())
@@ -41,6 +41,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
+        if {*map(type, value)} == {float} and all(map(math.isfinite, value)):  # nearly everything is a row of these
+            return list(value)
         return [plain(item) for item in value]
     if isinstance(value, float):
         return value if math.isfinite(value) else None
@@ -61,10 +63,20 @@ def check_writable(path: str | PathLike[str]) -> None:
 
 def write_text(path: str | PathLike[str], text: str) -> None:
     """Writes a whole file or none: beside its place first, then moved there. Raises `MmpError`."""
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+@contextlib.contextmanager
+def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
+    """A place beside `path` to write to, which is moved there in the end; nothing is left where the block fails.
+
+    Raises `MmpError` for what the system refuses.
+    """
     target = _target(path)
     temporary = _temporary(target)
     try:
-        temporary.write_text(text, encoding="utf-8")
+        yield temporary
         os.replace(temporary, target)
     except OSError as error:
         raise _cannot_write(path, error) from None

@@ -17,6 +17,7 @@ namespace mmp {
 void bind_cell(nb::module_& m);    // the cell and its batch queries
 void bind_search(nb::module_& m);  // motions, constraints, single-arm search, repulsion
 void bind_joint(nb::module_& m);   // composite search, shortcutting on the common clock
+void bind_tree(nb::module_& m);    // the tree of a single-arm search, to look at
 
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;

@@ -53,4 +53,5 @@ NB_MODULE(MMP_MODULE, m) {
   bind_cell(m);
   bind_search(m);
   bind_joint(m);
+  bind_tree(m);
 }

@@ -7,6 +7,7 @@
 // tree looks for early arrival.
 #pragma once
 
+#include "seen_tree.hpp"
 #include "static_tree.hpp"
 
 namespace mmp {
@@ -76,6 +77,14 @@ class SiRrt {
     out.found = true;
     best_.write(maker_.dof(), out.positions);
     return out;
+  }
+
+  // The tree as it stands.
+  void look(SeenTree<T>& out) const {
+    for (const auto& v : vertices_) {
+      out.positions.insert(out.positions.end(), samples_[v.sample].q.begin(), samples_[v.sample].q.end());
+      out.links.insert(out.links.end(), {v.arrival, v.parent});
+    }
   }
 
  private:

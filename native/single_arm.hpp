@@ -19,17 +19,23 @@ class SingleArm {
             T eta, uint64_t seed)
       : task_{&world, arm, std::move(start), std::move(goal), std::move(max_step), levels, eta, {}}, seed_(seed) {}
 
-  // `others` are kept clear of at every instant; `experience`: rows of an earlier path, may be empty.
+  // `others` are kept clear of at every instant; `experience`: rows of an earlier path, may be empty; `seen`: where the
+  // last search's tree is put, if anywhere.
   LowLevelPath<T> plan(const std::vector<Constraint<V>*>& constraints, const std::vector<const Motion<V>*>& others,
                        const std::vector<T>& experience, const LowLevelOptions& options, uint64_t seed,
-                       const Clock& clock) {
+                       const Clock& clock, SeenTree<T>* seen = nullptr) {
     if (!reachable(clock)) return {};
     LowLevelPath<T> path;
     int iterations = 0;
     for (const T share : kBulgeShares<T>) {
       EdgeMaker<V> maker(*task_.world, task_.arm, constraints, task_.levels, task_.max_step.data(),
                          Movers<V>(others, task_.levels, share));
-      path = SiRrt<V>(task_, maker, options, seed).run(experience, clock);
+      SiRrt<V> search(task_, maker, options, seed);
+      path = search.run(experience, clock);
+      if (seen) {
+        *seen = {};
+        search.look(*seen);
+      }
       iterations += path.iterations;
       if (!path.found || is_clear(path, others)) break;
       path.found = false;

@@ -1,4 +1,4 @@
-"""Writes the tables of measured figures into README.md and docs/paper.md. Usage: readme_table.py [--check]
+"""Writes the tables of measured figures into README.md and pages of docs. Usage: readme_table.py [--check]
 
 The figures are the lines of docs/results/figures.jsonl, which the `bench_*.py` print; of several with one name the last
 one counts. A table stands between `<!-- table: NAME -->` and `<!-- end of table -->`. With --check nothing is written,
@@ -19,11 +19,23 @@ from mmp_planners.planner import About
 
 ROOT = Path(__file__).parent.parent
 FIGURES = ROOT / "docs" / "results" / "figures.jsonl"
-PAGES = (ROOT / "README.md", ROOT / "docs" / "paper.md")
+PAGES = (ROOT / "README.md", ROOT / "docs" / "architecture.md", ROOT / "docs" / "paper.md")
 _PLACE = re.compile(r"(<!-- table: (\S+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
-PLANNERS = ("auto", "rrt-connect", "prioritized", "ecbs", "apf-ecbs-nf", "apf-ecbs")
-"""The planners of the README, those of them that have figures; docs/planners.md has all."""
+PLANNERS = {
+    "auto": "the default: a cheap plan, soon",
+    "rrt-connect": "a first plan at once, at any cost",
+    "prioritized": "one arm after the other: short ways, no tree",
+    "apf-ecbs": "the paper's planner: repulsion keeps its tree small",
+    "apf-ecbs-nf": "the same without the fast track",
+    "ecbs": "the paper's baseline: no repulsion, a larger tree",
+    "xecbs": "`ecbs` that plans on from its parent's paths",
+    "gen-ecbs": "constraints of several kinds in one search",
+    "cbs": "the cheapest plan of its tree, for few arms",
+    "cbs-mp": "`cbs` with the constraints of its paper",
+}
+"""Planner -> what it is good at."""
+_GALLERY_COLUMNS = 5
 OPTIONS = {
     "": "the defaults",
     "step=gradient": "gradient steps of `alpha`, as in the paper",
@@ -101,20 +113,30 @@ def seconds(value: float) -> str:
     return f"{value * 1e9:.0f} ns"
 
 
-def planner_table(figures: Figures) -> Iterator[list[str]]:
-    """Planners and the rings."""
-    rings = sources(figures, rings=True)
-    yield ["planner", "paper", "guarantee", *(f"`{name}`" for name in rings)]
-    for planner in shown_planners(figures):
-        about = mmp_planners.describe(planner).about
-        promise = about.guarantee if about else "–"
-        row = [f"[`{planner}`](docs/planners.md#{planner})", linked(about, short=True), promise]
-        yield [*row, *(outcome(figures, ring, planner) for ring in rings)]
+def gallery_table(figures: Figures) -> str:
+    """The planners in rows of five: a drawing, what each is good at, its paper, and how it does with eight arms."""
+    names = list(PLANNERS)
+    parts = [names[k : k + _GALLERY_COLUMNS] for k in range(0, len(names), _GALLERY_COLUMNS)]
+    return "\n".join(as_table(_gallery_rows(figures, part)).replace("---", ":---:") for part in parts)
 
 
-def shown_planners(figures: Figures) -> list[str]:
-    """Those of `PLANNERS` that have figures."""
-    return [planner for planner in PLANNERS if any(f"/{planner}/" in name for name in figures)]
+def _gallery_rows(figures: Figures, planners: list[str]) -> Iterator[list[str]]:
+    yield [f"[`{name}`](docs/planners.md#{name})" for name in planners]
+    yield [f"![ways of the tools](docs/images/gallery/ways-{name}.svg)" for name in planners]
+    yield [PLANNERS[name] for name in planners]
+    abouts = [mmp_planners.describe(name).about for name in planners]
+    yield [linked(about, short=True) if about and about.url else "a portfolio of others" for about in abouts]
+    yield [_brief(figures, name) for name in planners]
+
+
+def _brief(figures: Figures, planner: str) -> str:
+    """Solved, median time and cost on the largest ring that it was measured on."""
+    for ring in ("MultiArmCell-8", "MultiArmCell-6", "MultiArmCell-4"):
+        solved, median, _, _, cost = (figures.get(f"{ring}/{planner}/{key}") for key in _OUTCOME)
+        if solved and median and cost:
+            text = f"{solved['value']} {solved['unit']}, {seconds(median['value'])}, {cost['value']:.2f}"
+            return text if ring == "MultiArmCell-8" else f"`{ring}`: {text}"
+    return "–"
 
 
 def linked(about: About | None, *, short: bool = False) -> str:
@@ -126,16 +148,6 @@ def linked(about: About | None, *, short: bool = False) -> str:
         authors, year = paper.partition(":")[0].split(", "), re.search(r"\b\d{4}\b", paper)
         paper = " ".join([authors[0], *(["et al."] if len(authors) > 1 else []), *([year[0]] if year else [])])
     return f"[{paper}]({about.url})" if about.url else paper
-
-
-def file_table(figures: Figures) -> Iterator[list[str]]:
-    """Published instances and the planners."""
-    planners = shown_planners(figures)
-    yield ["instances", "valid", *(f"`{planner}`" for planner in planners)]
-    for name in sources(figures, rings=False):
-        valid = next((f for key, f in figures.items() if re.fullmatch(f"{name}/.*/valid_instances", key)), None)
-        counted = f"{valid['value']} {valid['unit']}" if valid else "–"
-        yield [name, counted, *(outcome(figures, name, planner) for planner in planners)]
 
 
 def option_table(figures: Figures) -> Iterator[list[str]]:
@@ -186,8 +198,7 @@ def as_table(rows: Iterator[list[str]]) -> str:
 
 
 TABLES = {
-    "planners": lambda figures: as_table(planner_table(figures)),
-    "files": lambda figures: as_table(file_table(figures)),
+    "gallery": gallery_table,
     "nodes": lambda figures: as_table(node_table(figures)),
     "options": lambda figures: as_table(option_table(figures)),
     "core": lambda figures: as_table(core_table(figures)),

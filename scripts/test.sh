@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Format, lint, types, the native core's stub and the tests, these against the installed wheel and not the checkout.
 # On a fresh machine it first makes .venv in the checkout. Usage: scripts/test.sh [arguments for pytest]
-# Without arguments, the tests that touch MuJoCo run with the oldest supported version too.
+# Without arguments, the tests that touch MuJoCo run with the oldest supported version too, and those of mmp_env.dm.
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
@@ -29,19 +29,27 @@ for package in (mmp_cli, mmp_env, mmp_planners, mmp_tasks):
     assert package.__file__.startswith(sys.prefix), f"{package.__file__} is not in {sys.prefix}"'
 }
 
-with_oldest_mujoco() {
-  local older=$root/build/mujoco-3.17
-  if [ ! -d "$older" ]; then
-    find_tools
-    open_venv
-    lend_pip_settings_to_uv
-    rm -rf "$older.new"
-    quietly "Fetching mujoco 3.17" "${install[@]}" --target "$older.new" "mujoco==3.17.*"
-    mv "$older.new" "$older"
-  fi
-  PYTHONPATH=$older pytest -n auto \
-    tests/mmp_env/test_{scene,env,simulation,execution,rendering,robot_servos,check_exact}*.py
+# The oldest supported MuJoCo, and dm-control, which does not know the newest: beside the environment, in front of it.
+older=$root/build/mujoco-3.17-dm-control
+
+fetch_older() {
+  local wanted
+  if [ -d "$older" ]; then return; fi
+  find_tools
+  open_venv
+  lend_pip_settings_to_uv
+  mapfile -t wanted < <(requirements dm | grep '^dm-control')
+  rm -rf "$older.new"
+  quietly "Fetching mujoco 3.17 and dm-control" "${install[@]}" --target "$older.new" "mujoco==3.17.*" "${wanted[@]}"
+  mv "$older.new" "$older"
 }
+
+with_oldest_mujoco() {
+  PYTHONPATH=$older pytest -n auto tests/mmp_env/test_{scene,env,simulation,execution,rendering,pictures,films}*.py \
+    tests/mmp_env/test_{robot_servos,check_exact,export_mjcf}*.py
+}
+
+with_dm_control() { PYTHONPATH=$older pytest -n auto tests/dm; }
 
 step "python format" ruff format --check .
 step "python lint" ruff check .
@@ -51,9 +59,18 @@ step "stub of the native core" scripts/core_stub.sh --check
 step "the installed package is under test" installed_from_the_wheel
 # Plain pytest: `python -m pytest` would put the checkout first on the path. One process per core.
 step "tests" pytest -n auto "$@"
-if [ "$#" -eq 0 ]; then step "tests with mujoco 3.17" with_oldest_mujoco; fi
+left_out=
+if [ "$#" -eq 0 ]; then
+  step "older packages" fetch_older
+  step "tests with mujoco 3.17" with_oldest_mujoco
+  if [ -d "$older/dm_control" ]; then
+    step "tests with dm-control" with_dm_control
+  else
+    left_out=" But the tests with dm-control were left out: it needs Python 3.11 or 3.12, PYTHON and MMP_VENV choose one."
+  fi
+fi
 
 if [ "${#failed[@]}" -gt 0 ]; then
   die "failed: $(printf '%s, ' "${failed[@]}" | sed 's/, $//')"
 fi
-say "All is well."
+say "All is well.$left_out"

@@ -69,7 +69,7 @@ CELLS = {
     "two obstacles of one name": (["obstacles", 1, "name"], "table", ["two obstacles named 'table'"]),
     "an unknown robot": (["arms", 0, "robot"], "ur5", ["arms[0].robot", "'ur5'", "Did you mean 'ur5e'?", "panda"]),
     "an unknown tool": (["arms", 0, "tool"], "franka_hand", ["arms[0].tool", "Did you mean 'franka-hand'?"]),
-    "a held object": (["arms", 0, "held"], {"shape": "box"}, ["arms[0].held", "not supported yet"]),
+    "a held object without a place": (["arms", 0, "held"], {"shape": "box"}, ["arms[0].held.position is missing"]),
     "a misspelt field": (["arms", 0, "postion"], [0, 0, 0], ["arms[0]", "'postion'", "Did you mean 'position'?"]),
     "a misspelt field of the cell": (["obstacle"], [], ["unknown field 'obstacle'", "Did you mean 'obstacles'?"]),
     "no arms": (["arms"], GONE, ["arms is missing"]),

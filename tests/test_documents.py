@@ -41,6 +41,19 @@ def test_the_links_of_a_page_lead_to_files_that_are_there(page):
     assert missing == []
 
 
+def test_every_picture_is_shown_on_a_page_and_all_together_are_small():
+    folder = ROOT / "docs" / "images"
+    kept = {path for path in folder.rglob("*") if path.is_file()}
+    shown = {
+        (page.parent / target).resolve()
+        for page in PAGES
+        for target in re.findall(r"!\[[^\]]*\]\(([^)#\s]+)", page.read_text(encoding="utf-8"))
+        if "://" not in target
+    }
+    assert kept - shown == set()
+    assert sum(path.stat().st_size for path in kept) <= 3e6
+
+
 def test_the_tables_are_made_of_the_figures_that_are_kept():
     script = [sys.executable, str(ROOT / "scripts" / "readme_table.py"), "--check"]
     done = subprocess.run(script, capture_output=True, text=True, check=False)

@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.fields import UnreadableError
-from mmp_env.check.reading import DATA, CellData, robot_data
+from mmp_env.check.held import BODY, held_spheres
+from mmp_env.check.reading import DATA, Arm, CellData, Solid, robot_data
 from mmp_env.mujoco_import import mujoco
 
 _GEOMS = {
@@ -131,11 +132,12 @@ class Cloud:
 
 
 def sphere_parts(model: CellModel) -> tuple[Parts, tuple[Cloud, ...]]:
-    """One part and its cloud for every link or tool that has spheres."""
+    """One part and its cloud for every link or tool that has spheres, and for what is held."""
     rows, clouds = [], []
     for index, arm in enumerate(model.cell.arms):
         mine = _clouds("robots", arm.model, model.cell.spheres)
-        for cloud in mine + (_clouds("tools", arm.tool, model.cell.spheres) if arm.tool else ()):
+        mine += _clouds("tools", arm.tool, model.cell.spheres) if arm.tool else ()
+        for cloud in mine + ((_cloud(BODY, held_spheres(arm.held)),) if arm.held else ()):
             body = model.mujoco.body(f"{arm.name}/{cloud.link}").id
             points = np.vstack([cloud.centers, cloud.center])
             reach = model.reaches(body, points, np.zeros(len(points)))
@@ -148,12 +150,13 @@ def sphere_parts(model: CellModel) -> tuple[Parts, tuple[Cloud, ...]]:
 def _clouds(folder: str, name: str, spheres: str) -> tuple[Cloud, ...]:
     rows = robot_data(folder, name, "spheres.json")[spheres]
     by_link = rows if isinstance(rows, dict) else {name: rows}
-    out = []
-    for link, table in by_link.items():
-        centers, radii = np.array(table, dtype=float)[:, :3], np.array(table, dtype=float)[:, 3]
-        center, radius = enclosing_ball(centers, radii)
-        out.append(Cloud(link=link, centers=centers, radii=radii, center=center, radius=radius))
-    return tuple(out)
+    return tuple(_cloud(link, np.array(table, dtype=float)) for link, table in by_link.items())
+
+
+def _cloud(link: str, table: Float[np.ndarray, "s 4"]) -> Cloud:
+    centers, radii = table[:, :3], table[:, 3]
+    center, radius = enclosing_ball(centers, radii)
+    return Cloud(link=link, centers=centers, radii=radii, center=center, radius=radius)
 
 
 def stack_parts(rows: Sequence[tuple]) -> Parts:
@@ -195,10 +198,23 @@ def _compile(cell: CellData) -> mujoco.MjModel:
         spec.attach(_mjcf("robots", arm.model), frame=frame, prefix=f"{arm.name}/")
         if arm.tool:
             spec.attach(_mjcf("tools", arm.tool), site=spec.site(f"{arm.name}/flange"), prefix=f"{arm.name}/")
+        if arm.held:
+            _hold(spec, arm, arm.held)
     try:
         return spec.compile()
     except ValueError as error:
         raise UnreadableError(f"MuJoCo does not take the cell: {error}") from None
+
+
+def _hold(spec: mujoco.MjSpec, arm: Arm, held: Solid) -> None:
+    """A body that stands still in the tool's frame, or in the flange's, which is given as the pose of a site."""
+    if arm.tool:
+        body = spec.body(f"{arm.name}/{arm.tool}").add_body()
+    else:
+        flange = spec.site(f"{arm.name}/flange")
+        body = flange.parent.add_body(pos=flange.pos, quat=flange.quat)
+    body.name = f"{arm.name}/{BODY}"
+    body.add_geom(type=_GEOMS[held.shape], size=held.size, pos=held.position, quat=held.quaternion)
 
 
 def _mjcf(folder: str, name: str) -> mujoco.MjSpec:

@@ -14,6 +14,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from mmp_env.check.held import BODY, holders
 from mmp_env.check.items import Steps
 from mmp_env.check.model import Parts
 from mmp_env.check.reading import Arm, CellData, robot_data
@@ -50,11 +51,13 @@ def part_pairs(cell: CellData, parts: Parts) -> Pairs:
 
 
 def ignored_links(arm: Arm, spheres: str) -> set[frozenset[str]]:
-    """Pairs of links (and the tool) that are left out of the self test with a sphere set."""
+    """Pairs of links (and the tool, and what it holds) that are left out of the self test with a sphere set."""
     out = {frozenset(pair) for pair in arm.robot["self_collision_ignore"][spheres]}
     if arm.tool:
         links = robot_data("tools", arm.tool, "tool.json")["self_collision_ignore"][spheres]
         out |= {frozenset((arm.tool, link)) for link in links}
+    if arm.held:
+        out |= {frozenset((BODY, link)) for link in holders(arm)}
     return out
 
 

@@ -24,7 +24,10 @@ _PROBLEM_KEYS = ("name", "cell", "start", "goal", "max_velocity", "max_accelerat
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Arm:
-    """An arm as the file names it; `robot` is the content of robot.json, `position` [m] and `quaternion` its base."""
+    """An arm as the file names it; `robot` is the content of robot.json, `position` [m] and `quaternion` its base.
+
+    The pose of what is `held` is in the tool's frame, or the flange's.
+    """
 
     name: str
     model: str
@@ -32,6 +35,7 @@ class Arm:
     tool: str | None
     position: Float[np.ndarray, "3"]
     quaternion: Float[np.ndarray, "4"]
+    held: Solid | None = None
 
     @property
     def dof(self) -> int:
@@ -40,7 +44,10 @@ class Arm:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solid:
-    """An obstacle; `size` [m] as MuJoCo has it: half edges, or radius and half length without caps."""
+    """An obstacle, or what an arm holds.
+
+    `size` [m] is as MuJoCo has it: half edges, or radius and half length without caps.
+    """
 
     name: str
     shape: str
@@ -155,7 +162,7 @@ def robot_data(folder: str, name: str, file: str) -> Any:
 
 
 def _arm(data: Any, where: str) -> Arm:
-    known(data, ("name", "robot", "tool", *_POSE_KEYS), where)
+    known(data, ("name", "robot", "tool", "held", *_POSE_KEYS), where)
     arm = name(data, where)
     model = text(data, "robot", f"arm '{arm}'")
     robot = robot_data("robots", model, "robot.json")
@@ -164,14 +171,17 @@ def _arm(data: Any, where: str) -> Arm:
     if tool:
         robot_data("tools", tool, "tool.json")
     position, quaternion = pose(data, f"arm '{arm}'")
-    return Arm(name=arm, model=model, robot=robot, tool=tool, position=position, quaternion=quaternion)
+    held = data.get("held")
+    if held is not None:
+        held = _solid({"name": "held", **held} if isinstance(held, Mapping) else held, f"held of arm '{arm}'")
+    return Arm(name=arm, model=model, robot=robot, tool=tool, position=position, quaternion=quaternion, held=held)
 
 
 def _solid(data: Any, where: str) -> Solid:
     shape = text(data, "shape", where, tuple(_SIZES))
     known(data, ("name", "shape", *_SIZES[shape], *_POSE_KEYS), f"{where}, a {shape}")
     solid = name(data, where)
-    where = f"obstacle '{solid}'"
+    where = f"{where} ('{solid}')"
     size = np.zeros(3)
     if shape == "box":
         size[:] = lengths(member(data, "size", where), f"size of {where}", (3,)) / 2

@@ -103,6 +103,7 @@ class Run:
                 lower_bound_rad=self.problem.cost_lower_bound_rad,
                 conflicts=0,
                 conflicting_pairs=0,
+                dt_s=dt,
             )
         )
         watch(

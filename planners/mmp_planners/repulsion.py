@@ -5,6 +5,7 @@ The descent itself is native (`native/repulsion.hpp`); its slow twin in the test
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -13,16 +14,18 @@ import numpy as np
 
 from mmp_env import _core
 from mmp_env.collision import REQUIRED_PROOF
+from mmp_env.events import ForceField
 from mmp_planners.arms import Arms, Path
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Modified:
-    """A path after repulsion, how many iterations were accepted, and the iterates if they were asked for."""
+    """A path after repulsion, how many iterations were accepted, the iterates if they were asked for, what pushed."""
 
     path: Path
     iterations: int = 0
     iterates: tuple[np.ndarray, ...] = ()
+    field: ForceField | None = None
 
 
 @runtime_checkable
@@ -94,4 +97,12 @@ class RepulsiveModification:
         )
         if not moved:
             return None
-        return Modified(path=arms.path(arm, q), iterations=iterations, iterates=tuple(iterates))
+        field = ForceField(k_rep=self.k_rep, d0=self.d0, centres=self.distance == "centre")
+        return Modified(path=arms.path(arm, q), iterations=iterations, iterates=tuple(iterates), field=field)
+
+
+def traced(modification: Modification) -> Modification:
+    """The same, keeping every iterate where it has any."""
+    if isinstance(modification, RepulsiveModification):
+        return dataclasses.replace(modification, trace=True)
+    return modification

@@ -42,6 +42,7 @@ class Teller:
                     conflicts=node.conflict_count,
                     conflicting_pairs=len(node.conflicts),
                     fast_track=arm is not None and constraint is None,
+                    dt_s=self._arms.dt,
                 )
             )
 
@@ -93,6 +94,7 @@ class Teller:
                     after=modified.path.q,
                     iterations=modified.iterations,
                     iterates=modified.iterates,
+                    field=modified.field,
                 )
             )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass, field
 
-from mmp_env.events import Watcher
+from mmp_env.events import Watcher, wants_iterates
 from mmp_env.problem import Problem
 from mmp_planners.arms import Arms
 from mmp_planners.conflict_tree import ConflictTree
@@ -18,7 +18,7 @@ from mmp_planners.finishing import Run
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import PlanResult, StopPlanning
-from mmp_planners.repulsion import Modification, Unmodified
+from mmp_planners.repulsion import Modification, Unmodified, traced
 from mmp_planners.selection import Selection
 from mmp_planners.telling import Teller
 
@@ -87,6 +87,8 @@ def grow(run: Run, options: TreeOptions, parts: Parts, watch: Watcher) -> Confli
     """The search of a run, about to begin; both count in the same place."""
     low_level = SiRrtStar(eta=options.eta, iterations=options.iterations, shortcuts=options.shortcuts)
     arms = Arms(run.problem, options.dt, low_level, run.clock)
+    if wants_iterates(watch):
+        parts = dataclasses.replace(parts, modification=traced(parts.modification))
     return ConflictTree(
         arms=arms,
         tell=Teller(watch, arms),

@@ -13,7 +13,9 @@ from mmp_env.errors import MmpError
 def parser() -> Parser:
     """The arguments of the command."""
     out = Parser("check", "Checks plans again. Exit 0: all are valid; 1: one is not; 2: one cannot be read.")
-    out.add_argument("plans", nargs="+", metavar="PLAN", help="plan files (schema mmp-plan/1)")
+    out.add_argument(
+        "plans", nargs="+", metavar="PLAN", help="plan files (schema mmp-plan/1), or episodes of them (mmp-episode/1)"
+    )
     out.add_argument("--exact", action="store_true", help="with the MuJoCo geoms instead of the spheres")
     out.add_argument("--json", action="store_true", help="print one JSON object per plan")
     return out
@@ -27,19 +29,24 @@ def run(args: Namespace) -> int:
 def _check(path: str, args: Namespace) -> int:
     from mmp_cli.main import one_line
     from mmp_env.check import check_plan
+    from mmp_env.check.episode import SCHEMA, check_episode
+    from mmp_env.episode import episode_from_dict
     from mmp_env.plan_file import plan_from_dict
     from mmp_env.reading import read_document
 
     try:
         data = read_document(path)
-        plan_from_dict(data, path)
+        in_a_row = isinstance(data, dict) and data.get("schema") == SCHEMA
+        (episode_from_dict if in_a_row else plan_from_dict)(data, path)
     except MmpError as error:
         print(f"mmp: {one_line(error)}", file=sys.stderr)
         return 2
     # Its content, not the plan that was made of it: the checker shall read the cell for itself.
-    report = check_plan(data, exact=args.exact)
+    report = (check_episode if in_a_row else check_plan)(data, exact=args.exact)
     if args.json:
         print(json.dumps({"plan": path, "exact": args.exact} | report.as_dict()))
+    elif in_a_row:
+        print(f"{path}: {'an episode' if report.valid else 'NOT VALID'}\n{report}")
     elif report.valid:
         print(f"{path}: {report}")
     else:

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from mmp_planners import Event, StopPlanning, Watcher
+from mmp_planners import Event, StopPlanning
 
 
 class Interruption:
-    """Whether Ctrl-C was pressed; a watcher that asks `check` makes sure that the planner has heard of it."""
+    """Whether Ctrl-C was pressed; `check` among the watchers makes sure that the planner has heard of it."""
 
     def __init__(self) -> None:
         self.happened = False
@@ -23,17 +23,12 @@ class Interruption:
         self.happened = True
         raise StopPlanning("interrupted")
 
-    def checked(self, watch: Watcher) -> Watcher:
-        """`watch`, asked after a look whether Ctrl-C was pressed: an exception from a handler can get lost, say in a
-        callback of the garbage collector.
+    def check(self, event: Event) -> None:
+        """A watcher that asks whether Ctrl-C was pressed: an exception from a handler can get lost, say in a callback
+        of the garbage collector.
         """
-
-        def checked(event: Event) -> None:
-            if self.happened:
-                raise StopPlanning("interrupted")
-            watch(event)
-
-        return checked
+        if self.happened:
+            raise StopPlanning("interrupted")
 
 
 @contextmanager

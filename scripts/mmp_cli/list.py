@@ -37,16 +37,25 @@ def inventory() -> dict[str, list[dict[str, Any]]]:
     """Everything that has a name, by kind; a planner or task that does not load has an `error` in place of the rest."""
     import mmp_planners
     import mmp_tasks
-    from mmp_cli.source import ENVIRONMENTS
+    from mmp_env.registration import CELLS
     from mmp_env.robot import load_robot, robot_names
 
     robots = [load_robot(name) for name in robot_names()]
     return {
         "robots": [{"name": r.name, "title": r.title, "joints": r.dof, "tool": r.default_tool} for r in robots],
-        "cells": [{"name": name, "arms": count} for name, count in ENVIRONMENTS.items()],
+        "cells": [_cell(name, cell) for name, cell in CELLS.items()],
         "tasks": [_task(name) for name in mmp_tasks.names()],
         "planners": [_planner(name) for name in mmp_planners.names()],
     }
+
+
+def _cell(name: str, cell: str) -> dict[str, Any]:
+    """`robots` where the cell says which they are; a ring takes any."""
+    from mmp_env.cell_source import find_cell, layout_names
+
+    robots = [arm.robot.name for arm in find_cell(cell).arms]
+    out = {"name": name, "arms": len(robots)}
+    return out | {"robots": robots} if cell in layout_names() else out
 
 
 def _task(name: str) -> dict[str, Any]:
@@ -99,4 +108,8 @@ def _words(kind: str, item: dict[str, Any]) -> str:
     if kind == "robots":
         tool = f", with {item['tool']}" if item["tool"] else ""
         return f"{item['title']}, {item['joints']} joints{tool}"
-    return f"{item['arms']} arms in a ring, any robot" if kind == "cells" else item["summary"]
+    if kind == "cells":
+        return f"{item['arms']} arms" + (
+            f": {', '.join(item['robots'])}" if "robots" in item else " in a ring, any robot"
+        )
+    return item["summary"]

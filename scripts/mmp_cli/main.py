@@ -14,6 +14,8 @@ from collections.abc import Sequence
 COMMANDS = {
     "plan": "plan one instance, check the plan and print a summary",
     "check": "check plan files again, on their own",
+    "export": "write a plan in another format",
+    "show": "open a recording, a plan or a benchmark folder",
     "report": "table and figures of a benchmark folder",
     "bench": "run many instances through several planners",
     "list": "list robots, cells, tasks and planners with their options",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from mmp_cli.machine import machine, version
@@ -11,16 +12,20 @@ from mmp_cli.main import INTERRUPTED
 from mmp_env.check import CheckReport
 from mmp_env.execution import ExecutionReport
 from mmp_env.problem import Problem
+from mmp_env.retime.report import RetimeReport
 from mmp_env.writing import plain
 from mmp_planners import PlanResult, Status
 from mmp_planners.returned import COUNTS
 
-_RECORDED = ("times", "positions")
+_RECORDED = ("times", "positions", "phases")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outcome:
-    """One run. What it did not come to is None: an invalid instance has no problem, no plan has no check."""
+    """One run. What it did not come to is None: an invalid instance has no problem, no plan has no check.
+
+    `shown`: option -> file of its picture, film, tree or recording; `failures` say which of them could not be made.
+    """
 
     instance: str
     planner: str
@@ -29,17 +34,22 @@ class Outcome:
     problem: Problem | None = None
     planning_time_s: float | None = None
     interrupted: bool = False
+    retimed: RetimeReport | None = None
     check: CheckReport | None = None
     check_time_s: float | None = None
     execution: ExecutionReport | None = None
     plan_path: str | None = None
+    shown: Mapping[str, str] = field(default_factory=dict)
+    failures: tuple[str, ...] = ()
 
     @property
     def exit_code(self) -> int:
-        """0: a valid plan, executed without contact where asked; 1: not; 2: an invalid instance; 130: interrupted."""
+        """0: a valid plan, executed without contact where asked; 1: not; 2: an invalid instance, or something that was
+        asked for could not be shown; 130: interrupted.
+        """
         if self.interrupted:
             return INTERRUPTED
-        if self.result.status is Status.INVALID:
+        if self.result.status is Status.INVALID or (self.failures and not self.refuted):
             return 2
         valid = self.check is not None and self.check.valid
         executed = self.execution is None or (self.execution.reached and not self.execution.contacts)
@@ -81,16 +91,30 @@ class Outcome:
             }
         )
 
-    def verdict(self, execute: bool) -> dict[str, Any]:
-        """What `mmp plan --json` says beyond the line: `valid`, of an error the `message`, if asked for `execution`."""
-        valid: dict[str, Any] = {"valid": self.check.valid if self.check else None}
+    def verdict(self, *, retime: bool, execute: bool) -> dict[str, Any]:
+        """What `mmp plan --json` says beyond the line: `valid`, of an error the `message`; if asked for `retimed` and
+        `execution`.
+        """
+        out: dict[str, Any] = {"valid": self.check.valid if self.check else None}
         if self.message is not None:
-            valid["message"] = self.message
-        return valid | {"execution": execution_fields(self.execution) if self.execution else None} if execute else valid
+            out["message"] = self.message
+        if retime:
+            out["retimed"] = plain(dataclasses.asdict(self.retimed)) if self.retimed else None
+        if execute:
+            out["execution"] = execution_fields(self.execution) if self.execution else None
+        return out
 
 
 def execution_fields(report: ExecutionReport) -> dict[str, Any]:
     """The report as JSON values, without what was recorded."""
     fields = {field.name: getattr(report, field.name) for field in dataclasses.fields(report)}
-    contacts = [dataclasses.asdict(contact) for contact in report.contacts]
-    return plain({key: value for key, value in fields.items() if key not in _RECORDED} | {"contacts": contacts})
+    return plain({key: _values(value) for key, value in fields.items() if key not in _RECORDED})
+
+
+def _values(value: Any) -> Any:
+    """Dataclasses, alone or in lists and mappings, as dicts."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return dataclasses.asdict(value)
+    if isinstance(value, Mapping):
+        return {key: _values(one) for key, one in value.items()}
+    return [_values(one) for one in value] if isinstance(value, list) else value

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 from mmp_cli.arguments import Parser, add_source, seconds, setting
 from mmp_cli.main import one_line
+from mmp_cli.showing import Showing, Together, add_showing, check_showing
 from mmp_env.errors import InvalidInstanceError, MmpError
 
 if TYPE_CHECKING:
     from mmp_cli.outcome import Outcome
-    from mmp_env.execution import ExecutionReport
     from mmp_env.plan import Plan
     from mmp_env.problem import Problem
     from mmp_planners import Planner, PlanResult
@@ -46,8 +46,10 @@ def parser() -> Parser:
         metavar="S",
         help=f"for planning [s]; default: {DEFAULT_TIME_LIMIT_S:g}",
     )
+    out.add_argument("--retime", action="store_true", help="smooth the plan and keep acceleration and jerk limits")
     out.add_argument("--out", metavar="FILE", help="write the plan to this file (schema mmp-plan/1)")
     out.add_argument("--execute", action="store_true", help="play the plan through the actuators in MuJoCo")
+    add_showing(out)
     out.add_argument("--json", action="store_true", help="print the result as one JSON object instead of the summary")
     return out
 
@@ -65,6 +67,7 @@ def run(args: Namespace) -> int:
     source = read_source(args)
     if args.out is not None:
         check_writable(args.out)
+    check_showing(args)
     try:
         problem = source.problem()
     except InvalidInstanceError:
@@ -73,7 +76,8 @@ def run(args: Namespace) -> int:
         if args.json:
             _report(args, outcome)
         raise
-    outcome = _run_to_the_end(args, planner, source.label, problem)
+    with Showing(args, problem, _title(args, source.label)) as showing:
+        outcome = _run_to_the_end(args, planner, source.label, problem, showing)
     _report(args, outcome)
     return outcome.exit_code
 
@@ -94,14 +98,27 @@ def _options(settings: list[tuple[str, Any]]) -> dict[str, Any]:
     return out
 
 
-def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Problem) -> Outcome:
-    """Plans, writes the plan, checks and executes it. After Ctrl-C the plan so far is written and that is all."""
+def _title(args: Namespace, label: str) -> str:
+    seed = "" if label.endswith(f"/{args.seed}") else f", seed {args.seed}"
+    return f"{args.planner} on {label}{seed}"
+
+
+def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Problem, showing: Showing) -> Outcome:
+    """Plans, writes the plan, checks, executes and shows it. After Ctrl-C what there is so far is written, no more."""
+    outcome = _planned(args, planner, label, problem, showing)
+    plan = outcome.result.plan
+    if plan is not None and not outcome.interrupted:
+        outcome = _examined(args, outcome, plan)
+    showing.finish(plan, outcome.execution, interrupted=outcome.interrupted)
+    return replace(outcome, shown=showing.told, failures=(*outcome.failures, *showing.failures))
+
+
+def _planned(args: Namespace, planner: Planner, label: str, problem: Problem, showing: Showing) -> Outcome:
     from mmp_cli.outcome import Outcome
-    from mmp_env.check import check_plan
-    from mmp_env.plan_file import plan_to_dict, save_plan
+    from mmp_env.plan_file import save_plan
 
     started = time.perf_counter()
-    result, interrupted = _plan(args, planner, problem)
+    result, interrupted = _plan(args, planner, problem, showing)
     outcome = Outcome(
         instance=label,
         planner=args.planner,
@@ -111,21 +128,40 @@ def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Prob
         planning_time_s=time.perf_counter() - started,
         interrupted=interrupted,
     )
-    if result.plan is None:
-        return outcome
-    if args.out is not None:
-        save_plan(result.plan, args.out)
+    if result.plan is not None and args.retime and not interrupted:
+        outcome = _retimed(outcome, result.plan)
+    plan = outcome.result.plan
+    if plan is not None and args.out is not None:
+        save_plan(plan, args.out)
         outcome = replace(outcome, plan_path=args.out)
-    if interrupted:
-        return outcome
+    return outcome
+
+
+def _retimed(outcome: Outcome, plan: Plan) -> Outcome:
+    """With the retimed plan in the place of the planner's; what speaks against it is a failure."""
+    from mmp_env.retime import retime_with_report
+
+    try:
+        plan, report = retime_with_report(plan)
+    except MmpError as error:
+        return replace(outcome, failures=(f"--retime: {error}",))
+    return replace(outcome, result=replace(outcome.result, plan=plan), retimed=report)
+
+
+def _examined(args: Namespace, outcome: Outcome, plan: Plan) -> Outcome:
+    """Checked and, where that is asked for, executed."""
+    from mmp_cli.executing import execute
+    from mmp_env.check import check_plan
+    from mmp_env.plan_file import plan_to_dict
+
     started = time.perf_counter()
     # The file's content rather than the object: the checker shall read the cell for itself.
-    report = check_plan(plan_to_dict(result.plan))
+    report = check_plan(plan_to_dict(plan))
     outcome = replace(outcome, check=report, check_time_s=time.perf_counter() - started)
-    return replace(outcome, execution=_execute(problem, result.plan)) if args.execute else outcome
+    return replace(outcome, execution=execute(plan)) if args.execute else outcome
 
 
-def _plan(args: Namespace, planner: Planner, problem: Problem) -> tuple[PlanResult, bool]:
+def _plan(args: Namespace, planner: Planner, problem: Problem, showing: Showing) -> tuple[PlanResult, bool]:
     """The result, and whether Ctrl-C ended the planning."""
     from rich.console import Console
 
@@ -134,17 +170,9 @@ def _plan(args: Namespace, planner: Planner, problem: Problem) -> tuple[PlanResu
     from mmp_planners.calling import call
 
     with ProgressLine(args.planner, Console(stderr=True)) as line, stopping_on_interrupt() as interruption:
-        watch = interruption.checked(line)
+        watch = Together(interruption.check, line, *showing.watchers)
         result = call(args.planner, planner, problem, seed=args.seed, time_limit=args.time_limit, watch=watch)
     return result, interruption.happened
-
-
-def _execute(problem: Problem, plan: Plan) -> ExecutionReport:
-    from mmp_env.env import MultiArmCellEnv
-
-    env = MultiArmCellEnv(cell=problem.cell)
-    env.reset(options={"start": problem.start, "goal": problem.goal})
-    return env.execute(plan)
 
 
 def _report(args: Namespace, outcome: Outcome) -> None:
@@ -157,8 +185,10 @@ def _report(args: Namespace, outcome: Outcome) -> None:
         )
     if outcome.message is not None:
         print(f"mmp: {one_line(outcome.message)}", file=sys.stderr)
+    for failure in outcome.failures:
+        print(f"mmp: {one_line(failure)}", file=sys.stderr)
     if args.json:
-        print(json.dumps(outcome.line() | outcome.verdict(args.execute)))
+        print(json.dumps(outcome.line() | outcome.verdict(retime=args.retime, execute=args.execute)))
         return
     from mmp_cli.summary import print_summary
 

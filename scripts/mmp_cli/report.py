@@ -34,7 +34,7 @@ def parser() -> Parser:
 def run(args: Namespace) -> int:
     """Writes the report. Raises `MmpError` for bad usage and bad input, and then writes nothing."""
     from mmp_cli.main import one_line
-    from mmp_cli.reporting.folder import write_files
+    from mmp_cli.reporting.folder import remove_outdated, write_files
     from mmp_cli.reporting.markdown import as_markdown
     from mmp_cli.reporting.page import as_page
     from mmp_cli.reporting.published import read_published
@@ -55,9 +55,12 @@ def run(args: Namespace) -> int:
     files: dict[str, str | bytes] = {}
     for drawing in report.drawings:
         files |= {f"{drawing.name}.svg": drawing.svg, f"{drawing.name}.png": drawing.png}
+    files |= {f"{photograph.name}.png": photograph.png for photograph in report.photographs}
     # The page last: where it is new, all else is.
     write_files(wish.folder, files | {"table.md": as_markdown(report), "report.html": as_page(report)})
+    remove_outdated(wish.folder, report.names, files)
     for warning in report.warnings:
         print(f"mmp: {one_line(warning)}", file=sys.stderr)
-    print(f"{wish.folder / 'report.html'}, table.md and {len(report.drawings)} figures as SVG and PNG")
+    pictures = f", {len(report.photographs)} pictures" if report.photographs else ""
+    print(f"{wish.folder / 'report.html'}, table.md and {len(report.drawings)} figures as SVG and PNG{pictures}")
     return 0

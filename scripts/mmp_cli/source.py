@@ -11,19 +11,16 @@ import numpy as np
 
 from mmp_env.cell import Cell
 from mmp_env.cell_file import cell_from_dict
+from mmp_env.cell_source import find_cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
 from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
 from mmp_env.reading import Place, named, parse_json, read_document
-from mmp_env.registration import ANY_CELL, RING_COUNTS
-from mmp_env.rings import ring_cell
+from mmp_env.registration import ANY_CELL, CELLS
 
-ENVIRONMENTS = {f"{ANY_CELL}-{count}": count for count in RING_COUNTS}
-"""Environment id -> number of arms."""
 _MODULE = "mmp_env:"
 _FILE_SUFFIXES = (".json", ".yaml", ".yml")
 _BY_HAND = "given"
-_ROBOT = "ur5e"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,16 +47,16 @@ class NamedCell:
 def open_source(args: Namespace) -> NamedCell | InstanceFile:
     """What SOURCE is. Raises `MmpError` where it is nothing, or where an option is given that means nothing for it."""
     source = args.source.removeprefix(_MODULE)
-    if source in ENVIRONMENTS:
+    if source in CELLS:
         _refuse(args, "an environment id", "instance")
-        robot = args.robot or _ROBOT
-        title = source if robot == _ROBOT else f"{source} {robot}"
-        return NamedCell(name=source, title=title, cell=ring_cell(ENVIRONMENTS[source], robot))
+        cell = find_cell(CELLS[source], robot=args.robot)
+        title = source if cell.name == CELLS[source] else f"{source} {args.robot}"
+        return NamedCell(name=source, title=title, cell=cell)
     if source == ANY_CELL:
-        raise MmpError(f"'{source}' has no cell of its own; give a cell file, or one of {', '.join(ENVIRONMENTS)}")
+        raise MmpError(f"'{source}' has no cell of its own; give a cell file, or one of {', '.join(CELLS)}")
     path = Path(args.source)
     if not path.exists() and path.suffix.lower() not in _FILE_SUFFIXES and "/" not in args.source:
-        raise UnknownNameError("environment id or file", args.source, ENVIRONMENTS)
+        raise UnknownNameError("environment id or file", args.source, CELLS)
     data = read_document(path)
     if holds_instances(data):
         _refuse(args, "an instance file", "robot", "task", "start", "goal")
@@ -100,10 +97,9 @@ def _from_cell(args: Namespace, cell: Cell, name: str) -> Source:
 
 def _drawn(args: Namespace, cell: Cell, label: str) -> Problem:
     """The instance of `env.reset(seed=...)` in this cell."""
-    from mmp_env.instances import DEFAULT_TASK, draw_instance
+    from mmp_env.instances import DEFAULT_TASK, draw_problem
 
-    start, goal = draw_instance(cell, args.task or DEFAULT_TASK, args.seed)
-    return make_problem(cell, start, goal, margin=_margin(args), name=label)
+    return draw_problem(cell, args.task or DEFAULT_TASK, args.seed, margin=_margin(args), name=label)
 
 
 def _by_hand(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:

@@ -8,6 +8,8 @@ from mmp_cli.main import one_line
 from mmp_cli.outcome import Outcome
 from mmp_cli.rows import print_rows
 from mmp_env.execution import ExecutionReport
+from mmp_env.nearness import Nearness
+from mmp_env.retime.report import RetimeReport
 from mmp_planners import PlanResult
 
 
@@ -26,7 +28,7 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield "search", _search(outcome.result)
     if plan and problem:
         yield "cost", _cost(outcome.result, plan.cost_rad, problem.cost_lower_bound_rad)
-        yield "makespan", f"{plan.makespan_s:.2f} s"
+        yield "makespan", _makespan(plan.makespan_s, outcome.retimed)
         yield "margin", f"{problem.margin * 1e3:.2f} mm in force"
     if outcome.check is not None:
         yield "check", f"{outcome.check} ({outcome.check_time_s:.2f} s)"
@@ -36,6 +38,7 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
         yield "execution", _execution(outcome.execution)
     if outcome.plan_path is not None:
         yield "plan file", outcome.plan_path
+    yield from outcome.shown.items()
 
 
 def _status(outcome: Outcome) -> str:
@@ -80,8 +83,26 @@ def _cost(result: PlanResult, cost: float, bound: float) -> str:
     return f"{text}; bound {'met' if result.stats.get('bound_met') else 'not met'}: {w:g} x the planner's own costs"
 
 
+def _makespan(makespan_s: float, retimed: RetimeReport | None) -> str:
+    if retimed is None:
+        return f"{makespan_s:.2f} s"
+    velocities = f"{retimed.ratio:.3f} x the {retimed.fastest_s:.2f} s that velocity limits alone allow"
+    stops = f", {retimed.stops} of {retimed.corners} corners are stops" if retimed.stops else ""
+    smoothed = f"corners rounded by {retimed.deviation_rad:.3f} rad at most{stops}"
+    return f"{makespan_s:.2f} s retimed, {retimed.given_s:.2f} s as planned; {velocities}; {smoothed}"
+
+
 def _execution(report: ExecutionReport) -> str:
     goals = "every goal reached" if report.reached else "GOAL NOT REACHED"
     contacts = f"{len(report.contacts)} contacts" if report.contacts else "no contact"
     error = f"tracking error at most {report.max_tracking_error_rad:.4f} rad"
-    return f"{goals}, {contacts}, {error}, {report.duration_s:.2f} s"
+    arm, load = max(report.loads.items(), key=lambda item: item[1].share)
+    torque = f"torque at most {load.share:.0%} of its rating ({arm}, joint {load.joint})"
+    return f"{goals}, {contacts}, {error}, {torque}, {_nearness(report.nearness)}{report.duration_s:.2f} s"
+
+
+def _nearness(nearness: Nearness) -> str:
+    if nearness.closer_m <= 0:
+        return ""
+    pair = f"{nearness.body_a} and {nearness.body_b}"
+    return f"{pair} {nearness.closer_m * 1e3:.2f} mm closer than proved of the plan, at {nearness.time_s:.2f} s, "

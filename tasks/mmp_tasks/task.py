@@ -21,8 +21,11 @@ class Task(Protocol):
     Its options are the fields of its dataclass, all with defaults.
     """
 
-    def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
+    def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State] | tuple[State, State, Cell]:
         """A start and a goal of every arm, both valid and free of collision.
+
+        A task that changes the cell, by obstacles or by what arms hold, also gives the cell that the two are valid in;
+        arms, robots and base poses stay as they are.
 
         The same state of `rng` gives the same pair on every machine. Raises `MmpError` where the cell has room for
         none within the stated number of tries.

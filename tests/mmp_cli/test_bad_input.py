@@ -2,19 +2,9 @@ import json
 
 import bad_files
 import pytest
+from refusals import assert_refused
 
 ENDS = json.dumps({"left": bad_files.TUCKED, "right": bad_files.TUCKED})
-
-
-def assert_refused(ran, *words):
-    """One sentence on stderr that names what is wrong, exit 2, and nothing else."""
-    assert ran.code == 2
-    assert ran.out == ""
-    assert ran.err.startswith("mmp: ")
-    assert ran.err.count("\n") == 1
-    assert "Traceback" not in ran.err
-    for word in words:
-        assert word in ran.err
 
 
 @pytest.mark.parametrize("case", bad_files.CELLS)
@@ -62,7 +52,7 @@ def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
 @pytest.mark.parametrize(
     ("argv", "words"),
     [
-        (["plam"], ["unknown command 'plam'", "Did you mean 'plan'?", "check, list, plan"]),
+        (["plam"], ["unknown command 'plam'", "Did you mean 'plan'?", "check, export, list, plan"]),
         (["plan"], ["SOURCE"]),
         (["check"], ["PLAN"]),
         (["plan", "MultiArmCel-8"], ["'MultiArmCel-8'", "Did you mean 'MultiArmCell-8'?", "MultiArmCell-2"]),
@@ -76,7 +66,7 @@ def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
         (["plan", "MultiArmCell-2", "--planner", "apf-ecsb"], ["unknown planner", "Did you mean 'apf-ecbs'?", "ecbs"]),
         (["plan", "MultiArmCell-2", "--planner", "absent"], ["'absent'", "no_such_package"]),
         (["plan", "MultiArmCell-2", "--plan", "ecbs"], ["'--plan'", "Did you mean '--planner'?", "--time-limit"]),
-        (["plan", "MultiArmCell-2", "--retime"], ["unknown option", "'--retime'"]),
+        (["plan", "MultiArmCell-2", "--smooth"], ["unknown option", "'--smooth'"]),
         (["plan", "MultiArmCell-2", "twice"], ["no use for the argument 'twice'"]),
         (["list", "--jsn"], ["'--jsn'", "Did you mean '--json'?"]),
         (["plan", "MultiArmCell-2", "--seed", "-1"], ["--seed", "'-1'", "whole number from 0"]),

@@ -64,3 +64,17 @@ def test_the_checker_reads_the_file_and_not_what_was_made_of_it(mmp, plan, monke
     monkeypatch.setattr(mmp_env.check, "check_plan", check)
     assert mmp("check", plan).code == 0
     assert given == [json.loads(plan.read_text())]
+
+
+def test_an_episode_is_checked_plan_by_plan_and_at_its_seams(mmp, tmp_path):
+    good = bad_files.good_plan()
+    back = bad_files.good_plan()
+    back["positions"] = {name: rows[::-1] for name, rows in back["positions"].items()}
+    back["problem"]["start"], back["problem"]["goal"] = back["problem"]["goal"], back["problem"]["start"]
+    path = tmp_path / "episode.json"
+    for plans, code in (([good, back], 0), ([good, good], 1)):
+        path.write_text(json.dumps({"schema": "mmp-episode/1", "plans": plans}))
+        ran = mmp("check", path)
+        assert (ran.code, ran.err) == (code, "")
+        assert ("does not go on from plan 0" in ran.out) == bool(code)
+        assert mmp("check", path, "--json").result["valid"] == (not code)

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 from mmp_env.control import CONTROL_MODES
-from mmp_env.env import CONTACT_PENALTY, CONTROL_RATE_HZ, PROGRESS_WEIGHT, SUCCESS_BONUS
+from mmp_env.env import CONTROL_RATE_HZ
 from mmp_env.errors import MmpError
 from mmp_env.execution import REACHED_RAD
+from mmp_env.reward import CONTACT_PENALTY, PROGRESS_WEIGHT, SUCCESS_BONUS
 
 FACING_STEEPLY, FACING_LEVEL = (np.array([np.pi, lift, 0.0, 0.0, 0.0, 0.0]) for lift in (-1.3, -0.2))
 """A UR5e stretched out towards the centre of its ring."""

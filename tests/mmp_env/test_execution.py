@@ -1,49 +1,19 @@
 """Execution of plans through the actuators: reached or not, contacts, tracking, and plans that do not fit."""
 
 import dataclasses
-from itertools import pairwise
 
 import gymnasium
 import numpy as np
 import pytest
+from straight_plans import FACING, LEVEL, STEEP, elsewhere, everyone, straight
 
 from mmp_env.cell import Obstacle, place_arm
 from mmp_env.env import MultiArmCellEnv
 from mmp_env.errors import MmpError
 from mmp_env.execution import REACHED_RAD
 from mmp_env.mujoco_import import mujoco
-from mmp_env.plan import Plan
-from mmp_env.problem import Problem, velocity_limits
 from mmp_env.rings import ring_cell
 from mmp_env.robot import frozen_array, robot_names
-
-SPEED = 0.8
-LEVEL = np.array([0.0, -0.2, 0.0, 0.0, 0.0, 0.0])
-STEEP = np.array([0.0, -1.3, 0.0, 0.0, 0.0, 0.0])
-FACING = np.pi * np.eye(6)[0]
-"""Added to joint 1, it turns a stretched-out UR5e of a ring towards the centre."""
-
-
-def straight(cell, start, goal, *, via=(), speed=SPEED, moved=None):
-    """A plan through the given states, straight in between at `speed`; not validated, as it may well collide."""
-    states = [start, *via, goal]
-    moves = [max(np.abs(b[name] - a[name]).max() for name in a) for a, b in pairwise(states)]
-    times = np.concatenate([[0.0], np.cumsum(np.maximum(np.array(moves) / speed, 0.1))])
-    problem = Problem(
-        cell=cell, start=start, goal=goal, max_velocity=velocity_limits(cell, speed), margin=0.002, name="made"
-    )
-    names = cell.arm_names if moved is None else moved
-    return Plan(problem=problem, times=times, positions={a: np.array([s[a] for s in states]) for a in names})
-
-
-def everyone(cell, pose):
-    return {arm.name: np.array(getattr(arm.robot, pose)) for arm in cell.arms}
-
-
-def elsewhere(cell):
-    """Tucked arms turned about their first and last joints, so that nothing comes near anything."""
-    turn = {arm.name: -0.6 * np.eye(arm.dof)[0] - 0.4 * np.eye(arm.dof)[-1] for arm in cell.arms}
-    return {name: q + turn[name] for name, q in everyone(cell, "tucked").items()}
 
 
 def environment(cell):

@@ -92,13 +92,15 @@ def test_the_robots_own_speed_limit_holds_as_well():
     assert (limits["right"] == 0.1).all()
 
 
-def test_a_retimed_plan_keeps_its_velocities_and_accelerations():
+def test_a_retimed_plan_keeps_its_rates_and_their_limits():
     data = bad_files.good_plan()
     rates = {name: (0.5 * np.array(rows)).tolist() for name, rows in data["positions"].items()}
     data |= {"velocities": rates, "accelerations": rates}
     data["problem"] |= {"max_acceleration": 8.0, "max_jerk": {"left": [1.0] * 6, "right": [1.0] * 6}}
     written = plan_to_dict(plan_from_dict(data))
     assert written["velocities"] == written["accelerations"] == rates
+    assert written["problem"]["max_acceleration"] == {"left": [8.0] * 6, "right": [8.0] * 6}
+    assert written["problem"]["max_jerk"] == data["problem"]["max_jerk"]
 
 
 @pytest.mark.parametrize("case", bad_files.PLANS)

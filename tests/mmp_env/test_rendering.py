@@ -3,14 +3,19 @@
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import gymnasium
 import numpy as np
 import pytest
 
-from mmp_env import opengl
+from mmp_env import opengl, ring_cell
+from mmp_env.arm_colors import PALETTE
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.staging import PALETTE
+from mmp_env.mujoco_import import mujoco
+from mmp_env.rendering import _frame_cell
+from mmp_env.simulation import Simulation
+from mmp_env.staging import outline
 
 
 def make(name="MultiArmCell-2", **options):
@@ -38,6 +43,32 @@ def test_a_picture_shows_every_arm_or_else_the_error_names_the_package():
     env.close()
     assert (env.render() == picture).all()
     env.close()
+
+
+@pytest.mark.parametrize("count", [2, 8])
+@pytest.mark.parametrize(("width", "height"), [(1600, 900), (600, 900)])
+def test_a_window_of_any_shape_has_the_whole_cell_in_its_middle(count, width, height):
+    simulation = Simulation(ring_cell(count))
+    viewer = SimpleNamespace(viewport=SimpleNamespace(width=width, height=height), cam=mujoco.MjvCamera())
+    _frame_cell(viewer, simulation)
+    eye, forward, upward = camera_axes(viewer.cam)
+    points = outline(simulation.cell) - eye
+    tangent = np.tan(np.radians(simulation.model.vis.global_.fovy) / 2)
+    high = points @ upward / (points @ forward) / tangent
+    across = points @ np.cross(forward, upward) / (points @ forward) / (tangent * width / height)
+    for side in (high, across):
+        assert abs(side).max() < 1
+        assert abs(side.max() + side.min()) < 1e-3
+    assert max(abs(high).max(), abs(across).max()) > 0.93
+
+
+def camera_axes(camera):
+    """Eye, direction and upward direction of MuJoCo's free camera, from its angles."""
+    azimuth, elevation = np.radians([camera.azimuth, camera.elevation])
+    level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
+    forward = np.cos(elevation) * level + [0, 0, np.sin(elevation)]
+    upward = -np.sin(elevation) * level + [0, 0, np.cos(elevation)]
+    return camera.lookat - camera.distance * forward, forward, upward
 
 
 def test_a_missing_library_is_named_with_the_package_that_has_it(monkeypatch):

@@ -14,9 +14,9 @@ from mmp_env.cell import Cell
 from mmp_env.cell_file import cell_to_dict
 from mmp_env.errors import MmpError
 from mmp_env.instance_file import InstanceFile
-from mmp_env.instances import DEFAULT_TASK, draw_instance, find_task
+from mmp_env.instances import DEFAULT_TASK, draw_problem, find_task
 from mmp_env.instances import Source as TaskSource
-from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
+from mmp_env.problem import DEFAULT_MARGIN_M, Problem
 from mmp_env.writing import json_text
 
 DRAWN_COUNT = 50
@@ -79,8 +79,9 @@ class Drawn:
     digest: str
 
     def problem(self, k: int) -> Problem:
-        start, goal = draw_instance(self.cell, _task(self.task), self.items[k].seed)
-        return make_problem(self.cell, start, goal, margin=self.margin, name=self.items[k].name)
+        return draw_problem(
+            self.cell, _task(self.task), self.items[k].seed, margin=self.margin, name=self.items[k].name
+        )
 
 
 def read_sources(args: Namespace) -> tuple[Instances, ...]:

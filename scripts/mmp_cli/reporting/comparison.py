@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from mmp_cli.reporting.formatting import NOTHING, mean_and_std, number, plural, share
+from mmp_cli.reporting.formatting import NOTHING, mean_and_std, number, share
 from mmp_cli.reporting.published import Published, Row
 from mmp_cli.reporting.sections import Section
 from mmp_cli.reporting.statistics import Spread, spread
 from mmp_cli.reporting.tables import Table, measured
+from mmp_env.wording import counted
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,8 +74,8 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
         rows.append([entry.label, "published" if entry.published else "ours", *told])
     note = (
         f"Published: {comparison.source}, {comparison.note}. Times are of different machines. On the "
-        f"{plural(len(comparison.instances), 'instance')} that both have and that are valid here; times and costs over "
-        "what the planner itself has solved."
+        f"{counted(len(comparison.instances), 'instance')} that both have and that are valid here; times and costs "
+        "over what the planner itself has solved."
     )
     if comparison.invalid:
         names = ", ".join(name.partition("/")[2] or name for name in comparison.invalid)

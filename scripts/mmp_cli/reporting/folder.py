@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Container, Iterable, Mapping
 from pathlib import Path
 
 from mmp_env.errors import MmpError
+
+_PICTURES = "(cell|quickest|hardest|unsolved)-{name}[.]png"
+_FIGURES = "(cactus|pairs|published)-{name}(-[0-9]+)?[.](svg|png)"
+"""Names of the files that a report may have for a cell; which of them it has depends on what is known of it."""
 
 
 def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:
@@ -28,3 +33,17 @@ def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:
         raise MmpError(f"the report cannot be written to {folder}: {error.strerror}") from None
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+def remove_outdated(folder: Path, names: Iterable[str], kept: Container[str]) -> None:
+    """Removes the pictures and figures of an earlier report of the same cells that are not `kept`.
+
+    `names` are what the files of the cells are called after. What else is in the folder stays. Raises `MmpError`.
+    """
+    made = [re.compile(kind.replace("{name}", re.escape(name))) for name in names for kind in (_PICTURES, _FIGURES)]
+    try:
+        for path in sorted(folder.iterdir()):
+            if path.name not in kept and path.is_file() and any(kind.fullmatch(path.name) for kind in made):
+                path.unlink()
+    except OSError as error:
+        raise MmpError(f"{error.filename or folder} of an earlier report cannot be removed: {error.strerror}") from None

@@ -39,8 +39,3 @@ def mean_and_std(values: Spread | None) -> str:
 def share(part: int, whole: int) -> str:
     """`part of whole (percent)`."""
     return f"{part} of {whole} ({100 * part / whole:.0f} %)" if whole else f"{part} of {whole}"
-
-
-def plural(count: int, noun: str) -> str:
-    """`1 unit`, `2 units`."""
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mmp_cli.reporting.drawing import FAINT, Drawing, Look, counts, decades, drawn, finished, logarithmic, words
-from mmp_cli.reporting.formatting import plural
 from mmp_cli.reporting.sections import Runs, Section, commonly_solved
+from mmp_env.wording import counted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,7 +70,7 @@ def _draw_row(
 
 def _summary(x: np.ndarray, y: np.ndarray) -> str:
     """How many points, and the median ratio where it exists."""
-    told = plural(x.size, "instance")
+    told = counted(x.size, "instance")
     ratios = [a / b if b else math.inf for a, b in zip(x, y, strict=True) if a or b]
     ratio = float(np.median(ratios)) if ratios else math.nan
     return f"{told}, ×{ratio:.2g}" if math.isfinite(ratio) else told

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from mmp_cli.reporting.cactus_figure import cactus_figure, published_figure
+from mmp_cli.reporting.choice import RULE
 from mmp_cli.reporting.comparison import compare, comparison_tables
 from mmp_cli.reporting.drawing import Drawing, Look, looks, slug
-from mmp_cli.reporting.formatting import plural
 from mmp_cli.reporting.pairs_figure import pairs_figure
+from mmp_cli.reporting.photographs import Photograph, take_photographs
 from mmp_cli.reporting.published import Published, match
 from mmp_cli.reporting.results import Results, read_results
 from mmp_cli.reporting.sections import Section, sections
@@ -27,6 +28,7 @@ from mmp_cli.reporting.settings import (
 from mmp_cli.reporting.success_figure import success_figure
 from mmp_cli.reporting.tables import Table, error_table, overview, section_tables
 from mmp_env.errors import UnknownNameError
+from mmp_env.wording import counted
 
 _USUAL_REFERENCE = "apf-ecbs"
 
@@ -49,6 +51,7 @@ class Part:
     name: str
     tables: tuple[Table, ...]
     drawings: tuple[Drawing, ...]
+    photographs: tuple[Photograph, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,7 +67,15 @@ class Report:
     parts: tuple[Part, ...]
     planners: Table | None
     commands: tuple[str, ...]
+    names: tuple[str, ...]
+    """What the files of each part are called after."""
     drawings: tuple[Drawing, ...] = field(default=())
+    rule: str = RULE
+
+    @property
+    def photographs(self) -> tuple[Photograph, ...]:
+        """Those of all parts."""
+        return tuple(photograph for part in self.parts for photograph in part.photographs)
 
 
 def make_report(wish: Wish, published: Sequence[Published]) -> Report:
@@ -76,20 +87,26 @@ def make_report(wish: Wish, published: Sequence[Published]) -> Report:
     looked = looks(labels)
     matches = [(x, match(x, held)) for x in published]
     taken = {"success"}
-    parts = tuple(_part(section, matches, looked, reference, settings, slug(section.name, taken)) for section in held)
+    names = [slug(section.name, taken) for section in held]
+    album = take_photographs(held, names, settings)
+    parts = tuple(
+        _part(section, matches, looked, reference, settings, name, album.photographs.get(section.name, ()))
+        for section, name in zip(held, names, strict=True)
+    )
     success = success_figure(held, looked)
     lacking = missing(settings, results.lines) if settings else Missing()
     commands = [bench_command(settings, wish.folder)] if settings else []
     return Report(
         title=wish.title or f"Benchmark: {', '.join(section.name for section in held)}",
         warnings=tuple(_warnings(results, held, lacking)),
-        facts=tuple(_facts(results, settings)),
+        facts=(*_facts(results, settings), *album.lacking),
         overview=overview(held),
         errors=error_table(held),
         success=success,
         parts=parts,
         planners=_planner_table(settings) if settings else None,
         commands=(*commands, report_command(wish.folder, wish.against, wish.note, wish.title, wish.reference)),
+        names=tuple(names),
         drawings=(success, *(drawing for part in parts for drawing in part.drawings)),
     )
 
@@ -109,6 +126,7 @@ def _part(
     reference: str,
     settings: Settings | None,
     name: str,
+    photographs: tuple[Photograph, ...],
 ) -> Part:
     limit_s = settings.time_limit_s if settings else None
     drawings = [
@@ -122,14 +140,16 @@ def _part(
             tables += comparison_tables(comparison)
             count = f"-{k}" if len(matches) > 1 else ""
             drawings.append(published_figure(comparison, looked, f"published-{name}{count}"))
-    return Part(name=section.name, tables=tuple(tables), drawings=tuple(x for x in drawings if x))
+    return Part(
+        name=section.name, tables=tuple(tables), drawings=tuple(x for x in drawings if x), photographs=photographs
+    )
 
 
 def _warnings(results: Results, held: Sequence[Section], lacking: Missing) -> list[str]:
     out = []
     runs = [run for section in held for run in section.runs]
     if count := sum(len(run.errors) for run in runs):
-        out.append(f"{plural(count, 'unit')} ended in an ERROR; they count as not solved and are listed below.")
+        out.append(f"{counted(count, 'unit')} ended in an ERROR; they count as not solved and are listed below.")
     if lacking.units:
         by = ", ".join(f"{label} {count}" for label, count in lacking.by_planner.items())
         out.append(f"The run is not finished: {lacking.units} of {lacking.expected} units are missing ({by}).")
@@ -139,7 +159,7 @@ def _warnings(results: Results, held: Sequence[Section], lacking: Missing) -> li
         out.append("The last line of the results was cut off and is left out; `mmp bench` repairs it when it goes on.")
     if results.repeated:
         out.append(
-            f"{plural(results.repeated, 'line')} left out: the unit stands before, and the first of each counts."
+            f"{counted(results.repeated, 'line')} left out: the unit stands before, and the first of each counts."
         )
     return out
 

@@ -34,6 +34,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     schema: str
     sources: list[str]
     planners: list[Variant]
+    digests: list[str] = []
     count: int | None = None
     seed: int = 0
     time_limit_s: float | None = None

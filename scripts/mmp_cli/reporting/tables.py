@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from mmp_cli.reporting.formatting import NOTHING, mean_and_std, number, plural, seconds, share
+from mmp_cli.reporting.formatting import NOTHING, mean_and_std, number, seconds, share
 from mmp_cli.reporting.sections import Runs, Section
 from mmp_cli.reporting.statistics import Spread, spread
+from mmp_env.wording import counted
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -76,7 +77,7 @@ def common_table(section: Section) -> Table | None:
         for run in section.successful
     ]
     left_out = [run.label for run in section.runs if not run.solved]
-    note = f"Mean ± standard deviation over the {plural(len(section.common), 'instance')} solved by all of them."
+    note = f"Mean ± standard deviation over the {counted(len(section.common), 'instance')} solved by all of them."
     if left_out:
         note += f" Left out, with nothing solved: {', '.join(left_out)}."
     head = ["planner", "expanded nodes", "planning time [s]", "makespan [s]", "cost [rad]"]

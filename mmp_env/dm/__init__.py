@@ -1,0 +1,92 @@
+"""The cells as dm_control environments (extra `dm`): the same names, instances, observations and rewards.
+
+    environment = mmp_env.dm.load("MultiArmCell-4", task="reach", random=7)  # the instance of env.reset(seed=7)
+    time_step = environment.reset()
+
+dm_control is imported when an environment is loaded; importing this package costs nothing. docs/dm.md has it all.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+from mmp_env.cell import Cell
+from mmp_env.dm.control_suite import require
+from mmp_env.errors import UnknownNameError
+from mmp_env.instances import DEFAULT_TASK, Source
+from mmp_env.problem import DEFAULT_MAX_VELOCITY
+from mmp_env.registration import ANY_CELL, CELLS
+
+if TYPE_CHECKING:
+    import dm_env
+
+    from mmp_env.dm.following import Follower
+    from mmp_env.plan import Plan
+
+__all__ = ["follow", "load", "require"]
+
+TIME_LIMIT_S = 20.0
+"""As long as an episode of the Gymnasium environments."""
+
+
+def load(
+    source: Cell | str | PathLike[str] = "MultiArmCell-4",
+    task: str | Source = DEFAULT_TASK,
+    random: Any = None,
+    *,
+    robot: str | None = None,
+    spheres: str | int | None = None,
+    control_mode: str = "position",
+    terminate_on_contact: bool = True,
+    max_velocity: float = DEFAULT_MAX_VELOCITY,
+    control_rate_hz: int = 10,
+    time_limit: float = TIME_LIMIT_S,
+) -> dm_env.Environment:
+    """A `dm_control.rl.control.Environment` of a cell, like `dm_control.suite.load`.
+
+    `source` is an environment id, or a cell as `MultiArmCell` takes it; the options are that environment's. `random` is
+    a seed, a NumPy generator or `RandomState`, or None: the first episode of seed N is the instance of
+    `env.reset(seed=N)`, the next ones are those of further `env.reset()`. `time_limit` [s] ends an episode.
+
+    Raises `MmpError` for a wrong option or value, and where there is no dm_control that works.
+    """
+    require()
+    from dm_control.rl import control
+
+    from mmp_env.cell_source import find_cell
+    from mmp_env.dm.physics import CellPhysics
+    from mmp_env.dm.random_source import generator
+    from mmp_env.dm.task import CellTask
+
+    cell = find_cell(_named(source), robot=robot, spheres=None if spheres is None else str(spheres))
+    physics = CellPhysics.of(cell)
+    cell_task = CellTask(
+        physics.simulation,
+        task,
+        generator(random),
+        control_mode=control_mode,
+        terminate_on_contact=terminate_on_contact,
+        max_velocity=max_velocity,
+        control_rate_hz=control_rate_hz,
+    )
+    return control.Environment(physics, cell_task, time_limit=time_limit, n_sub_steps=cell_task.steps)
+
+
+def follow(environment: dm_env.Environment, plan: Plan) -> Follower:
+    """A policy that moves the arms along a plan, for loops over `step` and for dm_control's viewer.
+
+    Raises `MmpError` for an environment with another control mode than `position`, and a plan of another cell.
+    """
+    from mmp_env.dm.following import Follower
+
+    return Follower(environment, plan)
+
+
+def _named(source: Cell | str | PathLike[str]) -> Cell | str | PathLike[str]:
+    """The name of the cell of an environment id, and everything else as it is."""
+    if not isinstance(source, str) or not source.startswith(ANY_CELL):
+        return source
+    if source not in CELLS:
+        raise UnknownNameError("environment id", source, CELLS)
+    return CELLS[source]

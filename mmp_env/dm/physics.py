@@ -1,0 +1,37 @@
+"""The physics of a cell as dm_control has it, stepped so that no contact between two actions is missed."""
+
+from __future__ import annotations
+
+from dm_control import mujoco
+
+from mmp_env.cell import Cell
+from mmp_env.scene import compile_scene
+from mmp_env.simulation import Simulation
+
+
+class CellPhysics(mujoco.Physics):
+    """`dm_control.mujoco.Physics` of the model of `MultiArmCell`, with its names: `named.data.qpos["arm0/joint1"]`."""
+
+    _simulation: Simulation | None = None
+
+    @classmethod
+    def of(cls, cell: Cell) -> CellPhysics:
+        """The physics of a cell. Raises `MmpError` where it does not compile."""
+        physics = cls.from_model(mujoco.wrapper.MjModel(compile_scene(cell, moving_setpoints=True)))
+        physics._simulation = Simulation(cell, physics.data.ptr)
+        return physics
+
+    @property
+    def simulation(self) -> Simulation:
+        """What drives and watches the same `MjData`. A copy has none: it is plain physics, to look ahead with."""
+        if self._simulation is None:
+            raise TypeError("a copy of the physics of a cell can be stepped, but not driven by the task")
+        return self._simulation
+
+    def step(self, nstep: int = 1) -> None:
+        """Lets `nstep` physics steps pass. Raises `PhysicsError` where they diverge."""
+        if self._simulation is None:
+            super().step(nstep)
+            return
+        with self.check_invalid_state():
+            self._simulation.advance(nstep)

@@ -1,0 +1,44 @@
+"""What joints are called outside: a pattern such as `{arm}/{joint}` or `{arm}_{vendor}`."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+
+from mmp_env.cell import Cell
+from mmp_env.errors import MmpError, UnknownNameError
+
+JOINT_NAMES = "{arm}/{joint}"
+"""As in the MuJoCo model: `arm0/joint1`."""
+PLACEHOLDERS = {
+    "arm": "name of the arm",
+    "joint": "joint1, joint2, ... from the base outwards",
+    "number": "1, 2, ...",
+    "vendor": "the joint in the vendor's description, such as shoulder_pan_joint",
+    "robot": "name of the robot",
+}
+_FIELD = re.compile(r"\{([^{}]*)\}")
+
+
+def joint_names(cell: Cell, pattern: str = JOINT_NAMES) -> dict[str, tuple[str, ...]]:
+    """Arm name -> the names of its joints. Raises `UnknownNameError` for a placeholder that does not exist."""
+    for field in _FIELD.findall(pattern):
+        if field not in PLACEHOLDERS:
+            raise UnknownNameError("placeholder of joint names", field, PLACEHOLDERS)
+    out = {}
+    for arm in cell.arms:
+        names = []
+        for number, vendor in enumerate(arm.robot.joint_names, start=1):
+            words = (arm.name, f"joint{number}", str(number), vendor, arm.robot.name)
+            word = dict(zip(PLACEHOLDERS, words, strict=True))
+            names.append(_FIELD.sub(lambda match, word=word: word[match[1]], pattern))
+        out[arm.name] = tuple(names)
+    return out
+
+
+def check_distinct(names: Sequence[str], pattern: str) -> None:
+    """Raises `MmpError` where two joints of one file have the same name."""
+    name, count = Counter(names).most_common(1)[0]
+    if count > 1:
+        raise MmpError(f"joint names '{pattern}' call {count} joints '{name}'; {{arm}} and {{joint}} tell them apart")

@@ -1,0 +1,103 @@
+"""ROS 2 `trajectory_msgs/msg/JointTrajectory` as YAML, written and read without ROS."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from jaxtyping import Float, Int
+
+from mmp_env.errors import MmpError
+from mmp_env.export.motion import Motion
+
+_NANO = 10**9
+_LARGEST_SEC = 2**31 - 1
+_FIELDS = ("positions", "velocities", "accelerations")
+_UNTIMED = "# Positions only: the plan is not retimed. Controllers move in straight lines between the points.\n"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class JointTrajectory:
+    """The message: `times` [t] [s] from the start, a row for each in the rest; None for fields that are left empty."""
+
+    joint_names: tuple[str, ...]
+    times: Float[np.ndarray, "t"]
+    positions: Float[np.ndarray, "t n"]
+    velocities: Float[np.ndarray, "t n"] | None
+    accelerations: Float[np.ndarray, "t n"] | None
+
+
+def yaml_text(motion: Motion) -> str:
+    """One message, that starts when it arrives (stamp 0). Velocities and accelerations only of a retimed motion.
+
+    Raises `MmpError` where two times are the same nanosecond, which controllers refuse, or too late for the message.
+    """
+    values = {key: motion.joined(key) for key in _FIELDS}
+    comment = _UNTIMED if values["velocities"] is None else ""
+    lines = [
+        f"# trajectory_msgs/msg/JointTrajectory\n{comment}header:\n  stamp: {{sec: 0, nanosec: 0}}\n  frame_id: ''",
+        f"joint_names: {json.dumps(motion.joints, ensure_ascii=False)}",
+        "points:",
+    ]
+    rows = {key: [_numbers(row) for row in value.tolist()] for key, value in values.items() if value is not None}
+    for k, nanoseconds in enumerate(_nanoseconds(motion.times).tolist()):
+        sec, nanosec = divmod(nanoseconds, _NANO)
+        fields = [f"{key}: {rows[key][k]}" for key in rows]
+        lines.append("- " + "\n  ".join([*fields, f"time_from_start: {{sec: {sec}, nanosec: {nanosec}}}"]))
+    return "\n".join(lines) + "\n"
+
+
+def load_joint_trajectory(path: str | PathLike[str]) -> JointTrajectory:
+    """A message that `yaml_text` or `ros2 topic echo` wrote. Raises `MmpError` that names file and field."""
+    try:
+        data = yaml.load(Path(path).read_bytes(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+    except (OSError, yaml.YAMLError) as error:
+        raise MmpError(f"{path} cannot be read: {' '.join(str(error).split())}") from None
+    try:
+        points = data["points"]
+        times = [point["time_from_start"]["sec"] * _NANO + point["time_from_start"]["nanosec"] for point in points]
+        names = tuple(data["joint_names"])
+        fields = {key: _matrix(points, key, len(names)) for key in _FIELDS}
+    except (KeyError, TypeError, ValueError) as error:
+        raise MmpError(f"{path} is no JointTrajectory: {type(error).__name__}: {error}") from None
+    positions = fields.pop("positions")
+    if positions is None:
+        raise MmpError(f"{path} has no positions")
+    return JointTrajectory(joint_names=names, times=np.array(times) / _NANO, positions=positions, **fields)
+
+
+def _matrix(points: list[dict[str, Any]], key: str, count: int) -> Float[np.ndarray, "t n"] | None:
+    """The field of all points; None where it is empty in all of them. Raises `ValueError` for a wrong number."""
+    rows = [point.get(key) or [] for point in points]
+    if not any(rows):
+        return None
+    for k, row in enumerate(rows):
+        if len(row) != count:
+            raise ValueError(f"points[{k}].{key} has {len(row)} numbers for {count} joints")
+    return np.array(rows, dtype=float)
+
+
+def _nanoseconds(times: Float[np.ndarray, "t"]) -> Int[np.ndarray, "t"]:
+    if times[-1] >= _LARGEST_SEC:
+        raise MmpError(f"the plan ends after {times[-1]:g} s; time_from_start ends at {_LARGEST_SEC} s")
+    out = np.rint(times * _NANO).astype(np.int64)
+    same = np.flatnonzero(np.diff(out) <= 0)
+    if len(same):
+        k = int(same[0])
+        raise MmpError(f"times[{k}] and times[{k + 1}] are {times[k]} s and {times[k + 1]} s, less than 1 ns apart")
+    return out
+
+
+def _numbers(row: list[float]) -> str:
+    return f"[{', '.join(map(_number, row))}]"
+
+
+def _number(value: float) -> str:
+    """Shortest, with a point: to YAML 1.1, which ROS reads, 1e-05 is a word."""
+    text = repr(value)
+    return text if "." in text else text.replace("e", ".0e")

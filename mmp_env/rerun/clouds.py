@@ -1,0 +1,134 @@
+"""Sphere clouds of all arms, and which spheres are in contact."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float, Int, UInt8
+
+from mmp_env.cell import Cell
+from mmp_env.check.distance import solid_distance
+from mmp_env.held import HELD, untested_links
+from mmp_env.rerun.colors import CONTACT, arm_colors
+from mmp_env.rerun.sdk import require
+from mmp_env.transforms import matrix_from_quaternion
+
+Configurations = Mapping[str, Float[np.ndarray, "t dof"]]
+
+
+def send_clouds(stream: Any, root: str, index: list[Any], cell: Cell, q: Configurations, margin: float) -> None:
+    """The spheres of every arm at `q`, a row for each time of `index`, as points `<root>/<arm>` with their radii.
+
+    Those closer than `margin` [m] to another arm, an obstacle or another part of their own arm are red.
+    """
+    rerun, colors = require(), arm_colors(cell)
+    touching = contacts(cell, q, margin)
+    for name, rows in q.items():
+        centers, radii = cell.collision.spheres(name, rows)
+        hit = touching.get(name, np.zeros(centers.shape[:2], bool))
+        columns = rerun.Points3D.columns(
+            positions=centers.reshape(-1, 3).astype(np.float32), colors=paint(colors[name], hit).reshape(-1, 3)
+        )
+        stream.log(f"{root}/{name}", rerun.Points3D.from_fields(radii=radii), static=True)
+        stream.send_columns(f"{root}/{name}", index, columns.partition([len(radii)] * len(rows)))
+
+
+def paint(color: UInt8[np.ndarray, "3"], touching: Bool[np.ndarray, "*n"]) -> UInt8[np.ndarray, "*n 3"]:
+    """The arm's colour, and red where it touches."""
+    return np.where(touching[..., None], np.array(CONTACT, np.uint8), color)
+
+
+def contacts(cell: Cell, q: Configurations, margin: float) -> dict[str, Bool[np.ndarray, "t s"]]:
+    """Which spheres of an arm are closer than `margin` [m] to another arm, an obstacle or another part of their own.
+
+    Arms that are clear of all are left out. All sphere pairs are looked at only where the core finds too little room.
+    """
+    names = list(q)
+    out = {name: mask for name in names if (mask := contacts_alone(cell, name, q[name], margin)).any()}
+    for k, a in enumerate(names):
+        for b in names[k + 1 :]:
+            near = np.flatnonzero(cell.collision.pair_clearance(a, q[a], b, q[b]) < margin)
+            if not len(near):
+                continue
+            hits = sphere_gaps(cloud(cell, a, q[a][near]), cloud(cell, b, q[b][near])) < margin
+            for name, hit in ((a, np.any(hits, axis=2)), (b, np.any(hits, axis=1))):
+                mask = out.setdefault(name, np.zeros((len(q[name]), hit.shape[1]), bool))
+                mask[near] |= hit
+    return out
+
+
+def contacts_alone(cell: Cell, arm: str, q: Float[np.ndarray, "t dof"], margin: float) -> Bool[np.ndarray, "t s"]:
+    """Which spheres of an arm are closer than `margin` [m] to an obstacle or to another part of the same arm."""
+    near = np.flatnonzero(cell.collision.static_clearance(arm, q) < margin)
+    own = cloud(cell, arm, q[near])
+    out = np.zeros((len(q), len(own.radii)), bool)
+    if len(near):
+        out[near] = _in_obstacles(cell, own, margin) | _in_itself(own, self_pairs(cell, arm), margin)
+    return out
+
+
+def _in_obstacles(cell: Cell, own: Cloud, margin: float) -> Bool[np.ndarray, "n s"]:
+    """As the core has it, for moving links; a base may stand in what it is mounted on."""
+    out = np.zeros(own.centers.shape[:2], bool)
+    for solid in cell.obstacles:
+        there = (own.centers - solid.position) @ matrix_from_quaternion(solid.quaternion)
+        half = solid.size / 2 if solid.size is not None else np.array([solid.radius, (solid.length or 0.0) / 2, 0.0])
+        out |= solid_distance(solid.shape, half, there)[0] - own.radii < margin
+    return out & ~own.of_base
+
+
+def _in_itself(own: Cloud, pairs: Int[np.ndarray, "p 2"], margin: float) -> Bool[np.ndarray, "n s"]:
+    i, j = pairs.T
+    gaps = np.linalg.norm(own.centers[:, i] - own.centers[:, j], axis=2) - own.radii[i] - own.radii[j]
+    out = np.zeros(own.centers.shape[:2], bool)
+    rows, found = np.nonzero(gaps < margin)
+    out[rows, i[found]] = out[rows, j[found]] = True
+    return out
+
+
+class Cloud(NamedTuple):
+    """The spheres of an arm: centres [m], radii [m], and which of them are its base's."""
+
+    centers: Float[np.ndarray, "n s 3"]
+    radii: Float[np.ndarray, "s"]
+    of_base: Bool[np.ndarray, "s"]
+
+
+def cloud(cell: Cell, arm: str, q: Float[np.ndarray, "n dof"]) -> Cloud:
+    """The spheres of an arm at `q` [n, dof]."""
+    return Cloud(*cell.collision.spheres(arm, q), of_base(cell, arm))
+
+
+def sphere_gaps(a: Cloud, b: Cloud) -> Float[np.ndarray, "n s_a s_b"]:
+    """Distances between the surfaces of all spheres of two arms [m]; infinite between their bases, which may meet."""
+    apart = a.centers[:, :, None] - b.centers[:, None]
+    gaps = np.sqrt(np.einsum("nabi,nabi->nab", apart, apart)) - a.radii[:, None] - b.radii
+    gaps[:, np.logical_and.outer(a.of_base, b.of_base)] = np.inf
+    return gaps
+
+
+@lru_cache(maxsize=64)
+def of_base(cell: Cell, arm: str) -> Bool[np.ndarray, "s"]:
+    """Which spheres of an arm belong to its base; a read-only array."""
+    base = cell.arm(arm).robot.link_names[0]
+    out = np.array([link == base for link in cell.collision.sphere_links(arm)])
+    out.setflags(write=False)
+    return out
+
+
+@lru_cache(maxsize=64)
+def self_pairs(cell: Cell, arm: str) -> Int[np.ndarray, "p 2"]:
+    """The pairs of an arm's spheres that must keep apart: of links whose data do not say that they may overlap."""
+    placed, links = cell.arm(arm), np.array(cell.collision.sphere_links(arm))
+    robot, tool = placed.robot, placed.tool
+    ignored = {frozenset((robot.link_names[a], robot.link_names[b])) for a, b in robot.self_ignore[cell.spheres]}
+    ignored |= {frozenset((name, tool.name)) for name in tool.self_ignore[cell.spheres]} if tool else set()
+    ignored |= {frozenset((name, HELD)) for name in untested_links(placed)} if placed.held else set()
+    tested = {(a, b) for a in set(links) for b in set(links) if a != b and frozenset((a, b)) not in ignored}
+    pairs = [(i, j) for i in range(len(links)) for j in range(i + 1, len(links)) if (links[i], links[j]) in tested]
+    out = np.array(pairs, dtype=int).reshape(-1, 2)
+    out.setflags(write=False)
+    return out

@@ -1,0 +1,93 @@
+"""The one place that imports rerun, and how a recording begins and ends."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import re
+import sys
+from collections.abc import Iterator
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from mmp_env.errors import MmpError
+from mmp_env.opengl import has_display
+from mmp_env.writing import check_writable, whole_file
+
+SPAWN = "spawn"
+"""Instead of a file: opens the viewer."""
+SUFFIX = ".rrd"
+
+
+def require() -> Any:
+    """The module `rerun`. Raises `MmpError` with one sentence where it is not installed."""
+    try:
+        return importlib.import_module("rerun")
+    except ImportError as error:
+        raise MmpError(
+            f"recordings need rerun-sdk, which cannot be imported ({error}); get it with: pip install 'mmp-env[rerun]'"
+        ) from error
+
+
+def check(to: str | PathLike[str]) -> None:
+    """Raises `MmpError` where no recording can be made.
+
+    That is: rerun is missing, there is no display for `spawn`, or `to` is no `*.rrd` that can be written.
+    """
+    require()
+    if to == SPAWN:
+        if not has_display():
+            raise MmpError(f"'{SPAWN}' opens a window, and there is no display here; record to a file {SUFFIX} instead")
+        return
+    path = Path(to)
+    if path.suffix != SUFFIX:
+        raise MmpError(f"'{path}' is no name for a recording; it must end in {SUFFIX}, or be '{SPAWN}' for the viewer")
+    check_writable(path)
+
+
+@contextlib.contextmanager
+def whole(to: str | PathLike[str]) -> Iterator[str | PathLike[str]]:
+    """Where to record to: `spawn` as it is, or a place beside the file `to` that is moved there in the end."""
+    if to == SPAWN:
+        yield to
+        return
+    with whole_file(to) as temporary:
+        yield temporary
+
+
+class Recording:
+    """A stream of one recording into the file `to`, or into a viewer that is opened for `spawn`.
+
+    `kind` says what is in it: the viewer keeps the layout that a user makes for the next recording of that kind. What
+    `to` may be, `check` has looked at before.
+    """
+
+    def __init__(self, to: str | PathLike[str], kind: str, name: str) -> None:
+        rerun = require()
+        # Of other characters rerun makes names that mean nothing.
+        self.stream = rerun.RecordingStream("mmp-env-" + re.sub(r"[^\w-]+", "-", kind, flags=re.ASCII).strip("-"))
+        if to == SPAWN:
+            rerun.spawn(recording=self.stream, hide_welcome_screen=True, executable_path=_viewer())
+        else:
+            self.stream.save(Path(to))
+        self.stream.send_recording_name(name)
+        # Nobody wants to see when a row was written, or that it was the hundredth.
+        rerun.set_log_time_enabled(False, recording=self.stream)
+        rerun.set_log_tick_enabled(False, recording=self.stream)
+
+    def end(self, blueprint: Any) -> None:
+        """Says how the viewer is to lay it out, and closes the file. Raises `MmpError` where it is not whole."""
+        self.stream.send_blueprint(blueprint)
+        try:
+            self.stream.flush()
+        except RuntimeError as error:  # the disk is full, the viewer was closed
+            raise MmpError(f"the recording is not whole: {error}") from error
+        finally:
+            self.stream.disconnect()
+
+
+def _viewer() -> str | None:
+    """The viewer beside this interpreter, which is not on the path of an environment that is not activated."""
+    beside = Path(sys.executable).parent / "rerun"
+    return str(beside) if beside.exists() else None

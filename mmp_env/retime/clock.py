@@ -1,0 +1,129 @@
+"""The clock of a path: how fast its phase passes, from rest to rest. Ruckig times every zone.
+
+At the bounds of zones the clock has no acceleration, so zones only have to agree on the speeds there. These come from
+a pass backward (what can still be braked) and one forward (what can be reached), with the distance that a change of
+speed takes in closed form; then each zone is a problem of one joint for Ruckig: from speed to speed over its length.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import ruckig
+from jaxtyping import Float
+
+from mmp_env.retime.zones import Zones
+
+_SLACK = 1e-6
+"""Of the length of a zone: what is just possible in theory may not be in floating point."""
+_EARLY = 1e-9
+"""In samples: what is that close to one is at it."""
+_TIMED = (ruckig.Result.Working, ruckig.Result.Finished)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Clock:
+    """`phase` [t] [s], its `speed` [t] and its `growth` [t] [1/s] at times that are `period_s` apart."""
+
+    period_s: float
+    phase: Float[np.ndarray, "t"]
+    speed: Float[np.ndarray, "t"]
+    growth: Float[np.ndarray, "t"]
+
+    @property
+    def duration_s(self) -> float:
+        return (len(self.phase) - 1) * self.period_s
+
+
+def run_clock(zones: Zones, period_s: float) -> Clock:
+    """The clock through all zones; where it stops it waits for the next sample."""
+    speeds, timer = speeds_at_bounds(zones), _Timer()
+    pieces: list[tuple[float, float, float, float, float]] = []
+    begin = 0.0  # of the zone [s]
+    for k, (base, last) in enumerate(itertools.pairwise(zones.bounds.tolist())):
+        limits = float(zones.speed[k]), float(zones.growth[k]), float(zones.jerk[k])
+        begin = timer.time(begin, base, last, speeds[k], speeds[k + 1], limits, pieces)
+        if zones.stop[k + 1]:
+            pieces.append((begin, last, 0.0, 0.0, 0.0))
+            begin = math.ceil(begin / period_s - _EARLY) * period_s
+    start, phase, speed, growth, jerk = np.array(pieces).T
+    times = period_s * np.arange(round(begin / period_s) + 1)
+    piece = np.searchsorted(start, times + _EARLY * period_s, side="right") - 1
+    t, v, a, j = times - start[piece], speed[piece], growth[piece], jerk[piece]
+    return Clock(
+        period_s=period_s,
+        phase=phase[piece] + t * (v + t * (a / 2 + t * j / 6)),
+        speed=v + t * (a + t * j / 2),
+        growth=a + t * j,
+    )
+
+
+def speeds_at_bounds(zones: Zones) -> list[float]:
+    """Speeds of the clock at the bounds of zones, as high as both neighbours allow and can be reached."""
+    lengths = (np.diff(zones.bounds) * (1 - _SLACK)).tolist()
+    cap = np.minimum(np.append(zones.speed, 0.0), np.append(0.0, zones.speed))
+    speeds = np.where(zones.stop, 0.0, cap).tolist()
+    growth, jerk = zones.growth.tolist(), zones.jerk.tolist()
+    for k in reversed(range(len(lengths))):
+        speeds[k] = _reachable(speeds[k + 1], speeds[k], lengths[k], growth[k], jerk[k])
+    for k in range(len(lengths)):
+        speeds[k + 1] = _reachable(speeds[k], speeds[k + 1], lengths[k], growth[k], jerk[k])
+    return speeds
+
+
+def _reachable(begin: float, wanted: float, length: float, growth: float, jerk: float) -> float:
+    """The highest speed up to `wanted` that can be reached from `begin` within `length`; see `_distance`."""
+    if wanted <= begin or _distance(begin, wanted, growth, jerk) <= length:
+        return wanted
+    low, high = begin, wanted
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if _distance(begin, middle, growth, jerk) <= length else (low, middle)
+    return low
+
+
+def _distance(begin: float, end: float, growth: float, jerk: float) -> float:
+    """What a change of speed takes, from and to no acceleration: it is symmetric, so mean speed times duration."""
+    change = end - begin
+    ramp = growth / jerk
+    duration = change / growth + ramp if change >= growth * ramp else 2 * math.sqrt(change / jerk)
+    return (begin + end) / 2 * duration
+
+
+class _Timer:
+    """Ruckig for one joint, the phase; its objects are kept, because making them takes longer than using them."""
+
+    def __init__(self) -> None:
+        self._ruckig, self._given, self._trajectory = ruckig.Ruckig(1), ruckig.InputParameter(1), ruckig.Trajectory(1)
+        self._given.min_velocity = [0.0]
+
+    def time(
+        self,
+        begin_s: float,
+        base: float,
+        last: float,
+        speed: float,
+        end_speed: float,
+        limits: tuple[float, float, float],
+        pieces: list[tuple[float, float, float, float, float]],
+    ) -> float:
+        """When a zone that begins at `begin_s` ends [s].
+
+        Adds its `pieces` of constant jerk: when each begins [s], and phase, speed, growth and jerk there.
+        """
+        given = self._given
+        given.current_position, given.target_position = [base], [last]
+        given.current_velocity, given.target_velocity = [speed], [end_speed]
+        given.max_velocity, given.max_acceleration, given.max_jerk = ([limit] for limit in limits)
+        result = self._ruckig.calculate(given, self._trajectory)
+        profile = self._trajectory.profiles[0][0] if result in _TIMED else None
+        if profile is None or profile.brake.duration > 0:
+            raise RuntimeError(f"Ruckig finds no way from speed {speed} to {end_speed} in {last - base} s: {result}")
+        for piece in zip(profile.t, profile.p, profile.v, profile.a, profile.j, strict=False):
+            if piece[0] > 0:
+                pieces.append((begin_s, *piece[1:]))
+                begin_s += piece[0]
+        return begin_s

@@ -1,0 +1,81 @@
+"""What a controller accepts: velocity, acceleration and jerk of every joint of a cell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from mmp_env.cell import Cell
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.problem import Problem
+from mmp_env.robot import frozen_array
+
+Given = float | Mapping[str, ArrayLike] | None
+"""One number for all joints, or arm name -> one for each joint; None stands for the robots' own."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RateLimits:
+    """Limits of all joints [n], arm after arm as the cell has them: [rad/s], [rad/s^2], [rad/s^3]."""
+
+    velocity: Float[np.ndarray, "n"]
+    acceleration: Float[np.ndarray, "n"]
+    jerk: Float[np.ndarray, "n"]
+
+    def reduced(self, share: float) -> RateLimits:
+        """With a share of acceleration and jerk."""
+        return RateLimits(velocity=self.velocity, acceleration=share * self.acceleration, jerk=share * self.jerk)
+
+
+def rate_limits(problem: Problem, max_acceleration: Given = None, max_jerk: Given = None) -> RateLimits:
+    """The problem's velocities, and what is given, or the robots' own. Raises `MmpError`.
+
+    What is given counts even above a robot's own: vendors publish acceleration limits for the Panda alone, and the
+    others' are our defaults (docs/robots.md).
+    """
+    cell = problem.cell
+    return RateLimits(
+        velocity=np.concatenate([problem.max_velocity[name] for name in cell.arm_names]),
+        acceleration=joined(cell, arm_limits(cell, max_acceleration, "acceleration")),
+        jerk=joined(cell, arm_limits(cell, max_jerk, "jerk")),
+    )
+
+
+def arm_limits(cell: Cell, given: Given, what: str) -> dict[str, Float[np.ndarray, "_"]]:
+    """Arm name -> [dof], frozen; `what` is `acceleration` or `jerk`. Raises `MmpError`."""
+    if isinstance(given, Mapping):
+        for name in given:
+            if name not in cell.arm_names:
+                raise MmpError(f"max_{what}: {UnknownNameError('arm', name, cell.arm_names)}")
+    out = {}
+    for arm in cell.arms:
+        own = getattr(arm.robot, what)
+        if given is None:
+            values = own
+        elif not isinstance(given, Mapping):
+            values = np.full(arm.dof, float(given))
+        elif arm.name in given:
+            values = np.asarray(given[arm.name], dtype=float)
+        else:
+            raise MmpError(f"max_{what} has no entry for arm '{arm.name}'")
+        if values.shape != (arm.dof,) or not (np.isfinite(values) & (values > 0)).all():
+            raise MmpError(f"max_{what} of arm '{arm.name}' must be {arm.dof} positive numbers")
+        out[arm.name] = frozen_array(values)
+    return out
+
+
+def joined(cell: Cell, by_arm: Mapping[str, Float[np.ndarray, "*t dof"]]) -> Float[np.ndarray, "*t n"]:
+    """All arms' joints side by side, in the order of the cell."""
+    return np.concatenate([by_arm[name] for name in cell.arm_names], axis=-1)
+
+
+def split(cell: Cell, q: Float[np.ndarray, "*t n"]) -> dict[str, Float[np.ndarray, "*t dof"]]:
+    """Arm name -> its joints, each an array of its own."""
+    ends = np.cumsum([arm.dof for arm in cell.arms]).tolist()
+    return {
+        arm.name: np.ascontiguousarray(q[..., end - arm.dof : end]) for arm, end in zip(cell.arms, ends, strict=True)
+    }

@@ -1,0 +1,124 @@
+"""Blends as wide as accelerations like and as narrow as neighbours and obstacles ask for.
+
+A blend begins so wide that its corner is passed at full speed. Where the path then strays too far, leaves joint limits
+or comes too close to something, the blends around that place are narrowed, in the end to a stop at the corner: what is
+left is the course itself, which is proved already.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from mmp_env import _core
+from mmp_env.problem import Problem
+from mmp_env.retime.blends import BlendedPath
+from mmp_env.retime.course import Course
+from mmp_env.retime.limits import RateLimits, split
+
+CLEAR = 0.55
+"""What a blended path has to keep, in margins: a little more than the half that the proof of the result asks for."""
+_SPACING_S, _GAP_S = 0.01, 0.15
+_SLIGHT_RAD = 1e-4
+"""A blend that misses its corner by no more is left to the proof of the result."""
+_TURN_SHARE, _EDGE_SHARE = 0.75, 0.35
+"""Of acceleration and jerk: what a blend takes at full speed."""
+_NARROWER, _NARROWEST = 0.4, 0.05
+_LEAST_S = 1e-4
+"""A blend that has to be narrower than that is passed so slowly that a stop does no worse."""
+
+
+def first_blends(course: Course, limits: RateLimits, tolerance: float) -> BlendedPath:
+    """Every corner at full speed, but within the ends of the course and, each alone, within `tolerance` [rad]."""
+    turn = np.abs(course.turns)
+    width = (turn / (_TURN_SHARE * limits.acceleration)).max(axis=1, initial=0.0)
+    width = np.maximum(width, np.sqrt((turn / (_EDGE_SHARE * limits.jerk)).max(axis=1, initial=0.0)))
+    edge = (turn / (_EDGE_SHARE * limits.jerk)).max(axis=1, initial=0.0) / np.maximum(width, 1e-12)
+    path = BlendedPath(course=course, width=width, edge=np.minimum(edge, width))
+    room = np.minimum(path.corners, course.end - path.corners)
+    fits = np.minimum(room / np.maximum(path.reach, 1e-12), tolerance / np.maximum(path.miss, 1e-12))
+    return path.narrower(np.where((fits < 1) & (fits * width < _LEAST_S), 0.0, np.minimum(fits, 1.0)))
+
+
+def smooth(problem: Problem, path: BlendedPath, tolerance: float) -> BlendedPath:
+    """The path with blends narrowed until it is, as far as a quick look tells, as clear as it has to be."""
+    widest = path.width
+    look = path.miss > _SLIGHT_RAD
+    while look.any():
+        look = covering(path, troubles(problem, path, _around(path, look), tolerance))
+        path = narrowed(path, look, widest)
+    return path
+
+
+def covering(path: BlendedPath, phases: Float[np.ndarray, "m"]) -> Bool[np.ndarray, "c"]:
+    """The blends, not stops, that are at any of these phases."""
+    there, reach = np.sort(phases), path.reach + _SPACING_S
+    first, last = (
+        np.searchsorted(there, path.corners - reach),
+        np.searchsorted(there, path.corners + reach, side="right"),
+    )
+    return (last > first) & (path.width > 0)
+
+
+def narrowed(path: BlendedPath, chosen: Bool[np.ndarray, "c"], widest: Float[np.ndarray, "c"]) -> BlendedPath:
+    """The chosen blends a step narrower; a stop in the place of one that has become much narrower than `widest`."""
+    factor = np.where(path.width * _NARROWER < np.maximum(_NARROWEST * widest, _LEAST_S), 0.0, _NARROWER)
+    return path.narrower(np.where(chosen, factor, 1.0))
+
+
+def deviation(path: BlendedPath, phase: Float[np.ndarray, "t"]) -> Float[np.ndarray, "t"]:
+    """How far the path is from its course [rad], at most over all joints."""
+    return np.abs(path.at(phase) - path.course.at(phase)).max(axis=1)
+
+
+def troubles(
+    problem: Problem, path: BlendedPath, runs: Sequence[Float[np.ndarray, "_"]], tolerance: float
+) -> Float[np.ndarray, "m"]:
+    """Phases, within these runs of them, at which the path strays too far, leaves joint limits or is too close to
+    something.
+    """
+    phase = np.concatenate(runs)
+    q, cell = path.at(phase), problem.cell
+    stray = np.abs(q - path.course.at(phase)).max(axis=1)
+    lower, upper = (np.concatenate([getattr(arm.robot, key) for arm in cell.arms]) for key in ("lower", "upper"))
+    found = [phase[(stray > tolerance) | ((q < lower) | (q > upper)).any(axis=1)]]
+    pairs = np.array(list(itertools.combinations(range(len(cell.arms)), 2)), np.int32).reshape(-1, 2)
+    by_arm, first = list(split(cell, q).values()), 0
+    for run in runs:
+        steps = _conflicts(problem, [rows[first : first + len(run)] for rows in by_arm], pairs)
+        if len(steps):
+            found.append(np.interp(steps, np.arange(len(run)), run))
+        first += len(run)
+    return np.concatenate(found)
+
+
+def _conflicts(
+    problem: Problem, rows: Sequence[Float[np.ndarray, "t _"]], pairs: Int[np.ndarray, "p 2"]
+) -> Float[np.ndarray, "m"]:
+    """Where, in rows, arms are closer to each other or to something else than they have to be."""
+    core, clear = problem.cell.collision.core, CLEAR * problem.margin
+    motions = [_core.Motion(core, k, part) for k, part in enumerate(rows)]
+    found = list(_core.conflict_instants(core, motions, pairs, clear, clear))
+    for k, part in enumerate(rows):
+        free = _core.edges_free(core, k, part[:-1], part[1:], clear, clear)
+        if not free.all():
+            found.append(np.flatnonzero(~free) + 0.5)
+    return np.concatenate([np.empty(0), *found])
+
+
+def _around(path: BlendedPath, chosen: Bool[np.ndarray, "c"]) -> list[Float[np.ndarray, "_"]]:
+    """Phases in the chosen blends and where these are close to each other between them: a run for each such place."""
+    begin = (path.corners - path.reach)[chosen]
+    end = (path.corners + path.reach)[chosen]
+    order = np.argsort(begin)
+    begin, end = begin[order], np.maximum.accumulate(end[order])
+    cut = np.flatnonzero(begin[1:] > end[:-1] + _GAP_S)
+    first, last = begin[np.append(0, cut + 1)], end[np.append(cut, -1)]
+    breaks = path.breaks()
+    return [
+        np.unique(np.concatenate([np.arange(a, b, _SPACING_S), breaks[(breaks > a) & (breaks < b)], [b]]))
+        for a, b in zip(first, last, strict=True)
+    ]

@@ -1,0 +1,104 @@
+"""What a path allows its phase to do, zone by zone: speed, acceleration and jerk of the clock.
+
+With q(u) and the clock u(t), a joint has velocity q'u', acceleration q''u'^2 + q'u'' and jerk q'''u'^3 + 3q''u'u'' +
+q'u'''. In each zone the largest |q'|, |q''| and |q'''| of each joint give bounds C, A and J on u', u'' and u''' that
+keep every joint within its limits whatever the clock does within them.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.retime.blends import BlendedPath
+from mmp_env.retime.limits import RateLimits
+
+CURVE_SHARE = 0.8
+"""Of the acceleration a curve may take so much; the rest is for changes of speed."""
+CURVE_JERK, CROSS_JERK = 0.4, 0.2
+"""Of the jerk, for a curve that changes, and for changes of speed in a curve; the rest is for changes of those."""
+_TINY = 1e-9
+_FASTEST = 1e3
+_SPACING_S = 0.01
+_SLOW = 0.95
+LEAST_ZONE_S = 1e-5
+"""Ruckig looks no closer than 1e-8."""
+_SAFETY = 1 - 1e-6
+_ROUNDING_S = 1e-10
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Zones:
+    """Zones between `bounds` [z + 1] (phases [s]), and what the clock may do in them: `speed` [z], `growth` [z] [1/s],
+    `jerk` [z] [1/s^2]. `stop` [z + 1] is true where it has to stand still, the ends among them.
+    """
+
+    bounds: Float[np.ndarray, "b"]
+    speed: Float[np.ndarray, "z"]
+    growth: Float[np.ndarray, "z"]
+    jerk: Float[np.ndarray, "z"]
+    stop: np.ndarray
+
+
+def zones_of(path: BlendedPath, limits: RateLimits, length_s: float) -> Zones:
+    """Zones of about `length_s` of phase, which end at stops."""
+    bounds, marks = _bounds(path, limits, length_s)
+    first, second, third = _largest(path, bounds)
+    v, a, j = limits.velocity * _SAFETY, limits.acceleration * _SAFETY, limits.jerk * _SAFETY
+    first, second, third = (np.maximum(part, _TINY) for part in (first, second, third))
+    speed = np.minimum.reduce([v / first, np.sqrt(CURVE_SHARE * a / second), np.cbrt(CURVE_JERK * j / third)])
+    speed = speed.min(axis=1, keepdims=True).clip(max=_FASTEST)
+    growth = np.minimum((a - second * speed**2) / first, CROSS_JERK * j / (3 * second * speed))
+    growth = growth.min(axis=1, keepdims=True).clip(max=_FASTEST)
+    jerk = ((j - third * speed**3 - 3 * second * speed * growth) / first).min(axis=1).clip(max=_FASTEST**2)
+    return Zones(bounds=bounds, speed=speed[:, 0], growth=growth[:, 0], jerk=jerk, stop=np.isin(bounds, marks))
+
+
+def _bounds(
+    path: BlendedPath, limits: RateLimits, length_s: float
+) -> tuple[Float[np.ndarray, "b"], Float[np.ndarray, "m"]]:
+    """Bounds of zones, and those of them that are stops. Slow blends are zones of their own, so that nothing else is
+    slow.
+    """
+    marks = np.unique(np.concatenate([[0.0], path.stops, [path.course.end]]))
+    slow = path.speeds(limits, CURVE_SHARE, CURVE_JERK) < _SLOW
+    ends = np.concatenate([(path.corners - path.reach)[slow], (path.corners + path.reach)[slow]])
+    fixed = [float(marks[0])]
+    for phase in np.unique(np.concatenate([ends.clip(0.0, path.course.end), marks])).tolist()[1:]:
+        if phase > fixed[-1] + LEAST_ZONE_S:
+            fixed.append(phase)
+        elif phase in marks:
+            fixed[-1] = phase
+    pieces = [np.linspace(a, b, max(1, round((b - a) / length_s)) + 1)[:-1] for a, b in itertools.pairwise(fixed)]
+    return np.concatenate([*pieces, [fixed[-1]]]), marks
+
+
+def _largest(path: BlendedPath, bounds: Float[np.ndarray, "b"]) -> list[Float[np.ndarray, "z n"]]:
+    """The largest |q'|, |q''|, |q'''| in each zone.
+
+    Between breaks q'' is linear and q''' constant, so what they are at breaks and between them is all of it.
+    """
+    # A stop has two slopes; what is looked at a hair before it belongs to the zone before.
+    before = np.nextafter(path.stops, 0.0)
+    grid = np.arange(0.0, path.course.end, _SPACING_S)
+    phase = np.unique(np.concatenate([path.breaks(), bounds, before, grid]))
+    slope, curve = path.derivatives(phase, (1, 2))
+    third, step = np.zeros_like(curve), np.diff(phase)
+    long = np.flatnonzero(step > _ROUNDING_S)
+    third[long] = (curve[long + 1] - curve[long]) / step[long, None]
+    # Where q'' changes its sign between two of these, q' is largest in between.
+    turned = long[(curve[long] * curve[long + 1] < 0).any(axis=1)]
+    peak = np.abs(slope)
+    over = np.abs(slope[turned] - curve[turned] ** 2 / np.where(third[turned] == 0, np.inf, 2 * third[turned]))
+    peak[turned] = np.maximum(peak[turned], np.where(curve[turned] * curve[turned + 1] < 0, over, 0.0))
+    starts, ends = np.searchsorted(phase, bounds[:-1]), np.searchsorted(phase, bounds[1:])
+    smooth = ~np.isin(bounds[1:], path.stops)
+    out = []
+    for values, shared in ((peak, True), (np.abs(curve), True), (np.abs(third), False)):
+        out.append(np.maximum.reduceat(values, starts, axis=0))
+        if shared:  # the end of a zone belongs to it too
+            out[-1][smooth] = np.maximum(out[-1][smooth], values[ends[smooth]])
+    return out

@@ -1,0 +1,70 @@
+"""What a recording costs: its size and the time that it adds to planning, a JSON line each. Usage: bench_rerun.py [ID]
+
+For each planner the instance, of the first twenty of the environment, whose search expands nearest to fifty nodes. Time
+is that with the watcher, its file written, less that without; the import of rerun is a figure of its own.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import gymnasium
+from figure import print_figure, timed
+
+import mmp_env  # noqa: F401 - registers the environments
+from mmp_env.problem import Problem
+from mmp_env.rerun import RerunWatcher, require
+from mmp_planners import make
+
+SOURCE, PLANNERS = "MultiArmCell-8", ("ecbs", "apf-ecbs", "auto")
+SEEDS, NODES, REPEATS, LIMIT_S = 20, 50, 5, 20.0
+
+
+def main() -> None:
+    """Prints the figures of one environment."""
+    source = sys.argv[1] if len(sys.argv) > 1 else SOURCE
+    begin = time.perf_counter()
+    require()
+    print_figure("rerun_import", time.perf_counter() - begin, "s")
+    env = gymnasium.make(source)
+    problems = [draw(env, seed) for seed in range(SEEDS)]
+    for planner in PLANNERS:
+        seed, expanded = nearest(problems, planner)
+        problem = problems[seed]
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "search.rrd"
+            watched = timed(lambda: record(problem, planner, seed, path), REPEATS)  # noqa: B023 - called at once
+            size = path.stat().st_size
+        alone = timed(lambda: make(planner).plan(problem, seed=seed, time_limit=LIMIT_S), REPEATS)  # noqa: B023
+        more = {"planner": planner, "instance": f"{source}/{seed}", "expanded_nodes": expanded}
+        print_figure("recording_size", size / 1e6, "MB", **more)
+        print_figure("recording_time_added", watched[0] - alone[0], "s", **more, planning_s=round(alone[0], 3))
+
+
+def draw(env: gymnasium.Env, seed: int) -> Problem:
+    """The instance of a seed."""
+    env.reset(seed=seed)
+    return env.unwrapped.problem  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def nearest(problems: list[Problem], planner: str) -> tuple[int, int]:
+    """The seed whose search expands nearest to `NODES`, and how many it expands."""
+    counts = []
+    for seed, problem in enumerate(problems):
+        result = make(planner).plan(problem, seed=seed, time_limit=LIMIT_S)
+        counts.append(result.stats["expanded_nodes"] or 0)
+    seed = min(range(len(counts)), key=lambda k: abs(counts[k] - NODES))
+    return seed, counts[seed]
+
+
+def record(problem: Problem, planner: str, seed: int, path: Path) -> None:
+    """Plans, and writes the recording of it."""
+    with RerunWatcher(problem, path) as watcher:
+        watcher.show_plan(make(planner).plan(problem, seed=seed, time_limit=LIMIT_S, watch=watcher).plan)
+
+
+if __name__ == "__main__":
+    main()

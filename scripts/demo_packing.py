@@ -1,0 +1,76 @@
+"""Pick, pack, home: three plans one after another from where the arms are, checked, and executed as one run."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+import mmp_planners
+from mmp_env import MmpError, find_cell, make_problem
+from mmp_env.check.episode import check_episode
+from mmp_env.episode import Episode, episode_to_dict, execute_episode, save_episode
+from mmp_tasks.sequence import Stage, stages
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the demonstration: 0 when every plan is valid and was executed without contact, 1 otherwise."""
+    args = _parser().parse_args(arguments)
+    try:
+        return run(args)
+    except MmpError as error:
+        print(f"demo_packing: {error}", file=sys.stderr)
+        return 2
+
+
+def run(args: argparse.Namespace) -> int:
+    """Draws, plans, checks, saves and executes."""
+    drawn = stages(find_cell(args.cell), np.random.default_rng(args.seed), args.task)
+    episode = planned(f"{args.cell}-{args.task}-{args.seed}", drawn, args.planner, args.seed, args.time_limit)
+    if episode is None:
+        return 1
+    if args.out:
+        save_episode(episode, args.out)
+        print(f"written to {args.out}")
+    report = check_episode(episode_to_dict(episode))
+    print(report)
+    execution = execute_episode(episode)
+    contacts = f"{execution.contacts} contacts" if execution.contacts else "no contact"
+    reached = "all goals reached" if execution.reached else "NOT all goals reached"
+    print(f"executed in {execution.duration_s:.2f} s of simulated time: {reached}, {contacts}")
+    return 0 if report.valid and execution.reached and not execution.contacts else 1
+
+
+def planned(name: str, drawn: Sequence[Stage], planner: str, seed: int, time_limit: float) -> Episode | None:
+    """Each stage planned from where the plan before it ends; None where one is not solved in time."""
+    plans = []
+    for stage in drawn:
+        start = stage.start if not plans else {arm: q[-1] for arm, q in plans[-1].positions.items()}
+        problem = make_problem(stage.cell, start, stage.goal, name=f"{name}/{stage.name}")
+        began = time.perf_counter()
+        result = mmp_planners.make(planner).plan(problem, seed=seed, time_limit=time_limit)
+        spent = time.perf_counter() - began
+        print(f"{stage.name:8} {result.status} in {spent:.3f} s", end="")
+        print(f", {result.plan.makespan_s:.2f} s of motion" if result.plan else "")
+        if result.plan is None:
+            return None
+        plans.append(result.plan)
+    return Episode(name=name, plans=tuple(plans))
+
+
+def _parser() -> argparse.ArgumentParser:
+    out = argparse.ArgumentParser(description=__doc__)
+    out.add_argument("--cell", default="mixed-4", help="name or file; default: mixed-4")
+    out.add_argument("--task", default="packing", choices=("place", "packing"))
+    out.add_argument("--planner", default="auto")
+    out.add_argument("--seed", type=int, default=0)
+    out.add_argument("--time-limit", type=float, default=60.0, metavar="S", help="for each plan [s]; default: 60")
+    out.add_argument("--out", metavar="FILE", help="write the episode (schema mmp-episode/1)")
+    return out
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""The parts of the gallery: pictures for the README, each made from the program."""

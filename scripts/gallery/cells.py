@@ -1,0 +1,61 @@
+"""A row of cells: what stands in them, and that there are other arms than one kind."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import UInt8
+from PIL import Image, ImageDraw
+
+from gallery.fonts import INK, font
+from mmp_env import MmpError, draw_instance, find_cell
+from mmp_env.cell import Cell
+from mmp_env.cell_file import cell_from_dict
+from mmp_env.reading import Place, parse_yaml
+from mmp_env.studio import Studio
+from mmp_env.writing import whole_file
+
+README = Path(__file__).parents[2] / "README.md"
+NAMES = ("ring-8", "ring-8-panda", "ring-6-fr5")
+_SIZE, _GAP, _WORDS = (412, 330), 8, 0.048
+_SEED = 0
+
+
+def save_cells(path: Path) -> None:
+    """Writes the picture: rings of the program, and the cell that the README writes down."""
+    cells = [*(find_cell(name) for name in NAMES), readme_cell()]
+    with whole_file(path) as temporary:
+        Image.fromarray(cells_picture(cells)).save(temporary, "WEBP", quality=84, method=6)
+
+
+def cells_picture(cells: list[Cell], size: tuple[int, int] = _SIZE) -> UInt8[np.ndarray, "h w 4"]:
+    """The cells side by side at the start of a random instance, each with its name; between them nothing."""
+    width, height = size
+    letters = _WORDS * width
+    out = Image.new("RGBA", (len(cells) * (width + _GAP) - _GAP, height))
+    draw = ImageDraw.Draw(out)
+    for k, cell in enumerate(cells):
+        start, _ = draw_instance(cell, seed=_SEED)
+        left = k * (width + _GAP)
+        with Studio(cell, width, height) as studio:
+            out.paste(Image.fromarray(studio.picture(start)), (left, 0))
+        draw.text((left + width / 2, 1.2 * letters), _caption(cell), INK, font(letters), anchor="mm")
+    return np.array(out)
+
+
+def readme_cell() -> Cell:
+    """The cell that stands as YAML in the README."""
+    block = re.search(r"^```yaml\n(.*?)^```$", README.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
+    if block is None:
+        raise MmpError(f"{README} has no cell in YAML")
+    place = Place(README.name)
+    return cell_from_dict(parse_yaml(block[1], place), place)
+
+
+def _caption(cell: Cell) -> str:
+    kinds = {arm.robot.name: 0 for arm in cell.arms}
+    for arm in cell.arms:
+        kinds[arm.robot.name] += 1
+    return f"{cell.name}: " + ", ".join(f"{count} {name}" for name, count in kinds.items())

@@ -1,0 +1,96 @@
+"""The conflict trees of `ecbs` and `apf-ecbs` on one instance, side by side, and what they come to in the mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from readme_table import FIGURES, Figures, read_figures
+
+from gallery.instances import Search, typical
+from mmp_env.search_tree import SearchTree
+from mmp_env.tree_drawing.colors import FAINT, FRAME, PANEL, STYLE
+from mmp_env.tree_drawing.discs import Discs, draw_discs
+from mmp_env.tree_drawing.legend import draw_legend
+from mmp_env.tree_drawing.svg import FONT, element, quoted, text_width, words
+from mmp_env.writing import write_text
+
+_BOTH = "MultiArmCell-8/ecbs/expanded_nodes_where_both_solve"
+_DISCS = Discs(name="numbered", expanded=10.5, generated=10.5, column=23.5, row=27.0, way=3.6, numbers=True)
+_BORDER, _BETWEEN = 18.0, 24.0
+_TITLE, _TEXT, _LINE = 16.0, 12.5, 19.0
+_FAINT: dict[str, Any] = {"class_": "mmp-faint", "fill": FAINT}
+
+
+def save_comparison(path: Path) -> None:
+    """Writes the drawing for the instance whose ratio of expanded nodes is nearest to that of the means."""
+    figures = read_figures(FIGURES)
+    pair = typical(float(figures[_BOTH]["ratio"]))
+    write_text(path, comparison(*pair, figures))
+    print(f"{path.name}: {pair[0].problem.name}, {pair[0].expanded} and {pair[1].expanded} nodes expanded")
+
+
+def comparison(first: Search, second: Search, figures: Figures) -> str:
+    """The text of an SVG file, which goes with the reader's light or dark colours."""
+    runs = (first, second)
+    most = max(node.conflicts or 0 for run in runs for node in run.tree.nodes)
+    canvases = [draw_discs(run.tree, _DISCS, None, most) for run in runs]
+    out, x, top = [], _BORDER, _BORDER + 2 * _LINE + 28
+    for run, canvas in zip(runs, canvases, strict=True):
+        out.append(words(run.planner, x, _BORDER + _TITLE, size=_TITLE, bold=True))
+        for k, line in enumerate(_told(run)):
+            out.append(words(line, x, _BORDER + _TITLE + _LINE * (k + 1), size=_TEXT, **_FAINT))
+        wide = max(canvas.width, *(text_width(line, _TEXT) for line in _told(run)))
+        aside = x + (wide - canvas.width) / 2
+        out.append(element("g", *canvas.edges, *canvas.nodes, transform=f"translate({aside:.1f} {top:.1f})"))
+        x += wide + _BETWEEN
+    width = x - _BETWEEN + _BORDER
+    y = top + max(canvas.height for canvas in canvases) + 4
+    legend, high = draw_legend(_together(first.tree, second.tree), "numbered", width - 2 * _BORDER)
+    out.append(element("g", *legend, transform=f"translate({_BORDER} {y:.1f})"))
+    y += high + 8
+    for line in _foot(first, second, figures):
+        y += _LINE
+        out.append(words(line, _BORDER, y, size=_TEXT, **_FAINT))
+    return _page(out, width, y + _BORDER, f"Conflict trees of ecbs and apf-ecbs on {first.problem.name}")
+
+
+def _told(run: Search) -> list[str]:
+    trees = f" in {len(run.tree.roots)} trees" if len(run.tree.roots) > 1 else ""
+    ratio = run.plan.cost_rad / run.problem.cost_lower_bound_rad
+    return [f"{run.expanded} nodes expanded{trees}", f"cost {ratio:.2f} x the straight lines"]
+
+
+def _foot(first: Search, second: Search, figures: Figures) -> Iterator[str]:
+    """Which instance it is, and what many of them come to."""
+    figure = figures[_BOTH]
+    mean, ratio = figure["value"], figure["ratio"]
+    yield (
+        f"One instance, {first.problem.name}: of {figure['instances']} the one where the ratio of expanded nodes,"
+        f" {first.expanded / max(second.expanded, 1):.1f}, is nearest"
+    )
+    meant = f"{ratio:.1f}: {mean:.1f} against {mean / ratio:.1f} nodes"
+    yield f"to that of the means, {meant}. In a disc: the conflicts that are left."
+
+
+def _together(first: SearchTree, second: SearchTree) -> SearchTree:
+    """A tree with the nodes of both, for the legend."""
+    out = SearchTree()
+    out.nodes, out.solution = [*first.nodes, *second.nodes], first.solution
+    return out
+
+
+def _page(content: list[str], width: float, height: float, description: str) -> str:
+    panel = {"class_": "mmp-panel", "fill": PANEL, "stroke": FRAME}
+    return "\n".join(
+        (
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
+            f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="{FONT}" class="mmp-tree" role="img">',
+            element("title", quoted(description)),
+            element("style", quoted(STYLE)),
+            element("rect", x=0.5, y=0.5, width=width - 1, height=height - 1, rx=8, **panel),
+            *content,
+            "</svg>\n",
+        )
+    )

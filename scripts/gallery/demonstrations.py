@@ -1,0 +1,36 @@
+"""Films of the paper's five demonstrations, each planned, retimed and executed on the mixed cell."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mmp_planners
+from mmp_env import MmpError, draw_problem, find_cell
+from mmp_env.env import MultiArmCellEnv
+from mmp_env.films import save_film
+from mmp_env.retime import retime
+
+CELL, SEED = "mixed-4", 0
+TASKS = ("crossing", "parallel", "pick", "place", "packing")
+_SIZE, _FPS = (480, 270), 8.0
+
+
+def save_demonstrations(folder: Path) -> None:
+    """Writes `task-NAME.webp` for each task: what MuJoCo recorded of its first instance, goals as ghosts."""
+    for task in TASKS:
+        save_demonstration(task, folder / f"task-{task}.webp")
+
+
+def save_demonstration(task: str, path: Path, size: tuple[int, int] = _SIZE, fps: float = _FPS) -> None:
+    """Raises `MmpError` where nothing is found, or the execution does not reach its goals."""
+    problem = draw_problem(find_cell(CELL), task, seed=SEED)
+    result = mmp_planners.make("auto").plan(problem, seed=SEED, time_limit=60.0)
+    if result.plan is None:
+        raise MmpError(f"auto finds no plan for {task} on {CELL}, seed {SEED}")
+    plan = retime(result.plan)
+    env = MultiArmCellEnv(cell=problem.cell)
+    report = env.execute(plan)
+    env.close()
+    if not report.reached or report.contacts:
+        raise MmpError(f"{task} on {CELL}, seed {SEED}, is not executed as planned")
+    save_film(plan, path, report, fps=fps, width=size[0], height=size[1], ways=True)

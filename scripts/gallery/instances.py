@@ -1,0 +1,72 @@
+"""Which instances the pictures show, by rules that know nothing of how a picture looks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import mmp_planners
+from mmp_env import MmpError, draw_instance, make_problem, ring_cell
+from mmp_env.events import Event
+from mmp_env.plan import Plan
+from mmp_env.problem import Problem
+from mmp_env.search_tree import SearchTree
+
+ARMS = 8
+SEEDS = range(50)
+"""Those of the figures in docs/results/figures.jsonl."""
+SMALL = range(3, 11)
+_TIME_LIMIT_S = 60.0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Search:
+    """A planner's run on the instance of a seed: what it told, its tree and its plan."""
+
+    planner: str
+    seed: int
+    problem: Problem
+    events: list[Event]
+    tree: SearchTree
+    plan: Plan
+
+    @property
+    def expanded(self) -> int:
+        """How many nodes were expanded."""
+        return len(self.tree.expansions)
+
+
+def search(planner: str, seed: int, arms: int = ARMS) -> Search:
+    """Plans the instance `seed` of a ring of UR5e. Raises `MmpError` where no plan is found."""
+    cell = ring_cell(arms)
+    problem = make_problem(cell, *draw_instance(cell, seed=seed), name=f"MultiArmCell-{arms}, seed {seed}")
+    tree, events = SearchTree(problem, title=planner, keep_paths=True), []
+
+    def watch(event: Event) -> None:
+        events.append(event)
+        tree(event)
+
+    plan = mmp_planners.make(planner).plan(problem, seed=seed, time_limit=_TIME_LIMIT_S, watch=watch).plan
+    if plan is None:
+        raise MmpError(f"{planner} finds no plan for {problem.name} in {_TIME_LIMIT_S:g} s")
+    return Search(planner=planner, seed=seed, problem=problem, events=events, tree=tree, plan=plan)
+
+
+def first_small(seeds: Iterable[int] = SEEDS, arms: int = ARMS) -> Search:
+    """The first seed for which apf-ecbs grows one tree of 3 to 10 nodes and ends with the fast track.
+
+    So small a tree can be read while it grows, and has all that the paper adds.
+    """
+    for seed in seeds:
+        run = search("apf-ecbs", seed, arms)
+        tree = run.tree
+        if len(tree.roots) == 1 and len(tree.nodes) in SMALL and tree.solution and tree.solution.fast_track:
+            return run
+    raise MmpError("none of the seeds has a small tree that ends with the fast track")
+
+
+def typical(ratio: float, seeds: Iterable[int] = SEEDS, arms: int = ARMS) -> tuple[Search, Search]:
+    """ecbs and apf-ecbs on the seed where the ratio of the nodes that they expand is nearest to `ratio`."""
+    # Made one by one: only the best one so far is kept, for the events of a search hold all its paths.
+    pairs = ((search("ecbs", seed, arms), search("apf-ecbs", seed, arms)) for seed in seeds)
+    return min(pairs, key=lambda pair: abs(pair[0].expanded / max(pair[1].expanded, 1) - ratio))

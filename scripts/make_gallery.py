@@ -1,0 +1,55 @@
+"""Makes the pictures of the README, docs/seeing.md and docs/tasks.md. Usage: make_gallery.py [--out FOLDER] [NAME...]
+
+`search`: eight arms and the conflict tree that their plan comes from, an animation. `trees`: the tree of `ecbs` beside
+that of `apf-ecbs`. `cells`: some of the cells. `ways`: for each planner the ways of the tools on one instance.
+`demonstrations`: films of the five tasks of docs/tasks.md on the mixed cell.
+The instances are chosen by the rules in gallery/instances.py; the same program gives the same pictures.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+from gallery.cells import save_cells
+from gallery.comparison import save_comparison
+from gallery.demonstrations import save_demonstrations
+from gallery.film import save_search
+from gallery.ways import save_ways
+
+from mmp_env import MmpError
+
+FOLDER = Path(__file__).parent.parent / "docs" / "images" / "gallery"
+PARTS: dict[str, Callable[[Path], None]] = {
+    "search": lambda folder: save_search(folder / "search.webp"),
+    "trees": lambda folder: save_comparison(folder / "trees.svg"),
+    "cells": lambda folder: save_cells(folder / "cells.webp"),
+    "ways": lambda folder: save_ways(folder),
+    "demonstrations": lambda folder: save_demonstrations(folder),
+}
+
+
+def main() -> None:
+    """Makes the parts that are named, or all."""
+    parser = argparse.ArgumentParser(description="Makes the pictures of the README.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(PARTS)}; default: all")
+    parser.add_argument("--out", type=Path, default=FOLDER, help="folder (default: docs/images/gallery)")
+    asked = parser.parse_args()
+    if unknown := [name for name in asked.names if name not in PARTS]:
+        parser.error(f"unknown part {unknown[0]}; there are {', '.join(PARTS)}")
+    asked.out.mkdir(parents=True, exist_ok=True)
+    for name in asked.names or PARTS:
+        PARTS[name](asked.out)
+    files = sorted(path for path in asked.out.iterdir() if path.is_file())
+    for path in files:
+        print(f"{path}: {path.stat().st_size / 1e3:.0f} kB")
+    print(f"together {sum(path.stat().st_size for path in files) / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except MmpError as error:
+        sys.exit(f"make_gallery.py: {error}")

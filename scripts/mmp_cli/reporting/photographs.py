@@ -1,0 +1,105 @@
+"""Pictures of the cells of a report and of chosen instances: small inside the page, and as files beside it."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from base64 import b64encode
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import UInt8
+
+from mmp_cli.benchmark.sources import Instances, read_sources
+from mmp_cli.reporting.choice import choose
+from mmp_cli.reporting.sections import Section
+from mmp_cli.reporting.settings import Settings
+from mmp_env.errors import MmpError
+from mmp_env.instances import DEFAULT_TASK
+from mmp_env.opengl import offscreen_backend
+from mmp_env.wording import counted
+
+WIDTH, HEIGHT = 400, 300
+
+
+@dataclass(frozen=True, kw_only=True)
+class Photograph:
+    """A picture: `name` is that of its file without suffix, `png` what stands in it, `inline` an URL for the page."""
+
+    name: str
+    caption: str
+    png: bytes
+    inline: str
+    width: int = WIDTH
+    height: int = HEIGHT
+
+
+@dataclass(frozen=True, kw_only=True)
+class Album:
+    """The photographs by section; `lacking` says in a sentence each why some are not there."""
+
+    photographs: Mapping[str, tuple[Photograph, ...]] = field(default_factory=dict)
+    lacking: tuple[str, ...] = ()
+
+
+def take_photographs(held: Sequence[Section], names: Sequence[str], settings: Settings | None) -> Album:
+    """Of each section whose cell can be had; `names` are what their files are called after."""
+    if settings is None:
+        return Album(lacking=("No pictures: without settings.json the cells are not known.",))
+    try:
+        offscreen_backend()
+        sources, lacking = _open(settings)
+        taken = {
+            section.name: tuple(_taken(section, name, sources[section.name]))
+            for section, name in zip(held, names, strict=True)
+            if section.name in sources
+        }
+    except MmpError as error:
+        return Album(lacking=(f"No pictures: {str(error).removeprefix('no picture can be made: ').rstrip('.')}.",))
+    return Album(photographs=taken, lacking=tuple(lacking))
+
+
+def _open(settings: Settings) -> tuple[dict[str, Instances], list[str]]:
+    """The sources by the title of their cell, and why some cannot be had."""
+    out: dict[str, Instances] = {}
+    lacking = []
+    for k, name in enumerate(settings.sources):
+        asked = {"sources": [name], "source": name, "instance": None, "start": None, "goal": None}
+        own = {key: getattr(settings, key) for key in ("count", "seed", "robot", "margin")}
+        own["task"] = None if settings.task == DEFAULT_TASK else settings.task  # a file takes none
+        try:
+            (source,) = read_sources(Namespace(**asked | own))
+        except MmpError as error:
+            lacking.append(f"No pictures of {name}: {str(error).rstrip('.')}.")
+            continue
+        if k < len(settings.digests) and source.digest != settings.digests[k]:
+            lacking.append(f"No pictures of {name}: it is not what it was when the benchmark was run.")
+            continue
+        out.setdefault(source.title, source)
+    return out, lacking
+
+
+def _taken(section: Section, name: str, source: Instances) -> Iterator[Photograph]:
+    from mmp_env.studio import Studio
+
+    cell = source.cell
+    items = {item.name: k for k, item in enumerate(source.items)}
+    with Studio(cell, WIDTH, HEIGHT) as studio:
+        at_home = studio.picture({arm.name: arm.robot.home for arm in cell.arms})
+        yield _photograph(f"cell-{name}", f"The cell: {counted(len(cell.arms), 'arm')}.", at_home)
+        for choice in choose(section):
+            if choice.instance not in items:
+                continue
+            try:
+                problem = source.problem(items[choice.instance])
+            except MmpError:
+                continue  # a task that draws something else by now
+            image = studio.picture(problem.start, problem.goal)
+            yield _photograph(f"{choice.kind}-{name}", choice.caption, image)
+
+
+def _photograph(name: str, caption: str, image: UInt8[np.ndarray, "h w 3"]) -> Photograph:
+    from mmp_env.pictures import encoded
+
+    inline = "data:image/webp;base64," + b64encode(encoded(image, "WEBP")).decode()
+    return Photograph(name=name, caption=caption, png=encoded(image), inline=inline)

@@ -1,0 +1,148 @@
+"""`mmp show FILE`: opens a recording, a plan, a benchmark folder or a picture; or makes pictures of a plan."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import time
+import warnings
+import webbrowser
+from argparse import Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mmp_cli.arguments import Parser
+from mmp_cli.showing import SPAWN, add_showing, check_showing, save_image, save_video
+from mmp_env.errors import MmpError
+
+if TYPE_CHECKING:
+    from mmp_env.plan import Plan
+
+_PAGES = (".svg", ".png", ".jpg", ".jpeg", ".webp", ".gif", ".mp4", ".html")
+_MADE = ("rerun", "image", "video")
+_PAUSE_S = 1.0
+
+
+def parser() -> Parser:
+    """The arguments of the command."""
+    out = Parser("show", "Opens a recording (.rrd), a plan, a benchmark folder, a page or a picture in a window.")
+    out.add_argument("file", metavar="FILE", help="what to open")
+    add_showing(out, *_MADE)
+    return out
+
+
+def run(args: Namespace) -> int:
+    """Runs the command. Raises `MmpError` for what cannot be opened, and where there is no display to open it on."""
+    path, wanted = Path(args.file), [name for name in _MADE if getattr(args, name) is not None]
+    if not path.exists():
+        raise MmpError(f"{path} cannot be opened: there is no such file or folder")
+    if wanted and (path.is_dir() or path.suffix.lower() in (".rrd", *_PAGES)):
+        raise MmpError(f"--{wanted[0]} shows a plan, and {path} is none")
+    if path.is_dir():
+        _open_report(path)
+    elif path.suffix.lower() == ".rrd":
+        _open_recording(path)
+    elif path.suffix.lower() in _PAGES:
+        _open_page(path)
+    elif wanted:
+        check_showing(args)
+        _make(args, _read(path))
+    else:
+        _play(_read(path), path)
+    return 0
+
+
+def _read(path: Path) -> Plan:
+    from mmp_env.plan_file import load_plan
+
+    return load_plan(path)
+
+
+def _make(args: Namespace, plan: Plan) -> None:
+    if args.rerun is not None:
+        from mmp_env.rerun import RerunWatcher
+
+        with RerunWatcher(plan.problem, args.rerun) as watcher:
+            watcher.show_plan(plan)
+    if args.image is not None:
+        save_image(plan, args.image)
+    if args.video is not None:
+        save_video(plan, args.video)
+    for name in _MADE:
+        if getattr(args, name) not in (None, SPAWN):
+            print(getattr(args, name))
+
+
+def _play(plan: Plan, path: Path) -> None:
+    """Over and over in MuJoCo's viewer, as the actuators do it, until the window is closed."""
+    instead = f"`mmp show {path} --image FILE.png` makes a picture of it, --video a film, --rerun a recording"
+    _check_display(path, instead)
+    if not _display_answers():
+        raise MmpError(f"{path} cannot be opened in a window, as the display does not answer; {instead}")
+    from mmp_env.execution import execute_plan
+    from mmp_env.rendering import Window
+    from mmp_env.simulation import Simulation
+
+    simulation = Simulation(plan.problem.cell)
+    start, goal = (simulation.joined(q) for q in (plan.problem.start, plan.problem.goal))
+    simulation.place(start)
+    try:
+        window = Window(simulation)
+    except RuntimeError as error:  # on macOS, say, a Python that is not mjpython
+        raise MmpError(f"{path} cannot be played: MuJoCo opens no window ({error}); {instead}") from error
+    with contextlib.closing(window):
+        print(f"playing {path}, {plan.makespan_s:.1f} s; it ends when the window is closed", flush=True)
+        while window.is_open:
+            simulation.place(start)
+            execute_plan(simulation, plan, lambda: window.show(goal))
+            time.sleep(_PAUSE_S)
+
+
+def _open_recording(path: Path) -> None:
+    from mmp_env.rerun import require
+
+    require()
+    _check_display(path, "copy it to a machine that has one, or drop it on https://rerun.io/viewer")
+    code = subprocess.run([sys.executable, "-m", "rerun", str(path)], check=False).returncode
+    if code != 0:
+        raise MmpError(f"{path} cannot be shown: the rerun viewer ended with code {code}")
+
+
+def _open_report(folder: Path) -> None:
+    """The page of a benchmark, made first where it is missing or older than the results."""
+    results, page = folder / "results.jsonl", folder / "report.html"
+    if results.exists() and (not page.exists() or page.stat().st_mtime < results.stat().st_mtime):
+        from mmp_cli import report
+
+        report.run(report.parser().parse([str(folder)]))
+    if not page.exists():
+        raise MmpError(f"{folder} is no folder of mmp bench: there is neither results.jsonl nor report.html in it")
+    _open_page(page)
+
+
+def _open_page(path: Path) -> None:
+    """In the browser, or in whatever the desktop opens such a file with."""
+    if "BROWSER" not in os.environ:  # which may well work without a display
+        _check_display(path, "copy it to a machine that has one")
+    if not webbrowser.open(path.resolve().as_uri()):
+        raise MmpError(f"{path} cannot be opened: no browser was found; the variable BROWSER names one")
+
+
+def _check_display(path: Path, instead: str) -> None:
+    from mmp_env.opengl import has_display
+
+    if not has_display():
+        raise MmpError(f"{path} cannot be opened in a window, as there is no display here; {instead}")
+
+
+def _display_answers() -> bool:
+    """MuJoCo's viewer would end the program where it does not."""
+    import glfw
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        answers = bool(glfw.init())
+        glfw.terminate()
+    return answers

@@ -1,0 +1,212 @@
+"""What a run shows of itself: `--tree`, `--rerun`, `--image`, `--video`. Checked before anything is planned.
+
+Viewers watch the planning and change nothing in it; one that fails is told of afterwards, and costs no plan.
+"""
+
+from __future__ import annotations
+
+import os
+from argparse import Namespace
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from mmp_cli.arguments import Parser
+from mmp_env.errors import MmpError
+from mmp_env.events import Event, Watcher, wants_iterates
+from mmp_planners import StopPlanning
+
+if TYPE_CHECKING:
+    from mmp_env.execution import ExecutionReport
+    from mmp_env.plan import Plan
+    from mmp_env.problem import Problem
+
+SPAWN = "spawn"
+_OPTIONS = {
+    "tree": ("FILE", "draw the conflict tree: an SVG file"),
+    "rerun": ("FILE", f"record search and plan for the rerun viewer: an .rrd file, or '{SPAWN}' to open the viewer"),
+    "image": ("FILE", "a picture of the plan at its start, middle and end: .png, .jpg or .webp"),
+    "video": ("FILE", "a film of the plan as it is executed: .mp4, .gif or .webp"),
+}
+
+_ROWS = {"tree": "tree", "rerun": "recording", "image": "picture", "video": "film"}
+"""What they are called in the summary."""
+
+
+def add_showing(parser: Parser, *names: str) -> None:
+    """The options of those names, all of them by default."""
+    for name in names or _OPTIONS:
+        metavar, help = _OPTIONS[name]
+        parser.add_argument(f"--{name}", metavar=metavar, help=help)
+
+
+def check_showing(args: Namespace) -> None:
+    """Raises `MmpError` where something that is asked for cannot be made: package, library, display, file."""
+    wanted = _wanted(args)
+    _check_distinct({"out": getattr(args, "out", None), **wanted})
+    for name, path in wanted.items():
+        _CHECKS[name](path)
+
+
+class Showing:
+    """The viewers of one run, as watchers of its planning; `finish` writes what is asked for.
+
+    `told` has a row of the summary for each of them, `failures` a sentence for each that could not do its work.
+    """
+
+    def __init__(self, args: Namespace, problem: Problem, title: str) -> None:
+        self.told: dict[str, str] = {}
+        self.failures: list[str] = []
+        self._wanted, self._tree, self._recording = _wanted(args), None, None
+        self._is_saved = getattr(args, "out", None) is not None
+        if "tree" in self._wanted:
+            from mmp_env.search_tree import SearchTree
+
+            self._tree = SearchTree(problem, title=title)
+        if "rerun" in self._wanted:
+            from mmp_env.rerun import RerunWatcher
+
+            self._recording = RerunWatcher(problem, self._wanted["rerun"])
+        named: dict[str, Any] = {"--tree": self._tree, "--rerun": self._recording}
+        self.watchers = [_Guarded(name, viewer, self.failures) for name, viewer in named.items() if viewer is not None]
+
+    def __enter__(self) -> Showing:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._recording is not None:  # what was seen before a run broke off is worth most
+            self._recording.close()
+
+    def finish(self, plan: Plan | None, execution: ExecutionReport | None, *, interrupted: bool) -> None:
+        """Tree and recording always; picture and film where there is a plan, and time. A film needs an execution."""
+        if plan is not None and self._tree is not None:
+            self._tree.add_plan(plan)
+        if self._recording is not None:
+            self._recording.show_plan(plan)
+        self._make("tree", lambda path: self._tree.save(path) if self._tree else None)
+        self._make("rerun", lambda path: self._recording.close() if self._recording else None)
+        if plan is None or interrupted:
+            left_out = "left out, the run was interrupted"
+            left_out += "; mmp show makes it from the plan file" if self._is_saved else ""
+            why = "none, as there is no plan" if plan is None else left_out
+            self.told |= {_ROWS[name]: why for name in ("image", "video") if name in self._wanted}
+            return
+        self._make("image", lambda path: save_image(plan, path))
+        self._make("video", lambda path: save_video(plan, path, execution))
+
+    def _make(self, name: str, make: Callable[[str], None]) -> None:
+        if name not in self._wanted:
+            return
+        path = self._wanted[name]
+        try:
+            make(path)
+        except (MmpError, OSError) as error:
+            self.failures.append(f"--{name}: {error}")
+        except Exception as error:  # of what a planner told that no viewer expects, say
+            self.failures.append(f"--{name}: it failed with {type(error).__name__}: {error}")
+        else:
+            self.told[_ROWS[name]] = "in the viewer" if (name, path) == ("rerun", SPAWN) else path
+
+
+class Together:
+    """Several watchers as one; each hears of an event in its turn."""
+
+    def __init__(self, *watchers: Watcher) -> None:
+        self._watchers = watchers
+        self.wants_iterates = any(wants_iterates(watch) for watch in watchers)
+
+    def __call__(self, event: Event) -> None:
+        for watch in self._watchers:
+            watch(event)
+
+
+class _Guarded:
+    """A viewer whose failure is noted, not mistaken for one of the planner that called it."""
+
+    def __init__(self, name: str, viewer: Watcher, failures: list[str]) -> None:
+        self._name, self._viewer, self._failures = name, viewer, failures
+        self._failed = False
+        self.wants_iterates = wants_iterates(viewer)
+
+    def __call__(self, event: Event) -> None:
+        if self._failed:
+            return
+        try:
+            self._viewer(event)
+        except StopPlanning:
+            raise
+        except Exception as error:
+            self._failed = True
+            self._failures.append(f"{self._name}: it stopped watching at {type(error).__name__}: {error}")
+
+
+def save_image(plan: Plan, path: str) -> None:
+    """Raises `MmpError`."""
+    from mmp_env.pictures import save_picture
+
+    save_picture(plan, path)
+
+
+def save_video(plan: Plan, path: str, report: ExecutionReport | None = None) -> None:
+    """A film of the execution, which is done for it if need be; a line on a terminal tells how far it is.
+
+    Raises `MmpError`.
+    """
+    from rich.console import Console
+
+    from mmp_cli.executing import execute
+    from mmp_env.films import save_film
+
+    report = report or execute(plan)
+    with Console(stderr=True).status("film") as line:
+        save_film(plan, path, report, progress=lambda done, total: line.update(f"film: frame {done} of {total}"))
+
+
+def _wanted(args: Namespace) -> dict[str, str]:
+    given = {name: getattr(args, name, None) for name in _OPTIONS}
+    return {name: path for name, path in given.items() if path is not None}
+
+
+def _check_distinct(paths: Mapping[str, str | None]) -> None:
+    seen: dict[str, str] = {}
+    for name, path in paths.items():
+        if path is None or (name, path) == ("rerun", SPAWN):
+            continue
+        other = seen.setdefault(os.path.realpath(path), name)
+        if other != name:
+            raise MmpError(f"--{other} and --{name} both name {path}; give each a file of its own")
+
+
+def _check_tree(path: str) -> None:
+    from mmp_env.writing import check_writable
+
+    if Path(path).suffix.lower() != ".svg":
+        raise MmpError(f"--tree draws an SVG file, and '{path}' does not end in .svg")
+    check_writable(path)
+
+
+def _check_rerun(path: str) -> None:
+    from mmp_env.opengl import has_display
+    from mmp_env.rerun.sdk import check
+
+    if path == SPAWN and not has_display():
+        raise MmpError("--rerun spawn opens a window, and there is no display here; record to a file .rrd instead")
+    check(path)
+
+
+def _check_image(path: str) -> None:
+    from mmp_env.pictures import check_picture
+
+    check_picture(path)
+
+
+def _check_video(path: str) -> None:
+    from mmp_env.films import check_film
+
+    check_film(path)
+
+
+_CHECKS = {"tree": _check_tree, "rerun": _check_rerun, "image": _check_image, "video": _check_video}

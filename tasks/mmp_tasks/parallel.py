@@ -1,0 +1,86 @@
+"""Task `parallel`: all tool points make the same move, side by side."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.cell import Arm, Cell
+from mmp_tasks.stances import Drawing, Missed, Place, gave_up, home
+from mmp_tasks.table import Table, turned
+from mmp_tasks.task import State
+
+_LENGTH_M = (0.15, 0.25)
+_FEW = 4
+"""More arms than these go a shorter way: each has less room."""
+_RISE_M = 0.05
+_HEIGHT_M = (0.20, 0.28)
+_ROOM_M = 0.17
+"""Between tool points."""
+_MIDDLES = 6
+"""So many places are tried for an arm."""
+_ASIDE_RAD = 0.4
+_LEAST = 0.28
+_BEFORE = (0.35, 0.60)
+"""The middle of each move is so many reaches before its arm."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parallel(Drawing):
+    """Every tool point is displaced by the same vector, the tools pointing down as nearly as the arms reach.
+
+    After the demonstration of parallel poses in arXiv 2509.13882.
+    """
+
+    def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
+        """A start and a goal. Raises `MmpError` where no draw succeeds."""
+        table, misses = Table(cell), Counter[str]()
+        for _ in range(self.draws):
+            turn, length, rise, height = rng.random(4)
+            flat = (_LENGTH_M[0] + length * (_LENGTH_M[1] - _LENGTH_M[0])) * min(1.0, np.sqrt(_FEW / len(cell.arms)))
+            angle = 2 * np.pi * turn
+            way = np.array([flat * np.cos(angle), flat * np.sin(angle), (2 * rise - 1) * _RISE_M])
+            z = table.height + _HEIGHT_M[0] + height * (_HEIGHT_M[1] - _HEIGHT_M[0])
+            start: State = {}
+            goal: State = {}
+            points: list[Float[np.ndarray, " 3"]] = []
+            try:
+                for arm in cell.arms:
+                    start, goal = self._arm(cell, table, arm, (way, z), rng, (start, goal), points)
+                return start, goal
+            except Missed as miss:
+                misses[str(miss)] += 1
+        raise gave_up("parallel", cell, self.draws, misses)
+
+    def _arm(
+        self,
+        cell: Cell,
+        table: Table,
+        arm: Arm,
+        move: tuple[Float[np.ndarray, " 3"], float],
+        rng: np.random.Generator,
+        beside: tuple[State, State],
+        points: list[Float[np.ndarray, " 3"]],
+    ) -> tuple[State, State]:
+        """`beside` and the arm, of whose first tool point the list is told. Raises `Missed`."""
+        way, z = move
+        for far, aside in rng.random((_MIDDLES, 2)):
+            inward = float(np.linalg.norm(table.center - arm.position[:2]))
+            reach = (_BEFORE[0] + far * (_BEFORE[1] - _BEFORE[0])) * arm.robot.reach
+            reach = min(reach, max(inward - table.crowd, _LEAST * arm.robot.reach))
+            forward = turned(table.forward(arm), (2 * aside - 1) * _ASIDE_RAD)
+            point = np.append(arm.position[:2] + reach * forward, z) - way / 2
+            if points and np.linalg.norm(np.array(points) - point, axis=1).min() < _ROOM_M:
+                continue
+            begin, end = ({arm.name: Place(point=p, upright=False)} for p in (point, point + way))
+            try:
+                start = self.stance(cell, begin, rng, home(cell), beside[0])
+                goal = self.stance(cell, end, rng, start, beside[1])
+            except Missed:
+                continue
+            points.append(point)
+            return start, goal
+        raise Missed(f"arm '{arm.name}' ({arm.robot.name})")

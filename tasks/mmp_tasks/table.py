@@ -1,0 +1,97 @@
+"""The table of a cell: where on it things can stand, within the reach of an arm and clear of what is there already."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.cell import Arm, Cell, Obstacle
+from mmp_env.transforms import matrix_from_quaternion
+from mmp_tasks.stances import Missed
+
+_BASE_ROOM_M = 0.17
+_CROWD_M = 0.04
+_TRIES = 200
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sector:
+    """Things stand `nearest` to `farthest` reaches from the base of the arm that handles them.
+
+    They are at most `aside` [rad] to either side of the direction in which it works.
+    """
+
+    nearest: float = 0.33
+    farthest: float = 0.60
+    aside: float = 1.0
+
+
+class Table:
+    """The plane of the lowest base, which is taken to be the top of a table."""
+
+    def __init__(self, cell: Cell) -> None:
+        self._cell = cell
+        self.bases = np.array([arm.position[:2] for arm in cell.arms])
+        self.center = self.bases.mean(axis=0)
+        self.height = float(min(arm.position[2] for arm in cell.arms))
+        self.crowd = _CROWD_M * len(cell.arms) if len(cell.arms) > 1 else -np.inf
+        """In so wide a circle about the middle [m] the tools of all arms have no room side by side."""
+        self._standing = [box for box in map(_around, cell.obstacles) if box[1, 2] > self.height + 1e-3]
+
+    def forward(self, arm: Arm) -> Float[np.ndarray, " 2"]:
+        """The direction in which an arm works: to the middle of the cell, or the way it faces where it stands there."""
+        inward = self.center - arm.position[:2]
+        distance = float(np.linalg.norm(inward))
+        return inward / distance if distance > 0.05 else arm.T_world_base[:2, 0]
+
+    def spot(
+        self,
+        arm: Arm,
+        rng: np.random.Generator,
+        taken: Sequence[Float[np.ndarray, " 2"]],
+        room: float,
+        height: float,
+        sector: Sector,
+    ) -> Float[np.ndarray, " 2"]:
+        """A random place in a sector before an arm, `room` [m] from those `taken`, for what is up to `height` [m] high.
+
+        Raises `Missed` where there is none.
+        """
+        forward = self.forward(arm)
+        for far, aside in zip(rng.random(_TRIES), rng.random(_TRIES), strict=True):
+            reach = (sector.nearest + far * (sector.farthest - sector.nearest)) * arm.robot.reach
+            spot = arm.position[:2] + reach * (turned(forward, (2 * aside - 1) * sector.aside))
+            if self.is_free(spot, taken, room, height):
+                return np.round(spot, 4)
+        raise Missed(f"arm '{arm.name}' ({arm.robot.name}), which has no free place on the table before it")
+
+    def is_free(
+        self, spot: Float[np.ndarray, " 2"], taken: Sequence[Float[np.ndarray, " 2"]], room: float, height: float
+    ) -> bool:
+        """Whether a place is clear of bases, of those `taken`, and of the cell's own obstacles up to `height` [m]."""
+        if np.linalg.norm(self.bases - spot, axis=1).min() < _BASE_ROOM_M:
+            return False
+        if len(taken) and np.linalg.norm(np.array(taken) - spot, axis=1).min() < room:
+            return False
+        low, high = np.append(spot - room / 2, self.height), np.append(spot + room / 2, self.height + height)
+        return not any((box[0] < high).all() and (low < box[1]).all() for box in self._standing)
+
+
+def turned(direction: Float[np.ndarray, " 2"], angle: float) -> Float[np.ndarray, " 2"]:
+    """A direction in the plane, turned by `angle` [rad] to the left."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c * direction[0] - s * direction[1], s * direction[0] + c * direction[1]])
+
+
+def _around(obstacle: Obstacle) -> Float[np.ndarray, "2 3"]:
+    """Lowest and highest corner of an upright box around an obstacle."""
+    if obstacle.size is not None:
+        half = obstacle.size / 2
+    else:
+        radius, straight = obstacle.radius or 0.0, (obstacle.length or 0.0) / 2
+        half = np.array([radius, radius, straight + (radius if obstacle.shape != "cylinder" else 0.0)])
+    reach = np.abs(matrix_from_quaternion(obstacle.quaternion)) @ half
+    return np.array([obstacle.position - reach, obstacle.position + reach])

@@ -1,0 +1,115 @@
+"""`mmp export`: what it writes, what it says, and what it refuses."""
+
+import json
+
+import numpy as np
+import pytest
+import tiny_plans
+from refusals import assert_refused
+
+from mmp_env.export import load_joint_trajectory
+
+
+@pytest.fixture
+def plan_path(tmp_path):
+    path = tmp_path / "plan.json"
+    path.write_text(json.dumps(tiny_plans.two_apart()))
+    return path
+
+
+def test_each_format_is_written_and_told_in_a_line(mmp, plan_path, tmp_path):
+    for name in ("plan.csv", "plan.npz", "plan.yaml"):
+        ran = mmp("export", plan_path, "--to", tmp_path / name)
+        assert (ran.code, ran.err) == (0, "")
+        assert (
+            ran.out
+            == f"{tmp_path / name}: 12 joints at 3 times, {length():.1f} s; positions only, the plan is not retimed\n"
+        )
+        assert (tmp_path / name).stat().st_size > 0
+    ran = mmp("export", plan_path, "--to", tmp_path / "cell.xml")
+    assert (ran.code, ran.out) == (0, f"{tmp_path / 'cell.xml'}: 2 arms, keyframes start and goal\n")
+
+
+def length():
+    return tiny_plans.two_apart()["times"][-1]
+
+
+def test_a_trajectory_for_each_arm_with_names_as_ros_likes_them(mmp, plan_path, tmp_path):
+    ran = mmp("export", plan_path, "--to", tmp_path / "{arm}.yaml", "--joint-names", "{arm}_{joint}")
+    assert ran.code == 0
+    assert len(ran.out.splitlines()) == 2
+    for arm in ("left", "right"):
+        trajectory = load_joint_trajectory(tmp_path / f"{arm}.yaml")
+        assert trajectory.joint_names[0] == f"{arm}_joint1"
+        np.testing.assert_array_equal(trajectory.positions, tiny_plans.two_apart()["positions"][arm])
+
+
+def test_what_the_checker_refutes_is_written_with_a_loud_warning_and_code_1(mmp, plan_path, tmp_path):
+    wrong = tiny_plans.two_apart()
+    wrong["problem"]["goal"]["left"][0] += 0.5
+    plan_path.write_text(json.dumps(wrong))
+    ran = mmp("export", plan_path, "--to", tmp_path / "plan.csv")
+    assert ran.code == 1
+    assert ran.err.startswith("mmp: THE CHECKER REFUTES")
+    assert ran.err.count("\n") == 1
+    assert (tmp_path / "plan.csv").exists()
+
+
+def there_and_back():
+    there = tiny_plans.two_apart()
+    back = tiny_plans.two_apart()
+    back["positions"] = {arm: rows[::-1] for arm, rows in there["positions"].items()}
+    back["problem"]["start"], back["problem"]["goal"] = there["problem"]["goal"], there["problem"]["start"]
+    back["times"] = [back["times"][-1] - t for t in back["times"][::-1]]
+    return {"schema": "mmp-episode/1", "name": "there and back", "plans": [there, back]}
+
+
+def test_an_episode_is_one_motion(mmp, plan_path, tmp_path):
+    plan_path.write_text(json.dumps(there_and_back()))
+    ran = mmp("export", plan_path, "--to", tmp_path / "all.yaml")
+    assert (ran.code, ran.err) == (0, "")
+    trajectory = load_joint_trajectory(tmp_path / "all.yaml")
+    assert len(trajectory.times) == 5
+    assert trajectory.times[-1] == pytest.approx(2 * length())
+    np.testing.assert_array_equal(trajectory.positions[0], trajectory.positions[-1])
+
+
+def test_of_an_episode_the_wrong_plan_is_named(mmp, plan_path, tmp_path):
+    episode = there_and_back()
+    episode["plans"][1]["problem"]["goal"]["left"][0] += 0.5
+    plan_path.write_text(json.dumps(episode))
+    ran = mmp("export", plan_path, "--to", tmp_path / "all.csv")
+    assert ran.code == 1
+    assert "REFUTES" in ran.err
+    assert "plans[1]" in ran.err
+    plan_path.write_text(json.dumps(episode | {"plans": []}))
+    assert_refused(mmp("export", plan_path, "--to", tmp_path / "more.csv"), "plans must be a list of plans")
+    del episode["plans"][1]["times"]
+    plan_path.write_text(json.dumps(episode))
+    assert_refused(mmp("export", plan_path, "--to", tmp_path / "more.csv"), "plans[1]", "times")
+
+
+@pytest.mark.parametrize(
+    ("to", "words"),
+    [
+        ("plan.yalm", ["unknown export format '.yalm'. Did you mean '.yaml'?", ".csv, .npz, .xml, .yaml"]),
+        ("plan", ["does not say in which format"]),
+        ("{arms}.yaml", ["unknown placeholder of file names 'arms'. Did you mean 'arm'?"]),
+        ("no/such/folder.csv", ["cannot be written"]),
+    ],
+)
+def test_a_wrong_target_is_refused_and_nothing_written(mmp, plan_path, tmp_path, to, words):
+    assert_refused(mmp("export", plan_path, "--to", tmp_path / to), *words)
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
+
+
+def test_a_plan_that_cannot_be_read_is_refused_and_nothing_written(mmp, plan_path, tmp_path):
+    plan_path.write_text("{}")
+    assert_refused(mmp("export", plan_path, "--to", tmp_path / "plan.csv"), "plan.json")
+    assert_refused(mmp("export", tmp_path / "none.json", "--to", tmp_path / "plan.csv"), "none.json", "No such file")
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
+
+
+def test_the_target_must_be_given(mmp, plan_path):
+    assert_refused(mmp("export", plan_path), "--to")
+    assert_refused(mmp("export", plan_path, "--too", "plan.csv"), "--to")

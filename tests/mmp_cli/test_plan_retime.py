@@ -1,0 +1,60 @@
+"""`mmp plan --retime`: the plan is retimed before it is written, checked and executed."""
+
+import json
+
+import bad_files
+import numpy as np
+import pytest
+
+from mmp_env.plan_file import load_plan
+
+
+def test_a_retimed_plan_is_written_checked_executed_and_told_of(mmp, stand_ins, instances, tmp_path):
+    out = tmp_path / "plan.json"
+    ran = mmp("plan", instances, "--planner", "straight", "--retime", "--execute", "--out", out)
+    assert ran.code == 0
+    for words in ["s retimed", "as planned", "that velocity limits alone allow", "valid; clearance", "of its rating"]:
+        assert words in ran.out
+    plan = load_plan(out)
+    np.testing.assert_allclose(np.diff(plan.times), 0.004, rtol=1e-9)
+    assert {"max_acceleration", "max_jerk", "velocities", "accelerations"} <= vars(plan).keys()
+    assert plan.accelerations is not None
+    assert mmp("check", out).code == 0
+
+
+def test_json_has_the_makespans(mmp, stand_ins, instances):
+    ran = mmp("plan", instances, "--planner", "straight", "--json", "--retime", "--execute")
+    told = ran.result["retimed"]
+    assert ran.code == 0
+    assert ran.result["makespan_s"] == told["makespan_s"] > told["fastest_s"]
+    assert told["fastest_s"] == pytest.approx(0.5 / 0.8)
+    assert told["given_s"] == pytest.approx(0.5 / 0.8 * 1.01)
+    assert told["seconds"] > 0
+    execution = ran.result["execution"]
+    assert execution["max_tracking_error_rad"] < 1e-3
+    assert 0 < execution["loads"]["left"]["torque_nm"] < execution["loads"]["left"]["rated_nm"]
+    assert execution["nearness"]["closer_m"] == 0
+    assert execution["halts"] == []
+    assert "retimed" not in mmp("plan", instances, "--planner", "straight", "--json").result
+
+
+def test_without_a_plan_there_is_nothing_to_retime(mmp, stand_ins, instances):
+    ran = mmp("plan", instances, "--planner", "helpless", "--json", "--retime")
+    assert (ran.code, ran.result["retimed"]) == (1, None)
+
+
+def test_a_plan_that_cannot_be_retimed_is_kept_and_the_reason_told(mmp, stand_ins, tmp_path):
+    data = bad_files.good_instances()
+    block = {"name": "block", "shape": "box", "position": [-1.3, -0.1, 0.5], "size": [0.2, 0.2, 0.2]}
+    data["cell"]["obstacles"].append(block)
+    for end, turn in (("start", -1.0), ("goal", 1.0)):
+        data["instances"][0][end]["left"] = [turn, -0.6, 0.3, -1.2, 0.0, 0.0]
+    path = tmp_path / "blocked.json"
+    path.write_text(json.dumps(data))
+    ran = mmp("plan", path, "--planner", "straight", "--json", "--retime", "--out", tmp_path / "plan.json")
+    assert "--retime: the plan cannot be proved clear of conflicts" in ran.err
+    assert "REFUTES" in ran.err
+    assert ran.result["retimed"] is None
+    assert ran.result["makespan_s"] > 0
+    assert load_plan(tmp_path / "plan.json").accelerations is None
+    assert ran.code == 1

@@ -1,0 +1,74 @@
+"""dm_control where it is not: one sentence; and what of `mmp_env.dm` needs none."""
+
+import subprocess
+import sys
+import types
+
+import numpy as np
+import pytest
+from gymnasium.utils.seeding import np_random
+
+from mmp_env import dm
+from mmp_env.dm import control_suite
+from mmp_env.dm.random_source import generator
+from mmp_env.errors import MmpError
+
+
+@pytest.fixture(autouse=True)
+def _asked_anew():
+    control_suite.require.cache_clear()
+    yield
+    control_suite.require.cache_clear()
+
+
+def test_where_dm_control_is_missing_the_sentence_says_how_to_get_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "dm_control", None)
+    monkeypatch.setattr(sys, "version_info", (3, 12, 0))
+    with pytest.raises(MmpError, match=r"dm_control cannot be imported .*; get it with: pip install 'mmp-env\[dm\]'"):
+        dm.load("MultiArmCell-2")
+
+
+def test_where_python_is_too_new_for_dm_control_the_sentence_says_which_are_not(monkeypatch):
+    monkeypatch.setitem(sys.modules, "dm_control", None)
+    monkeypatch.setattr(sys, "version_info", (3, 13, 0))
+    with pytest.raises(MmpError, match=r"it needs Python 3\.11 or 3\.12, and there: pip install"):
+        dm.load("MultiArmCell-2")
+
+
+def test_a_dm_control_that_fails_with_this_mujoco_is_told_apart_from_a_missing_one(monkeypatch):
+    class Physics:
+        @staticmethod
+        def from_xml_string(text):
+            raise AttributeError("'MjModel' object has no attribute 'flex_vertedge'")
+
+    newest = types.SimpleNamespace(mujoco=types.SimpleNamespace(__version__="4.0.0"))
+    package = types.ModuleType("dm_control")
+    package.mujoco = types.SimpleNamespace(Physics=Physics, wrapper=newest)
+    monkeypatch.setitem(sys.modules, "dm_control", package)
+    with pytest.raises(MmpError, match=r"does not work with MuJoCo 4\.0\.0 .*flex_vertedge.*mmp-env\[dm\]"):
+        dm.load("MultiArmCell-2")
+
+
+def test_importing_the_package_imports_no_dm_control():
+    program = "import sys, mmp_env.dm; print(*sorted(m for m in sys.modules if m.startswith(('dm_', 'mujoco'))))"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_a_seed_gives_the_generator_of_gymnasium():
+    assert generator(7).random() == np_random(7)[0].random()
+    assert generator(np.int64(7)).random() == np_random(7)[0].random()
+
+
+def test_a_generator_is_taken_as_it_is_and_a_random_state_gives_the_same_seed_for_the_same_state():
+    stream = np.random.default_rng(0)
+    assert generator(stream) is stream
+    first, second, third = (generator(np.random.RandomState(seed)).random() for seed in (1, 1, 2))
+    assert first == second != third
+    assert generator(None).random() != generator(None).random()
+
+
+@pytest.mark.parametrize("random", [-1, 1.5, True, "7"])
+def test_anything_else_is_refused(random):
+    with pytest.raises(MmpError, match="it must be a whole number from 0, a numpy Generator or RandomState, or None"):
+        generator(random)

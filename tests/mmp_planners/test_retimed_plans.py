@@ -1,0 +1,47 @@
+"""Plans of a planner, retimed and executed: valid, hardly longer, and followed as closely as no corner could be."""
+
+import functools
+
+import gymnasium
+import pytest
+
+import mmp_env  # noqa: F401  registers the environments
+import mmp_planners
+from mmp_env.check import check_plan
+from mmp_env.plan_file import plan_to_dict
+from mmp_env.retime import retime_with_report
+
+CASES = [
+    ("MultiArmCell-8", {}, "auto", 4),
+    ("MultiArmCell-4", {"robot": "panda"}, "auto", 1),
+    ("MultiArmCell-4", {"robot": "piper"}, "prioritized", 2),
+    ("MultiArmCell-4", {}, "ecbs", 3),
+]
+
+
+@functools.cache
+def retimed(case):
+    environment, options, planner, seed = CASES[case]
+    env = gymnasium.make(environment, **options).unwrapped
+    env.reset(seed=seed)
+    plan = mmp_planners.make(planner).plan(env.problem, seed=seed).plan
+    return env, *retime_with_report(plan)
+
+
+@pytest.mark.parametrize("case", range(len(CASES)))
+def test_it_is_valid_for_the_independent_checker_and_hardly_longer(case):
+    _, plan, report = retimed(case)
+    assert check_plan(plan_to_dict(plan)).violations == ()
+    assert report.corners > 0
+    assert report.ratio < 1.5
+
+
+@pytest.mark.parametrize("case", range(len(CASES)))
+def test_the_arms_follow_it_within_a_milliradian_and_as_close_as_it_is_proved(case):
+    env, plan, _ = retimed(case)
+    report = env.execute(plan)
+    assert report.reached
+    assert report.contacts == []
+    assert report.max_tracking_error_rad < 1e-3
+    assert report.nearness.planned_m >= plan.problem.margin / 2
+    assert report.nearness.closer_m == 0

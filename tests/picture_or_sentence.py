@@ -1,0 +1,35 @@
+"""Pictures in tests: on a machine without an OpenGL library there is a sentence instead, and that is tested."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+import numpy as np
+import pytest
+
+from mmp_env.arm_colors import arm_color
+from mmp_env.errors import MmpError
+from mmp_env.opengl import offscreen_backend
+
+T = TypeVar("T")
+NONE_HERE = r"apt install|MUJOCO_GL"
+"""What the sentence has in it."""
+
+
+def made(call: Callable[[], T]) -> T | None:
+    """What `call` makes; None where no picture can be made here, and `call` has said so and what to install."""
+    try:
+        offscreen_backend()
+    except MmpError:
+        with pytest.raises(MmpError, match=NONE_HERE):
+            call()
+        return None
+    return call()
+
+
+def pixels_of_arm(image: np.ndarray, number: int) -> int:
+    """How many pixels have the hue of that arm's colour, be they lit or in the shade."""
+    pixels = image.reshape(-1, 3) / np.maximum(np.linalg.norm(image.reshape(-1, 3), axis=1), 1)[:, None]
+    color = np.array(arm_color(number))
+    return int((pixels @ (color / np.linalg.norm(color)) > 0.995).sum())

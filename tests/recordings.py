@@ -1,0 +1,61 @@
+"""Recordings read back: the rows of each entity and component, by timeline."""
+
+from collections import defaultdict
+
+import numpy as np
+import pyarrow as pa
+from rerun.chunk import RrdReader
+
+
+class Rows:
+    """All rows of a recording. Times on duration timelines are in seconds."""
+
+    def __init__(self, path):
+        self._static = defaultdict(dict)
+        self._timed = defaultdict(list)
+        for chunk in RrdReader(str(path)).stream():
+            batch = chunk.to_record_batch()
+            columns = {name: batch.column(name) for name in batch.schema.names}
+            for name, column in columns.items():
+                if ":" not in name:
+                    continue
+                key = chunk.entity_path, name
+                if chunk.is_static:
+                    self._static[chunk.entity_path][name] = column[-1].as_py()
+                for timeline in chunk.timeline_names:
+                    times = _numbers(columns[timeline])
+                    self._timed[(*key, timeline)] += list(zip(times, column.to_pylist(), strict=True))
+
+    @property
+    def entities(self):
+        """Paths of all entities."""
+        return {path for path, *_ in self._timed} | set(self._static)
+
+    @property
+    def timelines(self):
+        """Names of all timelines."""
+        return {timeline for *_, timeline in self._timed}
+
+    def static(self, entity, component):
+        """The one value for all times."""
+        return self._static[entity][component]
+
+    def at(self, entity, component, timeline):
+        """Time -> value; of several rows at one time the last one."""
+        return {time: value for time, value in self._timed[entity, component, timeline] if value is not None}
+
+
+def blueprints(path):
+    """How many blueprints there are in a recording."""
+    return len(RrdReader(str(path)).blueprints())
+
+
+def array(value):
+    """A list of vectors as an array."""
+    return np.array(value, dtype=float)
+
+
+def _numbers(times):
+    if not pa.types.is_duration(times.type):
+        return times.to_pylist()
+    return (times.cast(pa.int64()).to_numpy() * 1e-9).tolist()

@@ -1,0 +1,36 @@
+"""Plans straight from state to state, valid or not, and states of whole cells."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from mmp_env.plan import Plan
+from mmp_env.problem import Problem, velocity_limits
+
+SPEED = 0.8
+LEVEL = np.array([0.0, -0.2, 0.0, 0.0, 0.0, 0.0])
+STEEP = np.array([0.0, -1.3, 0.0, 0.0, 0.0, 0.0])
+FACING = np.pi * np.eye(6)[0]
+"""Added to joint 1, it turns a stretched-out UR5e of a ring towards the centre."""
+
+
+def straight(cell, start, goal, *, via=(), speed=SPEED, moved=None):
+    """A plan through the given states, straight in between at `speed`; not validated, as it may well collide."""
+    states = [start, *via, goal]
+    moves = [max(np.abs(b[name] - a[name]).max() for name in a) for a, b in pairwise(states)]
+    times = np.concatenate([[0.0], np.cumsum(np.maximum(np.array(moves) / speed, 0.1))])
+    problem = Problem(
+        cell=cell, start=start, goal=goal, max_velocity=velocity_limits(cell, speed), margin=0.002, name="made"
+    )
+    names = cell.arm_names if moved is None else moved
+    return Plan(problem=problem, times=times, positions={a: np.array([s[a] for s in states]) for a in names})
+
+
+def everyone(cell, pose):
+    return {arm.name: np.array(getattr(arm.robot, pose)) for arm in cell.arms}
+
+
+def elsewhere(cell):
+    """Tucked arms turned about their first and last joints, so that nothing comes near anything."""
+    turn = {arm.name: -0.6 * np.eye(arm.dof)[0] - 0.4 * np.eye(arm.dof)[-1] for arm in cell.arms}
+    return {name: q + turn[name] for name, q in everyone(cell, "tucked").items()}

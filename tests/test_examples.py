@@ -1,0 +1,85 @@
+"""The examples of docs/: their cells run one after the other, and what a notebook would show can be shown."""
+
+import ast
+import json
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Any
+
+import pytest
+from picture_or_sentence import made
+
+from mmp_env.opengl import offscreen_backend
+
+FOLDER = Path(__file__).parents[1] / "docs" / "examples"
+EXAMPLES = sorted(path for path in FOLDER.iterdir() if path.suffix in (".py", ".ipynb"))
+
+
+def cells(path: Path) -> list[str]:
+    """The code cells of a notebook, or of a script with `# %%` between them."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".ipynb":
+        return ["".join(cell["source"]) for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
+    return [cell for cell in re.split(r"^# %%", text, flags=re.MULTILINE) if not cell.startswith(" [markdown]")]
+
+
+def run(path: Path) -> list[object]:
+    """Runs the cells; the values that stand in their last lines."""
+    names: dict[str, object] = {"__name__": "__main__"}
+    out = []
+    for cell in cells(path):
+        tree = ast.parse(cell, str(path))
+        last = tree.body.pop() if tree.body and isinstance(tree.body[-1], ast.Expr) else None
+        exec(compile(tree, str(path), "exec"), names)
+        if last is not None:
+            out.append(eval(compile(ast.Expression(last.value), str(path), "eval"), names))
+    return [value for value in out if value is not None]
+
+
+def run_page(name: str) -> dict[str, Any]:
+    """Runs the Python programs of a page of docs/ one after the other; the names that they leave."""
+    page = (FOLDER.parent / name).read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    for program in re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE):
+        exec(program, names)
+    return names
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.name)
+def test_the_cells_of_an_example_run_and_show_something(path, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    shown = run(path)
+    assert capsys.readouterr().out
+    assert shown
+    for value in shown:
+        if hasattr(value, "_repr_svg_"):
+            assert ElementTree.fromstring(value._repr_svg_()).get("viewBox")
+        else:
+            assert ("base64" in value._repr_html_()) == (made(offscreen_backend) is not None)
+
+
+def test_the_programs_of_the_page_on_seeing_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    run_page("seeing.md")
+    assert ElementTree.parse(tmp_path / "tree.svg").getroot().get("viewBox")
+    assert "arm2 and arm3 meet at 2.0 s" in capsys.readouterr().out
+
+
+def test_the_programs_of_the_page_on_pictures_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    made(lambda: run_page("pictures.md") or True)
+    if any(tmp_path.iterdir()):
+        assert {path.name for path in tmp_path.iterdir()} == {"plan.png", "meeting.jpg", "plan.mp4"}
+
+
+def test_the_programs_of_the_page_on_recordings_run_from_top_to_bottom(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = run_page("rerun.md")
+    assert {path.name for path in tmp_path.iterdir()} == {"search.rrd", "tree.rrd", "episodes.rrd"}
+    assert names["result"].plan is not None
+
+
+def test_notebooks_are_kept_without_what_they_have_shown():
+    for path in FOLDER.glob("*.ipynb"):
+        assert all(not cell.get("outputs") for cell in json.loads(path.read_text(encoding="utf-8"))["cells"])

@@ -1,0 +1,141 @@
+"""`scripts/make_gallery.sh`: its parts work, on small cells, and its rules choose what they say."""
+
+import importlib
+import re
+import sys
+import xml.etree.ElementTree as ET
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from picture_or_sentence import made, pixels_of_arm
+from PIL import Image
+
+from mmp_env import ring_cell
+from mmp_env.errors import MmpError
+
+ROOT = Path(__file__).parents[1]
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module")
+def part():
+    """A module of the gallery by name. Last on the path: packages come from where they are installed."""
+    sys.path.append(str(ROOT / "scripts"))
+    yield lambda name: importlib.import_module(f"gallery.{name}")
+    sys.path.remove(str(ROOT / "scripts"))
+
+
+@pytest.fixture(scope="module")
+def small(part):
+    """A search whose root is branched on."""
+    run = part("instances").search("apf-ecbs", 2, 4)
+    assert run.expanded > 0
+    return run
+
+
+def test_the_animation_has_a_ring_around_each_meeting_and_ends_with_the_plan(part, small, tmp_path):
+    film = part("film")
+    shots = made(lambda: list(film.film(small, width=466, height=240, frame_ms=2000, fine=False)))
+    if shots is None:
+        return
+    assert {shot.picture.shape for shot in shots} == {(240, 466, 3)}
+    rings = sum((np.abs(shot.picture.astype(int) - film.ALARM).max(axis=2) < 12).sum() > 40 for shot in shots)
+    assert rings >= small.expanded
+    plays_s = sum(shot.duration_ms for shot in shots if shot.duration_ms == 2000) / 1e3
+    assert plays_s >= small.plan.makespan_s - 2
+    for number in range(4):
+        assert pixels_of_arm(shots[-1].picture[:, : 466 - film.PANEL], number) > 15
+    film.write_webp(tmp_path / "film.webp", shots)
+    with Image.open(tmp_path / "film.webp") as image:
+        assert image.n_frames == len(shots)
+
+
+def test_the_panel_shows_a_node_more_as_the_tree_grows_and_the_way_once_it_is_solved(part, small):
+    panel = part("tree_panel").TreePanel(small.tree, 306, 300)
+    pictures = [panel.picture(shown) for shown in range(len(small.tree.nodes) + 1)]
+    pictures.append(panel.picture(len(small.tree.nodes), solved=True))
+    for before, after in pairwise(pictures):
+        assert (before != after).any()
+
+
+def test_a_point_in_the_world_is_where_the_picture_has_it(part):
+    cell = ring_cell(2)
+    tucked = {arm.name: np.array(arm.robot.tucked) for arm in cell.arms}
+
+    def find():
+        with part("cell_view").CellView(cell, 200, 150, (10, 20, 0, 0)) as view:
+            ball = part("cell_view").Line(
+                points=np.array([[0.0, 0.6, 0.3], [0.0, 0.6, 0.301]]), rgba=(1.0, 0.0, 0.0, 1.0), thickness=0.1
+            )
+            return view.picture(tucked, [ball]), view.picture(tucked), view.pixel(np.array([0.0, 0.6, 0.3]))
+
+    found = made(find)
+    if found is None:
+        return
+    with_ball, without, (x, y) = found
+    rows, columns = np.nonzero((with_ball != without).any(axis=2))
+    assert abs(columns.mean() - x) < 2
+    assert abs(rows.mean() - y) < 2
+
+
+def test_both_trees_are_drawn_whole_with_the_means_below(part, small):
+    comparison = part("comparison")
+    other = part("instances").search("ecbs", 2, 4)
+    figures = {comparison._BOTH: {"value": 88.0, "ratio": 5.5, "instances": 50}}
+    root = ET.fromstring(comparison.comparison(other, small, figures))
+    drawn = [group for group in root.iter(f"{SVG}g") if group.get("class") == "mmp-node"]
+    assert len(drawn) == len(other.tree.nodes) + len(small.tree.nodes)
+    text = " ".join(element.text or "" for element in root.iter(f"{SVG}text"))
+    assert "88.0 against 16.0 nodes" in text
+    assert f"{other.expanded} nodes expanded" in text
+
+
+def test_the_ways_of_a_planner_are_one_line_for_each_arm(part, small):
+    (text,) = part("ways").ways([small])
+    root = ET.fromstring(text)
+    assert len(list(root.iter(f"{SVG}path"))) == 2 * 4
+    numbers = [float(n) for path in root.iter(f"{SVG}path") for n in re.findall(r"[\d.]+", path.get("d", ""))]
+    assert min(numbers) >= 0
+    assert max(numbers) <= float(root.get("width", "0"))
+
+
+def test_the_row_of_cells_is_as_wide_as_its_pictures(part):
+    cells = part("cells")
+    picture = made(lambda: cells.cells_picture([ring_cell(2), cells.readme_cell()], (120, 90)))
+    if picture is not None:
+        assert picture.shape == (90, 2 * 120 + cells._GAP, 4)
+        assert (picture[:, 120 : 120 + cells._GAP, 3] == 0).all()
+
+
+def stand_in(nodes: int, *, trees: int = 1, fast: bool = True, expanded: int = 1):
+    tree = SimpleNamespace(roots=[0] * trees, nodes=[0] * nodes, solution=SimpleNamespace(fast_track=fast))
+    return SimpleNamespace(tree=tree, expanded=expanded)
+
+
+def test_the_animation_is_of_the_first_seed_with_a_small_tree_that_ends_with_the_fast_track(part, monkeypatch):
+    instances = part("instances")
+    runs = [stand_in(11), stand_in(5, trees=2), stand_in(5, fast=False), stand_in(2), stand_in(10), stand_in(4)]
+    monkeypatch.setattr(instances, "search", lambda planner, seed, arms: runs[seed])
+    assert instances.first_small(range(6)) is runs[4]
+    with pytest.raises(MmpError, match="none of the seeds"):
+        instances.first_small(range(4))
+
+
+def test_the_typical_instance_has_the_ratio_nearest_to_that_of_the_means(part, monkeypatch):
+    instances = part("instances")
+    counts = {"ecbs": [20, 55, 11], "apf-ecbs": [0, 10, 1]}
+    monkeypatch.setattr(instances, "search", lambda name, seed, arms: stand_in(5, expanded=counts[name][seed]))
+    first, second = instances.typical(5.4, range(3))
+    assert (first.expanded, second.expanded) == (55, 10)
+
+
+def test_a_demonstration_is_planned_executed_and_filmed(part, tmp_path):
+    demonstrations = part("demonstrations")
+    film = tmp_path / "film.webp"
+    if made(lambda: demonstrations.save_demonstration("pick", film, size=(96, 64), fps=1.0) or film) is None:
+        return
+    with Image.open(film) as image:
+        assert image.n_frames > 2

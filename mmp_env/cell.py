@@ -77,6 +77,8 @@ class Cell:
             twice = sorted({name for name in names if list(names).count(name) > 1})
             if twice:
                 raise MmpError(f"cell '{self.name}' has two {kind} named '{twice[0]}'; names must differ")
+        if "obstacle" in self.arm_names:  # their geoms are called obstacle/NAME, an arm's ARM/NAME
+            raise MmpError(f"cell '{self.name}' has an arm named 'obstacle'; that name is kept for obstacles")
 
     @property
     def arm_names(self) -> tuple[str, ...]:

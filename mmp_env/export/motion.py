@@ -13,7 +13,7 @@ from mmp_env.errors import MmpError
 from mmp_env.export.joint_names import joint_names
 from mmp_env.plan import Plan
 
-SAME_RAD = 1e-9
+SAME_RAD = 1e-6
 """A plan begins where the one before it ends, up to this."""
 
 

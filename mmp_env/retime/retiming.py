@@ -20,9 +20,11 @@ from mmp_env.retime.course import course_of
 from mmp_env.retime.limits import Given, RateLimits, rate_limits, split
 from mmp_env.retime.report import RetimeReport
 from mmp_env.retime.smoothing import covering, deviation, first_blends, narrowed, smooth
-from mmp_env.retime.zones import zones_of
+from mmp_env.retime.zones import LEAST_ZONE_S, zones_of
 
 DEFAULT_RATE_HZ = 250.0
+LEAST_RATE_HZ = 20.0
+"""Between samples farther apart, straight as they are, the tolerance would not hold."""
 DEFAULT_TOLERANCE_RAD = 0.05
 DEFAULT_SHARE = 0.9
 ZONE_S = 0.04
@@ -46,11 +48,11 @@ def retime(
 ) -> Plan:
     """The plan with corners rounded and a clock that keeps every joint's velocity, acceleration and jerk limits.
 
-    It starts and ends at rest, is sampled at `rate` [Hz] and proved conflict free at every instant, like the plan. All
-    arms share the clock, so nobody is late for anybody. No joint is farther than `tolerance` [rad] from the plan's
-    path. Limits are the problem's velocities and the robots' accelerations and jerks, or those given: a number for all
-    joints [rad/s^2], [rad/s^3], or arm -> [dof]. The motion uses a `share` of the last two; the rest is for whoever
-    has to slow it down on its way (`mmp_env.monitor`).
+    It starts and ends at rest, is sampled at `rate` [Hz], 20 at least, and proved conflict free at every instant, like
+    the plan. All arms share the clock, so nobody is late for anybody. No joint is farther than `tolerance` [rad] from
+    the plan's path. Limits are the problem's velocities and the robots' accelerations and jerks, or those given: a
+    number for all joints [rad/s^2], [rad/s^3], or arm -> [dof]. The motion uses a `share` of the last two; the rest is
+    for whoever has to slow it down on its way (`mmp_env.monitor`).
 
     Raises `MmpError` for wrong values, a plan that is retimed already, and one that cannot be proved itself.
     """
@@ -102,6 +104,10 @@ def _check(plan: Plan, rate: float, tolerance: float, share: float) -> None:
     for what, value, most in (("rate", rate, 1e5), ("tolerance", tolerance, np.pi), ("share", share, 1.0)):
         if not 0 < value <= most:
             raise MmpError(f"{what} is {value}; it must be a positive number, {most:g} at most")
+    if rate < LEAST_RATE_HZ:
+        raise MmpError(f"rate is {rate:g}; a motion needs at least {LEAST_RATE_HZ:g} samples a second")
+    if len(plan.times) < 2:
+        raise MmpError("the plan has one sample; to be retimed it needs its start and its goal at least")
     check_fit(plan, plan.problem.cell)
     for name in plan.problem.cell.arm_names:
         if name not in plan.positions:
@@ -154,9 +160,9 @@ def _proved(plan: Plan, path: BlendedPath, limits: RateLimits, period_s: float) 
 
 
 def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> Clock:
-    if path.course.end > 0:
+    if path.course.end > LEAST_ZONE_S:
         return run_clock(zones_of(path, limits, _zone_length(limits)), period_s)
-    still = np.zeros(2)  # where nothing moves
+    still = np.zeros(2)  # where nothing moves, or by nothing to speak of
     return Clock(period_s=period_s, phase=still, speed=still, growth=still)
 
 

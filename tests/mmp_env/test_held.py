@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 import tiny_plans
+import two_arms
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -205,3 +206,10 @@ def test_gravity_does_not_pull_a_holding_arm_away():
     simulation.place(q)
     simulation.ramp(q, q, 250)
     assert np.abs(simulation.positions - q).max() < 1e-3
+
+
+def test_no_arm_is_called_obstacle():
+    """Its held object would have the name of an obstacle's geom."""
+    cell = two_arms.facing_cell()
+    with pytest.raises(MmpError, match="kept for obstacles"):
+        dataclasses.replace(cell, arms=(dataclasses.replace(cell.arms[0], name="obstacle"), cell.arms[1]))

@@ -150,3 +150,23 @@ def test_a_plan_without_some_arm_is_refused():
     plan = cornered_plan(0, 1)
     with pytest.raises(MmpError, match="no positions of arm 'right'"):
         retime(dataclasses.replace(plan, positions={"left": plan.positions["left"]}))
+
+
+def test_a_motion_by_nothing_to_speak_of_is_no_motion():
+    plan = cornered_plan(0, 0)
+    still = {name: np.repeat(q[:1], 4, axis=0) for name, q in plan.positions.items()}
+    some = next(iter(still))
+    still[some] = still[some] + np.array([0.0, 1e-9, 0.0, 0.0])[:, None]
+    problem = dataclasses.replace(plan.problem, goal=plan.problem.start)
+    found = retime(dataclasses.replace(plan, problem=problem, times=np.array([0.0, 5.0, 6.0, 9.0]), positions=still))
+    assert found.makespan_s < 0.1
+    assert check_plan(plan_to_dict(found)).violations == ()
+
+
+def test_a_plan_of_one_sample_and_too_low_a_rate_are_refused_with_a_sentence():
+    plan = cornered_plan(0, 1)
+    one = dataclasses.replace(plan, times=np.zeros(1), positions={name: q[:1] for name, q in plan.positions.items()})
+    with pytest.raises(MmpError, match="one sample"):
+        retime(one)
+    with pytest.raises(MmpError, match="at least 20 samples a second"):
+        retime(plan, rate=7.0)

@@ -184,6 +184,11 @@ def shorten(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.nda
     Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every instant.
     """
 
+def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], margin: float, proof: float, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+    """
+    Shorter ways of single arms, for which another one may make room: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of attempts that succeeded. `proof` [m] is proved of every new way.
+    """
+
 def search_tree(arm: SingleArm, others: Sequence[Motion], seed: int, clock: Clock, iterations: int) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray | None]:
     """
     The tree that SI-RRT* has grown among `others` after so many iterations, whether it has found a path or not: configurations [v, dof], the step of arrival and the vertex before each [v, 2] (-1: none), and the path.

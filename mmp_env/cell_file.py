@@ -13,6 +13,7 @@ from jaxtyping import Float
 from msgspec import UNSET, UnsetType
 
 from mmp_env.cell import SHAPES, Arm, Cell, Obstacle
+from mmp_env.cell_limits import LARGEST_M, SMALLEST_M
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.held import HELD
 from mmp_env.reading import Place, decode, named, read_document, shown
@@ -21,8 +22,6 @@ from mmp_env.transforms import quaternion_from_yaw
 
 MEASURES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 """What gives the size of each shape."""
-SMALLEST_M, LARGEST_M = 1e-6, 100.0
-"""Edges, radii and lengths lie between these, positions within the larger one of the origin [m]."""
 MAX_ARMS, MAX_OBSTACLES = 64, 1000
 LONGEST_NAME = 100
 NO_TOOL = "none"

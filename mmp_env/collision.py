@@ -14,10 +14,10 @@ from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 from mmp_env import _core
-from mmp_env.cell import SHAPES, Arm, Cell, Obstacle
+from mmp_env.cell import SHAPES, Cell, Obstacle
 from mmp_env.conflict import Conflict, plan_conflicts
 from mmp_env.errors import MmpError
-from mmp_env.held import HELD, covering_spheres, untested_links
+from mmp_env.joint_chain import joint_chain, part_names
 from mmp_env.transforms import matrix_from_quaternion, transform
 
 if TYPE_CHECKING:
@@ -38,9 +38,10 @@ class CollisionModel:
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
+        self._numbers = {arm.name: k for k, arm in enumerate(cell.arms)}
         self.core = _core.Cell()
         for arm in cell.arms:
-            self.core.add_arm(**_chain(arm, cell.spheres))
+            self.core.add_arm(**joint_chain(arm, cell.spheres))
         for obstacle in cell.obstacles:
             self.core.add_obstacle(*_solid(obstacle))
         self.core.freeze()
@@ -49,7 +50,8 @@ class CollisionModel:
 
     def index(self, arm: str) -> int:
         """Number of an arm in the core. Raises `UnknownNameError`."""
-        return self.cell.arm_index(arm)
+        number = self._numbers.get(arm)
+        return self.cell.arm_index(arm) if number is None else number
 
     def spheres(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "s"]]:
         """Sphere centres [n, s, 3] [m] in the world and radii [s] [m] at `q` [n, dof]; the base's come first."""
@@ -57,7 +59,7 @@ class CollisionModel:
 
     def sphere_links(self, arm: str) -> list[str]:
         """Name of the link that each sphere of `spheres` belongs to; that of the tool, or `held` for what it holds."""
-        names = _link_names(self.cell.arm(arm))
+        names = part_names(self.cell.arm(arm))
         return [names[k] for k in self._links[self.index(arm)]]
 
     def tool_points(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n 3"]:
@@ -66,7 +68,7 @@ class CollisionModel:
 
     def within_limits(self, arm: str, q: ArrayLike) -> Bool[np.ndarray, "n"]:
         """Whether `q` [n, dof] is within the joint limits."""
-        rows, robot = self._rows(arm, q), self.cell.arm(arm).robot
+        rows, robot = self._rows(arm, q), self.cell.arms[self.index(arm)].robot
         return np.all((rows >= robot.lower) & (rows <= robot.upper), axis=1)
 
     def static_clearance(self, arm: str, q: ArrayLike, *, precise: bool = False) -> Float[np.ndarray, "n"]:
@@ -143,76 +145,12 @@ class CollisionModel:
 
     def _rows(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n dof"]:
         rows = np.ascontiguousarray(q, dtype=float)
-        dof = self.cell.arm(arm).dof
+        dof = self.cell.arms[self.index(arm)].dof
         if rows.ndim != 2 or rows.shape[1] != dof:
             raise MmpError(f"configurations of arm '{arm}' have shape {list(rows.shape)}; expected [n, {dof}]")
         if not np.isfinite(rows).all():
             raise MmpError(f"configurations of arm '{arm}' hold {rows[~np.isfinite(rows)][0]}; they must be finite")
         return rows
-
-
-def _link_names(arm: Arm) -> tuple[str, ...]:
-    return arm.robot.link_names + ((arm.tool.name,) if arm.tool else ()) + ((HELD,) if arm.held else ())
-
-
-def _chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
-    """The arm as the core takes it: every joint turns about the z axis of its frame, the base stands in the world."""
-    robot, tool = arm.robot, arm.tool
-    align = [_z_to(axis) for axis in robot.axes]
-    fixed = []
-    for k in range(robot.dof):
-        before = arm.T_world_base if k == 0 else np.linalg.inv(align[k - 1])
-        fixed.append((before @ robot.origins[k] @ align[k])[:3].ravel())
-    # Link 0 is given in the world, link k + 1 in the z-aligned frame of joint k, the tool in the last one.
-    to_frame = [arm.T_world_base] + [np.linalg.inv(a) for a in align]
-    frames = list(range(robot.dof + 1))
-    spheres = robot.spheres[sphere_set]
-    links, centers, radii = list(spheres.links), list(spheres.centers), list(spheres.radii)
-    tool_point = robot.flange
-    ignored = set(robot.self_ignore[sphere_set])
-    if tool is not None:
-        mounted = robot.flange @ tool.mount
-        tool_point = mounted @ transform(np.eye(3), tool.point)
-        frames.append(robot.dof)
-        to_frame.append(to_frame[-1] @ mounted)
-        links += [robot.dof + 1] * len(tool.spheres[sphere_set].radii)
-        centers += list(tool.spheres[sphere_set].centers)
-        radii += list(tool.spheres[sphere_set].radii)
-        last = robot.dof + 1
-        ignored |= {(robot.link_names.index(name), last) for name in tool.self_ignore[sphere_set]}
-    if arm.held is not None:
-        held = len(frames)
-        frames.append(robot.dof)
-        to_frame.append(to_frame[robot.dof] @ (robot.flange @ tool.mount if tool else robot.flange))
-        covering, sizes = covering_spheres(arm.held)
-        links += [held] * len(sizes)
-        centers += list(covering)
-        radii += list(sizes)
-        names = _link_names(arm)
-        ignored |= {(names.index(name), held) for name in untested_links(arm)}
-    placed = [to_frame[link][:3, :3] @ c + to_frame[link][:3, 3] for link, c in zip(links, centers, strict=True)]
-    self_pairs = [(i, j) for i in range(len(frames)) for j in range(i + 1, len(frames)) if (i, j) not in ignored]
-    return {
-        "fixed": np.array(fixed),
-        "tool": (to_frame[robot.dof] @ tool_point)[:3].ravel(),
-        "lower": np.ascontiguousarray(robot.lower),
-        "upper": np.ascontiguousarray(robot.upper),
-        "link_frames": np.array(frames, dtype=np.int32),
-        "spheres": np.column_stack([placed, radii]),
-        "sphere_links": np.array(links, dtype=np.int32),
-        "self_pairs": np.array(self_pairs, dtype=np.int32).reshape(-1, 2),
-    }
-
-
-def _z_to(axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "4 4"]:
-    """A rotation that takes z to `axis`; the identity where it is z already."""
-    a = axis / np.linalg.norm(axis)
-    z = np.array([0.0, 0.0, 1.0])
-    v, c = np.cross(z, a), float(z @ a)
-    if c < -1 + 1e-12:
-        return transform(np.diag([1.0, -1.0, -1.0]), np.zeros(3))
-    skew = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-    return transform(np.eye(3) + skew + skew @ skew / (1 + c), np.zeros(3))
 
 
 def _solid(obstacle: Obstacle) -> tuple[int, np.ndarray, np.ndarray]:

@@ -41,9 +41,8 @@ def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:
     Intervals are resolved to instants between which no joint moves more than 0.02 rad; whether anything happens between
     them is known from the proof behind `conflict_instants`.
     """
-    times = _refined_times(plan)
-    names = plan.problem.cell.arm_names
-    q = {a: np.column_stack([np.interp(times, plan.times, c) for c in plan.positions[a].T]) for a in names}
+    times = plan.finer_times(_RESAMPLED_RAD)
+    names, q = plan.problem.cell.arm_names, plan.sampled(times)
     motions = [model.motion(a, q[a]) for a in names]
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
     out = []
@@ -54,18 +53,6 @@ def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:
         for run in np.split(steps, np.flatnonzero(np.diff(instants) > 1) + 1) if len(steps) else []:
             out.append(_conflict(model, names[i], names[j], q, times, run))
     return sorted(out, key=lambda c: (c.time_s, c.arm_a, c.arm_b))
-
-
-def _refined_times(plan: Plan) -> Float[np.ndarray, "t"]:
-    moves = np.zeros(len(plan.times) - 1)
-    for q in plan.positions.values():
-        if len(moves):
-            moves = np.maximum(moves, np.abs(np.diff(q, axis=0)).max(axis=1))
-    pieces = [
-        np.linspace(plan.times[k], plan.times[k + 1], max(1, int(np.ceil(move / _RESAMPLED_RAD))), endpoint=False)
-        for k, move in enumerate(moves)
-    ]
-    return np.concatenate([*pieces, plan.times[-1:]])
 
 
 def _conflict(

@@ -6,8 +6,6 @@ docs/environment.md has the spaces, the reward and the constants in one place.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 from os import PathLike
 from typing import Any
@@ -17,18 +15,19 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.cell import Cell
+from mmp_env.cell_instance import CellInstance, InstanceSource
 from mmp_env.cell_source import cell_names, find_cell
 from mmp_env.contacts import Contact
 from mmp_env.control import checked_action, find_control_mode, steps_per_action
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.execution import REACHED_RAD, ExecutionReport, execute_plan
-from mmp_env.instances import DEFAULT_TASK, Source, draw, find_task
+from mmp_env.instances import DEFAULT_TASK, Source
 from mmp_env.monitor import Monitor
 from mmp_env.observation import Observer, joint_limits
 from mmp_env.opengl import check_render_mode, possible_render_modes
 from mmp_env.plan import Plan
 from mmp_env.plan_fit import check_fit
-from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem, velocity_limits
+from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem
 from mmp_env.registration import ANY_CELL
 from mmp_env.rendering import Camera, Window
 from mmp_env.reward import step_reward
@@ -41,18 +40,6 @@ _SHOWN_STEPS = 20
 """Physics steps between two pictures in a window: 25 pictures per second."""
 
 Observation = dict[str, np.ndarray]
-State = Mapping[str, Float[np.ndarray, " dof"]]
-
-
-@dataclass(kw_only=True, eq=False)
-class _Instance:
-    """Where the arms come from and go to; `problem` is made when it is asked for."""
-
-    start: State
-    goal: State
-    target: Float[np.ndarray, "n"]
-    name: str = ""
-    problem: Problem | None = None
 
 
 class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
@@ -95,24 +82,27 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         # The class names all modes, an environment those that can be had on this machine.
         possible = possible_render_modes(self.metadata["render_modes"])
         self.metadata = {"render_modes": possible, "render_fps": control_rate_hz}
-        self._bare = self.cell = find_cell(cell, robot=robot, spheres=None if spheres is None else str(spheres))
+        bare = find_cell(cell, robot=robot, spheres=None if spheres is None else str(spheres))
         self.render_mode = render_mode
-        self._task = find_task(task)
-        self._max_velocity = max_velocity
+        self._source = InstanceSource(bare, task, max_velocity)
         self._terminate_on_contact = terminate_on_contact
         mode = find_control_mode(control_mode)
-        fastest = np.concatenate(list(velocity_limits(self.cell, max_velocity).values()))
-        lower, upper = joint_limits(self.cell)
-        self._simulation = Simulation(self.cell)
+        lower, upper = joint_limits(bare)
+        self._simulation = Simulation(bare)
         steps = steps_per_action(control_rate_hz, self._simulation.timestep_s)
-        self._mode = mode(lower=lower, upper=upper, reach=fastest / control_rate_hz)
+        self._mode = mode(lower=lower, upper=upper, reach=self._source.fastest / control_rate_hz)
         self._observer = Observer(self._simulation)
         self.observation_space = self._observer.space
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self._simulation.count,), np.float32)
         self._steps = steps
-        self._instance: _Instance | None = None
+        self._instance: CellInstance | None = None
         self._picture_size = (width, height)
         self._view: Camera | Window | None = None
+
+    @property
+    def cell(self) -> Cell:
+        """The cell of the present instance, with the objects that its task has put into it."""
+        return self._simulation.cell
 
     @property
     def model(self) -> Any:
@@ -127,10 +117,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
     @property
     def problem(self) -> Problem:
         """The present instance as planners take it. Raises `ResetNeeded`, and `InvalidInstanceError` for a bad task."""
-        instance = self._present()
-        if instance.problem is None:
-            instance.problem = self._make_problem(instance.start, instance.goal, instance.name)
-        return instance.problem
+        return self._present().problem
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -142,22 +129,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         `MmpError` for options of the wrong form, `InvalidInstanceError` where they are out of limits or in collision.
         """
         super().reset(seed=seed)
-        given = options or {}
-        for key in given:
-            if key not in ("start", "goal"):
-                raise UnknownNameError("reset option", key, ("start", "goal"))
-        if len(given) == 2:
-            self._enter(self._bare)
-            problem = self._make_problem(given["start"], given["goal"])
-            instance = self._instance_of(problem.start, problem.goal, problem=problem)
-        else:
-            drawn = draw(self._bare, self._task, self.np_random)
-            self._enter(drawn.cell)
-            if given:
-                problem = self._make_problem(given.get("start", drawn.start), given.get("goal", drawn.goal))
-                instance = self._instance_of(problem.start, problem.goal, problem=problem)
-            else:
-                instance = self._instance_of(drawn.start, drawn.goal, self._label(seed))
+        instance = self._source.following(options or {}, self.np_random, self._label(seed))
+        self._enter(instance.cell)
         self._instance = instance
         self._simulation.place(self._simulation.joined(instance.start))
         self._stand()
@@ -191,7 +164,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         check_fit(plan, self.cell)
         # Arms that the plan's cell does not have stay where they are, and are to stay there.
         here, problem = self._simulation.split(self._simulation.positions), plan.problem
-        self._instance = self._instance_of({**here, **problem.start}, {**here, **problem.goal}, problem.name)
+        start, goal = {**here, **problem.start}, {**here, **problem.goal}
+        self._instance = self._source.instance(self.cell, start, goal, problem.name)
         report = execute_plan(self._simulation, plan, self._show_window, monitor)
         self._stand()
         return report
@@ -204,7 +178,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         if self._view is None:
             kind = Window if self.render_mode == "human" else Camera
             self._view = kind(self._simulation, *self._picture_size)
-        return self._view.show(self._present().target)
+        return self._view.show(self._simulation.joined(self._present().goal))
 
     def close(self) -> None:
         """Closes window and renderer; the environment can still be used."""
@@ -217,40 +191,33 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         if cell is self.cell:
             return
         self.close()
-        self.cell, self._simulation = cell, Simulation(cell)
+        self._simulation = Simulation(cell)
         self._observer = Observer(self._simulation)
 
-    def _present(self) -> _Instance:
+    def _present(self) -> CellInstance:
         if self._instance is None:
             raise gymnasium.error.ResetNeeded("the arms stand nowhere yet; call reset() first")
         return self._instance
 
-    def _instance_of(self, start: State, goal: State, name: str = "", problem: Problem | None = None) -> _Instance:
-        target = self._simulation.joined(goal)
-        return _Instance(start=start, goal=goal, target=target, name=name, problem=problem)
-
     def _stand(self) -> None:
         """From here on references begin where the joints are, and progress is counted from here."""
+        self._target = self._simulation.joined(self._present().goal)
         self._q = self._simulation.positions
         self._reference = self._q
-        self._mean_distance = float(np.abs(self._present().target - self._q).mean())
-
-    def _make_problem(self, start: State, goal: State, name: str = "") -> Problem:
-        return make_problem(self.cell, start, goal, max_velocity=self._max_velocity, name=name)
+        self._mean_distance = float(np.abs(self._target - self._q).mean())
 
     def _label(self, seed: int | None) -> str:
         """The name of a drawn instance, `<environment id or cell>/<seed>`; none where no seed was given."""
         if seed is None:
             return ""
-        source = self.cell.name if self.spec is None or self.spec.id == ANY_CELL else self.spec.id
+        source = self._source.cell.name if self.spec is None or self.spec.id == ANY_CELL else self.spec.id
         return f"{source}/{seed}"
 
     def _outcome(self, contacts: list[Contact]) -> tuple[Observation, dict[str, Any]]:
-        target = self._present().target
-        away = np.abs(target - self._q)
+        away = np.abs(self._target - self._q)
         distance, self._mean_distance = float(away.max()), float(away.sum()) / len(away)
         info = {"is_success": distance <= REACHED_RAD, "contacts": contacts, "distance_rad": distance}
-        return self._observer.observe(self._q, target), info
+        return self._observer.observe(self._q, self._target), info
 
     def _move(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"]) -> None:
         """One control period; with a window, in stretches that can be looked at."""

@@ -101,6 +101,12 @@ def episode_from_dict(data: Any, where: str | Place = "episode", *, name: str = 
     return Episode(name=name if decoded.name is None else decoded.name, plans=plans)
 
 
+def plans_from_dict(data: Any, where: str | Place, *, name: str = "episode") -> Plan | Episode:
+    """What a file's `data` mean to be by their schema: an episode, or else a plan. Raises `MmpError` like both."""
+    in_a_row = isinstance(data, dict) and data.get("schema") == EPISODE_SCHEMA
+    return episode_from_dict(data, where, name=name) if in_a_row else plan_from_dict(data, where)
+
+
 def save_episode(episode: Episode, path: str | PathLike[str]) -> None:
     """Writes the whole file or nothing. Raises `MmpError` where it cannot be written."""
     write_text(path, json_text(episode_to_dict(episode)))

@@ -54,10 +54,17 @@ class ExecutionReport:
     positions: Mapping[str, Float[np.ndarray, "t dof"]]
     phases: Float[np.ndarray, "t"]
 
+    @property
+    def given_up(self) -> bool:
+        """Whether a monitor lost its patience; the last of `halts` says over what."""
+        return bool(self.halts) and self.halts[-1].until_s is None
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Played:
-    """Where the arms were after each physics step [t, n], the phases then, the largest error, and where it ended."""
+    """Where the arms were after each physics step [t, n], the times of the plan then, the largest error, and where it
+    ended [n].
+    """
 
     passed: Float[np.ndarray, "t n"]
     phases: Float[np.ndarray, "t"]
@@ -109,10 +116,10 @@ def execute_plan(
 
 
 def _play(simulation: Simulation, reference: Reference, show: Callable[[], None]) -> _Played:
-    """Until the last time of the plan."""
+    """Until the reference ends."""
     step_s = simulation.timestep_s
-    count = int(np.ceil(reference.end_s / step_s - 1e-9))
-    phases = step_s * np.arange(count + 1)
+    count = int(np.ceil((reference.end_s - reference.start_s) / step_s - 1e-9))
+    phases = reference.start_s + step_s * np.arange(count + 1)
     wanted, velocity = reference.at(phases)
     passed = np.empty((count, simulation.count))
     for first in range(0, count, _STRETCH):
@@ -120,28 +127,28 @@ def _play(simulation: Simulation, reference: Reference, show: Callable[[], None]
         passed[part] = simulation.follow(wanted[part], velocity[part])
         show()
     error = float(np.abs(passed - wanted[1:]).max(initial=0.0))
-    return _Played(passed=passed, phases=phases[1:].clip(max=reference.end_s), error=error, end=wanted[-1], halts=[])
+    played = phases[1:].clip(0.0, reference.times[-1])
+    return _Played(passed=passed, phases=played, error=error, end=wanted[-1], halts=[])
 
 
 def _play_watched(
     simulation: Simulation, reference: Reference, clock: PhaseClock, monitor: Monitor, show: Callable[[], None]
 ) -> _Played:
-    """As `_play`, at the phase's own speed; not to the end where the monitor loses its patience."""
+    """As `_play`, at the phase's own speed: until nobody lags at the end, or the monitor loses its patience."""
     step_s, time_s = simulation.timestep_s, 0.0
     joints = [(name, k + 1) for name, part in simulation.slices.items() for k in range(part.stop - part.start)]
     watch = Watch(monitor, clock, joints)
     passed, phases, error = [], [], 0.0
-    wanted, velocity = reference.at(np.zeros(1))
-    patient = True
-    while patient and not clock.over:
+    wanted, velocity = reference.at(np.array([clock.phase]))
+    while not watch.over:
         passed.append(simulation.follow(wanted, clock.speed * velocity)[0])
         clock.advance(step_s)
         time_s += step_s
         wanted, velocity = reference.at(np.array([clock.phase]))
         lag = np.abs(passed[-1] - wanted[0])
         error = max(error, float(lag.max()))
-        phases.append(clock.phase)
-        patient = watch.look(time_s, lag, step_s)
+        phases.append(clock.plan_s)
+        watch.look(time_s, lag, step_s)
         if len(passed) % _STRETCH == 0:
             show()
     return _Played(

@@ -40,9 +40,22 @@ class Drawn:
 
 
 def draw(cell: Cell, source: Source, rng: np.random.Generator) -> Drawn:
-    """What a task draws in a cell. Raises `MmpError` for a cell without room."""
-    start, goal, *changed = source.sample(cell, rng)
-    return Drawn(start=start, goal=goal, cell=changed[0] if changed else cell)
+    """What a task draws in a cell. Raises `MmpError` for a cell without room, and a task that draws something else."""
+    sample = source.sample(cell, rng)
+    whose = f"task {type(source).__name__}"
+    if not (isinstance(sample, tuple) and len(sample) in (2, 3)):
+        kind = type(sample).__name__
+        raise MmpError(f"{whose} gives a {kind}; sample must give (start, goal) or (start, goal, cell)")
+    start, goal, *changed = sample
+    meant = changed[0] if changed else cell
+    if not isinstance(meant, Cell) or meant.arm_names != cell.arm_names:
+        raise MmpError(f"{whose} has drawn another cell without the arms of '{cell.name}'; they must stay as they are")
+    for which, state in (("start", start), ("goal", goal)):
+        for arm in cell.arms:
+            q = state.get(arm.name, ())
+            if np.shape(q) != (arm.dof,) or not np.isfinite(q).all():
+                raise MmpError(f"{whose} has drawn a {which} that is not {arm.dof} finite numbers for arm '{arm.name}'")
+    return Drawn(start=start, goal=goal, cell=meant)
 
 
 def draw_problem(
@@ -83,9 +96,14 @@ def _generator(seed: int) -> np.random.Generator:
 
 
 def find_task(task: str | Source) -> Source:
-    """The task of that name with its default options, or the given one itself. Raises `UnknownNameError`."""
-    if not isinstance(task, str):
-        return task
-    from mmp_tasks import registry
+    """The task of that name with its default options, or the given one itself.
 
-    return registry.make(task)
+    Raises `UnknownNameError`, and `MmpError` for what is neither a name nor a task.
+    """
+    if isinstance(task, str):
+        from mmp_tasks import registry
+
+        return registry.make(task)
+    if isinstance(task, type) or not isinstance(task, Source):
+        raise MmpError(f"task is {task!r}; it must be a name (`mmp list`) or an object with a method sample(cell, rng)")
+    return task

@@ -6,6 +6,7 @@ import contextlib
 import functools
 import os
 import sys
+import warnings
 from collections.abc import Iterable
 from ctypes.util import find_library
 from typing import Any
@@ -44,6 +45,18 @@ def found(library: str) -> bool:
 def has_display() -> bool:
     """Whether a window can be opened."""
     return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def display_answers() -> bool:
+    """Whether a window system is there, not only named; MuJoCo's viewer would end the program where none is."""
+    if not sys.platform.startswith("linux"):
+        return True
+    import glfw
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        # Left as it is: MuJoCo's viewer begins with the same, and ending it would close windows that are open.
+        return bool(glfw.init())
 
 
 def check_render_mode(mode: str | None) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Iterable
 from os import PathLike
 from pathlib import Path
+from typing import TypedDict, Unpack
 
 import numpy as np
 from jaxtyping import UInt8
@@ -28,57 +30,50 @@ _GAP = 4
 _INK, _PAPER = (31, 36, 41), (255, 255, 255)
 
 
-def check_picture(path: str | PathLike[str]) -> None:
-    """Raises `MmpError` where `save_picture` could not write this file: to be called before planning begins."""
+class PictureOptions(TypedDict, total=False):
+    """The options of all pictures."""
+
+    width: int
+    height: int
+    """Of one picture [px], 640 x 480 by default."""
+    fine: bool
+    """Shadows and smooth edges, which take several times as long without a graphics card; on by default."""
+    goals: bool
+    """The arms at their goals as ghosts; on by default."""
+    ways: bool
+    """The ways of the tools as lines, faint where they have yet to go; on by default."""
+
+
+def check_picture(path: str | PathLike[str], moments: Iterable[Moment] = tuple(MOMENTS)) -> None:
+    """Raises `MmpError` where `save_picture` could not write this file, or no plan has such moments.
+
+    To be called before planning begins.
+    """
     _format(path)
+    _times(moments, math.inf)
     offscreen_backend()
     check_writable(path)
 
 
-def picture(
-    plan: Plan,
-    moment: Moment = "middle",
-    *,
-    width: int = WIDTH,
-    height: int = HEIGHT,
-    fine: bool = True,
-    goals: bool = True,
-    ways: bool = True,
-) -> UInt8[np.ndarray, "h w 3"]:
+def picture(plan: Plan, moment: Moment = "middle", **options: Unpack[PictureOptions]) -> UInt8[np.ndarray, "h w 3"]:
     """The cell at a moment of the plan: `start`, `middle`, `end` or a time [s].
 
-    With `goals` the arms stand at their goals as ghosts too; with `ways` the ways of the tools are lines, faint where
-    they have yet to go. `fine` pictures have shadows and smooth edges, and take several times as long without a
-    graphics card. Raises `MmpError` for a moment or a size that cannot be, and where no OpenGL library is found.
+    Raises `MmpError` for a moment or a size that cannot be, and where no OpenGL library is found.
     """
-    time_s = _time(plan, moment)
-    with Studio(plan.problem.cell, width, height, fine=fine) as studio:
-        return _shot(studio, plan, time_s, goals=goals, ways=ways)
+    return _shots(plan, _times([moment], plan.makespan_s), **options)[0]
 
 
 def pictures(
-    plan: Plan,
-    moments: Iterable[Moment] = tuple(MOMENTS),
-    *,
-    width: int = WIDTH,
-    height: int = HEIGHT,
-    fine: bool = True,
-    goals: bool = True,
-    ways: bool = True,
+    plan: Plan, moments: Iterable[Moment] = tuple(MOMENTS), **options: Unpack[PictureOptions]
 ) -> UInt8[np.ndarray, "h W 3"]:
-    """Several moments side by side, each `width` x `height` pixels with its name and time on it; else as `picture`."""
+    """Several moments side by side, each with its name and time on it; else as `picture`."""
     chosen = list(moments)
-    times = [_time(plan, moment) for moment in chosen]
-    if not chosen:
-        raise MmpError(f"a picture needs at least one moment: {', '.join(MOMENTS)} or a time in seconds")
-    shots = []
-    with Studio(plan.problem.cell, width, height, fine=fine) as studio:
-        for moment, time_s in zip(chosen, times, strict=True):
-            shot = _shot(studio, plan, time_s, goals=goals, ways=ways)
-            name = f"{moment}, " if isinstance(moment, str) else ""
-            shots.append(labelled(shot, f"{name}{time_s:.1f} s"))
-    gap = np.full((height, _GAP, 3), _PAPER, np.uint8)
-    return np.concatenate([part for shot in shots for part in (gap, shot)][1:], axis=1)
+    times = _times(chosen, plan.makespan_s)
+    parts = []
+    for moment, time_s, shot in zip(chosen, times, _shots(plan, times, **options), strict=True):
+        name = f"{moment}, " if isinstance(moment, str) else ""
+        parts += [np.full((len(shot), _GAP, 3), _PAPER, np.uint8), labelled(shot, f"{name}{time_s:.1f} s")]
+    return np.concatenate(parts[1:], axis=1)
 
 
 def save_picture(
@@ -86,16 +81,12 @@ def save_picture(
     path: str | PathLike[str],
     *,
     moments: Iterable[Moment] = tuple(MOMENTS),
-    width: int = WIDTH,
-    height: int = HEIGHT,
-    fine: bool = True,
-    goals: bool = True,
-    ways: bool = True,
+    **options: Unpack[PictureOptions],
 ) -> None:
     """Writes `pictures` to a PNG, JPEG or WebP file, by its suffix. Raises `MmpError`, and then has written nothing."""
-    check_picture(path)
-    image = pictures(plan, moments, width=width, height=height, fine=fine, goals=goals, ways=ways)
-    content = encoded(image, _format(path))
+    chosen = list(moments)
+    check_picture(path, chosen)
+    content = encoded(pictures(plan, chosen, **options), _format(path))
     with whole_file(path) as temporary:
         temporary.write_bytes(content)
 
@@ -120,18 +111,42 @@ def labelled(image: UInt8[np.ndarray, "h w 3"], text: str) -> UInt8[np.ndarray, 
     return np.array(drawing)
 
 
-def _shot(studio: Studio, plan: Plan, time_s: float, *, goals: bool, ways: bool) -> UInt8[np.ndarray, "h w 3"]:
-    ghosts = plan.problem.goal if goals and time_s < plan.makespan_s else None
-    return studio.picture(standing(plan, time_s), ghosts, tool_ways(plan, time_s) if ways else ())
+def _shots(
+    plan: Plan,
+    times: Iterable[float],
+    *,
+    width: int = WIDTH,
+    height: int = HEIGHT,
+    fine: bool = True,
+    goals: bool = True,
+    ways: bool = True,
+) -> list[UInt8[np.ndarray, "h w 3"]]:
+    """A picture for each time [s]."""
+    out = []
+    with Studio(plan.problem.cell, width, height, fine=fine) as studio:
+        for time_s in times:
+            ghosts = plan.problem.goal if goals and time_s < plan.makespan_s else None
+            lines = tool_ways(plan, time_s) if ways else ()
+            out.append(studio.picture(standing(plan, time_s), ghosts, lines))
+    return out
 
 
-def _time(plan: Plan, moment: Moment) -> float:
+def _times(moments: Iterable[Moment], duration_s: float) -> list[float]:
+    """When the moments of a plan that takes so long are [s]; at least one. Raises `MmpError`."""
+    out = [_time(moment, duration_s) for moment in moments]
+    if not out:
+        raise MmpError(f"a picture needs at least one moment: {', '.join(MOMENTS)} or a time in seconds")
+    return out
+
+
+def _time(moment: Moment, duration_s: float) -> float:
     if isinstance(moment, str):
         if moment not in MOMENTS:
             raise UnknownNameError("moment", moment, MOMENTS)
-        return MOMENTS[moment] * plan.makespan_s
-    if not 0 <= moment <= plan.makespan_s:
-        raise MmpError(f"moment is {moment} s; the plan goes from 0 to {plan.makespan_s:.6g} s")
+        return MOMENTS[moment] * duration_s if MOMENTS[moment] else 0.0
+    if not 0 <= moment <= duration_s:
+        until = f"the plan goes from 0 to {duration_s:.6g} s" if math.isfinite(duration_s) else "it begins at 0"
+        raise MmpError(f"moment is {moment} s; {until}")
     return float(moment)
 
 

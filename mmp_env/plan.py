@@ -46,9 +46,26 @@ class Plan:
 
     def at(self, t: float) -> dict[str, Float[np.ndarray, "dof"]]:
         """Configurations at time `t` [s]; before the first and after the last time the arms stand still."""
+        return {arm: q[0] for arm, q in self.sampled(np.array([t])).items()}
+
+    def sampled(self, times: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "n dof"]]:
+        """Configurations at `times` [n] [s]: arm name -> [n, dof] [rad]; before the first and after the last time of
+        the plan the arms stand still.
+        """
         return {
-            arm: np.array([np.interp(t, self.times, column) for column in q.T]) for arm, q in self.positions.items()
+            arm: np.column_stack([np.interp(times, self.times, column) for column in q.T])
+            for arm, q in self.positions.items()
         }
+
+    def finer_times(self, step_rad: float) -> Float[np.ndarray, "n"]:
+        """The times and as many in between that no joint moves farther than `step_rad` from one to the next [s]."""
+        moves = [np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0) for q in self.positions.values()]
+        counts = np.maximum(np.ceil(np.max(moves, axis=0, initial=0.0) / step_rad), 1).astype(int)
+        pieces = [
+            np.linspace(begin, end, count, endpoint=False)
+            for begin, end, count in zip(self.times[:-1], self.times[1:], counts, strict=True)
+        ]
+        return np.concatenate([*pieces, self.times[-1:]])
 
     def show(self, report: ExecutionReport | None = None, **options: Any) -> PlanView:
         """What a notebook shows as a film: the plan, or what `report` recorded of it; `options` as in `PlanView`."""

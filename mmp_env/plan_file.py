@@ -82,6 +82,8 @@ def plan_from_dict(data: Any, where: str | Place = "plan") -> Plan:
     problem = _problem(decoded.problem, place / "problem")
     if not decoded.times:
         raise MmpError(f"{place / 'times'} is empty; a plan needs at least one time")
+    if decoded.accelerations is not None and decoded.velocities is None:
+        raise MmpError(f"{place / 'velocities'} is missing; a plan with accelerations has velocities too")
     matrices = {
         key: _matrices(problem.cell, rows, len(decoded.times), place / key)
         for key in ("positions", "velocities", "accelerations")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import threading
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +17,7 @@ from jaxtyping import Float, UInt8
 
 from mmp_env.errors import MmpError
 from mmp_env.mujoco_import import mujoco
-from mmp_env.opengl import check_render_mode, open_context
+from mmp_env.opengl import check_render_mode, display_answers, open_context
 from mmp_env.simulation import Simulation
 from mmp_env.staging import CAMERA, camera_pose, frame, outline
 
@@ -26,6 +28,8 @@ _GLOW = 0.15
 """So much of a line's colour it has without light."""
 _FINER, _MOST_FINE_PIXELS = 2, 2048
 """Fine pictures are made with so many pixels for one, each way, where the whole then has at most so many times that."""
+_CLOSING_S = 5.0
+"""A window that is closed is waited for no longer."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -115,14 +119,28 @@ class Camera:
 
 
 class Window:
-    """MuJoCo's viewer, kept in step with simulated time. Raises `MmpError` where there is no display."""
+    """MuJoCo's viewer, kept in step with simulated time; it is not made for two at once in a program.
+
+    Raises `MmpError` where no display answers.
+    """
 
     def __init__(self, simulation: Simulation, *_: int) -> None:
         check_render_mode("human")
+        if not display_answers():
+            raise MmpError("no window can be opened: the display does not answer")
         from mujoco import viewer
 
         self._simulation, self._ghosts = simulation, _Ghosts(simulation)
-        self._viewer = viewer.launch_passive(simulation.model, simulation.data, show_left_ui=False, show_right_ui=False)
+        others = set(threading.enumerate())
+        try:
+            self._viewer = viewer.launch_passive(
+                simulation.model, simulation.data, show_left_ui=False, show_right_ui=False
+            )
+        except RuntimeError as error:  # on macOS, say, a Python that is not mjpython
+            raise MmpError(f"MuJoCo opens no window ({error})") from error
+        self._threads = [thread for thread in threading.enumerate() if thread not in others]
+        # Comes before what MuJoCo does at the end of the program: that takes the display away from under its threads.
+        atexit.register(self.close)
         _frame_cell(self._viewer, simulation)
         self._begin_s, self._before_s = time.monotonic(), 0.0
 
@@ -149,9 +167,12 @@ class Window:
         self._viewer.sync()
 
     def close(self) -> None:
-        """Closes the window."""
+        """Closes the window, and returns when it is gone."""
+        atexit.unregister(self.close)
         with contextlib.suppress(RuntimeError):
             self._viewer.close()
+        for thread in self._threads:
+            thread.join(_CLOSING_S)
 
 
 def _frame_cell(viewer: Any, simulation: Simulation) -> None:

@@ -56,32 +56,20 @@ def standing(plan: Plan, time_s: float) -> dict[str, Float[np.ndarray, "dof"]]:
 
 def tool_ways(plan: Plan, time_s: float | None = None) -> list[Line]:
     """The ways of the tool points in the arms' colours, what comes after `time_s` [s] fainter."""
-    times = _fine_times(plan)
+    times = plan.finer_times(_STEP_RAD)
     split = len(times) if time_s is None else int(np.searchsorted(times, time_s))
     if time_s is not None:
         times = np.insert(times, split, min(time_s, plan.makespan_s))
-    out = []
+    out, q = [], plan.sampled(times)
     for number, name in enumerate(plan.problem.cell.arm_names):
-        if name not in plan.positions:
+        if name not in q:
             continue
-        q = np.column_stack([np.interp(times, plan.times, column) for column in plan.positions[name].T])
-        points = plan.problem.cell.collision.tool_points(name, q)
+        points = plan.problem.cell.collision.tool_points(name, q[name])
         for part, alpha, thickness in ((points[: split + 1], 1.0, _PASSED_M), (points[split:], _AHEAD_ALPHA, _AHEAD_M)):
             if len(part) > 1:
                 line = Line(points=_simplified(part), rgba=(*arm_color(number), alpha), thickness=thickness)
                 out.append(line)
     return out
-
-
-def _fine_times(plan: Plan) -> Float[np.ndarray, "t"]:
-    """The plan's times and as many in between as its curved ways of the tools need."""
-    steps = [np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0) for q in plan.positions.values()]
-    counts = np.maximum(np.ceil(np.max(steps, axis=0, initial=0.0) / _STEP_RAD), 1).astype(int)
-    pieces = [
-        np.linspace(begin, end, count, endpoint=False)
-        for begin, end, count in zip(plan.times[:-1], plan.times[1:], counts, strict=True)
-    ]
-    return np.concatenate([*pieces, plan.times[-1:]])
 
 
 def _simplified(points: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "m 3"]:

@@ -88,7 +88,11 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
 def _target(path: str | PathLike[str]) -> Path:
     """The file behind any links. Moving onto a folder fails, and onto a device such as /dev/null would replace it."""
     target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_file():
+    try:
+        is_other = target.exists() and not target.is_file()
+    except OSError as error:  # a name that is too long
+        raise _cannot_write(path, error) from None
+    if is_other:
         raise MmpError(f"{path} cannot be written: it is not a regular file")
     return target
 

@@ -128,6 +128,7 @@ class BestWay {
 
   bool found() const { return found_; }
   double cost() const { return cost_; }
+  const Way<V>& knots() const { return way_; }
 
   // Takes the way if it can be timed and costs less.
   bool offer(Way<V> way, int leave_by) {

@@ -21,11 +21,11 @@ from figure import print_figure, timed
 import mmp_planners
 from mmp_env import _core, core_variants, draw_instance, make_problem, ring_cell
 from mmp_env.cell import Cell
+from mmp_env.certificate import SHARE
 from mmp_env.collision import REQUIRED_PROOF
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
 from mmp_env.scene import compile_scene
-from mmp_planners.certifying import SHARE
 
 ARMS, STEP_S, MARGIN_M = 8, 0.1, 0.002
 PROBLEMS, PART = 5, 25

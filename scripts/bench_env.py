@@ -6,7 +6,6 @@ other work on the machine touches least.
 
 from __future__ import annotations
 
-import json
 import statistics
 import sys
 import time
@@ -15,6 +14,7 @@ from typing import Any
 import gymnasium
 import mujoco
 import numpy as np
+from figure import print_figure
 
 import mmp_env
 
@@ -48,7 +48,7 @@ def print_stepping(env: Any) -> None:
         ours.append(seconds(lambda actions=actions: [env.step(action) for action in actions]) / STEPS)
         theirs.append(seconds(lambda: [mujoco.mj_step(model, bare) for _ in range(STEPS * substeps)]) / STEPS)
     fast, bare_fast = min(ours), min(theirs)
-    report("env_step", fast * 1e6, "us", fast / bare_fast, f"{substeps} x mj_step")
+    print_figure("env_step", fast * 1e6, "us", ratio=fast / bare_fast, ratio_to=f"{substeps} x mj_step")
 
 
 def print_resets(env: Any) -> None:
@@ -58,8 +58,8 @@ def print_resets(env: Any) -> None:
         drawn.append(seconds(lambda seed=seed: env.reset(seed=seed)))
         instance = ends(env.unwrapped)
         given.append(seconds(lambda instance=instance: env.reset(options=instance)))
-    report("env_reset_given", statistics.median(given) * 1e3, "ms")
-    report("env_reset_drawn", statistics.median(drawn) * 1e3, "ms")
+    print_figure("env_reset_given", statistics.median(given) * 1e3, "ms")
+    print_figure("env_reset_drawn", statistics.median(drawn) * 1e3, "ms")
 
 
 def print_execution(env: Any) -> None:
@@ -70,7 +70,8 @@ def print_execution(env: Any) -> None:
     plan = mmp_env.Plan(problem=problem, times=np.array([0.0, 2.0]), positions=still)
     spent = min(seconds(lambda: env.unwrapped.execute(plan)) for _ in range(3))
     simulated = env.unwrapped.execute(plan).duration_s
-    report("execute_per_simulated_second", spent / simulated * 1e3, "ms", simulated / spent, "real time")
+    value = spent / simulated * 1e3
+    print_figure("execute_per_simulated_second", value, "ms", ratio=simulated / spent, ratio_to="real time")
 
 
 def ends(env: Any) -> dict[str, Any]:
@@ -83,14 +84,6 @@ def seconds(call: Any) -> float:
     begin = time.thread_time()
     call()
     return time.thread_time() - begin
-
-
-def report(name: str, value: float, unit: str, ratio: float | None = None, ratio_to: str | None = None) -> None:
-    """Prints one figure as a line of JSON."""
-    line: dict[str, Any] = {"name": name, "value": round(value, 3), "unit": unit}
-    if ratio is not None:
-        line |= {"ratio": round(ratio, 3), "ratio_to": ratio_to}
-    print(json.dumps(line))
 
 
 if __name__ == "__main__":

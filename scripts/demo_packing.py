@@ -6,13 +6,20 @@ import argparse
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 import mmp_planners
 from mmp_env import MmpError, find_cell, make_problem
 from mmp_env.check.episode import check_episode
-from mmp_env.episode import Episode, episode_to_dict, execute_episode, save_episode
+from mmp_env.episode import Episode, EpisodeExecution, episode_to_dict, execute_episode, save_episode
+from mmp_env.films import ENCODERS, HOLD_S, check_film, frames
+from mmp_env.retime import retime
+from mmp_env.studio import HEIGHT, WIDTH
+from mmp_env.writing import whole_file
 from mmp_tasks.sequence import Stage, stages
 
 
@@ -28,10 +35,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Draws, plans, checks, saves and executes."""
+    if args.video:
+        check_film(args.video)
     drawn = stages(find_cell(args.cell), np.random.default_rng(args.seed), args.task)
     episode = planned(f"{args.cell}-{args.task}-{args.seed}", drawn, args.planner, args.seed, args.time_limit)
     if episode is None:
         return 1
+    if args.retime:
+        episode = replace(episode, plans=tuple(retime(plan) for plan in episode.plans))
+        print(f"retimed: {episode.makespan_s:.2f} s of motion, each plan from rest to rest")
     if args.out:
         save_episode(episode, args.out)
         print(f"written to {args.out}")
@@ -41,7 +53,21 @@ def run(args: argparse.Namespace) -> int:
     contacts = f"{execution.contacts} contacts" if execution.contacts else "no contact"
     reached = "all goals reached" if execution.reached else "NOT all goals reached"
     print(f"executed in {execution.duration_s:.2f} s of simulated time: {reached}, {contacts}")
+    if args.video:
+        save_video(episode, execution, args.video)
+        print(f"film: {args.video}")
     return 0 if report.valid and execution.reached and not execution.contacts else 1
+
+
+def save_video(episode: Episode, execution: EpisodeExecution, path: str) -> None:
+    """One film of all that was executed, the objects where each plan has them. Raises `MmpError`."""
+    kind = ENCODERS[Path(path).suffix.lower()]
+    with whole_file(path) as temporary, kind(temporary, WIDTH, HEIGHT, kind.usual_fps) as encoder:
+        for plan, report in zip(episode.plans, execution.reports, strict=True):
+            with closing(frames(plan, report, fps=kind.usual_fps)) as shown:
+                for frame in shown:
+                    encoder.add(frame)
+        encoder.finish(HOLD_S)
 
 
 def planned(name: str, drawn: Sequence[Stage], planner: str, seed: int, time_limit: float) -> Episode | None:
@@ -68,6 +94,8 @@ def _parser() -> argparse.ArgumentParser:
     out.add_argument("--planner", default="auto")
     out.add_argument("--seed", type=int, default=0)
     out.add_argument("--time-limit", type=float, default=60.0, metavar="S", help="for each plan [s]; default: 60")
+    out.add_argument("--retime", action="store_true", help="smooth the plans and keep acceleration and jerk limits")
+    out.add_argument("--video", metavar="FILE", help="a film of it all as it is executed: .mp4, .gif or .webp")
     out.add_argument("--out", metavar="FILE", help="write the episode (schema mmp-episode/1)")
     return out
 

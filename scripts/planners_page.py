@@ -14,6 +14,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from readme_table import FIGURES, ROOT, Figures, as_table, cpu_line, linked, outcome, read_figures, sources
+from written_pages import asked_to_check, bring_up_to_date
 
 import mmp_planners
 from mmp_planners.constraints import EitherArm
@@ -52,7 +53,7 @@ instances, so where one gives up another may do.
 """
 
 CHOICES = {
-    "rrt-connect": "the first plan as soon as there can be one, whatever it costs; with `shorten` it gets cheaper",
+    "rrt-connect": "the first plan as soon as there can be one (`shorten=0`: as it was found, and long)",
     "prioritized": "short ways in crowded cells, and nobody needs a tree",
     "apf-ecbs": "the paper's planner: few nodes, a bound relative to its own path lengths",
     "ecbs": "the baseline of the paper, the same search without repulsion",
@@ -71,15 +72,8 @@ those that were not solved. One core of: {cpu}; `scripts/bench_planners.py` has 
 
 def main() -> None:
     """Brings the page up to date, or says that it is not."""
-    check = sys.argv[1:] == ["--check"]
-    if sys.argv[1:] and not check:
-        sys.exit(f"usage: planners_page.py [--check], not {' '.join(sys.argv[1:])}")
-    fresh = "".join(page(read_figures(FIGURES)))
-    stale = not PAGE.exists() or PAGE.read_text(encoding="utf-8") != fresh
-    if stale and not check:
-        PAGE.write_text(fresh, encoding="utf-8")
-    print(f"{PAGE.name} {'out of date' if check else 'written'}" if stale else "up to date")
-    sys.exit(1 if check and stale else 0)
+    check = asked_to_check("planners_page.py [--check]")
+    bring_up_to_date({PAGE: "".join(page(read_figures(FIGURES)))}, check=check)
 
 
 def page(figures: Figures) -> Iterator[str]:

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
+
+from written_pages import asked_to_check, bring_up_to_date, filled
 
 import mmp_planners
 from mmp_planners.planner import About
@@ -20,7 +21,6 @@ from mmp_planners.planner import About
 ROOT = Path(__file__).parent.parent
 FIGURES = ROOT / "docs" / "results" / "figures.jsonl"
 PAGES = (ROOT / "README.md", ROOT / "docs" / "architecture.md", ROOT / "docs" / "paper.md")
-_PLACE = re.compile(r"(<!-- table: (\S+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 PLANNERS = {
     "auto": "the default: a cheap plan, soon",
@@ -62,20 +62,10 @@ Figures = Mapping[str, Mapping[str, Any]]
 
 def main() -> None:
     """Brings the pages up to date, or says that they are not."""
-    check = sys.argv[1:] == ["--check"]
-    if sys.argv[1:] and not check:
-        sys.exit(f"usage: readme_table.py [--check], not {' '.join(sys.argv[1:])}")
+    check = asked_to_check("readme_table.py [--check]")
     figures = read_figures(FIGURES)
-    stale = []
-    for page in PAGES:
-        text = page.read_text(encoding="utf-8")
-        fresh = _PLACE.sub(lambda place: place[1] + TABLES[place[2]](figures) + place[3], text)
-        if fresh != text:
-            stale.append(page.name)
-            if not check:
-                page.write_text(fresh, encoding="utf-8")
-    print(", ".join(stale) + (" out of date" if check else " written") if stale else "up to date")
-    sys.exit(1 if check and stale else 0)
+    pages = {page: filled(page.read_text(encoding="utf-8"), lambda name: TABLES[name](figures)) for page in PAGES}
+    bring_up_to_date(pages, check=check)
 
 
 def read_figures(path: Path) -> dict[str, dict[str, Any]]:

@@ -15,10 +15,11 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from written_pages import bring_up_to_date, filled
+
 RESULTS = Path(__file__).parent.parent / "docs" / "results"
 PAGE = RESULTS / "README.md"
 FOLDERS = ("cells", "letter")
-_PLACE = re.compile(r"(<!-- table: (\S+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 _SHOWN = ("Cells", "Errors", "Success, nodes, time, makespan and cost", "Where all of them solve", "Fast track")
 """Headings of table.md whose tables stand on the page; the rest is linked."""
 _PAPER_ECBS_FAILED = {"MultiArmCell-4": 24, "MultiArmCell-6": 52, "MultiArmCell-8": 48}
@@ -34,12 +35,7 @@ def main() -> None:
     if not check:
         for name in FOLDERS:
             keep(Path(sys.argv[1]) / name, RESULTS / name)
-    text = PAGE.read_text(encoding="utf-8")
-    fresh = filled(text, RESULTS)
-    if not check:
-        PAGE.write_text(fresh, encoding="utf-8")
-    print("up to date" if fresh == text else f"{PAGE.name} {'out of date' if check else 'written'}")
-    sys.exit(1 if check and fresh != text else 0)
+    bring_up_to_date({PAGE: with_tables(PAGE.read_text(encoding="utf-8"), RESULTS)}, check=check)
 
 
 def keep(source: Path, target: Path) -> None:
@@ -55,9 +51,9 @@ def keep(source: Path, target: Path) -> None:
     (target / "results.jsonl.gz").write_bytes(gzip.compress(content, mtime=0))
 
 
-def filled(page: str, results: Path) -> str:
+def with_tables(page: str, results: Path) -> str:
     """The page with the tables of what is kept under `results`."""
-    return _PLACE.sub(lambda place: place[1] + _content(place[2], results) + place[3], page)
+    return filled(page, lambda name: _content(name, results))
 
 
 def _content(name: str, results: Path) -> str:

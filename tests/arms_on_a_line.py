@@ -10,12 +10,14 @@ import numpy as np
 from twins import toys
 
 from mmp_env import _core
+from mmp_env.certificate import Certificate
 from mmp_env.events import ignore
 from mmp_env.problem import make_problem
 from mmp_planners.arms import Arms, Path
 from mmp_planners.conflict_tree import ConflictTree
 from mmp_planners.constraints import EitherArm, OneSided
 from mmp_planners.node import Node
+from mmp_planners.planner import StopPlanning
 from mmp_planners.repulsion import Modified
 from mmp_planners.selection import Focal
 from mmp_planners.telling import Teller
@@ -23,7 +25,19 @@ from mmp_planners.telling import Teller
 _CELL = toys.toy_cell(toys.toy_arm("toy", [0, 0, 0]))
 _PROBLEM = make_problem(_CELL, {"toy": [0.0, 0.5]}, {"toy": [0.0, 0.5]})
 _MOTION = _CELL.collision.motion("toy", np.zeros((1, 2)))
-PROVED = (True, 0.01, (0, -1), 0.0)
+
+
+def proof(clearance: float) -> Certificate:
+    """A certificate of a plan that keeps the clearance [m]."""
+    return Certificate(valid=True, clearance=clearance, arms=(0, -1), instant=0.0)
+
+
+def refusal(*arms: int, instant: float) -> Certificate:
+    """What says that a plan is no good: there the arms touch, or one arm alone (the second is -1) touches something."""
+    return Certificate(valid=False, clearance=-0.1, arms=(arms[0], arms[1]), instant=instant)
+
+
+PROVED = proof(0.01)
 """What certifying gives where nothing else is written down."""
 
 # Arms a and b go to each other's places and meet at place 1; a may go around by -5, at a cost of 12 instead of 2.
@@ -77,7 +91,7 @@ class ArmsOnALine(Arms):
     A sequence will do for a function: beyond its end there is no way. `certificates` are what the first plans get.
     """
 
-    def __init__(self, *ways: Sequence | Callable, certificates: Sequence[tuple] = ()) -> None:
+    def __init__(self, *ways: Sequence | Callable, certificates: Sequence[Certificate] = ()) -> None:
         self.problem, self.names, self.dt, self.clock = (
             _PROBLEM,
             tuple("abcdef"[: len(ways)]),
@@ -140,8 +154,16 @@ def tree(
     return ConflictTree(arms=arms, tell=Teller(watch, arms), **(plain | parts))
 
 
+def ended(search: ConflictTree, seed: int = 0) -> bool:
+    """Runs a tree: whether it was exhausted; False as well where its watcher has stopped it."""
+    try:
+        return search.run(seed)
+    except StopPlanning:
+        return False
+
+
 def told(run, seed=0):
-    """A tree, what its run returned and all that it told; `run` makes the tree from a watcher."""
+    """A tree, whether it was exhausted and all that it told; `run` makes the tree from a watcher."""
     events = []
     search = run(events.append)
-    return search, search.run(seed), events
+    return search, ended(search, seed), events

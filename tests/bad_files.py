@@ -172,6 +172,11 @@ PLANS = {
     "positions of the wrong length": (["positions", "left", 1], [0, 0], ["positions.left[1] has 2", "6", "ur5e"]),
     "a position that is NaN": (["positions", "left", 1, 2], NAN, ["positions.left[1][2] is nan", "finite"]),
     "positions that are no list": (["positions", "left"], {}, ["positions.left is {}", "list of configurations"]),
+    "accelerations without velocities": (
+        ["accelerations"],
+        {"left": [[0] * 6] * 3, "right": [[0] * 6] * 3},
+        ["velocities is missing", "accelerations"],
+    ),
     "velocities of the wrong length": (["velocities"], {"left": [], "right": []}, ["velocities.left has 0", "3"]),
     "a misspelt field": (["position"], {}, ["'position'", "Did you mean 'positions'?"]),
 }

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TypeVar
 
 import numpy as np
 import pytest
 
+from mmp_env import opengl
 from mmp_env.arm_colors import arm_color
 from mmp_env.errors import MmpError
-from mmp_env.opengl import offscreen_backend
 
 T = TypeVar("T")
 NONE_HERE = r"apt install|MUJOCO_GL"
@@ -20,12 +21,26 @@ NONE_HERE = r"apt install|MUJOCO_GL"
 def made(call: Callable[[], T]) -> T | None:
     """What `call` makes; None where no picture can be made here, and `call` has said so and what to install."""
     try:
-        offscreen_backend()
+        opengl.offscreen_backend()
     except MmpError:
         with pytest.raises(MmpError, match=NONE_HERE):
             call()
         return None
     return call()
+
+
+@contextmanager
+def without_libraries(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A machine with neither an OpenGL library nor a display."""
+    monkeypatch.setattr(opengl, "find_library", lambda name: None)
+    monkeypatch.setattr(opengl.sys, "platform", "linux")
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL"):
+        monkeypatch.delenv(name, raising=False)
+    opengl.found.cache_clear()
+    try:
+        yield
+    finally:
+        opengl.found.cache_clear()
 
 
 def pixels_of_arm(image: np.ndarray, number: int) -> int:

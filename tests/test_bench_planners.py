@@ -1,22 +1,13 @@
 """`scripts/bench_planners.py`: rows of planners and sources become figures, a JSON line each."""
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
+from functools import partial
 
 import bad_files
+import checkout_scripts
 import pytest
 
-SCRIPT = Path(__file__).parents[1] / "scripts" / "bench_planners.py"
-
-
-def run(*words: object) -> subprocess.CompletedProcess[str]:
-    """Runs the script, which finds the scripts beside it as it does for everybody who starts it."""
-    command = [sys.executable, str(SCRIPT), *map(str, words)]
-    env = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
-    return subprocess.run(command, env=env, capture_output=True, text=True, check=False)
+run = partial(checkout_scripts.run, "bench_planners.py")
 
 
 def test_a_row_becomes_figures_of_each_planner_on_each_source(tmp_path):

@@ -1,11 +1,9 @@
 """The documents: their programs run, their cells load, their links lead somewhere, their tables are up to date."""
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
+import checkout_scripts
 import pytest
 
 from mmp_env import load_cell
@@ -55,15 +53,12 @@ def test_every_picture_is_shown_on_a_page_and_all_together_are_small():
 
 
 def test_the_tables_are_made_of_the_figures_that_are_kept():
-    script = [sys.executable, str(ROOT / "scripts" / "readme_table.py"), "--check"]
-    done = subprocess.run(script, capture_output=True, text=True, check=False)
+    done = checkout_scripts.run("readme_table.py", "--check")
     assert done.returncode == 0, done.stdout + done.stderr
 
 
 def test_the_page_of_planners_is_made_of_their_classes_and_the_figures():
-    script = [sys.executable, str(ROOT / "scripts" / "planners_page.py"), "--check"]
-    env = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}  # it needs a script beside it
-    done = subprocess.run(script, env=env, capture_output=True, text=True, check=False)
+    done = checkout_scripts.run("planners_page.py", "--check")
     assert done.returncode == 0, done.stdout + done.stderr
 
 

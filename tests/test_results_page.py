@@ -3,10 +3,9 @@
 import gzip
 import importlib.util
 import re
-import subprocess
-import sys
 from pathlib import Path
 
+import checkout_scripts
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -43,7 +42,8 @@ not shown
 
 
 @pytest.fixture
-def results_page():
+def results_page(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "scripts")
     spec = importlib.util.spec_from_file_location("results_page", ROOT / "scripts" / "results_page.py")
     assert spec
     assert spec.loader
@@ -52,15 +52,8 @@ def results_page():
     return module
 
 
-def script(name, *words):
-    """Runs a script of the checkout."""
-    interpreter = "bash" if name.endswith(".sh") else sys.executable
-    command = [interpreter, str(ROOT / "scripts" / name), *words]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
 def test_the_page_of_results_is_up_to_date():
-    done = script("results_page.py", "--check")
+    done = checkout_scripts.run("results_page.py", "--check")
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -75,7 +68,7 @@ def test_the_tables_that_matter_are_put_between_the_marks(results_page, tmp_path
     marks = "".join(
         f"<!-- table: {name} -->\nold\n<!-- end of table -->\n" for name in ("cells", "cells-ecbs", "letter")
     )
-    page = results_page.filled(marks, tmp_path)
+    page = results_page.with_tables(marks, tmp_path)
     assert "old" not in page
     assert "Machine: a test." in page
     assert "### MultiArmCell-4\n\n#### Success" in page
@@ -83,7 +76,7 @@ def test_the_tables_that_matter_are_put_between_the_marks(results_page, tmp_path
     assert "not shown" not in page
     assert "Made again" not in page
     assert page.count("Not run yet") == 1
-    assert results_page.filled(page, tmp_path) == page
+    assert results_page.with_tables(page, tmp_path) == page
 
 
 def test_a_reproduction_is_kept_whole_and_always_as_the_same_bytes(results_page, tmp_path):
@@ -116,13 +109,13 @@ def test_a_folder_without_a_report_is_refused(results_page, tmp_path):
     ],
 )
 def test_the_reproduction_refuses_bad_arguments_before_it_does_anything(words, told):
-    done = script("reproduce_paper.sh", *words)
+    done = checkout_scripts.run("reproduce_paper.sh", *words)
     assert (done.returncode, done.stdout) == (1, "")
     assert told in done.stderr
 
 
 def test_the_reproduction_explains_its_options():
-    done = script("reproduce_paper.sh", "--help")
+    done = checkout_scripts.run("reproduce_paper.sh", "--help")
     assert done.returncode == 0
     for option in ("--time-limit", "--count", "--workers", "--out"):
         assert option in done.stdout

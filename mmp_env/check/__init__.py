@@ -24,7 +24,7 @@ from mmp_env.check.path import Path
 from mmp_env.check.rates import derivatives
 from mmp_env.check.reading import PlanData, read_cell, read_plan
 from mmp_env.check.report import RULES, CheckReport, Violation
-from mmp_env.check.rules import beyond_limits, ends, finite, limits, speed, times
+from mmp_env.check.rules import beyond_limits, ends, finite, length, limits, speed, times
 from mmp_env.check.spheres import CloudPairs, CloudSolids
 from mmp_env.check.sweep import ROUNDING_M, prove_apart
 from mmp_env.plan import Plan
@@ -34,7 +34,7 @@ __all__ = ["RULES", "CheckReport", "Violation", "check_plan"]
 GEOM_CLEARANCE_M = 1e-6
 """What an exact check proves between geoms: that they are apart, and by a little, so that the proof ends."""
 _WILD_RAD = 1.0
-"""This far beyond its limits a motion is not swept any more, which might take for ever and would add nothing."""
+"""This far beyond its limits a motion is not swept any more, which would add nothing."""
 
 
 def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckReport:
@@ -50,11 +50,11 @@ def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckR
         model, families = _families(cell, exact, threading.get_ident())
     except UnreadableError as error:
         return CheckReport(violations=(error.violation,))
-    with np.errstate(over="ignore", invalid="ignore"):
+    with np.errstate(all="ignore"):  # of numbers that are too large or too small: what comes out, no rule allows
         violations = list(finite(data))
         if not violations:
-            violations = [v for rule in (times, ends, limits, speed, derivatives) for v in rule(data)]
-            if beyond_limits(data).max() <= _WILD_RAD:
+            violations = [v for rule in (times, length, ends, limits, speed, derivatives) for v in rule(data)]
+            if beyond_limits(data).max() <= _WILD_RAD and not any(length(data)):
                 return _swept(data, violations, model, families, exact)
     return CheckReport(violations=tuple(violations), spheres=_geometry(data, exact), margin_m=data.margin)
 

@@ -23,7 +23,9 @@ def _violation(worst: Contact, group: list[Contact], required: float) -> Violati
     first, last = (edge(contact.time for contact in group) for edge in (min, max))
     one, other = worst.touch.things
     span = "" if first == last else f" (too close from {first:.3f} to {last:.3f} s)"
-    if not worst.found:
+    if not worst.found and worst.clearance < 0:
+        text = f"not proved: {one} and {other} may overlap by {-worst.clearance * 1e3:.2f} mm"
+    elif not worst.found:
         text = f"not proved: {one} and {other} may come as close as {worst.clearance * 1e3:.4f} mm"
     elif worst.clearance < 0:
         text = f"{one} and {other} overlap by {-worst.clearance * 1e3:.2f} mm"

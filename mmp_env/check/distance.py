@@ -11,7 +11,7 @@ from jaxtyping import Float
 from mmp_env.mujoco_import import mujoco
 
 Array = np.ndarray
-GEOM_KINDS = tuple(
+GEOM_KINDS = SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = tuple(
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{name}")) for name in ("SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX")
 )
 """MuJoCo's numbers of the shapes that `geom_support` knows."""

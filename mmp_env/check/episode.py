@@ -8,14 +8,17 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from mmp_env.check import check_plan
-from mmp_env.check.fields import UnreadableError, known, listed, member
-from mmp_env.check.reading import PlanData, read_plan
+from mmp_env.check.fields import UnreadableError, known, listed, member, rotation
+from mmp_env.check.reading import Arm, PlanData, read_plan
 from mmp_env.check.report import CheckReport, Violation
 from mmp_env.check.rules import END_TOLERANCE_RAD
 
 SCHEMA = "mmp-episode/1"
+SAME_PLACE = 1e-9
+"""Two bases stand at one place where their positions [m] and rotation matrices differ by no more."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,6 +31,12 @@ class EpisodeReport:
     @property
     def valid(self) -> bool:
         return not self.violations and all(plan.valid for plan in self.plans)
+
+    @property
+    def sentences(self) -> list[str]:
+        """Every violation in words; plans are numbered from 0, as in the file."""
+        inside = [f"plan {k}: {sentence}" for k, plan in enumerate(self.plans) for sentence in plan.sentences]
+        return [*inside, *map(str, self.violations)]
 
     @property
     def min_clearance_m(self) -> float | None:
@@ -45,8 +54,9 @@ class EpisodeReport:
         }
 
     def __str__(self) -> str:
-        lines = [f"plan {k}: {plan}" for k, plan in enumerate(self.plans)]
-        return "\n".join([*lines, *map(str, self.violations)])
+        if not self.valid:
+            return "\n".join(self.sentences)
+        return "\n".join(f"plan {k}: {plan}" for k, plan in enumerate(self.plans))
 
 
 def check_episode(data: Any, *, exact: bool = False) -> EpisodeReport:
@@ -74,7 +84,7 @@ def _seam(number: int, pair: tuple[Mapping[str, Any], Mapping[str, Any]]) -> Ite
     except UnreadableError:
         return
     between = f"plan {number + 1} does not go on from plan {number}"
-    if _arms(before) != _arms(after):
+    if not _same_arms(before, after):
         yield Violation(rule="schema", message=f"{between}: its arms are others, or stand elsewhere")
         return
     off = np.abs(after.positions[0] - before.positions[-1])
@@ -88,5 +98,12 @@ def _seam(number: int, pair: tuple[Mapping[str, Any], Mapping[str, Any]]) -> Ite
         )
 
 
-def _arms(plan: PlanData) -> list[tuple]:
-    return [(a.name, a.model, a.tool, *a.position.tolist(), *a.quaternion.tolist()) for a in plan.cell.arms]
+def _same_arms(before: PlanData, after: PlanData) -> bool:
+    """Whether two plans are for the same arms with the same tools at the same places."""
+    one, other = ([(arm.name, arm.model, arm.tool) for arm in plan.cell.arms] for plan in (before, after))
+    bases = zip(before.cell.arms, after.cell.arms, strict=False)
+    return one == other and all(np.abs(_place(base) - _place(moved)).max() <= SAME_PLACE for base, moved in bases)
+
+
+def _place(arm: Arm) -> Float[np.ndarray, "3 4"]:
+    return np.column_stack([rotation(arm.quaternion), arm.position])

@@ -8,11 +8,9 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.cell_limits import LARGEST_M, SMALLEST_M
 from mmp_env.check.report import Violation
 from mmp_env.mujoco_import import mujoco
-
-LARGEST_M = 1e4
-"""Beyond it nothing real is meant, and rounding would spoil the proofs."""
 
 
 class UnreadableError(Exception):
@@ -93,10 +91,10 @@ def positive(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.nd
 
 
 def lengths(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.ndarray, "..."]:
-    """Lengths [m] above zero. Raises `UnreadableError`."""
-    array = positive(value, where, shape)
-    if (array > LARGEST_M).any():
-        raise UnreadableError(f"{where} is above {LARGEST_M:g} m")
+    """Lengths [m]. Raises `UnreadableError`."""
+    array = numbers(value, shape, where)
+    if not ((array >= SMALLEST_M) & (array <= LARGEST_M)).all():
+        raise UnreadableError(f"{where} must be from {SMALLEST_M} to {LARGEST_M:g} m")
     return array
 
 
@@ -111,12 +109,13 @@ def pose(data: Any, where: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarra
         quaternion = np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
     elif data.get("quaternion") is not None:
         quaternion = numbers(data["quaternion"], (4,), f"quaternion of {where}")
-    length = np.linalg.norm(quaternion)
-    if not ((np.abs(position) <= LARGEST_M).all() and np.isfinite(length) and length > 0):
+    largest = np.abs(quaternion).max()
+    if not ((np.abs(position) <= LARGEST_M).all() and np.isfinite(largest) and largest > 0):
         raise UnreadableError(
-            f"the pose of {where} must be numbers, its position within 10 km, its quaternion not zero"
+            f"the pose of {where} must be numbers, its position within {LARGEST_M:g} m, its quaternion not zero"
         )
-    return position, quaternion / length
+    quaternion = quaternion / largest  # so that neither tiny nor huge numbers are lost in the squares
+    return position, quaternion / np.linalg.norm(quaternion)
 
 
 def rotation(quaternion: Float[np.ndarray, "4"]) -> Float[np.ndarray, "3 3"]:

@@ -32,19 +32,36 @@ def derivatives(plan: PlanData) -> Iterator[Violation]:
         rate, at = divided_differences(plan.times, plan.positions, 3)
         yield from exceeded(plan, "jerk", "has a jerk of", "rad/s^3", rate, plan.max_jerk, at, RATE_TOLERANCE)
     if plan.velocities is not None:
-        allowed = np.minimum(plan.max_velocity, plan.of_robots("velocity"))
-        yield from exceeded(
-            plan, "rates", "states a velocity of", "rad/s", plan.velocities, allowed, plan.times, RATE_TOLERANCE
-        )
-        growth = plan.of_robots("acceleration") if plan.max_acceleration is None else plan.max_acceleration
-        yield from _follows(plan, "velocities", "rad/s^2", plan.positions, plan.velocities, growth)
-    if plan.accelerations is not None:
-        allowed = plan.of_robots("acceleration") if plan.max_acceleration is None else plan.max_acceleration
-        text = "states an acceleration of"
-        yield from exceeded(plan, "rates", text, "rad/s^2", plan.accelerations, allowed, plan.times, RATE_TOLERANCE)
-        if plan.velocities is not None:
-            growth = plan.of_robots("jerk") if plan.max_jerk is None else plan.max_jerk
-            yield from _follows(plan, "accelerations", "rad/s^3", plan.velocities, plan.accelerations, growth)
+        yield from _stated(plan, plan.velocities)
+
+
+def _stated(plan: PlanData, v: Float[np.ndarray, "t n"]) -> Iterator[Violation]:
+    """Stated rates, velocities `v` [rad/s] and maybe accelerations, are within the limits and fit the motion.
+
+    In a step of h [s] the mean of a rate's two ends is off that which the positions (or the velocities) show by a h / 4
+    at most if the rate grows by a at most, and by j h^2 / 12 if that grows by j at most.
+    """
+    speed = np.minimum(plan.max_velocity, plan.of_robots("velocity"))
+    growth = plan.of_robots("acceleration") if plan.max_acceleration is None else plan.max_acceleration
+    jerk = plan.of_robots("jerk") if plan.max_jerk is None else plan.max_jerk
+    step = np.diff(plan.times)[:, None]
+    q, a, at = plan.positions, plan.accelerations, plan.times
+    yield from exceeded(plan, "rates", "states a velocity of", "rad/s", v, speed, at, RATE_TOLERANCE)
+    text, allowed = "states velocities off those of its motion by", np.minimum(growth * step / 4, jerk * step**2 / 12)
+    yield from exceeded(plan, "rates", text, "rad/s", _off(step, q, v), allowed, at[:-1], RATE_TOLERANCE)
+    if a is None:
+        return
+    yield from exceeded(plan, "rates", "states an acceleration of", "rad/s^2", a, growth, at, RATE_TOLERANCE)
+    text, allowed = "states accelerations off those of its velocities by", jerk * step / 4
+    yield from exceeded(plan, "rates", text, "rad/s^2", _off(step, v, a), allowed, at[:-1], RATE_TOLERANCE)
+
+
+def _off(
+    step: Float[np.ndarray, "m 1"], integral: Float[np.ndarray, "t n"], stated: Float[np.ndarray, "t n"]
+) -> Float[np.ndarray, "m n"]:
+    """By how much the mean of both ends of each step is off what the integral shows, rounding left out."""
+    noise = _ROUNDING * np.maximum(np.abs(integral[1:]), 1.0) / step
+    return np.maximum(np.abs(np.diff(integral, axis=0) / step - (stated[1:] + stated[:-1]) / 2) - noise, 0.0)
 
 
 def divided_differences(
@@ -60,20 +77,3 @@ def divided_differences(
         span = (clock[k:] - clock[:-k])[:, None] / k
         rate, noise = np.diff(rate, axis=0) / span, (noise[1:] + noise[:-1]) / span
     return np.maximum(np.abs(rate) - noise, 0.0), np.clip(clock[: len(rate)], 0.0, times[-1])
-
-
-def _follows(
-    plan: PlanData,
-    what: str,
-    unit: str,
-    integral: Float[np.ndarray, "t n"],
-    stated: Float[np.ndarray, "t n"],
-    growth: Float[np.ndarray, "n"],
-) -> Iterator[Violation]:
-    """Over a step, a rate that grows by `growth` [1/s] at most stays near the mean that the positions show."""
-    step = np.diff(plan.times)[:, None]
-    noise = _ROUNDING * np.maximum(np.abs(integral[1:]), 1.0) / step
-    off = np.abs(np.diff(integral, axis=0) / step - (stated[1:] + stated[:-1]) / 2) - noise
-    text = f"states {what} that fit its motion only at a change of"
-    need = 2 * np.maximum(off, 0.0) / step
-    yield from exceeded(plan, "rates", text, unit, need, growth, plan.times[:-1], RATE_TOLERANCE)

@@ -116,6 +116,8 @@ def read_plan(data: Any) -> PlanData:
     def rates(key: str) -> np.ndarray | None:
         return None if data.get(key) is None else _by_arm(cell, data[key], key, times.size)
 
+    if data.get("accelerations") is not None and data.get("velocities") is None:
+        raise UnreadableError("the plan has accelerations and no velocities")
     max_velocity = limit("max_velocity")
     if max_velocity is None:
         raise UnreadableError("problem has no 'max_velocity'")

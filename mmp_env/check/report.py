@@ -6,11 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 RULES = (
     "schema",
     "shape",
     "finite",
     "times",
+    "length",
     "start",
     "goal",
     "limits",
@@ -45,7 +48,7 @@ class Violation:
             "message": self.message,
             "time_s": self.time_s,
             "arms": list(self.arms),
-            "values": dict(self.values),
+            "values": {key: _number(value) for key, value in self.values.items()},
         }
 
 
@@ -73,6 +76,11 @@ class CheckReport:
     def valid(self) -> bool:
         return not self.violations
 
+    @property
+    def sentences(self) -> list[str]:
+        """Every violation in words."""
+        return list(map(str, self.violations))
+
     def as_dict(self) -> dict[str, Any]:
         """The report as JSON values."""
         return {
@@ -90,7 +98,12 @@ class CheckReport:
 
     def __str__(self) -> str:
         if not self.valid:
-            return "\n".join(str(violation) for violation in self.violations)
+            return "\n".join(self.sentences)
         if self.min_clearance_m is None:  # a lone arm without obstacles or self pairs
             return "valid; nothing to touch"
         return f"valid; clearance >= {self.min_clearance_m * 1e3:.2f} mm at every instant, least between {self.where}"
+
+
+def _number(value: Any) -> Any:
+    """A value for JSON, which knows no infinity and no NaN: None."""
+    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -14,6 +14,8 @@ END_TOLERANCE_RAD = 1e-6
 LIMIT_TOLERANCE_RAD = 1e-9
 SPEED_TOLERANCE = 1e-9
 """Relative; the rounding of a file's decimals, not a licence."""
+MOST_TURN_RAD = 10_000.0
+"""The farthest-turning joint of each step, summed up: a motion of hours. The work of a proof grows with it."""
 
 
 def finite(plan: PlanData) -> Iterator[Violation]:
@@ -41,6 +43,14 @@ def times(plan: PlanData) -> Iterator[Violation]:
         k = int(late[0])
         message = f"time {plan.times[k + 1]} s of sample {k + 1} does not come after {plan.times[k]} s"
         yield Violation(rule="times", message=message, time_s=float(plan.times[k + 1]), values={"samples": len(late)})
+
+
+def length(plan: PlanData) -> Iterator[Violation]:
+    """The motion is short enough to be looked at from end to end."""
+    turn = float(np.abs(np.diff(plan.positions, axis=0)).max(axis=1).sum())
+    if turn > MOST_TURN_RAD:
+        message = f"not proved: joints turn by {turn:.6g} rad one after another; allowed: {MOST_TURN_RAD:g} in one plan"
+        yield Violation(rule="length", message=message, values={"turn_rad": turn, "allowed_rad": MOST_TURN_RAD})
 
 
 def ends(plan: PlanData) -> Iterator[Violation]:
@@ -72,7 +82,7 @@ def limits(plan: PlanData) -> Iterator[Violation]:
         at, low, high = float(plan.positions[row, column]), float(lower[column]), float(upper[column])
         yield Violation(
             rule="limits",
-            message=f"arm '{arm}', joint {joint}, is at {at:.6f} rad; allowed: {low:.6f} to {high:.6f}",
+            message=f"arm '{arm}', joint {joint}, is at {at:.10g} rad; allowed: {low:.10g} to {high:.10g}",
             time_s=float(plan.times[row]),
             arms=(arm,),
             values={"joint": joint, "position_rad": at, "lower_rad": low, "upper_rad": high},
@@ -94,20 +104,26 @@ def exceeded(
     does: str,
     unit: str,
     rate: Float[np.ndarray, "m n"],
-    allowed: Float[np.ndarray, "n"],
+    allowed: Float[np.ndarray, "*m n"],
     at: Float[np.ndarray, "m"],
     tolerance: float,
 ) -> Iterator[Violation]:
-    """One violation for every joint whose |rate| is above what is allowed, where it is largest."""
-    over = np.abs(rate) / allowed
-    for column in np.flatnonzero(over.max(axis=0, initial=0.0) > 1 + tolerance):
-        row = int(np.argmax(over[:, column]))
+    """One violation for every joint whose |rate| is above what is allowed (at all times, or at each), at the worst."""
+    allowed = np.broadcast_to(allowed, rate.shape)
+    excess = np.abs(rate) - allowed * (1 + tolerance)
+    for column in np.flatnonzero(~(excess.max(axis=0, initial=-np.inf) <= 0)):
+        row = int(np.argmax(excess[:, column]))
         arm, joint = plan.joints[column]
-        value, limit = float(abs(rate[row, column])), float(allowed[column])
+        value, limit = float(abs(rate[row, column])), float(allowed[row, column])
         yield Violation(
             rule=rule,
-            message=f"arm '{arm}', joint {joint}, {does} {value:.6g} {unit}; allowed: {limit:.6g}",
+            message=f"arm '{arm}', joint {joint}, {does} {_unlike(value, limit)} {unit}; allowed: {limit:.6g}",
             time_s=float(at[row]),
             arms=(arm,),
             values={"joint": joint, "value": value, "allowed": limit, "unit": unit},
         )
+
+
+def _unlike(value: float, limit: float) -> str:
+    """A value in as many digits as show that it is not the limit."""
+    return next((text for digits in (6, 9, 12) if (text := f"{value:.{digits}g}") != f"{limit:.{digits}g}"), str(value))

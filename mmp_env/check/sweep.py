@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mmp_env.check.items import Family, Items, Touch
+from mmp_env.check.items import Bounds, Family, Items, Touch
 from mmp_env.check.model import CellModel
 from mmp_env.check.path import Path, Track
 
@@ -15,6 +15,8 @@ RESOLUTION_M = 1e-7
 """A step is not bisected when its bound is this close to a clearance met in it: it is proved as it stands, or not."""
 ROUNDING_M = 1e-9
 """What floating point may add up to in a bound, with room to spare."""
+MOST_MEASURED, MOST_PER_ITEM = 10_000, 10
+"""A check measures this often, and so often for each pair in a step that the broad phase leaves; then it gives up."""
 _BLOCK = 400_000  # pairs times steps at once: bounds the memory of a check
 _SEED_ITEMS = 128
 _SLACK_M, _SLACK_SHARE = 1e-4, 0.02  # how far the proved clearance may stay behind the one found
@@ -32,7 +34,10 @@ class Contact:
 
 @dataclass(kw_only=True)
 class Sweep:
-    """The running result: `least` [m] is the least clearance met at an instant, `proved` [m] the least proved."""
+    """The running result: `least` [m] is the least clearance met at an instant, `proved` [m] the least proved.
+
+    `measured` counts pairs in steps; there are no more than `allowed`, which grows with the motion and with the cell.
+    """
 
     required: float
     least: float = np.inf
@@ -40,6 +45,8 @@ class Sweep:
     time: float = 0.0
     proved: float = np.inf
     instants: int = 0
+    measured: int = 0
+    allowed: int = MOST_MEASURED
     contacts: list[Contact] = field(default_factory=list)
 
     @property
@@ -72,14 +79,18 @@ def _prove(families: Sequence[Family], track: Track, state: Sweep) -> None:
         flat = lower.ravel()
         nearest = np.argpartition(flat, _SEED_ITEMS)[:_SEED_ITEMS] if flat.size > _SEED_ITEMS else np.arange(flat.size)
         nearest = nearest[~(flat[nearest] >= state.target)]
-        _narrow(family, track, _items(track, lower.shape, nearest), state, settle=False)
+        if len(nearest):
+            _measure(family, track, _items(track, lower.shape, nearest), state)
     todo = []
     for lower in coarse:
         done = lower.ravel() >= state.target
         state.proved = min(state.proved, lower.ravel()[done].min(initial=np.inf))
         todo.append(_items(track, lower.shape, np.flatnonzero(~done)))
-    while any(map(len, todo)):
-        todo = [_narrow(family, track, items, state) for family, items in zip(families, todo, strict=True)]
+    state.allowed += MOST_PER_ITEM * sum(map(len, todo))
+    while count := sum(map(len, todo)):
+        state.measured += count
+        last = state.measured + 2 * count > state.allowed
+        todo = [_narrow(family, track, items, state, last=last) for family, items in zip(families, todo, strict=True)]
         todo = _halve(track, todo)
 
 
@@ -99,20 +110,14 @@ def _items(track: Track, shape: tuple[int, ...], flat: np.ndarray) -> Items:
     return Items(steps=track.steps, step=step, pair=pair)
 
 
-def _narrow(family: Family, track: Track, items: Items, state: Sweep, *, settle: bool = True) -> Items:
-    """Measures the items, and returns those that are neither proved nor violated."""
+def _narrow(family: Family, track: Track, items: Items, state: Sweep, *, last: bool) -> Items:
+    """Measures the items, and returns those that are neither proved nor violated: none if this is the `last` time."""
     if not len(items):
         return items
-    bounds = family.narrow(track.poses, items, state.target)
-    k = int(np.argmin(bounds.found))
-    if bounds.found[k] < state.least:
-        state.least, state.time = float(bounds.found[k]), float(track.poses.times[bounds.at[k]])
-        state.touch = family.names(int(items.pair[k]))
-    if not settle:
-        return items
+    bounds = _measure(family, track, items, state)
     # Comparisons are such that a NaN proves nothing, and what is not finite will not become so by bisection.
     bad = ~(bounds.found >= state.required)
-    final = ~(bounds.found - bounds.lower > RESOLUTION_M) | ~np.isfinite(bounds.lower)
+    final = ~(bounds.found - bounds.lower > RESOLUTION_M) | ~np.isfinite(bounds.lower) | last
     unproved = final & ~bad & ~(bounds.lower >= state.enough)
     done = (bounds.lower >= state.target) | final | bad
     state.proved = min(state.proved, bounds.lower[done & ~bad & ~unproved].min(initial=np.inf))
@@ -126,3 +131,13 @@ def _narrow(family: Family, track: Track, items: Items, state: Sweep, *, settle:
             )
         )
     return items[~done]
+
+
+def _measure(family: Family, track: Track, items: Items, state: Sweep) -> Bounds:
+    """The bounds of items, one at least; remembers the least clearance found."""
+    bounds = family.narrow(track.poses, items, state.target)
+    k = int(np.argmin(bounds.found))
+    if bounds.found[k] < state.least:
+        state.least, state.time = float(bounds.found[k]), float(track.poses.times[bounds.at[k]])
+        state.touch = family.names(int(items.pair[k]))
+    return bounds

@@ -47,13 +47,15 @@ def load(
 
     `source` is an environment id, or a cell as `MultiArmCell` takes it; the options are that environment's. `random` is
     a seed, a NumPy generator or `RandomState`, or None: the first episode of seed N is the instance of
-    `env.reset(seed=N)`, the next ones are those of further `env.reset()`. `time_limit` [s] ends an episode.
+    `env.reset(seed=N)`, the next ones are those of further `env.reset()`. Where the task puts objects into the cell,
+    each episode has a model of its own. `time_limit` [s] ends an episode.
 
     Raises `MmpError` for a wrong option or value, and where there is no dm_control that works.
     """
     require()
     from dm_control.rl import control
 
+    from mmp_env.cell_instance import InstanceSource
     from mmp_env.cell_source import find_cell
     from mmp_env.dm.physics import CellPhysics
     from mmp_env.dm.random_source import generator
@@ -63,11 +65,10 @@ def load(
     physics = CellPhysics.of(cell)
     cell_task = CellTask(
         physics.simulation,
-        task,
+        InstanceSource(cell, task, max_velocity),
         generator(random),
         control_mode=control_mode,
         terminate_on_contact=terminate_on_contact,
-        max_velocity=max_velocity,
         control_rate_hz=control_rate_hz,
     )
     return control.Environment(physics, cell_task, time_limit=time_limit, n_sub_steps=cell_task.steps)

@@ -17,9 +17,18 @@ class CellPhysics(mujoco.Physics):
     @classmethod
     def of(cls, cell: Cell) -> CellPhysics:
         """The physics of a cell. Raises `MmpError` where it does not compile."""
-        physics = cls.from_model(mujoco.wrapper.MjModel(compile_scene(cell, moving_setpoints=True)))
+        physics = cls.from_model(_model(cell))
         physics._simulation = Simulation(cell, physics.data.ptr)
         return physics
+
+    def enter(self, cell: Cell) -> None:
+        """From here on these are the physics of that cell: a new model and new data, where it is another cell.
+
+        dm_control's viewer and cameras notice; views of `data` and `named` that somebody has kept do not.
+        """
+        if self.simulation.cell is not cell:
+            self._reload_from_model(_model(cell))
+            self._simulation = Simulation(cell, self.data.ptr)
 
     @property
     def simulation(self) -> Simulation:
@@ -35,3 +44,7 @@ class CellPhysics(mujoco.Physics):
             return
         with self.check_invalid_state():
             self._simulation.advance(nstep)
+
+
+def _model(cell: Cell) -> mujoco.wrapper.MjModel:
+    return mujoco.wrapper.MjModel(compile_scene(cell, moving_setpoints=True))

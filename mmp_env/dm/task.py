@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,14 +9,16 @@ from dm_control.rl import control
 from dm_env import specs
 from jaxtyping import Float
 
+from mmp_env.cell import Cell
+from mmp_env.cell_instance import CellInstance, InstanceSource
 from mmp_env.contacts import Contact
 from mmp_env.control import checked_action, find_control_mode, steps_per_action
 from mmp_env.dm.physics import CellPhysics
 from mmp_env.errors import MmpError
 from mmp_env.execution import REACHED_RAD
-from mmp_env.instances import Source, draw, find_task
+from mmp_env.instances import State
 from mmp_env.observation import Observer, joint_limits
-from mmp_env.problem import Problem, make_problem, velocity_limits
+from mmp_env.problem import Problem
 from mmp_env.reward import step_reward
 from mmp_env.simulation import Simulation
 
@@ -25,42 +26,57 @@ from mmp_env.simulation import Simulation
 class CellTask(control.Task):
     """Instances, actions, observations, reward and end of `MultiArmCell`; options as there.
 
-    `random` is drawn from at the beginning of each episode. Of the present one: `start`, `goal` (arm name -> [dof]
-    [rad]), `contacts` of the last action, `is_success`, `distance_rad` (largest over joints).
+    `random` is drawn from at the beginning of each episode. Of the present one: `cell`, `start`, `goal` (arm name ->
+    [dof] [rad]), `contacts` of the last action, `is_success`, `distance_rad` (largest over joints).
     """
 
     def __init__(
         self,
         simulation: Simulation,
-        task: str | Source,
+        source: InstanceSource,
         random: np.random.Generator,
         *,
         control_mode: str,
         terminate_on_contact: bool,
-        max_velocity: float,
         control_rate_hz: int,
     ) -> None:
-        self.cell = simulation.cell
         self.random = random
         self.steps = steps_per_action(control_rate_hz, simulation.timestep_s)
         """Physics steps for each action."""
-        self.start: Mapping[str, Float[np.ndarray, " dof"]] = {}
-        self.goal: Mapping[str, Float[np.ndarray, " dof"]] = {}
         self.contacts: list[Contact] = []
-        self._source = find_task(task)
-        self._max_velocity = max_velocity
+        self._source = source
+        self._instance: CellInstance | None = None
         self._terminate_on_contact = terminate_on_contact
-        fastest = np.concatenate(list(velocity_limits(self.cell, max_velocity).values()))
-        lower, upper = joint_limits(self.cell)
-        self.mode = find_control_mode(control_mode)(lower=lower, upper=upper, reach=fastest / control_rate_hz)
+        lower, upper = joint_limits(source.cell)
+        self.mode = find_control_mode(control_mode)(lower=lower, upper=upper, reach=source.fastest / control_rate_hz)
         self._observer = Observer(simulation)
         self._target = self._q = self._reference = simulation.positions
         self._reward = 0.0
 
     @property
+    def instance(self) -> CellInstance:
+        """The present instance. Raises `MmpError` before the first episode."""
+        if self._instance is None:
+            raise MmpError("no episode has begun; call reset() of the environment first")
+        return self._instance
+
+    @property
+    def cell(self) -> Cell:
+        """The cell of the present episode, with the objects of its task; before the first one without any."""
+        return self._source.cell if self._instance is None else self._instance.cell
+
+    @property
+    def start(self) -> State:
+        return self.instance.start
+
+    @property
+    def goal(self) -> State:
+        return self.instance.goal
+
+    @property
     def problem(self) -> Problem:
         """The present instance as planners take it. Raises `InvalidInstanceError` for a bad task."""
-        return make_problem(self.cell, self.start, self.goal, max_velocity=self._max_velocity)
+        return self.instance.problem
 
     @property
     def distance_rad(self) -> float:
@@ -71,14 +87,15 @@ class CellTask(control.Task):
         return self.distance_rad <= REACHED_RAD
 
     def initialize_episode(self, physics: CellPhysics) -> None:
-        """Draws the next instance and puts the arms at rest at its start."""
+        """Draws the next instance and puts the arms at rest at its start; with the objects of its task, if any."""
+        instance = self._source.drawn(self.random)
+        if instance.cell is not physics.simulation.cell:
+            physics.enter(instance.cell)
+            self._observer = Observer(physics.simulation)
+        self._instance = instance
         simulation = physics.simulation
-        drawn = draw(self.cell, self._source, self.random)
-        if drawn.cell is not self.cell:
-            raise MmpError("the task puts objects into the cell, and this environment has one model for all episodes")
-        self.start, self.goal = drawn.start, drawn.goal
-        simulation.place(simulation.joined(self.start))
-        self._target = simulation.joined(self.goal)
+        simulation.place(simulation.joined(instance.start))
+        self._target = simulation.joined(instance.goal)
         self._q = self._reference = simulation.positions
         self.contacts, self._reward = [], 0.0
 

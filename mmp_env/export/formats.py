@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from contextlib import ExitStack
 from os import PathLike
 from pathlib import Path
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.export.joint_names import JOINT_NAMES, check_distinct
+from mmp_env.export.joint_names import FIELD, JOINT_NAMES, check_distinct
 from mmp_env.export.motion import Motion, motion_of
 from mmp_env.export.ros import yaml_text
 from mmp_env.export.tables import csv_text, write_npz
@@ -24,7 +23,6 @@ FORMATS = {
     ".xml": "the cell as MJCF with keyframes start and goal",
 }
 """Suffix -> what it is."""
-_FIELD = re.compile(r"\{([^{}]*)\}")
 
 
 def export_plan(
@@ -43,23 +41,29 @@ def export_plan(
         check_distinct(content.joints, joint_names)
     with ExitStack() as stack:
         for part, content in parts.items():
-            _write(Path(path).suffix, plans, content, stack.enter_context(whole_file(part)))
+            _write(_suffix(path), plans, content, stack.enter_context(whole_file(part)))
     return parts
 
 
 def check_target(path: str | PathLike[str]) -> None:
     """Raises `MmpError` where no format goes with the name; whether it can be written is looked at when it is."""
-    suffix = Path(path).suffix
+    suffix = _suffix(path)
     if not suffix:
-        raise MmpError(f"'{path}' does not say in which format; the name must end in {', '.join(FORMATS)}")
+        raise MmpError(
+            f"'{path}' does not say in which format; the name must end in {', '.join(FORMATS)}, as plan.csv does"
+        )
     if suffix not in FORMATS:
         raise UnknownNameError("export format", suffix, FORMATS)
-    fields = _FIELD.findall(str(path))
+    fields = FIELD.findall(str(path))
     for field in fields:
         if field != ARM:
             raise UnknownNameError("placeholder of file names", field, [ARM])
     if fields and suffix == ".xml":
         raise MmpError(f"'{path}' asks for a file for each arm, but the MJCF is of the whole cell; leave {{arm}} out")
+
+
+def _suffix(path: str | PathLike[str]) -> str:
+    return Path(path).suffix.lower()
 
 
 def _parts(motion: Motion, path: str) -> dict[Path, Motion]:

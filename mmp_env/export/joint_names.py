@@ -18,12 +18,18 @@ PLACEHOLDERS = {
     "vendor": "the joint in the vendor's description, such as shoulder_pan_joint",
     "robot": "name of the robot",
 }
-_FIELD = re.compile(r"\{([^{}]*)\}")
+FIELD = re.compile(r"\{([^{}]*)\}")
+"""A placeholder, in a pattern of joint names or a file name."""
 
 
 def joint_names(cell: Cell, pattern: str = JOINT_NAMES) -> dict[str, tuple[str, ...]]:
-    """Arm name -> the names of its joints. Raises `UnknownNameError` for a placeholder that does not exist."""
-    for field in _FIELD.findall(pattern):
+    """Arm name -> the names of its joints.
+
+    Raises `MmpError` for a placeholder that does not exist, and for characters that do not print.
+    """
+    if not pattern.isprintable():
+        raise MmpError(f"joint names {pattern!r} have characters that do not print; controllers would refuse them")
+    for field in FIELD.findall(pattern):
         if field not in PLACEHOLDERS:
             raise UnknownNameError("placeholder of joint names", field, PLACEHOLDERS)
     out = {}
@@ -32,7 +38,7 @@ def joint_names(cell: Cell, pattern: str = JOINT_NAMES) -> dict[str, tuple[str, 
         for number, vendor in enumerate(arm.robot.joint_names, start=1):
             words = (arm.name, f"joint{number}", str(number), vendor, arm.robot.name)
             word = dict(zip(PLACEHOLDERS, words, strict=True))
-            names.append(_FIELD.sub(lambda match, word=word: word[match[1]], pattern))
+            names.append(FIELD.sub(lambda match, word=word: word[match[1]], pattern))
         out[arm.name] = tuple(names)
     return out
 

@@ -54,7 +54,7 @@ def motion_of(plans: Sequence[Plan], pattern: str) -> Motion:
     Raises `MmpError` where one does not begin where the one before it ends, or is retimed and another is not.
     """
     first = plans[0]
-    for number, (before, after) in enumerate(pairwise(plans), start=2):
+    for number, (before, after) in enumerate(pairwise(plans), start=1):
         _check_joint(before, after, number)
     starts = np.cumsum([0.0, *(plan.makespan_s for plan in plans[:-1])])
     names = joint_names(first.problem.cell, pattern)
@@ -79,13 +79,15 @@ def _rows(plans: Sequence[Plan], key: str, arm: str) -> Float[np.ndarray, "t dof
 
 
 def _check_joint(before: Plan, after: Plan, number: int) -> None:
-    """Raises `MmpError` where plan `number` cannot follow the one before it."""
-    if before.problem.cell.arm_names != after.problem.cell.arm_names:
-        raise MmpError(f"plan {number} is for other arms than the one before it")
+    """Raises `MmpError` where plan `number`, counted from 0, cannot follow the one before it."""
+    between = f"plan {number} does not go on from plan {number - 1}"
+    one, other = ([(arm.name, arm.robot.name) for arm in plan.problem.cell.arms] for plan in (before, after))
+    if one != other:
+        raise MmpError(f"{between}: its arms are others")
     for key in ("velocities", "accelerations"):
         if (getattr(before, key) is None) != (getattr(after, key) is None):
-            raise MmpError(f"plan {number} and the one before it differ in that one is retimed; retime both or neither")
+            raise MmpError(f"{between}: only one of them has {key}; retime both or neither")
     for arm, q in after.positions.items():
         gap = float(np.abs(q[0] - before.positions[arm][-1]).max())
-        if gap > SAME_RAD:
-            raise MmpError(f"arm '{arm}' begins plan {number} {gap:.3g} rad from where the one before it ends")
+        if not gap <= SAME_RAD:
+            raise MmpError(f"{between}: arm '{arm}' begins {gap:.3g} rad from where it ended")

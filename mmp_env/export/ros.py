@@ -83,13 +83,17 @@ def _matrix(points: list[dict[str, Any]], key: str, count: int) -> Float[np.ndar
 
 
 def _nanoseconds(times: Float[np.ndarray, "t"]) -> Int[np.ndarray, "t"]:
-    if times[-1] >= _LARGEST_SEC:
-        raise MmpError(f"the plan ends after {times[-1]:g} s; time_from_start ends at {_LARGEST_SEC} s")
+    beyond = np.flatnonzero(~(np.abs(times) < _LARGEST_SEC))
+    if len(beyond):
+        raise MmpError(f"time {times[beyond[0]]:g} s does not fit time_from_start, which ends at {_LARGEST_SEC} s")
     out = np.rint(times * _NANO).astype(np.int64)
-    same = np.flatnonzero(np.diff(out) <= 0)
-    if len(same):
-        k = int(same[0])
-        raise MmpError(f"times[{k}] and times[{k + 1}] are {times[k]} s and {times[k + 1]} s, less than 1 ns apart")
+    late = np.flatnonzero(np.diff(out) <= 0)
+    if len(late):
+        k = int(late[0])
+        raise MmpError(
+            f"time {times[k + 1]} s of sample {k + 1} comes less than 1 ns after {times[k]} s; "
+            "a JointTrajectory has times that ascend"
+        )
     return out
 
 

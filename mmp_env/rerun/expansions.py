@@ -60,8 +60,8 @@ def _say_where_it_ends(stream: Any, record: Record) -> None:
         return
     rerun, kept = require(), len(record.looks)
     stream.set_time(timelines.EXPANSION, sequence=kept + 1)
-    which = "node is" if kept == 1 else f"{kept} nodes are"
-    words = f"## Expansion {kept + 1} and later\n\nOnly the first expanded {which} recorded in detail."
+    which = "expanded node is" if kept == 1 else f"{kept} expanded nodes are"
+    words = f"## Expansion {kept + 1} and later\n\nOnly the first {which} recorded in detail."
     stream.log(WORDS, rerun.TextDocument(words, media_type="text/markdown"))
     for path in (PATHS, CONFLICTS, SPHERES):
         stream.log(path, rerun.Clear(recursive=True))

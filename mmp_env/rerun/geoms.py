@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from mmp_env.cell import Cell
 from mmp_env.rerun.sdk import require
+from mmp_env.transforms import matrix_from_quaternion
 
 CELL, STAGE = "/cell", "/stage"
 _LAST_GROUP = 2
@@ -108,6 +109,4 @@ def joined(cell: Cell, q: Mapping[str, Float[np.ndarray, "t dof"]]) -> Float[np.
 
 
 def _turned(quaternion: np.ndarray, vector: Any) -> np.ndarray:
-    from mmp_env.transforms import matrix_from_quaternion
-
     return matrix_from_quaternion(quaternion) @ np.asarray(vector, dtype=float)

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from mmp_env.plan import Plan
 from mmp_env.rerun import timelines
 from mmp_env.rerun.clouds import Configurations, send_clouds
-from mmp_env.rerun.colors import arm_colors
+from mmp_env.rerun.colors import CONTACT, arm_colors
 from mmp_env.rerun.geoms import CellGeoms, joined
 from mmp_env.rerun.joints import send_joints
 from mmp_env.rerun.sdk import require
@@ -23,10 +23,10 @@ PATHS, SPHERES, CLEARANCE = "/plan/paths", "/plan/spheres", "/plan/clearance"
 
 
 def send_plan(stream: Any, plan: Plan, geoms: CellGeoms) -> None:
-    """All of a plan that one can look at; of arms that it does not have, the start."""
+    """All of a plan that one can look at."""
     cell = plan.problem.cell
     times = frame_times(plan)
-    q = sampled(plan, times)
+    q = plan.sampled(times)
     index = [timelines.seconds(times)]
     geoms.send_poses(index, joined(cell, q))
     send_clouds(stream, SPHERES, index, cell, q, plan.problem.margin)
@@ -40,14 +40,6 @@ def frame_times(plan: Plan) -> Float[np.ndarray, "t"]:
     """Times of frames [s], the first and the last instant among them."""
     count = min(MOST_FRAMES, int(np.ceil(plan.makespan_s * FRAMES_PER_S)))
     return np.linspace(0.0, plan.makespan_s, max(count, 1) + 1)
-
-
-def sampled(plan: Plan, times: Float[np.ndarray, "t"]) -> dict[str, Float[np.ndarray, "t dof"]]:
-    """Arm name -> configurations at `times` [s]."""
-    return {
-        name: np.column_stack([np.interp(times, plan.times, column) for column in plan.positions[name].T])
-        for name in plan.problem.cell.arm_names
-    }
 
 
 def send_paths(stream: Any, root: str, q: Configurations, plan: Plan) -> None:
@@ -74,6 +66,6 @@ def _send_clearance(stream: Any, index: list[Any], plan: Plan, q: Configurations
             )
             stream.send_columns(f"{CLEARANCE}/{name}", index, rerun.Scalars.columns(scalars=nearest[name]))
     path = f"{CLEARANCE}/margin"
-    stream.log(path, rerun.SeriesLines(names=["margin"], colors=[[235, 0, 40]], widths=[1.0]), static=True)
+    stream.log(path, rerun.SeriesLines(names=["margin"], colors=[CONTACT], widths=[1.0]), static=True)
     ends = [timelines.seconds([0.0, plan.makespan_s])]
     stream.send_columns(path, ends, rerun.Scalars.columns(scalars=[problem.margin, problem.margin]))

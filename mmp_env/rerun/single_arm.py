@@ -20,7 +20,6 @@ from mmp_env.rerun.clouds import send_clouds
 from mmp_env.rerun.colors import arm_colors
 from mmp_env.rerun.geoms import CellGeoms
 from mmp_env.rerun.meetings import configurations
-from mmp_env.rerun.plan_view import sampled
 from mmp_env.rerun.sdk import Recording, check, require, whole
 
 ROOT = "/single_arm"
@@ -51,7 +50,7 @@ def record_single_arm(
     check(to)
     problem = plan.problem
     times = np.arange(int(np.ceil(plan.makespan_s / dt_s - 1e-9)) + 1) * dt_s
-    moving = {name: q for name, q in sampled(plan, times).items() if name != arm}
+    moving = {name: q for name, q in plan.sampled(times).items() if name != arm}
     grown = grow(problem, arm, moving, seed, iterations, dt_s)
     with whole(to) as place:
         name = f"{arm} of {problem.name or problem.cell.name}"

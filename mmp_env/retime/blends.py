@@ -58,8 +58,12 @@ class BlendedPath:
         return np.minimum(np.sqrt(square), np.cbrt(cube))
 
     def narrower(self, factor: Float[np.ndarray, "c"]) -> BlendedPath:
-        """With the width of each blend times a factor; 0 makes it a stop."""
-        return replace(self, width=self.width * factor, edge=self.edge * factor)
+        """With the width of each blend times a factor, to be passed at the root of it in speed; 0 makes it a stop.
+
+        An edge then takes as long as before and so no more jerk: it narrows by the root too, while there is width.
+        """
+        width = self.width * factor
+        return replace(self, width=width, edge=np.minimum(self.edge * np.sqrt(factor), width))
 
     def breaks(self) -> Float[np.ndarray, "b"]:
         """Phases [s] between which the path is one polynomial, ascending, ends included."""

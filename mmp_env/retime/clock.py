@@ -15,8 +15,10 @@ import numpy as np
 import ruckig
 from jaxtyping import Float
 
+from mmp_env.errors import MmpError
 from mmp_env.retime.zones import Zones
 
+MOST_SAMPLES = 1_000_000
 _SLACK = 1e-6
 """Of the length of a zone: what is just possible in theory may not be in floating point."""
 _EARLY = 1e-9
@@ -39,7 +41,10 @@ class Clock:
 
 
 def run_clock(zones: Zones, period_s: float) -> Clock:
-    """The clock through all zones; where it stops it waits for the next sample."""
+    """The clock through all zones; where it stops it waits for the next sample.
+
+    Raises `MmpError` where that are more samples than anybody could use.
+    """
     speeds, timer = speeds_at_bounds(zones), _Timer()
     pieces: list[tuple[float, float, float, float, float]] = []
     begin = 0.0  # of the zone [s]
@@ -50,6 +55,11 @@ def run_clock(zones: Zones, period_s: float) -> Clock:
             pieces.append((begin, last, 0.0, 0.0, 0.0))
             begin = math.ceil(begin / period_s - _EARLY) * period_s
     start, phase, speed, growth, jerk = np.array(pieces).T
+    if begin > MOST_SAMPLES * period_s:
+        raise MmpError(
+            f"the motion would take {begin:.3g} s, with more than {MOST_SAMPLES} samples; its limits are too low for "
+            "its length and rate"
+        )
     times = period_s * np.arange(round(begin / period_s) + 1)
     piece = np.searchsorted(start, times + _EARLY * period_s, side="right") - 1
     t, v, a, j = times - start[piece], speed[piece], growth[piece], jerk[piece]
@@ -59,6 +69,13 @@ def run_clock(zones: Zones, period_s: float) -> Clock:
         speed=v + t * (a + t * j / 2),
         growth=a + t * j,
     )
+
+
+def rough_duration(zones: Zones) -> float:
+    """How long the clock takes [s], but for what it does within zones."""
+    lengths, speeds = np.diff(zones.bounds), np.array(speeds_at_bounds(zones))
+    from_rest = np.minimum(zones.speed, np.sqrt(zones.growth * lengths)) / 2
+    return float((lengths / np.maximum((speeds[1:] + speeds[:-1]) / 2, from_rest)).sum())
 
 
 def speeds_at_bounds(zones: Zones) -> list[float]:

@@ -16,6 +16,8 @@ from mmp_env.robot import frozen_array
 
 Given = float | Mapping[str, ArrayLike] | None
 """One number for all joints, or arm name -> one for each joint; None stands for the robots' own."""
+LEAST_RAMP_S = 1e-4
+"""Nobody needs speed or acceleration sooner than that, and Ruckig finds no way where it comes at once."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -27,8 +29,10 @@ class RateLimits:
     jerk: Float[np.ndarray, "n"]
 
     def reduced(self, share: float) -> RateLimits:
-        """With a share of acceleration and jerk."""
-        return RateLimits(velocity=self.velocity, acceleration=share * self.acceleration, jerk=share * self.jerk)
+        """With a share of acceleration and jerk, no more than what would be used within `LEAST_RAMP_S`."""
+        acceleration = np.minimum(share * self.acceleration, self.velocity / LEAST_RAMP_S)
+        jerk = np.minimum(share * self.jerk, acceleration / LEAST_RAMP_S)
+        return RateLimits(velocity=self.velocity, acceleration=acceleration, jerk=jerk)
 
 
 def rate_limits(problem: Problem, max_acceleration: Given = None, max_jerk: Given = None) -> RateLimits:
@@ -53,19 +57,24 @@ def arm_limits(cell: Cell, given: Given, what: str) -> dict[str, Float[np.ndarra
                 raise MmpError(f"max_{what}: {UnknownNameError('arm', name, cell.arm_names)}")
     out = {}
     for arm in cell.arms:
-        own = getattr(arm.robot, what)
-        if given is None:
-            values = own
-        elif not isinstance(given, Mapping):
-            values = np.full(arm.dof, float(given))
-        elif arm.name in given:
-            values = np.asarray(given[arm.name], dtype=float)
-        else:
+        if isinstance(given, Mapping) and arm.name not in given:
             raise MmpError(f"max_{what} has no entry for arm '{arm.name}'")
+        own = getattr(arm.robot, what) if given is None else given
+        values = _numbers(own[arm.name] if isinstance(own, Mapping) else own)
+        if not isinstance(own, Mapping) and values.ndim == 0:
+            values = np.full(arm.dof, values)
         if values.shape != (arm.dof,) or not (np.isfinite(values) & (values > 0)).all():
             raise MmpError(f"max_{what} of arm '{arm.name}' must be {arm.dof} positive numbers")
         out[arm.name] = frozen_array(values)
     return out
+
+
+def _numbers(given: ArrayLike) -> Float[np.ndarray, "..."]:
+    """As an array, an empty one where they are no numbers."""
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        return np.empty(0)
 
 
 def joined(cell: Cell, by_arm: Mapping[str, Float[np.ndarray, "*t dof"]]) -> Float[np.ndarray, "*t n"]:

@@ -22,11 +22,14 @@ from mmp_env.retime.limits import RateLimits, split
 CLEAR = 0.55
 """What a blended path has to keep, in margins: a little more than the half that the proof of the result asks for."""
 _SPACING_S, _GAP_S = 0.01, 0.15
+_MOST_LOOKS = 50_000
 _SLIGHT_RAD = 1e-4
 """A blend that misses its corner by no more is left to the proof of the result."""
 _TURN_SHARE, _EDGE_SHARE = 0.75, 0.35
 """Of acceleration and jerk: what a blend takes at full speed."""
 _NARROWER, _NARROWEST = 0.4, 0.05
+_FITS, _INWARD = 6, 0.98
+_TINY = 1e-12
 _LEAST_S = 1e-4
 """A blend that has to be narrower than that is passed so slowly that a stop does no worse."""
 
@@ -36,11 +39,39 @@ def first_blends(course: Course, limits: RateLimits, tolerance: float) -> Blende
     turn = np.abs(course.turns)
     width = (turn / (_TURN_SHARE * limits.acceleration)).max(axis=1, initial=0.0)
     width = np.maximum(width, np.sqrt((turn / (_EDGE_SHARE * limits.jerk)).max(axis=1, initial=0.0)))
-    edge = (turn / (_EDGE_SHARE * limits.jerk)).max(axis=1, initial=0.0) / np.maximum(width, 1e-12)
+    edge = (turn / (_EDGE_SHARE * limits.jerk)).max(axis=1, initial=0.0) / np.maximum(width, _TINY)
     path = BlendedPath(course=course, width=width, edge=np.minimum(edge, width))
-    room = np.minimum(path.corners, course.end - path.corners)
-    fits = np.minimum(room / np.maximum(path.reach, 1e-12), tolerance / np.maximum(path.miss, 1e-12))
+    fits = np.minimum(_within_ends(path), _within_tolerance(path, tolerance))
     return path.narrower(np.where((fits < 1) & (fits * width < _LEAST_S), 0.0, np.minimum(fits, 1.0)))
+
+
+def _within_ends(path: BlendedPath) -> Float[np.ndarray, "c"]:
+    """Factors for `narrower` with which blends reach to the ends of the course: f w + sqrt(f) e = 2 room."""
+    width, edge = np.maximum(path.width, _TINY), path.edge
+    room = np.minimum(path.corners, path.course.end - path.corners)
+    return ((np.sqrt(edge**2 + 8 * width * room) - edge) / (2 * width)) ** 2
+
+
+def _within_tolerance(path: BlendedPath, tolerance: float) -> Float[np.ndarray, "c"]:
+    """Factors with which blends miss their corners by `tolerance` [rad]: with an edge of their own, or all edge."""
+    width = np.maximum(path.width, _TINY)
+    wanted = 8 * tolerance / np.maximum(np.abs(path.course.turns).max(axis=1), _TINY)
+    return np.maximum(wanted - path.edge**2 / (3 * width), 0.75 * wanted) / width
+
+
+def fitted(path: BlendedPath, tolerance: float) -> BlendedPath:
+    """Blends narrowed where several at once stray too far: as much as that asks for. A few rounds, not to the end."""
+    look = path.miss > _SLIGHT_RAD
+    for _ in range(_FITS if look.any() else 0):
+        phase = np.concatenate(_around(path, look))
+        stray = deviation(path, phase)
+        if stray.max() <= tolerance:
+            break
+        first = np.searchsorted(phase, path.corners - path.reach)
+        last = np.searchsorted(phase, path.corners + path.reach, side="right")
+        most = [stray[a:b].max(initial=0.0) for a, b in zip(first, last, strict=True)]
+        path = path.narrower(np.minimum(1.0, _INWARD * tolerance / np.maximum(most, _TINY)))
+    return path
 
 
 def smooth(problem: Problem, path: BlendedPath, tolerance: float) -> BlendedPath:
@@ -117,8 +148,8 @@ def _around(path: BlendedPath, chosen: Bool[np.ndarray, "c"]) -> list[Float[np.n
     begin, end = begin[order], np.maximum.accumulate(end[order])
     cut = np.flatnonzero(begin[1:] > end[:-1] + _GAP_S)
     first, last = begin[np.append(0, cut + 1)], end[np.append(cut, -1)]
-    breaks = path.breaks()
+    breaks, spacing = path.breaks(), max(_SPACING_S, path.course.end / _MOST_LOOKS)
     return [
-        np.unique(np.concatenate([np.arange(a, b, _SPACING_S), breaks[(breaks > a) & (breaks < b)], [b]]))
+        np.unique(np.concatenate([np.arange(a, b, spacing), breaks[(breaks > a) & (breaks < b)], [b]]))
         for a, b in zip(first, last, strict=True)
     ]

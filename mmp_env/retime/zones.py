@@ -20,9 +20,12 @@ CURVE_SHARE = 0.8
 """Of the acceleration a curve may take so much; the rest is for changes of speed."""
 CURVE_JERK, CROSS_JERK = 0.4, 0.2
 """Of the jerk, for a curve that changes, and for changes of speed in a curve; the rest is for changes of those."""
+ZONE_S = 0.04
+"""Phase that is timed as one; longer where jerk limits are so low that a change of acceleration takes as long."""
+_ZONE_RAMPS = 6.0
+_MOST_ZONES = 5_000
 _TINY = 1e-9
 _FASTEST = 1e3
-_SPACING_S = 0.01
 _SLOW = 0.95
 LEAST_ZONE_S = 1e-5
 """Ruckig looks no closer than 1e-8."""
@@ -43,8 +46,10 @@ class Zones:
     stop: np.ndarray
 
 
-def zones_of(path: BlendedPath, limits: RateLimits, length_s: float) -> Zones:
-    """Zones of about `length_s` of phase, which end at stops."""
+def zones_of(path: BlendedPath, limits: RateLimits) -> Zones:
+    """Zones of equal length, more or less, that end at stops."""
+    ramp_s = np.minimum(limits.acceleration / limits.jerk, np.sqrt(limits.velocity / limits.jerk)).max()
+    length_s = max(ZONE_S, _ZONE_RAMPS * float(ramp_s), path.course.end / _MOST_ZONES)
     bounds, marks = _bounds(path, limits, length_s)
     first, second, third = _largest(path, bounds)
     v, a, j = limits.velocity * _SAFETY, limits.acceleration * _SAFETY, limits.jerk * _SAFETY
@@ -83,8 +88,7 @@ def _largest(path: BlendedPath, bounds: Float[np.ndarray, "b"]) -> list[Float[np
     """
     # A stop has two slopes; what is looked at a hair before it belongs to the zone before.
     before = np.nextafter(path.stops, 0.0)
-    grid = np.arange(0.0, path.course.end, _SPACING_S)
-    phase = np.unique(np.concatenate([path.breaks(), bounds, before, grid]))
+    phase = np.unique(np.concatenate([path.breaks(), bounds, before]))
     slope, curve = path.derivatives(phase, (1, 2))
     third, step = np.zeros_like(curve), np.diff(phase)
     long = np.flatnonzero(step > _ROUNDING_S)

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from mmp_env.tree_drawing.boxes import draw_boxes
 from mmp_env.tree_drawing.canvas import Canvas, enlarged
-from mmp_env.tree_drawing.colors import FAINT, FRAME, PANEL, STYLE, WAY
+from mmp_env.tree_drawing.colors import FAINT, WAY
 from mmp_env.tree_drawing.discs import DOTS, NUMBERED, draw_discs
 from mmp_env.tree_drawing.legend import draw_legend
-from mmp_env.tree_drawing.svg import FONT, cut, element, quoted, text_width, words
+from mmp_env.tree_drawing.page import page
+from mmp_env.tree_drawing.svg import cut, element, text_width, words
 from mmp_env.tree_drawing.telling import summary, way_in_words
 from mmp_env.tree_layout import layout
 
@@ -46,7 +47,7 @@ def draw_tree(tree: SearchTree) -> str:
         steps, height = _way(tree, inner / large)
         out.append(element("g", *steps, transform=f"translate({_BORDER} {y + 8:.1f}) scale({large:.3f})"))
         y += 8 + large * height
-    return _page(out, inner + 2 * _BORDER, y + _BORDER, f"{title}: {subtitle}")
+    return page(out, inner + 2 * _BORDER, y + _BORDER, f"{title}: {subtitle}")
 
 
 def _canvas(tree: SearchTree) -> Canvas:
@@ -94,18 +95,3 @@ def _way(tree: SearchTree, width: float) -> tuple[list[str], float]:
     out = [words("The way to the solution", 0.0, 12.0, size=_STEP, bold=True, **heading)]
     out += [words(cut(step, _STEP, width), 0.0, 12.0 + 18 * k, size=_STEP) for k, step in enumerate(steps, 1)]
     return out, 18.0 * len(out)
-
-
-def _page(content: list[str], width: float, height: float, description: str) -> str:
-    panel = {"class_": "mmp-panel", "fill": PANEL, "stroke": FRAME}
-    return "\n".join(
-        (
-            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
-            f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="{FONT}" class="mmp-tree" role="img">',
-            element("title", quoted(description)),
-            element("style", quoted(STYLE)),
-            element("rect", x=0.5, y=0.5, width=width - 1, height=height - 1, rx=8, **panel),
-            *content,
-            "</svg>\n",
-        )
-    )

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mmp_env.events import Watcher, ignore
-from mmp_env.problem import Problem
 from mmp_planners.fast_track import RepulsiveFastTrack
-from mmp_planners.planner import About, PlanResult
+from mmp_planners.planner import About
 from mmp_planners.repulsion import RepulsiveModification
 from mmp_planners.selection import Focal
-from mmp_planners.tree_planner import BranchingOptions, Parts, option, plan_with_tree
+from mmp_planners.tree_planner import OneKindPlanner, Parts, option
 
 ABOUT = About(
     paper="Hong, Lee, Lee, Nam: Repulsive trajectory modification and conflict resolution for efficient "
@@ -24,8 +21,8 @@ ABOUT = About(
 
 
 @dataclass(frozen=True, kw_only=True)
-class RepulsionOptions(BranchingOptions):
-    """Options of the planners that repel."""
+class RepulsivePlanner(OneKindPlanner):
+    """A planner that repels."""
 
     w: float = option(1.5, "suboptimality factor of the focal list", least=1.0)
     alpha: float = option(1e-7, "step size of the gradient descent", positive=True)
@@ -33,13 +30,16 @@ class RepulsionOptions(BranchingOptions):
     d0: float = option(0.10, "distance beyond which nothing repels [m]", positive=True)
     max_iterations: int = option(50, "iterations of ModifyMotion", positive=True)
     distance: str = option(
-        "surface", "distance between sphere surfaces, or centres (the letter)", choices=("surface", "centre")
+        "surface",
+        "surface: of the spheres' surfaces; centre (the letter): of their centres",
+        choices=("surface", "centre"),
     )
     step: str = option("normalised", "normalised steps, or gradient (the paper)", choices=("gradient", "normalised"))
     early_stop: bool = option(True, "stop repelling at 2 cm of clearance; off (the letter): run all iterations")
     trace: bool = option(False, "tell watchers every iterate of ModifyMotion; changes no plan")
 
     def modification(self) -> RepulsiveModification:
+        """ModifyMotion with these options."""
         return RepulsiveModification(
             alpha=self.alpha,
             k_rep=self.k_rep,
@@ -53,35 +53,28 @@ class RepulsionOptions(BranchingOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ApfEcbsNf(RepulsionOptions):
+class ApfEcbsNf(RepulsivePlanner):
     """APF-ECBS without the fast track: ECBS that pushes every replanned path away from the other arms."""
 
+    name: ClassVar[str] = "apf-ecbs-nf"
     about: ClassVar[About] = ABOUT
 
-    def plan(
-        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
-    ) -> PlanResult:
-        parts = Parts(selection=Focal(w=self.w), branching=self.branching(), modification=self.modification())
-        return plan_with_tree("apf-ecbs-nf", self, parts, problem, seed, time_limit, watch)
+    def parts(self, seed: int) -> Parts:
+        return Parts(selection=Focal(w=self.w), branching=self.branching(), modification=self.modification())
 
 
 @dataclass(frozen=True, kw_only=True)
-class ApfEcbs(RepulsionOptions):
+class ApfEcbs(RepulsivePlanner):
     """APF-ECBS: repulsion after every replanning, and the fast track when one arm is in every conflict."""
 
+    name: ClassVar[str] = "apf-ecbs"
     about: ClassVar[About] = ABOUT
 
     fast_track: str = option(
         "sound", "sound: the node stays branchable; literal: it takes the modified path", choices=("sound", "literal")
     )
 
-    def plan(
-        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
-    ) -> PlanResult:
-        return plan_with_tree("apf-ecbs", self, self.parts(), problem, seed, time_limit, watch)
-
-    def parts(self) -> Parts:
-        """What the search is composed of."""
+    def parts(self, seed: int) -> Parts:
         repulsion = self.modification()
         return Parts(
             selection=Focal(w=self.w),

@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import _core
+from mmp_env.certificate import Certificate, certify
 from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
-from mmp_planners.certifying import certify
 from mmp_planners.low_level import SiRrtStar
 
 PairConflicts = Mapping[tuple[int, int], Float[np.ndarray, "c"]]
@@ -114,7 +114,7 @@ class Arms:
         n = len(self.names)
         return [(i, j) for i in range(n) for j in range(i + 1, n) if arm is None or arm in (i, j)]
 
-    def plan(self, paths: Sequence[Path], planner: Mapping[str, object], stats: Mapping[str, object]) -> Plan:
+    def plan(self, paths: Sequence[Path]) -> Plan:
         """The paths on one clock. ScaleTime: a step too fast for any joint is stretched for all arms together."""
         last = max(path.last for path in paths)
         q = [np.vstack([p.q, np.repeat(p.q[-1:], last - p.last, axis=0)]) for p in paths]
@@ -126,14 +126,11 @@ class Arms:
             problem=self.problem,
             times=np.concatenate([[0.0], np.cumsum(stretch * self.dt)]),
             positions=dict(zip(self.names, q, strict=True)),
-            planner=planner,
-            stats=stats,
         )
 
-    def certify(self, plan: Plan) -> tuple[bool, float, tuple[int, int], float]:
-        """Proof of a plan: (valid, proved clearance [m], arms (second -1: one alone), instant), see `certifying`."""
-        found = certify(plan, self.clock)
-        return found.valid, found.clearance, found.arms, found.instant
+    def certify(self, plan: Plan) -> Certificate:
+        """The proof of a plan, in the time that is left; its `instant` is in steps."""
+        return certify(plan, self.clock)
 
     def keep_levels(self) -> tuple[float, float]:
         """Static clearances that a modified path is tested at and proved to keep [m]; every planned path passes."""

@@ -11,26 +11,23 @@ from typing import ClassVar
 from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.problem import Problem
 from mmp_planners.apf_ecbs import ApfEcbs
-from mmp_planners.arms import Arms
 from mmp_planners.counts import Counts
 from mmp_planners.finishing import Run
-from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.prioritized import Prioritized
-from mmp_planners.replanning import Replanning
-from mmp_planners.rrt_connect import NODES, Composite, sub_seeds
-from mmp_planners.tree_planner import grow
+from mmp_planners.rrt_connect import NODES, Composite
+from mmp_planners.seeds import sub_seeds
 
-FIRST_TURN = 10_000
+FIRST_TURN = 2500
 """Iterations of the composite search in its first turn; twice as many in each further one, up to `LONGEST_TURN`."""
 LONGEST_TURN = 200_000
-GOOD = 1.04
+GOOD, FAIR = 1.01, 1.03
 """Multiple of the straight lines that is not worth more work."""
 COARSE = 2
 """Steps of the time grid that are one while a plan is shortened: half the work a look, and as short in the end."""
-GAIN = 1e-3
-"""Share of the cost that a round of replanning must save for another one to follow."""
+GAIN, PATIENCE = 1e-3, 3
+"""Share of the cost that a round must save, and how many rounds in a row may fail to."""
 
 
 @dataclass(kw_only=True)
@@ -38,6 +35,8 @@ class PortfolioCounts(Counts):
     """What the members of a portfolio count together, and which of them found the first plan."""
 
     found_by: str | None = None
+    replanned: int = 0
+    """Attempts to plan arms with detours anew that made the plan shorter."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,17 +44,18 @@ class Auto:
     """A portfolio: composite RRT-Connect, prioritized planning and APF-ECBS take turns, and the plan is shortened.
 
     Turns are counted, not timed, so the same seed gives the same plan. They fail on different instances: crowding
-    decides which of them is fast. The first plan is shortened on the common clock; while it is more than 4 % longer
-    than the straight lines, arms with detours are planned anew among the others, for `rounds` at most.
+    decides which of them is fast. While the plan is more than 1 % longer than the straight lines it is shortened on the
+    common clock and arms with detours are planned anew, for `rounds` at most.
     """
 
     about: ClassVar[About] = About(
-        paper="portfolio of `rrt-connect`, `prioritized` and `apf-ecbs`; then shortcuts and replanning of single arms",
+        paper="portfolio of `rrt-connect`, `prioritized` and `apf-ecbs`; then shortcuts and replanning (MAPF-LNS)",
         guarantee="not complete: it gives up where an arm finds no way even alone; no bound on the cost",
     )
 
-    shorten: int = option(1200, "attempts to shorten the plan, and half as many after each round", least=0)
-    rounds: int = option(6, "rounds in which arms with detours are planned anew, at most", least=0)
+    rounds: int = option(12, "rounds in which the plan is made shorter, at most", least=0)
+    shorten: int = option(300, "attempts to shorten the plan, each round", least=0)
+    replan: int = option(10, "attempts to plan arms with detours anew, each round", least=0)
     dt: float = option(0.1, "length of a step of the time grid [s]", positive=True)
 
     def __post_init__(self) -> None:
@@ -84,7 +84,7 @@ class Auto:
         members = {
             "rrt-connect": self._composite(run),
             "prioritized": Prioritized(dt=self.dt).search(run, counts, watch).rounds(run.seed),
-            "apf-ecbs": self._tree(run, watch),
+            "apf-ecbs": self._tree(run, counts, watch),
         }
         while len(members) > 1:  # the composite search never ends by itself
             for name, turns in list(members.items()):
@@ -113,9 +113,8 @@ class Auto:
                 yield
             run.counts.restarts += 1
 
-    def _tree(self, run: Run, watch: Watcher) -> Iterator[None]:
-        planner = ApfEcbs(dt=self.dt)
-        tree = grow(run, planner, planner.parts(), watch)
+    def _tree(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> Iterator[None]:
+        tree = ApfEcbs(dt=self.dt).grow(run, counts, watch)
         try:
             for _ in tree.rounds(run.seed):
                 yield
@@ -125,21 +124,17 @@ class Auto:
 
     def _improve(self, run: Run, counts: PortfolioCounts) -> bool:
         """Whether the plan got any shorter."""
-        dt = COARSE * self.dt
-        better = run.shorten(self.shorten, dt)
-        arms: Arms | None = None
-        for turn in range(1, self.rounds + 1):
-            if run.best is None or run.best.cost <= GOOD * run.problem.cost_lower_bound_rad or run.clock.expired:
+        dt, bound = COARSE * self.dt, run.problem.cost_lower_bound_rad
+        better, in_vain = False, 0
+        for turn in range(self.rounds):
+            if run.best is None or run.best.cost <= GOOD * bound or run.clock.expired:
                 break
-            if arms is None:
-                arms = Arms(run.problem, dt, SiRrtStar(iterations=100, improve=5, shortcuts=100), run.clock)
-                arms.reseed(run.seed)
             before = run.best.cost
-            plan, calls = Replanning()(arms, run.best.plan, run.seed + turn)
-            counts.low_level_calls += calls
-            run.offer(plan)
-            run.shorten(self.shorten // 2, dt, turn)
-            better = better or run.best.cost < before
-            if run.best.cost > (1 - GAIN) * before:
+            better |= run.shorten(self.shorten, dt, turn)
+            replanned = run.replan(self.replan, dt, turn) if run.best.cost > FAIR * bound else 0
+            counts.replanned += replanned
+            better |= replanned > 0
+            in_vain = in_vain + 1 if run.best.cost > (1 - GAIN) * before else 0
+            if in_vain == PATIENCE:
                 break
         return better

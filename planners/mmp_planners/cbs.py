@@ -2,25 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mmp_env.events import Watcher, ignore
-from mmp_env.problem import Problem
-from mmp_planners.planner import About, PlanResult
+from mmp_planners.planner import About
 from mmp_planners.selection import BestFirst
-from mmp_planners.tree_planner import BranchingOptions, Parts, plan_with_tree
+from mmp_planners.tree_planner import OneKindPlanner, Parts
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cbs(BranchingOptions):
+class Cbs(OneKindPlanner):
     """CBS: best first by cost, w = 1, with the same constraint kinds, low level and restarts as `ecbs`.
 
     Departure: the low level samples, so its paths are not the shortest, and a solution that is not yet proved to be the
     cheapest of the tree is waited upon for `patience` expansions only. `bound_met` says that no open node is cheaper.
     """
 
+    name: ClassVar[str] = "cbs"
     about: ClassVar[About] = About(
         paper="Sharon, Stern, Felner, Sturtevant: Conflict-based search for optimal multi-agent pathfinding, "
         "Artificial Intelligence 219, 2015",
@@ -28,8 +26,5 @@ class Cbs(BranchingOptions):
         guarantee="the cheapest of its own tree where `bound_met`; not complete with the default constraint",
     )
 
-    def plan(
-        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
-    ) -> PlanResult:
-        parts = Parts(selection=BestFirst(), branching=self.branching())
-        return plan_with_tree("cbs", self, parts, problem, seed, time_limit, watch)
+    def parts(self, seed: int) -> Parts:
+        return Parts(selection=BestFirst(), branching=self.branching())

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mmp_env.events import Watcher, ignore
-from mmp_env.problem import Problem
 from mmp_planners.constraints import AvoidState, EitherArm
-from mmp_planners.planner import About, PlanResult
+from mmp_planners.planner import About
 from mmp_planners.selection import BestFirst
-from mmp_planners.tree_planner import Parts, TreeOptions, plan_with_tree
+from mmp_planners.tree_planner import Parts, TreePlanner
 
 
 @dataclass(frozen=True, kw_only=True)
-class CbsMp(TreeOptions):
+class CbsMp(TreePlanner):
     """CBS-MP: best first by cost, and each branch avoids the state in which the other arm was met.
 
     Departure: its low level is a search on one roadmap an arm, ours samples anew for each node; with that it is `cbs`
     with its default constraint.
     """
 
+    name: ClassVar[str] = "cbs-mp"
     about: ClassVar[About] = About(
         paper="Solis, Motes, Sandström, Amato: Representation-optimal multi-robot motion planning using conflict-based "
         "search, IEEE Robotics and Automation Letters 6(3), 2021",
@@ -29,8 +27,5 @@ class CbsMp(TreeOptions):
         guarantee="the cheapest of its own tree where `bound_met`; not complete",
     )
 
-    def plan(
-        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
-    ) -> PlanResult:
-        parts = Parts(selection=BestFirst(), branching=EitherArm(kind=AvoidState(pad=self.pad)))
-        return plan_with_tree("cbs-mp", self, parts, problem, seed, time_limit, watch)
+    def parts(self, seed: int) -> Parts:
+        return Parts(selection=BestFirst(), branching=EitherArm(kind=AvoidState(pad=self.pad)))

@@ -10,7 +10,6 @@ level samples. And the bounds are the planner's own path lengths, not the best t
 
 from __future__ import annotations
 
-import itertools
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -24,8 +23,8 @@ from mmp_planners.expansion import AtOnce, Expansion, Experience, FromScratch
 from mmp_planners.fast_track import FastTrack, NoFastTrack
 from mmp_planners.node import Node
 from mmp_planners.nursery import Nursery
-from mmp_planners.planner import StopPlanning
 from mmp_planners.repulsion import Modification, Unmodified
+from mmp_planners.seeds import sub_seeds
 from mmp_planners.selection import Selection
 from mmp_planners.telling import Teller
 
@@ -64,22 +63,20 @@ class ConflictTree:
         )
 
     def run(self, seed: int) -> bool:
-        """Searches until a solution is good enough, constraints are used up, or time is; True if used up in time."""
-        try:
-            for _ in self.rounds(seed):
-                pass
-        except StopPlanning:
+        """Searches until a solution is good enough, constraints are used up, or time is; True if used up in time.
+
+        What a watcher raises goes through.
+        """
+        for _ in self.rounds(seed):
             pass
         return self.exhausted
 
     def rounds(self, seed: int) -> Iterator[None]:
         """One tree each, until a solution is good enough, the constraints are used up (`exhausted`), or time is."""
-        seeds = np.random.SeedSequence(seed)
         budget, rootless = float(RESTART_EXPANSIONS), 0
-        for restart in itertools.count():
+        for restart, sub_seed in enumerate(sub_seeds(seed)):
             if self.arms.clock.expired:
                 return
-            sub_seed = int(seeds.spawn(1)[0].generate_state(1, np.uint64)[0] >> 1)
             self.tell.search_started(restart, sub_seed)
             instant = INSTANTS[restart % len(INSTANTS)]
             root = self._nursery.root(sub_seed)
@@ -161,15 +158,21 @@ class ConflictTree:
         """A node without conflicts: the incumbent, if it is cheaper and its plan can be proved safe."""
         if self.best is not None and node.cost >= self.best.cost:
             return
-        plan = self.arms.plan(node.paths, {}, {})
-        valid, clearance, (a, b), instant = self.arms.certify(plan)
-        if valid:
+        plan = self.arms.plan(node.paths)
+        proof = self.arms.certify(plan)
+        if proof.valid:
             self.found_at = self.found_at or time.perf_counter()
-            self.best = Incumbent(plan=plan, cost=node.cost, clearance=clearance, found_at=self.counts.expanded_nodes)
-            self.tell.solved(node, clearance)
+            self.best = Incumbent(
+                plan=plan,
+                cost=node.cost,
+                clearance=proof.clearance,
+                found_at=self.counts.expanded_nodes,
+                node=node.id,
+            )
+            self.tell.solved(node, proof.clearance)
         elif not self.arms.clock.expired:
             # Something that the planner's own checks missed: between arms it is a conflict like any other.
             self.counts.failed_certificates += 1
-            if b >= 0:
-                node.update(conflicts={(a, b): np.array([instant])})
+            if proof.arms[1] >= 0:
+                node.update(conflicts={proof.arms: np.array([proof.instant])})
                 open_nodes.append(node)

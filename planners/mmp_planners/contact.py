@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import functools
+from collections.abc import Hashable
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from jaxtyping import Float
@@ -25,11 +26,25 @@ class Contact:
     links: tuple[int, int]
 
 
-@functools.lru_cache(maxsize=8)  # several constraint kinds ask for the same
+_ANSWERS: WeakKeyDictionary[Arms, tuple[Hashable, tuple[Contact, ...]]] = WeakKeyDictionary()
+"""The last question of each run with its answer: both arms, and several constraint kinds, ask the same in a row."""
+
+
 def contacts(
     arms: Arms, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]
 ) -> tuple[Contact, ...]:
     """The contact of arms `a` and `b` at each of the instants; bases do not count, no path reaches another's."""
+    question = (a, path_a, b, path_b, instants)
+    asked, answer = _ANSWERS.get(arms, (None, ()))
+    if asked != question:
+        answer = _contacts(arms, a, path_a, b, path_b, instants)
+        _ANSWERS[arms] = question, answer
+    return answer
+
+
+def _contacts(
+    arms: Arms, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]
+) -> tuple[Contact, ...]:
     centers_a, radii_a, links_a = _moving_spheres(arms, a, path_a, instants)
     centers_b, radii_b, links_b = _moving_spheres(arms, b, path_b, instants)
     apart = centers_b[:, None, :, :] - centers_a[:, :, None, :]

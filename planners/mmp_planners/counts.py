@@ -43,10 +43,12 @@ class Counts(ArmCounts):
 
 @dataclass(kw_only=True)
 class Incumbent:
-    """The best solution so far: its plan and what was proved of it."""
+    """The best solution so far: its plan and what was proved of it. `node` is that of the tree that it is from."""
 
     plan: Plan
     cost: float
     clearance: float
-    found_at: int
+    found_at: int = 0
+    """Nodes that were expanded before it."""
+    node: int | None = None
     bound_met: bool | None = None  # None: the planner knows no bound

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mmp_env.events import Watcher, ignore
-from mmp_env.problem import Problem
-from mmp_planners.planner import About, PlanResult
+from mmp_planners.planner import About
 from mmp_planners.selection import Focal
-from mmp_planners.tree_planner import BranchingOptions, Parts, option, plan_with_tree
+from mmp_planners.tree_planner import OneKindPlanner, Parts, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ecbs(BranchingOptions):
+class Ecbs(OneKindPlanner):
     """ECBS: a focal list over the conflict tree, fewest conflicts first within w times the bound.
 
     Departure: in Barer's ECBS the low level is a focal search as well and its bound is f_min; with a sampling planner
@@ -22,6 +19,7 @@ class Ecbs(BranchingOptions):
     costs, unless `cost_ratio` (to the straight lines) is at most w: that is a true bound.
     """
 
+    name: ClassVar[str] = "ecbs"
     about: ClassVar[About] = About(
         paper="Barer, Sharon, Stern, Felner: Suboptimal variants of the conflict-based search algorithm for the "
         "multi-agent pathfinding problem, SoCS 2014",
@@ -31,8 +29,5 @@ class Ecbs(BranchingOptions):
 
     w: float = option(1.5, "suboptimality factor of the focal list", least=1.0)
 
-    def plan(
-        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
-    ) -> PlanResult:
-        parts = Parts(selection=Focal(w=self.w), branching=self.branching())
-        return plan_with_tree("ecbs", self, parts, problem, seed, time_limit, watch)
+    def parts(self, seed: int) -> Parts:
+        return Parts(selection=Focal(w=self.w), branching=self.branching())

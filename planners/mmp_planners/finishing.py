@@ -8,28 +8,19 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from mmp_env import _core
+from mmp_env.certificate import certify
 from mmp_env.errors import MmpError
 from mmp_env.events import NodeCreated, SolutionFound, Watcher, ignore
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
-from mmp_planners.certifying import certify
 from mmp_planners.counts import Incumbent, RunCounts
 from mmp_planners.options import check_seed
 from mmp_planners.planner import PlanResult, Status, StopPlanning
+from mmp_planners.replanning import Replanning
+from mmp_planners.returned import NUMBERS
+from mmp_planners.seeds import seed_of
 from mmp_planners.shortcutting import Shortcutting, on_grid
-
-CONTRACT = (
-    "expanded_nodes",
-    "generated_nodes",
-    "low_level_calls",
-    "fast_track_tries",
-    "fast_track_hits",
-    "root_conflicts",
-)
-"""Counts that results.jsonl asks for; None where a planner has no such thing."""
 
 PROOF_SHARE, PROOF_S = 0.1, 0.02
 """What shortening leaves of the time that is left, so that what it found can be proved: a share, or so many seconds."""
@@ -70,9 +61,7 @@ class Run:
             self.counts.failed_certificates += not self.clock.expired
             return False
         bound_met = self.best.bound_met if self.best else None
-        self.best = Incumbent(
-            plan=plan, cost=plan.cost_rad, clearance=certificate.clearance, found_at=0, bound_met=bound_met
-        )
+        self.best = Incumbent(plan=plan, cost=plan.cost_rad, clearance=certificate.clearance, bound_met=bound_met)
         if self.found_s is None:
             self.found_s = self.elapsed_s
         return True
@@ -112,16 +101,29 @@ class Run:
 
     def shorten(self, attempts: int, dt: float, turn: int = 0) -> bool:
         """The best plan made shorter; False where there is none or it stays as it is. Every `turn` has its own seed."""
-        if self.best is None or attempts == 0:
-            return False
-        seed = int(np.random.SeedSequence((self.seed, turn)).generate_state(1, np.uint64)[0])
+        kept = self._improve(Shortcutting(attempts=attempts, dt=dt), seed_of(self.seed, turn))
+        self.counts.shortcuts += kept
+        return kept > 0
+
+    def replan(self, attempts: int, dt: float, turn: int = 0) -> int:
+        """The same by planning arms anew: how many of the attempts made the best plan shorter."""
+        return self._improve(Replanning(attempts=attempts, dt=dt), seed_of(self.seed, turn, 1))
+
+    def _improve(self, part: Shortcutting | Replanning, seed: int) -> int:
+        """How often the part made the best plan shorter; 0 where that could not be proved."""
+        if self.best is None or part.attempts == 0:
+            return 0
         remaining = min(self.clock.remaining, 1e10)
         early = _core.Clock(max(0.0, remaining - max(PROOF_SHARE * remaining, PROOF_S)))
-        plan, kept = Shortcutting(attempts=attempts, dt=dt)(self.best.plan, seed, early)
+        plan, kept = part(self.best.plan, seed, early)
         self.cut_short |= early.expired
-        shorter = kept > 0 and self.offer(plan)
-        self.counts.shortcuts += kept * shorter
-        return shorter
+        return kept if kept > 0 and self.offer(plan) else 0
+
+    def tell_and_shorten(self, watch: Watcher, attempts: int, dt: float) -> None:
+        """The end of a planner without a tree: its plan is told, and told again where `attempts` have shortened it."""
+        self.tell(watch, node=0, parent=None, dt=dt)
+        if self.shorten(attempts, dt):
+            self.tell(watch, node=1, parent=0, dt=dt)
 
     def result(self) -> PlanResult:
         """What came of it. A signal handler may raise `StopPlanning` even here, so it is made again."""
@@ -134,7 +136,7 @@ class Run:
     def _result(self) -> PlanResult:
         best, straight = self.best, self.problem.cost_lower_bound_rad
         stats: dict[str, Any] = {
-            **dict.fromkeys(CONTRACT),
+            **dict.fromkeys(NUMBERS),  # None: the planner has no such thing
             **dataclasses.asdict(self.counts),
             "cost_rad": None,
             "makespan_s": None,

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from mmp_env.events import Watcher, ignore
-from mmp_env.problem import Problem
 from mmp_planners.bandit import DynamicThompsonSampling
 from mmp_planners.constraints import EveryKind
 from mmp_planners.constraints.named import constraint_kinds
 from mmp_planners.expansion import WhenTaken
-from mmp_planners.options import check_seed
-from mmp_planners.planner import About, PlanResult
+from mmp_planners.planner import About
 from mmp_planners.selection import FocalPerKind
-from mmp_planners.tree_planner import Parts, TreeOptions, option, plan_with_tree
+from mmp_planners.tree_planner import Parts, TreePlanner, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class GenEcbs(TreeOptions):
+class GenEcbs(TreePlanner):
     """Gen-ECBS: branches of every constraint kind, a focal list for each, and a bandit that picks the list.
 
     Children are made without replanning and replanned when they are first taken. LB is the least bound of all open
@@ -29,6 +25,7 @@ class GenEcbs(TreeOptions):
     Departure: bounds are as in `ecbs`, the lengths of the planner's own paths.
     """
 
+    name: ClassVar[str] = "gen-ecbs"
     about: ClassVar[About] = About(
         paper="Shaoul, Veerapaneni, Likhachev, Li: Unconstraining multi-robot manipulation: enabling arbitrary "
         "constraints in ECBS with bounded sub-optimality, SoCS 2024",
@@ -51,12 +48,8 @@ class GenEcbs(TreeOptions):
         """Raises `MmpError` for a kind that does not exist."""
         return EveryKind(kinds=constraint_kinds(self.kinds, pad=self.pad))
 
-    def plan(
-        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
-    ) -> PlanResult:
-        check_seed(seed)
+    def parts(self, seed: int) -> Parts:
         branching = self.branching()
         bandit = DynamicThompsonSampling(len(branching.kinds) + 1, np.random.default_rng(seed))
         selection = FocalPerKind(w=self.w, bandit=bandit)
-        parts = Parts(selection=selection, branching=branching, expansion=WhenTaken())
-        return plan_with_tree("gen-ecbs", self, parts, problem, seed, time_limit, watch)
+        return Parts(selection=selection, branching=branching, expansion=WhenTaken())

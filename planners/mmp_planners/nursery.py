@@ -8,14 +8,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from mmp_env import _core
 from mmp_planners.arms import Arms, Path
 from mmp_planners.counts import Counts
 from mmp_planners.expansion import Experience
 from mmp_planners.node import Node
 from mmp_planners.repulsion import Modification
+from mmp_planners.seeds import seed_of
 from mmp_planners.telling import Teller
 
 REPLAN_TRIES = 3
@@ -87,7 +86,7 @@ class Nursery:
         """The low level, with a growing budget; the seed depends on the node alone, not on what ran before."""
         known = None if experience is None else experience.q
         for attempt in range(REPLAN_TRIES):
-            seed = int(np.random.SeedSequence((*key, attempt)).generate_state(1, np.uint64)[0])
+            seed = seed_of(*key, attempt)
             self.counts.low_level_calls += 1
             path, iterations = self.arms.low_level(arm, constraints, seed, REPLAN_GROWTH**attempt, experience=known)
             self.tell.replanned(arm, len(constraints), path is not None, iterations, attempt + 1)

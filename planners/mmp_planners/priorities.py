@@ -12,6 +12,7 @@ from mmp_env import _core
 from mmp_planners.arms import Arms, Path
 from mmp_planners.counts import ArmCounts
 from mmp_planners.finishing import Run
+from mmp_planners.seeds import quick_seed_of
 from mmp_planners.telling import Teller
 
 ALONE_TRIES = 3
@@ -54,7 +55,7 @@ class PrioritySearch:
                 return
             self.tell.search_started(restart, seed)
             paths, failed = self._one_after_the_other(order, parked, detours, budget, (seed, ALONE_TRIES + restart))
-            if failed is None and self.run.offer(self.arms.plan(paths, {}, {})):
+            if failed is None and self.run.offer(self.arms.plan(paths)):
                 return
             yield
             self.counts.restarts += 1
@@ -67,10 +68,10 @@ class PrioritySearch:
     def _each_alone(self, seed: int) -> bool:
         """Every arm as if it were the only one."""
         for attempt in range(ALONE_TRIES):
-            self.arms.reseed(_seed(seed, attempt))
+            self.arms.reseed(quick_seed_of(seed, attempt))
             self.alone = []
             for arm in range(len(self.arms.names)):
-                path = self._plan(arm, (), (), ALONE_BUDGET, _seed(seed, attempt, arm))
+                path = self._plan(arm, (), (), ALONE_BUDGET, quick_seed_of(seed, attempt, arm))
                 if path is None:
                     break
                 self.alone.append(path)
@@ -101,7 +102,7 @@ class PrioritySearch:
             kept += detours[arm]
             path = None if kept else self._alone_if_clear(arm, before)
             if path is None:
-                path = self._plan(arm, kept, before, budget, _seed(*key, arm))
+                path = self._plan(arm, kept, before, budget, quick_seed_of(*key, arm))
             if path is None:
                 return [], arm
             paths[arm] = path
@@ -139,12 +140,3 @@ def _next_order(order: Sequence[int], failed: int | None, rng: np.random.Generat
     if failed is None or rng.random() >= FORWARD:
         return [int(k) for k in rng.permutation(len(order))]
     return [failed, *(arm for arm in order if arm != failed)]
-
-
-def _seed(*key: int) -> int:
-    """A seed of its own for each key (a SeedSequence would take longer than an easy search)."""
-    mixed = 0
-    for part in key:
-        mixed = (mixed ^ part) * 0x9E3779B97F4A7C15 % 2**64
-        mixed = (mixed ^ mixed >> 32) * 0xD6E8FEB86659FD93 % 2**64
-    return mixed >> 1

@@ -77,7 +77,7 @@ def signature_fault(found: Any) -> str | None:
 def make(name: str, **options: Any) -> Planner:
     """A planner with options. Raises `MmpError` for an option that does not exist, or a value that is not allowed."""
     planner = load(name)
-    known = {option.name: option for option in describe(name).options}
+    known = {option.name: option for option in _description(name, planner).options}
     for key, value in options.items():
         if key not in known:
             close = difflib.get_close_matches(key, known, n=1, cutoff=0.4)
@@ -94,7 +94,10 @@ def make(name: str, **options: Any) -> Planner:
 
 def describe(name: str) -> Description:
     """What `mmp list` shows of a planner. Raises like `load`."""
-    planner = load(name)
+    return _description(name, load(name))
+
+
+def _description(name: str, planner: type) -> Description:
     summary = (inspect.getdoc(planner) or "").split("\n\n")[0].replace("\n", " ")
     about = getattr(planner, "about", None)
     try:

@@ -1,41 +1,38 @@
-"""One arm after the other planned anew among all others, for what shortcuts cannot find: another way round.
+"""Arms with detours planned anew among the others, for what shortcuts cannot find: another way round.
 
-A large-neighbourhood search (Shaw 1998; for many robots MAPF-LNS, Li et al., IJCAI 2021), the neighbourhood one arm.
+A large-neighbourhood search (Shaw 1998; for many robots MAPF-LNS, Li et al., IJCAI 2021), the neighbourhood one arm, or
+one that makes room for another (`native/replanner.hpp`). Ways are found by RRT in space and time that looks only where
+they can still become shorter (`native/informed.hpp`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from mmp_env import _core
+from mmp_env.collision import HIT, KEEP_PROOF
 from mmp_env.plan import Plan
-from mmp_planners.arms import Arms
-from mmp_planners.shortcutting import on_grid
-
-WORTH_RAD = 0.1
-"""An arm whose path is not longer than the straight line by more than this is left alone."""
+from mmp_planners.shortcutting import on_grid, paced, step_of_grid
 
 
 @dataclass(frozen=True, kw_only=True)
 class Replanning:
-    """The arms with the longest detours first; a new path is kept if it is shorter. The low level is that of `Arms`."""
+    """`attempts` to give arms shorter ways on a grid of `dt` [s]; the same seed gives the same plan."""
 
-    def __call__(self, arms: Arms, plan: Plan, seed: int) -> tuple[Plan, int]:
-        """The plan with shorter paths, its certificate still to come, and how many arms were asked."""
-        problem = plan.problem
-        paths = [arms.path(arm, q) for arm, q in enumerate(on_grid(plan, arms.dt))]
-        straight = [float(np.abs(problem.goal[name] - problem.start[name]).sum()) for name in arms.names]
-        detours = [path.length - length for path, length in zip(paths, straight, strict=True)]
-        calls = replaced = 0
-        for arm in sorted(range(len(paths)), key=lambda arm: (-detours[arm], arm)):
-            if detours[arm] < WORTH_RAD or arms.clock.expired:
-                break
-            calls += 1
-            others = [path for other, path in enumerate(paths) if other != arm]
-            sub_seed = int(np.random.SeedSequence((seed, arm)).generate_state(1, np.uint64)[0])
-            path, _ = arms.low_level(arm, (), sub_seed, others=others)
-            if path is not None and path.length < paths[arm].length:
-                paths[arm] = path
-                replaced += 1
-        return (arms.plan(paths, {}, {}) if replaced else plan), calls
+    attempts: int
+    dt: float = 0.1
+
+    def __call__(self, plan: Plan, seed: int, clock: _core.Clock) -> tuple[Plan, int]:
+        """The plan made shorter, its certificate still to come, and how many attempts succeeded."""
+        problem, dt = plan.problem, step_of_grid(plan, self.dt)
+        rows, kept = _core.replan(
+            problem.cell.collision.core,
+            on_grid(plan, dt),
+            [problem.max_velocity[name] * dt for name in problem.cell.arm_names],
+            HIT * problem.margin,
+            KEEP_PROOF * problem.margin,
+            self.attempts,
+            seed,
+            clock,
+        )
+        return (paced(problem, rows) if kept else plan), kept

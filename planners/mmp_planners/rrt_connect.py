@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -17,6 +16,7 @@ from mmp_env.problem import Problem
 from mmp_planners.finishing import Run
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
+from mmp_planners.seeds import sub_seeds
 from mmp_planners.shortcutting import paced
 
 NODES = 200_000
@@ -60,7 +60,7 @@ class Composite:
 
 @dataclass(frozen=True, kw_only=True)
 class RrtConnect:
-    """RRT-Connect over all joints of all arms at once: the fastest first plan, and a long one until it is shortened."""
+    """RRT-Connect over all joints of all arms at once: the fastest first plan, a long one, and then shortcuts."""
 
     about: ClassVar[About] = About(
         paper="Kuffner, LaValle: RRT-Connect: An efficient approach to single-query path planning, ICRA 2000",
@@ -71,7 +71,7 @@ class RrtConnect:
     range: float = option(2.0, "longest edge of the trees, L2 over all joints of all arms [rad]", least=0.01)
     step: float = option(0.05, "distance between samples of an edge, largest joint [rad]", least=0.001)
     nodes: int = option(NODES, "nodes of both trees before they are planted anew", positive=True)
-    shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: as it was found", least=0)
+    shorten: int = option(200, "attempts to shorten the plan on the common clock; 0: as it was found", least=0)
     dt: float = option(0.1, "step of the time grid that it is shortened on [s]", positive=True)
 
     def __post_init__(self) -> None:
@@ -94,16 +94,7 @@ class RrtConnect:
                 if found or run.clock.expired:
                     break
                 run.counts.restarts += 1
-            run.tell(watch, node=0, parent=None, dt=self.dt)
-            if run.shorten(self.shorten, self.dt):
-                run.tell(watch, node=1, parent=0, dt=self.dt)
+            run.tell_and_shorten(watch, self.shorten, self.dt)
         except StopPlanning:
             pass
         return run.result()
-
-
-def sub_seeds(seed: int) -> Iterator[int]:
-    """Seeds of restarts, one after the other."""
-    sequence = np.random.SeedSequence(seed)
-    while True:
-        yield int(sequence.spawn(1)[0].generate_state(1, np.uint64)[0] >> 1)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import abc
 import dataclasses
+import math
 from dataclasses import dataclass, field
+from typing import ClassVar
 
-from mmp_env.events import Watcher, wants_iterates
+from mmp_env.events import Watcher, ignore, wants_iterates
 from mmp_env.problem import Problem
 from mmp_planners.arms import Arms
 from mmp_planners.conflict_tree import ConflictTree
@@ -24,8 +27,25 @@ from mmp_planners.telling import Teller
 
 
 @dataclass(frozen=True, kw_only=True)
-class TreeOptions:
-    """Options of every planner of the family; the defaults are the rulings of docs/paper.md."""
+class Parts:
+    """What a conflict-tree planner is composed of; what is left out is that of plain CBS."""
+
+    selection: Selection
+    branching: ConstraintKind
+    expansion: Expansion = field(default_factory=AtOnce)
+    experience: Experience = field(default_factory=FromScratch)
+    modification: Modification = field(default_factory=Unmodified)
+    fast_track: FastTrack = field(default_factory=NoFastTrack)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TreePlanner(abc.ABC):
+    """A planner of the family is a name, options and the parts that they make; the search is the same for all.
+
+    The defaults of the options are the rulings of docs/paper.md.
+    """
+
+    name: ClassVar[str]
 
     dt: float = option(0.1, "length of a step of the time grid [s]", positive=True)
     restarts: bool = option(True, "start anew with another sub-seed when a tree does not get on; off: one tree")
@@ -39,61 +59,54 @@ class TreeOptions:
     def __post_init__(self) -> None:
         check_options(self)
 
+    @abc.abstractmethod
+    def parts(self, seed: int) -> Parts:
+        """What the search is composed of; `seed` is for parts that draw."""
+
+    def plan(
+        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
+    ) -> PlanResult:
+        """Runs the search. Raises `MmpError` for a negative seed or a time limit of NaN."""
+        run = Run.begin(self.name, self, problem, seed, time_limit)
+        run.counts = counts = Counts()
+        check_steps(problem, self.dt)
+        tree: ConflictTree | None = None
+        try:  # a signal handler may stop the run at any moment, before the search begins and after it has ended too
+            tree = self.grow(run, counts, watch)
+            run.exhausted = tree.run(seed)
+            run.take(tree.best, tree.found_at)
+            if run.shorten(self.shorten, self.dt) and tree.best is not None:
+                run.tell(watch, node=counts.generated_nodes, parent=tree.best.node, dt=self.dt)
+        except StopPlanning:
+            if tree is not None and run.best is None:
+                run.take(tree.best, tree.found_at)
+        return run.result()
+
+    def grow(self, run: Run, counts: Counts, watch: Watcher) -> ConflictTree:
+        """The search of a run, about to begin; it counts in `counts`."""
+        low_level = SiRrtStar(eta=self.eta, iterations=self.iterations, shortcuts=self.shortcuts)
+        arms = Arms(run.problem, self.dt, low_level, run.clock)
+        parts = self.parts(run.seed)
+        if wants_iterates(watch):
+            parts = dataclasses.replace(parts, modification=traced(parts.modification))
+        return ConflictTree(
+            arms=arms,
+            tell=Teller(watch, arms),
+            restarts=self.restarts,
+            patience=self.patience,
+            counts=counts,
+            **{part.name: getattr(parts, part.name) for part in dataclasses.fields(parts)},
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
-class BranchingOptions(TreeOptions):
-    """Options of the planners that branch with one constraint kind, whichever is named."""
+class OneKindPlanner(TreePlanner):
+    """A planner that branches with one constraint kind, whichever is named."""
 
-    constraint: str = option("avoid-state", "what a branch forbids", choices=KINDS)
+    constraint: str = option("avoid-state", f"what a branch forbids: {', '.join(KINDS)}", choices=KINDS)
     radius: float = option(0.2, "vertex: radius of the forbidden ball [rad]", positive=True)
     sphere_radius: float = option(0.1, "sphere: radius of the forbidden sphere [m]", positive=True)
 
     def branching(self) -> ConstraintKind:
+        """The kind that `constraint` names."""
         return constraint_kind(self.constraint, pad=self.pad, radius=self.radius, sphere_radius=self.sphere_radius)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Parts:
-    """What a conflict-tree planner is composed of; what is left out is that of plain CBS."""
-
-    selection: Selection
-    branching: ConstraintKind
-    expansion: Expansion = field(default_factory=AtOnce)
-    experience: Experience = field(default_factory=FromScratch)
-    modification: Modification = field(default_factory=Unmodified)
-    fast_track: FastTrack = field(default_factory=NoFastTrack)
-
-
-def plan_with_tree(
-    name: str, options: TreeOptions, parts: Parts, problem: Problem, seed: int, time_limit: float, watch: Watcher
-) -> PlanResult:
-    """Runs one composition of the conflict tree. Raises `MmpError` for a negative seed or a time limit of NaN."""
-    run = Run.begin(name, options, problem, seed, time_limit)
-    run.counts = Counts()
-    check_steps(problem, options.dt)
-    tree: ConflictTree | None = None
-    try:  # a signal handler may stop the run at any moment, before the search begins and after it has ended too
-        tree = grow(run, options, parts, watch)
-        run.exhausted = tree.run(seed)
-        run.take(tree.best, tree.found_at)
-        run.shorten(options.shorten, options.dt)
-    except StopPlanning:
-        if tree is not None and run.best is None:
-            run.take(tree.best, tree.found_at)
-    return run.result()
-
-
-def grow(run: Run, options: TreeOptions, parts: Parts, watch: Watcher) -> ConflictTree:
-    """The search of a run, about to begin; both count in the same place."""
-    low_level = SiRrtStar(eta=options.eta, iterations=options.iterations, shortcuts=options.shortcuts)
-    arms = Arms(run.problem, options.dt, low_level, run.clock)
-    if wants_iterates(watch):
-        parts = dataclasses.replace(parts, modification=traced(parts.modification))
-    return ConflictTree(
-        arms=arms,
-        tell=Teller(watch, arms),
-        restarts=options.restarts,
-        patience=options.patience,
-        counts=run.counts if isinstance(run.counts, Counts) else Counts(),
-        **{part.name: getattr(parts, part.name) for part in dataclasses.fields(parts)},
-    )

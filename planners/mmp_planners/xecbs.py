@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import ClassVar
 
-from mmp_env.events import Watcher, ignore
-from mmp_env.problem import Problem
 from mmp_planners.expansion import FromParent
-from mmp_planners.planner import About, PlanResult
+from mmp_planners.planner import About
 from mmp_planners.selection import Focal
-from mmp_planners.tree_planner import BranchingOptions, Parts, option, plan_with_tree
+from mmp_planners.tree_planner import OneKindPlanner, Parts, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class Xecbs(BranchingOptions):
+class Xecbs(OneKindPlanner):
     """xECBS: ECBS whose low level begins with the parent's path, up to where it first breaks a constraint.
 
     Departure: its low level is a search on a lattice that is seeded with the experience, ours is a sampled tree; bounds
     are as in `ecbs`.
     """
 
+    name: ClassVar[str] = "xecbs"
     about: ClassVar[About] = About(
         paper="Shaoul, Mishani, Likhachev, Li: Accelerating search-based planning for multi-robot manipulation by "
         "leveraging online-generated experiences, ICAPS 2024",
@@ -31,8 +29,5 @@ class Xecbs(BranchingOptions):
 
     w: float = option(1.5, "suboptimality factor of the focal list", least=1.0)
 
-    def plan(
-        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
-    ) -> PlanResult:
-        parts = Parts(selection=Focal(w=self.w), branching=self.branching(), experience=FromParent())
-        return plan_with_tree("xecbs", self, parts, problem, seed, time_limit, watch)
+    def parts(self, seed: int) -> Parts:
+        return Parts(selection=Focal(w=self.w), branching=self.branching(), experience=FromParent())

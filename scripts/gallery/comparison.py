@@ -10,10 +10,11 @@ from readme_table import FIGURES, Figures, read_figures
 
 from gallery.instances import Search, typical
 from mmp_env.search_tree import SearchTree
-from mmp_env.tree_drawing.colors import FAINT, FRAME, PANEL, STYLE
+from mmp_env.tree_drawing.colors import FAINT
 from mmp_env.tree_drawing.discs import Discs, draw_discs
 from mmp_env.tree_drawing.legend import draw_legend
-from mmp_env.tree_drawing.svg import FONT, element, quoted, text_width, words
+from mmp_env.tree_drawing.page import page
+from mmp_env.tree_drawing.svg import element, text_width, words
 from mmp_env.writing import write_text
 
 _BOTH = "MultiArmCell-8/ecbs/expanded_nodes_where_both_solve"
@@ -53,7 +54,7 @@ def comparison(first: Search, second: Search, figures: Figures) -> str:
     for line in _foot(first, second, figures):
         y += _LINE
         out.append(words(line, _BORDER, y, size=_TEXT, **_FAINT))
-    return _page(out, width, y + _BORDER, f"Conflict trees of ecbs and apf-ecbs on {first.problem.name}")
+    return page(out, width, y + _BORDER, f"Conflict trees of ecbs and apf-ecbs on {first.problem.name}")
 
 
 def _told(run: Search) -> list[str]:
@@ -79,18 +80,3 @@ def _together(first: SearchTree, second: SearchTree) -> SearchTree:
     out = SearchTree()
     out.nodes, out.solution = [*first.nodes, *second.nodes], first.solution
     return out
-
-
-def _page(content: list[str], width: float, height: float, description: str) -> str:
-    panel = {"class_": "mmp-panel", "fill": PANEL, "stroke": FRAME}
-    return "\n".join(
-        (
-            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
-            f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="{FONT}" class="mmp-tree" role="img">',
-            element("title", quoted(description)),
-            element("style", quoted(STYLE)),
-            element("rect", x=0.5, y=0.5, width=width - 1, height=height - 1, rx=8, **panel),
-            *content,
-            "</svg>\n",
-        )
-    )

@@ -12,7 +12,7 @@ from mmp_env.retime import retime
 
 CELL, SEED = "mixed-4", 0
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
-_SIZE, _FPS = (480, 270), 8.0
+_SIZE, _FPS = (400, 300), 8.0
 
 
 def save_demonstrations(folder: Path) -> None:

@@ -29,7 +29,9 @@ _LEAD_S = 1.2
 """A meeting is played from so long before it."""
 _LOOK_MS, _BRANCH_MS, _LAST_MS = 1400, 800, 2500
 _RING = 24
-_QUALITY = 62
+_QUALITY = 57
+_WHOLE = (20, 32)
+"""A whole picture comes after so many at least and at most: more of them are a larger file, fewer leave traces."""
 _ROOT = "the root of the tree: every arm for itself, blind to the others"
 
 Picture = UInt8[np.ndarray, "h w 3"]
@@ -65,7 +67,8 @@ def write_webp(path: Path, shots: list[Shot]) -> None:
             loop=0,
             quality=_QUALITY,
             method=4,
-            minimize_size=False,
+            kmin=_WHOLE[0],
+            kmax=_WHOLE[1],
         )
 
 

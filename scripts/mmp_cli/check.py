@@ -29,15 +29,13 @@ def run(args: Namespace) -> int:
 def _check(path: str, args: Namespace) -> int:
     from mmp_cli.main import one_line
     from mmp_env.check import check_plan
-    from mmp_env.check.episode import SCHEMA, check_episode
-    from mmp_env.episode import episode_from_dict
-    from mmp_env.plan_file import plan_from_dict
+    from mmp_env.check.episode import check_episode
+    from mmp_env.episode import Episode, plans_from_dict
     from mmp_env.reading import read_document
 
     try:
         data = read_document(path)
-        in_a_row = isinstance(data, dict) and data.get("schema") == SCHEMA
-        (episode_from_dict if in_a_row else plan_from_dict)(data, path)
+        in_a_row = isinstance(plans_from_dict(data, path), Episode)
     except MmpError as error:
         print(f"mmp: {one_line(error)}", file=sys.stderr)
         return 2
@@ -45,13 +43,11 @@ def _check(path: str, args: Namespace) -> int:
     report = (check_episode if in_a_row else check_plan)(data, exact=args.exact)
     if args.json:
         print(json.dumps({"plan": path, "exact": args.exact} | report.as_dict()))
+    elif not report.valid:
+        count = len(report.sentences)
+        print(f"{path}: {count} violation{'s' if count != 1 else ''}", *report.sentences, sep="\n  ")
     elif in_a_row:
-        print(f"{path}: {'an episode' if report.valid else 'NOT VALID'}\n{report}")
-    elif report.valid:
-        print(f"{path}: {report}")
+        print(f"{path}: valid", *str(report).splitlines(), sep="\n  ")
     else:
-        count = len(report.violations)
-        print(f"{path}: {count} violation{'s' if count != 1 else ''}")
-        for violation in report.violations:
-            print(f"  {violation}")
+        print(f"{path}: {report}")
     return 0 if report.valid else 1

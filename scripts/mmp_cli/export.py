@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from argparse import Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser
 from mmp_cli.main import one_line
+from mmp_env.errors import MmpError
 
 if TYPE_CHECKING:
     from mmp_env.export.motion import Motion
     from mmp_env.plan import Plan
-    from mmp_env.reading import Place
-
-EPISODE_SCHEMA = "mmp-episode/1"
 
 
 def parser() -> Parser:
@@ -41,42 +40,35 @@ def parser() -> Parser:
 
 def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is written."""
+    from mmp_env.check import check_plan
+    from mmp_env.check.episode import check_episode
+    from mmp_env.episode import Episode, plans_from_dict
     from mmp_env.export import check_target, export_plan
-    from mmp_env.plan_file import plan_from_dict
+    from mmp_env.reading import read_document
 
     check_target(args.to)
-    documents = _documents(args.plan)
-    plans = [plan_from_dict(data, place) for place, data in documents.items()]
+    data = read_document(args.plan)
+    read = plans_from_dict(data, args.plan)
+    in_a_row = isinstance(read, Episode)
+    plans = list(read.plans) if in_a_row else [read]
+    _spare(args.plan, args.to, plans[0])
     written = export_plan(plans, args.to, joint_names=args.joint_names)
     for path, motion in written.items():
         print(f"{path}: {_content(path, plans[0], motion)}")
-    refuted = [place for place, data in documents.items() if not _holds(data, place)]
-    return 1 if refuted else 0
-
-
-def _documents(path: str) -> dict[Place, Any]:
-    """Where a file has a plan -> the plan's data; an episode has several. Raises `MmpError`."""
-    from mmp_env.errors import MmpError
-    from mmp_env.reading import Place, read_document
-
-    data, place = read_document(path), Place(path)
-    if not isinstance(data, dict) or data.get("schema") != EPISODE_SCHEMA:
-        return {place: data}
-    plans = data.get("plans")
-    if not isinstance(plans, list) or not plans:
-        raise MmpError(f"{place / 'plans'} must be a list of plans, of one at least")
-    return {place / "plans" / k: plan for k, plan in enumerate(plans)}
-
-
-def _holds(data: Any, place: Place) -> bool:
-    """Whether the checker confirms a plan. What leaves this program may well move real arms: a refusal is loud."""
-    from mmp_env.check import check_plan
-
-    report = check_plan(data)
+    report = (check_episode if in_a_row else check_plan)(data)
     if not report.valid:
-        first = one_line(str(report.violations[0]))
-        print(f"mmp: THE CHECKER REFUTES {one_line(str(place))}: {first}. Do not run it.", file=sys.stderr)
-    return report.valid
+        # What leaves this program may well move real arms: a refusal is loud.
+        first = one_line(report.sentences[0])
+        print(f"mmp: THE CHECKER REFUTES {one_line(args.plan)}: {first}. Do not run it.", file=sys.stderr)
+    return 0 if report.valid else 1
+
+
+def _spare(source: str, to: str, plan: Plan) -> None:
+    """Raises `MmpError` where the plan's own file would be overwritten."""
+    for arm in plan.problem.cell.arm_names:
+        path = Path(to.replace("{arm}", arm))
+        if os.path.realpath(path) == os.path.realpath(source):
+            raise MmpError(f"--to {to} would overwrite the plan itself; give another name")
 
 
 def _content(path: Path, plan: Plan, motion: Motion) -> str:

@@ -1,4 +1,4 @@
-"""Output for people: two columns, a name and what is to be said of it."""
+"""Output for people: tables on stdout, most of them of two columns, a name and what is to be said of it."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ _FILE_WIDTH = 160
 
 
 def print_rows(rows: Iterable[tuple[str, str, str]]) -> None:
-    """Prints rows of a name, its style and a text to stdout, as wide as the terminal; in a file a line stays a line."""
+    """Prints rows of a name, its style and a text."""
     table = Table.grid(padding=(0, 2))
     for name, style, text in rows:
         table.add_row(Text(name, style=style), Text(text))
+    print_table(table)
+
+
+def print_table(table: Table) -> None:
+    """Prints it as wide as the terminal; in a file a line stays a line."""
     console = Console()
-    if not console.is_terminal:
-        console = Console(width=_FILE_WIDTH)
-    console.print(table)
+    (console if console.is_terminal else Console(width=_FILE_WIDTH)).print(table)

@@ -7,7 +7,6 @@ import os
 import subprocess
 import sys
 import time
-import warnings
 import webbrowser
 from argparse import Namespace
 from pathlib import Path
@@ -46,7 +45,7 @@ def run(args: Namespace) -> int:
         _open_recording(path)
     elif path.suffix.lower() in _PAGES:
         _open_page(path)
-    elif wanted:
+    elif wanted or args.moments is not None:
         check_showing(args)
         _make(args, _read(path))
     else:
@@ -67,7 +66,7 @@ def _make(args: Namespace, plan: Plan) -> None:
         with RerunWatcher(plan.problem, args.rerun) as watcher:
             watcher.show_plan(plan)
     if args.image is not None:
-        save_image(plan, args.image)
+        save_image(plan, args.image, args.moments)
     if args.video is not None:
         save_video(plan, args.video)
     for name in _MADE:
@@ -79,8 +78,6 @@ def _play(plan: Plan, path: Path) -> None:
     """Over and over in MuJoCo's viewer, as the actuators do it, until the window is closed."""
     instead = f"`mmp show {path} --image FILE.png` makes a picture of it, --video a film, --rerun a recording"
     _check_display(path, instead)
-    if not _display_answers():
-        raise MmpError(f"{path} cannot be opened in a window, as the display does not answer; {instead}")
     from mmp_env.execution import execute_plan
     from mmp_env.rendering import Window
     from mmp_env.simulation import Simulation
@@ -90,8 +87,8 @@ def _play(plan: Plan, path: Path) -> None:
     simulation.place(start)
     try:
         window = Window(simulation)
-    except RuntimeError as error:  # on macOS, say, a Python that is not mjpython
-        raise MmpError(f"{path} cannot be played: MuJoCo opens no window ({error}); {instead}") from error
+    except MmpError as error:
+        raise MmpError(f"{path} cannot be played: {error}; {instead}") from error
     with contextlib.closing(window):
         print(f"playing {path}, {plan.makespan_s:.1f} s; it ends when the window is closed", flush=True)
         while window.is_open:
@@ -135,14 +132,3 @@ def _check_display(path: Path, instead: str) -> None:
 
     if not has_display():
         raise MmpError(f"{path} cannot be opened in a window, as there is no display here; {instead}")
-
-
-def _display_answers() -> bool:
-    """MuJoCo's viewer would end the program where it does not."""
-    import glfw
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        answers = bool(glfw.init())
-        glfw.terminate()
-    return answers

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from argparse import Namespace
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from mmp_planners import StopPlanning
 
 if TYPE_CHECKING:
     from mmp_env.execution import ExecutionReport
+    from mmp_env.pictures import Moment
     from mmp_env.plan import Plan
     from mmp_env.problem import Problem
 
@@ -39,14 +40,22 @@ def add_showing(parser: Parser, *names: str) -> None:
     for name in names or _OPTIONS:
         metavar, help = _OPTIONS[name]
         parser.add_argument(f"--{name}", metavar=metavar, help=help)
+    parser.add_argument(
+        "--moments",
+        type=_moments,
+        metavar="A,B",
+        help="what --image shows: start, middle, end, or seconds; default: start,middle,end",
+    )
 
 
 def check_showing(args: Namespace) -> None:
     """Raises `MmpError` where something that is asked for cannot be made: package, library, display, file."""
     wanted = _wanted(args)
     _check_distinct({"out": getattr(args, "out", None), **wanted})
-    for name, path in wanted.items():
-        _CHECKS[name](path)
+    if args.moments is not None and "image" not in wanted:
+        raise MmpError("--moments says what --image shows; give --image FILE too")
+    for name in wanted:
+        _CHECKS[name](args)
 
 
 class Showing:
@@ -59,6 +68,7 @@ class Showing:
         self.told: dict[str, str] = {}
         self.failures: list[str] = []
         self._wanted, self._tree, self._recording = _wanted(args), None, None
+        self._moments = args.moments
         self._is_saved = getattr(args, "out", None) is not None
         if "tree" in self._wanted:
             from mmp_env.search_tree import SearchTree
@@ -94,7 +104,7 @@ class Showing:
             why = "none, as there is no plan" if plan is None else left_out
             self.told |= {_ROWS[name]: why for name in ("image", "video") if name in self._wanted}
             return
-        self._make("image", lambda path: save_image(plan, path))
+        self._make("image", lambda path: save_image(plan, path, self._moments))
         self._make("video", lambda path: save_video(plan, path, execution))
 
     def _make(self, name: str, make: Callable[[str], None]) -> None:
@@ -143,11 +153,11 @@ class _Guarded:
             self._failures.append(f"{self._name}: it stopped watching at {type(error).__name__}: {error}")
 
 
-def save_image(plan: Plan, path: str) -> None:
-    """Raises `MmpError`."""
-    from mmp_env.pictures import save_picture
+def save_image(plan: Plan, path: str, moments: Sequence[Moment] | None = None) -> None:
+    """A picture of those moments, or without any of start, middle and end. Raises `MmpError`."""
+    from mmp_env.pictures import MOMENTS, save_picture
 
-    save_picture(plan, path)
+    save_picture(plan, path, moments=moments or tuple(MOMENTS))
 
 
 def save_video(plan: Plan, path: str, report: ExecutionReport | None = None) -> None:
@@ -165,6 +175,17 @@ def save_video(plan: Plan, path: str, report: ExecutionReport | None = None) -> 
         save_film(plan, path, report, progress=lambda done, total: line.update(f"film: frame {done} of {total}"))
 
 
+def _moments(text: str) -> list[Moment]:
+    """Names, and numbers of seconds, with commas between them."""
+    out: list[Moment] = []
+    for word in text.split(","):
+        try:
+            out.append(float(word))
+        except ValueError:
+            out.append(word.strip())
+    return out
+
+
 def _wanted(args: Namespace) -> dict[str, str]:
     given = {name: getattr(args, name, None) for name in _OPTIONS}
     return {name: path for name, path in given.items() if path is not None}
@@ -180,33 +201,30 @@ def _check_distinct(paths: Mapping[str, str | None]) -> None:
             raise MmpError(f"--{other} and --{name} both name {path}; give each a file of its own")
 
 
-def _check_tree(path: str) -> None:
+def _check_tree(args: Namespace) -> None:
     from mmp_env.writing import check_writable
 
-    if Path(path).suffix.lower() != ".svg":
-        raise MmpError(f"--tree draws an SVG file, and '{path}' does not end in .svg")
-    check_writable(path)
+    if Path(args.tree).suffix.lower() != ".svg":
+        raise MmpError(f"--tree draws an SVG file, and '{args.tree}' does not end in .svg")
+    check_writable(args.tree)
 
 
-def _check_rerun(path: str) -> None:
-    from mmp_env.opengl import has_display
+def _check_rerun(args: Namespace) -> None:
     from mmp_env.rerun.sdk import check
 
-    if path == SPAWN and not has_display():
-        raise MmpError("--rerun spawn opens a window, and there is no display here; record to a file .rrd instead")
-    check(path)
+    check(args.rerun)
 
 
-def _check_image(path: str) -> None:
-    from mmp_env.pictures import check_picture
+def _check_image(args: Namespace) -> None:
+    from mmp_env.pictures import MOMENTS, check_picture
 
-    check_picture(path)
+    check_picture(args.image, args.moments or tuple(MOMENTS))
 
 
-def _check_video(path: str) -> None:
+def _check_video(args: Namespace) -> None:
     from mmp_env.films import check_film
 
-    check_film(path)
+    check_film(args.video)
 
 
 _CHECKS = {"tree": _check_tree, "rerun": _check_rerun, "image": _check_image, "video": _check_video}

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
 from mmp_env.cell import Arm, Cell
-from mmp_tasks.stances import Drawing, Missed, Place, gave_up, home
+from mmp_tasks.drawing import Missed
+from mmp_tasks.stances import Posing, home
 from mmp_tasks.table import Table, turned
 from mmp_tasks.task import State
+from mmp_tasks.ways import Place
 
 _APART_M = (0.12, 0.18)
 """How far the tool points are from the middle between them."""
@@ -27,7 +29,7 @@ _STRETCH = 0.85
 
 
 @dataclass(frozen=True, kw_only=True)
-class Crossing(Drawing):
+class Crossing(Posing):
     """Arms in pairs, side by side with the tools down: each tool point goes to where its partner's was.
 
     After the demonstration of the same name in arXiv 2509.13882. Pairs are drawn at random among the arms that reach
@@ -35,15 +37,12 @@ class Crossing(Drawing):
     across the one between the two bases, so that the arms are not behind each other but their straight ways meet.
     """
 
+    called: ClassVar[str] = "crossing"
+
     def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
         """A start and a goal. Raises `MmpError` where no draw succeeds."""
-        misses = Counter[str]()
-        for _ in range(self.draws):
-            try:
-                return self._draw(cell, Table(cell), rng)
-            except Missed as miss:
-                misses[str(miss)] += 1
-        raise gave_up("crossing", cell, self.draws, misses)
+        table = Table(cell)
+        return self.first(cell, lambda _: self._draw(cell, table, rng))
 
     def _draw(self, cell: Cell, table: Table, rng: np.random.Generator) -> tuple[State, State]:
         """Pair after pair, each beside those before it. Raises `Missed`."""
@@ -60,7 +59,7 @@ class Crossing(Drawing):
                     left = [other for other in left if other not in pair]
                     break
             else:
-                raise Missed(f"arm '{arm.name}' ({arm.robot.name})")
+                raise Missed.at(arm)
         return start, goal
 
     def _pair(

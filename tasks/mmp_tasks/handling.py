@@ -7,6 +7,7 @@ it has it at the tip.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,10 +20,12 @@ from mmp_env.cell import Arm, Cell, Obstacle
 from mmp_env.errors import MmpError
 from mmp_env.robot import frozen_array
 from mmp_env.transforms import quaternion_from_yaw
+from mmp_tasks.drawing import Missed
 from mmp_tasks.inverse_kinematics import kinematics
-from mmp_tasks.stances import Drawing, Missed, Place, tucked
+from mmp_tasks.stances import Posing, tucked
 from mmp_tasks.table import Sector, Table
 from mmp_tasks.task import State
+from mmp_tasks.ways import Place
 
 OBJECT_M = (0.04, 0.04, 0.06)
 """Edges of an object."""
@@ -59,6 +62,14 @@ class Delivery:
     releases: State
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _OverSpot:
+    """A configuration [rad] with the tip of the tool over a spot on the table [m]."""
+
+    spot: Float[np.ndarray, " 2"]
+    q: Float[np.ndarray, " dof"]
+
+
 @runtime_checkable
 class Deliverer(Protocol):
     """A task that brings objects somewhere."""
@@ -69,7 +80,7 @@ class Deliverer(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Handler(Drawing):
+class Handler(Posing):
     """A task in which every arm has an object of its own."""
 
     def taken(self, room: Cell, rng: np.random.Generator, near: State) -> Handling:
@@ -124,26 +135,23 @@ class Handler(Drawing):
     ) -> tuple[dict[str, Float[np.ndarray, " 2"]], State]:
         """A spot on the table for each arm, and stances with the tips over them.
 
-        An arm tries the last of `sectors` first.
-
-        `heights` [m]: of what is to stand there, and of the tips, over the table. Raises `Missed`.
+        An arm tries the last of `sectors` first. `heights` [m] over the table: of what is to stand there, and of the
+        tips. Raises `Missed`.
         """
-        spots: dict[str, Float[np.ndarray, " 2"]] = {}
-        stances: State = {}
-        for arm in cell.arms:
-            for left in range(_SPOTS - 1, -1, -1):
-                sector = sectors[left * len(sectors) // _SPOTS]
-                spot = table.spot(arm, rng, list(spots.values()), _ROOM_M, heights[0], sector)
-                place = tip_place(arm, np.append(spot, table.height + heights[1]))
-                try:
-                    stances = self.stance(cell, {arm.name: place}, rng, near, stances)
-                except Missed:
-                    if not left:
-                        raise
-                    continue
-                spots[arm.name] = spot
-                break
-        return spots, stances
+        thing, rise = heights
+
+        def over_a_spot(arm: Arm, others: Mapping[str, _OverSpot]) -> _OverSpot:
+            taken = [other.spot for other in others.values()]
+            beside = {name: other.q for name, other in others.items()}
+            for left in reversed(range(_SPOTS)):
+                spot = table.spot(arm, rng, taken, _ROOM_M, thing, sectors[left * len(sectors) // _SPOTS])
+                place = tip_place(arm, np.append(spot, table.height + rise))
+                with contextlib.suppress(Missed):
+                    return _OverSpot(spot=spot, q=self.stance(cell, {arm.name: place}, rng, near, beside)[arm.name])
+            raise Missed.at(arm)
+
+        found = self.in_turn(cell, rng, over_a_spot)
+        return {name: arm.spot for name, arm in found.items()}, {name: arm.q for name, arm in found.items()}
 
 
 def refuse_holding(cell: Cell) -> None:

@@ -8,7 +8,6 @@ are nearest to the target.
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,9 @@ from mmp_env.transforms import transform
 NEAR_M, NEAR_RAD = 5e-4, 5e-3
 """A configuration is a solution when its tool point is this close to the target, and its tool points down like this."""
 _STEPS, _LONGEST_STEP_RAD = 12, 0.5
-_BEGINNINGS, _NEAREST, _SEED = 8000, 12, 0
+_SLOWEST = 0.75
+"""A step that leaves more of the way than this is the beginning of many: an unreachable target, as a rule."""
+_BEGINNINGS, _NEAREST, _SEED = 8000, 60, 0
 _HOPELESS = 0.8
 """Where even the nearest beginning is as far as this, an arm does not reach."""
 _RAD_PER_M = 4.0
@@ -54,32 +55,38 @@ class Kinematics:
         # Beginnings stay off the limits, near which a step of a joint is cut short.
         room = 0.05 * (robot.draw_upper - robot.draw_lower)
         self._beginnings = robot.draw_lower + room + share * (robot.draw_upper - robot.draw_lower - 2 * room)
-        self._points, self._directions = self._tools(model)
+        points, directions = self._tools(model)
+        # Where the first joint turns about the upright axis, a beginning faces anything: only its profile counts.
+        self._azimuths = abs(self._sense) * np.arctan2(points[:, 1], points[:, 0])
+        self._points, self._directions = (_about_z(rows, -self._azimuths) for rows in (points, directions))
 
     def tool_pose(self, q: Float[np.ndarray, " dof"]) -> Float[np.ndarray, "4 4"]:
         """Pose of the tool frame (the flange's without a tool) in the base frame."""
         return self._site_pose(q) @ transform(np.eye(3), -self._point)
 
-    def solutions(
-        self, point: Float[np.ndarray, "3"], down: Float[np.ndarray, "3"], rng: np.random.Generator
-    ) -> Iterator[Float[np.ndarray, " dof"]]:
-        """Configurations with the tool point at `point` [m] and the tool pointing along `down`, in the base frame.
+    def beginnings(self, point: Float[np.ndarray, "3"], down: Float[np.ndarray, "3"]) -> Float[np.ndarray, "n dof"]:
+        """Where to begin for the tool point at `point` [m] and the tool pointing along `down`, in the base frame.
 
-        At most `_NEAREST` of them, in random order.
+        At most `_NEAREST` of the fixed configurations, the nearest first, turned by their first joint to face the
+        point; none where the arm does not reach.
         """
-        beginnings, points, directions = self._turned_to(point)
-        away = np.linalg.norm(points - point, axis=1) * _RAD_PER_M
-        away += np.arccos(np.clip(directions @ down, -1.0, 1.0))
-        nearest = np.argsort(away, kind="stable")[:_NEAREST]
-        nearest = nearest[away[nearest] < _HOPELESS]
-        for k in rng.permutation(nearest):
-            q = self._solved(beginnings[k], point, down)
-            if q is not None:
-                yield q
+        azimuth = abs(self._sense) * np.arctan2(point[1], point[0])
+        here, way = _about_z(np.array([point, down]), np.full(2, -azimuth))
+        away = np.linalg.norm(self._points - here, axis=1) * _RAD_PER_M
+        close = np.flatnonzero(away < _HOPELESS)
+        away = away[close] + np.arccos(np.clip(self._directions[close] @ way, -1.0, 1.0))
+        turn = (azimuth - self._azimuths[close] + np.pi) % (2 * np.pi) - np.pi
+        first = self._beginnings[close, 0] + self._sense * turn
+        usable = (away < _HOPELESS) & (first > self._robot.draw_lower[0]) & (first < self._robot.draw_upper[0])
+        nearest = np.flatnonzero(usable)[np.argsort(away[usable], kind="stable")[:_NEAREST]]
+        q = self._beginnings[close[nearest]]
+        q[:, 0] = first[nearest]
+        return q
 
-    def _solved(
+    def solved(
         self, q: Float[np.ndarray, " dof"], point: Float[np.ndarray, "3"], down: Float[np.ndarray, "3"]
     ) -> Float[np.ndarray, " dof"] | None:
+        """The configuration [rad] with the tool at the target of `beginnings` where mink arrives from `q`, if any."""
         here, limits = self._configuration, self._limits
         here.update(q)
         # As the turn about the tool's axis is free, the present one will do for the target.
@@ -88,25 +95,19 @@ class Kinematics:
         x /= max(np.linalg.norm(x), 1e-9)
         target = transform(np.column_stack([x, np.cross(down, x), down]), point)
         self._task.set_target(self._mink.SE3.from_matrix(target))
+        away = np.inf
         for _ in range(_STEPS):
             off = self._task.compute_error(here)
-            if np.linalg.norm(off[:3]) < NEAR_M and np.linalg.norm(off[3:5]) < NEAR_RAD:
+            wrong, turned = np.linalg.norm(off[:3]), np.linalg.norm(off[3:5])
+            if wrong < NEAR_M and turned < NEAR_RAD:
                 return np.round(here.q, _DIGITS)
+            before, away = away, wrong * _RAD_PER_M + turned
+            if away > _SLOWEST * before:
+                return None
             step = self._mink.solve_ik(here, [self._task], 1.0, "daqp", damping=1e-6, limits=limits)
             longest = np.abs(step).max()
             here.integrate_inplace(step * min(1.0, _LONGEST_STEP_RAD / max(longest, 1e-12)), 1.0)
         return None
-
-    def _turned_to(self, point: Float[np.ndarray, "3"]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The beginnings, their tool points and directions, with the first joint turned so that they face a point."""
-        azimuth = np.arctan2(self._points[:, 1], self._points[:, 0])
-        turn = abs(self._sense) * ((np.arctan2(point[1], point[0]) - azimuth + np.pi) % (2 * np.pi) - np.pi)
-        first = self._beginnings[:, 0] + self._sense * turn
-        inside = (first > self._robot.draw_lower[0]) & (first < self._robot.draw_upper[0])
-        q = self._beginnings[inside].copy()
-        q[:, 0] = first[inside]
-        turn = turn[inside]
-        return q, _about_z(self._points[inside], turn), _about_z(self._directions[inside], turn)
 
     def _tools(self, model: Any) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
         """Where the tool points are in all beginnings, and along what the tools point."""

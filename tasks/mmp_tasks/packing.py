@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections import Counter
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -21,7 +21,7 @@ from mmp_tasks.handling import (
     tip_place,
     with_obstacles,
 )
-from mmp_tasks.stances import Missed, gave_up, home
+from mmp_tasks.stances import home
 from mmp_tasks.table import Table
 from mmp_tasks.task import State
 
@@ -33,6 +33,8 @@ _MANY = 4
 """More arms than these begin in the middle of that: closer they hardly ever fit."""
 _LEAST_M = 0.10
 """From the middle of the box to an object."""
+_ALONE = 0.5
+"""The box of an arm alone is so many reaches before it."""
 _BORDER_M = 0.06
 _LOWERED_M = 0.03
 """So far above the bottom of the box the objects are at the end."""
@@ -45,6 +47,8 @@ class Packing(Handler):
     The box is made of obstacles named `box-...`. The objects end in a circle between its walls, each on its arm's side.
     """
 
+    called: ClassVar[str] = "packing"
+
     def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State, Cell]:
         """A start and a goal, and the cell with the box and what is held. Raises `MmpError` for no success."""
         drawn = self.deliver(cell, rng)
@@ -53,20 +57,16 @@ class Packing(Handler):
     def deliver(self, cell: Cell, rng: np.random.Generator) -> Delivery:
         """The same, and what is before and after. Raises `MmpError` where no draw succeeds."""
         refuse_holding(cell)
-        misses = Counter[str]()
         first = len(_BETWEEN_M) // 2 if len(cell.arms) > _MANY else 0
-        for number in range(first, first + self.draws):
-            try:
-                return self._draw(cell, rng, _BETWEEN_M[number % len(_BETWEEN_M)])
-            except Missed as miss:
-                misses[str(miss)] += 1
-        raise gave_up("packing", cell, self.draws, misses)
+        widths = _BETWEEN_M[first:] + _BETWEEN_M[:first]
+        return self.first(cell, lambda number: self._draw(cell, rng, widths[number % len(widths)]))
 
     def _draw(self, cell: Cell, rng: np.random.Generator, between: float) -> Delivery:
         table = Table(cell)
-        slots = _slots(cell, table, rng, between)
-        half = float(np.abs(np.array(list(slots.values())) - table.center).max()) + _BORDER_M
-        room = with_obstacles(cell, _box(table, round(half, 3)))
+        middle = _middle(cell, table)
+        slots = _slots(cell, table, middle, rng, between)
+        half = float(np.abs(np.array(list(slots.values())) - middle).max()) + _BORDER_M
+        room = with_obstacles(cell, _box(middle, table.height, round(half, 3)))
         # The end first, with any object in the tools, because it is the hardest to find.
         any_full = dataclasses.replace(room, arms=tuple(holding_any(arm) for arm in cell.arms))
         rise = table.height + THICK_M + _LOWERED_M + OBJECT_M[2] + GAP_M
@@ -77,7 +77,17 @@ class Packing(Handler):
         return self.delivery(drawn, (), rest, goal)
 
 
-def _slots(cell: Cell, table: Table, rng: np.random.Generator, between: float) -> dict[str, Float[np.ndarray, " 2"]]:
+def _middle(cell: Cell, table: Table) -> Float[np.ndarray, " 2"]:
+    """Where the box is: in the middle of the bases, and before an arm that is alone."""
+    arm, *others = cell.arms
+    if others:
+        return table.center
+    return np.round(arm.position[:2] + _ALONE * arm.robot.reach * table.forward(arm), 3)
+
+
+def _slots(
+    cell: Cell, table: Table, middle: Float[np.ndarray, " 2"], rng: np.random.Generator, between: float
+) -> dict[str, Float[np.ndarray, " 2"]]:
     """A place in the box for each arm: on a circle just wide enough, in the order in which the arms stand around it."""
     count = len(cell.arms)
     radius = max(between / (2 * np.sin(np.pi / count)), _LEAST_M) if count > 1 else 0.0
@@ -89,15 +99,14 @@ def _slots(cell: Cell, table: Table, rng: np.random.Generator, between: float) -
     off = np.array([angles[name] - even[name] for name in order])
     turn = float(np.angle(np.exp(1j * off).sum())) + (2 * rng.random() - 1) * np.pi / (3 * count)
     return {
-        name: np.round(table.center + radius * np.array([np.cos(even[name] + turn), np.sin(even[name] + turn)]), 4)
+        name: np.round(middle + radius * np.array([np.cos(even[name] + turn), np.sin(even[name] + turn)]), 4)
         for name in cell.arm_names
     }
 
 
-def _box(table: Table, half: float) -> list[Obstacle]:
-    """A bottom and four walls, the middle of the cell in its middle."""
-    x, y = table.center.tolist()
-    z = table.height
+def _box(middle: Float[np.ndarray, " 2"], z: float, half: float) -> list[Obstacle]:
+    """A bottom and four walls, standing at the height `z` [m]; `half` [m] from the middle to a wall."""
+    x, y = middle.tolist()
     out = [solid_box("box-bottom", np.array([x, y, z + THICK_M / 2]), (2 * half, 2 * half, THICK_M))]
     for name, way in (("east", (1, 0)), ("north", (0, 1)), ("west", (-1, 0)), ("south", (0, -1))):
         middle = np.array([x + way[0] * half, y + way[1] * half, z + WALL_M / 2])

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
 from mmp_env.cell import Arm, Cell
-from mmp_tasks.stances import Drawing, Missed, Place, gave_up, home
+from mmp_tasks.drawing import Missed
+from mmp_tasks.stances import Posing, home
 from mmp_tasks.table import Table, turned
 from mmp_tasks.task import State
+from mmp_tasks.ways import Place
 
 _LENGTH_M = (0.15, 0.25)
 _FEW = 4
@@ -28,45 +31,53 @@ _BEFORE = (0.35, 0.60)
 """The middle of each move is so many reaches before its arm."""
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Moved:
+    """An arm: where its tool point is at first [m], and its configurations [rad]."""
+
+    point: Float[np.ndarray, " 3"]
+    start: Float[np.ndarray, " dof"]
+    goal: Float[np.ndarray, " dof"]
+
+
 @dataclass(frozen=True, kw_only=True)
-class Parallel(Drawing):
+class Parallel(Posing):
     """Every tool point is displaced by the same vector, the tools pointing down as nearly as the arms reach.
 
     After the demonstration of parallel poses in arXiv 2509.13882.
     """
 
+    called: ClassVar[str] = "parallel"
+
     def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
         """A start and a goal. Raises `MmpError` where no draw succeeds."""
-        table, misses = Table(cell), Counter[str]()
-        for _ in range(self.draws):
-            turn, length, rise, height = rng.random(4)
-            flat = (_LENGTH_M[0] + length * (_LENGTH_M[1] - _LENGTH_M[0])) * min(1.0, np.sqrt(_FEW / len(cell.arms)))
-            angle = 2 * np.pi * turn
-            way = np.array([flat * np.cos(angle), flat * np.sin(angle), (2 * rise - 1) * _RISE_M])
-            z = table.height + _HEIGHT_M[0] + height * (_HEIGHT_M[1] - _HEIGHT_M[0])
-            start: State = {}
-            goal: State = {}
-            points: list[Float[np.ndarray, " 3"]] = []
-            try:
-                for arm in cell.arms:
-                    start, goal = self._arm(cell, table, arm, (way, z), rng, (start, goal), points)
-                return start, goal
-            except Missed as miss:
-                misses[str(miss)] += 1
-        raise gave_up("parallel", cell, self.draws, misses)
+        table = Table(cell)
+        return self.first(cell, lambda _: self._draw(cell, table, rng))
 
-    def _arm(
+    def _draw(self, cell: Cell, table: Table, rng: np.random.Generator) -> tuple[State, State]:
+        """One move, and arm after arm a place for it. Raises `Missed`."""
+        turn, length, rise, height = rng.random(4)
+        flat = (_LENGTH_M[0] + length * (_LENGTH_M[1] - _LENGTH_M[0])) * min(1.0, np.sqrt(_FEW / len(cell.arms)))
+        angle = 2 * np.pi * turn
+        way = np.array([flat * np.cos(angle), flat * np.sin(angle), (2 * rise - 1) * _RISE_M])
+        z = table.height + _HEIGHT_M[0] + height * (_HEIGHT_M[1] - _HEIGHT_M[0])
+        moved = self.in_turn(cell, rng, lambda arm, others: self._move(cell, table, arm, (way, z), rng, others))
+        return {name: arm.start for name, arm in moved.items()}, {name: arm.goal for name, arm in moved.items()}
+
+    def _move(
         self,
         cell: Cell,
         table: Table,
         arm: Arm,
         move: tuple[Float[np.ndarray, " 3"], float],
         rng: np.random.Generator,
-        beside: tuple[State, State],
-        points: list[Float[np.ndarray, " 3"]],
-    ) -> tuple[State, State]:
-        """`beside` and the arm, of whose first tool point the list is told. Raises `Missed`."""
+        others: Mapping[str, _Moved],
+    ) -> _Moved:
+        """One arm beside others that make the same `move`: the vector, and its middle's height [m]. Raises `Missed`."""
         way, z = move
+        points = [other.point for other in others.values()]
+        starts = {name: other.start for name, other in others.items()}
+        goals = {name: other.goal for name, other in others.items()}
         for far, aside in rng.random((_MIDDLES, 2)):
             inward = float(np.linalg.norm(table.center - arm.position[:2]))
             reach = (_BEFORE[0] + far * (_BEFORE[1] - _BEFORE[0])) * arm.robot.reach
@@ -77,10 +88,9 @@ class Parallel(Drawing):
                 continue
             begin, end = ({arm.name: Place(point=p, upright=False)} for p in (point, point + way))
             try:
-                start = self.stance(cell, begin, rng, home(cell), beside[0])
-                goal = self.stance(cell, end, rng, start, beside[1])
+                start = self.stance(cell, begin, rng, home(cell), starts)
+                goal = self.stance(cell, end, rng, start, goals)
             except Missed:
                 continue
-            points.append(point)
-            return start, goal
-        raise Missed(f"arm '{arm.name}' ({arm.robot.name})")
+            return _Moved(point=point, start=start[arm.name], goal=goal[arm.name])
+        raise Missed.at(arm)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from mmp_env.cell import Cell
 from mmp_tasks.handling import Handler, refuse_holding
-from mmp_tasks.stances import Missed, gave_up, home, tucked
+from mmp_tasks.stances import home, tucked
 from mmp_tasks.task import State
 
 
@@ -20,14 +20,13 @@ class Pick(Handler):
     The objects are obstacles named `object-<arm>`.
     """
 
+    called: ClassVar[str] = "pick"
+
     def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State, Cell]:
         """A start and a goal, and the cell with the objects. Raises `MmpError` where no draw succeeds."""
         refuse_holding(cell)
-        misses = Counter[str]()
-        for _ in range(self.draws):
-            try:
-                drawn = self.taken(cell, rng, home(cell))
-                return self.require(drawn.empty, tucked(cell), "tucked"), drawn.grasps, drawn.empty
-            except Missed as miss:
-                misses[str(miss)] += 1
-        raise gave_up("pick", cell, self.draws, misses)
+        return self.first(cell, lambda _: self._draw(cell, rng))
+
+    def _draw(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State, Cell]:
+        drawn = self.taken(cell, rng, home(cell))
+        return self.require(drawn.empty, tucked(cell), "tucked"), drawn.grasps, drawn.empty

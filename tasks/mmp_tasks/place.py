@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import contextlib
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
 from mmp_env.cell import Cell
+from mmp_tasks.drawing import Missed
 from mmp_tasks.handling import ABOVE_M, GAP_M, OBJECT_M, Delivery, Handler, Handling, refuse_holding, solid_box
-from mmp_tasks.stances import Missed, gave_up, home
+from mmp_tasks.stances import home
 from mmp_tasks.table import Sector, Table
 from mmp_tasks.task import State
 
@@ -32,6 +33,8 @@ class Place(Handler):
     The trays are obstacles named `tray-<arm>`. The objects come from where `pick` leaves the arms.
     """
 
+    called: ClassVar[str] = "place"
+
     def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State, Cell]:
         """A start and a goal, and the cell with the trays and what is held. Raises `MmpError` for no success."""
         drawn = self.deliver(cell, rng)
@@ -40,13 +43,7 @@ class Place(Handler):
     def deliver(self, cell: Cell, rng: np.random.Generator) -> Delivery:
         """The same, and what is before and after. Raises `MmpError` where no draw succeeds."""
         refuse_holding(cell)
-        misses = Counter[str]()
-        for _ in range(self.draws):
-            try:
-                return self._draw(cell, rng)
-            except Missed as miss:
-                misses[str(miss)] += 1
-        raise gave_up("place", cell, self.draws, misses)
+        return self.first(cell, lambda _: self._draw(cell, rng))
 
     def _draw(self, cell: Cell, rng: np.random.Generator) -> Delivery:
         drawn, table = self.taken(cell, rng, home(cell)), Table(cell)

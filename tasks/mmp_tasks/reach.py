@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -12,6 +12,7 @@ from jaxtyping import Float
 from mmp_env.cell import Arm, Cell
 from mmp_env.errors import MmpError
 from mmp_env.robot import frozen_array
+from mmp_tasks.drawing import Drawing
 from mmp_tasks.shared_space import SharedSpace, shared_space
 from mmp_tasks.task import State
 
@@ -20,7 +21,7 @@ _BATCH = 50
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reach:
+class Reach(Drawing):
     """Random configurations with every tool point in the space that the arms share.
 
     After the experiments of "Repulsive Trajectory Modification and Conflict Resolution for Efficient Multi-Manipulator
@@ -34,21 +35,9 @@ class Reach:
     Draws are NumPy float64, and distances are the exact ones, so that an instance depends on no processor.
     """
 
-    clearance: float = 0.01
-    static_clearance: float = 0.0025
-    """Enough that the default margin of 2 mm stays whole. Neighbouring links of some robots can get no 6 mm apart."""
+    called: ClassVar[str] = "reach"
     tries: int = 300
     draws: int = 100
-
-    def __post_init__(self) -> None:
-        for name in ("clearance", "static_clearance"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise MmpError(f"{name} of task 'reach' is {value}; it must be a length in metres, 0 or more")
-        for name in ("tries", "draws"):
-            value = getattr(self, name)
-            if value < 1:
-                raise MmpError(f"{name} of task 'reach' is {value}; it must be 1 or more")
 
     def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
         """A start and a goal, drawn one after the other. Raises `MmpError` where no draw succeeds."""
@@ -69,8 +58,8 @@ class Reach:
                 return drawn
         hardest, times = refused.most_common(1)[0]
         raise MmpError(
-            f"task 'reach' found no {which} for cell '{cell.name}' in {self.draws} draws: {times} of them ended at arm"
-            f" '{hardest}', none of whose {self.tries} random configurations had its tool point within"
+            f"task '{self.called}' found no {which} for cell '{cell.name}' in {self.draws} draws: {times} of them ended"
+            f" at arm '{hardest}', none of whose {self.tries} random configurations had its tool point within"
             f" {space.radius:.2f} m of ({space.center[0]:.2f}, {space.center[1]:.2f}) at a height of"
             f" {space.bottom:.2f} to {space.top:.2f} m, and was {self.clearance * 1e3:g} mm clear of the arms drawn"
             f" before it and {self.static_clearance * 1e3:g} mm of everything else"

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from mmp_env.cell import Arm, Cell, Obstacle
 from mmp_env.transforms import matrix_from_quaternion
-from mmp_tasks.stances import Missed
+from mmp_tasks.drawing import Missed
 
 _BASE_ROOM_M = 0.17
 _CROWD_M = 0.04
@@ -60,24 +60,35 @@ class Table:
 
         Raises `Missed` where there is none.
         """
+        far, aside = rng.random(_TRIES), rng.random(_TRIES)
+        reach = (sector.nearest + far * (sector.farthest - sector.nearest)) * arm.robot.reach
+        angle = (2 * aside - 1) * sector.aside
         forward = self.forward(arm)
-        for far, aside in zip(rng.random(_TRIES), rng.random(_TRIES), strict=True):
-            reach = (sector.nearest + far * (sector.farthest - sector.nearest)) * arm.robot.reach
-            spot = arm.position[:2] + reach * (turned(forward, (2 * aside - 1) * sector.aside))
-            if self.is_free(spot, taken, room, height):
-                return np.round(spot, 4)
-        raise Missed(f"arm '{arm.name}' ({arm.robot.name}), which has no free place on the table before it")
+        across = np.array([-forward[1], forward[0]])
+        ways = np.cos(angle)[:, None] * forward + np.sin(angle)[:, None] * across
+        spots = arm.position[:2] + reach[:, None] * ways
+        free = np.flatnonzero(self._free(spots, taken, room, height))
+        if not len(free):
+            raise Missed.at(arm, ", which has no free place on the table before it")
+        return np.round(spots[free[0]], 4)
 
-    def is_free(
-        self, spot: Float[np.ndarray, " 2"], taken: Sequence[Float[np.ndarray, " 2"]], room: float, height: float
-    ) -> bool:
-        """Whether a place is clear of bases, of those `taken`, and of the cell's own obstacles up to `height` [m]."""
-        if np.linalg.norm(self.bases - spot, axis=1).min() < _BASE_ROOM_M:
-            return False
-        if len(taken) and np.linalg.norm(np.array(taken) - spot, axis=1).min() < room:
-            return False
-        low, high = np.append(spot - room / 2, self.height), np.append(spot + room / 2, self.height + height)
-        return not any((box[0] < high).all() and (low < box[1]).all() for box in self._standing)
+    def _free(
+        self, spots: Float[np.ndarray, "n 2"], taken: Sequence[Float[np.ndarray, " 2"]], room: float, height: float
+    ) -> Bool[np.ndarray, " n"]:
+        """Which places are clear of bases, of those `taken`, and of the cell's own obstacles up to `height` [m]."""
+        free = _nearest(spots, self.bases) >= _BASE_ROOM_M
+        if len(taken):
+            free &= _nearest(spots, np.array(taken)) >= room
+        low = np.column_stack([spots - room / 2, np.full(len(spots), self.height)])
+        high = np.column_stack([spots + room / 2, np.full(len(spots), self.height + height)])
+        for box in self._standing:
+            free &= ~((box[0] < high) & (low < box[1])).all(axis=1)
+        return free
+
+
+def _nearest(spots: Float[np.ndarray, "n 2"], others: Float[np.ndarray, "m 2"]) -> Float[np.ndarray, " n"]:
+    """How far [m] the nearest of the others is from each spot."""
+    return np.linalg.norm(spots[:, None] - others, axis=2).min(axis=1)
 
 
 def turned(direction: Float[np.ndarray, " 2"], angle: float) -> Float[np.ndarray, " 2"]:

@@ -57,6 +57,7 @@ def test_an_invalid_instance_is_a_line_for_each_planner_and_is_not_planned(finis
         line = finished.lines["pair/outside", planner]
         assert (line["status"], line["planning_time_s"], line["plan"]) == ("invalid", None, None)
         assert "joint 3" in line["message"]
+        assert "pairs.json" not in line["message"], "where the file lies is no part of a result"
 
 
 def test_no_plan_in_time_is_a_timeout_with_its_counts(finished):
@@ -184,3 +185,12 @@ def test_bad_usage_is_one_sentence_and_leaves_no_folder(tmp_path, argv, words):
     for word in words:
         assert word in ran.err
     assert not out.exists()
+
+
+def test_a_folder_that_cannot_be_one_is_named(tmp_path):
+    source = bench_runs.many_instances(tmp_path, 1)
+    (tmp_path / "file").touch()
+    for out in (tmp_path / "file", tmp_path / "file" / "below"):
+        ran = bench_runs.bench(tmp_path, source, "--planners", "quick", "--out", out)
+        assert ran.code == 2
+        assert f"{out} cannot be" in ran.err

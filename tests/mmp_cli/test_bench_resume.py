@@ -34,18 +34,13 @@ def gone(process):
         return True
 
 
-def words_of(path, source):
-    """A benchmark in which every run waits while the file `hold` is there."""
-    planner = ["--planners", "slow", "--set", f"folder={path}", "--set", "takes=0.02", "--workers", 2]
-    return [source, *planner, "--out", path / "out", "--save-plans"]
-
-
 @pytest.fixture
 def held(tmp_path):
-    """A benchmark that has some results and then holds; its process and its words."""
+    """A benchmark that has some results and then waits while the file `hold` is there; its process and its words."""
     source = bench_runs.many_instances(tmp_path, COUNT)
     out = tmp_path / "out"
-    words = words_of(tmp_path, source)
+    planner = ["--planners", "slow", "--set", f"folder={tmp_path}", "--set", "takes=0.02", "--workers", 2]
+    words = [source, *planner, "--out", out, "--save-plans"]
     with bench_runs.started(tmp_path, *words) as process:
         until(lambda: out.exists() and (out / "results.jsonl").exists() and bench_runs.lines(out))
         (tmp_path / "hold").touch()
@@ -53,8 +48,13 @@ def held(tmp_path):
         process.kill()
 
 
-def assert_complete(out, before):
-    """All results are there, none twice, those from before as they were, and each plan where its line says."""
+def assert_goes_on(path, words):
+    """No worker is left; started again, all results are there, none twice, those from before as they were."""
+    until(lambda: all(gone(worker) for worker in marks(path).values()))
+    out = path / "out"
+    before = (out / "results.jsonl").read_bytes()
+    (path / "hold").unlink()
+    assert bench_runs.bench(path, *words).code == 0
     assert (out / "results.jsonl").read_bytes().startswith(before)
     lines = bench_runs.lines(out)
     assert sorted(line["instance"] for line in lines) == [f"pair/turn{k}" for k in range(COUNT)]
@@ -67,11 +67,7 @@ def test_killed_without_a_word_it_leaves_no_process_and_goes_on(held, tmp_path):
     until(lambda: len(marks(tmp_path)) > len(bench_runs.lines(tmp_path / "out")))
     process.kill()
     process.wait()
-    until(lambda: all(gone(worker) for worker in marks(tmp_path).values()))
-    before = (tmp_path / "out" / "results.jsonl").read_bytes()
-    (tmp_path / "hold").unlink()
-    assert bench_runs.bench(tmp_path, *words).code == 0
-    assert_complete(tmp_path / "out", before)
+    assert_goes_on(tmp_path, words)
 
 
 def test_ctrl_c_ends_it_promptly_with_130_and_keeps_what_is_there(held, tmp_path):
@@ -81,11 +77,7 @@ def test_ctrl_c_ends_it_promptly_with_130_and_keeps_what_is_there(held, tmp_path
     _, err = process.communicate(timeout=30)
     assert process.returncode == 130
     assert err.endswith("mmp: interrupted\n")
-    until(lambda: all(gone(worker) for worker in marks(tmp_path).values()))
-    before = (tmp_path / "out" / "results.jsonl").read_bytes()
-    (tmp_path / "hold").unlink()
-    assert bench_runs.bench(tmp_path, *words).code == 0
-    assert_complete(tmp_path / "out", before)
+    assert_goes_on(tmp_path, words)
 
 
 def test_a_killed_worker_costs_one_line_and_the_rest_goes_on(held, tmp_path):
@@ -253,12 +245,3 @@ def test_settings_that_are_none_are_refused(copied, content):
     ran = again()
     assert (ran.code, ran.err.count("\n")) == (2, 1)
     assert str(out) in ran.err
-
-
-def test_a_folder_that_cannot_be_one_is_named(tmp_path):
-    source = bench_runs.many_instances(tmp_path, 1)
-    (tmp_path / "file").touch()
-    for out in (tmp_path / "file", tmp_path / "file" / "below"):
-        ran = bench_runs.bench(tmp_path, source, "--planners", "quick", "--out", out)
-        assert ran.code == 2
-        assert f"{out} cannot be" in ran.err

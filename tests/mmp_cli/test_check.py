@@ -77,4 +77,27 @@ def test_an_episode_is_checked_plan_by_plan_and_at_its_seams(mmp, tmp_path):
         ran = mmp("check", path)
         assert (ran.code, ran.err) == (code, "")
         assert ("does not go on from plan 0" in ran.out) == bool(code)
+        title, *lines = ran.out.splitlines()
+        assert title == f"{path}: " + (f"{len(lines)} violations" if code else "valid")
+        assert all(line.startswith(("  plan ", "  start: ")) for line in lines)
         assert mmp("check", path, "--json").result["valid"] == (not code)
+
+
+def test_what_is_infinite_is_null_in_json(mmp, plan):
+    data = bad_files.good_plan()
+    data["times"][1] = 5e-324
+    plan.write_text(json.dumps(data))
+    ran = mmp("check", plan, "--json")
+    assert (ran.code, ran.err) == (1, "")
+    assert "Infinity" not in ran.out
+    assert None in [violation["values"].get("value", 0.0) for violation in ran.result["violations"]]
+
+
+def test_an_enormous_number_is_told_in_a_few_digits(mmp, plan):
+    data = bad_files.good_plan()
+    data["positions"]["left"][1][0] = 1e308
+    plan.write_text(json.dumps(data))
+    ran = mmp("check", plan)
+    assert ran.code == 1
+    assert "joint 1, is at 1e+308 rad; allowed: -6.28" in ran.out
+    assert max(map(len, ran.out.splitlines())) < 200

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 import tiny_plans
+import yaml
 from refusals import assert_refused
 
 from mmp_env.export import load_joint_trajectory
@@ -61,7 +62,7 @@ def there_and_back():
     back["positions"] = {arm: rows[::-1] for arm, rows in there["positions"].items()}
     back["problem"]["start"], back["problem"]["goal"] = there["problem"]["goal"], there["problem"]["start"]
     back["times"] = [back["times"][-1] - t for t in back["times"][::-1]]
-    return {"schema": "mmp-episode/1", "name": "there and back", "plans": [there, back]}
+    return tiny_plans.copy_of({"schema": "mmp-episode/1", "name": "there and back", "plans": [there, back]})
 
 
 def test_an_episode_is_one_motion(mmp, plan_path, tmp_path):
@@ -81,12 +82,60 @@ def test_of_an_episode_the_wrong_plan_is_named(mmp, plan_path, tmp_path):
     ran = mmp("export", plan_path, "--to", tmp_path / "all.csv")
     assert ran.code == 1
     assert "REFUTES" in ran.err
-    assert "plans[1]" in ran.err
-    plan_path.write_text(json.dumps(episode | {"plans": []}))
-    assert_refused(mmp("export", plan_path, "--to", tmp_path / "more.csv"), "plans must be a list of plans")
+    assert "plan.json: plan 1: goal: arm 'left'" in ran.err
+    assert mmp("check", plan_path).out.splitlines()[1].startswith("  plan 1: goal: arm 'left'")
     del episode["plans"][1]["times"]
     plan_path.write_text(json.dumps(episode))
     assert_refused(mmp("export", plan_path, "--to", tmp_path / "more.csv"), "plans[1]", "times")
+
+
+@pytest.mark.parametrize(
+    ("spoil", "words"),
+    [
+        (lambda data: data.update(name="a/b"), ["name is 'a/b'"]),
+        (lambda data: data.update(name=3), ["name is 3"]),
+        (lambda data: data.update(plans=[]), ["plans is empty"]),
+        (lambda data: data.update(plans={}), ["plans is {}", "a list"]),
+        (lambda data: data.update(length=2), ["unknown field 'length'"]),
+        (lambda data: data["plans"][1].update(schema="mmp-plan/2"), ["plans[1].schema is 'mmp-plan/2'"]),
+    ],
+)
+def test_what_check_refuses_to_read_export_refuses_in_the_same_words(mmp, plan_path, tmp_path, spoil, words):
+    episode = there_and_back()
+    spoil(episode)
+    plan_path.write_text(json.dumps(episode))
+    refused = mmp("export", plan_path, "--to", tmp_path / "all.csv")
+    assert_refused(refused, *words)
+    assert mmp("check", plan_path).err == refused.err
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
+
+
+def test_of_an_episode_that_jumps_check_and_export_name_the_same_plans(mmp, plan_path, tmp_path):
+    episode = there_and_back()
+    for rows in (episode["plans"][1]["problem"]["start"], {"left": episode["plans"][1]["positions"]["left"][0]}):
+        rows["left"][1] += 0.01
+    plan_path.write_text(json.dumps(episode))
+    assert_refused(mmp("export", plan_path, "--to", tmp_path / "all.csv"), "plan 1 does not go on from plan 0")
+    assert "plan 1 does not go on from plan 0: arm 'left'" in mmp("check", plan_path).out
+
+
+def test_an_episode_whose_arms_were_moved_between_plans_is_refuted(mmp, plan_path, tmp_path):
+    episode = there_and_back()
+    episode["plans"][1]["problem"]["cell"]["arms"][0]["position"][0] -= 0.1
+    plan_path.write_text(json.dumps(episode))
+    ran = mmp("export", plan_path, "--to", tmp_path / "all.csv")
+    assert ran.code == 1
+    assert "its arms are others, or stand elsewhere" in ran.err
+
+
+def test_the_plan_itself_is_not_overwritten(mmp, tmp_path):
+    path = tmp_path / "left.yaml"
+    path.write_text(yaml.safe_dump(tiny_plans.two_apart()))
+    before = path.read_text()
+    for to in ("left.yaml", "{arm}.yaml", "no/../left.yaml"):
+        assert_refused(mmp("export", path, "--to", tmp_path / to), "would overwrite the plan itself")
+    assert path.read_text() == before
+    assert mmp("export", path, "--to", tmp_path / "other.YAML").code == 0
 
 
 @pytest.mark.parametrize(

@@ -51,9 +51,9 @@ def test_quickest_hardest_and_unsolved_are_chosen_by_the_rule():
         line("ring/g", "ecbs", "invalid", root_conflicts=99),
     ]  # fmt: skip
     assert chosen(lines) == {
-        "quickest": ("ring/a", "Quickest: a, in 2.00 ms by cbs."),
-        "hardest": ("ring/c", "Hardest solved, by 1 of 2 planners: c, in 7.00 s by cbs."),
-        "unsolved": ("ring/f", "Unsolved: f."),
+        "quickest": ("ring/a", "Quickest: instance a, in 2.00 ms by cbs."),
+        "hardest": ("ring/c", "Hardest solved, by 1 of 2 planners: instance c, in 7.00 s by cbs."),
+        "unsolved": ("ring/f", "Unsolved: instance f."),
     }
 
 
@@ -62,16 +62,16 @@ def test_quickest_hardest_and_unsolved_are_chosen_by_the_rule():
     [
         (
             [line("ring/a", time_s=2.0)],
-            {"quickest": ("ring/a", "Only solved, by 1 of 1 planner: a, in 2.00 s by ecbs.")},
+            {"quickest": ("ring/a", "Only solved, by 1 of 1 planner: instance a, in 2.00 s by ecbs.")},
         ),
         (
             [line("ring/a", status="timeout"), line("ring/b", status="timeout")],
-            {"unsolved": ("ring/a", "Unsolved: a.")},
+            {"unsolved": ("ring/a", "Unsolved: instance a.")},
         ),
         ([line("ring/a", status="invalid")], {}),
         (
             [line("ring/a", time_s=0.5), line("ring/b", time_s=2.0), line("ring/b", "cbs")],
-            {"quickest": ("ring/a", "Quickest and hardest solved, by 1 of 2 planners: a, in 500 ms by ecbs.")},
+            {"quickest": ("ring/a", "Quickest and hardest solved, by 1 of 2 planners: instance a, in 500 ms by ecbs.")},
         ),
     ],
 )

@@ -20,9 +20,8 @@ def no_display(monkeypatch):
 
 @pytest.fixture
 def display(monkeypatch):
-    """A display that answers, and what is opened on it."""
+    """What is opened on a display."""
     monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setattr(mmp_cli.show, "_display_answers", lambda: True)
     opened = []
     monkeypatch.setattr(webbrowser, "open", lambda uri: opened.append(uri) or True)
 
@@ -132,7 +131,7 @@ def test_a_browser_that_is_named_needs_no_display(mmp, no_display, tmp_path, mon
 
 def test_a_display_that_does_not_answer_is_told_of(mmp, no_display, plan, monkeypatch):
     monkeypatch.setenv("DISPLAY", ":0")
-    monkeypatch.setattr(mmp_cli.show, "_display_answers", lambda: False)
+    monkeypatch.setattr(rendering, "display_answers", lambda: False)
     assert_refused(mmp("show", plan), "does not answer", "--image")
 
 
@@ -143,6 +142,7 @@ def test_a_display_that_does_not_answer_is_told_of(mmp, no_display, plan, monkey
         (["."], ["no folder of mmp bench", "results.jsonl"]),
         (["{plan}", "--image", "p.bmp"], ["'.bmp'", ".png"]),
         (["{plan}", "--image", "p.png", "--video", "./p.png"], ["both name"]),
+        (["{plan}", "--moments", "end"], ["--moments", "--image FILE"]),
         (["{svg}", "--image", "p.png"], ["--image shows a plan", "is none"]),
         (["{instances}", "--image", "p.png"], ["pairs.json", "schema"]),
         (["{plan}", "--tree", "t.svg"], ["unknown option", "'--tree'"]),

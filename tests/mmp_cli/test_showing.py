@@ -25,8 +25,8 @@ def nodes(path):
 def stand_in_pictures(monkeypatch):
     """Pictures and films are a line of text: what was asked of them."""
 
-    def save_picture(plan, path):
-        write(path, f"picture {plan.makespan_s:.3f}")
+    def save_picture(plan, path, *, moments):
+        write(path, f"picture {plan.makespan_s:.3f} {list(moments)}")
 
     def save_film(plan, path, report, *, progress):
         progress(1, 1)
@@ -74,6 +74,23 @@ def test_the_film_is_of_an_execution_whether_or_not_one_was_asked_for(
     assert "executed" in said
 
 
+@pytest.mark.parametrize(
+    ("asked", "shown"),
+    [
+        ([], "['start', 'middle', 'end']"),
+        (["--moments", "end"], "['end']"),
+        (["--moments", "0.5, start"], "[0.5, 'start']"),
+    ],
+    ids=["all three", "one", "two"],
+)
+def test_a_picture_shows_the_moments_that_are_asked_for(
+    mmp, stand_ins, stand_in_pictures, instances, tmp_path, asked, shown
+):
+    picture = tmp_path / "plan.png"
+    assert mmp("plan", instances, "--planner", "straight", "--image", picture, *asked).code == 0
+    assert picture.read_text().endswith(shown)
+
+
 @pytest.mark.parametrize("planner", ["straight", "sorry", "liar"])
 def test_a_planner_without_a_tree_gets_a_drawing_all_the_same(mmp, stand_ins, instances, tmp_path, planner):
     mmp("plan", instances, "--planner", planner, "--tree", tmp_path / "tree.svg")
@@ -107,6 +124,9 @@ def test_ctrl_c_keeps_the_tree_and_leaves_out_the_pictures(mmp, stand_ins, stand
         (["--rerun", "none/search.rrd"], ["none/search.rrd cannot be written: No such file"]),
         (["--rerun", "spawn"], ["no display", ".rrd"]),
         (["--image", "plan.bmp"], ["'.bmp'", ".png"]),
+        (["--image", "plan.png", "--moments", "start,midle"], ["'midle'", "Did you mean 'middle'?"]),
+        (["--image", "plan.png", "--moments", "-1"], ["-1", "begins at 0"]),
+        (["--moments", "start"], ["--moments", "--image FILE"]),
         (["--image", "none/plan.png"], ["none/plan.png cannot be written: No such file"]),
         (["--video", "plan.avi"], ["'.avi'", ".mp4", ".gif"]),
         (["--video", "none/plan.gif"], ["none/plan.gif cannot be written: No such file"]),
@@ -153,7 +173,7 @@ def test_a_viewer_that_fails_costs_no_plan_and_is_named(mmp, stand_ins, instance
 
 
 def test_a_file_that_cannot_be_written_in_the_end_costs_no_summary(mmp, stand_ins, instances, tmp_path, monkeypatch):
-    def full(plan, path):
+    def full(plan, path, moments):
         raise MmpError(f"{path} cannot be written: No space left on device")
 
     monkeypatch.setattr(mmp_cli.showing, "save_image", full)

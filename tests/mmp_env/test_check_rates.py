@@ -64,7 +64,7 @@ def test_an_acceleration_above_the_limit_is_a_violation(each_joint):
 
 def test_a_jerk_above_the_limit_is_a_violation():
     report = check_plan(smooth(max_jerk=0.95 * JERK))
-    assert [violation.rule for violation in report.violations] == ["jerk"]
+    assert [violation.rule for violation in report.violations] == ["jerk", "rates"]
     assert report.violations[0].values["value"] == pytest.approx(JERK, rel=0.05)  # a mean over three steps
 
 
@@ -90,6 +90,31 @@ def test_rates_that_do_not_fit_the_positions_are_a_violation(what, row, add):
     plan = smooth()
     plan[what]["arm"][row][2] += add
     assert broken(plan) == {"rates"}
+
+
+@pytest.mark.parametrize("factor", [-1.0, 0.0, 0.9, 1.1, 2.0])
+@pytest.mark.parametrize("what", ["velocities", "accelerations"])
+def test_rates_of_another_sign_or_scale_are_a_violation(what, factor):
+    plan = smooth()
+    plan[what]["arm"] = (factor * np.array(plan[what]["arm"])).tolist()
+    assert "rates" in broken(plan)
+
+
+def test_what_a_step_cannot_hold_is_said_in_the_unit_of_the_rate():
+    plan = smooth()
+    plan["velocities"]["arm"][100][2] += 0.05
+    found = check_plan(plan).violations[0]
+    step = DURATION_S / int(DURATION_S * RATE_HZ)
+    assert found.values["unit"] == "rad/s"
+    assert found.values["value"] == pytest.approx(0.025)
+    assert found.values["allowed"] == pytest.approx(1.001 * JERK * step**2 / 12)
+    assert "joint 3, states velocities off those of its motion by 0.025 rad/s; allowed: " in found.message
+
+
+def test_accelerations_without_velocities_are_a_violation():
+    plan = smooth()
+    plan["velocities"] = None
+    assert broken(plan) == {"schema"}
 
 
 def test_a_stated_velocity_above_the_limit_is_a_violation():

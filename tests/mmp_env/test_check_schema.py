@@ -3,7 +3,10 @@
 import pytest
 import tiny_plans
 
+from mmp_env.cell_file import cell_from_dict
+from mmp_env.cell_limits import LARGEST_M
 from mmp_env.check import check_plan
+from mmp_env.errors import MmpError
 
 
 def broken(plan):
@@ -11,6 +14,10 @@ def broken(plan):
     report = check_plan(plan)
     assert report.min_clearance_m is None
     return {violation.rule for violation in report.violations}
+
+
+def held_at(height):
+    return {"shape": "sphere", "radius": 0.01, "position": [0.0, 0.0, height]}
 
 
 UNREADABLE = {
@@ -30,6 +37,8 @@ UNREADABLE = {
     "something held": lambda p: p["problem"]["cell"]["arms"][0].update(held={"shape": "sphere", "radius": 0.1}),
     "a moving obstacle": lambda p: p["problem"]["cell"]["obstacles"][0].update(velocity=[1.0, 0.0, 0.0]),
     "an obstacle of negative size": lambda p: p["problem"]["cell"]["obstacles"][0].update(size=[1.0, -1.0, 1.0]),
+    "a held object out of reach": lambda p: p["problem"]["cell"]["arms"][0].update(held=held_at(100.1)),
+    "an obstacle of no size": lambda p: p["problem"]["cell"]["obstacles"][0].update(size=[1.0, 1e-7, 1.0]),
     "an obstacle beyond the horizon": lambda p: p["problem"]["cell"]["obstacles"][0].update(position=[1e9, 0.0, 0.0]),
     "an unknown shape": lambda p: p["problem"]["cell"]["obstacles"][0].update(shape="cone"),
     "a zero quaternion": lambda p: p["problem"]["cell"]["obstacles"][0].update(quaternion=[0.0, 0.0, 0.0, 0.0]),
@@ -89,3 +98,24 @@ def test_a_cell_that_does_not_name_its_spheres_is_checked_with_the_fine_set():
     plan = tiny_plans.two_apart()
     plan["problem"]["cell"].pop("spheres")
     assert check_plan(plan).spheres == "fine"
+
+
+@pytest.mark.parametrize("height", [LARGEST_M, 1.001 * LARGEST_M])
+def test_planners_and_checker_take_a_held_object_within_the_same_distance(height):
+    plan = tiny_plans.two_apart()
+    plan["problem"]["cell"]["arms"][0]["held"] = held_at(height)
+    taken = "schema" not in {violation.rule for violation in check_plan(plan).violations}
+    assert taken == (height <= LARGEST_M)
+    if taken:
+        cell_from_dict(plan["problem"]["cell"], "cell")
+    else:
+        with pytest.raises(MmpError, match=r"held\.position"):
+            cell_from_dict(plan["problem"]["cell"], "cell")
+
+
+@pytest.mark.parametrize("scale", [1e-200, 1e200])
+def test_a_quaternion_may_have_any_length_but_zero(scale):
+    plan = tiny_plans.two_apart()
+    report = check_plan(plan)
+    plan["problem"]["cell"]["arms"][0].update(yaw=None, quaternion=[scale, 0.0, 0.0, 0.0])
+    assert check_plan(plan).as_dict() == report.as_dict()

@@ -13,7 +13,7 @@ from mmp_env.cell import Cell, place_arm
 from mmp_env.cell_source import find_cell
 from mmp_env.control import CONTROL_MODES
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
-from mmp_env.instances import draw_instance
+from mmp_env.instances import draw_instance, draw_problem
 from mmp_env.registration import MAX_EPISODE_STEPS, RING_COUNTS
 from mmp_env.rings import RING_RADIUS_M, ring_cell
 
@@ -123,6 +123,67 @@ def test_wrong_reset_options_are_named_and_leave_the_environment_as_it_was():
         with pytest.raises(error, match=message):
             env.reset(options=options)
     assert env.unwrapped.problem is before
+
+
+def test_wrong_options_leave_an_environment_with_objects_as_it_was():
+    env = make(task="pick")
+    env.reset(seed=0)
+    cell, before, model = env.unwrapped.cell, env.unwrapped.problem, env.unwrapped.model
+    for options, message in [
+        ({"goal": tucked(cell) | {"arm1": np.full(6, 9.0)}}, "goal of arm 'arm1', joint 1"),
+        ({"goal": None}, "reset option goal is None; it must be arm name -> joints"),
+    ]:
+        with pytest.raises(MmpError, match=message):
+            env.unwrapped.reset(options=options)
+    assert env.unwrapped.cell is cell
+    assert env.unwrapped.problem is before
+    assert env.unwrapped.model is model
+
+
+class Drawing:
+    """A task that gives what it is told."""
+
+    def __init__(self, sample):
+        self.given = sample
+
+    def sample(self, cell, rng):
+        return self.given
+
+
+REST = {f"arm{k}": np.array([2.6, -2.2, 2.5, -1.9, -1.6, 0.0]) for k in range(2)}
+
+
+@pytest.mark.parametrize(
+    ("sample", "message"),
+    [
+        (None, "task Drawing gives a NoneType; sample must give"),
+        ((REST,), "gives a tuple; sample must give"),
+        ((REST, REST, "ring-2"), "drawn another cell without the arms of 'ring-2'"),
+        ((REST, REST, ring_cell(4)), "drawn another cell without the arms of 'ring-2'"),
+        ((REST, {"arm0": REST["arm0"]}), "a goal that is not 6 finite numbers for arm 'arm1'"),
+        (({**REST, "arm0": np.zeros(5)}, REST), "a start that is not 6 finite numbers for arm 'arm0'"),
+        (({**REST, "arm0": np.full(6, np.nan)}, REST), "a start that is not 6 finite numbers for arm 'arm0'"),
+    ],
+)
+def test_what_a_strangers_task_draws_wrong_is_named(sample, message):
+    with pytest.raises(MmpError, match=message):
+        make(task=Drawing(sample)).reset(seed=0)
+
+
+def test_a_class_in_the_place_of_a_task_is_refused_when_the_environment_is_made():
+    with pytest.raises(
+        MmpError, match=r"task is .*; it must be a name \(`mmp list`\) or an object with a method sample"
+    ):
+        make(task=Drawing)
+
+
+def test_a_task_with_objects_passes_gymnasiums_checker_and_works_in_vector_environments():
+    check_env(make("MultiArmCell-2", task="packing").unwrapped)
+    envs = gymnasium.make_vec("MultiArmCell-mixed-4", num_envs=2, vectorization_mode="sync", task="packing")
+    observations, _ = envs.reset(seed=5)
+    goal = draw_problem(find_cell("mixed-4"), "packing", 6).goal
+    np.testing.assert_array_equal(observations["goal_positions"][1], np.concatenate(list(goal.values())))
+    envs.close()
 
 
 def test_problem_has_the_cell_instance_and_speed_of_the_environment():

@@ -49,6 +49,23 @@ def test_arms_that_stand_elsewhere_are_a_violation():
     assert "its arms are others, or stand elsewhere" in violation.message
 
 
+def test_a_base_may_be_turned_by_a_yaw_in_one_plan_and_by_a_quaternion_in_the_next():
+    data = episode()
+    arm = data["plans"][1]["problem"]["cell"]["arms"][1]
+    arm["yaw"] = None
+    arm["quaternion"] = [-1.0, 0.0, 0.0, 0.0]
+    assert check_episode(data).valid
+
+
+def test_every_violation_of_an_episode_names_its_plan():
+    data = episode()
+    data["plans"][1]["times"][0] = 0.5
+    data["plans"][1]["problem"]["goal"]["left"][0] += 0.1
+    report = check_episode(data)
+    assert len(report.sentences) > 1
+    assert all(line.startswith("plan 1: ") for line in str(report).splitlines())
+
+
 def test_a_plan_that_is_wrong_spoils_its_episode():
     data = episode()
     data["plans"][0]["times"][0] = 0.5

@@ -10,6 +10,7 @@ import tiny_plans
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.export import export_plan
 from mmp_env.plan_file import plan_from_dict
+from mmp_env.robot import load_robot
 
 
 @pytest.fixture
@@ -96,15 +97,22 @@ def test_plans_in_a_row_are_one_motion_with_one_row_where_they_meet(plan, tmp_pa
     np.testing.assert_array_equal(rows[count:, 1:7], plan.positions["left"][::-1][1:])
 
 
+def panda(arm):
+    """A robot with a joint more under the same name."""
+    return replace(arm, robot=load_robot("panda"))
+
+
 def test_plans_that_do_not_fit_together_are_refused(plan, retimed, tmp_path):
-    with pytest.raises(MmpError, match=r"arm 'left' begins plan 2 .* rad from where the one before it ends"):
+    with pytest.raises(MmpError, match=r"plan 1 does not go on from plan 0: arm 'left' begins 0\.\d+ rad from where"):
         export_plan([plan, plan], tmp_path / "both.csv")
-    with pytest.raises(MmpError, match="plan 2 and the one before it differ in that one is retimed"):
+    with pytest.raises(MmpError, match="plan 1 does not go on from plan 0: only one of them has velocities"):
         export_plan([retimed, back(plan)], tmp_path / "both.csv")
     cell = plan.problem.cell
     fewer = replace(plan, problem=replace(plan.problem, cell=replace(cell, arms=cell.arms[:1])))
-    with pytest.raises(MmpError, match="plan 2 is for other arms"):
-        export_plan([plan, fewer], tmp_path / "both.csv")
+    other = replace(plan, problem=replace(plan.problem, cell=replace(cell, arms=(cell.arms[0], panda(cell.arms[1])))))
+    for stranger in (fewer, other):
+        with pytest.raises(MmpError, match="plan 1 does not go on from plan 0: its arms are others"):
+            export_plan([plan, stranger], tmp_path / "both.csv")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -127,6 +135,10 @@ def test_joints_are_called_what_the_pattern_says(plan, tmp_path, pattern, name):
     [
         ("plan.cvs", {}, r"unknown export format '\.cvs'\. Did you mean '\.csv'\? Known: \.csv, \.npz, \.xml, \.yaml"),
         ("plan", {}, r"does not say in which format; the name must end in \.csv"),
+        (".csv", {}, r"does not say in which format; .* as plan\.csv does"),
+        ("a" * 300 + ".csv", {}, "cannot be written: File name too long"),
+        ("plan.csv", {"joint_names": "{arm}\n{joint}"}, "characters that do not print"),
+        ("plan.csv", {"joint_names": "\udcff{arm}{joint}"}, "characters that do not print"),
         ("{arn}.csv", {}, r"unknown placeholder of file names 'arn'\. Did you mean 'arm'"),
         ("{arm}.xml", {}, r"the MJCF is of the whole cell; leave \{arm\} out"),
         ("plan.csv", {"joint_names": "{arm}_{vender}"}, r"unknown placeholder of joint names 'vender'.*'vendor'"),

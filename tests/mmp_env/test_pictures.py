@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import tiny_plans
-from picture_or_sentence import NONE_HERE, made, pixels_of_arm
+from picture_or_sentence import NONE_HERE, made, pixels_of_arm, without_libraries
 from PIL import Image
 
-from mmp_env import opengl, ring_cell
+from mmp_env import ring_cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.pictures import check_picture, encoded, labelled, picture, pictures, save_picture
 from mmp_env.plan_file import plan_from_dict
@@ -24,13 +24,8 @@ def plan():
 
 @pytest.fixture
 def no_library(monkeypatch):
-    monkeypatch.setattr(opengl, "find_library", lambda name: None)
-    monkeypatch.setattr(opengl.sys, "platform", "linux")
-    for name in ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL"):
-        monkeypatch.delenv(name, raising=False)
-    opengl.found.cache_clear()
-    yield
-    opengl.found.cache_clear()
+    with without_libraries(monkeypatch):
+        yield
 
 
 @pytest.mark.parametrize("count", [2, 8])

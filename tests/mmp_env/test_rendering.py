@@ -3,17 +3,20 @@
 import os
 import subprocess
 import sys
+import threading
+import time
 from types import SimpleNamespace
 
 import gymnasium
 import numpy as np
 import pytest
+from picture_or_sentence import without_libraries
 
-from mmp_env import opengl, ring_cell
+from mmp_env import opengl, rendering, ring_cell
 from mmp_env.arm_colors import PALETTE
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.mujoco_import import mujoco
-from mmp_env.rendering import _frame_cell
+from mmp_env.rendering import Window, _frame_cell
 from mmp_env.simulation import Simulation
 from mmp_env.staging import outline
 
@@ -72,12 +75,7 @@ def camera_axes(camera):
 
 
 def test_a_missing_library_is_named_with_the_package_that_has_it(monkeypatch):
-    monkeypatch.setattr(opengl, "find_library", lambda name: None)
-    monkeypatch.setattr(opengl.sys, "platform", "linux")
-    for name in ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL"):
-        monkeypatch.delenv(name, raising=False)
-    opengl.found.cache_clear()
-    try:
+    with without_libraries(monkeypatch):
         with pytest.raises(MmpError, match=r"neither EGL nor OSMesa .*libegl1 libgl1"):
             opengl.offscreen_backend()
         monkeypatch.setenv("MUJOCO_GL", "osmesa")
@@ -87,8 +85,6 @@ def test_a_missing_library_is_named_with_the_package_that_has_it(monkeypatch):
         monkeypatch.setenv("MUJOCO_GL", "elg")
         with pytest.raises(UnknownNameError, match="Did you mean 'egl'"):
             opengl.offscreen_backend()
-    finally:
-        opengl.found.cache_clear()
 
 
 def test_a_mistyped_backend_is_named_when_mujoco_is_imported():
@@ -109,3 +105,30 @@ def test_a_window_without_a_display_is_refused_at_once(monkeypatch):
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(MmpError, match="needs a display"):
         make(render_mode="human")
+
+
+def test_a_display_that_does_not_answer_is_refused_before_the_viewer_would_end_the_program(monkeypatch):
+    monkeypatch.setattr(rendering, "check_render_mode", lambda mode: None)
+    monkeypatch.setattr(rendering, "display_answers", lambda: False)
+    with pytest.raises(MmpError, match="does not answer"):
+        Window(Simulation(ring_cell(2)))
+
+
+def test_a_window_is_gone_when_closing_returns(monkeypatch):
+    # One that was still drawing when the program ended took it down with a segmentation fault.
+    monkeypatch.setattr(rendering, "check_render_mode", lambda mode: None)
+    monkeypatch.setattr(rendering, "display_answers", lambda: True)
+    closing, gone = threading.Event(), threading.Event()
+
+    def draw():
+        closing.wait()
+        time.sleep(0.05)
+        gone.set()
+
+    def launch_passive(model, data, **_):
+        threading.Thread(target=draw, daemon=True).start()
+        return SimpleNamespace(viewport=None, cam=mujoco.MjvCamera(), close=closing.set)
+
+    monkeypatch.setattr("mujoco.viewer.launch_passive", launch_passive)
+    Window(Simulation(ring_cell(2))).close()
+    assert gone.is_set()

@@ -10,7 +10,7 @@ from mmp_env import _core, events
 from mmp_env.events import ForceField
 from mmp_env.rerun import RerunWatcher
 from mmp_env.rerun.forces import sphere_forces
-from mmp_env.rerun.plan_view import frame_times, sampled
+from mmp_env.rerun.plan_view import frame_times
 from mmp_planners import make
 
 PROBLEM = two_arms.passing(1.0)
@@ -185,7 +185,7 @@ def joint_torques(q, shown, arm):
 def test_the_plan_has_the_spheres_of_the_core_at_each_frame(search):
     rows, _, plan = search
     times = frame_times(plan)
-    q = sampled(plan, times)
+    q = plan.sampled(times)
     for arm in ARMS:
         found = rows.at(f"/plan/spheres/{arm}", POSITIONS, "plan time")
         np.testing.assert_allclose(sorted(found), times, atol=1e-8)
@@ -207,7 +207,7 @@ def test_the_bodies_of_the_cell_move_along_the_plan(search):
         frames[body] = places, turns
         assert len(places) == len(frame_times(plan))
     for k, time in enumerate(sorted(frames["left/wrist3"][0])):
-        data.qpos[:] = np.concatenate([sampled(plan, frame_times(plan))[arm][k] for arm in ARMS])
+        data.qpos[:] = np.concatenate([plan.sampled(frame_times(plan))[arm][k] for arm in ARMS])
         mujoco.mj_kinematics(model, data)
         for body, (places, turns) in frames.items():
             np.testing.assert_allclose(places[time][0], data.body(body).xpos, atol=1e-6)
@@ -228,7 +228,7 @@ def test_every_geom_of_the_cell_is_there(search):
 
 def test_clearances_over_time_are_those_of_the_core(search):
     rows, _, plan = search
-    q = sampled(plan, frame_times(plan))
+    q = plan.sampled(frame_times(plan))
     expected = CELL.collision.pair_clearance(ARMS[0], q[ARMS[0]], ARMS[1], q[ARMS[1]])
     for arm in ARMS:
         found = rows.at(f"/plan/clearance/{arm}", "Scalars:scalars", "plan time")

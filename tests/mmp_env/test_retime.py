@@ -10,9 +10,11 @@ from cornered_plans import cornered_plan, largest_shares, side_by_side
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mmp_env.cell import Cell, place_arm
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
 from mmp_env.plan_file import plan_from_dict, plan_to_dict
+from mmp_env.problem import make_problem
 from mmp_env.retime import retime, retime_with_report
 from mmp_env.robot import load_robot
 
@@ -75,6 +77,41 @@ def test_it_lasts_little_longer_than_velocities_alone_allow():
     assert max(ratios) < 1.15
 
 
+def at_most(plan, speed):
+    """The plan with another velocity limit, for robots that know none."""
+    limits = {name: np.full(len(v), speed) for name, v in plan.problem.max_velocity.items()}
+    return dataclasses.replace(plan, problem=dataclasses.replace(plan.problem, max_velocity=limits))
+
+
+@pytest.mark.parametrize(("corners", "turn"), [(0, 0.4), (3, 0.4), (8, 0.4), (30, 0.1)])
+def test_a_higher_velocity_limit_makes_no_motion_longer(corners, turn):
+    plan = cornered_plan(2, corners, turn=turn)
+    lasting = [retime(at_most(plan, speed), rate=100.0).makespan_s for speed in (0.8, 1.5, 3.0, 5.0, 20.0, 200.0)]
+    assert (np.array(lasting) <= 1.03 * np.minimum.accumulate(lasting) + 0.01).all()
+
+
+@settings(max_examples=5)
+@given(seed=seeds, corners=st.integers(0, 3), jerk=st.sampled_from([100.0, 4000.0, 1e6]))
+def test_a_higher_acceleration_limit_makes_no_motion_longer(seed, corners, jerk):
+    plan = cornered_plan(seed, corners)
+    options = [{"max_acceleration": limit, "max_jerk": jerk} for limit in (4.0, 10.0, 1000.0)]
+    lasting = [retime(plan, rate=100.0, **each).makespan_s for each in options]
+    assert (np.array(lasting) <= 1.03 * np.minimum.accumulate(lasting) + 0.01).all()
+
+
+@pytest.mark.parametrize("speed", [3.0, 50.0, 1000.0])
+def test_a_straight_line_takes_little_longer_than_accelerations_alone_allow(speed):
+    plan = at_most(cornered_plan(4, 0), speed)
+    way = max(np.abs(q[1] - q[0]).max() for q in plan.positions.values())
+    assert retime(plan, share=1.0).makespan_s < 1.1 * 2 * np.sqrt(way / 8.0)
+
+
+def test_many_short_lines_take_much_less_than_with_a_stop_at_each_corner():
+    plan = at_most(cornered_plan(4, 30, turn=0.1), 50.0)
+    stopping = retime(plan, tolerance=1e-12).makespan_s
+    assert retime(plan).makespan_s < 0.62 * stopping
+
+
 def test_the_report_tells_makespans_in_order_and_the_plan_keeps_it():
     plan = cornered_plan(1, 5)
     slow = dataclasses.replace(plan, times=1.5 * plan.times, stats={"restarts": 2})
@@ -129,6 +166,9 @@ def test_a_colliding_plan_is_refused():
         ({"rate": 0}, "rate is 0; it must be a positive number"),
         ({"rate": float("nan")}, "rate is nan"),
         ({"tolerance": -0.1}, "tolerance is -0.1"),
+        ({"rat": 100.0}, "unknown option of retiming 'rat'. Did you mean 'rate'"),
+        ({"max_jerk": {"left": ["a"] * 6, "right": [1.0] * 6}}, "max_jerk of arm 'left' must be 6 positive numbers"),
+        ({"rate": 1e5, "max_acceleration": 0.05}, "more than 1000000 samples; its limits are too low"),
         ({"share": 1.5}, "share is 1.5; it must be a positive number, 1 at most"),
         ({"max_acceleration": 0.0}, "max_acceleration of arm 'left' must be 6 positive numbers"),
         ({"max_jerk": {"left": [1.0] * 6}}, "max_jerk has no entry for arm 'right'"),
@@ -139,6 +179,37 @@ def test_a_colliding_plan_is_refused():
 def test_values_that_make_no_sense_are_named(options, words):
     with pytest.raises(MmpError, match=words.replace("(", "\\(")):
         retime(cornered_plan(0, 1), **options)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"max_acceleration": 1e300, "max_jerk": 1e300},
+        {"max_acceleration": 1e6},
+        {"max_jerk": 1e6},
+        {"max_jerk": 1e300},
+        {"max_jerk": 0.1},
+        {"max_acceleration": 0.01},
+        {"rate": 10_000.0},
+        {"tolerance": 1e-300},
+        {"share": 0.01},
+    ],
+)
+def test_limits_and_rates_far_from_usual_are_kept_like_others(options):
+    plan = retime(cornered_plan(3, 1), **options)
+    assert max(largest_shares(plan)) <= 1 + ROUNDING
+    assert check_plan(plan).valid
+
+
+@pytest.mark.parametrize("way", [0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3])
+def test_one_arm_may_move_by_as_little_as_it_likes(way):
+    q = two_arms.reaching(0.0)
+    cell = Cell(name="alone", arms=(place_arm("only", "ur5e", [0, 0, 0], np.eye(4)[0]),), obstacles=())
+    problem = make_problem(cell, {"only": q}, {"only": q + way})
+    plan = retime(cornered_plans.plan_through(problem, {"only": np.array([q, q + way])}))
+    assert max(largest_shares(plan)) <= 1 + ROUNDING
+    assert check_plan(plan_to_dict(plan)).violations == ()
+    assert plan.makespan_s < 0.5
 
 
 def test_a_plan_that_is_retimed_already_is_refused():

@@ -15,7 +15,7 @@ from mmp_env.cell import Cell, Obstacle, place_arm
 from mmp_env.check import check_plan
 from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import make_problem
-from mmp_env.retime import retime_with_report, retiming
+from mmp_env.retime import pace, retime_with_report
 from mmp_env.retime.clock import run_clock
 from mmp_env.retime.course import Course, course_of
 from mmp_env.retime.limits import RateLimits, rate_limits
@@ -86,7 +86,7 @@ def test_many_slight_bends_are_not_taken_for_a_straight_line():
 @given(seed=seeds)
 def test_no_zone_allows_a_joint_more_than_its_limits(seed):
     path, limits = random_path(seed, stops=0.2)
-    zones = zones_of(path, limits, 0.04)
+    zones = zones_of(path, limits)
     rng = np.random.default_rng(seed)
     for k in range(len(zones.speed)):
         phase = np.sort(rng.uniform(zones.bounds[k], zones.bounds[k + 1], 20))
@@ -173,7 +173,7 @@ def test_a_blend_gives_way_to_what_stands_in_it():
 
 
 def test_what_a_quick_look_misses_the_proof_of_the_result_finds(monkeypatch):
-    monkeypatch.setattr(retiming, "smooth", lambda problem, path, tolerance: path)
+    monkeypatch.setattr(pace, "smooth", lambda problem, path, tolerance: path)
     plan = hooking(0.0011)
     narrow, report = retime_with_report(plan, tolerance=1.0, max_acceleration=3.0)
     assert report.deviation_rad < 0.5 * wide_blends(plan).miss.max()

@@ -144,14 +144,25 @@ def test_the_plan_of_a_planner_that_tells_nothing_is_a_node():
     assert len(tree.nodes) == 1
 
 
-def test_a_plan_that_was_made_shorter_in_the_end_hangs_below_the_solution():
+def test_a_plan_that_is_cheaper_than_what_was_told_of_hangs_below_it():
+    plan = stand_in_planners.straight_plan(PROBLEM, {})
+    tree = SearchTree(PROBLEM)
+    for event in (created(0), created(1, 0, conflicts=0, cost_rad=plan.cost_rad + 1), solved(1, plan.cost_rad + 1)):
+        tree(event)
+    before = tree.solution
+    tree.add_plan(plan)
+    assert (tree.solution.cost_rad, tree.solution.parent, len(tree.nodes)) == (plan.cost_rad, before.id, 3)
+    assert tree.solution_path[-2:] == [before, tree.solution]
+    assert "made shorter" in tree.svg()
+
+
+def test_what_a_planner_has_made_shorter_in_the_end_hangs_below_what_it_had_found():
     tree = SearchTree(PROBLEM)
     plan = make("ecbs", shorten=100).plan(PROBLEM, seed=0, time_limit=60.0, watch=tree).plan
-    before, count = tree.solution, len(tree.nodes)
-    assert plan.cost_rad < before.cost_rad
     tree.add_plan(plan)
-    assert (tree.solution.cost_rad, tree.solution.parent, len(tree.nodes)) == (plan.cost_rad, before.id, count + 1)
-    assert tree.solution_path[-2:] == [before, tree.solution]
+    *_, found, shorter = tree.solution_path
+    assert (found.conflicts, shorter.conflicts) == (0, 0)
+    assert plan.cost_rad == shorter.cost_rad < found.cost_rad
     assert "made shorter" in tree.svg()
 
 

@@ -80,17 +80,17 @@ def test_pairs_without_conflict_are_left_out():
 
 def test_one_clock_for_all_and_who_is_there_first_waits():
     paths = [straight(0, 20), straight(1, 26)]
-    plan = ARMS.plan(paths, {"name": "p"}, {"n": 1})
+    plan = ARMS.plan(paths)
     np.testing.assert_allclose(plan.times, DT_S * np.arange(27))
     np.testing.assert_array_equal(plan.positions["left"][20:], [PROBLEM.goal["left"]] * 7)
     np.testing.assert_array_equal(plan.positions["right"], paths[1].q)
-    assert (plan.planner, plan.stats, plan.problem) == ({"name": "p"}, {"n": 1}, PROBLEM)
+    assert plan.problem is PROBLEM
 
 
 def test_a_step_too_fast_for_one_arm_is_stretched_for_all():
     """Ten steps for 1.6 rad are 0.16 rad each, twice of what 0.8 rad/s allow; so the other arm slows down as well."""
     paths = [straight(0, 10), straight(1, 26)]
-    plan = ARMS.plan(paths, {}, {})
+    plan = ARMS.plan(paths)
     np.testing.assert_allclose(np.diff(plan.times), [2 * DT_S] * 10 + [DT_S] * 16)
     np.testing.assert_array_equal(plan.positions["right"], paths[1].q)
     assert plan.cost_rad == pytest.approx(sum(path.length for path in paths))
@@ -105,7 +105,7 @@ def test_speeds_are_within_limits_whatever_the_paths_and_no_step_is_slower_than_
     for arm, last in enumerate(lengths):
         moves = rng.normal(scale=0.1, size=(last + 1, 6)) * (rng.random((last + 1, 1)) < 0.7)
         paths.append(ARMS.path(arm, PROBLEM.start[ARMS.names[arm]] + np.cumsum(moves, axis=0)))
-    plan = ARMS.plan(paths, {}, {})
+    plan = ARMS.plan(paths)
     durations = np.diff(plan.times)
     needed = [np.abs(np.diff(plan.positions[name], axis=0)).max(axis=1) / SPEED for name in ARMS.names]
     np.testing.assert_allclose(durations, np.maximum(DT_S, np.max(needed, axis=0)), rtol=1e-9)
@@ -116,18 +116,18 @@ def test_a_plan_that_is_clear_has_its_proof_and_one_that_is_not_says_where():
     apart = two_arms.one_moves()
     there = arms(apart)
     paths = [there.low_level(k, (), 0)[0] for k in (0, 1)]
-    valid, clearance, *_ = there.certify(there.plan(paths, {}, {}))
-    assert valid
-    assert clearance >= 0.5 * apart.margin
-    assert check_plan(plan_to_dict(there.plan(paths, {}, {}))).found_clearance_m >= clearance - 1e-6
+    proof = there.certify(there.plan(paths))
+    assert proof.valid
+    assert proof.clearance >= 0.5 * apart.margin
+    assert check_plan(plan_to_dict(there.plan(paths))).found_clearance_m >= proof.clearance - 1e-6
 
-    plan = ARMS.plan([straight(0, 20), straight(1, 20)], {}, {})
-    valid, clearance, pair, instant = ARMS.certify(plan)
-    assert not valid
-    assert (clearance < 0.5 * PROBLEM.margin, pair) == (True, (0, 1))
-    at = plan.at(instant * DT_S)
+    plan = ARMS.plan([straight(0, 20), straight(1, 20)])
+    proof = ARMS.certify(plan)
+    assert not proof.valid
+    assert (proof.clearance < 0.5 * PROBLEM.margin, proof.arms) == (True, (0, 1))
+    at = plan.at(proof.instant * DT_S)
     gap = PROBLEM.cell.collision.pair_clearance("left", [at["left"]], "right", [at["right"]])
-    assert gap[0] == pytest.approx(clearance, abs=1e-5)
+    assert gap[0] == pytest.approx(proof.clearance, abs=1e-5)
 
 
 def test_whether_the_start_of_an_arm_touches_another_one_somewhere():
@@ -142,6 +142,6 @@ def test_a_run_out_of_time_proves_nothing():
     paths = [
         late.path(k, np.array([late.problem.start[name], late.problem.goal[name]])) for k, name in enumerate(late.names)
     ]
-    plan = late.plan(paths, {}, {})
-    assert not late.certify(plan)[0]
-    assert arms(two_arms.one_moves()).certify(plan)[0]
+    plan = late.plan(paths)
+    assert not late.certify(plan).valid
+    assert arms(two_arms.one_moves()).certify(plan).valid

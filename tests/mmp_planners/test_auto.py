@@ -15,10 +15,9 @@ from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import make_problem
 from mmp_env.rings import ring_cell
 from mmp_planners import Status, StopPlanning, auto
-from mmp_planners.arms import Arms
-from mmp_planners.low_level import SiRrtStar
 from mmp_planners.priorities import PrioritySearch
 from mmp_planners.replanning import Replanning
+from mmp_planners.shortcutting import paced
 
 
 def ring(arms=4, seed=2, robot="ur5e"):
@@ -129,15 +128,20 @@ def test_no_time_finds_nothing():
 
 def test_replanning_takes_a_detour_out_that_no_shortcut_can():
     problem = two_arms.one_moves()
-    arms = Arms(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
-    arms.reseed(0)
     start, goal = problem.start["left"], problem.goal["left"]
     via = start + np.array([0.0, -0.5, 0.4, 0.0, 0.0, 0.0])
     there = np.vstack([start + f * (via - start) for f in np.linspace(0, 1, 9)])
     back = np.vstack([via + f * (goal - via) for f in np.linspace(0, 1, 9)[1:]])
-    paths = [arms.path(0, np.vstack([there, back])), arms.path(1, problem.start["right"][None].repeat(17, axis=0))]
-    plan = arms.plan(paths, {}, {})
-    better, calls = Replanning()(arms, plan, 0)
-    assert calls == 1
-    assert better.cost_rad == pytest.approx(problem.cost_lower_bound_rad)
+    plan = paced(problem, [np.vstack([there, back]), problem.start["right"][None].repeat(17, axis=0)])
+    better, kept = Replanning(attempts=1)(plan, 0, _core.Clock(math.inf))
+    assert kept == 1
+    assert better.cost_rad == pytest.approx(problem.cost_lower_bound_rad, abs=1e-4)
     assert check_plan(better).valid
+
+
+def test_a_plan_with_detours_is_replanned_and_the_attempts_that_helped_are_counted():
+    stats = mmp_planners.make("auto", shorten=20, rounds=4).plan(ring(4, 3, "panda"), seed=0).stats
+    assert stats["replanned"] > 0
+    without = mmp_planners.make("auto", shorten=20, rounds=4, replan=0).plan(ring(4, 3, "panda"), seed=0).stats
+    assert without["replanned"] == 0
+    assert stats["cost_ratio"] < without["cost_ratio"]

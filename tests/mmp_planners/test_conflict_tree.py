@@ -1,7 +1,7 @@
 """The conflict-tree search over arms on a line: what is branched, what becomes a solution, and when it ends."""
 
 import pytest
-from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, Push, endless, told, tree
+from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, Push, ended, endless, proof, refusal, told, tree
 
 from mmp_env.events import NodeCreated, NodeExpanded
 from mmp_planners.conflict_tree import Counts
@@ -30,8 +30,7 @@ def test_each_arm_of_the_first_conflict_gets_a_child_that_forbids_it_something()
         if isinstance(event, NodeExpanded) and event.expanded_nodes == 2:
             raise StopPlanning
 
-    search = tree(arms, branching=kind, watch=until_expanded_twice)
-    search.run(0)
+    assert not ended(tree(arms, branching=kind, watch=until_expanded_twice))
     root, first, second = (event for event in events if isinstance(event, NodeCreated))
     assert (root.parent, root.arm, root.constraint) == (None, None, None)
     assert (first.parent, first.arm, first.constraint) == (root.node, "a", "a does something else")
@@ -59,18 +58,18 @@ def test_an_arm_without_a_way_is_tried_three_times_with_a_growing_budget_and_the
 
 
 def test_only_a_cheaper_solution_replaces_the_incumbent():
-    arms = ArmsOnALine(*LATER, certificates=[(True, 0.5, (0, -1), 0.0), (True, 0.3, (0, -1), 0.0)])
+    arms = ArmsOnALine(*LATER, certificates=[proof(0.5), proof(0.3)])
     search, _, _ = told(lambda watch: tree(arms, watch=watch))
     assert (search.best.cost, search.best.clearance) == (4.0, 0.3)
     dearer_later = ([(0, 1, 2), (0, -1, 2)], [(2, 1, 0), (2, 1, 0), (2, 9, 0)])
-    arms = ArmsOnALine(*dearer_later, certificates=[(True, 0.5, (0, -1), 0.0)])
+    arms = ArmsOnALine(*dearer_later, certificates=[proof(0.5)])
     search, _, _ = told(lambda watch: tree(arms, watch=watch))
     assert (search.best.cost, search.best.clearance) == (6.0, 0.5)
 
 
 def test_a_plan_that_cannot_be_proved_goes_on_as_a_node_with_that_conflict():
     """The first plan touches between the steps, where nobody looked; b has to give way there."""
-    arms = ArmsOnALine([(0, 1, 2)], [(5, 4, 3), (5, 6, 3)], certificates=[(False, -0.1, (0, 1), 1.5)])
+    arms = ArmsOnALine([(0, 1, 2)], [(5, 4, 3), (5, 6, 3)], certificates=[refusal(0, 1, instant=1.5)])
     kind = OneConstraint()
     search, _, events = told(lambda watch: tree(arms, w=2.0, branching=kind, watch=watch))
     assert [(m.a, m.b, m.first, m.last, arm) for m, arm, _ in kind.asked] == [(0, 1, 1.5, 1.5, k) for k in (0, 1)]
@@ -81,7 +80,7 @@ def test_a_plan_that_cannot_be_proved_goes_on_as_a_node_with_that_conflict():
 
 
 def test_a_plan_in_which_one_arm_alone_touches_something_is_dropped():
-    arms = ArmsOnALine(*MEETING, certificates=[(False, -0.1, (0, -1), 1.5)])
+    arms = ArmsOnALine(*MEETING, certificates=[refusal(0, -1, instant=1.5)])
     search, exhausted, _ = told(lambda watch: tree(arms, watch=watch))
     assert exhausted
     assert search.best is None

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
-from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, endless, told, tree
+import pytest
+from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, ended, endless, told, tree
 
 from mmp_env.events import NodeExpanded, SearchStarted
 from mmp_planners.conflict_tree import Counts
@@ -40,7 +41,7 @@ def trees(restarts, started):
                 raise StopPlanning
 
     search = tree(arms, branching=kind, restarts=restarts, watch=watch)
-    assert not search.run(0)
+    assert not ended(search)
     return expanded, arms, kind, search
 
 
@@ -74,7 +75,7 @@ def test_the_bound_is_the_least_of_the_open_nodes_and_never_falls():
 
     # Sampled paths: with one constraint more they may well be shorter.
     arms = ArmsOnALine(lambda count: (0, 1 + 7 * count % 5), lambda count: (0, 3 + 3 * count % 7))
-    tree(arms, selection=Seen(w=1.5)).run(0)
+    assert not ended(tree(arms, selection=Seen(w=1.5)))
     bounds, least, most = zip(*seen, strict=True)
     assert list(bounds) == list(accumulate(least, max))
     assert list(least) != sorted(least)
@@ -121,6 +122,7 @@ def test_a_watcher_ends_the_search_with_the_best_so_far():
                 raise StopPlanning
 
         search = tree(ArmsOnALine(*MEETING), watch=watch)
-        assert not search.run(0)
+        with pytest.raises(StopPlanning):
+            search.run(0)
         assert (search.best and search.best.cost) == cost
         assert type(events[-1]).__name__ == name

@@ -1,5 +1,8 @@
 """All constraint kinds on real conflicts: what they forbid, whom, and what they leave."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from first_conflicts import CASES, conflict
@@ -149,6 +152,18 @@ def test_the_point_of_contact_is_within_the_margin_of_both_arms(case):
     for arm, k in zip(own, (s, t), strict=True):
         off = np.linalg.norm(arm.centers[k] - contact.point) - arm.radii[k]
         assert off == pytest.approx(contact.gap / 2, abs=1e-9), "halfway between the two surfaces"
+
+
+def test_a_contact_is_worked_out_once_for_all_who_ask_in_a_row_and_forgotten_with_the_run():
+    arms, paths, meeting = conflict.__wrapped__("passing")  # which nobody else keeps
+    question = (meeting.a, paths[meeting.a], meeting.b, paths[meeting.b], (meeting.first,))
+    first = contacts(arms, *question)
+    assert contacts(arms, *question) is first
+    assert contacts(arms, *question[:-1], (meeting.first, meeting.first + 1))[0].gap == first[0].gap
+    run, path = weakref.ref(arms), weakref.ref(paths[meeting.a])
+    del arms, paths, question
+    gc.collect()
+    assert (run(), path()) == (None, None)
 
 
 def test_the_path_that_is_avoided_is_that_of_the_conflict_and_one_step_each_way():

@@ -21,7 +21,7 @@ from mmp_env.rings import ring_cell
 from mmp_planners import Planner, PlanResult, Status, StopPlanning, describe, make, names
 from mmp_planners.registry import load
 from mmp_planners.testing import RULES, check_planner
-from mmp_planners.tree_planner import TreeOptions
+from mmp_planners.tree_planner import TreePlanner
 
 TESTS = Path(__file__).parents[1]
 COUNTS = {"expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"}
@@ -30,7 +30,7 @@ OWNED = COUNTS | {"root_conflicts", "cost_lower_bound_rad", "bound_met", "deadli
 OF_A_PLAN = {"cost_rad", "makespan_s", "min_clearance_m"}
 
 every_planner = pytest.mark.parametrize("name", names())
-every_tree = pytest.mark.parametrize("name", [name for name in names() if issubclass(load(name), TreeOptions)])
+every_tree = pytest.mark.parametrize("name", [name for name in names() if issubclass(load(name), TreePlanner)])
 
 
 def planned(name, problem, **more):

@@ -1,7 +1,7 @@
 """When children are replanned, and what the low level is given to begin with."""
 
 import pytest
-from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, endless, told, tree
+from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, ended, endless, told, tree
 
 from mmp_env.events import NodeCreated, NodeExpanded, Replanned
 from mmp_planners.constraints import EitherArm, EveryKind
@@ -27,7 +27,7 @@ def names(events):
 
 def test_at_once_both_children_are_replanned_before_any_node_is_taken():
     events, watch = until_expanded(2)
-    tree(ArmsOnALine(endless, endless), expansion=AtOnce(), watch=watch).run(0)
+    assert not ended(tree(ArmsOnALine(endless, endless), expansion=AtOnce(), watch=watch))
     assert names(events)[4:] == ["Replanned", "NodeCreated"] * 2 + ["NodeExpanded"]
 
 
@@ -36,7 +36,7 @@ def test_when_taken_a_child_waits_with_the_paths_of_its_parent_and_is_put_back()
     arms = ArmsOnALine([(0, 1, 1, 2), (0, 1, 3, 2)], [(2, 1, 1, 0)], [(9,)])
     events, watch = until_expanded(2)
     search = tree(arms, w=9.0, expansion=WhenTaken(), watch=watch)
-    search.run(0)
+    assert not ended(search)
     assert names(events) == ["Replanned"] * 3 + [
         "NodeCreated",
         "NodeExpanded",
@@ -70,7 +70,7 @@ def test_branches_of_two_kinds_make_four_children():
     events, watch = until_expanded(2)
     search = tree(ArmsOnALine(endless, endless), watch=watch)
     search.branching = kinds
-    search.run(0)
+    assert not ended(search)
     assert [event.arm for event in events if isinstance(event, NodeCreated)] == [None, "a", "b", "a", "b"]
 
 

@@ -1,7 +1,7 @@
 """The fast track: where one arm is in every conflict it alone is moved out of the way."""
 
 import pytest
-from arms_on_a_line import ArmsOnALine, Push, node, tree
+from arms_on_a_line import ArmsOnALine, Push, node, refusal, tree
 
 from mmp_env.events import FastTracked, NodeCreated, NodeExpanded
 from mmp_planners.fast_track import NoFastTrack, RepulsiveFastTrack
@@ -96,7 +96,7 @@ def test_after_a_literal_hit_there_is_nothing_to_branch_and_the_search_goes_on_w
 
 @pytest.mark.parametrize("literal", [False, True])
 def test_a_hit_that_cannot_be_proved_goes_on_as_a_node_with_that_conflict(literal):
-    refused = (False, -0.1, (0, 1), 0.5)
+    refused = refusal(0, 1, instant=0.5)
     search, _, _ = searched({0: (0, -1, 2)}, WAYS, literal=literal, w=9.0, certificates=[refused])
     assert search.counts.failed_certificates == 1
     assert search.best is not None

@@ -10,16 +10,17 @@ from hypothesis import strategies as st
 
 import mmp_planners
 from mmp_env import _core
+from mmp_env.certificate import certify
 from mmp_env.check import check_plan
 from mmp_env.check.reading import read_plan
 from mmp_env.check.rules import ends, limits, speed, times
+from mmp_env.events import NodeCreated, SolutionFound
 from mmp_env.instances import draw_instance
 from mmp_env.plan import Plan
 from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import make_problem
 from mmp_env.rings import ring_cell
 from mmp_planners import finishing
-from mmp_planners.certifying import certify
 from mmp_planners.finishing import Run
 from mmp_planners.shortcutting import Shortcutting, on_grid, paced
 
@@ -35,17 +36,40 @@ def ring(arms=4, seed=2):
 @pytest.mark.parametrize("planner", ["rrt-connect", "prioritized", "apf-ecbs"])
 def test_a_shortened_plan_costs_no_more_and_passes_the_checker(planner):
     problem = ring()
-    long = mmp_planners.make(planner).plan(problem, seed=1)
+    long = mmp_planners.make(planner, shorten=0).plan(problem, seed=1)
     short = mmp_planners.make(planner, shorten=300).plan(problem, seed=1)
     assert short.plan.cost_rad <= long.plan.cost_rad + 1e-9
     assert check_plan(short.plan).valid
     assert short.stats["cost_rad"] == pytest.approx(short.plan.cost_rad)
 
 
+@pytest.mark.parametrize("planner", ["rrt-connect", "prioritized", "apf-ecbs"])
+def test_watchers_are_told_of_the_shortened_plan_as_a_child_of_the_one_that_was_found(planner):
+    events = []
+    plan = mmp_planners.make(planner, shorten=300).plan(ring(), seed=1, watch=events.append).plan
+    found, shortened = (event for event in events if isinstance(event, SolutionFound))
+    nodes = {event.node: event for event in events if isinstance(event, NodeCreated)}
+    assert nodes[shortened.node].parent == found.node
+    assert len(nodes) == sum(isinstance(event, NodeCreated) for event in events), "each has a number of its own"
+    assert shortened.cost_rad == plan.cost_rad < found.cost_rad
+
+
+@pytest.mark.parametrize("planner", ["rrt-connect", "prioritized", "apf-ecbs"])
+def test_a_plan_at_which_a_watcher_stops_the_run_is_not_shortened(planner):
+    def stop(event):
+        if isinstance(event, SolutionFound):
+            raise mmp_planners.StopPlanning
+
+    stopped = mmp_planners.make(planner, shorten=300).plan(ring(), seed=1, watch=stop)
+    found = mmp_planners.make(planner, shorten=0).plan(ring(), seed=1)
+    assert stopped.stats["shortcuts"] == 0
+    assert stopped.plan.cost_rad == found.plan.cost_rad
+
+
 def test_composite_plans_become_much_shorter():
     problem = ring(6, 4)
-    long = mmp_planners.make("rrt-connect").plan(problem, seed=0)
-    short = mmp_planners.make("rrt-connect", shorten=600).plan(problem, seed=0)
+    long = mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0)
+    short = mmp_planners.make("rrt-connect").plan(problem, seed=0)
     assert short.stats["shortcuts"] > 0
     assert short.stats["cost_ratio"] < 1.1 < long.stats["cost_ratio"]
 
@@ -172,7 +196,7 @@ def test_a_cancelled_clock_leaves_the_plan():
 
 def test_time_that_ends_within_shortening_leaves_what_is_shorter_by_then():
     problem = two_arms.passing()
-    long = mmp_planners.make("rrt-connect").plan(problem, seed=0)
+    long = mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0)
     short = mmp_planners.make("rrt-connect", shorten=10**8).plan(problem, seed=0, time_limit=1.0)
     assert short.stats["deadline_hit"]
     assert short.stats["shortcuts"] > 0

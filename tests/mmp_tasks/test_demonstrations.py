@@ -60,9 +60,9 @@ def test_a_seed_gives_the_same_instance_again_and_another_seed_another(task):
 @pytest.mark.parametrize("task", ALL)
 def test_every_task_is_registered_and_a_nonsense_option_is_named(task):
     assert {"clearance", "static_clearance", "tries", "draws"} == set(mmp_tasks.describe(task).options)
-    with pytest.raises(MmpError, match="clearance of a task is -1"):
+    with pytest.raises(MmpError, match=f"clearance of task '{task}' is -1"):
         mmp_tasks.make(task, clearance=-1)
-    with pytest.raises(MmpError, match="draws of a task is 0"):
+    with pytest.raises(MmpError, match=f"draws of task '{task}' is 0"):
         mmp_tasks.make(task, draws=0)
 
 
@@ -81,6 +81,13 @@ def test_what_cannot_be_drawn_is_an_error_that_names_task_cell_and_arm(task):
         MmpError, match=rf"task '{task}' found no instance for cell 'filled' in 2 draws: .* arm 'arm\d'"
     ):
         mmp_tasks.make(task, draws=2).sample(cell, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("task", ALL)
+def test_an_arm_alone_has_every_task_too(task):
+    alone = Cell(name="alone", arms=(place_arm("arm", "piper", [0.3, 0.1, 0.7], [1, 0, 0, 0]),))
+    problem = draw_problem(alone, task, 0)
+    assert problem.start["arm"].tolist() != problem.goal["arm"].tolist()
 
 
 def test_without_mink_a_sentence_says_what_to_install(monkeypatch):

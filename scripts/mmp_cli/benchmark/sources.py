@@ -16,7 +16,7 @@ from mmp_env.errors import MmpError
 from mmp_env.instance_file import InstanceFile
 from mmp_env.instances import DEFAULT_TASK, draw_problem, find_task
 from mmp_env.instances import Source as TaskSource
-from mmp_env.problem import DEFAULT_MARGIN_M, Problem
+from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
 from mmp_env.writing import json_text
 
 DRAWN_COUNT = 50
@@ -64,7 +64,9 @@ class Listed:
         return self.file.cell
 
     def problem(self, k: int) -> Problem:
-        return self.file.problem(self.file.instances[k], margin=self.margin)
+        # Not by the file's own `problem`: where that file lies is no part of a result.
+        instance = self.file.instances[k]
+        return make_problem(self.cell, instance.start, instance.goal, margin=self.margin, name=self.items[k].name)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -7,11 +7,11 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-_FILE_WIDTH = 160
+from mmp_cli import rows
+
 _NUMBERS = ("solved", "timeout", "exhausted", "error", "invalid", "median time", "mean time", "cost / straight lines")
 
 
@@ -26,8 +26,7 @@ def print_table(planners: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> 
         table.add_column(name, justify="right")
     for planner, own in by_planner.items():
         table.add_row(Text(planner), *_cells(own))
-    console = Console()
-    (console if console.is_terminal else Console(width=_FILE_WIDTH)).print(table)
+    rows.print_table(table)
 
 
 def errors(lines: Iterable[Mapping[str, Any]]) -> list[str]:

@@ -48,12 +48,12 @@ def choose(section: Section) -> list[Choice]:
             out.append(_solved("hardest", hardest, best[hardest], f"Hardest solved, {by}"))
     if section.solved_by_none:
         name = max(section.solved_by_none, key=lambda name: _root_conflicts(section, name))
-        out.append(Choice(kind="unsolved", instance=name, caption=f"Unsolved: {_short(name)}."))
+        out.append(Choice(kind="unsolved", instance=name, caption=f"Unsolved: instance {_short(name)}."))
     return out
 
 
 def _solved(kind: str, instance: str, best: tuple[float, str], words: str) -> Choice:
-    caption = f"{words}: {_short(instance)}, in {seconds(best[0])} by {best[1]}."
+    caption = f"{words}: instance {_short(instance)}, in {seconds(best[0])} by {best[1]}."
     return Choice(kind=kind, instance=instance, caption=caption)
 
 

@@ -13,7 +13,7 @@ from jaxtyping import UInt8
 from mmp_cli.benchmark.sources import Instances, read_sources
 from mmp_cli.reporting.choice import choose
 from mmp_cli.reporting.sections import Section
-from mmp_cli.reporting.settings import Settings
+from mmp_cli.reporting.settings import Settings, without_place
 from mmp_env.errors import MmpError
 from mmp_env.instances import DEFAULT_TASK
 from mmp_env.opengl import offscreen_backend
@@ -70,10 +70,11 @@ def _open(settings: Settings) -> tuple[dict[str, Instances], list[str]]:
         try:
             (source,) = read_sources(Namespace(**asked | own))
         except MmpError as error:
-            lacking.append(f"No pictures of {name}: {str(error).rstrip('.')}.")
+            why = str(error).rstrip(".").replace(name, without_place(name))
+            lacking.append(f"No pictures of {without_place(name)}: {why}.")
             continue
         if k < len(settings.digests) and source.digest != settings.digests[k]:
-            lacking.append(f"No pictures of {name}: it is not what it was when the benchmark was run.")
+            lacking.append(f"No pictures of {without_place(name)}: it is not what it was when the benchmark was run.")
             continue
         out.setdefault(source.title, source)
     return out, lacking

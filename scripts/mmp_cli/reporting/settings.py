@@ -76,7 +76,7 @@ def missing(settings: Settings, lines: Iterable[Line]) -> Missing:
     for source in settings.sources:
         expected = _instances(settings, source)
         names += expected or []
-        unknown += [] if expected is not None else [source]
+        unknown += [] if expected is not None else [without_place(source)]
     counts = {x.label: sum((name, x.label) not in done for name in names) for x in settings.planners}
     return Missing(
         units=sum(counts.values()),
@@ -88,8 +88,9 @@ def missing(settings: Settings, lines: Iterable[Line]) -> Missing:
 
 def bench_command(settings: Settings, folder: Path) -> str:
     """The command line that makes these results again, in the folder that holds the one of the results."""
+    sources = [without_place(source) for source in settings.sources]
     planners = [x.label if x.label == x.name else f"{x.label}={x.name}" for x in settings.planners]
-    words = ["mmp", "bench", *settings.sources, "--planners", ",".join(planners)]
+    words = ["mmp", "bench", *sources, "--planners", ",".join(planners)]
     for option, value in (
         ("count", settings.count),
         ("seed", settings.seed),
@@ -111,7 +112,7 @@ def bench_command(settings: Settings, folder: Path) -> str:
 def report_command(
     folder: Path, against: Sequence[str], note: str | None, title: str | None, reference: str | None
 ) -> str:
-    """The command line that makes this report again; a page that is passed on says nothing of our machine."""
+    """The command line that makes this report again, in that folder too."""
     words = ["mmp", "report", folder.resolve().name]
     for path in against:
         words += ["--against", Path(path).name]
@@ -125,10 +126,20 @@ def option_text(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else "null" if value is None else str(value)
 
 
+def _is_file(source: str) -> bool:
+    """Whether it is an instance or a cell file, and no environment id."""
+    return "/" in source or Path(source).suffix.lower() in _FILE_SUFFIXES
+
+
+def without_place(source: str) -> str:
+    """The name alone of a file; a page that is passed on says nothing of our machine."""
+    return Path(source).name if _is_file(source) else source
+
+
 def _instances(settings: Settings, source: str) -> list[str] | None:
     """The names of a source's instances as they stand in results; None where its file cannot be read here."""
     drawn = range(settings.seed, settings.seed + (DRAWN_COUNT if settings.count is None else settings.count))
-    if Path(source).suffix.lower() not in _FILE_SUFFIXES:
+    if not _is_file(source):
         name = source.rpartition(":")[2]
         return [f"{name}/{seed}" for seed in drawn]
     try:

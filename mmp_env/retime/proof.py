@@ -1,0 +1,87 @@
+"""The motion along a smoothed path, sampled, and the proof that what is sampled is clear of conflicts."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from mmp_env import _core
+from mmp_env.certificate import certify
+from mmp_env.errors import MmpError
+from mmp_env.plan import Plan
+from mmp_env.retime.blends import BlendedPath
+from mmp_env.retime.clock import Clock, run_clock
+from mmp_env.retime.limits import RateLimits, split
+from mmp_env.retime.smoothing import covering, narrowed
+from mmp_env.retime.zones import LEAST_ZONE_S, zones_of
+
+_LONG_S = 1e9
+_PROOFS = 12
+"""Of the sampled motion, each after narrower blends where the last one failed; then it stops at every corner."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ProvedMotion:
+    """A `motion` along `path`, closer to nothing than `clearance_m` [m] at any instant."""
+
+    path: BlendedPath
+    motion: Plan
+    clearance_m: float
+
+
+def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, period_s: float) -> ProvedMotion:
+    """The motion along `path`, a sample each `period_s` [s]; where its proof fails, blends are narrowed, in the end to
+    stops. Raises `MmpError` for a plan that cannot be proved as it is.
+    """
+    widest, attempts = path.width, 0
+    while True:
+        clock = _timed(path, limits, period_s)
+        motion, attempts = _sampled(plan, path, clock), attempts + 1
+        kept = _bending(path, clock.phase)
+        rows = {name: q[kept] for name, q in motion.positions.items()}
+        bending = Plan(problem=plan.problem, times=motion.times[kept], positions=rows)
+        certificate = certify(bending, _core.Clock(_LONG_S), share=1.0)
+        if certificate.valid:
+            return ProvedMotion(path=path, motion=motion, clearance_m=certificate.clearance)
+        if not (path.width > 0).any():
+            raise MmpError("the plan cannot be proved clear of conflicts as it is, so it is not retimed; see mmp check")
+        near = covering(path, np.interp([certificate.instant], np.arange(len(kept)), clock.phase[kept]))
+        if near.any() and attempts < _PROOFS:
+            path = narrowed(path, near, widest)
+        else:
+            path = path.narrower(np.zeros_like(widest))
+
+
+def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> Clock:
+    if path.course.end > LEAST_ZONE_S:
+        return run_clock(zones_of(path, limits), period_s)
+    still = np.zeros(2)  # where nothing moves, or by nothing to speak of
+    return Clock(period_s=period_s, phase=still, speed=still, growth=still)
+
+
+def _sampled(plan: Plan, path: BlendedPath, clock: Clock) -> Plan:
+    cell = plan.problem.cell
+    q, slope, curve = path.derivatives(clock.phase, (0, 1, 2))
+    q[0], q[-1] = path.course.q[0], path.course.q[-1]
+    velocities = slope * clock.speed[:, None]
+    accelerations = curve * clock.speed[:, None] ** 2 + slope * clock.growth[:, None]
+    return dataclasses.replace(
+        plan,
+        times=clock.period_s * np.arange(len(q)),
+        positions=split(cell, q),
+        velocities=split(cell, velocities),
+        accelerations=split(cell, accelerations),
+    )
+
+
+def _bending(path: BlendedPath, phase: Float[np.ndarray, "t"]) -> Int[np.ndarray, "k"]:
+    """Rows between which the path goes straight, so that the others add nothing: those in blends and next to them."""
+    edges = np.zeros(len(phase) + 2, int)
+    np.add.at(edges, np.maximum(np.searchsorted(phase, path.corners - path.reach) - 1, 0), 1)
+    np.add.at(edges, np.searchsorted(phase, path.corners + path.reach, side="right") + 1, -1)
+    kept = np.cumsum(edges)[: len(phase)] > 0
+    kept[[0, -1]] = True
+    return np.flatnonzero(kept)

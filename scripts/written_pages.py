@@ -1,0 +1,37 @@
+"""Pages that scripts write, whole or between marks: brought up to date, or found not to be."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NoReturn
+
+_PLACE = re.compile(r"(<!-- table: (\S+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
+
+
+def filled(page: str, table: Callable[[str], str]) -> str:
+    """The page with `table(NAME)` between each `<!-- table: NAME -->` and the next `<!-- end of table -->`."""
+    return _PLACE.sub(lambda place: place[1] + table(place[2]) + place[3], page)
+
+
+def asked_to_check(usage: str) -> bool:
+    """Whether the command line is `--check`; ends the program with `usage` where it is neither that nor empty."""
+    if sys.argv[1:] not in ([], ["--check"]):
+        sys.exit(f"usage: {usage}, not {' '.join(sys.argv[1:])}")
+    return len(sys.argv) > 1
+
+
+def bring_up_to_date(pages: Mapping[Path, str], *, check: bool) -> NoReturn:
+    """Writes the pages that are not as their text here, and ends the program.
+
+    With `check` nothing is written, and the exit code is 1 where one is out of date.
+    """
+    stale = [path for path, text in pages.items() if not path.exists() or path.read_text(encoding="utf-8") != text]
+    if not check:
+        for path in stale:
+            path.write_text(pages[path], encoding="utf-8")
+    names = ", ".join(path.name for path in stale)
+    print(f"{names} {'out of date' if check else 'written'}" if stale else "up to date")
+    sys.exit(1 if check and stale else 0)

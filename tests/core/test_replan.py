@@ -1,0 +1,129 @@
+"""Arms planned anew among the others: detours go, another arm makes room where it must, and all stays safe."""
+
+import numpy as np
+import pytest
+import two_arms
+from twins import clearance
+
+from mmp_env import _core, draw_instance, ring_cell
+from mmp_env.check import check_plan
+from mmp_env.collision import HIT, KEEP_PROOF
+from mmp_env.problem import make_problem
+from mmp_planners.replanning import Replanning
+from mmp_planners.rrt_connect import RrtConnect
+from mmp_planners.shortcutting import paced
+
+DT_S = 0.1
+
+
+def replanned(problem, rows, attempts=40, seed=0, clock=None):
+    names, margin = problem.cell.arm_names, problem.margin
+    speeds = [problem.max_velocity[name] * DT_S for name in names]
+    levels = (HIT * margin, KEEP_PROOF * margin)
+    clock = clock or _core.Clock(np.inf)
+    return _core.replan(problem.cell.collision.core, rows, speeds, *levels, attempts, seed, clock)
+
+
+def length(rows):
+    return sum(np.abs(np.diff(q, axis=0)).sum() for q in rows)
+
+
+def straight(q_from, q_to, steps):
+    return np.asarray(q_from) + np.linspace(0, 1, steps + 1)[:, None] * (np.asarray(q_to) - q_from)
+
+
+def lifted_over(problem):
+    """The left arm lifts its hand over where the right one would stand, 40 steps there and 40 back."""
+    start, goal = problem.start["left"], problem.goal["left"]
+    via = two_arms.reaching(0.0) + np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])
+    return np.vstack([straight(start, via, 40), straight(via, goal, 40)[1:]])
+
+
+def first_come():
+    """The right arm comes to where it is in the way of the left one at once, and stays: the left one goes over it."""
+    problem = two_arms.turning((0.8, -0.8), (0.8, 0.0))
+    come = straight(problem.start["right"], problem.goal["right"], 10)
+    right = np.vstack([come, np.repeat(come[-1:], 70, axis=0)])
+    return problem, [lifted_over(problem), right]
+
+
+def in_the_way():
+    problem = two_arms.one_in_the_way()
+    return problem, [lifted_over(problem), np.repeat(problem.start["right"][None], 81, axis=0)]
+
+
+def test_an_arm_comes_later_where_another_one_then_needs_no_detour():
+    problem, rows = first_come()
+    assert check_plan(paced(problem, rows)).valid
+    found, kept = replanned(problem, rows)
+    assert kept > 0
+    assert length(found) == pytest.approx(problem.cost_lower_bound_rad, abs=1e-3)
+    assert check_plan(paced(problem, found)).valid
+    left, right = found
+    passed = np.flatnonzero(left[:, 0] < np.pi - 0.1)[0]  # the first axis beyond the middle
+    assert right[passed, 0] > np.pi + 0.1
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_shorter_way_round_keeps_clear_by_the_twin(seed):
+    problem, rows = in_the_way()
+    found, kept = replanned(problem, rows, seed=seed)
+    assert kept > 0
+    assert problem.cost_lower_bound_rad < length(found) < length(rows)
+    for k in range(len(found[0]) - 1):
+        for f in np.linspace(0, 1, 5):
+            left, right = (q[k] + f * (q[k + 1] - q[k]) for q in found)
+            gap = clearance.moving_clearance(problem.cell, "left", left, "right", right)
+            assert gap >= KEEP_PROOF * problem.margin - 1e-5
+
+
+def test_the_ends_stay_and_nobody_drives_too_fast():
+    for problem, rows in (first_come(), in_the_way()):
+        found, _ = replanned(problem, rows)
+        assert len(found[0]) == len(found[1])
+        for name, before, after in zip(problem.cell.arm_names, rows, found, strict=True):
+            np.testing.assert_array_equal(after[[0, -1]], before[[0, -1]].astype(np.float32))
+            assert (np.abs(np.diff(after, axis=0)) <= problem.max_velocity[name] * DT_S * (1 + 1e-4)).all()
+
+
+def test_the_same_seed_replans_in_the_same_way():
+    problem, rows = in_the_way()
+    (first, kept), (second, again) = (replanned(problem, rows, seed=5) for _ in range(2))
+    assert kept == again
+    for a, b in zip(first, second, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_plans_of_four_crowded_arms_get_shorter_and_stay_valid():
+    cell = ring_cell(4, "panda")
+    problem = make_problem(cell, *draw_instance(cell, seed=3))
+    plan = RrtConnect(shorten=100).plan(problem, seed=0).plan
+    shorter, kept = Replanning(attempts=40)(plan, 0, _core.Clock(np.inf))
+    assert kept > 0
+    assert shorter.cost_rad < plan.cost_rad
+    assert check_plan(shorter).valid
+
+
+def test_without_attempts_time_or_detours_a_plan_stays_as_it_is():
+    problem, rows = in_the_way()
+    cancelled = _core.Clock(np.inf)
+    cancelled.cancel()
+    straight_on = two_arms.one_moves()
+    open_rows = [straight(straight_on.start[n], straight_on.goal[n], 5) for n in straight_on.cell.arm_names]
+    for problem_, before, options in (
+        (problem, rows, {"attempts": 0}),
+        (problem, rows, {"clock": cancelled}),
+        (straight_on, open_rows, {}),
+    ):
+        found, kept = replanned(problem_, before, **options)
+        assert kept == 0
+        for a, b in zip(found, before, strict=True):
+            np.testing.assert_array_equal(a, b.astype(np.float32))
+
+
+def test_rows_that_do_not_match_are_refused():
+    problem, rows = in_the_way()
+    with pytest.raises(ValueError, match="as many rows"):
+        replanned(problem, [rows[0], rows[1][:-1]])
+    with pytest.raises(ValueError, match="one array for each arm"):
+        replanned(problem, rows[:1])

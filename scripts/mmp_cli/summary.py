@@ -54,21 +54,27 @@ def _status(outcome: Outcome) -> str:
 def _search(result: PlanResult) -> str:
     stats = result.stats
     names = {
-        "expanded_nodes": "nodes expanded",
-        "generated_nodes": "generated",
-        "low_level_calls": "low-level calls",
-        "root_conflicts": "conflicts at the root",
+        "expanded_nodes": ("node expanded", "nodes expanded"),
+        "generated_nodes": ("generated", "generated"),
+        "low_level_calls": ("low-level call", "low-level calls"),
+        "root_conflicts": ("conflict at the root", "conflicts at the root"),
     }
     if stats.get("found_by"):  # a portfolio: what its members that were not asked have not done says nothing
         names = {key: name for key, name in names.items() if stats.get(key)}
-    parts = [f"{stats[key]} {name}" for key, name in names.items() if stats.get(key) is not None]
+    parts = [_counted(stats[key], *name) for key, name in names.items() if stats.get(key) is not None]
     if stats.get("fast_track_tries"):
         parts.append(f"fast track {stats.get('fast_track_hits')} of {stats['fast_track_tries']}")
     first = stats.get("first_plan_s")
-    if isinstance(first, int | float) and stats.get("shortcuts"):
+    changes = {"shortcuts": ("shortcut", "shortcuts"), "replanned": ("replanning", "replannings")}
+    made = [_counted(stats[key], *name) for key, name in changes.items() if stats.get(key)]
+    if isinstance(first, int | float) and (made or stats.get("found_by")):
         finder = f" by {stats['found_by']}" if stats.get("found_by") else ""
-        parts += [f"first plan{finder} after {first:.3f} s", f"{stats['shortcuts']} shortcuts"]
+        parts += [f"first plan{finder} after {first:.3f} s", *made]
     return ", ".join(parts) or "not counted by this planner"
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count} {one if count == 1 else many}"
 
 
 def _cost(result: PlanResult, cost: float, bound: float) -> str:

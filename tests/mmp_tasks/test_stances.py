@@ -1,5 +1,6 @@
 """How configurations are found: ways to a place, arms that go together, and arms that give way."""
 
+import os
 import subprocess
 import sys
 
@@ -166,7 +167,11 @@ def test_another_process_with_another_hash_seed_draws_the_same():
     )
     drawn = {
         subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, check=True, env={"PYTHONHASHSEED": seed}
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            check=True,
+            env={**os.environ, "PYTHONHASHSEED": seed},
         ).stdout
         for seed in ("1", "2")
     }

@@ -38,7 +38,7 @@ class Prioritized:
     eta: float = option(0.8, "steering distance of the single-arm planner [rad]", least=0.01)
     iterations: int = option(60, "single-arm iterations before an arm is given up; grows by restart", positive=True)
     shortcuts: int = option(20, "attempts to shorten each single-arm path", positive=True)
-    shorten: int = option(20, "attempts to shorten the plan on the common clock; 0: as it was found", least=0)
+    shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: as it was found", least=0)
 
     def __post_init__(self) -> None:
         check_options(self)

@@ -61,6 +61,17 @@ def moving_clearance(cell: Cell, arm_a, q_a, arm_b, q_b):
     return least_gap(a.moving, b.moving)
 
 
+def clearance_of_motions(cell: Cell, arm_a, rows_a, arm_b, rows_b):
+    """The least between the moving links of two arms on one grid of steps [k, dof]: at the steps, and between."""
+    fractions = np.linspace(0, 1, 5)
+    steps = zip(rows_a, rows_a[1:], rows_b, rows_b[1:], strict=False)
+    return min(
+        moving_clearance(cell, arm_a, a + f * (a_next - a), arm_b, b + f * (b_next - b))
+        for a, a_next, b, b_next in steps
+        for f in fractions
+    )
+
+
 def pair_clearance(cell: Cell, arm_a, q_a, arm_b, q_b):
     """Arm against arm: moving against moving, moving against the other's base both ways, never base against base."""
     a, b = cloud(cell, cell.arm(arm_a), q_a), cloud(cell, cell.arm(arm_b), q_b)

@@ -15,13 +15,12 @@ from mmp_env import _core
 class SiRrtStar:
     """SI-RRT* (Sim, Kim, Nam 2024, arXiv 2404.01752): vertices are (configuration, safe interval), arrival is earliest.
 
-    `eta` [rad] is the steering distance, `iterations` the cap without a solution, `improve` the iterations spent after
-    the first one, `shortcuts` the attempts to shorten the path found. See `native/si_rrt.hpp` for what we add.
+    `eta` [rad] is the steering distance, `iterations` the cap without a solution, `shortcuts` the attempts to shorten
+    the path found. See `native/si_rrt.hpp` for what we add.
     """
 
     eta: float = 0.8
     iterations: int = 2000
-    improve: int = 0
     shortcuts: int = 40
 
     def __call__(
@@ -45,7 +44,6 @@ class SiRrtStar:
             seed,
             clock,
             max_iterations=int(self.iterations * budget),
-            improve_iterations=self.improve,
             shortcuts=self.shortcuts,
             others=others,
             experience=None if experience is None else np.ascontiguousarray(experience, dtype=float),

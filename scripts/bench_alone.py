@@ -18,8 +18,8 @@ from mmp_env.problem import Problem
 from mmp_planners.arms import Arms
 from mmp_planners.low_level import SiRrtStar
 
-RUNS = 5
-LOW_LEVEL = SiRrtStar(iterations=2000, improve=200, shortcuts=1000)
+RUNS = 20
+LOW_LEVEL = SiRrtStar(iterations=2000, shortcuts=1000)
 
 
 def shortest(problem: Problem) -> float:

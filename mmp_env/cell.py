@@ -58,6 +58,21 @@ class Obstacle:
     radius: float | None = None
     length: float | None = None
 
+    @property
+    def half_size(self) -> Float[np.ndarray, "3"]:
+        """As MuJoCo has it [m]: half edges of a box; of others radius, half length without caps, and 0."""
+        if self.size is not None:
+            return self.size / 2
+        return np.array([self.radius or 0.0, (self.length or 0.0) / 2, 0.0])
+
+    @property
+    def half_extents(self) -> Float[np.ndarray, "3"]:
+        """Half edges [m] of the box around it that is turned as it is."""
+        if self.size is not None:
+            return self.size / 2
+        radius, straight, _ = self.half_size
+        return np.array([radius, radius, straight + (0.0 if self.shape == "cylinder" else radius)])
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cell:
@@ -107,14 +122,23 @@ class Cell:
 
 
 def place_arm(name: str, robot: str, position: ArrayLike, quaternion: ArrayLike, tool: str | None = "default") -> Arm:
-    """An arm from names; `tool="default"` takes the robot's own, None leaves the flange bare."""
+    """An arm from names; `tool="default"` takes the robot's own, None leaves the flange bare.
+
+    `position` [3] [m] and `quaternion` [4] (wxyz, of any length) are those of its base. Raises `UnknownNameError`, and
+    `MmpError` for a pose that is none.
+    """
     model = load_robot(robot)
     tool_name = model.default_tool if tool == "default" else tool
-    unit = np.asarray(quaternion, dtype=float)
+    place, turn = frozen_array(position), frozen_array(quaternion)
+    if (place.shape, turn.shape) != ((3,), (4,)) or not np.isfinite([*place, *turn]).all() or not turn.any():
+        raise MmpError(
+            f"arm '{name}' stands at {place.tolist()}, turned by {turn.tolist()}; it needs three finite numbers [m],"
+            " and four that are not all zero (wxyz)"
+        )
     return Arm(
         name=name,
         robot=model,
         tool=load_tool(tool_name) if tool_name else None,
-        position=frozen_array(position),
-        quaternion=frozen_array(unit / np.linalg.norm(unit)),
+        position=place,
+        quaternion=frozen_array(turn / np.linalg.norm(turn)),
     )

@@ -47,11 +47,14 @@ class InstanceSource:
         self.fastest: Float[np.ndarray, "n"] = np.concatenate([limits[name] for name in cell.arm_names])
         """Of all joints, arm after arm [rad/s]."""
 
-    def following(self, given: Mapping[str, Any], rng: np.random.Generator, name: str = "") -> CellInstance:
+    def following(self, given: Any, rng: np.random.Generator, name: str = "") -> CellInstance:
         """The next instance: `start` and `goal` (arm name -> [dof] [rad]) as `given`, drawn what is not.
 
-        Where both are given, it is for the cell without objects, and nothing is drawn. Raises like `drawn` and `given`.
+        Where both are given, it is for the cell without objects, and nothing is drawn. Raises `MmpError` for anything
+        else than a dict of these, and like `drawn` and `given`.
         """
+        if not isinstance(given, Mapping):
+            raise MmpError(f"reset options are a {type(given).__name__}; they must be a dict with start, goal or both")
         for key, state in given.items():
             if key not in _ENDS:
                 raise UnknownNameError("reset option", key, _ENDS)

@@ -13,7 +13,6 @@ from mmp_env.rings import RING_RADIUS_M, ring_cell
 from mmp_env.robot import robot_names
 
 _CELLS = Path(__file__).parent / "cells"
-_SUFFIXES = (".json", ".yaml", ".yml")
 _RING = re.compile(r"ring-(\d+)(?:-(.+))?")
 _RING_ROBOT, _RING_SPHERES = "ur5e", "28"
 
@@ -55,13 +54,13 @@ def find_cell(source: Cell | str | PathLike[str], *, robot: str | None = None, s
 
 
 def _from_file(source: str | PathLike[str]) -> Cell:
-    path = Path(source)
-    if isinstance(source, str) and not path.exists() and path.suffix not in _SUFFIXES and "/" not in source:
-        raise UnknownNameError("cell", source, cell_names())
     from mmp_env.cell_file import cell_from_dict
     from mmp_env.instance_file import holds_instances, instances_from_dict
-    from mmp_env.reading import read_document
+    from mmp_env.reading import names_file, read_document
 
+    path = Path(source)
+    if isinstance(source, str) and not path.exists() and not names_file(source):
+        raise UnknownNameError("cell", source, cell_names())
     data = read_document(path)
     if holds_instances(data):
         return instances_from_dict(data, str(source), name=path.stem).cell

@@ -14,10 +14,11 @@ from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 from mmp_env import _core
+from mmp_env.arm_parts import part_names
 from mmp_env.cell import SHAPES, Cell, Obstacle
 from mmp_env.conflict import Conflict, plan_conflicts
 from mmp_env.errors import MmpError
-from mmp_env.joint_chain import joint_chain, part_names
+from mmp_env.joint_chain import joint_chain
 from mmp_env.transforms import matrix_from_quaternion, transform
 
 if TYPE_CHECKING:
@@ -61,6 +62,10 @@ class CollisionModel:
         """Name of the link that each sphere of `spheres` belongs to; that of the tool, or `held` for what it holds."""
         names = part_names(self.cell.arm(arm))
         return [names[k] for k in self._links[self.index(arm)]]
+
+    def is_base(self, arm: str) -> Bool[np.ndarray, "s"]:
+        """Which of the spheres of `spheres` are those of the base, which stands still."""
+        return self._links[self.index(arm)] == 0
 
     def tool_points(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n 3"]:
         """Tool points in the world [m] at `q` [n, dof]; the flange's origin where no tool is mounted."""
@@ -155,8 +160,4 @@ class CollisionModel:
 
 def _solid(obstacle: Obstacle) -> tuple[int, np.ndarray, np.ndarray]:
     pose = transform(matrix_from_quaternion(obstacle.quaternion), obstacle.position)[:3].ravel()
-    if obstacle.size is not None:
-        size = obstacle.size / 2
-    else:
-        size = np.array([obstacle.radius or 0.0, (obstacle.length or 0.0) / 2, 0.0])
-    return SHAPES.index(obstacle.shape), pose, np.ascontiguousarray(size, dtype=float)
+    return SHAPES.index(obstacle.shape), pose, np.ascontiguousarray(obstacle.half_size, dtype=float)

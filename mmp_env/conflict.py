@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.plan_fit import check_complete
+
 if TYPE_CHECKING:
     from mmp_env.collision import CollisionModel
     from mmp_env.plan import Plan
@@ -39,20 +41,24 @@ def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:
     """All conflicts of a plan, earliest first, one for each pair of arms and unbroken interval.
 
     Intervals are resolved to instants between which no joint moves more than 0.02 rad; whether anything happens between
-    them is known from the proof behind `conflict_instants`.
+    them is known from the proof behind `conflict_instants`. Raises `MmpError` for a plan that lacks an arm.
     """
+    check_complete(plan)
     times = plan.finer_times(_RESAMPLED_RAD)
     names, q = plan.problem.cell.arm_names, plan.sampled(times)
     motions = [model.motion(a, q[a]) for a in names]
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
     out = []
-    for (i, j), instants in zip(
-        pairs, model.conflict_instants(motions, pairs, plan.problem.margin, bases=True), strict=True
-    ):
-        steps = np.rint(instants).astype(int)
-        for run in np.split(steps, np.flatnonzero(np.diff(instants) > 1) + 1) if len(steps) else []:
-            out.append(_conflict(model, names[i], names[j], q, times, run))
+    found = model.conflict_instants(motions, pairs, plan.problem.margin, bases=True)
+    for (i, j), instants in zip(pairs, found, strict=True):
+        for run in unbroken_runs(instants):
+            out.append(_conflict(model, names[i], names[j], q, times, np.rint(run).astype(int)))
     return sorted(out, key=lambda c: (c.time_s, c.arm_a, c.arm_b))
+
+
+def unbroken_runs(instants: Float[np.ndarray, "c"]) -> list[Float[np.ndarray, "_"]]:
+    """The instants of conflict of two arms [steps], split where there is more than a step between two of them."""
+    return np.split(instants, np.flatnonzero(np.diff(instants) > 1) + 1) if len(instants) else []
 
 
 def _conflict(
@@ -61,8 +67,7 @@ def _conflict(
     k = int(run[np.argmin(model.pair_clearance(a, q[a][run], b, q[b][run]))])
     (centers_a, radii_a), (centers_b, radii_b) = (model.spheres(x, q[x][k : k + 1]) for x in (a, b))
     gaps = np.linalg.norm(centers_a[0][:, None] - centers_b[0][None], axis=2) - radii_a[:, None] - radii_b[None]
-    bases = (np.array(_is_base(model, a))[:, None]) & (np.array(_is_base(model, b))[None])
-    gaps[bases] = np.inf
+    gaps[np.logical_and.outer(model.is_base(a), model.is_base(b))] = np.inf
     pair = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
     return Conflict(
         arm_a=a,
@@ -75,8 +80,3 @@ def _conflict(
         spheres=(int(pair[0]), int(pair[1])),
         depth_m=float(-gaps[pair]),
     )
-
-
-def _is_base(model: CollisionModel, arm: str) -> list[bool]:
-    base = model.cell.arm(arm).robot.link_names[0]
-    return [link == base for link in model.sphere_links(arm)]

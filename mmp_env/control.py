@@ -15,6 +15,8 @@ from jaxtyping import Float
 
 from mmp_env.errors import MmpError, UnknownNameError
 
+CONTROL_RATE_HZ = 10
+"""Actions per second of simulated time: one for each 0.1 s step of the planners, 50 physics steps."""
 LEASH_RAD = 0.1
 """How far the reference may be ahead of a joint, so that an arm that was held up does not leap when it is free."""
 

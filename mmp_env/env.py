@@ -18,9 +18,9 @@ from mmp_env.cell import Cell
 from mmp_env.cell_instance import CellInstance, InstanceSource
 from mmp_env.cell_source import cell_names, find_cell
 from mmp_env.contacts import Contact
-from mmp_env.control import checked_action, find_control_mode, steps_per_action
+from mmp_env.control import CONTROL_RATE_HZ, checked_action, find_control_mode, steps_per_action
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.execution import REACHED_RAD, ExecutionReport, execute_plan
+from mmp_env.execution import REACHED_RAD, SHOWN_STEPS, ExecutionReport, execute_plan
 from mmp_env.instances import DEFAULT_TASK, Source
 from mmp_env.monitor import Monitor
 from mmp_env.observation import Observer, joint_limits
@@ -32,12 +32,6 @@ from mmp_env.registration import ANY_CELL
 from mmp_env.rendering import Camera, Window
 from mmp_env.reward import step_reward
 from mmp_env.simulation import Simulation
-
-CONTROL_RATE_HZ = 10
-"""Actions per second of simulated time: one for each 0.1 s step of the planners, 50 physics steps."""
-
-_SHOWN_STEPS = 20
-"""Physics steps between two pictures in a window: 25 pictures per second."""
 
 Observation = dict[str, np.ndarray]
 
@@ -86,15 +80,13 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self.render_mode = render_mode
         self._source = InstanceSource(bare, task, max_velocity)
         self._terminate_on_contact = terminate_on_contact
-        mode = find_control_mode(control_mode)
-        lower, upper = joint_limits(bare)
+        mode, (lower, upper) = find_control_mode(control_mode), joint_limits(bare)
         self._simulation = Simulation(bare)
-        steps = steps_per_action(control_rate_hz, self._simulation.timestep_s)
+        self._steps = steps_per_action(control_rate_hz, self._simulation.timestep_s)
         self._mode = mode(lower=lower, upper=upper, reach=self._source.fastest / control_rate_hz)
         self._observer = Observer(self._simulation)
         self.observation_space = self._observer.space
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self._simulation.count,), np.float32)
-        self._steps = steps
         self._instance: CellInstance | None = None
         self._picture_size = (width, height)
         self._view: Camera | Window | None = None
@@ -129,7 +121,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         `MmpError` for options of the wrong form, `InvalidInstanceError` where they are out of limits or in collision.
         """
         super().reset(seed=seed)
-        instance = self._source.following(options or {}, self.np_random, self._label(seed))
+        given = {} if options is None else options
+        instance = self._source.following(given, self.np_random, self._label(seed))
         self._enter(instance.cell)
         self._instance = instance
         self._simulation.place(self._simulation.joined(instance.start))
@@ -155,12 +148,14 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         terminated = info["is_success"] or (self._terminate_on_contact and bool(contacts))
         return observation, reward, terminated, False, info
 
-    def execute(self, plan: Plan, *, monitor: Monitor | None = None) -> ExecutionReport:
+    def execute(self, plan: Plan | None, *, monitor: Monitor | None = None) -> ExecutionReport:
         """Plays a plan through the actuators, see `execute_plan`; afterwards the arms stand where it ended.
 
         The plan's start and goal become the environment's. A `monitor` stops all arms of a retimed plan while one lags.
-        Raises `MmpError` for a plan of another cell.
+        Raises `MmpError` for a plan of another cell, and None, which is what a planner has that found no plan.
         """
+        if plan is None:
+            raise MmpError("there is no plan to execute; the status of the planner's result says why it found none")
         check_fit(plan, self.cell)
         # Arms that the plan's cell does not have stay where they are, and are to stay there.
         here, problem = self._simulation.split(self._simulation.positions), plan.problem
@@ -224,7 +219,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         if self.render_mode != "human":
             self._simulation.ramp(begin, end, self._steps)
             return
-        count = -(-self._steps // _SHOWN_STEPS)
+        count = -(-self._steps // SHOWN_STEPS)
         for first, last in pairwise(round(k * self._steps / count) for k in range(count + 1)):
             here, there = (begin + mark / self._steps * (end - begin) for mark in (first, last))
             self._simulation.ramp(here, there, last - first)

@@ -23,8 +23,8 @@ REACHED_RAD = 0.02
 SETTLE_S = 0.5
 """After the last time of a plan the servos hold its end until all is at rest, at most this long."""
 _NEAR_RAD, _AT_REST_RAD_S = 1e-3, 1e-3
-_STRETCH = 20
-"""Physics steps between two calls of `show`."""
+SHOWN_STEPS = 20
+"""Physics steps between two pictures in a window or a recording: 25 a second."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -122,8 +122,8 @@ def _play(simulation: Simulation, reference: Reference, show: Callable[[], None]
     phases = reference.start_s + step_s * np.arange(count + 1)
     wanted, velocity = reference.at(phases)
     passed = np.empty((count, simulation.count))
-    for first in range(0, count, _STRETCH):
-        part = slice(first, min(first + _STRETCH, count))
+    for first in range(0, count, SHOWN_STEPS):
+        part = slice(first, min(first + SHOWN_STEPS, count))
         passed[part] = simulation.follow(wanted[part], velocity[part])
         show()
     error = float(np.abs(passed - wanted[1:]).max(initial=0.0))
@@ -149,7 +149,7 @@ def _play_watched(
         error = max(error, float(lag.max()))
         phases.append(clock.plan_s)
         watch.look(time_s, lag, step_s)
-        if len(passed) % _STRETCH == 0:
+        if len(passed) % SHOWN_STEPS == 0:
             show()
     return _Played(
         passed=np.array(passed).reshape(-1, simulation.count),
@@ -164,8 +164,8 @@ def _settle(
     simulation: Simulation, end: Float[np.ndarray, "n"], show: Callable[[], None]
 ) -> tuple[Float[np.ndarray, "t n"], float]:
     """Where the arms were after each physics step while the servos held `end`, and the largest error."""
-    reference, passed = np.tile(end, (_STRETCH, 1)), []
-    for _ in range(round(SETTLE_S / simulation.timestep_s / _STRETCH)):
+    reference, passed = np.tile(end, (SHOWN_STEPS, 1)), []
+    for _ in range(round(SETTLE_S / simulation.timestep_s / SHOWN_STEPS)):
         passed.append(simulation.follow(reference, np.zeros_like(reference)))
         show()
         near = np.abs(passed[-1][-1] - end).max() <= _NEAR_RAD

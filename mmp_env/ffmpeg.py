@@ -20,11 +20,6 @@ _QUALITY = "20"
 """Constant rate factor of x264: 18 is hard to tell from the original, 23 is the usual one."""
 
 
-def check_ffmpeg() -> None:
-    """Raises `MmpError` that says how to get ffmpeg where it is missing."""
-    find_ffmpeg()
-
-
 def find_ffmpeg() -> str:
     """The program. Raises `MmpError` that says how to get it."""
     try:

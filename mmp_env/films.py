@@ -14,7 +14,7 @@ from jaxtyping import Float, UInt8
 from mmp_env.animation import Encoder, GifEncoder, WebpEncoder
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.execution import ExecutionReport
-from mmp_env.ffmpeg import Mp4Encoder, check_ffmpeg
+from mmp_env.ffmpeg import Mp4Encoder, find_ffmpeg
 from mmp_env.opengl import offscreen_backend
 from mmp_env.plan import Plan
 from mmp_env.studio import HEIGHT, WIDTH, State, Studio, standing, tool_ways
@@ -33,7 +33,7 @@ Progress = Callable[[int, int], None]
 def check_film(path: str | PathLike[str]) -> None:
     """Raises `MmpError` where `save_film` could not write this file: to be called before planning begins."""
     if _encoder(path) is Mp4Encoder:
-        check_ffmpeg()
+        find_ffmpeg()
     offscreen_backend()
     check_writable(path)
 

@@ -10,7 +10,7 @@ import itertools
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Arm, Obstacle
+from mmp_env.cell import Obstacle
 from mmp_env.transforms import matrix_from_quaternion
 
 HELD = "held"
@@ -29,11 +29,6 @@ def covering_spheres(solid: Obstacle) -> tuple[Float[np.ndarray, "s 3"], Float[n
     centers, radius = _box(solid.size) if solid.size is not None else _round(solid)
     placed = centers @ matrix_from_quaternion(solid.quaternion).T + solid.position
     return placed, np.full(len(placed), radius)
-
-
-def untested_links(arm: Arm) -> tuple[str, ...]:
-    """The links (and the tool) that hold the object, and so are not tested against it."""
-    return (arm.robot.link_names[-1],) + ((arm.tool.name,) if arm.tool else ())
 
 
 def _box(size: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "s 3"], float]:

@@ -1,19 +1,21 @@
 """An arm as the native core takes it: joints that all turn about the z axes of their frames, and spheres in these.
 
 Frame 0 is the world, in which the base stands; frame k + 1 turns with joint k, its z axis along that of the joint.
-What moves with one frame as one piece is a part: each link, the tool, and what the arm holds.
+Each of the arm's parts moves with one of them.
 """
 
 from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.arm_parts import part_names, untested_pairs
 from mmp_env.cell import Arm
-from mmp_env.held import HELD, covering_spheres, untested_links
+from mmp_env.held import covering_spheres
 from mmp_env.robot import Robot, Tool
 from mmp_env.transforms import transform
 
@@ -39,11 +41,6 @@ class _Moving:
     parts: tuple[_Part, ...]
     T_last_grip: Float[np.ndarray, "4 4"]
     T_last_tool: Float[np.ndarray, "4 4"]
-
-
-def part_names(arm: Arm) -> tuple[str, ...]:
-    """Names of the parts in the order of the core: links from the base on, tool, `held`."""
-    return arm.robot.link_names + ((arm.tool.name,) if arm.tool else ()) + ((HELD,) if arm.held else ())
 
 
 def joint_chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
@@ -98,12 +95,9 @@ def _part(
 
 def _tested_pairs(arm: Arm, sphere_set: str) -> np.ndarray:
     """Pairs of part numbers [p, 2] that must not touch, the lower number first."""
-    names, ignored = part_names(arm), set(arm.robot.self_ignore[sphere_set])
-    if arm.tool is not None:
-        ignored |= {(names.index(name), arm.dof + 1) for name in arm.tool.self_ignore[sphere_set]}
-    if arm.held is not None:
-        ignored |= {(names.index(name), len(names) - 1) for name in untested_links(arm)}
-    pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names)) if (i, j) not in ignored]
+    untested = untested_pairs(arm, sphere_set)
+    numbered = combinations(enumerate(part_names(arm)), 2)
+    pairs = [(i, j) for (i, first), (j, second) in numbered if frozenset((first, second)) not in untested]
     return np.array(pairs, dtype=np.int32).reshape(-1, 2)
 
 

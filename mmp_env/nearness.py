@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +22,13 @@ from mmp_env.plan import Plan
 from mmp_env.simulation import Simulation
 
 OUTSIDE_M = 0.001
+"""A body sticks out of its spheres by no more."""
 _PROOF_SHARE, _PROOF_S = 0.05, 5.0
+"""The proof may leave this share of the sampled clearance unproved, which is closer than planners ask for; and takes no
+longer. A plan that is not proved by then counts as one without a proof.
+"""
 _SAME_RAD = 1e-9
+"""Rows whose joints differ by no more are looked at once."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,13 +74,14 @@ def nearness(
     return Nearness(planned_m=planned, closer_m=planned - least, body_a=bodies[0], body_b=bodies[1], time_s=at)
 
 
-def _measured(simulation: Simulation, q: Float[np.ndarray, "m n"], within: float) -> list:
+def _measured(
+    simulation: Simulation, q: Float[np.ndarray, "m n"], within: float
+) -> Iterator[tuple[int, float, tuple[str, str]]]:
     """(row, distance [m], names) of bodies closer than `within` [m] at rows of `q`, as MuJoCo's collisions have it."""
     model = copy.copy(simulation.model)
     model.geom_margin[:] = within
     data = mujoco.MjData(model)
     names, owners = names_and_owners(model, simulation.cell)
-    out = []
     for row, positions in enumerate(q):
         data.qpos[:] = positions
         mujoco.mj_kinematics(model, data)
@@ -83,5 +89,4 @@ def _measured(simulation: Simulation, q: Float[np.ndarray, "m n"], within: float
         for (a, b), distance in zip(data.contact.geom.tolist(), data.contact.dist.tolist(), strict=True):
             if owners[a] != owners[b]:
                 first, second = (a, b) if owners[a] < owners[b] else (b, a)
-                out.append((row, distance, (names[first], names[second])))
-    return out
+                yield row, distance, (names[first], names[second])

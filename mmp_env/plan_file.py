@@ -47,7 +47,7 @@ class PlanData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 def plan_to_dict(plan: Plan) -> dict[str, Any]:
-    """The plan as `mmp-plan/1` has it, in dicts, lists and scalars."""
+    """The plan as `mmp-plan/1` has it, in dicts, lists and scalars. Raises `MmpError` where it lacks an arm."""
     problem = plan.problem
     limits = {"max_acceleration": plan.max_acceleration, "max_jerk": plan.max_jerk}
     out = {
@@ -110,6 +110,9 @@ def load_plan(path: str | PathLike[str]) -> Plan:
 
 def _by_arm(cell: Cell, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """In the order of the cell's arms, whatever the order in which a planner finished them."""
+    if values.keys() != set(cell.arm_names):
+        has, wanted = (", ".join(names) or "none" for names in (values, cell.arm_names))
+        raise MmpError(f"the plan has numbers for the arms {has}; a file needs them for {wanted}")
     return {name: values[name] for name in cell.arm_names}
 
 

@@ -19,12 +19,22 @@ def check_fit(plan: Plan, cell: Cell) -> None:
 
     The plan's cell may have fewer arms. The name of the cell and its sphere set are no part of what is played.
     """
-    difference = next(_differences(plan.problem.cell, cell), None)
+    difference = None if plan.problem.cell is cell else next(_differences(plan.problem.cell, cell), None)
     if difference is not None:
         raise MmpError(f"the plan is for another cell: {difference}")
     fault = next(_faults(plan), None)
     if fault is not None:
         raise MmpError(f"the plan is malformed: {fault}")
+
+
+def check_complete(plan: Plan) -> None:
+    """Raises `MmpError` for a plan that lacks an arm of its own cell, which only executions and pictures make up for.
+
+    There such an arm stands still.
+    """
+    lacking = [name for name in plan.problem.cell.arm_names if name not in plan.positions]
+    if lacking:
+        raise MmpError(f"the plan does not say where arm '{lacking[0]}' of its cell is")
 
 
 def _differences(planned: Cell, cell: Cell) -> Iterator[str]:

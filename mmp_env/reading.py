@@ -24,6 +24,7 @@ from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
 
 T = TypeVar("T", bound=msgspec.Struct)
 
+_YAML_SUFFIXES = (".yaml", ".yml")
 MAX_JSON_BYTES = 64 * 2**20
 MAX_YAML_BYTES = 2**18
 """YAML is for cells written by hand; its reader is a thousand times slower than that of JSON."""
@@ -78,9 +79,14 @@ def named(place: Place | str) -> Iterator[None]:
         raise MmpError(f"{place}: {error}") from None
 
 
+def names_file(text: str) -> bool:
+    """Whether a text is meant as a JSON or YAML file, there or not, rather than as the name of something."""
+    return "/" in text or Path(text).suffix.lower() in (".json", *_YAML_SUFFIXES)
+
+
 def read_document(path: str | PathLike[str]) -> Any:
     """The content of a JSON or (`.yaml`, `.yml`) YAML file as dicts, lists and scalars. Raises `MmpError`."""
-    is_yaml = Path(path).suffix.lower() in (".yaml", ".yml")
+    is_yaml = Path(path).suffix.lower() in _YAML_SUFFIXES
     limit = MAX_YAML_BYTES if is_yaml else MAX_JSON_BYTES
     place = Place(str(path))
     try:

@@ -8,13 +8,13 @@ the planners do not test do not collide here either.
 
 from __future__ import annotations
 
-from itertools import chain
 from typing import Any
 
 from mmp_env.arm_colors import arm_color
+from mmp_env.arm_parts import untested_pairs
 from mmp_env.cell import Arm, Cell, Obstacle
 from mmp_env.errors import MmpError
-from mmp_env.held import HELD, untested_links
+from mmp_env.held import HELD
 from mmp_env.mujoco_import import mujoco
 from mmp_env.staging import HELD_RGBA, obstacle_rgba, set_stage
 
@@ -62,10 +62,8 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
 
 
 def _add_geom(body: Any, name: str, solid: Obstacle, rgba: tuple[float, float, float, float]) -> Any:
-    size = solid.size / 2 if solid.size is not None else [solid.radius or 0.0, (solid.length or 0.0) / 2, 0.0]
-    return body.add_geom(
-        name=name, type=_SHAPES[solid.shape], size=size, pos=solid.position, quat=solid.quaternion, rgba=rgba
-    )
+    shape, size = _SHAPES[solid.shape], solid.half_size
+    return body.add_geom(name=name, type=shape, size=size, pos=solid.position, quat=solid.quaternion, rgba=rgba)
 
 
 def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
@@ -83,7 +81,9 @@ def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
         tool = spec.body(f"{prefix}{arm.tool.name}").add_frame() if arm.tool else None
         where = {"frame": tool} if tool else {"site": spec.site(f"{prefix}flange")}
         spec.attach(_held_body(arm.held), prefix=prefix, **where)
-    for pair in _untested_pairs(arm, sphere_set) - excluded:
+    # MuJoCo lets a body and its parent overlap on its own, except where the parent is the base.
+    free = untested_pairs(arm, sphere_set) | {frozenset(arm.robot.link_names[:2])}
+    for pair in free - excluded:
         first, second = sorted(pair)
         spec.add_exclude(bodyname1=prefix + first, bodyname2=prefix + second)
     material = spec.material(prefix + BODY_MATERIAL)
@@ -97,20 +97,6 @@ def _held_body(held: Obstacle) -> Any:
     body = spec.worldbody.add_body(name=HELD, gravcomp=1.0)
     _add_geom(body, HELD, held, HELD_RGBA).density = HELD_DENSITY
     return spec
-
-
-def _untested_pairs(arm: Arm, sphere_set: str) -> set[frozenset[str]]:
-    """Names of the bodies, link or tool, that may overlap: neighbours and what the sphere set leaves out.
-
-    MuJoCo lets a body and its parent overlap on its own, except where the parent is the base.
-    """
-    links = arm.robot.link_names
-    pairs = {frozenset((links[i], links[j])) for i, j in chain(arm.robot.self_ignore[sphere_set], [(0, 1)])}
-    if arm.tool is not None:
-        pairs |= {frozenset((link, arm.tool.name)) for link in arm.tool.self_ignore[sphere_set]}
-    if arm.held is not None:
-        pairs |= {frozenset((link, HELD)) for link in untested_links(arm)}
-    return pairs
 
 
 def _read_mjcf(path: Any) -> Any:

@@ -99,12 +99,6 @@ class Simulation:
         self.advance(steps)
         self._check_clock(begin_s, steps)
 
-    def ramp_watched(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> None:
-        """The same as `ramp`, with a look at the contacts after each physics step, whether there are any or not."""
-        begin_s = self.aim(begin, end, steps)
-        self._step_watched(steps)
-        self._check_clock(begin_s, steps)
-
     def aim(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> float:
         """Gives the servos a straight reference for the next `steps` physics steps; returns the time [s]."""
         velocity = (end - begin) / (steps * self.timestep_s)

@@ -118,16 +118,8 @@ def _dome(arm: Arm) -> Float[np.ndarray, "d 3"]:
 
 def _corners(obstacle: Obstacle) -> Float[np.ndarray, "8 3"]:
     """Those of a box around it that is turned as it is."""
-    if obstacle.size is not None:
-        half = obstacle.size / 2
-    else:
-        radius = obstacle.radius or 0.0
-        straight = (obstacle.length or 0.0) / 2
-        half = np.array(
-            [radius, radius, {"sphere": radius, "capsule": straight + radius}.get(obstacle.shape, straight)]
-        )
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
-    return (signs * half) @ matrix_from_quaternion(obstacle.quaternion).T + obstacle.position
+    return (signs * obstacle.half_extents) @ matrix_from_quaternion(obstacle.quaternion).T + obstacle.position
 
 
 def camera_pose(

@@ -13,13 +13,16 @@ from pathlib import Path
 import numpy as np
 
 import mmp_planners
+from mmp_cli.arguments import seconds, seed
 from mmp_env import MmpError, find_cell, make_problem
 from mmp_env.check.episode import check_episode
 from mmp_env.episode import Episode, EpisodeExecution, episode_to_dict, execute_episode, save_episode
 from mmp_env.films import ENCODERS, HOLD_S, check_film, frames
 from mmp_env.retime import retime
 from mmp_env.studio import HEIGHT, WIDTH
-from mmp_env.writing import whole_file
+from mmp_env.wording import counted
+from mmp_env.writing import check_writable, whole_file
+from mmp_planners import Planner
 from mmp_tasks.sequence import Stage, stages
 
 
@@ -35,10 +38,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Draws, plans, checks, saves and executes."""
+    planner = mmp_planners.make(args.planner)
     if args.video:
         check_film(args.video)
+    if args.out:
+        check_writable(args.out)
     drawn = stages(find_cell(args.cell), np.random.default_rng(args.seed), args.task)
-    episode = planned(f"{args.cell}-{args.task}-{args.seed}", drawn, args.planner, args.seed, args.time_limit)
+    episode = planned(f"{args.cell}-{args.task}-{args.seed}", drawn, planner, args.seed, args.time_limit)
     if episode is None:
         return 1
     if args.retime:
@@ -50,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     report = check_episode(episode_to_dict(episode))
     print(report)
     execution = execute_episode(episode)
-    contacts = f"{execution.contacts} contacts" if execution.contacts else "no contact"
+    contacts = counted(execution.contacts, "contact") if execution.contacts else "no contact"
     reached = "all goals reached" if execution.reached else "NOT all goals reached"
     print(f"executed in {execution.duration_s:.2f} s of simulated time: {reached}, {contacts}")
     if args.video:
@@ -70,14 +76,14 @@ def save_video(episode: Episode, execution: EpisodeExecution, path: str) -> None
         encoder.finish(HOLD_S)
 
 
-def planned(name: str, drawn: Sequence[Stage], planner: str, seed: int, time_limit: float) -> Episode | None:
+def planned(name: str, drawn: Sequence[Stage], planner: Planner, seed: int, time_limit: float) -> Episode | None:
     """Each stage planned from where the plan before it ends; None where one is not solved in time."""
     plans = []
     for stage in drawn:
         start = stage.start if not plans else {arm: q[-1] for arm, q in plans[-1].positions.items()}
         problem = make_problem(stage.cell, start, stage.goal, name=f"{name}/{stage.name}")
         began = time.perf_counter()
-        result = mmp_planners.make(planner).plan(problem, seed=seed, time_limit=time_limit)
+        result = planner.plan(problem, seed=seed, time_limit=time_limit)
         spent = time.perf_counter() - began
         print(f"{stage.name:8} {result.status} in {spent:.3f} s", end="")
         print(f", {result.plan.makespan_s:.2f} s of motion" if result.plan else "")
@@ -90,10 +96,10 @@ def planned(name: str, drawn: Sequence[Stage], planner: str, seed: int, time_lim
 def _parser() -> argparse.ArgumentParser:
     out = argparse.ArgumentParser(description=__doc__)
     out.add_argument("--cell", default="mixed-4", help="name or file; default: mixed-4")
-    out.add_argument("--task", default="packing", choices=("place", "packing"))
-    out.add_argument("--planner", default="auto")
-    out.add_argument("--seed", type=int, default=0)
-    out.add_argument("--time-limit", type=float, default=60.0, metavar="S", help="for each plan [s]; default: 60")
+    out.add_argument("--task", default="packing", choices=("place", "packing"), help="the second of the three")
+    out.add_argument("--planner", default="auto", metavar="NAME", help="default: auto")
+    out.add_argument("--seed", type=seed, default=0, metavar="N", help="of the draw and the planner; default: 0")
+    out.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each plan [s]; default: 60")
     out.add_argument("--retime", action="store_true", help="smooth the plans and keep acceleration and jerk limits")
     out.add_argument("--video", metavar="FILE", help="a film of it all as it is executed: .mp4, .gif or .webp")
     out.add_argument("--out", metavar="FILE", help="write the episode (schema mmp-episode/1)")

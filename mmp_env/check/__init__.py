@@ -27,6 +27,7 @@ from mmp_env.check.report import RULES, CheckReport, Violation
 from mmp_env.check.rules import beyond_limits, ends, finite, length, limits, speed, times
 from mmp_env.check.spheres import CloudPairs, CloudSolids
 from mmp_env.check.sweep import ROUNDING_M, prove_apart
+from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
 
 __all__ = ["RULES", "CheckReport", "Violation", "check_plan"]
@@ -64,7 +65,10 @@ def _document(plan: Plan | Mapping[str, Any]) -> Any:
         return plan
     from mmp_env.plan_file import plan_to_dict
 
-    return plan_to_dict(plan)
+    try:
+        return plan_to_dict(plan)
+    except MmpError as error:
+        raise UnreadableError(str(error)) from None
 
 
 @functools.lru_cache(maxsize=8)

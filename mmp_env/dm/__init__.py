@@ -12,8 +12,9 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from mmp_env.cell import Cell
+from mmp_env.control import CONTROL_RATE_HZ
 from mmp_env.dm.control_suite import require
-from mmp_env.errors import UnknownNameError
+from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.instances import DEFAULT_TASK, Source
 from mmp_env.problem import DEFAULT_MAX_VELOCITY
 from mmp_env.registration import ANY_CELL, CELLS
@@ -40,7 +41,7 @@ def load(
     control_mode: str = "position",
     terminate_on_contact: bool = True,
     max_velocity: float = DEFAULT_MAX_VELOCITY,
-    control_rate_hz: int = 10,
+    control_rate_hz: int = CONTROL_RATE_HZ,
     time_limit: float = TIME_LIMIT_S,
 ) -> dm_env.Environment:
     """A `dm_control.rl.control.Environment` of a cell, like `dm_control.suite.load`.
@@ -74,11 +75,14 @@ def load(
     return control.Environment(physics, cell_task, time_limit=time_limit, n_sub_steps=cell_task.steps)
 
 
-def follow(environment: dm_env.Environment, plan: Plan) -> Follower:
+def follow(environment: dm_env.Environment, plan: Plan | None) -> Follower:
     """A policy that moves the arms along a plan, for loops over `step` and for dm_control's viewer.
 
-    Raises `MmpError` for an environment with another control mode than `position`, and a plan of another cell.
+    Raises `MmpError` for an environment with another control mode than `position`, a plan of another cell, and None,
+    which is what a planner has that found no plan.
     """
+    if plan is None:
+        raise MmpError("there is no plan to follow; the status of the planner's result says why it found none")
     from mmp_env.dm.following import Follower
 
     return Follower(environment, plan)

@@ -12,6 +12,7 @@ from jaxtyping import Float
 from mmp_env.errors import MmpError
 from mmp_env.export.joint_names import joint_names
 from mmp_env.plan import Plan
+from mmp_env.plan_fit import check_complete
 
 SAME_RAD = 1e-6
 """A plan begins where the one before it ends, up to this."""
@@ -51,8 +52,13 @@ class Motion:
 def motion_of(plans: Sequence[Plan], pattern: str) -> Motion:
     """The motion of plans one after another; between two of them the arms stand still for no time at all.
 
-    Raises `MmpError` where one does not begin where the one before it ends, or is retimed and another is not.
+    Raises `MmpError` where one does not begin where the one before it ends, or is retimed and another is not; for plans
+    that lack an arm, and for none.
     """
+    if not plans:
+        raise MmpError("there is no plan to export")
+    for plan in plans:
+        check_complete(plan)
     first = plans[0]
     for number, (before, after) in enumerate(pairwise(plans), start=1):
         _check_joint(before, after, number)

@@ -13,6 +13,7 @@ from mmp_env.cell import Cell
 from mmp_env.rerun import expansions, geoms, joints, plan_view, repulsion_view, timelines, tree, waiting
 from mmp_env.rerun.colors import BACKGROUND
 from mmp_env.rerun.sdk import require
+from mmp_env.staging import CAMERA
 
 _GRAPH_BACKGROUND = (24, 26, 30)
 _REPLAY_S = 12.0
@@ -95,8 +96,8 @@ def view_3d(model: Any, contents: Sequence[str], name: str) -> Any:
 
 
 def eye_of(model: Any) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """Where the camera `overview` stands [m] and what it looks at, nearer by as much as rerun sees wider."""
-    camera = model.camera("overview")
+    """Where the camera of the cell stands [m] and what it looks at, nearer by as much as rerun sees wider."""
+    camera = model.camera(CAMERA)
     lower = np.array([0.0, 0.0, _LOWER * model.stat.extent])
     eye, target = np.array(camera.pos) - lower, np.array(model.stat.center) - lower
     wider = np.tan(np.radians(float(camera.fovy[0])) / 2) / np.tan(_RERUN_FIELD_OF_VIEW / 2)

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
+from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
+from mmp_env.arm_parts import untested_pairs
 from mmp_env.cell import Cell
 from mmp_env.check.distance import solid_distance
-from mmp_env.held import HELD, untested_links
 from mmp_env.rerun.colors import CONTACT, arm_colors
 from mmp_env.rerun.sdk import require
 from mmp_env.transforms import matrix_from_quaternion
@@ -20,9 +21,22 @@ Configurations = Mapping[str, Float[np.ndarray, "t dof"]]
 
 
 def send_clouds(stream: Any, root: str, index: list[Any], cell: Cell, q: Configurations, margin: float) -> None:
-    """The spheres of every arm at `q`, a row for each time of `index`, as points `<root>/<arm>` with their radii.
+    """The spheres of every arm at `q`, a row for each time of `index`, as points `<root>/<arm>` with their radii."""
+    log_radii(stream, root, cell, static=True)
+    send_centers(stream, root, index, cell, q, margin)
 
-    Those closer than `margin` [m] to another arm, an obstacle or another part of their own arm are red.
+
+def log_radii(stream: Any, root: str, cell: Cell, *, static: bool) -> None:
+    """The radii of all spheres, for all times or from the present one of the stream on."""
+    for arm in cell.arms:
+        radii = cell.collision.spheres(arm.name, arm.robot.home[None])[1]
+        stream.log(f"{root}/{arm.name}", require().Points3D.from_fields(radii=radii), static=static)
+
+
+def send_centers(stream: Any, root: str, index: list[Any], cell: Cell, q: Configurations, margin: float) -> None:
+    """The rows of `send_clouds` without radii.
+
+    Spheres closer than `margin` [m] to another arm, an obstacle or another part of their own arm are red.
     """
     rerun, colors = require(), arm_colors(cell)
     touching = contacts(cell, q, margin)
@@ -32,7 +46,6 @@ def send_clouds(stream: Any, root: str, index: list[Any], cell: Cell, q: Configu
         columns = rerun.Points3D.columns(
             positions=centers.reshape(-1, 3).astype(np.float32), colors=paint(colors[name], hit).reshape(-1, 3)
         )
-        stream.log(f"{root}/{name}", rerun.Points3D.from_fields(radii=radii), static=True)
         stream.send_columns(f"{root}/{name}", index, columns.partition([len(radii)] * len(rows)))
 
 
@@ -75,9 +88,8 @@ def _in_obstacles(cell: Cell, own: Cloud, margin: float) -> Bool[np.ndarray, "n 
     out = np.zeros(own.centers.shape[:2], bool)
     for solid in cell.obstacles:
         there = (own.centers - solid.position) @ matrix_from_quaternion(solid.quaternion)
-        half = solid.size / 2 if solid.size is not None else np.array([solid.radius, (solid.length or 0.0) / 2, 0.0])
-        out |= solid_distance(solid.shape, half, there)[0] - own.radii < margin
-    return out & ~own.of_base
+        out |= solid_distance(solid.shape, solid.half_size, there)[0] - own.radii < margin
+    return out & ~own.is_base
 
 
 def _in_itself(own: Cloud, pairs: Int[np.ndarray, "p 2"], margin: float) -> Bool[np.ndarray, "n s"]:
@@ -94,41 +106,28 @@ class Cloud(NamedTuple):
 
     centers: Float[np.ndarray, "n s 3"]
     radii: Float[np.ndarray, "s"]
-    of_base: Bool[np.ndarray, "s"]
+    is_base: Bool[np.ndarray, "s"]
 
 
 def cloud(cell: Cell, arm: str, q: Float[np.ndarray, "n dof"]) -> Cloud:
     """The spheres of an arm at `q` [n, dof]."""
-    return Cloud(*cell.collision.spheres(arm, q), of_base(cell, arm))
+    return Cloud(*cell.collision.spheres(arm, q), cell.collision.is_base(arm))
 
 
 def sphere_gaps(a: Cloud, b: Cloud) -> Float[np.ndarray, "n s_a s_b"]:
     """Distances between the surfaces of all spheres of two arms [m]; infinite between their bases, which may meet."""
     apart = a.centers[:, :, None] - b.centers[:, None]
     gaps = np.sqrt(np.einsum("nabi,nabi->nab", apart, apart)) - a.radii[:, None] - b.radii
-    gaps[:, np.logical_and.outer(a.of_base, b.of_base)] = np.inf
+    gaps[:, np.logical_and.outer(a.is_base, b.is_base)] = np.inf
     return gaps
-
-
-@lru_cache(maxsize=64)
-def of_base(cell: Cell, arm: str) -> Bool[np.ndarray, "s"]:
-    """Which spheres of an arm belong to its base; a read-only array."""
-    base = cell.arm(arm).robot.link_names[0]
-    out = np.array([link == base for link in cell.collision.sphere_links(arm)])
-    out.setflags(write=False)
-    return out
 
 
 @lru_cache(maxsize=64)
 def self_pairs(cell: Cell, arm: str) -> Int[np.ndarray, "p 2"]:
     """The pairs of an arm's spheres that must keep apart: of links whose data do not say that they may overlap."""
-    placed, links = cell.arm(arm), np.array(cell.collision.sphere_links(arm))
-    robot, tool = placed.robot, placed.tool
-    ignored = {frozenset((robot.link_names[a], robot.link_names[b])) for a, b in robot.self_ignore[cell.spheres]}
-    ignored |= {frozenset((name, tool.name)) for name in tool.self_ignore[cell.spheres]} if tool else set()
-    ignored |= {frozenset((name, HELD)) for name in untested_links(placed)} if placed.held else set()
-    tested = {(a, b) for a in set(links) for b in set(links) if a != b and frozenset((a, b)) not in ignored}
-    pairs = [(i, j) for i in range(len(links)) for j in range(i + 1, len(links)) if (links[i], links[j]) in tested]
+    parts, untested = cell.collision.sphere_links(arm), untested_pairs(cell.arm(arm), cell.spheres)
+    tested = {(a, b) for a in set(parts) for b in set(parts) if a != b and frozenset((a, b)) not in untested}
+    pairs = [(i, j) for (i, a), (j, b) in combinations(enumerate(parts), 2) if (a, b) in tested]
     out = np.array(pairs, dtype=int).reshape(-1, 2)
     out.setflags(write=False)
     return out

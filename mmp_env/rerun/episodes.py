@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.cell import Cell
 from mmp_env.contacts import Contact
-from mmp_env.execution import ExecutionReport
+from mmp_env.execution import SHOWN_STEPS, ExecutionReport
 from mmp_env.rerun import timelines
 from mmp_env.rerun.blueprint import view_3d
-from mmp_env.rerun.clouds import send_clouds
+from mmp_env.rerun.clouds import log_radii, send_centers
 from mmp_env.rerun.colors import CONTACT, arm_colors
 from mmp_env.rerun.geoms import CELL, STAGE, CellGeoms, joined
 from mmp_env.rerun.sdk import require
@@ -22,19 +23,17 @@ SPHERES, ACTIONS, CONTACTS = f"{ROOT}/spheres", f"{ROOT}/actions", f"{ROOT}/cont
 SCALARS = {"reward": (0, 114, 178), "return": (0, 158, 115), "distance": (213, 94, 0), "episode": (130, 130, 130)}
 """Reward of a step, their sum over the episode so far, the largest distance of a joint from its goal [rad]."""
 _BLOCK = 200
-_FRAME = 20
-"""Physics steps from one row of an execution to the next: 25 rows a second."""
 
 
 class Episodes:
-    """Steps of an environment, one row each; a reset is a row without an action."""
+    """Steps of an environment, one row each; a reset is a row without an action, and may bring other objects."""
 
     def __init__(self, stream: Any, env: Any) -> None:
         rerun = require()
-        self._stream, self._cell, self._data = stream, env.cell, env.data
-        self._geoms = CellGeoms(stream, env.cell, env.model)
+        self._stream, self._env = stream, env
         self._rows: list[dict[str, Any]] = []
         self._steps, self._episode, self._return = 0, -1, 0.0
+        self._enter()
         for name, color in SCALARS.items():
             stream.log(f"{ROOT}/{name}", rerun.SeriesLines(names=[name], colors=[color]), static=True)
         for arm, color in arm_colors(env.cell).items():
@@ -44,6 +43,9 @@ class Episodes:
 
     def begin(self, info: dict[str, Any]) -> None:
         """The environment was reset."""
+        if self._env.cell is not self._cell:
+            self._send()
+            self._enter()
         self._episode, self._return = self._episode + 1, 0.0
         self._note(None, 0.0, info)
 
@@ -55,11 +57,11 @@ class Episodes:
     def play(self, report: ExecutionReport) -> None:
         """A plan was executed: where the arms were, and what they touched, as so many more steps."""
         self._send()
-        frames = np.unique([*range(0, len(report.times), _FRAME), len(report.times) - 1])
+        frames = np.unique([*range(0, len(report.times), SHOWN_STEPS), len(report.times) - 1])
         index = [timelines.sequence(timelines.STEP, range(self._steps, self._steps + len(frames)))]
         q = {arm: report.positions[arm][frames] for arm in self._cell.arm_names}
         self._geoms.send_poses(index, joined(self._cell, q))
-        send_clouds(self._stream, SPHERES, index, self._cell, q, 0.0)
+        send_centers(self._stream, SPHERES, index, self._cell, q, 0.0)
         at = np.searchsorted(report.times[frames], [contact.time_s for contact in report.contacts])
         steps = self._steps + np.minimum(at, len(frames) - 1)
         self._send_contacts(list(zip(steps.tolist(), report.contacts, strict=True)))
@@ -82,8 +84,20 @@ class Episodes:
         panel = rrb.TimePanel(timeline=timelines.STEP, state="collapsed", fps=10.0, play_state="playing")
         return rrb.Blueprint(rrb.Vertical(looks, below, row_shares=[3, 2]), panel, collapse_panels=True)
 
+    def _enter(self) -> None:
+        """From here on it is this cell: its arms, and the objects of the environment's task."""
+        env, stream = self._env, self._stream
+        self._cell: Cell = env.cell
+        stream.set_time(timelines.STEP, sequence=self._steps)
+        if self._steps:
+            for path in (STAGE, CELL, SPHERES):
+                stream.log(path, require().Clear(recursive=True))
+        self._geoms = CellGeoms(stream, env.cell, env.model, static=False)
+        log_radii(stream, SPHERES, env.cell, static=False)
+        stream.reset_time()
+
     def _note(self, action: Float[np.ndarray, "n"] | None, reward: float, info: dict[str, Any]) -> None:
-        data = self._data
+        data = self._env.data
         self._rows.append(
             {
                 "step": self._steps,
@@ -108,7 +122,7 @@ class Episodes:
         self._geoms.send_bodies(index, *(np.array([row[key] for row in rows]) for key in ("places", "turns")))
         ends = np.cumsum([arm.dof for arm in self._cell.arms])[:-1]
         parts = np.split(np.array([row["q"] for row in rows]), ends, axis=1)
-        send_clouds(self._stream, SPHERES, index, self._cell, dict(zip(self._cell.arm_names, parts, strict=True)), 0.0)
+        send_centers(self._stream, SPHERES, index, self._cell, dict(zip(self._cell.arm_names, parts, strict=True)), 0.0)
         for name, column in zip(SCALARS, zip(*(row["scalars"] for row in rows), strict=True), strict=True):
             self._stream.send_columns(f"{ROOT}/{name}", index, rerun.Scalars.columns(scalars=column))
         self._send_actions([row for row in rows if row["action"] is not None], ends)

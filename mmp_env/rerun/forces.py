@@ -9,7 +9,6 @@ from jaxtyping import Float
 
 from mmp_env.cell import Cell
 from mmp_env.events import ForceField
-from mmp_env.rerun.clouds import of_base
 
 FLOOR_M = 0.01
 """Nearer than this the force grows no more."""
@@ -36,5 +35,5 @@ def sphere_forces(
         floored = np.maximum(d, FLOOR_M)
         size = np.where(d <= field.d0, np.maximum(field.k_rep * (1 / floored - 1 / field.d0) / floored**2, 0), 0)
         forces += np.einsum("nso,nsoi->nsi", size / between, away)
-    forces[:, of_base(cell, arm)] = 0
+    forces[:, cell.collision.is_base(arm)] = 0
     return centers, forces

@@ -20,14 +20,15 @@ _LAST_GROUP = 2
 class CellGeoms:
     """Logs the geoms of a cell once, and the poses of its bodies as often as one likes.
 
-    Moving bodies are entities `/cell/<arm>/<link>`, what stands in the world is under `/stage`.
+    Moving bodies are entities `/cell/<arm>/<link>`, what stands in the world is under `/stage`. Geoms are there at all
+    times, or where they are not `static`, from the present time of the stream on.
     """
 
-    def __init__(self, stream: Any, cell: Cell, model: Any = None) -> None:
+    def __init__(self, stream: Any, cell: Cell, model: Any = None, *, static: bool = True) -> None:
         from mmp_env.mujoco_import import mujoco
         from mmp_env.scene import compile_scene
 
-        self._mujoco, self._stream = mujoco, stream
+        self._mujoco, self._stream, self._static = mujoco, stream, static
         self.model = model = compile_scene(cell) if model is None else model
         self._data = mujoco.MjData(model)
         by_body: dict[int, list[int]] = {}
@@ -66,7 +67,7 @@ class CellGeoms:
         by_shape.pop(int(self._mujoco.mjtGeom.mjGEOM_PLANE), None)  # the floor has no end
         for shape, alike in by_shape.items():
             name, archetype = self._archetype(shape, np.array(alike))
-            self._stream.log(f"{path}/{name}", archetype, static=True)
+            self._stream.log(f"{path}/{name}", archetype, static=self._static)
 
     def _archetype(self, shape: int, geoms: np.ndarray) -> tuple[str, Any]:
         rerun, types, model = require(), self._mujoco.mjtGeom, self.model

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import _core
+from mmp_env.conflict import unbroken_runs
 from mmp_env.problem import Problem
 from mmp_env.rerun.clouds import cloud, sphere_gaps
 
@@ -42,19 +43,14 @@ class Meetings:
         out = [
             self._contact(names[i], names[j], paths, run)
             for (i, j), instants in zip(pairs, found, strict=True)
-            if len(instants)
-            for run in np.split(instants, np.flatnonzero(np.diff(instants) > 1) + 1)
+            for run in unbroken_runs(instants)
         ]
         return sorted(out, key=lambda contact: (contact.first, contact.arm_a, contact.arm_b))
 
     def _motion(self, name: str, path: Float[np.ndarray, "k dof"]) -> _core.Motion:
-        known = self._motions.get(id(path))
-        if known is None:
-            known = self._motions[id(path)] = (
-                path,
-                self._model.motion(name, path),
-            )  # holds the path: its id is its own
-        return known[1]
+        if id(path) not in self._motions:  # the path is kept with it, so that its id stays its own
+            self._motions[id(path)] = path, self._model.motion(name, path)
+        return self._motions[id(path)][1]
 
     def _contact(
         self, a: str, b: str, paths: Mapping[str, Float[np.ndarray, "k dof"]], run: Float[np.ndarray, "c"]

@@ -10,6 +10,7 @@ import numpy as np
 
 from mmp_env.errors import MmpError
 from mmp_env.execution import ExecutionReport
+from mmp_env.monitor import Monitor
 from mmp_env.plan import Plan
 from mmp_env.rerun.episodes import Episodes
 from mmp_env.rerun.sdk import Recording, check
@@ -46,9 +47,9 @@ class RerunRecorder(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
             self._episodes.add(np.asarray(action, dtype=float), float(reward), info)
         return observation, float(reward), terminated, truncated, info
 
-    def execute(self, plan: Plan) -> ExecutionReport:
+    def execute(self, plan: Plan | None, *, monitor: Monitor | None = None) -> ExecutionReport:
         """As `env.unwrapped.execute`, 25 rows for a second of it; `env.unwrapped` itself is not recorded."""
-        report = self.env.unwrapped.execute(plan)  # pyright: ignore[reportAttributeAccessIssue]
+        report = self.env.unwrapped.execute(plan, monitor=monitor)  # pyright: ignore[reportAttributeAccessIssue]
         if self._recording is not None:
             self._episodes.play(report)
         return report

@@ -12,7 +12,9 @@ from jaxtyping import Float, Int
 
 from mmp_env import _core
 from mmp_env.collision import HIT, PLAN_PROOF
+from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
+from mmp_env.plan_fit import check_complete
 from mmp_env.problem import Problem
 from mmp_env.rerun import timelines
 from mmp_env.rerun.blueprint import of_single_arm
@@ -45,9 +47,12 @@ def record_single_arm(
 ) -> Grown:
     """Searches a way for `arm` among the others as they move in `plan`, and records the tree, every `dt_s` [s].
 
-    `to` as for `RerunWatcher`. Raises `MmpError` as that does, and for an arm that is not there.
+    `to` as for `RerunWatcher`. Raises `MmpError` as that does, and for an arm that is not there or no step of time.
     """
     check(to)
+    check_complete(plan)
+    if not 0 < dt_s < np.inf:
+        raise MmpError(f"dt_s is {dt_s}; it must be a positive number of seconds")
     problem = plan.problem
     times = np.arange(int(np.ceil(plan.makespan_s / dt_s - 1e-9)) + 1) * dt_s
     moving = {name: q for name, q in plan.sampled(times).items() if name != arm}

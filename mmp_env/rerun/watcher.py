@@ -8,6 +8,7 @@ from typing import Any
 
 from mmp_env.events import Event
 from mmp_env.plan import Plan
+from mmp_env.plan_fit import check_complete
 from mmp_env.problem import Problem
 from mmp_env.rerun import timelines
 from mmp_env.rerun.blueprint import Contents, of_search
@@ -64,7 +65,12 @@ class RerunWatcher:
         self.close()
 
     def show_plan(self, plan: Plan | None) -> None:
-        """Records a plan of the same cell too, the last one given; nothing where it is None."""
+        """Records a plan of the same cell too, the last one given; nothing where it is None.
+
+        Raises `MmpError` for a plan that lacks an arm.
+        """
+        if plan is not None:
+            check_complete(plan)
         self._plan = plan if plan is not None else self._plan
 
     def close(self) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from mmp_env.rerun.meetings import Contact
 from mmp_env.rerun.record import Look, Record
-from mmp_env.tree_drawing.telling import edge_in_words
+from mmp_env.tree_drawing.telling import edge_in_words, fast_tracks_in_words
 from mmp_env.wording import counted
 
 _MOST_LINES = 12
@@ -31,7 +31,7 @@ def describe(record: Record, look: Look, contacts: Sequence[Contact]) -> str:
     if node.restart:
         lines.append(f"- in tree number {node.restart + 1}")
     lines.append(f"- cost {told.cost_rad:.2f} rad, lower bound {told.lower_bound_rad:.2f} rad")
-    lines += [f"- fast track with {arm}: {'solved' if solved else 'in vain'}" for arm, solved in node.fast_tracks]
+    lines += [f"- {words}" for words in fast_tracks_in_words(node)]
     if look.expansion > record.count and record.tree.clearance_m is not None:
         clear = f"{1e3 * record.tree.clearance_m:.1f} mm"
         lines.append(

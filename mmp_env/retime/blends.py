@@ -9,11 +9,12 @@ A blend without width is the corner itself, where the motion has to stop.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from mmp_env.retime.course import Course
 from mmp_env.retime.limits import RateLimits
@@ -65,51 +66,74 @@ class BlendedPath:
         width = self.width * factor
         return replace(self, width=width, edge=np.minimum(self.edge * np.sqrt(factor), width))
 
+    @functools.cached_property
     def breaks(self) -> Float[np.ndarray, "b"]:
         """Phases [s] between which the path is one polynomial, ascending, ends included."""
-        outer, inner, at = self.reach, (self.width - self.edge) / 2, self.corners
-        marks = np.concatenate([[0.0, self.course.end], at, at - outer, at + outer, at - inner, at + inner])
-        return np.unique(marks.clip(0.0, self.course.end))
-
-    def inside(self, phase: Float[np.ndarray, "t"]) -> Bool[np.ndarray, "t"]:
-        """Whether each of ascending phases is within a blend."""
-        edges = np.zeros(len(phase) + 1, int)
-        np.add.at(edges, np.searchsorted(phase, self.corners - self.reach), 1)
-        np.add.at(edges, np.searchsorted(phase, self.corners + self.reach), -1)
-        return np.cumsum(edges)[:-1] > 0
+        outer, inner, at, end = self.reach, (self.width - self.edge) / 2, self.corners, self.course.end
+        marks = np.unique(np.concatenate([at, at - outer, at + outer, at - inner, at + inner]))
+        return np.concatenate([[0.0], marks[(marks > 0) & (marks < end)], [end]])
 
     def at(self, phase: Float[np.ndarray, "t"]) -> Float[np.ndarray, "t n"]:
-        """Configurations [rad] at ascending phases."""
+        """Configurations [rad] at phases."""
         return self.derivatives(phase, (0,))[0]
 
-    def derivatives(self, phase: Float[np.ndarray, "t"], orders: Sequence[int]) -> list[Float[np.ndarray, "t n"]]:
-        """The path (order 0) and derivatives of it by phase (1, 2), at ascending phases; of a stop's two slopes the
-        later.
-        """
-        course = self.course
-        out = [self._sharp(phase, order) for order in orders]
-        first = np.searchsorted(phase, self.corners - self.reach)
-        last = np.searchsorted(phase, self.corners + self.reach)
-        for k in np.flatnonzero((last > first) & (self.width > 0)):
-            part = slice(first[k], last[k])
-            more = _rounding(phase[part] - self.corners[k], self.width[k], self.edge[k], orders)
-            for values, weight in zip(out, more, strict=True):
-                values[part] += weight[:, None] * course.turns[k]
+    def derivatives(
+        self, phase: Float[np.ndarray, "t"], orders: Sequence[int], joints: slice = slice(None)
+    ) -> list[Float[np.ndarray, "t _"]]:
+        """The path (order 0) and derivatives of it by phase (1, 2, 3), of some joints; of two at a break the later."""
+        middles, parts = self._polynomials
+        piece = np.searchsorted(self.breaks[1:-1], phase, side="right")
+        x, parts = phase - middles[piece], [np.take(part[joints], piece, axis=1) for part in parts]
+        out = []  # of joints by phases while it is worked out: long rows are quicker
+        for order in orders:
+            value = parts[3]
+            for k in reversed(range(order, 3)):
+                value = value * (x / (k + 1 - order))
+                value += parts[k]
+            out.append(value.T)
         return out
 
-    def _sharp(self, phase: Float[np.ndarray, "t"], order: int) -> Float[np.ndarray, "t n"]:
-        course = self.course
-        if order == 0:
-            return course.at(phase)
-        return course.slopes[course.piece(phase)] if order == 1 else np.zeros((len(phase), course.q.shape[1]))
+    def off_course(self, phase: Float[np.ndarray, "t"], orders: Sequence[int] = (0,)) -> list[Float[np.ndarray, "t n"]]:
+        """What blends add to the course, and derivatives of that, at ascending phases; of order 3 not at breaks."""
+        first = np.searchsorted(phase, self.corners - self.reach)
+        last = np.searchsorted(phase, self.corners + self.reach)
+        count = np.where(self.width > 0, last - first, 0)
+        corner = np.repeat(np.arange(len(count)), count)
+        row = np.arange(len(corner)) + np.repeat(first - np.cumsum(count) + count, count)
+        by_row = np.argsort(row, kind="stable")
+        corner, row = corner[by_row], row[by_row]
+        more = _rounding(phase[row] - self.corners[corner], self.width[corner], self.edge[corner], orders)
+        out = [np.zeros((len(phase), self.course.q.shape[1])) for _ in orders]
+        # One blend of each phase at a time, so that none is written to twice at once.
+        nth = np.arange(len(row)) - np.searchsorted(row, row)
+        for k in range(nth.max(initial=-1) + 1):
+            here = np.flatnonzero(nth == k)
+            turns = self.course.turns[corner[here]]
+            for values, weight in zip(out, more, strict=True):
+                values[row[here]] += weight[here, None] * turns
+        return out
+
+    @functools.cached_property
+    def _polynomials(self) -> tuple[Float[np.ndarray, "p"], list[Float[np.ndarray, "n p"]]]:
+        """The middles of all polynomials [s], and there the path and its derivatives, orders 0 to 3."""
+        middles, course = (self.breaks[1:] + self.breaks[:-1]) / 2, self.course
+        parts = self.off_course(middles, (0, 1, 2, 3))
+        parts[0] += course.at(middles)
+        parts[1] += course.slopes[course.piece(middles)]
+        return middles, [np.ascontiguousarray(part.T) for part in parts]
 
 
 def _rounding(
-    x: Float[np.ndarray, "t"], width: float, edge: float, orders: Sequence[int]
+    x: Float[np.ndarray, "t"],
+    width: Float[np.ndarray, "t"],
+    edge: Float[np.ndarray, "t"],
+    orders: Sequence[int],
 ) -> list[Float[np.ndarray, "t"]]:
     """A smooth ramp less the sharp one, x_+, and derivatives of that; `x` within the blend."""
     outer, inner = (width + edge) / 2, (width - edge) / 2
-    beyond = np.maximum(x[:, None] + (outer, inner, -inner, -outer), 0.0)
-    sign = np.array([1.0, -1.0, -1.0, 1.0]) / (width * edge)
-    sharp = (np.maximum(x, 0.0), (x >= 0).astype(float), 0.0)
-    return [beyond ** (3 - order) @ sign / (6, 2, 1)[order] - sharp[order] for order in orders]
+    beyond = np.maximum(x[:, None] + np.stack([outer, inner, -inner, -outer], axis=1), 0.0)
+    sign = np.array([1.0, -1.0, -1.0, 1.0])
+    sharp = (np.maximum(x, 0.0), (x >= 0).astype(float), 0.0, 0.0)
+    square = beyond * beyond
+    powers = (square * beyond / 6, square / 2, beyond, beyond > 0)
+    return [powers[order] @ sign / (width * edge) - sharp[order] for order in orders]

@@ -21,6 +21,7 @@ from mmp_env.retime.zones import Zones
 MOST_SAMPLES = 1_000_000
 _SLACK = 1e-6
 """Of the length of a zone: what is just possible in theory may not be in floating point."""
+_TINY = 1e-60
 _EARLY = 1e-9
 """In samples: what is that close to one is at it."""
 _TIMED = (ruckig.Result.Working, ruckig.Result.Finished)
@@ -49,8 +50,12 @@ def run_clock(zones: Zones, period_s: float) -> Clock:
     pieces: list[tuple[float, float, float, float, float]] = []
     begin = 0.0  # of the zone [s]
     for k, (base, last) in enumerate(itertools.pairwise(zones.bounds.tolist())):
-        limits = float(zones.speed[k]), float(zones.growth[k]), float(zones.jerk[k])
-        begin = timer.time(begin, base, last, speeds[k], speeds[k + 1], limits, pieces)
+        limits = speed, *_ = float(zones.speed[k]), float(zones.growth[k]), float(zones.jerk[k])
+        if speeds[k] == speeds[k + 1] == speed:
+            pieces.append((begin, base, speed, 0.0, 0.0))
+            begin += (last - base) / speed
+        else:
+            begin = timer.time(begin, base, last, speeds[k], speeds[k + 1], limits, pieces)
         if zones.stop[k + 1]:
             pieces.append((begin, last, 0.0, 0.0, 0.0))
             begin = math.ceil(begin / period_s - _EARLY) * period_s
@@ -95,11 +100,21 @@ def _reachable(begin: float, wanted: float, length: float, growth: float, jerk: 
     """The highest speed up to `wanted` that can be reached from `begin` within `length`; see `_distance`."""
     if wanted <= begin or _distance(begin, wanted, growth, jerk) <= length:
         return wanted
-    low, high = begin, wanted
-    for _ in range(40):
-        middle = (low + high) / 2
-        low, high = (middle, high) if _distance(begin, middle, growth, jerk) <= length else (low, middle)
-    return low
+    ramp = growth / jerk
+    if ramp * (2 * begin + growth * ramp) <= length:  # long enough to come to `growth`
+        mean, beyond = begin / growth + ramp / 2, length - begin * ramp
+        change = 2 * beyond / (mean + math.sqrt(mean**2 + 2 * beyond / growth))
+    else:
+        change = _root(2 * begin, length * math.sqrt(jerk)) ** 2
+    return math.nextafter(begin + change, begin)  # a change that is lost in rounding must not be rounded up
+
+
+def _root(linear: float, value: float) -> float:
+    """The s > 0 with s^3 + linear s = value, for linear >= 0 and value > 0."""
+    if linear < _TINY:
+        return math.cbrt(value)
+    scale = math.sqrt(linear / 3)
+    return 2 * scale * math.sinh(math.asinh(value / (2 * scale**3)) / 3)
 
 
 def _distance(begin: float, end: float, growth: float, jerk: float) -> float:

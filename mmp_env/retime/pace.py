@@ -38,8 +38,13 @@ class _Candidate:
 
 
 def paced_path(plan: Plan, limits: RateLimits, tolerance: float) -> BlendedPath:
-    """The smoothed path of a plan, within `tolerance` [rad], that of the paces looked at is passed soonest."""
+    """The smoothed path of a plan, within `tolerance` [rad], that of the paces looked at is passed soonest.
+
+    Whether it is clear of obstacles and other arms has been looked at only where there was a choice.
+    """
     candidates = _candidates(plan, limits, tolerance)
+    if len(candidates) == 1:
+        return candidates[0].path
     # Obstacles and other arms only ever make it longer, so what is best after a close look needs no other one.
     while not (best := min(candidates, key=lambda one: one.duration_s)).is_smooth:
         path = smooth(plan.problem, best.path, tolerance)
@@ -56,7 +61,7 @@ def _candidates(plan: Plan, limits: RateLimits, tolerance: float) -> list[_Candi
     @functools.cache
     def at(pace: float) -> _Candidate:
         at_pace = course if pace == 1.0 else course_of(plan, pace * limits.velocity)
-        path = fitted(first_blends(at_pace, limits, tolerance), tolerance)
+        path = fitted(plan.problem.cell, first_blends(at_pace, limits, tolerance), tolerance)
         return _Candidate(path=path, duration_s=_duration(path, limits), is_smooth=False)
 
     fast, medium, between, slow = (min(1.0, factor * natural) for factor in (_FAST, _MEDIUM, _BETWEEN, _SLOW))

@@ -14,8 +14,8 @@ from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.clock import Clock, run_clock
-from mmp_env.retime.limits import RateLimits, split
-from mmp_env.retime.smoothing import covering, narrowed
+from mmp_env.retime.limits import RateLimits
+from mmp_env.retime.smoothing import covering, narrowed, smooth
 from mmp_env.retime.zones import LEAST_ZONE_S, zones_of
 
 _LONG_S = 1e9
@@ -32,9 +32,9 @@ class ProvedMotion:
     clearance_m: float
 
 
-def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, period_s: float) -> ProvedMotion:
-    """The motion along `path`, a sample each `period_s` [s]; where its proof fails, blends are narrowed, in the end to
-    stops. Raises `MmpError` for a plan that cannot be proved as it is.
+def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, tolerance: float, period_s: float) -> ProvedMotion:
+    """The motion along `path`, a sample each `period_s` [s]; where its proof fails, there and wherever a quick look
+    finds more, blends are narrowed, in the end to stops. Raises `MmpError` for a plan that cannot be proved as it is.
     """
     widest, attempts = path.width, 0
     while True:
@@ -50,7 +50,7 @@ def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, period_s: f
             raise MmpError("the plan cannot be proved clear of conflicts as it is, so it is not retimed; see mmp check")
         near = covering(path, np.interp([certificate.instant], np.arange(len(kept)), clock.phase[kept]))
         if near.any() and attempts < _PROOFS:
-            path = narrowed(path, near, widest)
+            path = smooth(plan.problem, narrowed(path, near, widest), tolerance)
         else:
             path = path.narrower(np.zeros_like(widest))
 
@@ -63,17 +63,22 @@ def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> Clock:
 
 
 def _sampled(plan: Plan, path: BlendedPath, clock: Clock) -> Plan:
-    cell = plan.problem.cell
-    q, slope, curve = path.derivatives(clock.phase, (0, 1, 2))
-    q[0], q[-1] = path.course.q[0], path.course.q[-1]
-    velocities = slope * clock.speed[:, None]
-    accelerations = curve * clock.speed[:, None] ** 2 + slope * clock.growth[:, None]
+    speed, growth, first = clock.speed[:, None], clock.growth[:, None], 0
+    positions, velocities, accelerations = {}, {}, {}
+    for arm in plan.problem.cell.arms:  # one at a time: what is in between stays in the processor's cache
+        joints = slice(first, first + arm.dof)
+        q, slope, curve = path.derivatives(clock.phase, (0, 1, 2), joints)
+        q[0], q[-1] = path.course.q[0, joints], path.course.q[-1, joints]
+        positions[arm.name], velocities[arm.name], accelerations[arm.name] = (
+            np.ascontiguousarray(part) for part in (q, slope * speed, curve * speed**2 + slope * growth)
+        )
+        first += arm.dof
     return dataclasses.replace(
         plan,
-        times=clock.period_s * np.arange(len(q)),
-        positions=split(cell, q),
-        velocities=split(cell, velocities),
-        accelerations=split(cell, accelerations),
+        times=clock.period_s * np.arange(len(clock.phase)),
+        positions=positions,
+        velocities=velocities,
+        accelerations=accelerations,
     )
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from mmp_env import _core
+from mmp_env.cell import Cell
 from mmp_env.problem import Problem
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.course import Course
@@ -59,18 +60,25 @@ def _within_tolerance(path: BlendedPath, tolerance: float) -> Float[np.ndarray, 
     return np.maximum(wanted - path.edge**2 / (3 * width), 0.75 * wanted) / width
 
 
-def fitted(path: BlendedPath, tolerance: float) -> BlendedPath:
-    """Blends narrowed where several at once stray too far: as much as that asks for. A few rounds, not to the end."""
-    look = path.miss > _SLIGHT_RAD
-    for _ in range(_FITS if look.any() else 0):
+def fitted(cell: Cell, path: BlendedPath, tolerance: float) -> BlendedPath:
+    """Blends narrowed until the path is within `tolerance` [rad] of its course, and within joint limits.
+
+    Where several at once stray too far it is by as much as that asks for, a few times, and then step by step.
+    """
+    widest, fits = path.width, _FITS
+    look = path.miss > min(_SLIGHT_RAD, tolerance / 10)  # that many slight ones are never at one place
+    while look.any():
         phase = np.concatenate(_around(path, look))
-        stray = deviation(path, phase)
-        if stray.max() <= tolerance:
-            break
-        first = np.searchsorted(phase, path.corners - path.reach)
-        last = np.searchsorted(phase, path.corners + path.reach, side="right")
-        most = [stray[a:b].max(initial=0.0) for a, b in zip(first, last, strict=True)]
-        path = path.narrower(np.minimum(1.0, _INWARD * tolerance / np.maximum(most, _TINY)))
+        _, stray, beyond = _whereabouts(cell, path, phase)
+        if fits > 0 and stray.max() > tolerance:
+            first = np.searchsorted(phase, path.corners - path.reach)
+            last = np.searchsorted(phase, path.corners + path.reach, side="right")
+            most = [stray[a:b].max(initial=0.0) for a, b in zip(first, last, strict=True)]
+            path = path.narrower(np.minimum(1.0, _INWARD * tolerance / np.maximum(most, _TINY)))
+            fits -= 1
+        else:
+            look = covering(path, phase[(stray > tolerance) | beyond])
+            path = narrowed(path, look, widest)
     return path
 
 
@@ -102,7 +110,7 @@ def narrowed(path: BlendedPath, chosen: Bool[np.ndarray, "c"], widest: Float[np.
 
 def deviation(path: BlendedPath, phase: Float[np.ndarray, "t"]) -> Float[np.ndarray, "t"]:
     """How far the path is from its course [rad], at most over all joints."""
-    return np.abs(path.at(phase) - path.course.at(phase)).max(axis=1)
+    return np.abs(path.off_course(phase)[0]).max(axis=1)
 
 
 def troubles(
@@ -112,10 +120,9 @@ def troubles(
     something.
     """
     phase = np.concatenate(runs)
-    q, cell = path.at(phase), problem.cell
-    stray = np.abs(q - path.course.at(phase)).max(axis=1)
-    lower, upper = (np.concatenate([getattr(arm.robot, key) for arm in cell.arms]) for key in ("lower", "upper"))
-    found = [phase[(stray > tolerance) | ((q < lower) | (q > upper)).any(axis=1)]]
+    cell = problem.cell
+    q, stray, beyond = _whereabouts(cell, path, phase)
+    found = [phase[(stray > tolerance) | beyond]]
     pairs = np.array(list(itertools.combinations(range(len(cell.arms)), 2)), np.int32).reshape(-1, 2)
     by_arm, first = list(split(cell, q).values()), 0
     for run in runs:
@@ -124,6 +131,18 @@ def troubles(
             found.append(np.interp(steps, np.arange(len(run)), run))
         first += len(run)
     return np.concatenate(found)
+
+
+def _whereabouts(
+    cell: Cell, path: BlendedPath, phase: Float[np.ndarray, "t"]
+) -> tuple[Float[np.ndarray, "t n"], Float[np.ndarray, "t"], Bool[np.ndarray, "t"]]:
+    """Configurations [rad] at ascending phases, how far they are from the course [rad], and whether any joint is
+    beyond its limits.
+    """
+    off = path.off_course(phase)[0]
+    q = path.course.at(phase) + off
+    lower, upper = (np.concatenate([getattr(arm.robot, key) for arm in cell.arms]) for key in ("lower", "upper"))
+    return q, np.abs(off).max(axis=1), np.maximum(lower - q, q - upper).max(axis=1) > 0
 
 
 def _conflicts(
@@ -148,7 +167,7 @@ def _around(path: BlendedPath, chosen: Bool[np.ndarray, "c"]) -> list[Float[np.n
     begin, end = begin[order], np.maximum.accumulate(end[order])
     cut = np.flatnonzero(begin[1:] > end[:-1] + _GAP_S)
     first, last = begin[np.append(0, cut + 1)], end[np.append(cut, -1)]
-    breaks, spacing = path.breaks(), max(_SPACING_S, path.course.end / _MOST_LOOKS)
+    breaks, spacing = path.breaks, max(_SPACING_S, path.course.end / _MOST_LOOKS)
     return [
         np.unique(np.concatenate([np.arange(a, b, spacing), breaks[(breaks > a) & (breaks < b)], [b]]))
         for a, b in zip(first, last, strict=True)

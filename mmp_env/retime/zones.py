@@ -7,7 +7,6 @@ keep every joint within its limits whatever the clock does within them.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,8 +76,8 @@ def _bounds(
             fixed.append(phase)
         elif phase in marks:
             fixed[-1] = phase
-    pieces = [np.linspace(a, b, max(1, round((b - a) / length_s)) + 1)[:-1] for a, b in itertools.pairwise(fixed)]
-    return np.concatenate([*pieces, [fixed[-1]]]), marks
+    count = np.maximum(1, np.round(np.diff(fixed) / length_s)).astype(int)
+    return np.interp(np.arange(count.sum() + 1), np.append(0, np.cumsum(count)), fixed), marks
 
 
 def _largest(path: BlendedPath, bounds: Float[np.ndarray, "b"]) -> list[Float[np.ndarray, "z n"]]:
@@ -88,11 +87,10 @@ def _largest(path: BlendedPath, bounds: Float[np.ndarray, "b"]) -> list[Float[np
     """
     # A stop has two slopes; what is looked at a hair before it belongs to the zone before.
     before = np.nextafter(path.stops, 0.0)
-    phase = np.unique(np.concatenate([path.breaks(), bounds, before]))
-    slope, curve = path.derivatives(phase, (1, 2))
-    third, step = np.zeros_like(curve), np.diff(phase)
-    long = np.flatnonzero(step > _ROUNDING_S)
-    third[long] = (curve[long + 1] - curve[long]) / step[long, None]
+    phase = np.unique(np.concatenate([path.breaks, bounds, before]))
+    slope, curve, third = path.derivatives(phase, (1, 2, 3))
+    long = np.diff(phase, append=-np.inf) > _ROUNDING_S
+    third[~long], long = 0.0, np.flatnonzero(long)
     # Where q'' changes its sign between two of these, q' is largest in between.
     turned = long[(curve[long] * curve[long + 1] < 0).any(axis=1)]
     peak = np.abs(slope)

@@ -32,6 +32,11 @@ def edge_in_words(node: TreeNode) -> str:
     return node.constraint or ("" if node.parent is None else "made shorter")
 
 
+def fast_tracks_in_words(node: TreeNode) -> list[str]:
+    """Each arm that the fast track was tried with."""
+    return [f"fast track with {arm}: {'solved' if solved else 'in vain'}" for arm, solved in node.fast_tracks]
+
+
 def everything(node: TreeNode) -> str:
     """All that is known of a node, a line each."""
     lines = [f"node {node.number}" + (f", restart {node.restart}" if node.restart else "")]
@@ -43,7 +48,7 @@ def everything(node: TreeNode) -> str:
     lines.append("" if math.isnan(node.lower_bound_rad) else f"lower bound {node.lower_bound_rad:.2f} rad")
     lines.append(f"expanded as number {node.expanded}" if node.expanded else "not expanded")
     lines.append(f"branched on: {node.conflict}" if node.conflict else "")
-    lines += [f"fast track with {arm}: {'solved' if solved else 'in vain'}" for arm, solved in node.fast_tracks]
+    lines += fast_tracks_in_words(node)
     lines.append("" if node.created_s is None else f"made after {node.created_s:.3f} s")
     lines.append("on the way to the solution" if node.on_solution_path else "")
     return "\n".join(line for line in lines if line)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -19,9 +20,12 @@ from mmp_planners.prioritized import Prioritized
 from mmp_planners.rrt_connect import NODES, Composite
 from mmp_planners.seeds import sub_seeds
 
-FIRST_TURN = 2500
-"""Iterations of the composite search in its first turn; twice as many in each further one, up to `LONGEST_TURN`."""
-LONGEST_TURN = 200_000
+FIRST_TURN, LONGEST_TURN = 1000, 200_000
+"""Iterations of the composite search in its first turn, twice as many in each further one, and at most."""
+ORDERS = 2
+"""Orders of the arms that prioritized planning tries in its first turn, twice as many in each further one."""
+TREES_FROM = 2
+"""Turns of the others before the first tree of APF-ECBS, which takes as long as many orders of the arms."""
 GOOD, FAIR = 1.01, 1.03
 """Multiple of the straight lines that is not worth more work."""
 COARSE = 2
@@ -83,8 +87,8 @@ class Auto:
         """Counts who found a plan; nobody when time is up, or where an arm finds no way even alone."""
         members = {
             "rrt-connect": self._composite(run),
-            "prioritized": Prioritized(dt=self.dt).search(run, counts, watch).rounds(run.seed),
-            "apf-ecbs": self._tree(run, counts, watch),
+            "prioritized": _doubling(Prioritized(dt=self.dt).search(run, counts, watch).rounds(run.seed), ORDERS),
+            "apf-ecbs": itertools.chain([None] * TREES_FROM, self._tree(run, counts, watch)),
         }
         while len(members) > 1:  # the composite search never ends by itself
             for name, turns in list(members.items()):
@@ -138,3 +142,10 @@ class Auto:
             if in_vain == PATIENCE:
                 break
         return better
+
+
+def _doubling(turns: Iterator[None], count: int) -> Iterator[None]:
+    """Turns that are `count` of the given ones, then twice as many, and so on."""
+    while sum(1 for _ in itertools.islice(turns, count)):
+        yield
+        count *= 2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -137,10 +137,9 @@ def _moving(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> Ite
 
 def _plan_of(run: Search, number: int) -> Plan:
     """What a node would do: its paths as a plan, arms that are there earlier waiting."""
-    paths: Mapping[str, Float[np.ndarray, "k dof"]]
     event = next(e for e in run.events if isinstance(e, NodeCreated) and e.node == number)
-    paths, count = event.paths, max(len(path) for path in event.paths.values())
-    padded = {arm: np.concatenate([q, np.repeat(q[-1:], count - len(q), axis=0)]) for arm, q in paths.items()}
+    count = max(len(path) for path in event.paths.values())
+    padded = {arm: np.concatenate([q, np.repeat(q[-1:], count - len(q), axis=0)]) for arm, q in event.paths.items()}
     return Plan(problem=run.problem, times=event.dt_s * np.arange(count), positions=padded)
 
 

@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 from mmp_env.errors import MmpError, UnknownNameError
 
 LARGEST_SEED = 2**63 - 1
+DEFAULT_TIME_LIMIT_S = 60.0
 
 
 class Parser(argparse.ArgumentParser):
@@ -80,6 +81,12 @@ def add_source(parser: Parser) -> None:
     parser.add_argument("--start", metavar="JSON", help="configurations by hand: '{\"left\": [0, ...], ...}' [rad]")
     parser.add_argument("--goal", metavar="JSON", help="like --start")
     parser.add_argument("--margin", type=positive, metavar="M", help="clearance to keep [m]; default: 0.002")
+
+
+def add_time_limit(parser: Parser, what: str) -> None:
+    """The time that planning may take; `what` it is for begins the help."""
+    help = f"for {what} [s]; default: {DEFAULT_TIME_LIMIT_S:g}"
+    parser.add_argument("--time-limit", type=seconds, default=DEFAULT_TIME_LIMIT_S, metavar="S", help=help)
 
 
 def _refuse(constant: str) -> NoReturn:

@@ -9,7 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mmp_cli.arguments import Parser, positive, seconds, seed
+from mmp_cli.arguments import Parser, add_time_limit, positive, seed
 from mmp_env.errors import MmpError
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from mmp_cli.benchmark.pool import Pool
     from mmp_cli.benchmark.ray_pool import RayPool
 
-DEFAULT_TIME_LIMIT_S = 60.0
 DEFAULT_MEMORY_LIMIT_MB = 4096
 DEFAULT_FOLDER = "bench"
 _SHOWN_ERRORS = 10
@@ -30,42 +29,36 @@ stopped. Exit 0: the run is complete; 2: bad usage, or a folder that was made wi
 
 def parser() -> Parser:
     """The arguments of the command."""
-    from mmp_cli.benchmark.planner_setting import planner_setting
-
     out = Parser("bench", _ABOUT)
     out.add_argument(
         "sources", nargs="+", metavar="SOURCE", help="environment ids, instance files and cell files (JSON or YAML)"
     )
-    out.add_argument(
-        "--planners", metavar="A,LABEL=B", help="names; a label is for a second one of a kind; default: auto"
-    )
+    _add_planners(out)
     out.add_argument(
         "--count", type=_whole, metavar="N", help="instances of each source; default: all of a file, or 50"
     )
-    out.add_argument(
-        "--seed",
-        type=seed,
-        default=0,
-        metavar="N",
-        help="of the planners; instance k of an id has seed N + k; default: 0",
-    )
-    out.add_argument(
-        "--time-limit", type=seconds, default=DEFAULT_TIME_LIMIT_S, metavar="S", help="for each run [s]; default: 60"
-    )
+    help = "of the planners; instance k of an id has seed N + k; default: 0"
+    out.add_argument("--seed", type=seed, default=0, metavar="N", help=help)
     out.add_argument("--robot", metavar="NAME", help="robot of environment ids; default: ur5e")
     out.add_argument("--task", metavar="NAME", help="task to draw instances from; default: reach")
     out.add_argument("--margin", type=positive, metavar="M", help="clearance to keep [m]; default: 0.002")
     out.add_argument(
         "--out", default=DEFAULT_FOLDER, metavar="DIR", help=f"folder of the results; default: {DEFAULT_FOLDER}"
     )
-    out.add_argument("--workers", type=_whole, metavar="N", help="runs at a time; default: one for each core")
     out.add_argument("--save-plans", action="store_true", help="keep each plan in OUT/plans")
     out.add_argument("--exact", action="store_true", help="check each plan with the MuJoCo geoms as well")
-    out.add_argument(
-        "--memory-limit", type=_whole, default=DEFAULT_MEMORY_LIMIT_MB, metavar="MB", help="for each run; default: 4096"
+    _add_workers(out)
+    return out
+
+
+def _add_planners(parser: Parser) -> None:
+    """Who plans, with what options."""
+    from mmp_cli.benchmark.planner_setting import planner_setting
+
+    parser.add_argument(
+        "--planners", metavar="A,LABEL=B", help="names; a label is for a second one of a kind; default: auto"
     )
-    out.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster there (extra `ray`), such as auto")
-    out.add_argument(
+    parser.add_argument(
         "--set",
         action="append",
         type=planner_setting,
@@ -74,7 +67,15 @@ def parser() -> Parser:
         metavar="[PLANNER.]KEY=VALUE",
         help="an option of one planner, or of all (see mmp list); may be given several times",
     )
-    return out
+
+
+def _add_workers(parser: Parser) -> None:
+    """Where the runs take place, and what each of them may use."""
+    parser.add_argument("--workers", type=_whole, metavar="N", help="runs at a time; default: one for each core")
+    add_time_limit(parser, "each run")
+    help = f"for each run; default: {DEFAULT_MEMORY_LIMIT_MB}"
+    parser.add_argument("--memory-limit", type=_whole, default=DEFAULT_MEMORY_LIMIT_MB, metavar="MB", help=help)
+    parser.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster there (extra `ray`), such as auto")
 
 
 def run(args: Namespace) -> int:

@@ -8,6 +8,7 @@ from argparse import Namespace
 
 from mmp_cli.arguments import Parser
 from mmp_env.errors import MmpError
+from mmp_env.wording import counted
 
 
 def parser() -> Parser:
@@ -44,8 +45,7 @@ def _check(path: str, args: Namespace) -> int:
     if args.json:
         print(json.dumps({"plan": path, "exact": args.exact} | report.as_dict()))
     elif not report.valid:
-        count = len(report.sentences)
-        print(f"{path}: {count} violation{'s' if count != 1 else ''}", *report.sentences, sep="\n  ")
+        print(f"{path}: {counted(len(report.sentences), 'violation')}", *report.sentences, sep="\n  ")
     elif in_a_row:
         print(f"{path}: valid", *str(report).splitlines(), sep="\n  ")
     else:

@@ -9,19 +9,19 @@ from argparse import Namespace
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from mmp_cli.arguments import Parser, add_source, seconds, setting
+from mmp_cli.arguments import Parser, add_source, add_time_limit, setting
 from mmp_cli.main import one_line
 from mmp_cli.showing import Showing, Together, add_showing, check_showing
 from mmp_env.errors import InvalidInstanceError, MmpError
 
 if TYPE_CHECKING:
     from mmp_cli.outcome import Outcome
+    from mmp_cli.source import Source
     from mmp_env.plan import Plan
     from mmp_env.problem import Problem
     from mmp_planners import Planner, PlanResult
 
 PREFERRED, OTHERWISE = "auto", "apf-ecbs"
-DEFAULT_TIME_LIMIT_S = 60.0
 
 
 def parser() -> Parser:
@@ -39,13 +39,7 @@ def parser() -> Parser:
         metavar="KEY=VALUE",
         help="an option of the planner (see mmp list); may be given several times",
     )
-    out.add_argument(
-        "--time-limit",
-        type=seconds,
-        default=DEFAULT_TIME_LIMIT_S,
-        metavar="S",
-        help=f"for planning [s]; default: {DEFAULT_TIME_LIMIT_S:g}",
-    )
+    add_time_limit(out, "planning")
     out.add_argument("--retime", action="store_true", help="smooth the plan and keep acceleration and jerk limits")
     out.add_argument("--out", metavar="FILE", help="write the plan to this file (schema mmp-plan/1)")
     out.add_argument("--execute", action="store_true", help="play the plan through the actuators in MuJoCo")
@@ -69,7 +63,7 @@ def run(args: Namespace) -> int:
         check_writable(args.out)
     check_showing(args)
     try:
-        problem = source.problem()
+        problem = _problem(source)
     except InvalidInstanceError:
         result = mmp_planners.PlanResult(status=mmp_planners.Status.INVALID)
         outcome = Outcome(instance=source.label, planner=args.planner, seed=args.seed, result=result)
@@ -80,6 +74,14 @@ def run(args: Namespace) -> int:
         outcome = _run_to_the_end(args, planner, source.label, problem, showing)
     _report(args, outcome)
     return outcome.exit_code
+
+
+def _problem(source: Source) -> Problem:
+    """The problem of a source; a line on a terminal says what takes so long where a task finds room for none."""
+    from rich.console import Console
+
+    with Console(stderr=True).status("drawing the instance"):
+        return source.problem()
 
 
 def default_planner() -> str:

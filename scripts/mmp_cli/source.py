@@ -15,11 +15,10 @@ from mmp_env.cell_source import find_cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
 from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
-from mmp_env.reading import Place, named, parse_json, read_document
+from mmp_env.reading import Place, named, names_file, parse_json, read_document
 from mmp_env.registration import ANY_CELL, CELLS
 
 _MODULE = "mmp_env:"
-_FILE_SUFFIXES = (".json", ".yaml", ".yml")
 _BY_HAND = "given"
 
 
@@ -55,7 +54,7 @@ def open_source(args: Namespace) -> NamedCell | InstanceFile:
     if source == ANY_CELL:
         raise MmpError(f"'{source}' has no cell of its own; give a cell file, or one of {', '.join(CELLS)}")
     path = Path(args.source)
-    if not path.exists() and path.suffix.lower() not in _FILE_SUFFIXES and "/" not in args.source:
+    if not path.exists() and not names_file(args.source):
         raise UnknownNameError("environment id or file", args.source, CELLS)
     data = read_document(path)
     if holds_instances(data):

@@ -10,6 +10,7 @@ from mmp_cli.rows import print_rows
 from mmp_env.execution import ExecutionReport
 from mmp_env.nearness import Nearness
 from mmp_env.retime.report import RetimeReport
+from mmp_env.wording import counted
 from mmp_planners import PlanResult
 
 
@@ -100,7 +101,7 @@ def _makespan(makespan_s: float, retimed: RetimeReport | None) -> str:
 
 def _execution(report: ExecutionReport) -> str:
     goals = "every goal reached" if report.reached else "GOAL NOT REACHED"
-    contacts = f"{len(report.contacts)} contacts" if report.contacts else "no contact"
+    contacts = counted(len(report.contacts), "contact") if report.contacts else "no contact"
     error = f"tracking error at most {report.max_tracking_error_rad:.4f} rad"
     arm, load = max(report.loads.items(), key=lambda item: item[1].share)
     torque = f"torque at most {load.share:.0%} of its rating ({arm}, joint {load.joint})"

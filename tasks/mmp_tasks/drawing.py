@@ -34,7 +34,8 @@ class Drawing:
     static_clearance: float = 0.0025
     """Enough that the default margin of 2 mm stays whole. Neighbouring links of some robots can get no 6 mm apart."""
     tries: int = 12
-    draws: int = 60
+    draws: int = 24
+    """In the cells of this package no task needs more than ten; a cell without room is known for one the sooner."""
 
     def __post_init__(self) -> None:
         for name in ("clearance", "static_clearance"):

@@ -99,10 +99,5 @@ def turned(direction: Float[np.ndarray, " 2"], angle: float) -> Float[np.ndarray
 
 def _around(obstacle: Obstacle) -> Float[np.ndarray, "2 3"]:
     """Lowest and highest corner of an upright box around an obstacle."""
-    if obstacle.size is not None:
-        half = obstacle.size / 2
-    else:
-        radius, straight = obstacle.radius or 0.0, (obstacle.length or 0.0) / 2
-        half = np.array([radius, radius, straight + (radius if obstacle.shape != "cylinder" else 0.0)])
-    reach = np.abs(matrix_from_quaternion(obstacle.quaternion)) @ half
+    reach = np.abs(matrix_from_quaternion(obstacle.quaternion)) @ obstacle.half_extents
     return np.array([obstacle.position - reach, obstacle.position + reach])

@@ -1,9 +1,12 @@
 """Conflicts of a whole plan against what dense sampling by the twin finds."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from twins import clearance, toys
 
+from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
 from mmp_env.problem import make_problem
 
@@ -89,3 +92,12 @@ def test_a_contact_between_two_times_of_the_plan_is_found():
     found = cell.collision.conflicts(plan_of(cell, {"a": jump, "b": still, "c": still}, [0, 0.1]))
     assert len(found) == 1
     assert found[0].time_s == pytest.approx(0.05, abs=0.01)
+
+
+def test_a_plan_that_lacks_an_arm_is_refused():
+    cell = three_arms()
+    aside, still = np.full((2, 2), 0.4), np.zeros((2, 2))
+    plan = plan_of(cell, {"a": aside, "b": still, "c": still}, [0, 1])
+    lacking = dataclasses.replace(plan, positions={"a": aside, "c": still})
+    with pytest.raises(MmpError, match="does not say where arm 'b' of its cell is"):
+        cell.collision.conflicts(lacking)

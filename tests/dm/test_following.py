@@ -76,3 +76,8 @@ def test_other_control_modes_and_other_environments_cannot_follow(plan):
         dm.follow(dm.load("MultiArmCell-4", control_mode="delta"), plan)
     with pytest.raises(MmpError, match=r"mmp_env\.dm\.load makes what can"):
         dm.follow(suite.load("reacher", "easy"), plan)
+
+
+def test_a_planner_that_found_no_plan_has_none_to_follow():
+    with pytest.raises(MmpError, match="there is no plan to follow"):
+        dm.follow(dm.load("MultiArmCell-2", random=3), None)

@@ -4,8 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from mmp_env.control import CONTROL_MODES
-from mmp_env.env import CONTROL_RATE_HZ
+from mmp_env.control import CONTROL_MODES, CONTROL_RATE_HZ
 from mmp_env.errors import MmpError
 from mmp_env.execution import REACHED_RAD
 from mmp_env.reward import CONTACT_PENALTY, PROGRESS_WEIGHT, SUCCESS_BONUS

@@ -116,6 +116,15 @@ def test_plans_that_do_not_fit_together_are_refused(plan, retimed, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_no_plan_and_a_plan_without_one_of_its_arms_are_refused(plan, tmp_path):
+    lacking = replace(plan, positions={"left": plan.positions["left"]})
+    with pytest.raises(MmpError, match="there is no plan to export"):
+        export_plan([], tmp_path / "plan.csv")
+    with pytest.raises(MmpError, match="does not say where arm 'right' of its cell is"):
+        export_plan([plan, lacking], tmp_path / "plan.csv")
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize(
     ("pattern", "name"),
     [

@@ -66,6 +66,27 @@ def test_every_point_of_a_held_object_is_in_one_of_its_spheres(kind, share):
     assert (np.linalg.norm(centers - inside(solid, np.array(share)), axis=1) <= radii + 1e-9).any()
 
 
+@pytest.mark.parametrize("kind", SHAPES)
+@given(share=st.lists(st.sampled_from([-1.0, 1.0]) | st.floats(-1, 1), min_size=3, max_size=3))
+def test_every_point_of_a_solid_is_in_the_box_around_it(kind, share):
+    solid = cell_with(held(kind)).arms[0].held
+    local = (inside(solid, np.array(share)) - solid.position) @ matrix_from_quaternion(solid.quaternion)
+    assert (np.abs(local) <= solid.half_extents + 1e-12).all()
+
+
+@pytest.mark.parametrize(
+    ("kind", "half"),
+    [
+        ("box", [0.02, 0.025, 0.04]),
+        ("sphere", [0.03, 0.03, 0.03]),
+        ("capsule", [0.02, 0.02, 0.075]),
+        ("cylinder", [0.03, 0.03, 0.05]),
+    ],
+)
+def test_the_box_around_a_solid_is_no_larger_than_it_must_be(kind, half):
+    assert cell_with(held(kind)).arms[0].held.half_extents.tolist() == pytest.approx(half)
+
+
 def test_the_spheres_of_the_usual_object_stand_out_by_7_mm():
     centers, radii = covering_spheres(
         cell_with(held("box", size=[0.04, 0.04, 0.08], yaw=0.0, quaternion=None)).arms[0].held

@@ -1,3 +1,4 @@
+import dataclasses
 import json
 
 import bad_files
@@ -7,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 
+from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
 from mmp_env.plan_file import load_plan, plan_from_dict, plan_to_dict, save_plan
@@ -110,3 +112,14 @@ def test_a_bad_file_is_named_with_file_field_and_value(case):
         plan_from_dict(bad_files.spoilt(bad_files.good_plan(), path, value), "shop.json")
     for word in ["shop.json: ", *words]:
         assert word in str(error.value)
+
+
+def test_a_plan_that_lacks_an_arm_is_neither_written_nor_valid(tmp_path):
+    plan = random_plan(np.array([0.0, 1.0]), {"arm0": np.zeros((2, 6)), "arm1": np.zeros((2, 6))})
+    lacking = dataclasses.replace(plan, positions={"arm0": plan.positions["arm0"]})
+    with pytest.raises(MmpError, match="numbers for the arms arm0; a file needs them for arm0, arm1"):
+        save_plan(lacking, tmp_path / "plan.json")
+    assert not list(tmp_path.iterdir())
+    (violation,) = check_plan(lacking).violations
+    assert violation.rule == "schema"
+    assert "arm1" in violation.message

@@ -6,7 +6,7 @@ import pytest
 import two_arms
 from recordings import Rows, array, blueprints
 
-from mmp_env import MmpError
+from mmp_env import MmpError, Monitor
 from mmp_env.rerun import RerunRecorder
 from mmp_planners import make
 
@@ -122,3 +122,35 @@ def test_closing_twice_and_stepping_after_a_close_do_no_harm(tmp_path):
     env.close()
     env.close()
     assert Rows(tmp_path / "twice.rrd").at("/episodes/reward", "Scalars:scalars", "step") == {0: [0.0]}
+
+
+def test_objects_that_a_reset_brings_are_recorded_from_then_on(tmp_path):
+    path = tmp_path / "pick.rrd"
+    env = RerunRecorder(gymnasium.make("MultiArmCell-2", task="pick"), path)
+    points, joints = [], []
+    for seed in range(2):
+        env.reset(seed=seed)
+        cell = env.unwrapped.cell
+        points.append([solid.position for solid in cell.obstacles if solid.name.startswith("object-")])
+        joints.append(env.unwrapped.data.qpos.copy())
+    env.close()
+    rows = Rows(path)
+    centers = rows.at("/stage/boxes", "Boxes3D:centers", "step")
+    assert sorted(centers) == [0, 1]
+    for step, expected in enumerate(points):
+        assert len(expected) == 2
+        here = array(centers[step])
+        assert all(np.abs(here - point).max(axis=1).min() < 1e-6 for point in expected)
+    found = rows.at("/episodes/spheres/arm0", "Points3D:positions", "step")
+    for step, q in enumerate(joints):
+        np.testing.assert_allclose(array(found[step]), cell.collision.spheres("arm0", q[None, :6])[0][0], atol=1e-5)
+    assert len(rows.at("/episodes/spheres/arm0", "Points3D:radii", "step")[1]) == len(found[1])
+
+
+def test_an_execution_with_a_monitor_is_handed_on_to_the_environment(tmp_path):
+    env = RerunRecorder(gymnasium.make("MultiArmCell-2"), tmp_path / "plan.rrd")
+    env.reset(seed=3)
+    plan = make("auto").plan(env.unwrapped.problem, seed=0).plan
+    with pytest.raises(MmpError, match="a monitor needs a plan that has velocities"):
+        env.execute(plan, monitor=Monitor())
+    env.close()

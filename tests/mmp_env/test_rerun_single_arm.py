@@ -5,7 +5,7 @@ import pytest
 import two_arms
 from recordings import Rows, array
 
-from mmp_env import UnknownNameError
+from mmp_env import MmpError, UnknownNameError
 from mmp_env.rerun import record_single_arm
 from mmp_env.rerun.single_arm import edges
 from mmp_planners import make
@@ -78,3 +78,10 @@ def test_the_same_seed_gives_the_same_tree(search, tmp_path):
 def test_an_arm_that_is_not_there_is_refused(tmp_path):
     with pytest.raises(UnknownNameError, match="left"):
         record_single_arm(PLAN, "lift", tmp_path / "tree.rrd")
+
+
+@pytest.mark.parametrize("dt_s", [0.0, -0.1, np.inf, np.nan])
+def test_a_step_of_time_that_is_none_is_refused(dt_s, tmp_path):
+    with pytest.raises(MmpError, match="dt_s is"):
+        record_single_arm(PLAN, "left", tmp_path / "tree.rrd", dt_s=dt_s)
+    assert not list(tmp_path.iterdir())

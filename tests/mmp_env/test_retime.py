@@ -53,6 +53,13 @@ def test_the_path_stays_within_the_tolerance(seed, corners, tolerance):
     assert report.tolerance_rad == tolerance
 
 
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5])
+def test_many_blends_that_are_slight_alone_do_not_stray_farther_together(tolerance):
+    report = retime_with_report(cornered_plan(1, 300, turn=1e-4), tolerance=tolerance)[1]
+    assert (report.corners, report.stops) == (300, 0)
+    assert 0.5 * tolerance < report.deviation_rad <= tolerance
+
+
 @settings(max_examples=15)
 @given(seed=seeds, corners=counts)
 def test_it_starts_and_ends_at_rest_where_the_plan_does(seed, corners):

@@ -16,25 +16,27 @@ STEEP, LEVEL = (np.tile([np.pi, lift, 0.0, 0.0, 0.0, 0.0], 2) for lift in (-1.3,
 STEPS = 50
 
 
-def driven(watched):
-    """Two arms driven into each other and apart again, in ten ramps; `watched` steps one by one throughout."""
+def driven(one_by_one):
+    """Two arms driven into each other and apart again, in ten ramps; their steps at once or `one_by_one`."""
     simulation = Simulation(ring_cell(2))
     simulation.place(STEEP)
     marks = STEEP + np.concatenate([np.linspace(0, 1, 8), [0.6, 0.2, 0.0]])[:, None] * (LEVEL - STEEP)
     path = []
     for begin, end in pairwise(marks):
-        if watched:
-            simulation.ramp_watched(begin, end, STEPS)
+        if one_by_one:
+            simulation.aim(begin, end, STEPS)
+            for _ in range(STEPS):
+                simulation.advance(1)
         else:
             simulation.ramp(begin, end, STEPS)
         path.append(simulation.positions)
     return np.array(path), simulation.log.contacts
 
 
-def test_steps_left_to_mujoco_and_steps_watched_one_by_one_are_the_same_to_the_last_bit():
-    (path, contacts), (watched_path, watched_contacts) = driven(watched=False), driven(watched=True)
-    np.testing.assert_array_equal(path, watched_path)
-    assert contacts == watched_contacts
+def test_steps_left_to_mujoco_and_steps_one_by_one_are_the_same_to_the_last_bit():
+    (path, contacts), (single_path, single_contacts) = driven(one_by_one=False), driven(one_by_one=True)
+    np.testing.assert_array_equal(path, single_path)
+    assert contacts == single_contacts
     assert contacts
 
 

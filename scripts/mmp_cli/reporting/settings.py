@@ -15,9 +15,7 @@ from mmp_cli.benchmark.sources import DRAWN_COUNT
 from mmp_cli.reporting.results import Line
 from mmp_env.errors import MmpError
 from mmp_env.instances import DEFAULT_TASK
-from mmp_env.reading import Place, check_schema, decode, read_document
-
-_FILE_SUFFIXES = (".json", ".yaml", ".yml")
+from mmp_env.reading import Place, check_schema, decode, names_file, read_document
 
 
 class Variant(msgspec.Struct, frozen=True, kw_only=True):
@@ -126,20 +124,15 @@ def option_text(value: object) -> str:
     return str(value).lower() if isinstance(value, bool) else "null" if value is None else str(value)
 
 
-def _is_file(source: str) -> bool:
-    """Whether it is an instance or a cell file, and no environment id."""
-    return "/" in source or Path(source).suffix.lower() in _FILE_SUFFIXES
-
-
 def without_place(source: str) -> str:
     """The name alone of a file; a page that is passed on says nothing of our machine."""
-    return Path(source).name if _is_file(source) else source
+    return Path(source).name if names_file(source) else source
 
 
 def _instances(settings: Settings, source: str) -> list[str] | None:
     """The names of a source's instances as they stand in results; None where its file cannot be read here."""
     drawn = range(settings.seed, settings.seed + (DRAWN_COUNT if settings.count is None else settings.count))
-    if not _is_file(source):
+    if not names_file(source):
         name = source.rpartition(":")[2]
         return [f"{name}/{seed}" for seed in drawn]
     try:

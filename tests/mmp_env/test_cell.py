@@ -1,0 +1,42 @@
+"""Arms at their places, made from names."""
+
+import numpy as np
+import pytest
+
+from mmp_env import MmpError, UnknownNameError, place_arm
+
+UPRIGHT = [1.0, 0.0, 0.0, 0.0]
+
+
+def test_an_arm_has_its_robots_own_tool_a_named_one_or_none():
+    tools = [place_arm("a", "panda", [0, 0, 0], UPRIGHT, **named).tool for named in ({}, {"tool": None})]
+    assert [tool and tool.name for tool in tools] == ["franka-hand", None]
+    assert place_arm("a", "fr5", [0, 0, 0], UPRIGHT, tool="franka-hand").tool.name == "franka-hand"
+
+
+def test_a_quaternion_may_have_any_length():
+    arm = place_arm("a", "ur5e", [0.1, 0.2, 0.3], [0.0, 0.0, 0.0, 4.0])
+    np.testing.assert_allclose(arm.T_world_base, [[-1, 0, 0, 0.1], [0, -1, 0, 0.2], [0, 0, 1, 0.3], [0, 0, 0, 1]])
+
+
+@pytest.mark.parametrize(
+    ("position", "quaternion"),
+    [
+        ([0, 0], UPRIGHT),
+        ([0, 0, np.nan], UPRIGHT),
+        ([[0, 0, 0]], UPRIGHT),
+        ([0, 0, 0], [1, 0, 0]),
+        ([0, 0, 0], [0, 0, 0, 0]),
+        ([0, 0, 0], [np.inf, 0, 0, 0]),
+    ],
+)
+def test_a_pose_that_is_none_is_refused(position, quaternion):
+    with pytest.raises(MmpError, match=r"arm 'a' stands at .*; it needs three finite numbers"):
+        place_arm("a", "ur5e", position, quaternion)
+
+
+def test_unknown_names_are_answered_with_the_nearest():
+    with pytest.raises(UnknownNameError, match="Did you mean 'ur5e'"):
+        place_arm("a", "ur5", [0, 0, 0], UPRIGHT)
+    with pytest.raises(UnknownNameError, match="unknown tool 'hand'"):
+        place_arm("a", "ur5e", [0, 0, 0], UPRIGHT, tool="hand")

@@ -1,0 +1,146 @@
+"""The instances of the Gymnasium environment: drawn by seed, given as options, and what strangers' tasks draw wrong."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from mmp_env.cell_instance import InstanceSource
+from mmp_env.cell_source import find_cell
+from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+from mmp_env.instances import draw_instance, draw_problem
+from mmp_env.rings import ring_cell
+
+
+def make(name="MultiArmCell-2", **options):
+    return gymnasium.make(name, **options)
+
+
+def tucked(cell):
+    return {arm.name: np.array(arm.robot.tucked) for arm in cell.arms}
+
+
+def test_a_seed_names_the_instance_that_is_drawn_without_an_environment():
+    env = make("MultiArmCell-4")
+    for seed in (0, 7):
+        env.reset(seed=seed)
+        start, goal = draw_instance(ring_cell(4), "reach", seed)
+        for name in start:
+            np.testing.assert_array_equal(env.unwrapped.problem.start[name], start[name])
+            np.testing.assert_array_equal(env.unwrapped.problem.goal[name], goal[name])
+        assert env.unwrapped.problem.name == f"MultiArmCell-4/{seed}"
+
+
+def test_later_resets_draw_further_instances_of_the_same_stream():
+    drawn = []
+    for _ in range(2):
+        env = make()
+        env.reset(seed=3)
+        drawn.append([env.reset()[0]["joint_positions"] for _ in range(2)])
+    np.testing.assert_array_equal(*drawn)
+    assert not np.array_equal(drawn[0][0], drawn[0][1])
+
+
+@pytest.mark.parametrize("seed", [-1, True])
+def test_a_seed_that_is_no_whole_number_is_an_error(seed):
+    with pytest.raises(MmpError, match="whole number"):
+        draw_instance(ring_cell(2), "reach", seed)
+
+
+def test_options_set_the_instance_and_what_they_leave_out_is_drawn():
+    env = make()
+    cell = env.unwrapped.cell
+    goal = draw_instance(cell, "reach", 1)[1]
+    observation, info = env.reset(seed=4, options={"start": tucked(cell), "goal": goal})
+    np.testing.assert_array_equal(observation["joint_positions"], np.concatenate(list(tucked(cell).values())))
+    np.testing.assert_array_equal(observation["goal_positions"], np.concatenate(list(goal.values())))
+    farthest = max(np.abs(goal[name] - q).max() for name, q in tucked(cell).items())
+    assert info == {"is_success": False, "contacts": [], "distance_rad": pytest.approx(farthest)}
+    drawn, _ = draw_instance(cell, "reach", 4)
+    observation, _ = env.reset(seed=4, options={"goal": goal})
+    np.testing.assert_array_equal(observation["joint_positions"], np.concatenate(list(drawn.values())))
+
+
+def test_wrong_reset_options_are_named_and_leave_the_environment_as_it_was():
+    env = make()
+    env.reset(seed=0)
+    cell, before = env.unwrapped.cell, env.unwrapped.problem
+    through_the_table = tucked(cell) | {"arm0": np.array([0.0, 0.6, 0.0, 0.0, 0.0, 0.0])}
+    for options, error, message in [
+        ({"begin": {}}, UnknownNameError, "unknown reset option 'begin'"),
+        ({"start": tucked(cell), "goal": {"arm0": np.zeros(6)}}, MmpError, "no configuration for arm 'arm1'"),
+        ({"start": through_the_table}, InvalidInstanceError, "start is in collision"),
+        ({"goal": tucked(cell) | {"arm1": np.full(6, 9.0)}}, InvalidInstanceError, "goal of arm 'arm1', joint 1"),
+    ]:
+        with pytest.raises(error, match=message):
+            env.reset(options=options)
+    assert env.unwrapped.problem is before
+
+
+@pytest.mark.parametrize("options", [["start"], [], "start", 3])
+def test_reset_options_that_are_no_dict_are_refused_in_a_sentence(options):
+    source = InstanceSource(ring_cell(2), "reach", 0.8)
+    wanted = f"reset options are a {type(options).__name__}; they must be a dict with start, goal or both"
+    with pytest.raises(MmpError, match=wanted):
+        source.following(options, np.random.default_rng(0))
+
+
+def test_wrong_options_leave_an_environment_with_objects_as_it_was():
+    env = make(task="pick")
+    env.reset(seed=0)
+    cell, before, model = env.unwrapped.cell, env.unwrapped.problem, env.unwrapped.model
+    for options, message in [
+        ({"goal": tucked(cell) | {"arm1": np.full(6, 9.0)}}, "goal of arm 'arm1', joint 1"),
+        ({"goal": None}, "reset option goal is None; it must be arm name -> joints"),
+    ]:
+        with pytest.raises(MmpError, match=message):
+            env.unwrapped.reset(options=options)
+    assert env.unwrapped.cell is cell
+    assert env.unwrapped.problem is before
+    assert env.unwrapped.model is model
+
+
+class Drawing:
+    """A task that gives what it is told."""
+
+    def __init__(self, sample):
+        self.given = sample
+
+    def sample(self, cell, rng):
+        return self.given
+
+
+REST = {f"arm{k}": np.array([2.6, -2.2, 2.5, -1.9, -1.6, 0.0]) for k in range(2)}
+
+
+@pytest.mark.parametrize(
+    ("sample", "message"),
+    [
+        (None, "task Drawing gives a NoneType; sample must give"),
+        ((REST,), "gives a tuple; sample must give"),
+        ((REST, REST, "ring-2"), "drawn another cell without the arms of 'ring-2'"),
+        ((REST, REST, ring_cell(4)), "drawn another cell without the arms of 'ring-2'"),
+        ((REST, {"arm0": REST["arm0"]}), "a goal that is not 6 finite numbers for arm 'arm1'"),
+        (({**REST, "arm0": np.zeros(5)}, REST), "a start that is not 6 finite numbers for arm 'arm0'"),
+        (({**REST, "arm0": np.full(6, np.nan)}, REST), "a start that is not 6 finite numbers for arm 'arm0'"),
+    ],
+)
+def test_what_a_strangers_task_draws_wrong_is_named(sample, message):
+    with pytest.raises(MmpError, match=message):
+        make(task=Drawing(sample)).reset(seed=0)
+
+
+def test_a_class_in_the_place_of_a_task_is_refused_when_the_environment_is_made():
+    with pytest.raises(
+        MmpError, match=r"task is .*; it must be a name \(`mmp list`\) or an object with a method sample"
+    ):
+        make(task=Drawing)
+
+
+def test_a_task_with_objects_passes_gymnasiums_checker_and_works_in_vector_environments():
+    check_env(make("MultiArmCell-2", task="packing").unwrapped)
+    envs = gymnasium.make_vec("MultiArmCell-mixed-4", num_envs=2, vectorization_mode="sync", task="packing")
+    observations, _ = envs.reset(seed=5)
+    goal = draw_problem(find_cell("mixed-4"), "packing", 6).goal
+    np.testing.assert_array_equal(observations["goal_positions"][1], np.concatenate(list(goal.values())))
+    envs.close()

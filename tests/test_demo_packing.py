@@ -1,0 +1,46 @@
+"""`scripts/demo_packing.py`: plans in a row, checked, saved and executed; and what it refuses to begin with."""
+
+import json
+
+import checkout_scripts
+import pytest
+
+from mmp_env.check.episode import check_episode
+
+
+def test_it_saves_an_episode_that_the_checker_proves_and_all_goals_are_reached(tmp_path):
+    path = tmp_path / "episode.json"
+    done = checkout_scripts.run("demo_packing.py", "--cell", "ring-2", "--task", "place", "--out", path)
+    assert done.returncode == 0, done.stderr
+    assert [line.split()[0] for line in done.stdout.splitlines()[:3]] == ["pick", "place", "home"]
+    assert done.stdout.splitlines()[-1].endswith("all goals reached, no contact")
+    episode = json.loads(path.read_text())
+    assert len(episode["plans"]) == 3
+    assert check_episode(episode).valid
+
+
+def test_without_a_plan_in_time_nothing_is_written(tmp_path):
+    path = tmp_path / "episode.json"
+    done = checkout_scripts.run("demo_packing.py", "--cell", "ring-2", "--time-limit", "1e-6", "--out", path)
+    assert done.returncode == 1
+    assert "timeout" in done.stdout
+    assert not path.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--seed", "-1"], "'-1' is not a whole number"),
+        (["--time-limit", "nan"], "'nan' is not a number of seconds above 0"),
+        (["--planner", "aut"], "unknown planner 'aut'. Did you mean 'auto'"),
+        (["--cell", "ring-3"], "unknown cell 'ring-3'"),
+        (["--video", "film.mp5"], "unknown suffix of a film '.mp5'"),
+        (["--out", "no/such/folder.json"], "no/such/folder.json cannot be written"),
+    ],
+)
+def test_bad_usage_is_a_sentence_before_anything_is_drawn(words, message):
+    done = checkout_scripts.run("demo_packing.py", *words)
+    assert done.returncode == 2
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""

@@ -26,7 +26,7 @@ ORDERS = 2
 """Orders of the arms that prioritized planning tries in its first turn, twice as many in each further one."""
 TREES_FROM = 2
 """Turns of the others before the first tree of APF-ECBS, which takes as long as many orders of the arms."""
-GOOD, FAIR = 1.01, 1.03
+GOOD, FAIR = 1.02, 1.03
 """Multiple of the straight lines that is not worth more work."""
 COARSE = 2
 """Steps of the time grid that are one while a plan is shortened: half the work a look, and as short in the end."""
@@ -48,7 +48,7 @@ class Auto:
     """A portfolio: composite RRT-Connect, prioritized planning and APF-ECBS take turns, and the plan is shortened.
 
     Turns are counted, not timed, so the same seed gives the same plan. They fail on different instances: crowding
-    decides which of them is fast. While the plan is more than 1 % longer than the straight lines it is shortened on the
+    decides which of them is fast. While the plan is more than 2 % longer than the straight lines it is shortened on the
     common clock and arms with detours are planned anew, for `rounds` at most.
     """
 

@@ -6,6 +6,7 @@ Exit 0: done; 1: no plan in time, a violation, a goal not reached, a planner tha
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import sys
@@ -50,9 +51,14 @@ def _guarded(argv: list[str]) -> int:
         print("mmp: interrupted", file=sys.stderr)
         return INTERRUPTED
     except BrokenPipeError:
-        # Whoever read our output has gone; nothing is left to say, not even at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _forget_output()  # whoever read it has gone
         return 1
+    except OSError as error:
+        if error.errno != errno.ENOSPC or error.filename is not None:  # files of ours are named in what they raise
+            raise
+        _forget_output()
+        print(f"mmp: the output cannot be written: {error.strerror}", file=sys.stderr)
+        return 2
     except ValueError as error:
         from mmp_env.errors import MmpError
 
@@ -61,6 +67,11 @@ def _guarded(argv: list[str]) -> int:
         print(f"mmp: {one_line(error)}", file=sys.stderr)
         return 2
     return code
+
+
+def _forget_output() -> None:
+    """What is still to be said, even at exit, goes nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def one_line(error: BaseException | str) -> str:

@@ -66,6 +66,14 @@ def test_a_reader_that_goes_away_is_no_fault():
     assert run.stderr == ""
 
 
+@pytest.mark.parametrize("argv", [["--version"], ["list"]])
+def test_output_that_finds_no_room_is_one_sentence_and_no_verdict(argv):
+    with Path("/dev/full").open("w") as full:
+        run = subprocess.run([*MMP, *argv], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert run.returncode == 2
+    assert run.stderr == "mmp: the output cannot be written: No space left on device\n"
+
+
 def test_ctrl_c_ends_the_process_with_130_and_a_whole_plan(instances, tmp_path):
     code = (
         f"import sys; sys.path.insert(0, {str(TESTS)!r})\n"

@@ -179,15 +179,30 @@ class CompositeSearch:
     def nodes(self) -> int:
         """Nodes of both trees."""
 
-def shorten(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], margin: float, alone: float, between: float, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+def shorten(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], margin: float, alone: float, between: float | None, attempts: int, worth: float, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
-    Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every instant.
+    Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every instant; `between` None: each arm's way as if it were the only one. As many attempts again as long as they shorten the ways by a share `worth`.
     """
 
 def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], margin: float, proof: float, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
     Shorter ways of single arms, for which another one may make room: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of attempts that succeeded. `proof` [m] is proved of every new way.
     """
+
+class Recombination:
+    """Ways of several plans, put together anew. For one thread at a time."""
+
+    def __init__(self, cell: Cell, max_step: Sequence[numpy.ndarray], margin: float, proof: float) -> None: ...
+
+    def add(self, q: Sequence[numpy.ndarray]) -> None:
+        """
+        A way [n, dof] for each arm from its start to its goal, free alone, on a grid of steps.
+        """
+
+    def run(self, limit: float, clock: Clock) -> list[numpy.ndarray] | None:
+        """
+        Motions [steps + 1, dof] per arm along ways that are shorter than `limit` [rad] together, or None if no choice of them can be driven at once that was not given before. `proof` [m] is proved of every pair.
+        """
 
 def search_tree(arm: SingleArm, others: Sequence[Motion], seed: int, clock: Clock, iterations: int) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray | None]:
     """

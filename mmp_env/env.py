@@ -26,7 +26,7 @@ from mmp_env.monitor import Monitor
 from mmp_env.observation import Observer, joint_limits
 from mmp_env.opengl import check_render_mode, possible_render_modes
 from mmp_env.plan import Plan
-from mmp_env.plan_fit import check_fit
+from mmp_env.plan_fit import check_fit, given_plan
 from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem
 from mmp_env.registration import ANY_CELL
 from mmp_env.rendering import Camera, Window
@@ -154,8 +154,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         The plan's start and goal become the environment's. A `monitor` stops all arms of a retimed plan while one lags.
         Raises `MmpError` for a plan of another cell, and None, which is what a planner has that found no plan.
         """
-        if plan is None:
-            raise MmpError("there is no plan to execute; the status of the planner's result says why it found none")
+        plan = given_plan(plan, "execute")
         check_fit(plan, self.cell)
         # Arms that the plan's cell does not have stay where they are, and are to stay there.
         here, problem = self._simulation.split(self._simulation.positions), plan.problem

@@ -14,6 +14,18 @@ from mmp_env.transforms import matrix_from_quaternion
 _SAME = 1e-6
 
 
+def given_plan(plan: object, to: str) -> Plan:
+    """`plan` itself. Raises `MmpError` for None, which is what a planner has that found no plan, and for other things.
+
+    `to` is what is to be done with it.
+    """
+    if plan is None:
+        raise MmpError(f"there is no plan to {to}; the status of the planner's result says why it found none")
+    if not isinstance(plan, Plan):
+        raise MmpError(f"the plan to {to} is of type {type(plan).__name__}; it must be a Plan")
+    return plan
+
+
 def check_fit(plan: Plan, cell: Cell) -> None:
     """Raises `MmpError` for a plan of other arms or obstacles than those of `cell`, or of wrong shapes or times.
 

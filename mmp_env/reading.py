@@ -21,6 +21,7 @@ from typing import Any, TypeVar, get_args
 import msgspec
 
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+from mmp_env.regular_files import read_bytes
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -42,6 +43,10 @@ _LONGEST_INTEGER = 18
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 _SHORT.maxlist, _SHORT.maxdict, _SHORT.maxlevel = 7, 3, 2
+
+
+class NotJsonError(MmpError):
+    """Text that is not JSON."""
 
 
 @dataclass(frozen=True)
@@ -89,15 +94,7 @@ def read_document(path: str | PathLike[str]) -> Any:
     is_yaml = Path(path).suffix.lower() in _YAML_SUFFIXES
     limit = MAX_YAML_BYTES if is_yaml else MAX_JSON_BYTES
     place = Place(str(path))
-    try:
-        with open(path, "rb") as file:
-            content = file.read(limit + 1)
-    except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise MmpError(f"{place} cannot be read: {reason}") from None
-    if len(content) > limit:
-        kind = "YAML" if is_yaml else "JSON"
-        raise MmpError(f"{place} is larger than {limit / 2**20:g} MB, the most that is read of a {kind} file")
+    content = read_bytes(path, limit, "YAML" if is_yaml else "JSON")
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -109,7 +106,10 @@ def read_document(path: str | PathLike[str]) -> Any:
 
 
 def parse_json(text: str, place: Place) -> Any:
-    """JSON, with NaN and infinities let through so that the field that holds them can be named. Raises `MmpError`."""
+    """JSON, with NaN and infinities let through so that the field that holds them can be named.
+
+    Raises `MmpError`, namely `NotJsonError` for text that is none.
+    """
 
     def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         out = dict(pairs)
@@ -123,7 +123,7 @@ def parse_json(text: str, place: Place) -> Any:
     try:
         return json.loads(text, object_pairs_hook=unique, parse_int=whole)
     except json.JSONDecodeError as error:
-        raise MmpError(f"{place} is not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
+        raise NotJsonError(f"{place} is not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
     except RecursionError:
         raise _too_deep(place) from None
 

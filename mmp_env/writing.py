@@ -7,7 +7,7 @@ import json
 import math
 import os
 import secrets
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -83,6 +83,11 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
+
+
+def left_alone(paths: Iterable[str]) -> list[str]:
+    """A sentence for each path at which there is something, though nothing was written to it."""
+    return [f"{path} is left as it was; this run wrote nothing to it" for path in paths if os.path.exists(path)]
 
 
 def _target(path: str | PathLike[str]) -> Path:

@@ -1,5 +1,6 @@
 #include "bindings.hpp"
 #include "composite.hpp"
+#include "recombination.hpp"
 #include "replanner.hpp"
 #include "shortcut.hpp"
 
@@ -17,6 +18,17 @@ void need_all_joints(const Cell& cell, const Vector& q) {
   for (size_t k = 0; k < dof; ++k) need(std::abs(q.data()[k]) < 1e4, "joints must be finite");
 }
 
+// How far each joint of each arm may go in a step.
+std::vector<std::vector<float>> steps_of(const Cell& cell, const std::vector<Vector>& steps) {
+  std::vector<std::vector<float>> out;
+  for (size_t a = 0; a < steps.size(); ++a) {
+    need_joints(cell, static_cast<int>(a), steps[a]);
+    for (size_t k = 0; k < steps[a].size(); ++k) need(steps[a].data()[k] > 0, "steps must be positive");
+    out.push_back(as<float>(steps[a]));
+  }
+  return out;
+}
+
 // All arms on one grid of steps, as it comes from Python.
 struct JointMotion {
   std::vector<std::vector<float>> rows, max_step;
@@ -26,12 +38,10 @@ struct JointMotion {
     need(arms > 0 && q.size() == arms && steps.size() == arms, "one array for each arm");
     for (size_t a = 0; a < arms; ++a) {
       need_rows(cell, static_cast<int>(a), q[a]);
-      need_joints(cell, static_cast<int>(a), steps[a]);
-      for (size_t k = 0; k < steps[a].size(); ++k) need(steps[a].data()[k] > 0, "steps must be positive");
       need(q[a].shape(0) == q[0].shape(0) && q[0].shape(0) > 0, "as many rows for each arm");
       rows.emplace_back(q[a].data(), q[a].data() + q[a].size());
-      max_step.push_back(as<float>(steps[a]));
     }
+    max_step = steps_of(cell, steps);
   }
 
   // What `improve` makes of it, [steps + 1][dof] per arm, and how often it made it better.
@@ -91,26 +101,28 @@ void bind_joint(nb::module_& m) {
   m.def(
       "shorten",
       [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step, double margin,
-         double alone, double between, int attempts, uint64_t seed, const Clock& clock) {
+         double alone, std::optional<double> between, int attempts, double worth, uint64_t seed, const Clock& clock) {
         const JointMotion motion(cell, q, max_step);
+        need(worth > 0, "worth must be positive");
         return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
           Shortener<Floats> shortener(cell.world<Floats>(), motion.rows, motion.max_step, levels_of(margin, alone),
-                                      levels_of(margin, between));
+                                      between ? std::optional(levels_of(margin, *between)) : std::nullopt);
           Random random(seed);
-          const int kept = shortener.run(attempts, random, clock);
+          const int kept = shortener.run(attempts, worth, random, clock);
           for (size_t a = 0; a < q.size(); ++a) found.push_back(rows_of(shortener.rows(static_cast<int>(a))));
           return kept;
         });
       },
-      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::arg("margin"), nb::arg("alone"), nb::arg("between"),
-      nb::arg("attempts"), nb::arg("seed"), nb::arg("clock"),
-      nb::sig("def shorten(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
-              "collections.abc.Sequence[numpy.ndarray], margin: float, alone: float, between: float, attempts: int, "
-              "seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]"),
+      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::arg("margin"), nb::arg("alone"),
+      nb::arg("between").none(), nb::arg("attempts"), nb::arg("worth"), nb::arg("seed"), nb::arg("clock"),
+      nb::sig(
+          "def shorten(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
+          "collections.abc.Sequence[numpy.ndarray], margin: float, alone: float, between: float | None, attempts: int, "
+          "worth: float, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]"),
       "Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the "
-      "number "
-      "of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every "
-      "instant.");
+      "number of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every "
+      "instant; `between` None: each arm's way as if it were the only one. As many attempts again as long as they "
+      "shorten the ways by a share `worth`.");
 
   m.def(
       "replan",
@@ -132,6 +144,53 @@ void bind_joint(nb::module_& m) {
               "Clock) -> tuple[list[numpy.ndarray], int]"),
       "Shorter ways of single arms, for which another one may make room: q [steps + 1, dof] per arm of a safe plan; "
       "returns the shorter one and the number of attempts that succeeded. `proof` [m] is proved of every new way.");
+
+  using Anew = Recombination<Floats>;
+  nb::class_<Anew>(m, "Recombination", "Ways of several plans, put together anew. For one thread at a time.")
+      .def(
+          "__init__",
+          [](Anew* self, const Cell& cell, const std::vector<Vector>& max_step, double margin, double proof) {
+            need(max_step.size() == cell.single.arms.size() && !max_step.empty(), "one array for each arm");
+            new (self) Anew(*cell.world_planning, steps_of(cell, max_step), levels_of(margin, proof));
+          },
+          nb::arg("cell"), nb::arg("max_step"), nb::arg("margin"), nb::arg("proof"), nb::keep_alive<1, 2>(),
+          nb::sig("def __init__(self, cell: Cell, max_step: collections.abc.Sequence[numpy.ndarray], margin: float, "
+                  "proof: float) -> None"))
+      .def(
+          "add",
+          [](Anew& self, const std::vector<Matrix>& q) {
+            need(q.size() == self.cell().arms.size(), "one array for each arm");
+            std::vector<std::vector<float>> rows;
+            for (size_t a = 0; a < q.size(); ++a) {
+              need_configurations(q[a], self.cell().arms[a].dof);
+              need(q[a].shape(0) > 0, "a way has rows");
+              rows.emplace_back(q[a].data(), q[a].data() + q[a].size());
+            }
+            nb::gil_scoped_release release;
+            self.add(rows);
+          },
+          nb::arg("q"), nb::sig("def add(self, q: collections.abc.Sequence[numpy.ndarray]) -> None"),
+          "A way [n, dof] for each arm from its start to its goal, free alone, on a grid of steps.")
+      .def(
+          "run",
+          [](Anew& self, double limit, const Clock& clock) -> nb::object {
+            Anew::Rows found;
+            {
+              nb::gil_scoped_release release;
+              found = self.run(limit, clock);
+            }
+            if (found.empty()) return nb::none();
+            nb::list out;
+            for (size_t a = 0; a < found.size(); ++a) {
+              const size_t dof = static_cast<size_t>(self.cell().arms[a].dof), n = found[a].size() / dof;
+              out.append(to_numpy<Out2>(rows_of(found[a]), n, dof));
+            }
+            return out;
+          },
+          nb::arg("limit"), nb::arg("clock"),
+          nb::sig("def run(self, limit: float, clock: Clock) -> list[numpy.ndarray] | None"),
+          "Motions [steps + 1, dof] per arm along ways that are shorter than `limit` [rad] together, or None if no "
+          "choice of them can be driven at once that was not given before. `proof` [m] is proved of every pair.");
 }
 
 }  // namespace mmp

@@ -9,15 +9,19 @@
 #include <nanobind/stl/vector.h>
 
 #include "cell.hpp"
+#include "single_arm.hpp"
 
 namespace nb = nanobind;
 
 namespace mmp {
 
-void bind_cell(nb::module_& m);    // the cell and its batch queries
-void bind_search(nb::module_& m);  // motions, constraints, single-arm search, repulsion
-void bind_joint(nb::module_& m);   // composite search, shortcutting on the common clock
-void bind_tree(nb::module_& m);    // the tree of a single-arm search, to look at
+void bind_cell(nb::module_& m);       // the cell: arms and obstacles
+void bind_queries(nb::module_& m);    // its batch queries: kinematics, clearance, proofs
+void bind_motion(nb::module_& m);     // motions and where they are in conflict, constraints
+void bind_search(nb::module_& m);     // single-arm search
+void bind_repulsion(nb::module_& m);  // the repulsive force, and motions modified by it
+void bind_joint(nb::module_& m);      // composite search; shortcutting, replanning and recombination of plans
+void bind_tree(nb::module_& m);       // the tree of a single-arm search, to look at
 
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;

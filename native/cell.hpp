@@ -1,9 +1,9 @@
 // The batch queries of a cell: configurations in, numbers out.
 #pragma once
 
+#include <memory>
+
 #include "certificate.hpp"
-#include "repulsion.hpp"
-#include "single_arm.hpp"
 
 namespace mmp {
 

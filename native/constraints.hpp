@@ -17,6 +17,16 @@ struct Window {
   // Whole steps that a stay in a forbidden place may last to, and begin again at.
   int stop() const { return static_cast<int>(is_instant() ? std::ceil(from) - 1 : std::floor(from)); }
   int resume() const { return static_cast<int>(is_instant() ? std::floor(until) + 1 : std::ceil(until)); }
+
+  // Half-steps strictly inside, up to one step after the end of a motion; or the instant.
+  std::vector<double> instants(int last) const {
+    if (is_instant()) return from >= 0 ? std::vector<double>{from} : std::vector<double>{};
+    std::vector<double> out;
+    const double end = std::min(until, std::max(double(last), std::ceil(from)) + 1);
+    for (double h = std::max(0.0, std::floor(2 * from) + 1); h < 2 * end; ++h) out.push_back(h / 2);
+    if (out.empty() && until > 0) out.push_back((std::max(from, 0.0) + until) / 2);
+    return out;
+  }
 };
 
 // The arm must not be in the given place at any instant of the window.
@@ -118,5 +128,31 @@ class Constraint {
   T size_{};
   int first_link_ = 0;
 };
+
+// Whether a motion comes closer than `margin` [m] to what a constraint forbids, at a step or half-step within its
+// window, or at the instant that it is for.
+template <class V>
+bool breaks(const Motion<V>& m, const std::vector<Constraint<V>*>& constraints, Scalar<V> margin) {
+  using T = Scalar<V>;
+  Pose<V> pose(*m.arm);
+  V q[kMaxDof], none[kMaxDof]{}, reach[kMaxLinks]{};
+  for (auto* c : constraints) {
+    const auto instants = c->window.instants(m.last);
+    for (size_t first = 0; first < instants.size(); first += width<V>) {
+      for (int lane = 0; lane < width<V>; ++lane) {
+        const double t = instants[std::min(first + lane, instants.size() - 1)];
+        const int k = static_cast<int>(std::min(t, double(m.last)));
+        const T f = T(std::min(t - k, 1.0));
+        const T *lo = m.at(k), *hi = m.at(k + 1);
+        for (int j = 0; j < m.arm->dof; ++j) q[j][lane] = lo[j] + f * (hi[j] - lo[j]);
+      }
+      forward(q, pose);
+      Contacts<V> out;
+      c->contacts(q, none, pose, reach, {margin, margin}, out);
+      if (bits<V>(out.hit)) return true;
+    }
+  }
+  return false;
+}
 
 }  // namespace mmp

@@ -1,4 +1,5 @@
-// What a stretch of one arm's motion may be replaced by: ways between its ends that are shorter in joint movement.
+// Which stretch (window) of one arm's motion to replace, and what by: ways between its ends that are shorter in joint
+// movement.
 //
 // The length of a way is the sum over its joints (L1), so every way on which no joint turns back is as short as the
 // straight one: there is room for more than straight lines.
@@ -87,6 +88,17 @@ std::vector<T> via_point(const T* p, const T* q, const std::vector<T>& lower, co
     via[k] = std::clamp(via[k], lower[k], upper[k]);
   }
   return via;
+}
+
+// First and last step of a stretch that is to be replaced; often it begins with the first of all, or ends with the
+// last.
+inline std::pair<int, int> some_window(int last, Random& random) {
+  const double u = random.uniform();
+  int i = random.below(last + 1), j = random.below(last + 1);
+  if (i > j) std::swap(i, j);
+  if (u < 0.3) i = 0;
+  if (u < 0.15 || (u >= 0.3 && u < 0.45)) j = last;
+  return {i, j};
 }
 
 // How a joint goes from the first of its rows to the last without turning back: evenly, or staying as near to where it

@@ -2,12 +2,37 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <new>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "lanes.hpp"
 #include "model.hpp"
 
 namespace mmp {
+
+// Leaves what it makes room for as it is: all of it is written before it is read.
+template <class T>
+struct Unset : std::allocator<T> {
+  static_assert(std::is_trivially_destructible_v<T>);
+  template <class U>
+  struct rebind {
+    using other = Unset<U>;
+  };
+  Unset() = default;
+  template <class U>
+  Unset(const Unset<U>&) noexcept {}
+  template <class U>
+  void construct(U*) noexcept {}
+  template <class U, class... Args>
+  void construct(U* p, Args&&... args) {
+    ::new (static_cast<void*>(p)) U(std::forward<Args>(args)...);
+  }
+};
+template <class T>
+using Unfilled = std::vector<T, Unset<T>>;
 
 template <class V>
 struct Frame {
@@ -21,7 +46,7 @@ struct Pose {
   const ArmModel<Scalar<V>>* arm = nullptr;
   Frame<V> frames[kMaxDof + 1];
   Vec3<V> link[kMaxLinks];
-  std::vector<Vec3<V>> groups, spheres;
+  Unfilled<Vec3<V>> groups, spheres;
   uint32_t ready = 0;
 
   explicit Pose(const ArmModel<Scalar<V>>& model)

@@ -51,7 +51,10 @@ NB_MODULE(MMP_MODULE, m) {
       .def_prop_ro("remaining", &Clock::remaining, "[s]");
 
   bind_cell(m);
+  bind_queries(m);
+  bind_motion(m);
   bind_search(m);
+  bind_repulsion(m);
   bind_joint(m);
   bind_tree(m);
 }

@@ -1,7 +1,7 @@
 // One arm's trajectory on the common grid of steps, with its spheres worked out once for all that look at it.
 #pragma once
 
-#include <memory>
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -43,42 +43,35 @@ class Motion {
   const ArmModel<T>* arm;
   int last;  // index of the last step; the arm stays there for ever
   size_t stride;
-  std::vector<T> q;                       // [last + 1][dof], row major
-  std::vector<T> links, groups, spheres;  // centres [element][xyz][stride]
-  std::vector<T> bulge;                   // [link][stride]: how far a centre may leave the chord from step k to k + 1
-  std::vector<Box<T>> boxes;              // [link] around the link's centres at all steps
-  Box<T> whole;                           // around all spheres of all links that move, at all steps
-  std::vector<Box<T>> blocks;             // [link][block_count]: kBlock steps and the one after them
-  std::vector<T> most_bulge;              // [link]
+  std::vector<T> q;                    // [last + 1][dof], row major
+  Unfilled<T> links, groups, spheres;  // centres [element][xyz][stride]
+  Unfilled<T> bulge;                   // [link][stride]: how far a centre may leave the chord from step k to k + 1
+  std::vector<Box<T>> boxes;           // [link] around the link's centres at all steps
+  Box<T> whole;                        // around all spheres of all links that move, at all steps
+  std::vector<Box<T>> blocks;          // [link][block_count]: kBlock steps and the one after them
+  std::vector<T> most_bulge;           // [link]
 
-  // `detailed`: with groups and spheres; otherwise `detail` adds those that are wanted.
+  // `detailed`: with groups and spheres.
   Motion(const CellModel<T>& cell, int a, std::vector<T> positions, bool detailed = true)
-      : arm_index(a),
-        arm(&cell.arms[a]),
-        last(static_cast<int>(positions.size()) / arm->dof - 1),
-        stride(static_cast<size_t>(last + 1 + 2 * width<V>)),
-        q(std::move(positions)),
-        links(arm->links.size() * 3 * stride),
-        bulge(arm->links.size() * stride),
-        boxes(arm->links.size()),
-        blocks(arm->links.size() * block_count()),
-        most_bulge(arm->links.size()) {
+      : Motion(cell, a, std::move(positions), Room{2 * width<V>}) {
     Pose<V> pose(*arm);
-    for (int k = 0; k <= last; k += width<V>) fill(k, pose);
-    bound();
-    if (detailed) detail(~0u);
+    place(pose);
+    if (detailed) detail(~0u, pose);
   }
 
-  // Works out groups and spheres of the links whose bits are set.
-  void detail(uint32_t wanted) {
+  // For a look at one step after the other: without room for lanes that go on beyond the last one. `detail` adds the
+  // groups and spheres that are wanted; `pose` is for both to work with.
+  Motion(const CellModel<T>& cell, int a, std::vector<T> positions, Pose<V>& pose)
+      : Motion(cell, a, std::move(positions), Room{width<V>}) {
+    place(pose);
+  }
+
+  // Works out groups and spheres of the links whose bits are set. `pose` is as it was left last.
+  void detail(uint32_t wanted, Pose<V>& pose) {
     groups.resize(arm->groups.size() * 3 * stride);
     spheres.resize(arm->spheres.size() * 3 * stride);
-    Pose<V> pose(*arm);
-    V joints[kMaxDof];
     for (int k = 0; k <= last; k += width<V>) {
-      for (int lane = 0; lane < width<V>; ++lane)
-        for (int j = 0; j < arm->dof; ++j) joints[j][lane] = at(k + lane)[j];
-      forward(joints, pose);
+      if (last >= width<V>) forward(k, pose);
       for (size_t l = 0; l < arm->links.size(); ++l)
         if (wanted >> l & 1u) put_link(static_cast<int>(l), pose, k);
     }
@@ -97,7 +90,7 @@ class Motion {
   void take_over(int step, const Motion& part) {
     const int n = part.last + 1;
     std::copy_n(part.q.begin(), static_cast<size_t>(n) * arm->dof, q.begin() + static_cast<size_t>(step) * arm->dof);
-    const auto copy = [&](std::vector<T>& to, const std::vector<T>& from, int count) {
+    const auto copy = [&](Unfilled<T>& to, const Unfilled<T>& from, int count) {
       for (size_t row = 0; row * stride < to.size(); ++row)
         std::copy_n(from.begin() + row * part.stride, count, to.begin() + row * stride + step);
     };
@@ -108,19 +101,19 @@ class Motion {
   }
 
   // Element i of an array at steps k, k + 1, ...; past the end, where it stopped.
-  Vec3<V> centers(const std::vector<T>& array, int i, int k) const {
+  MMP_INLINE Vec3<V> centers(const Unfilled<T>& array, int i, int k) const {
     const T* p = array.data() + static_cast<size_t>(i) * 3 * stride;
     if (k >= last) return {splat<V>(p[last]), splat<V>(p[stride + last]), splat<V>(p[2 * stride + last])};
     return {load<V>(p + k), load<V>(p + stride + k), load<V>(p + 2 * stride + k)};
   }
   // Its way from steps k, k + 1, ... to the next ones.
-  Chord<V> chord(const std::vector<T>& array, int i, int k) const {
+  MMP_INLINE Chord<V> chord(const Unfilled<T>& array, int i, int k) const {
     const auto from = centers(array, i, k);
     if (k >= last) return {from, {V{}, V{}, V{}}};
     return {from, centers(array, i, k + 1) - from};
   }
   // Its way from step k to the next one, in every lane.
-  Chord<V> chord_at(const std::vector<T>& array, int i, int k) const {
+  MMP_INLINE Chord<V> chord_at(const Unfilled<T>& array, int i, int k) const {
     const T* p = array.data() + static_cast<size_t>(i) * 3 * stride + std::min(k, last);
     const auto next = [&](size_t x) { return splat<V>(p[x * stride + 1] - p[x * stride]); };
     return {{splat<V>(p[0]), splat<V>(p[stride]), splat<V>(p[2 * stride])}, {next(0), next(1), next(2)}};
@@ -130,8 +123,8 @@ class Motion {
   }
 
  protected:
-  void put(std::vector<T>& array, int i, const Vec3<V>& c, int k) {
-    const bool ends = k + width<V> > last;  // fill the tail with copies of the last step
+  void put(Unfilled<T>& array, int i, const Vec3<V>& c, int k) {
+    const bool ends = k + width<V> > last && beyond_;  // fill the tail with copies of the last step
     T* p = array.data() + static_cast<size_t>(i) * 3 * stride + k;
     for (const V& v : {c.x, c.y, c.z}) {
       store<V>(p, v);
@@ -157,7 +150,7 @@ class Motion {
         move[j][lane] = next[j] - here[j];
       }
     }
-    forward(joints, pose);
+    mmp::forward(joints, pose);
     for (size_t l = 0; l < arm->links.size(); ++l) {
       put(links, static_cast<int>(l), pose.link[l], k);
       // Between two steps a centre leaves its chord by at most 1/8 of its largest second derivative.
@@ -167,11 +160,43 @@ class Motion {
         second += (m * m + 2 * m * before) * arm->lever[l][j];
         before += m;
       }
-      store<V>(bulge.data() + l * stride + k, second * T(0.125));
+      T* p = bulge.data() + l * stride + k;
+      store<V>(p, second * T(0.125));
+      if (k + width<V> > last && beyond_) store<V>(p + width<V>, V{});
     }
   }
 
  private:
+  // For elements after the last step: those of loads that begin at it, or just of those that end with it.
+  struct Room {
+    int elements;
+  };
+
+  Motion(const CellModel<T>& cell, int a, std::vector<T> positions, Room room)
+      : arm_index(a),
+        arm(&cell.arms[a]),
+        last(static_cast<int>(positions.size()) / arm->dof - 1),
+        stride(static_cast<size_t>(last + 1 + room.elements)),
+        q(std::move(positions)),
+        links(arm->links.size() * 3 * stride),
+        bulge(arm->links.size() * stride),
+        boxes(arm->links.size()),
+        blocks(arm->links.size() * block_count()),
+        most_bulge(arm->links.size()),
+        beyond_(room.elements > width<V>) {}
+
+  void place(Pose<V>& pose) {
+    for (int k = 0; k <= last; k += width<V>) fill(k, pose);
+    bound();
+  }
+
+  void forward(int k, Pose<V>& pose) const {
+    V joints[kMaxDof];
+    for (int lane = 0; lane < width<V>; ++lane)
+      for (int j = 0; j < arm->dof; ++j) joints[j][lane] = at(k + lane)[j];
+    mmp::forward(joints, pose);
+  }
+
   void bound() {
     const int count = static_cast<int>(block_count());
     for (size_t l = 0; l < boxes.size(); ++l) {
@@ -197,16 +222,8 @@ class Motion {
       }
     }
   }
-};
 
-// Squared least distance of two points that go straight from d0 to d1 apart.
-template <class V>
-MMP_INLINE V chord_distance2(const Vec3<V>& d0, const Vec3<V>& d1) {
-  const auto d = d1 - d0;
-  const V dd = dot(d, d), zero{};
-  const V t = min(max(-dot(d0, d) / max(dd, splat<V>(Scalar<V>(1e-12))), zero), splat<V>(1));
-  const auto c = d0 + d * t;
-  return dot(c, c);
-}
+  bool beyond_;  // lanes are loaded beyond the last step
+};
 
 }  // namespace mmp

@@ -5,7 +5,7 @@
 #include <bit>
 #include <memory>
 
-#include "motion.hpp"
+#include "chords.hpp"
 
 namespace mmp {
 
@@ -14,6 +14,10 @@ struct Encounter {
   int mover, own, other;
   uint64_t when;  // blocks of the mover's steps in which they may
 };
+
+// Of what the true paths may bulge out of their chords, how much is allowed for where a proof follows in the end.
+template <class T>
+inline constexpr T kSomeBulge = T(0.4);
 
 // The motions that one search keeps clear of.
 //
@@ -61,32 +65,12 @@ class Movers {
   // on.
   unsigned touching(const Encounter& e, const Motion<V>& own, int s, int k, unsigned asked) const {
     const auto& o = *motions_[e.mover];
-    const auto &A = own.arm->links[e.own], &B = o.arm->links[e.other];
     const T bulge_own = s >= own.last ? T(0) : own.bulge[static_cast<size_t>(e.own) * own.stride + s];
     const V slack = levels_.proof + share_ * (bulge_own + o.bulge_at(e.other, k));
     const V far = max(slack, splat<V>(levels_.margin));
-    const auto link = o.chord(o.links, e.other, k);
-    if (!(asked & near(own.chord_at(own.links, e.own, s), link, far + (A.bound.r + B.bound.r)))) return 0;
-    unsigned hit = 0;
-    for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
-      const auto mine = own.chord_at(own.groups, ga, s);
-      const V wide = far + own.arm->groups[ga].r;
-      if (A.groups.count > 1 && !(asked & ~hit & near(mine, link, wide + B.bound.r))) continue;
-      for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
-        const auto theirs = o.chord(o.groups, gb, k);
-        if (!(asked & ~hit & near(mine, theirs, wide + o.arm->groups[gb].r))) continue;
-        const Range sa = own.arm->group_spheres[ga], sb = o.arm->group_spheres[gb];
-        for (int i = sa.first; i < sa.first + sa.count; ++i) {
-          const auto sphere = own.chord_at(own.spheres, i, s);
-          const V reach = far + own.arm->spheres[i].r;
-          if (!(asked & ~hit & near(sphere, theirs, reach + o.arm->groups[gb].r))) continue;
-          for (int j = sb.first; j < sb.first + sb.count; ++j)
-            hit |= near(sphere, o.chord(o.spheres, j, k), reach + o.arm->spheres[j].r);
-        }
-        if (!(asked & ~hit)) return asked;
-      }
-    }
-    return asked & hit;
+    return links_near<V>(
+        *own.arm, e.own, [&](auto array, int i) { return own.chord_at(own.*array, i, s); }, *o.arm, e.other,
+        [&](auto array, int i) { return o.chord(o.*array, i, k); }, far, asked);
   }
 
  private:
@@ -108,15 +92,6 @@ class Movers {
            own.arm->links[i].bound.r + other.arm->links[j].bound.r + kRounding;
   }
 
-  // Which chords come nearer to each other than `limit`; chord_distance2 without its division.
-  static MMP_INLINE unsigned near(const Chord<V>& a, const Chord<V>& b, V limit) {
-    const auto d = a.from - b.from, e = a.along - b.along;
-    const V limit2 = limit * limit, dd = dot(d, d), de = dot(d, e), ee = dot(e, e);
-    const Mask<V> ends = (dd < limit2) | (dd + 2 * de + ee < limit2);
-    const Mask<V> between = (de < V{}) & (-de < ee) & (dd * ee - de * de < limit2 * ee);
-    return bits<V>(ends | between);
-  }
-
   std::vector<const Motion<V>*> motions_;
   Levels<T> levels_{};
   T share_{};
@@ -130,13 +105,13 @@ class Passage {
   using T = Scalar<V>;
 
   // None where nothing is ever near.
-  static std::shared_ptr<Passage> make(const Movers<V>& movers, Motion<V> own) {
+  static std::shared_ptr<Passage> make(const Movers<V>& movers, Motion<V> own, Pose<V>& pose) {
     std::vector<Encounter> encounters;
     movers.meet(own, encounters);
     if (encounters.empty()) return nullptr;
     uint32_t wanted = 0;
     for (const auto& e : encounters) wanted |= 1u << e.own;
-    own.detail(wanted);
+    own.detail(wanted, pose);
     return std::make_shared<Passage>(movers, std::move(own), std::move(encounters));
   }
 

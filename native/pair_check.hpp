@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "motion.hpp"
+#include "chords.hpp"
 
 namespace mmp {
 

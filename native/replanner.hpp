@@ -57,8 +57,7 @@ class Replanner {
   static constexpr double kFailed = 0.2, kHopeless = 1;  // how much less an arm is drawn for each failure
   static constexpr double kFar = 1.5;  // multiple of the straight way beyond which less is asked for at once
   static constexpr int kAlone = 60, kAmongOthers = 50, kMore = 10, kShortcuts = 30;
-  static constexpr T kEta = T(0.8);         // steering [rad], largest joint
-  static constexpr T kBulgeShare = T(0.4);  // of what ways may bulge out of their chords; a proof follows
+  static constexpr T kEta = T(0.8);  // steering [rad], largest joint
 
   using Others = std::vector<const Motion<V>*>;
   using MotionOf = std::shared_ptr<const Motion<V>>;
@@ -140,7 +139,7 @@ class Replanner {
   }
 
   EdgeMaker<V> maker(int a, const Others& others) {
-    return {world_, a, {}, levels_, max_step_[a].data(), Movers<V>(others, levels_, kBulgeShare)};
+    return {world_, a, {}, levels_, max_step_[a].data(), Movers<V>(others, levels_, kSomeBulge<T>)};
   }
 
   // The corners of a way shorter than the limit, whoever may be on it; empty if none is found.

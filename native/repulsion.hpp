@@ -1,21 +1,15 @@
-// Repulsive trajectory modification: the force field of APF-ECBS and its gradient descent (ModifyMotion).
+// The repulsive force field of APF-ECBS: forces between the spheres of two arms, and the joint torques that they are.
 #pragma once
 
-#include <memory>
+#include <vector>
 
-#include "constraints.hpp"
-#include "pair_check.hpp"
+#include "motion.hpp"
 
 namespace mmp {
 
 struct RepulsionOptions {
-  double alpha = 1e-7, k_rep = 0.05, d0 = 0.10;
-  int max_iterations = 50;
-  bool centre_distance = false;  // the paper's letter: distances between centres, not surfaces
-  bool normalised = false;       // fixed largest step, forces smoothed over time
-  double normalised_step = 0.02;
-  double max_step = 0.05;  // cap per joint and iteration [rad]
-  double comfort = 0.02;   // early stop once this clearance is reached [m]; negative: run all iterations
+  double k_rep, d0;      // d0 [m]: how far the force reaches
+  bool centre_distance;  // the paper's letter: distances between centres, not surfaces
 };
 
 inline constexpr double kDistanceFloor = 0.01;  // [m], where the force stops growing
@@ -24,8 +18,7 @@ template <class V>
 class Repulsion {
  public:
   using T = Scalar<V>;
-  Repulsion(StaticWorld<V>& world, const RepulsionOptions& options)
-      : options_(options), prover_(world), pairs_(world) {}
+  explicit Repulsion(const RepulsionOptions& options) : options_(options) {}
 
   // Joint forces J^T F on every inner step of `motion`, [last + 1][dof], zero at the ends.
   void force(const Motion<V>& motion, const std::vector<const Motion<V>*>& others, std::vector<T>& out) {
@@ -120,166 +113,7 @@ class Repulsion {
 
   static Vec3<V> fixed(const Sphere<T>& s) { return {splat<V>(s.x), splat<V>(s.y), splat<V>(s.z)}; }
 
- public:
-  struct Result {
-    std::vector<T> positions;  // `safe`: the last trajectory that broke no constraint
-    int iterations = 0;
-    bool moved = false, input_breaks_constraint = false;
-    std::vector<std::vector<T>> trace;  // every accepted iterate, where asked for
-  };
-
-  // Algorithm ModifyMotion. `max_step`: v_max dt per joint [rad]; `keep`: levels that static contacts are proved at;
-  // `constraint_margin`: a constraint is broken where surfaces are closer than this at a step or half-step.
-  Result modify(const Motion<V>& input, const std::vector<const Motion<V>*>& others,
-                const std::vector<Constraint<V>*>& constraints, const T* max_step, Levels<T> keep, T constraint_margin,
-                bool trace, const Clock& clock) {
-    Result out;
-    const auto& arm = *input.arm;
-    const int dof = arm.dof, last = input.last;
-    out.positions = input.q;
-    out.input_breaks_constraint = broken(input, constraints, constraint_margin);
-    std::vector<T> current = input.q, next, forces;
-    auto motion = std::make_unique<Motion<V>>(input);
-    for (int it = 0; it < options_.max_iterations && !clock.expired(); ++it) {
-      force(*motion, others, forces);
-      step_of(forces, last, dof);
-      next = current;
-      bool any = false;
-      for (int k = 1; k < last; ++k)
-        for (int j = 0; j < dof; ++j) {
-          T& q = next[static_cast<size_t>(k) * dof + j];
-          const T to = std::clamp(q + forces[static_cast<size_t>(k) * dof + j], arm.lower[j], arm.upper[j]);
-          any |= std::abs(to - q) > T(1e-7);
-          q = to;
-        }
-      if (!any || !near_neighbours(next, last, dof, max_step)) break;
-      if (!static_free(input.arm_index, current, next, last, dof, keep, clock)) break;
-      current = next;
-      motion = std::make_unique<Motion<V>>(*world().cell, input.arm_index, current);
-      ++out.iterations;
-      if (trace) out.trace.push_back(current);
-      if (broken(*motion, constraints, constraint_margin)) continue;
-      out.positions = current;
-      out.moved = true;
-      if (options_.comfort >= 0 && comfortable(*motion, others)) break;
-    }
-    return out;
-  }
-
-  // Whether a motion breaks a constraint at a step or half-step within its window, or at the instant that it is for.
-  bool broken(const Motion<V>& m, const std::vector<Constraint<V>*>& constraints, T margin) {
-    const int dof = m.arm->dof;
-    Pose<V> pose(*m.arm);
-    V q[kMaxDof], none[kMaxDof]{}, reach[kMaxLinks]{};
-    for (auto* c : constraints) {
-      instants_of(c->window, m.last);
-      for (size_t first = 0; first < instants_.size(); first += width<V>) {
-        for (int lane = 0; lane < width<V>; ++lane) {
-          const double t = instants_[std::min(first + lane, instants_.size() - 1)];
-          const int k = static_cast<int>(std::min(t, double(m.last)));
-          const T f = T(std::min(t - k, 1.0));
-          const T *lo = m.at(k), *hi = m.at(k + 1);
-          for (int j = 0; j < dof; ++j) q[j][lane] = lo[j] + f * (hi[j] - lo[j]);
-        }
-        forward(q, pose);
-        Contacts<V> out;
-        c->contacts(q, none, pose, reach, {margin, margin}, out);
-        if (bits<V>(out.hit)) return true;
-      }
-    }
-    return false;
-  }
-
- private:
-  StaticWorld<V>& world() { return prover_.world(); }
-
-  // Half-steps strictly inside a window, up to one step after the motion's end; or the instant.
-  void instants_of(const Window& window, int last) {
-    instants_.clear();
-    if (window.is_instant()) {
-      if (window.from >= 0) instants_.push_back(window.from);
-      return;
-    }
-    const double until = std::min(window.until, std::max(double(last), std::ceil(window.from)) + 1);
-    for (double h = std::max(0.0, std::floor(2 * window.from) + 1); h < 2 * until; ++h) instants_.push_back(h / 2);
-    if (instants_.empty() && window.until > 0) instants_.push_back((std::max(window.from, 0.0) + window.until) / 2);
-  }
-
-  // Forces become joint steps, in place.
-  void step_of(std::vector<T>& f, int last, int dof) {
-    if (options_.normalised) {
-      smooth(f, last, dof);
-      T largest = 0;
-      for (const T x : f) largest = std::max(largest, std::abs(x));
-      const T scale = largest > 0 ? T(options_.normalised_step) / largest : T(0);
-      for (T& x : f) x *= scale;
-    } else {
-      for (T& x : f) x *= T(options_.alpha);
-    }
-    const T cap = T(options_.max_step);
-    for (T& x : f) x = std::clamp(x, -cap, cap);
-  }
-
-  // Gaussian over time, sigma = 3 steps; the ends stay. The weights exp(-d^2 / 18) are written out: exp() differs in
-  // the last bit between C libraries, and plans must not.
-  static void smooth(std::vector<T>& f, int last, int dof) {
-    constexpr int radius = 9;
-    constexpr T weight[radius + 1] = {T(1),           T(0.945959469), T(0.800737403), T(0.606530660), T(0.411112291),
-                                      T(0.249352209), T(0.135335283), T(0.065728528), T(0.028565500), T(0.011108997)};
-    T total = weight[0];
-    for (int d = 1; d <= radius; ++d) total += 2 * weight[d];
-    const std::vector<T> in = f;
-    for (int k = 1; k < last; ++k)
-      for (int j = 0; j < dof; ++j) {
-        T sum = 0;
-        for (int d = -radius; d <= radius; ++d)
-          if (k + d >= 0 && k + d <= last) sum += weight[std::abs(d)] * in[static_cast<size_t>(k + d) * dof + j];
-        f[static_cast<size_t>(k) * dof + j] = sum / total;
-      }
-  }
-
-  static bool near_neighbours(const std::vector<T>& q, int last, int dof, const T* max_step) {
-    for (int k = 0; k < last; ++k)
-      for (int j = 0; j < dof; ++j)
-        if (std::abs(q[static_cast<size_t>(k + 1) * dof + j] - q[static_cast<size_t>(k) * dof + j]) > 3 * max_step[j])
-          return false;
-    return true;
-  }
-
-  // Steps whose ends have not moved were free before.
-  bool static_free(int a, const std::vector<T>& before, const std::vector<T>& after, int last, int dof, Levels<T> keep,
-                   const Clock& clock) {
-    changed_.clear();
-    const auto same = [&](int k) {
-      return std::equal(before.begin() + k * dof, before.begin() + (k + 1) * dof, after.begin() + k * dof);
-    };
-    for (int k = 0; k < last; ++k)
-      if (!same(k) || !same(k + 1)) changed_.push_back(k);
-    std::vector<SegmentResult<T>> results(changed_.size());
-    const auto at = [&](int s) {
-      const T* p = after.data() + static_cast<size_t>(changed_[s]) * dof;
-      return std::pair<const T*, const T*>(p, p + dof);
-    };
-    prover_.alone(a, static_cast<int>(changed_.size()), at, keep, Stop::at_first_contact, results.data(), &clock);
-    for (const auto& r : results)
-      if (!r.free) return false;
-    return true;
-  }
-
-  bool comfortable(const Motion<V>& m, const std::vector<const Motion<V>*>& others) {
-    const T wanted = T(options_.comfort);
-    for (const auto* o : others) {
-      pairs_(m, *o, {wanted, wanted * T(0.6)}, instants_);
-      if (!instants_.empty()) return false;
-    }
-    return true;
-  }
-
   RepulsionOptions options_;
-  Prover<V> prover_;
-  PairCheck<V> pairs_;
-  std::vector<int> changed_;
-  std::vector<double> instants_;
 };
 
 }  // namespace mmp

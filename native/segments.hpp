@@ -125,13 +125,14 @@ class Prover {
  public:
   using T = Scalar<V>;
   explicit Prover(StaticWorld<V>& world) : world_(&world) {}
+  Prover(Prover&&) = default;  // and no copies, which bindings would make of those that own one
 
   // `at(s)` gives the ends of segment s of arm a.
   template <class At>
   void alone(int a, int segments, const At& at, Levels<T> levels, Stop stop, SegmentResult<T>* results,
              const Clock* clock = nullptr) {
     const auto& arm = world_->cell->arms[a];
-    Pose<V> pose(arm);
+    Pose<V>& pose = pose_of(a);
     Sweep<V> sweep;
     PieceBatch<V> batch;
     stack_.clear();
@@ -154,7 +155,7 @@ class Prover {
   void pair(int a, int b, int segments, const AtA& at_a, const AtB& at_b, Levels<T> levels, bool bases,
             SegmentResult<T>* results, const Clock* clock = nullptr) {
     const auto &arm_a = world_->cell->arms[a], &arm_b = world_->cell->arms[b];
-    Pose<V> pose_a(arm_a), pose_b(arm_b);
+    Pose<V>&pose_a = pose_of(a), &pose_b = pose_of(b);
     Sweep<V> sweep_a, sweep_b;
     PieceBatch<V> batch_a, batch_b;
     stack_.clear();
@@ -185,7 +186,15 @@ class Prover {
   StaticWorld<V>& world() { return *world_; }
 
  private:
+  // Kept: their arrays are large.
+  Pose<V>& pose_of(int a) {
+    if (poses_.empty()) poses_.resize(world_->cell->arms.size());
+    if (!poses_[a]) poses_[a] = std::make_unique<Pose<V>>(world_->cell->arms[a]);
+    return *poses_[a];
+  }
+
   StaticWorld<V>* world_;
+  std::vector<std::unique_ptr<Pose<V>>> poses_;  // of each arm
   std::vector<Piece<T>> stack_;
 };
 

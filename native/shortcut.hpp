@@ -4,6 +4,9 @@
 // in is proved clear of everything at every instant before it is kept, so a plan that was safe stays safe.
 #pragma once
 
+#include <numeric>
+#include <optional>
+
 #include "cuts.hpp"
 #include "pair_check.hpp"
 #include "stretch.hpp"
@@ -14,38 +17,33 @@ template <class V>
 class Shortener {
  public:
   using T = Scalar<V>;
-  // rows[arm]: [steps + 1][dof] of a safe plan; `alone` and `between`: levels for one arm and for pairs.
+  // rows[arm]: [steps + 1][dof] of a safe plan; `alone` and `between`: levels for one arm and for pairs. Without the
+  // latter each arm's way is shortened as if it were the only one.
   Shortener(StaticWorld<V>& world, const std::vector<std::vector<T>>& rows, std::vector<std::vector<T>> max_step,
-            Levels<T> alone, Levels<T> between)
+            Levels<T> alone, std::optional<Levels<T>> between)
       : cell_(world.cell), prover_(world), check_(world), alone_(alone), between_(between), stretches_(rows.size()) {
     for (size_t a = 0; a < rows.size(); ++a) {
       motions_.emplace_back(*cell_, static_cast<int>(a), rows[a]);
       paces_.push_back({std::move(max_step[a])});
       others_.emplace_back();
       for (size_t b = 0; b < rows.size(); ++b)
-        if (b != a) others_[a].push_back(static_cast<int>(b));
+        if (between_ && b != a) others_[a].push_back(static_cast<int>(b));
     }
     measure();
   }
 
   const std::vector<T>& rows(int a) const { return motions_[a].q; }
 
-  // Number of stretches that were replaced.
-  int run(int attempts, Random& random, const Clock& clock) {
-    int kept = 0, in_vain = 0;
-    tries_ = 0;
+  // Number of stretches that were replaced. As many attempts again as long as they shorten the ways by a share `worth`.
+  int run(int attempts, double worth, Random& random, const Clock& clock) {
     clock_ = &clock;
-    // Windows in which there is nothing to gain are drawn again; a plan with few that have is given up in the end.
-    for (int64_t it = 0; tries_ < attempts && it < int64_t{kDraws} * attempts && excess() > kStraight && last() > 1;
-         ++it) {
-      if ((it & 7) == 7 && clock.expired()) break;
-      // All arms at once first, as long as it helps.
-      const bool together = in_vain < kPatience || it % kTogether == 0;
-      const bool better = together ? cut_all(random, it) : cut_one(random);
-      if (together) in_vain = better ? 0 : in_vain + 1;
-      kept += better;
+    int kept = 0;
+    for (;;) {
+      const double before = excess(), least = worth * (straight() + before);
+      kept += run(attempts, random);
+      const double saved = before - excess();
+      if (!(saved > 0 && saved >= least) || clock.expired()) return kept;
     }
-    return kept;
   }
 
  private:
@@ -57,6 +55,22 @@ class Shortener {
   static constexpr double kWholeArm = 0.2, kEven = 0.5, kAllTheWay = 0.5;  // of easings
   static constexpr int kPatience = 8, kTogether = 16, kDraws = 8;
 
+  int run(int attempts, Random& random) {
+    int kept = 0, in_vain = 0;
+    tries_ = 0;
+    // Windows in which there is nothing to gain are drawn again; a plan with few that have is given up in the end.
+    for (int64_t it = 0; tries_ < attempts && it < int64_t{kDraws} * attempts && excess() > kStraight && last() > 1;
+         ++it) {
+      if ((it & 7) == 7 && clock_->expired()) break;
+      // All arms at once first, as long as it helps.
+      const bool together = in_vain < kPatience || it % kTogether == 0;
+      const bool better = together ? cut_all(random, it) : cut_one(random);
+      if (together) in_vain = better ? 0 : in_vain + 1;
+      kept += better;
+    }
+    return kept;
+  }
+
   int arms() const { return static_cast<int>(motions_.size()); }
   int last() const { return motions_[0].last; }
   int dof(int a) const { return motions_[a].arm->dof; }
@@ -64,6 +78,7 @@ class Shortener {
   // What is to be gained between two steps at most.
   double detour(int a, int i, int j) const { return along_[a][j] - along_[a][i] - apart(a, i, j); }
   double excess(int a) const { return along_[a].back() - straight_[a]; }
+  double straight() const { return std::accumulate(straight_.begin(), straight_.end(), 0.0); }
   double excess() const {
     double sum = 0;
     for (int a = 0; a < arms(); ++a) sum += excess(a);
@@ -93,21 +108,11 @@ class Shortener {
     return free_alone(a, 1, [&](int) { return std::pair<const T*, const T*>(motions_[a].at(i), motions_[a].at(j)); });
   }
 
-  std::pair<int, int> window(Random& random) const {
-    const double u = random.uniform();
-    int i = random.below(last() + 1), j = random.below(last() + 1);
-    if (i > j) std::swap(i, j);
-    if (u < 0.15) return {0, last()};
-    if (u < 0.3) return {0, j};
-    if (u < 0.45) return {i, last()};
-    return {i, j};
-  }
-
   bool cut_one(Random& random) {
     double at = random.uniform() * excess();
     int a = 0;
     while (a + 1 < arms() && at >= excess(a)) at -= excess(a++);
-    const auto [i, j] = window(random);
+    const auto [i, j] = some_window(last(), random);
     if (detour(a, i, j) < kGain) return false;
     const double u = random.uniform();
     return u < kVia ? cut_by(a, i, j, random) : u < kVia + kEase ? cut_joints(a, i, j, random) : cut(a, i, j, random);
@@ -162,34 +167,22 @@ class Shortener {
   // Puts rows into the arm's motion from step i on if they keep clear of all other arms.
   bool put(int a, int i, const std::vector<T>& rows) {
     const int length = static_cast<int>(rows.size()) / dof(a) - 1;
-    const bool clear = all_stretches(length, [&](int n, int from, int steps) {
+    const bool clear = all_stretches<V>(length, [&](int n, int from, int steps) {
       stretch(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
       for (auto& b : others_[a]) {
-        if (check_.apart(stretch(a, n), motions_[b], i + from, between_, clock_)) continue;
+        if (check_.apart(stretch(a, n), motions_[b], i + from, *between_, clock_)) continue;
         std::swap(b, others_[a][0]);  // most likely in the way again
         return false;
       }
       return true;
     });
     if (!clear) return false;
-    all_stretches(length, [&](int n, int from, int) {
+    all_stretches<V>(length, [&](int n, int from, int) {
       stretch(a, n).need_all();
       motions_[a].take_over(i + from, stretch(a, n));
       return true;
     });
     measure(a);
-    return true;
-  }
-
-  // Calls `each` with the number, the first step and the count of steps of each piece, until one says no. From the
-  // middle out: what fails mostly fails there, and most fails.
-  template <class Each>
-  static bool all_stretches(int length, Each&& each) {
-    const int most = Stretch<V>::kMostSteps, count = (length + most - 1) / most;
-    for (int n = 0; n < count; ++n) {
-      const int from = (count / 2 + (n % 2 == 0 ? n / 2 : -(n + 1) / 2)) * most;
-      if (!each(n, from, std::min(most, length - from))) return false;
-    }
     return true;
   }
 
@@ -200,7 +193,7 @@ class Shortener {
 
   // All arms go straight at once, in the time that the slowest takes.
   bool cut_all(Random& random, int64_t it) {
-    const auto [i, j] = it == 0 ? std::pair(0, last()) : window(random);
+    const auto [i, j] = it == 0 ? std::pair(0, last()) : some_window(last(), random);
     double gain = 0;
     int length = 0;
     for (int a = 0; a < arms(); ++a) {
@@ -216,11 +209,11 @@ class Shortener {
       const T *p = motions_[a].at(i), *q = motions_[a].at(j);
       parts.push_back(driven(p, q, q, dof(a), {length, 0, length}));
     }
-    const bool clear = all_stretches(length, [&](int, int from, int steps) {
+    const bool clear = all_stretches<V>(length, [&](int, int from, int steps) {
       for (int a = 0; a < arms(); ++a) {
         stretch(a, 0).set(parts[a].data() + static_cast<size_t>(from) * dof(a), steps);
         for (int b = 0; b < a; ++b)
-          if (!check_.apart(stretch(b, 0), stretch(a, 0), 0, between_, clock_)) return false;
+          if (between_ && !check_.apart(stretch(b, 0), stretch(a, 0), 0, *between_, clock_)) return false;
       }
       return true;
     });
@@ -241,7 +234,8 @@ class Shortener {
   const CellModel<T>* cell_;
   Prover<V> prover_;
   PairCheck<V> check_;
-  Levels<T> alone_, between_;
+  Levels<T> alone_;
+  std::optional<Levels<T>> between_;
   std::vector<Pace<T>> paces_;
   std::vector<Motion<V>> motions_;
   std::vector<std::vector<int>> others_;    // of each arm, in the order in which they are looked at

@@ -1,14 +1,11 @@
 // Single-arm planning in space and time: SI-RRT* (Sim, Kim, Nam 2024, arXiv 2404.01752) with a shared static goal tree.
 //
-// A vertex is a pair (configuration, safe interval) with its earliest arrival. The tree grows from the start; a second
-// tree, grown once from the goal without regard to constraints, is a fact about the cell that all calls share: whenever
-// a new vertex reaches it, its branch is followed to the goal. Times are whole steps; an edge takes the least number of
-// steps at full speed, the wait happens before it. Every path is then shortened: cost is joint movement (L1), while the
-// tree looks for early arrival.
+// The tree grows from the start; a second tree, grown once from the goal without regard to constraints, is a fact about
+// the cell that all calls share: whenever a new sample reaches it, its branch is followed to the goal. Every path is
+// then shortened: cost is joint movement (L1), while the tree looks for early arrival.
 #pragma once
 
-#include "seen_tree.hpp"
-#include "static_tree.hpp"
+#include "space_time_tree.hpp"
 
 namespace mmp {
 
@@ -48,7 +45,12 @@ class SiRrt {
  public:
   using T = Scalar<V>;
   SiRrt(const ArmTask<V>& task, EdgeMaker<V>& maker, const LowLevelOptions& options, uint64_t seed)
-      : task_(task), maker_(maker), options_(options), random_(seed), best_(maker) {}
+      : task_(task),
+        maker_(maker),
+        options_(options),
+        random_(seed),
+        best_(maker),
+        tree_(maker, task.eta, options.neighbours) {}
 
   // `experience`: rows of an earlier path, may be empty.
   LowLevelPath<T> run(const std::vector<T>& experience, const Clock& clock) {
@@ -57,9 +59,7 @@ class SiRrt {
     if (start.safe.empty() || start.safe[0].first > 0 || goal.safe.empty() || goal.safe.back().second < kForever)
       return out;
     leave_start_by_ = start.safe[0].second;
-    add_sample(std::move(start.q), start.safe);
-    vertices_.push_back({0, leave_start_by_, 0, -1});
-    samples_[0].vertices[0] = 0;
+    tree_.plant(std::move(start));
     if (!experience.empty()) begin_with(experience, clock);
     // The ways that are known without sampling: straight, and along the static tree.
     if (!best_.found()) best_.offer(straight(clock), leave_start_by_);
@@ -79,30 +79,9 @@ class SiRrt {
     return out;
   }
 
-  // The tree as it stands.
-  void look(SeenTree<T>& out) const {
-    for (const auto& v : vertices_) {
-      out.positions.insert(out.positions.end(), samples_[v.sample].q.begin(), samples_[v.sample].q.end());
-      out.links.insert(out.links.end(), {v.arrival, v.parent});
-    }
-  }
+  const SpaceTimeTree<V>& tree() const { return tree_; }
 
  private:
-  struct Sample {
-    Config<T> q;
-    std::vector<std::pair<int, int>> safe;
-    std::vector<int> vertices;  // per safe interval, -1 if not reached
-  };
-  struct Vertex {
-    int sample, leave_by, arrival, parent;
-  };
-
-  int add_sample(Config<T> q, std::vector<std::pair<int, int>> safe) {
-    const size_t n = safe.size();
-    samples_.push_back({std::move(q), std::move(safe), std::vector<int>(n, -1)});
-    return static_cast<int>(samples_.size()) - 1;
-  }
-
   // In pieces of eta or a little more, each of them whole steps at full speed.
   Way<V> straight(const Clock& clock) {
     const int pieces = std::max(1, static_cast<int>(std::ceil(distance(task_.start, task_.goal) / task_.eta)));
@@ -122,18 +101,18 @@ class SiRrt {
   Way<V> along_goal_tree(int node) {
     Way<V> way;
     for (int before = -1; node >= 0; before = node, node = task_.goal_tree.nodes[node].parent) {
-      const auto& here = tree_knot(node);
-      way.push_back({here.q, here.safe, before < 0 ? Edge<V>{} : tree_knots_[before].edge});
+      const auto& here = goal_tree_knot(node);
+      way.push_back({here.q, here.safe, before < 0 ? Edge<V>{} : goal_tree_knots_[before].edge});
     }
     return way;
   }
 
   // A node of the goal's tree, with the edge that leads on from it. Ways share their ends, so what is worked out is
   // kept.
-  const Knot<V>& tree_knot(int node) {
+  const Knot<V>& goal_tree_knot(int node) {
     const auto& nodes = task_.goal_tree.nodes;
-    if (tree_knots_.empty()) tree_knots_.resize(nodes.size());
-    auto& knot = tree_knots_[node];
+    if (goal_tree_knots_.empty()) goal_tree_knots_.resize(nodes.size());
+    auto& knot = goal_tree_knots_[node];
     if (!knot.q.empty()) return knot;
     knot = make_knot(maker_, nodes[node].q);
     const int next = nodes[node].parent;
@@ -149,15 +128,10 @@ class SiRrt {
     for (size_t k = 1; k < corners.size() && !clock.expired(); ++k) {
       if (k + 1 == corners.size() && follow(at, {make_knot(maker_, task_.goal)})) return;
       auto knot = make_knot(maker_, corners[k]);
-      if (knot.safe.empty() || !maker_.statically_free(samples_[at].q.data(), knot.q.data())) break;
-      maker_.touch(samples_[at].q.data(), knot.q.data(), knot.edge);
-      const int sample = add_sample(std::move(knot.q), std::move(knot.safe));
-      bool any = false;
-      for (size_t i = 0; i < samples_[sample].safe.size(); ++i) any |= lead(at, sample, static_cast<int>(i), knot.edge);
-      if (!any) {
-        samples_.pop_back();
-        break;
-      }
+      if (knot.safe.empty() || !maker_.statically_free(tree_.q(at).data(), knot.q.data())) break;
+      maker_.touch(tree_.q(at).data(), knot.q.data(), knot.edge);
+      const int sample = tree_.hang(at, std::move(knot));
+      if (sample < 0) break;
       at = sample;
     }
     for (int k = at; k > 0 && !best_.found() && !clock.expired(); --k) reach_goal(k);
@@ -186,129 +160,36 @@ class SiRrt {
     else if (u < options_.goal_bias + kTreeBias)
       target = task_.goal_tree.nodes[random_.below(static_cast<int>(task_.goal_tree.nodes.size()))].q;
     else target = sample_between(maker_.model(), task_.start, task_.goal, it, random_);
-    const int near = nearest_sample(target);
-    const T d = distance(samples_[near].q, target);
+    const int near = tree_.nearest(target);
+    const T d = distance(tree_.q(near), target);
     if (d <= T(1e-4)) return;
-    Config<T> q = d <= task_.eta ? std::move(target) : between(samples_[near].q, target, task_.eta / d);
-    if (!maker_.statically_free(samples_[near].q.data(), q.data())) return;
+    Config<T> q = d <= task_.eta ? std::move(target) : between(tree_.q(near), target, task_.eta / d);
+    if (!maker_.statically_free(tree_.q(near).data(), q.data())) return;
     auto knot = make_knot(maker_, std::move(q));
     if (knot.safe.empty()) return;
-    const int sample = add_sample(std::move(knot.q), std::move(knot.safe));
-    if (!choose_parents(sample, near)) {
-      samples_.pop_back();
-      return;
-    }
-    rewire(sample);
-    reach_goal(sample);
-  }
-
-  int nearest_sample(const Config<T>& q) const {
-    int best = 0;
-    T least = std::numeric_limits<T>::max();
-    for (size_t k = 0; k < samples_.size(); ++k) {
-      const T d = squared(samples_[k].q, q);
-      if (d < least) {
-        least = d;
-        best = static_cast<int>(k);
-      }
-    }
-    return best;
-  }
-
-  std::vector<int> neighbours(int sample, int near) const {
-    std::vector<std::pair<T, int>> within;
-    for (int k = 0; k < static_cast<int>(samples_.size()); ++k)
-      if (k != sample && k != near && distance(samples_[k].q, samples_[sample].q) <= task_.eta)
-        within.emplace_back(squared(samples_[k].q, samples_[sample].q), k);
-    std::sort(within.begin(), within.end());
-    std::vector<int> out{near};
-    for (size_t k = 0; k < within.size() && static_cast<int>(out.size()) < options_.neighbours; ++k)
-      out.push_back(within[k].second);
-    return out;
-  }
-
-  bool choose_parents(int sample, int near) {
-    near_ = neighbours(sample, near);
-    edges_.assign(near_.size(), {});
-    bool any = false;
-    for (size_t n = 0; n < near_.size(); ++n) {
-      const int from = near_[n];
-      if (n > 0 && !maker_.statically_free(samples_[from].q.data(), samples_[sample].q.data())) {
-        near_[n] = -1;
-        continue;
-      }
-      maker_.touch(samples_[from].q.data(), samples_[sample].q.data(), edges_[n]);
-      for (size_t i = 0; i < samples_[sample].safe.size(); ++i)
-        any |= lead(from, sample, static_cast<int>(i), edges_[n]);
-    }
-    return any;
-  }
-
-  // A way from any vertex of `from` into safe interval i of `to`; kept if it arrives earlier. Whoever hangs below a
-  // vertex that is now reached earlier still leaves it in time; `time_way` makes good what the tree leaves lying.
-  bool lead(int from, int to, int i, const Edge<V>& edge) {
-    const auto [lo, hi] = samples_[to].safe[i];
-    bool any = false;
-    for (const int v : samples_[from].vertices) {
-      if (v < 0) continue;
-      const int depart = earliest_departure(maker_, edge, vertices_[v].arrival, vertices_[v].leave_by, lo, hi);
-      if (depart < 0) continue;
-      const int arrival = depart + edge.steps;
-      int& mine = samples_[to].vertices[i];
-      if (mine < 0) {
-        mine = static_cast<int>(vertices_.size());
-        vertices_.push_back({to, hi, arrival, v});
-      } else if (arrival < vertices_[mine].arrival) {
-        vertices_[mine].arrival = arrival;
-        vertices_[mine].parent = v;
-      } else {
-        continue;
-      }
-      any = true;
-    }
-    return any;
-  }
-
-  void rewire(int sample) {
-    for (size_t n = 0; n < near_.size(); ++n) {
-      if (near_[n] <= 0) continue;  // not free, or the start
-      const auto back = maker_.reversed(samples_[near_[n]].q.data(), samples_[sample].q.data(), edges_[n]);
-      for (size_t i = 0; i < samples_[near_[n]].safe.size(); ++i) lead(sample, near_[n], static_cast<int>(i), back);
-    }
+    const int sample = tree_.join(near, std::move(knot));
+    if (sample >= 0) reach_goal(sample);
   }
 
   // From a new sample: straight to the goal, or to the goal's tree and along its branch.
   void reach_goal(int sample) {
-    const Config<T> q = samples_[sample].q;
+    const Config<T>& q = tree_.q(sample);
     if (distance(q, task_.goal) <= T(2.5) * task_.eta && follow(sample, {make_knot(maker_, task_.goal)})) return;
     const int node = nearest(task_.goal_tree.nodes, q);
     if (distance(task_.goal_tree.nodes[node].q, q) <= T(2) * task_.eta) follow(sample, along_goal_tree(node));
   }
 
   bool follow(int sample, Way<V> tail) {
-    if (!maker_.statically_free(samples_[sample].q.data(), tail[0].q.data())) return false;
-    maker_.touch(samples_[sample].q.data(), tail[0].q.data(), tail[0].edge);
+    if (!maker_.statically_free(tree_.q(sample).data(), tail[0].q.data())) return false;
+    maker_.touch(tree_.q(sample).data(), tail[0].q.data(), tail[0].edge);
     bool any = false;
-    for (const int v : samples_[sample].vertices) {
+    for (const int v : tree_.vertices(sample)) {
       if (v < 0) continue;
-      Way<V> way = branch(v);
+      Way<V> way = tree_.branch(v);
       way.insert(way.end(), tail.begin(), tail.end());
       any |= best_.offer(std::move(way), leave_start_by_);
     }
     return any;
-  }
-
-  Way<V> branch(int vertex) {
-    std::vector<int> order;
-    for (int v = vertex; v >= 0; v = vertices_[v].parent) order.push_back(vertices_[v].sample);
-    Way<V> way;
-    for (size_t k = order.size(); k-- > 0;) {
-      const auto& s = samples_[order[k]];
-      Knot<V> next{s.q, s.safe, {}};
-      if (!way.empty()) maker_.touch(way.back().q.data(), s.q.data(), next.edge);
-      way.push_back(std::move(next));
-    }
-    return way;
   }
 
   const ArmTask<V>& task_;
@@ -316,12 +197,9 @@ class SiRrt {
   const LowLevelOptions& options_;
   Random random_;
   BestWay<V> best_;
+  SpaceTimeTree<V> tree_;
   int leave_start_by_ = 0;
-  std::vector<Sample> samples_;
-  std::vector<Vertex> vertices_;
-  std::vector<int> near_;
-  std::vector<Edge<V>> edges_;
-  Way<V> tree_knots_;  // of the goal's tree, as far as they were needed
+  Way<V> goal_tree_knots_;  // as far as they were needed
 };
 
 }  // namespace mmp

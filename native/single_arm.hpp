@@ -34,7 +34,7 @@ class SingleArm {
       path = search.run(experience, clock);
       if (seen) {
         *seen = {};
-        search.look(*seen);
+        search.tree().look(*seen);
       }
       iterations += path.iterations;
       if (!path.found || is_clear(path, others)) break;

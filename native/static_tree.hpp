@@ -11,8 +11,9 @@ struct TreeNode {
   int parent;
 };
 
-template <class T>
-int nearest(const std::vector<TreeNode<T>>& tree, const Config<T>& q) {
+// The first of the nodes of a tree that are nearest.
+template <class Node, class T>
+int nearest(const std::vector<Node>& tree, const Config<T>& q) {
   int best = 0;
   T least = std::numeric_limits<T>::max();
   for (size_t k = 0; k < tree.size(); ++k) {

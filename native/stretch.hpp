@@ -41,4 +41,16 @@ class Stretch : public Motion<V> {
   uint32_t detailed_ = 0;
 };
 
+// Calls `each` with the number, the first step and the count of steps of each piece, until one says no. From the
+// middle out: what fails mostly fails there, and most fails.
+template <class V, class Each>
+bool all_stretches(int length, Each&& each) {
+  const int most = Stretch<V>::kMostSteps, count = (length + most - 1) / most;
+  for (int n = 0; n < count; ++n) {
+    const int from = (count / 2 + (n % 2 == 0 ? n / 2 : -(n + 1) / 2)) * most;
+    if (!each(n, from, std::min(most, length - from))) return false;
+  }
+  return true;
+}
+
 }  // namespace mmp

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "edges.hpp"
+#include "departures.hpp"
 #include "random.hpp"
 
 namespace mmp {
@@ -127,7 +127,6 @@ class BestWay {
   BestWay(EdgeMaker<V>& maker) : maker_(&maker) {}
 
   bool found() const { return found_; }
-  double cost() const { return cost_; }
   const Way<V>& knots() const { return way_; }
 
   // Takes the way if it can be timed and costs less.

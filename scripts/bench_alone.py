@@ -6,14 +6,16 @@ obstacles and the other arms' bases, and its shortest path counts: an estimate f
 
 from __future__ import annotations
 
+import argparse
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
 from figure import print_figure
 
-from mmp_env import InvalidInstanceError, MmpError, _core, load_instances
+from mmp_cli.arguments import Parser
+from mmp_cli.standalone import run_script
+from mmp_env import InvalidInstanceError, _core, load_instances
 from mmp_env.problem import Problem
 from mmp_planners.arms import Arms
 from mmp_planners.low_level import SiRrtStar
@@ -36,9 +38,9 @@ def shortest(problem: Problem) -> float:
 
 def main() -> None:
     """Prints a figure for each file."""
-    if not sys.argv[1:]:
-        sys.exit(__doc__)
-    for path in sys.argv[1:]:
+    parser = Parser("bench_alone.py", __doc__, argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("files", nargs="+", metavar="FILE", help="instance file")
+    for path in parser.parse().files:
         ratios = []
         file = load_instances(path)
         for instance in file.instances:
@@ -52,7 +54,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except MmpError as error:
-        sys.exit(f"bench_alone.py: {error}")
+    run_script(main)

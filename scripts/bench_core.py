@@ -19,6 +19,8 @@ import numpy as np
 from figure import print_figure, timed
 
 import mmp_planners
+from mmp_cli.arguments import Parser, whole
+from mmp_cli.standalone import run_script
 from mmp_env import _core, core_variants, draw_instance, make_problem, ring_cell
 from mmp_env.cell import Cell
 from mmp_env.certificate import SHARE
@@ -65,9 +67,9 @@ def measure_each(call: Callable[[Any], object], things: Sequence[Any], repeats: 
 
 def main() -> None:
     """Prints all figures."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--states", type=int, default=1000, metavar="N", help="states in a batch (default: 1000)")
-    count = parser.parse_args().states
+    parser = Parser("bench_core.py", __doc__, argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--states", type=whole, default=1000, metavar="N", help="states in a batch (default: 1000)")
+    count = parser.parse().states
     cell = ring_cell(ARMS)
     ends = [draw_instance(cell, seed=seed) for seed in range((count + 1) // 2)]
     states = [state for instance in ends for state in instance][:count]
@@ -162,4 +164,4 @@ def print_certificate(cell: Cell, plans: Sequence[Plan]) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -7,7 +7,6 @@ other work on the machine touches least.
 from __future__ import annotations
 
 import statistics
-import sys
 import time
 from typing import Any
 
@@ -17,7 +16,10 @@ import numpy as np
 from figure import print_figure
 
 import mmp_env
+from mmp_cli.arguments import Parser
+from mmp_cli.standalone import environment_id, run_script
 
+SOURCE = "MultiArmCell-8"
 BLOCKS, STEPS = 20, 10
 SEED = 7
 CALM = 0.2
@@ -25,9 +27,10 @@ CALM = 0.2
 
 
 def main() -> None:
-    """Prints the figures of one environment, `MultiArmCell-8` by default."""
-    name = sys.argv[1] if len(sys.argv) > 1 else "MultiArmCell-8"
-    env = gymnasium.make(name, control_mode="delta", terminate_on_contact=False)
+    """Prints the figures of one environment."""
+    parser = Parser("bench_env.py", __doc__)
+    parser.add_argument("id", nargs="?", type=environment_id, default=SOURCE, help=f"default: {SOURCE}")
+    env = gymnasium.make(parser.parse().id, control_mode="delta", terminate_on_contact=False)
     env.reset(seed=SEED)
     print_stepping(env)
     print_resets(env)
@@ -87,4 +90,4 @@ def seconds(call: Any) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -7,7 +7,6 @@ harness: keeping the line before it for good, drawing the instance, handing over
 from __future__ import annotations
 
 import statistics
-import sys
 import tempfile
 import time
 from argparse import Namespace
@@ -15,6 +14,7 @@ from pathlib import Path
 
 from figure import print_figure, rounded
 
+from mmp_cli.arguments import Parser
 from mmp_cli.bench import parser
 from mmp_cli.benchmark.folder import ResultsFolder
 from mmp_cli.benchmark.job import Job, Result, Unit
@@ -22,13 +22,16 @@ from mmp_cli.benchmark.pool import Pool
 from mmp_cli.benchmark.settings import settings_of
 from mmp_cli.benchmark.sources import read_sources
 from mmp_cli.benchmark.variants import read_variants
+from mmp_cli.standalone import run_script
 
 SOURCE, PLANNER, COUNT = "MultiArmCell-8", "apf-ecbs", 30
 
 
 def main() -> None:
     """Prints the median over the units, without plans saved and with."""
-    source = sys.argv[1] if len(sys.argv) > 1 else SOURCE
+    own = Parser("bench_harness.py", __doc__)
+    own.add_argument("source", nargs="?", default=SOURCE, metavar="SOURCE", help=f"default: {SOURCE}")
+    source = own.parse().source
     for saving in ((), ("--save-plans",)):
         args = parser().parse([source, "--planners", PLANNER, "--count", str(COUNT), "--time-limit", "10", *saving])
         job = Job(
@@ -63,4 +66,4 @@ def overheads(args: Namespace, job: Job, path: Path) -> list[float]:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

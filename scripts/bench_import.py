@@ -8,6 +8,9 @@ import sys
 
 from figure import print_figure, rounded
 
+from mmp_cli.arguments import Parser
+from mmp_cli.standalone import run_script
+
 PROCESSES = 15
 THEIRS, OURS = "mujoco, gymnasium", "mmp_env, mmp_planners"
 PROGRAM = f"""
@@ -22,6 +25,7 @@ print(between - begin, time.perf_counter() - between)
 
 def main() -> None:
     """Prints the best of fresh processes, the median beside it, and how it compares with what is imported anyway."""
+    Parser("bench_import.py", __doc__).parse()
     times = [measured() for _ in range(PROCESSES + 1)][1:]  # the first one may still compile
     theirs, ours = ([row[k] for row in times] for k in (0, 1))
     print_figure(
@@ -41,4 +45,4 @@ def measured() -> list[float]:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

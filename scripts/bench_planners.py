@@ -29,7 +29,8 @@ import numpy as np
 from figure import print_figure, rounded
 from planner_runs import Job, Run, check_job, plan_twice, run_all
 
-from mmp_cli.arguments import setting
+from mmp_cli.arguments import Parser, seed, setting, whole, whole_or_zero
+from mmp_cli.standalone import run_script
 from mmp_env import MmpError
 
 _RINGS = "MultiArmCell-4,MultiArmCell-6,MultiArmCell-8"
@@ -54,11 +55,8 @@ def main() -> None:
     """Prints all figures, and on stderr a line for each run."""
     args = arguments()
     os.environ |= ONE_THREAD  # for the processes to come: what this one has loaded has read them already
-    try:
-        jobs = [job for row in args.rows for job in read_row(args, row)]
-        published = {Path(file).name.partition(".")[0]: published_costs(file) for file in args.published}
-    except (MmpError, OSError) as error:
-        sys.exit(f"bench_planners.py: {error}")
+    jobs = [job for row in args.rows for job in read_row(args, row)]
+    published = {Path(file).name.partition(".")[0]: published_costs(file) for file in args.published}
     solved: dict[str, dict[str, dict[str, Run]]] = {}
     for job in jobs:
         runs, peak_mb = in_fresh_process(run_all, job)
@@ -123,18 +121,20 @@ def make_job(args: argparse.Namespace, source: str, words: str, limit_s: float |
 
 
 def published_costs(file: str) -> dict[str, float]:
-    """Instance -> cost [rad] of those that the published planner solved. Raises `MmpError`, `OSError`."""
-    with open(file, encoding="utf-8", newline="") as lines:
-        try:
+    """Instance -> cost [rad] of those that the published planner solved. Raises `MmpError`."""
+    try:
+        with open(file, encoding="utf-8", newline="") as lines:
             rows = [row for row in csv.DictReader(lines) if row["planner"].upper() == PUBLISHED]
-            return {row["instance"]: float(row["cost_rad"]) for row in rows if row["solved"] == "1"}
-        except (KeyError, ValueError) as error:
-            raise MmpError(f"{file} has no such column or number: {error}") from None
+        return {row["instance"]: float(row["cost_rad"]) for row in rows if row["solved"] == "1"}
+    except OSError as error:
+        raise MmpError(f"{file} cannot be read: {error.strerror}") from None
+    except (KeyError, ValueError) as error:
+        raise MmpError(f"{file} has no such column or number: {error}") from None
 
 
 def arguments() -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = Parser("bench_planners.py", __doc__, argparse.RawDescriptionHelpFormatter)
     parser.add_argument("rows", nargs="*", default=ROWS, metavar="ROW", help="default: " + "; ".join(ROWS))
     parser.add_argument("--instances", type=Path, metavar="DIR", help="folder of panda-circle-N.json")
     parser.add_argument(
@@ -144,14 +144,14 @@ def arguments() -> argparse.Namespace:
         metavar="CSV",
         help=f"published results of SOURCE, SOURCE.*.csv: costs are compared with those of {PUBLISHED}",
     )
-    parser.add_argument("--count", type=int, metavar="N", help="instances (default: 50 of an id, all of a file)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="the first one (default: 0)")
+    parser.add_argument("--count", type=whole, metavar="N", help="instances (default: 50 of an id, all of a file)")
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="the first one (default: 0)")
     parser.add_argument(
-        "--twice", type=int, default=5, metavar="N", help="instances that are planned again (default: 5)"
+        "--twice", type=whole_or_zero, default=5, metavar="N", help="instances that are planned again (default: 5)"
     )
     parser.add_argument("--no-exact", action="store_true", help="check with the spheres alone")
     parser.add_argument("--runs", type=Path, metavar="FILE", help="add a JSON line per run to this file")
-    return parser.parse_args()
+    return parser.parse()
 
 
 def in_fresh_process(work: Callable[[Job], Result], job: Job) -> Result:
@@ -245,4 +245,4 @@ def print_comparison(source: str, solved: dict[str, dict[str, Run]]) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -6,7 +6,6 @@ is that with the watcher, its file written, less that without; the import of rer
 
 from __future__ import annotations
 
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -15,6 +14,8 @@ import gymnasium
 from figure import print_figure, timed
 
 import mmp_env  # noqa: F401 - registers the environments
+from mmp_cli.arguments import Parser
+from mmp_cli.standalone import environment_id, run_script
 from mmp_env.problem import Problem
 from mmp_env.rerun import RerunWatcher, require
 from mmp_planners import make
@@ -25,7 +26,9 @@ SEEDS, NODES, REPEATS, LIMIT_S = 20, 50, 5, 20.0
 
 def main() -> None:
     """Prints the figures of one environment."""
-    source = sys.argv[1] if len(sys.argv) > 1 else SOURCE
+    parser = Parser("bench_rerun.py", __doc__)
+    parser.add_argument("id", nargs="?", type=environment_id, default=SOURCE, help=f"default: {SOURCE}")
+    source = parser.parse().id
     begin = time.perf_counter()
     require()
     print_figure("rerun_import", time.perf_counter() - begin, "s")
@@ -67,4 +70,4 @@ def record(problem: Problem, planner: str, seed: int, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -6,7 +6,6 @@ instances are those of the seeds 0, 1, ..., the plans those of `auto`.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,6 +17,8 @@ from figure import print_figure
 
 import mmp_env
 import mmp_planners
+from mmp_cli.arguments import Parser, whole
+from mmp_cli.standalone import environment_id, run_script
 from mmp_env.execution import ExecutionReport, execute_plan
 from mmp_env.plan import Plan
 from mmp_env.retime import RetimeReport, retime_with_report
@@ -41,14 +42,20 @@ class Ran:
 
 def main() -> None:
     """Prints the figures of all cells."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("sources", nargs="*", default=SOURCES)
-    parser.add_argument("--count", type=int, default=50)
+    parser = Parser("bench_retime.py", __doc__)
+    parser.add_argument("sources", nargs="*", type=_source, default=SOURCES, metavar="SOURCE")
+    parser.add_argument("--count", type=whole, default=50)
     parser.add_argument("--no-execute", action="store_true")
-    args = parser.parse_args()
+    args = parser.parse()
     for source in args.sources:
         runs = [run(source, seed, execute=not args.no_execute) for seed in range(args.count)]
         print_source(source.replace(":", "_"), [ran for ran in runs if ran is not None], args.count)
+
+
+def _source(text: str) -> str:
+    """An environment id, or one and a task, as an argument."""
+    environment_id(text.partition(":")[0])
+    return text
 
 
 def run(source: str, seed: int, *, execute: bool) -> Ran | None:
@@ -116,4 +123,4 @@ def print_executions(name: str, reports: Sequence[ExecutionReport]) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

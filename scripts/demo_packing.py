@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Sequence
@@ -13,32 +12,30 @@ from pathlib import Path
 import numpy as np
 
 import mmp_planners
-from mmp_cli.arguments import seconds, seed
-from mmp_env import MmpError, find_cell, make_problem
+from mmp_cli.arguments import Parser, check_spared, seconds, seed
+from mmp_cli.standalone import run_script
+from mmp_env import find_cell, make_problem
 from mmp_env.check.episode import check_episode
 from mmp_env.episode import Episode, EpisodeExecution, episode_to_dict, execute_episode, save_episode
 from mmp_env.films import ENCODERS, HOLD_S, check_film, frames
 from mmp_env.retime import retime
 from mmp_env.studio import HEIGHT, WIDTH
 from mmp_env.wording import counted
-from mmp_env.writing import check_writable, whole_file
+from mmp_env.writing import check_writable, left_alone, whole_file
 from mmp_planners import Planner
 from mmp_tasks.sequence import Stage, stages
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the demonstration: 0 when every plan is valid and was executed without contact, 1 otherwise."""
-    args = _parser().parse_args(arguments)
-    try:
-        return run(args)
-    except MmpError as error:
-        print(f"demo_packing: {error}", file=sys.stderr)
-        return 2
+    """Draws, plans, checks, saves and executes: 0 when every plan is valid and there was no contact, 1 otherwise.
 
-
-def run(args: argparse.Namespace) -> int:
-    """Draws, plans, checks, saves and executes."""
+    Raises `MmpError` for misuse.
+    """
+    args = _parser().parse(arguments)
     planner = mmp_planners.make(args.planner)
+    for option, path in (("--out", args.out), ("--video", args.video)):
+        if path:
+            check_spared(args.cell, option, path)
     if args.video:
         check_film(args.video)
     if args.out:
@@ -46,6 +43,8 @@ def run(args: argparse.Namespace) -> int:
     drawn = stages(find_cell(args.cell), np.random.default_rng(args.seed), args.task)
     episode = planned(f"{args.cell}-{args.task}-{args.seed}", drawn, planner, args.seed, args.time_limit)
     if episode is None:
+        for sentence in left_alone(path for path in (args.out, args.video) if path):
+            print(f"demo_packing.py: {sentence}", file=sys.stderr)
         return 1
     if args.retime:
         episode = replace(episode, plans=tuple(retime(plan) for plan in episode.plans))
@@ -93,8 +92,8 @@ def planned(name: str, drawn: Sequence[Stage], planner: Planner, seed: int, time
     return Episode(name=name, plans=tuple(plans))
 
 
-def _parser() -> argparse.ArgumentParser:
-    out = argparse.ArgumentParser(description=__doc__)
+def _parser() -> Parser:
+    out = Parser("demo_packing.py", __doc__)
     out.add_argument("--cell", default="mixed-4", help="name or file; default: mixed-4")
     out.add_argument("--task", default="packing", choices=("place", "packing"), help="the second of the three")
     out.add_argument("--planner", default="auto", metavar="NAME", help="default: auto")
@@ -107,4 +106,4 @@ def _parser() -> argparse.ArgumentParser:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_script(main)

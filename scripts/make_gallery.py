@@ -9,7 +9,6 @@ The instances are chosen by the rules in gallery/instances.py; the same program 
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,7 +18,9 @@ from gallery.demonstrations import save_demonstrations
 from gallery.film import save_search
 from gallery.ways import save_ways
 
-from mmp_env import MmpError
+from mmp_cli.arguments import Parser
+from mmp_cli.standalone import run_script
+from mmp_env.errors import UnknownNameError
 
 FOLDER = Path(__file__).parent.parent / "docs" / "images" / "gallery"
 PARTS: dict[str, Callable[[Path], None]] = {
@@ -33,12 +34,12 @@ PARTS: dict[str, Callable[[Path], None]] = {
 
 def main() -> None:
     """Makes the parts that are named, or all."""
-    parser = argparse.ArgumentParser(description="Makes the pictures of the README.")
+    parser = Parser("make_gallery.py", __doc__, argparse.RawDescriptionHelpFormatter)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(PARTS)}; default: all")
     parser.add_argument("--out", type=Path, default=FOLDER, help="folder (default: docs/images/gallery)")
-    asked = parser.parse_args()
+    asked = parser.parse()
     if unknown := [name for name in asked.names if name not in PARTS]:
-        parser.error(f"unknown part {unknown[0]}; there are {', '.join(PARTS)}")
+        raise UnknownNameError("part of the gallery", unknown[0], PARTS)
     asked.out.mkdir(parents=True, exist_ok=True)
     for name in asked.names or PARTS:
         PARTS[name](asked.out)
@@ -49,7 +50,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except MmpError as error:
-        sys.exit(f"make_gallery.py: {error}")
+    run_script(main)

@@ -14,9 +14,10 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from readme_table import FIGURES, ROOT, Figures, as_table, cpu_line, linked, outcome, read_figures, sources
-from written_pages import asked_to_check, bring_up_to_date
+from written_pages import bring_up_to_date, checking_parser
 
 import mmp_planners
+from mmp_cli.standalone import run_script
 from mmp_planners.constraints import EitherArm
 from mmp_planners.constraints.named import KINDS as CONSTRAINTS
 from mmp_planners.constraints.named import constraint_kind
@@ -72,7 +73,7 @@ those that were not solved. One core of: {cpu}; `scripts/bench_planners.py` has 
 
 def main() -> None:
     """Brings the page up to date, or says that it is not."""
-    check = asked_to_check("planners_page.py [--check]")
+    check = checking_parser("planners_page.py", __doc__).parse().check
     bring_up_to_date({PAGE: "".join(page(read_figures(FIGURES)))}, check=check)
 
 
@@ -198,4 +199,4 @@ def prose(kind: type) -> str:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -13,9 +13,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from written_pages import asked_to_check, bring_up_to_date, filled
+from written_pages import bring_up_to_date, checking_parser, filled
 
 import mmp_planners
+from mmp_cli.standalone import run_script
 from mmp_planners.planner import About
 
 ROOT = Path(__file__).parent.parent
@@ -62,7 +63,7 @@ Figures = Mapping[str, Mapping[str, Any]]
 
 def main() -> None:
     """Brings the pages up to date, or says that they are not."""
-    check = asked_to_check("readme_table.py [--check]")
+    check = checking_parser("readme_table.py", __doc__).parse().check
     figures = read_figures(FIGURES)
     pages = {page: filled(page.read_text(encoding="utf-8"), lambda name: TABLES[name](figures)) for page in PAGES}
     bring_up_to_date(pages, check=check)
@@ -196,4 +197,4 @@ TABLES = {
 }
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

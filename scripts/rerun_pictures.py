@@ -5,6 +5,7 @@ Needs a Vulkan driver; Mesa's runs on the processor: `apt-get install mesa-vulka
 
 from __future__ import annotations
 
+import argparse
 import sys
 import tempfile
 import time
@@ -15,6 +16,8 @@ import gymnasium
 from PIL import Image
 from rerun.experimental import ViewerClient
 
+from mmp_cli.arguments import Parser
+from mmp_cli.standalone import run_script
 from mmp_env.rerun import RerunRecorder, RerunWatcher
 from mmp_planners import make
 
@@ -34,6 +37,7 @@ PICTURES = {
 
 def main() -> None:
     """Writes all pictures."""
+    Parser("rerun_pictures.py", __doc__, argparse.RawDescriptionHelpFormatter).parse()
     beside = Path(sys.executable).parent / "rerun"
     with tempfile.TemporaryDirectory() as folder:
         viewer = ViewerClient.spawn(headless=True, port=PORT, hide_welcome_screen=True, executable_path=str(beside))
@@ -101,4 +105,4 @@ def keep(shot: Path, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -11,11 +11,13 @@ from __future__ import annotations
 import gzip
 import re
 import shutil
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from written_pages import bring_up_to_date, filled
+from written_pages import bring_up_to_date, checking_parser, filled
+
+from mmp_cli.standalone import run_script
+from mmp_env.errors import MmpError
 
 RESULTS = Path(__file__).parent.parent / "docs" / "results"
 PAGE = RESULTS / "README.md"
@@ -29,19 +31,21 @@ _NOT_RUN = "Not run yet: `scripts/reproduce_paper.sh`, then `scripts/results_pag
 
 def main() -> None:
     """Keeps a reproduction and brings the page up to date, or says that it is not."""
-    if len(sys.argv) != 2:
-        sys.exit("usage: results_page.py FOLDER | --check")
-    check = sys.argv[1] == "--check"
-    if not check:
+    parser = checking_parser("results_page.py", __doc__)
+    parser.add_argument("folder", nargs="?", type=Path, metavar="FOLDER", help="what to keep; not with --check")
+    args = parser.parse()
+    if args.check == (args.folder is not None):
+        raise MmpError("give either FOLDER or --check")
+    if not args.check:
         for name in FOLDERS:
-            keep(Path(sys.argv[1]) / name, RESULTS / name)
-    bring_up_to_date({PAGE: with_tables(PAGE.read_text(encoding="utf-8"), RESULTS)}, check=check)
+            keep(args.folder / name, RESULTS / name)
+    bring_up_to_date({PAGE: with_tables(PAGE.read_text(encoding="utf-8"), RESULTS)}, check=args.check)
 
 
 def keep(source: Path, target: Path) -> None:
     """Copies a benchmark folder with its report; the results compressed, always to the same bytes."""
     if not (source / "table.md").is_file():
-        sys.exit(f"{source} has no table.md; `mmp report {source}` writes it")
+        raise MmpError(f"{source} has no table.md; `mmp report {source}` writes it")
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
     for path in sorted(source.iterdir()):
@@ -95,4 +99,4 @@ def _blocks(text: str) -> Iterator[tuple[int, str, str]]:
 
 
 if __name__ == "__main__":
-    main()
+    run_script(main)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NoReturn
+
+from mmp_cli.arguments import Parser
 
 _PLACE = re.compile(r"(<!-- table: (\S+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
@@ -16,11 +19,11 @@ def filled(page: str, table: Callable[[str], str]) -> str:
     return _PLACE.sub(lambda place: place[1] + table(place[2]) + place[3], page)
 
 
-def asked_to_check(usage: str) -> bool:
-    """Whether the command line is `--check`; ends the program with `usage` where it is neither that nor empty."""
-    if sys.argv[1:] not in ([], ["--check"]):
-        sys.exit(f"usage: {usage}, not {' '.join(sys.argv[1:])}")
-    return len(sys.argv) > 1
+def checking_parser(prog: str, description: str | None) -> Parser:
+    """The arguments of a script that writes pages."""
+    out = Parser(prog, description, argparse.RawDescriptionHelpFormatter)
+    out.add_argument("--check", action="store_true", help="write nothing; exit 1 where a page is not up to date")
+    return out
 
 
 def bring_up_to_date(pages: Mapping[Path, str], *, check: bool) -> NoReturn:

@@ -32,6 +32,12 @@ def test_a_row_becomes_figures_of_each_planner_on_each_source(tmp_path):
     assert figures["pairs/ecbs/expanded_nodes_where_both_solve"]["instances"] == 1
 
 
+def test_fewer_than_no_instances_are_not_planned_again():
+    ran = run("--twice", -1)
+    assert ran.returncode == 2
+    assert ran.stderr == "bench_planners.py: argument --twice: '-1' is not a whole number from 0 to 999999999\n"
+
+
 @pytest.mark.parametrize(
     ("row", "words"),
     [
@@ -44,7 +50,7 @@ def test_a_row_becomes_figures_of_each_planner_on_each_source(tmp_path):
 )
 def test_a_row_that_means_nothing_is_one_sentence(row, words):
     ran = run(row)
-    assert ran.returncode == 1
+    assert ran.returncode == 2
     assert ran.stdout == ""
     assert words in ran.stderr
     assert "Traceback" not in ran.stderr

@@ -2,6 +2,7 @@
 
 import json
 
+import bad_files
 import checkout_scripts
 import pytest
 
@@ -24,7 +25,26 @@ def test_without_a_plan_in_time_nothing_is_written(tmp_path):
     done = checkout_scripts.run("demo_packing.py", "--cell", "ring-2", "--time-limit", "1e-6", "--out", path)
     assert done.returncode == 1
     assert "timeout" in done.stdout
+    assert done.stderr == ""
     assert not path.exists()
+    path.write_text("older")
+    done = checkout_scripts.run("demo_packing.py", "--cell", "ring-2", "--time-limit", "1e-6", "--out", path)
+    assert done.stderr == f"demo_packing.py: {path} is left as it was; this run wrote nothing to it\n"
+    assert path.read_text() == "older"
+
+
+@pytest.mark.parametrize("option", ["--out", "--video"])
+def test_the_file_of_the_cell_is_not_overwritten(tmp_path, option):
+    path = tmp_path / "pair.json"
+    path.write_text(json.dumps(bad_files.good_cell()))
+    done = checkout_scripts.run("demo_packing.py", "--cell", path, option, path)
+    assert done.returncode == 2
+    assert done.stderr == f"demo_packing.py: {option} would overwrite {path} itself; give another name\n"
+
+
+def test_an_episode_may_have_the_name_of_a_cell():
+    done = checkout_scripts.run("demo_packing.py", "--cell", "ring-2", "--time-limit", "1e-6", "--out", "ring-2")
+    assert done.returncode == 1, done.stderr
 
 
 @pytest.mark.parametrize(
@@ -41,6 +61,7 @@ def test_without_a_plan_in_time_nothing_is_written(tmp_path):
 def test_bad_usage_is_a_sentence_before_anything_is_drawn(words, message):
     done = checkout_scripts.run("demo_packing.py", *words)
     assert done.returncode == 2
-    assert message in done.stderr
-    assert "Traceback" not in done.stderr
+    (sentence,) = done.stderr.splitlines()
+    assert sentence.startswith("demo_packing.py: ")
+    assert message in sentence
     assert done.stdout == ""

@@ -8,6 +8,8 @@ from pathlib import Path
 import checkout_scripts
 import pytest
 
+from mmp_env.errors import MmpError
+
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "README.md"
 
@@ -94,7 +96,7 @@ def test_a_reproduction_is_kept_whole_and_always_as_the_same_bytes(results_page,
 
 
 def test_a_folder_without_a_report_is_refused(results_page, tmp_path):
-    with pytest.raises(SystemExit, match=r"has no table\.md; `mmp report"):
+    with pytest.raises(MmpError, match=r"has no table\.md; `mmp report"):
         results_page.keep(tmp_path, tmp_path / "kept")
 
 

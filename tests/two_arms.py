@@ -1,5 +1,6 @@
 """Two UR5e that face each other, and problems between them small enough to know what happens."""
 
+import itertools
 from functools import cache
 
 import numpy as np
@@ -52,3 +53,12 @@ def one_in_the_way():
 
 
 PROBLEMS = {kind.__name__: kind for kind in (passing, one_moves, nothing_to_do, one_in_the_way)}
+
+
+def along(step, *places):
+    """From place to place, each stretch in as few even steps as `step` [rad] of any joint allows."""
+    rows = [np.asarray(places[0])[None]]
+    for here, there in itertools.pairwise(places):
+        count = int(np.ceil(np.abs(there - here).max() / step - 1e-6))
+        rows.append(here + np.arange(1, count + 1)[:, None] / count * (there - here))
+    return np.vstack(rows)

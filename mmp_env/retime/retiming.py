@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
-from mmp_env.plan_fit import check_fit
+from mmp_env.plan_fit import check_complete, check_fit, given_plan
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.course import course_of
 from mmp_env.retime.limits import rate_limits, split
@@ -24,22 +24,24 @@ from mmp_env.retime.smoothing import deviation
 _INWARD = 0.99
 
 
-def retime(plan: Plan, **options: Any) -> Plan:
+def retime(plan: Plan | None, **options: Any) -> Plan:
     """The plan with corners rounded and a clock that keeps every joint's velocity, acceleration and jerk limits.
 
     It starts and ends at rest and is proved conflict free at every instant, like the plan. All arms share the clock, so
     nobody is late for anybody. Limits are the problem's velocities and the robots' accelerations and jerks, or those
     given. `options` are the fields of `RetimeOptions`: `rate`, `tolerance`, `share`, `max_acceleration`, `max_jerk`.
 
-    Raises `MmpError` for wrong values, a plan that is retimed already, and one that cannot be proved itself.
+    Raises `MmpError` for wrong values, a plan that is retimed already, one that cannot be proved itself, and None,
+    which is what a planner has that found no plan.
     """
     return retime_with_report(plan, **options)[0]
 
 
-def retime_with_report(plan: Plan, **options: Any) -> tuple[Plan, RetimeReport]:
+def retime_with_report(plan: Plan | None, **options: Any) -> tuple[Plan, RetimeReport]:
     """As `retime`, and what became of the plan."""
     began = time.perf_counter()
     chosen = RetimeOptions.of(options)
+    plan = given_plan(plan, "retime")
     _check(plan)
     full = rate_limits(plan.problem, chosen.max_acceleration, chosen.max_jerk)
     limits = full.reduced(chosen.share)
@@ -60,9 +62,7 @@ def _check(plan: Plan) -> None:
     if len(plan.times) < 2:
         raise MmpError("the plan has one sample; to be retimed it needs its start and its goal at least")
     check_fit(plan, plan.problem.cell)
-    for name in plan.problem.cell.arm_names:
-        if name not in plan.positions:
-            raise MmpError(f"the plan has no positions of arm '{name}'; to be proved it needs those of all arms")
+    check_complete(plan)
     if plan.accelerations is not None:
         raise MmpError("the plan is retimed already; retime the one that it was made from")
 

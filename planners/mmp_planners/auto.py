@@ -13,12 +13,15 @@ from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.problem import Problem
 from mmp_planners.apf_ecbs import ApfEcbs
 from mmp_planners.counts import Counts
-from mmp_planners.finishing import Run
+from mmp_planners.finishing import Run, Step
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.prioritized import Prioritized
+from mmp_planners.recombining import Recombining
+from mmp_planners.replanning import Replanning
 from mmp_planners.rrt_connect import NODES, Composite
-from mmp_planners.seeds import sub_seeds
+from mmp_planners.seeds import seed_of, sub_seeds
+from mmp_planners.shortcutting import Shortcutting
 
 FIRST_TURN, LONGEST_TURN = 1000, 200_000
 """Iterations of the composite search in its first turn, twice as many in each further one, and at most."""
@@ -27,10 +30,14 @@ ORDERS = 2
 TREES_FROM = 2
 """Turns of the others before the first tree of APF-ECBS, which takes as long as many orders of the arms."""
 GOOD, FAIR = 1.02, 1.03
-"""Multiple of the straight lines that is not worth more work."""
+"""Multiple of the straight lines that is not worth more work, and one that is only worth shortcuts."""
 COARSE = 2
 """Steps of the time grid that are one while a plan is shortened: half the work a look, and as short in the end."""
-GAIN, PATIENCE = 1e-3, 3
+WORTH = 3e-3
+"""Share of the cost for which as many shortcuts are tried again before anything else."""
+ALONE = 300
+"""Attempts to shorten the ways of all arms without regard to each other."""
+GAIN, PATIENCE = 1e-3, 4
 """Share of the cost that a round must save, and how many rounds in a row may fail to."""
 
 
@@ -41,6 +48,8 @@ class PortfolioCounts(Counts):
     found_by: str | None = None
     replanned: int = 0
     """Attempts to plan arms with detours anew that made the plan shorter."""
+    recombined: int = 0
+    """Rounds in which ways of several plans, put together anew, made the plan shorter."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,15 +58,17 @@ class Auto:
 
     Turns are counted, not timed, so the same seed gives the same plan. They fail on different instances: crowding
     decides which of them is fast. While the plan is more than 2 % longer than the straight lines it is shortened on the
-    common clock and arms with detours are planned anew, for `rounds` at most.
+    common clock, arms with detours are planned anew, and where that is in vain ways of other orders of the arms are put
+    together with its own, for `rounds` at most.
     """
 
     about: ClassVar[About] = About(
-        paper="portfolio of `rrt-connect`, `prioritized` and `apf-ecbs`; then shortcuts and replanning (MAPF-LNS)",
+        paper="portfolio of `rrt-connect`, `prioritized` and `apf-ecbs`; then shortcuts, replanning (MAPF-LNS) and "
+        "ways of several plans put together by coordination diagrams (O'Donnell, Lozano-Perez 1989)",
         guarantee="not complete: it gives up where an arm finds no way even alone; no bound on the cost",
     )
 
-    rounds: int = option(12, "rounds in which the plan is made shorter, at most", least=0)
+    rounds: int = option(40, "rounds in which the plan is made shorter, at most", least=0)
     shorten: int = option(300, "attempts to shorten the plan, each round", least=0)
     replan: int = option(10, "attempts to plan arms with detours anew, each round", least=0)
     dt: float = option(0.1, "length of a step of the time grid [s]", positive=True)
@@ -128,20 +139,25 @@ class Auto:
 
     def _improve(self, run: Run, counts: PortfolioCounts) -> bool:
         """Whether the plan got any shorter."""
-        dt, bound = COARSE * self.dt, run.problem.cost_lower_bound_rad
-        better, in_vain = False, 0
+        if run.best is None:
+            return False
+        dt, bound, first, in_vain = COARSE * self.dt, run.problem.cost_lower_bound_rad, run.best.cost, 0
+        shorten = Shortcutting(attempts=self.shorten, dt=dt, worth=WORTH)
+        replan = Replanning(attempts=self.replan, dt=dt)
+        alone = Shortcutting(attempts=ALONE, dt=dt, alone=True)
+        recombine = Recombining(run, run.best.plan, self.dt, shorten, alone)
         for turn in range(self.rounds):
-            if run.best is None or run.best.cost <= GOOD * bound or run.clock.expired:
+            before, other = run.best.cost, None
+            if before <= GOOD * bound or in_vain == PATIENCE or run.clock.expired:
                 break
-            before = run.best.cost
-            better |= run.shorten(self.shorten, dt, turn)
-            replanned = run.replan(self.replan, dt, turn) if run.best.cost > FAIR * bound else 0
-            counts.replanned += replanned
-            better |= replanned > 0
+            if in_vain and before > FAIR * bound:
+                other = recombine(run.best.plan, 2 ** (in_vain - 1), turn)
+            cut = Step(part=shorten, seed=seed_of(run.seed, turn))
+            anew = Step(part=replan, seed=seed_of(run.seed, turn, 1), above=FAIR * bound)
+            counts.replanned += run.improve(cut, anew, start=other)[1]
+            counts.recombined += other is not None and run.best.cost < before
             in_vain = in_vain + 1 if run.best.cost > (1 - GAIN) * before else 0
-            if in_vain == PATIENCE:
-                break
-        return better
+        return run.best.cost < first
 
 
 def _doubling(turns: Iterator[None], count: int) -> Iterator[None]:

@@ -26,6 +26,15 @@ PROOF_SHARE, PROOF_S = 0.1, 0.02
 """What shortening leaves of the time that is left, so that what it found can be proved: a share, or so many seconds."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """A part that makes plans shorter, with its seed; only for plans that are longer than `above` [rad]."""
+
+    part: Shortcutting | Replanning
+    seed: int
+    above: float = 0.0
+
+
 @dataclass(kw_only=True)
 class Run:
     """One run of a planner: its clock, its counts and the best solution that it has so far."""
@@ -99,25 +108,40 @@ class Run:
             SolutionFound(elapsed_s=self.elapsed_s, node=node, cost_rad=self.best.cost, clearance_m=self.best.clearance)
         )
 
-    def shorten(self, attempts: int, dt: float, turn: int = 0) -> bool:
-        """The best plan made shorter; False where there is none or it stays as it is. Every `turn` has its own seed."""
-        kept = self._improve(Shortcutting(attempts=attempts, dt=dt), seed_of(self.seed, turn))
-        self.counts.shortcuts += kept
-        return kept > 0
+    def shorten(self, attempts: int, dt: float) -> bool:
+        """The best plan made shorter; False where there is none or it stays as it is."""
+        return self.improve(Step(part=Shortcutting(attempts=attempts, dt=dt), seed=seed_of(self.seed, 0)))[0] > 0
 
-    def replan(self, attempts: int, dt: float, turn: int = 0) -> int:
-        """The same by planning arms anew: how many of the attempts made the best plan shorter."""
-        return self._improve(Replanning(attempts=attempts, dt=dt), seed_of(self.seed, turn, 1))
+    def improve(self, *steps: Step, start: Plan | None = None) -> list[int]:
+        """The best plan, or `start`, made shorter step by step, and proved: how often each step succeeded.
 
-    def _improve(self, part: Shortcutting | Replanning, seed: int) -> int:
-        """How often the part made the best plan shorter; 0 where that could not be proved."""
-        if self.best is None or part.attempts == 0:
-            return 0
+        Zeros where there is no plan, and from the step on whose plan is not shorter than the best or not proved.
+        """
+        plan = start if start is not None or self.best is None else self.best.plan
+        if plan is None:
+            return [0] * len(steps)
+        clock, plans, succeeded = self.early_clock(), [plan], []
+        for step in steps:
+            wanted = step.part.attempts > 0 and plans[-1].cost_rad > step.above
+            plan, kept = step.part(plans[-1], step.seed, clock) if wanted else (plans[-1], 0)
+            plans.append(plan)
+            succeeded.append(kept)
+        self.cut_short |= clock.expired
+        while plans[-1] is not (self.best.plan if self.best else None) and not self.offer(plans[-1]):
+            plans.pop()
+            if not plans:
+                break
+        kept_steps = max(len(plans) - 1, 0)
+        succeeded = succeeded[:kept_steps] + [0] * (len(steps) - kept_steps)
+        for step, kept in zip(steps, succeeded, strict=True):
+            if isinstance(step.part, Shortcutting):
+                self.counts.shortcuts += kept
+        return succeeded
+
+    def early_clock(self) -> _core.Clock:
+        """One that ends so early that what was found until then can be proved."""
         remaining = min(self.clock.remaining, 1e10)
-        early = _core.Clock(max(0.0, remaining - max(PROOF_SHARE * remaining, PROOF_S)))
-        plan, kept = part(self.best.plan, seed, early)
-        self.cut_short |= early.expired
-        return kept if kept > 0 and self.offer(plan) else 0
+        return _core.Clock(max(0.0, remaining - max(PROOF_SHARE * remaining, PROOF_S)))
 
     def tell_and_shorten(self, watch: Watcher, attempts: int, dt: float) -> None:
         """The end of a planner without a tree: its plan is told, and told again where `attempts` have shortened it."""

@@ -15,6 +15,13 @@ from mmp_env.events import ignore
 from mmp_planners.planner import About, Planner
 
 GROUP = "mmp_env.planners"
+_TYPES = {
+    "bool": (bool, "true or false"),
+    "int": (int, "an integer"),
+    "float": (float, "a number"),
+    "str": (str, "text"),
+}
+"""Types of options as they are written: what values are of them, and what that is called in messages."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -135,11 +142,11 @@ def _default(f: dataclasses.Field) -> Any:
 
 def _converted(planner: str, option: Option, value: Any) -> Any:
     """The value as the option's type: whole numbers serve as floats, on and off as bools, nothing else is bent."""
-    wanted = {"bool": bool, "int": int, "float": float, "str": str}.get(option.type)
+    wanted, words = _TYPES.get(option.type, (None, ""))
     if wanted is bool and value in ("on", "off"):
         return value == "on"
     if wanted is None or type(value) is wanted:
         return value
     if wanted is float and type(value) is int:
         return float(value)
-    raise MmpError(f"option '{option.name}' of planner '{planner}' is {value!r}; it takes a {option.type}")
+    raise MmpError(f"option '{option.name}' of planner '{planner}' is {value!r}; it takes {words}")

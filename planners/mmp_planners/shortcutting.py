@@ -8,6 +8,7 @@ late: the clock is common, and only shorter ways are taken.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -26,10 +27,16 @@ MOST_STEPS = 10_000
 
 @dataclass(frozen=True, kw_only=True)
 class Shortcutting:
-    """`attempts` to shorten a plan on a grid of `dt` [s]; the same seed gives the same plan."""
+    """`attempts` to shorten a plan on a grid of `dt` [s]; the same seed gives the same plan.
+
+    As many attempts again as long as they make it shorter by a share `worth`. `alone`: each arm's way as if it were the
+    only one; what comes of that is not safe.
+    """
 
     attempts: int
     dt: float = 0.1
+    worth: float = math.inf
+    alone: bool = False
 
     def __call__(self, plan: Plan, seed: int, clock: _core.Clock) -> tuple[Plan, int]:
         """The plan made shorter, its certificate still to come, and how many stretches were replaced."""
@@ -41,8 +48,9 @@ class Shortcutting:
             [problem.max_velocity[name] * dt for name in names],
             HIT * problem.margin,
             KEEP_PROOF * problem.margin,
-            KEEP_PROOF * problem.margin,
+            None if self.alone else KEEP_PROOF * problem.margin,
             self.attempts,
+            self.worth,
             seed,
             clock,
         )
@@ -60,12 +68,10 @@ def on_grid(plan: Plan, dt: float) -> list[Rows]:
     counts = np.maximum(np.ceil(np.diff(plan.times) / dt - 1e-6).astype(int), 1)
     last = int(counts.sum())
     instants = np.interp(np.arange(last + 1), np.concatenate([[0], np.cumsum(counts)]), np.arange(len(plan.times)))
-    out = []
-    for name in plan.problem.cell.arm_names:
-        q = plan.positions[name]
-        columns = [np.interp(instants, np.arange(len(q)), column) for column in q.T]
-        out.append(np.ascontiguousarray(np.column_stack(columns)))
-    return out
+    before = instants.astype(int)
+    after, share = np.minimum(before + 1, len(plan.times) - 1), (instants - before)[:, None]
+    rows = [plan.positions[name] for name in plan.problem.cell.arm_names]
+    return [q[before] + share * (q[after] - q[before]) for q in rows]
 
 
 def paced(problem: Problem, rows: Sequence[Rows]) -> Plan:

@@ -5,23 +5,31 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NoReturn
 
 from mmp_env.errors import MmpError, UnknownNameError
 
 LARGEST_SEED = 2**63 - 1
 DEFAULT_TIME_LIMIT_S = 60.0
+_LARGEST_COUNT = 10**9 - 1
 
 
 class Parser(argparse.ArgumentParser):
     """An argument parser that raises `MmpError` where argparse would print its usage and exit."""
 
-    def __init__(self, command: str, description: str) -> None:
-        super().__init__(prog=f"mmp {command}", description=description, allow_abbrev=False)
+    def __init__(
+        self,
+        prog: str,
+        description: str | None,
+        formatter_class: type[argparse.HelpFormatter] = argparse.HelpFormatter,
+    ) -> None:
+        super().__init__(prog=prog, description=description, formatter_class=formatter_class, allow_abbrev=False)
 
-    def parse(self, argv: Sequence[str]) -> argparse.Namespace:
-        """The arguments. Raises `MmpError`."""
+    def parse(self, argv: Sequence[str] | None = None) -> argparse.Namespace:
+        """The arguments, those of the process by default. Raises `MmpError`."""
         args, extra = self.parse_known_args(argv)
         for word in extra:
             if word.startswith("-"):
@@ -29,18 +37,31 @@ class Parser(argparse.ArgumentParser):
                 raise UnknownNameError(f"option of {self.prog}", word.partition("=")[0], options)
         if extra:
             raise MmpError(f"{self.prog} has no use for the argument '{extra[0]}'; see {self.prog} --help")
+        for action in self._actions:
+            value = getattr(args, action.dest, None)
+            if value == "" or (isinstance(value, list) and "" in value):  # in a shell, a variable that is not set
+                name = action.option_strings[0] if action.option_strings else action.metavar
+                raise MmpError(f"argument {name} is empty; give a value")
         return args
 
     def error(self, message: str) -> NoReturn:
         """Raises the message as an `MmpError`."""
-        raise MmpError(f"{self.prog}: {message}")
+        raise MmpError(message.replace("ignored explicit argument", "it takes no value, not"))
 
 
 def seed(text: str) -> int:
     """A whole number from 0."""
-    if not (text.isascii() and text.isdigit() and len(text) < 20 and int(text) <= LARGEST_SEED):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 0 to {LARGEST_SEED}")
-    return int(text)
+    return _whole(text, 0, LARGEST_SEED)
+
+
+def whole(text: str) -> int:
+    """A whole number from 1."""
+    return _whole(text, 1, _LARGEST_COUNT)
+
+
+def whole_or_zero(text: str) -> int:
+    """A whole number from 0, of what there may be none of."""
+    return _whole(text, 0, _LARGEST_COUNT)
 
 
 def positive(text: str) -> float:
@@ -71,6 +92,15 @@ def setting(text: str) -> tuple[str, Any]:
     return key.replace("-", "_"), value if isinstance(parsed, dict | list) else parsed
 
 
+def check_spared(source: str, option: str, path: str | Path) -> None:
+    """Raises `MmpError` where writing to `path`, as `option` asks, would replace the file that is read.
+
+    A `source` may also be the name of a cell or environment: then there is no such file.
+    """
+    if os.path.isfile(source) and os.path.realpath(path) == os.path.realpath(source):
+        raise MmpError(f"{option} would overwrite {source} itself; give another name")
+
+
 def add_source(parser: Parser) -> None:
     """The arguments that say which instance: see `mmp_cli.source`."""
     parser.add_argument("source", metavar="SOURCE", help="environment id, instance file or cell file (JSON or YAML)")
@@ -91,6 +121,12 @@ def add_time_limit(parser: Parser, what: str) -> None:
 
 def _refuse(constant: str) -> NoReturn:
     raise ValueError(constant)
+
+
+def _whole(text: str, least: int, most: int) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) < 20 and least <= int(text) <= most):
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from {least} to {most}")
+    return int(text)
 
 
 def _number(text: str) -> float:

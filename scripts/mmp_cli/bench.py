@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from argparse import Namespace
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mmp_cli.arguments import Parser, add_time_limit, positive, seed
+from mmp_cli.arguments import Parser, add_time_limit, positive, seed, whole
 from mmp_env.errors import MmpError
 
 if TYPE_CHECKING:
@@ -29,14 +28,12 @@ stopped. Exit 0: the run is complete; 2: bad usage, or a folder that was made wi
 
 def parser() -> Parser:
     """The arguments of the command."""
-    out = Parser("bench", _ABOUT)
+    out = Parser("mmp bench", _ABOUT)
     out.add_argument(
         "sources", nargs="+", metavar="SOURCE", help="environment ids, instance files and cell files (JSON or YAML)"
     )
     _add_planners(out)
-    out.add_argument(
-        "--count", type=_whole, metavar="N", help="instances of each source; default: all of a file, or 50"
-    )
+    out.add_argument("--count", type=whole, metavar="N", help="instances of each source; default: all of a file, or 50")
     help = "of the planners; instance k of an id has seed N + k; default: 0"
     out.add_argument("--seed", type=seed, default=0, metavar="N", help=help)
     out.add_argument("--robot", metavar="NAME", help="robot of environment ids; default: ur5e")
@@ -71,10 +68,10 @@ def _add_planners(parser: Parser) -> None:
 
 def _add_workers(parser: Parser) -> None:
     """Where the runs take place, and what each of them may use."""
-    parser.add_argument("--workers", type=_whole, metavar="N", help="runs at a time; default: one for each core")
+    parser.add_argument("--workers", type=whole, metavar="N", help="runs at a time; default: one for each core")
     add_time_limit(parser, "each run")
     help = f"for each run; default: {DEFAULT_MEMORY_LIMIT_MB}"
-    parser.add_argument("--memory-limit", type=_whole, default=DEFAULT_MEMORY_LIMIT_MB, metavar="MB", help=help)
+    parser.add_argument("--memory-limit", type=whole, default=DEFAULT_MEMORY_LIMIT_MB, metavar="MB", help=help)
     parser.add_argument("--ray", metavar="ADDRESS", help="run on the Ray cluster there (extra `ray`), such as auto")
 
 
@@ -164,10 +161,3 @@ def _work(args: Namespace, job: Job, folder: ResultsFolder, pool: Pool | RayPool
             assert isinstance(answer, Result)
             folder.add(unit, answer.line, answer.plan)
             progress.done(unit, answer.line)
-
-
-def _whole(text: str) -> int:
-    """A whole number from 1."""
-    if not (text.isascii() and text.isdigit() and len(text) < 10 and int(text) > 0):
-        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number from 1 to {10**9 - 1}")
-    return int(text)

@@ -7,13 +7,14 @@ import sys
 from argparse import Namespace
 
 from mmp_cli.arguments import Parser
+from mmp_cli.kinds import EPISODE, PLAN, read_as
 from mmp_env.errors import MmpError
 from mmp_env.wording import counted
 
 
 def parser() -> Parser:
     """The arguments of the command."""
-    out = Parser("check", "Checks plans again. Exit 0: all are valid; 1: one is not; 2: one cannot be read.")
+    out = Parser("mmp check", "Checks plans again. Exit 0: all are valid; 1: one is not; 2: one cannot be read.")
     out.add_argument(
         "plans", nargs="+", metavar="PLAN", help="plan files (schema mmp-plan/1), or episodes of them (mmp-episode/1)"
     )
@@ -32,10 +33,9 @@ def _check(path: str, args: Namespace) -> int:
     from mmp_env.check import check_plan
     from mmp_env.check.episode import check_episode
     from mmp_env.episode import Episode, plans_from_dict
-    from mmp_env.reading import read_document
 
     try:
-        data = read_document(path)
+        data = read_as(path, (PLAN, EPISODE), "`mmp check` takes plans and episodes")
         in_a_row = isinstance(plans_from_dict(data, path), Episode)
     except MmpError as error:
         print(f"mmp: {one_line(error)}", file=sys.stderr)

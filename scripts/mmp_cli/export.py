@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mmp_cli.arguments import Parser
+from mmp_cli.arguments import Parser, check_spared
+from mmp_cli.kinds import EPISODE, PLAN, read_as
 from mmp_cli.main import one_line
-from mmp_env.errors import MmpError
 
 if TYPE_CHECKING:
     from mmp_env.export.motion import Motion
@@ -22,7 +21,7 @@ def parser() -> Parser:
     from mmp_env.export import FORMATS, JOINT_NAMES
     from mmp_env.export.joint_names import PLACEHOLDERS
 
-    out = Parser("export", "Writes a plan in another format. Exit 1: written, but the checker refutes the plan.")
+    out = Parser("mmp export", "Writes a plan in another format. Exit 1: written, but the checker refutes the plan.")
     out.add_argument("plan", metavar="PLAN", help="plan file (schema mmp-plan/1), or episode (mmp-episode/1)")
     formats = "; ".join(f"{suffix}: {what}" for suffix, what in FORMATS.items())
     out.add_argument(
@@ -44,14 +43,14 @@ def run(args: Namespace) -> int:
     from mmp_env.check.episode import check_episode
     from mmp_env.episode import Episode, plans_from_dict
     from mmp_env.export import check_target, export_plan
-    from mmp_env.reading import read_document
 
     check_target(args.to)
-    data = read_document(args.plan)
+    data = read_as(args.plan, (PLAN, EPISODE), "`mmp export` takes plans and episodes")
     read = plans_from_dict(data, args.plan)
     in_a_row = isinstance(read, Episode)
     plans = list(read.plans) if in_a_row else [read]
-    _spare(args.plan, args.to, plans[0])
+    for arm in plans[0].problem.cell.arm_names:
+        check_spared(args.plan, "--to", args.to.replace("{arm}", arm))
     written = export_plan(plans, args.to, joint_names=args.joint_names)
     for path, motion in written.items():
         print(f"{path}: {_content(path, plans[0], motion)}")
@@ -61,14 +60,6 @@ def run(args: Namespace) -> int:
         first = one_line(report.sentences[0])
         print(f"mmp: THE CHECKER REFUTES {one_line(args.plan)}: {first}. Do not run it.", file=sys.stderr)
     return 0 if report.valid else 1
-
-
-def _spare(source: str, to: str, plan: Plan) -> None:
-    """Raises `MmpError` where the plan's own file would be overwritten."""
-    for arm in plan.problem.cell.arm_names:
-        path = Path(to.replace("{arm}", arm))
-        if os.path.realpath(path) == os.path.realpath(source):
-            raise MmpError(f"--to {to} would overwrite the plan itself; give another name")
 
 
 def _content(path: Path, plan: Plan, motion: Motion) -> str:

@@ -16,7 +16,7 @@ from mmp_env.writing import plain
 
 def parser() -> Parser:
     """The arguments of the command."""
-    out = Parser("list", "Lists robots, cells, tasks, and planners with their options.")
+    out = Parser("mmp list", "Lists robots, cells, tasks, and planners with their options.")
     out.add_argument("--json", action="store_true", help="print one JSON object")
     return out
 

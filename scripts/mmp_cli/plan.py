@@ -9,9 +9,9 @@ from argparse import Namespace
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from mmp_cli.arguments import Parser, add_source, add_time_limit, setting
+from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, setting
 from mmp_cli.main import one_line
-from mmp_cli.showing import Showing, Together, add_showing, check_showing
+from mmp_cli.showing import SPAWN, Showing, Together, add_showing, check_showing
 from mmp_env.errors import InvalidInstanceError, MmpError
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ PREFERRED, OTHERWISE = "auto", "apf-ecbs"
 
 def parser() -> Parser:
     """The arguments of the command."""
-    out = Parser("plan", "Plans one instance, checks the plan and prints a summary.")
+    out = Parser("mmp plan", "Plans one instance, checks the plan and prints a summary.")
     add_source(out)
     help = f"default: {PREFERRED}, or {OTHERWISE} where that is not installed"
     out.add_argument("--planner", metavar="NAME", help=help)
@@ -53,12 +53,14 @@ def run(args: Namespace) -> int:
     import mmp_planners
     from mmp_cli.outcome import Outcome
     from mmp_cli.source import read_source
-    from mmp_env.writing import check_writable
+    from mmp_env.writing import check_writable, left_alone
 
     if args.planner is None:
         args.planner = default_planner()
     planner = mmp_planners.make(args.planner, **_options(args.settings))
     source = read_source(args)
+    for name, path in _asked(args).items():
+        check_spared(args.source, f"--{name}", path)
     if args.out is not None:
         check_writable(args.out)
     check_showing(args)
@@ -73,6 +75,8 @@ def run(args: Namespace) -> int:
     with Showing(args, problem, _title(args, source.label)) as showing:
         outcome = _run_to_the_end(args, planner, source.label, problem, showing)
     _report(args, outcome)
+    for sentence in left_alone(_unwritten(args, outcome)):
+        print(f"mmp: {one_line(sentence)}", file=sys.stderr)
     return outcome.exit_code
 
 
@@ -175,6 +179,18 @@ def _plan(args: Namespace, planner: Planner, problem: Problem, showing: Showing)
         watch = Together(interruption.check, line, *showing.watchers)
         result = call(args.planner, planner, problem, seed=args.seed, time_limit=args.time_limit, watch=watch)
     return result, interruption.happened
+
+
+def _asked(args: Namespace) -> dict[str, str]:
+    """Option -> file that it asks for."""
+    given = {name: getattr(args, name) for name in ("out", "tree", "rerun", "image", "video")}
+    return {name: path for name, path in given.items() if path is not None and (name, path) != ("rerun", SPAWN)}
+
+
+def _unwritten(args: Namespace, outcome: Outcome) -> list[str]:
+    """The files that were asked for, and that this run has not come to write."""
+    written = {outcome.plan_path, *outcome.shown.values()}
+    return [path for path in _asked(args).values() if path not in written]
 
 
 def _report(args: Namespace, outcome: Outcome) -> None:

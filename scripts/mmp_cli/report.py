@@ -11,7 +11,7 @@ from mmp_cli.arguments import Parser
 
 def parser() -> Parser:
     """The arguments of the command."""
-    out = Parser("report", "Writes report.html, table.md and the figures of a benchmark folder into it.")
+    out = Parser("mmp report", "Writes report.html, table.md and the figures of a benchmark folder into it.")
     out.add_argument("folder", metavar="DIR", help="the folder of mmp bench --out; it may still be unfinished")
     out.add_argument(
         "--against",

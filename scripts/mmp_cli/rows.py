@@ -20,6 +20,12 @@ def print_rows(rows: Iterable[tuple[str, str, str]]) -> None:
 
 
 def print_table(table: Table) -> None:
-    """Prints it as wide as the terminal; in a file a line stays a line."""
+    """Prints it as wide as the terminal; in a file a line stays a line, and ends with its last word."""
     console = Console()
-    (console if console.is_terminal else Console(width=_FILE_WIDTH)).print(table)
+    if console.is_terminal:
+        console.print(table)
+        return
+    console = Console(width=_FILE_WIDTH)
+    with console.capture() as capture:
+        console.print(table)
+    print("\n".join(line.rstrip() for line in capture.get().splitlines()))

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser
+from mmp_cli.kinds import PLAN, read_as
 from mmp_cli.showing import SPAWN, add_showing, check_showing, save_image, save_video
 from mmp_env.errors import MmpError
 
@@ -26,7 +27,7 @@ _PAUSE_S = 1.0
 
 def parser() -> Parser:
     """The arguments of the command."""
-    out = Parser("show", "Opens a recording (.rrd), a plan, a benchmark folder, a page or a picture in a window.")
+    out = Parser("mmp show", "Opens a recording (.rrd), a plan, a benchmark folder, a page or a picture in a window.")
     out.add_argument("file", metavar="FILE", help="what to open")
     add_showing(out, *_MADE)
     return out
@@ -54,9 +55,10 @@ def run(args: Namespace) -> int:
 
 
 def _read(path: Path) -> Plan:
-    from mmp_env.plan_file import load_plan
+    from mmp_env.plan_file import plan_from_dict
 
-    return load_plan(path)
+    takes = "`mmp show` takes plans, recordings, benchmark folders, pages and pictures"
+    return plan_from_dict(read_as(path, (PLAN,), takes), str(path))
 
 
 def _make(args: Namespace, plan: Plan) -> None:

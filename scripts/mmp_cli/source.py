@@ -9,13 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
+from mmp_cli.kinds import CELL, INSTANCES, read_as
 from mmp_env.cell import Cell
 from mmp_env.cell_file import cell_from_dict
 from mmp_env.cell_source import find_cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
 from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
-from mmp_env.reading import Place, named, names_file, parse_json, read_document
+from mmp_env.reading import Place, named, names_file, parse_json
 from mmp_env.registration import ANY_CELL, CELLS
 
 _MODULE = "mmp_env:"
@@ -56,7 +57,8 @@ def open_source(args: Namespace) -> NamedCell | InstanceFile:
     path = Path(args.source)
     if not path.exists() and not names_file(args.source):
         raise UnknownNameError("environment id or file", args.source, CELLS)
-    data = read_document(path)
+    takes = "SOURCE is an environment id, an instance file or a cell file"
+    data = read_as(args.source, (INSTANCES, CELL), takes)
     if holds_instances(data):
         _refuse(args, "an instance file", "robot", "task", "start", "goal")
         return instances_from_dict(data, args.source, name=path.stem)

@@ -66,7 +66,11 @@ def _search(result: PlanResult) -> str:
     if stats.get("fast_track_tries"):
         parts.append(f"fast track {stats.get('fast_track_hits')} of {stats['fast_track_tries']}")
     first = stats.get("first_plan_s")
-    changes = {"shortcuts": ("shortcut", "shortcuts"), "replanned": ("replanning", "replannings")}
+    changes = {
+        "shortcuts": ("shortcut", "shortcuts"),
+        "replanned": ("replanning", "replannings"),
+        "recombined": ("recombination", "recombinations"),
+    }
     made = [_counted(stats[key], *name) for key, name in changes.items() if stats.get(key)]
     if isinstance(first, int | float) and (made or stats.get("found_by")):
         finder = f" by {stats['found_by']}" if stats.get("found_by") else ""

@@ -1,9 +1,13 @@
 """Shortcutting on the common clock: what goes in safe comes out safe and shorter."""
 
+import dataclasses
+import itertools
+import math
+
 import numpy as np
 import pytest
 import two_arms
-from twins import clearance
+from twins import clearance, motion, toys
 
 from mmp_env import _core
 from mmp_env.collision import HIT, KEEP_PROOF
@@ -12,12 +16,12 @@ from mmp_env.problem import make_problem
 DT_S = 0.1
 
 
-def shortened(problem, rows, attempts=400, seed=0, clock=None):
+def shortened(problem, rows, attempts=400, worth=math.inf, seed=0, clock=None, alone=False):
     names, margin = problem.cell.arm_names, problem.margin
     speeds = [problem.max_velocity[name] * DT_S for name in names]
-    levels = (HIT * margin, KEEP_PROOF * margin, KEEP_PROOF * margin)
-    clock = clock or _core.Clock(np.inf)
-    return _core.shorten(problem.cell.collision.core, rows, speeds, *levels, attempts, seed, clock)
+    levels = (HIT * margin, KEEP_PROOF * margin, None if alone else KEEP_PROOF * margin)
+    clock = clock or _core.Clock(math.inf)
+    return _core.shorten(problem.cell.collision.core, rows, speeds, *levels, attempts, worth, seed, clock)
 
 
 def detour(q_from, q_via, q_to, steps):
@@ -104,7 +108,7 @@ def test_the_same_seed_shortens_in_the_same_way():
 
 def test_without_attempts_or_time_a_plan_stays_as_it_is():
     problem, rows = over()
-    cancelled = _core.Clock(np.inf)
+    cancelled = _core.Clock(math.inf)
     cancelled.cancel()
     for found, kept in (shortened(problem, rows, attempts=0), shortened(problem, rows, clock=cancelled)):
         assert kept <= 7
@@ -118,6 +122,71 @@ def test_what_is_straight_already_is_left_alone():
     found, kept = shortened(problem, rows)
     assert kept == 0
     np.testing.assert_allclose(found[0], rows[0], atol=1e-6)
+
+
+def test_as_if_alone_an_arm_goes_straight_through_another_one():
+    problem, rows = over()
+    found, kept = shortened(problem, rows, alone=True)
+    assert kept > 0
+    assert length(found) < length(shortened(problem, rows)[0]) - 0.1
+    assert length(found) == pytest.approx(problem.cost_lower_bound_rad, abs=2e-3)
+    assert clearance.clearance_of_motions(problem.cell, "left", found[0], "right", found[1]) < 0
+
+
+def about_a_post():
+    """The left arm lifts its hand over a post; the right one stands where nothing passes."""
+    post = toys.solid("cylinder", [0.03, 0.0, 0.1], name="post", radius=0.04, length=0.5)
+    cell = dataclasses.replace(two_arms.facing_cell(), obstacles=(post,))
+    start = {"left": two_arms.reaching(0.8), "right": two_arms.reaching(1.5)}
+    goal = {"left": two_arms.reaching(-0.8), "right": two_arms.reaching(1.5)}
+    via = two_arms.reaching(0.0) + np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])
+    rows = [detour(start["left"], via, goal["left"], 40), np.repeat(start["right"][None], 81, axis=0)]
+    return make_problem(cell, start, goal), rows
+
+
+def test_as_if_alone_an_arm_still_keeps_clear_of_what_stands_still():
+    problem, rows = about_a_post()
+    assert motion.edge_clearance(problem.cell, "left", problem.start["left"], problem.goal["left"]) < 0
+    (left, _), kept = shortened(problem, rows, alone=True)
+    assert kept > 0
+    assert length([left]) < length(rows) - 0.1
+    steps = itertools.pairwise(left)
+    gap = min(motion.edge_clearance(problem.cell, "left", a, b, samples=4) for a, b in steps)
+    assert gap >= KEEP_PROOF * problem.margin - 1e-5
+
+
+def test_attempts_are_made_again_as_long_as_they_are_worth_it():
+    problem, rows = over()
+    once, kept = shortened(problem, rows, attempts=20)
+    again, kept_in_all = shortened(problem, rows, attempts=20, worth=1e-3)
+    assert kept_in_all > kept
+    assert length(again) < (1 - 1e-3) * length(once)
+    assert clearance.clearance_of_motions(problem.cell, "left", again[0], "right", again[1]) > 0
+
+
+def test_attempts_that_are_not_worth_it_are_made_once():
+    problem, rows = over()
+    once, kept = shortened(problem, rows, attempts=20)
+    again, kept_in_all = shortened(problem, rows, attempts=20, worth=1.0)
+    assert kept == kept_in_all
+    for a, b in zip(once, again, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_it_ends_where_nothing_can_be_gained():
+    problem = two_arms.nothing_to_do()
+    still = [np.repeat(problem.start[n][None], 5, axis=0) for n in problem.cell.arm_names]
+    for worth in (math.inf, 1e-3, 1e-300):
+        clock = _core.Clock(60.0)
+        assert shortened(problem, still, worth=worth, clock=clock)[1] == 0
+        assert not clock.expired
+
+
+def test_attempts_that_are_worth_nothing_are_refused():
+    problem, rows = aside()
+    for worth in (0.0, -0.1, math.nan):
+        with pytest.raises(ValueError, match="worth must be positive"):
+            shortened(problem, rows, worth=worth)
 
 
 def test_rows_that_do_not_match_are_refused():
@@ -134,4 +203,4 @@ def test_steps_of_no_length_are_refused():
     for slow in (0.0, -0.1, np.nan):
         speeds = [np.full(6, 0.08), np.append(np.full(5, 0.08), slow)]
         with pytest.raises(ValueError, match="steps must be positive"):
-            _core.shorten(core, rows, speeds, 1e-3, 1e-3, 1e-3, 10, 0, _core.Clock(np.inf))
+            _core.shorten(core, rows, speeds, 1e-3, 1e-3, 1e-3, 10, math.inf, 0, _core.Clock(math.inf))

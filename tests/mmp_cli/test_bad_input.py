@@ -4,6 +4,8 @@ import bad_files
 import pytest
 from refusals import assert_refused
 
+from mmp_env.plan_file import load_plan
+
 ENDS = json.dumps({"left": bad_files.TUCKED, "right": bad_files.TUCKED})
 
 
@@ -69,7 +71,7 @@ def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
         (["plan", "MultiArmCell-2", "--smooth"], ["unknown option", "'--smooth'"]),
         (["plan", "MultiArmCell-2", "twice"], ["no use for the argument 'twice'"]),
         (["list", "--jsn"], ["'--jsn'", "Did you mean '--json'?"]),
-        (["plan", "MultiArmCell-2", "--seed", "-1"], ["--seed", "'-1'", "whole number from 0"]),
+        (["plan", "MultiArmCell-2", "--seed", "-1"], ["mmp: argument --seed: '-1'", "whole number from 0"]),
         (["plan", "MultiArmCell-2", "--seed", "1.5"], ["--seed", "'1.5'", "whole number from 0"]),
         (["plan", "MultiArmCell-2", "--seed", "9" * 40], ["--seed", "whole number from 0"]),
         (["plan", "MultiArmCell-2", "--seed"], ["--seed", "expected one argument"]),
@@ -79,9 +81,12 @@ def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
         (["plan", "MultiArmCell-2", "--margin", "-0.1"], ["--margin", "'-0.1'", "above 0"]),
         (["plan", "MultiArmCell-2", "--margin", "inf"], ["--margin", "'inf'", "finite"]),
         (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "setps=3"], ["'setps'", "'steps'", "careful"]),
-        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "steps=x"], ["'steps'", "'x'", "int"]),
-        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "careful=3"], ["'careful'", "3", "bool"]),
-        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "w=NaN"], ["'w'", "'NaN'", "float"]),
+        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "steps=x"], ["'steps'", "'x'", "an integer"]),
+        (
+            ["plan", "MultiArmCell-2", "--planner", "straight", "--set", "careful=3"],
+            ["'careful'", "3", "true or false"],
+        ),
+        (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "w=NaN"], ["'w'", "'NaN'", "a number"]),
         (["plan", "MultiArmCell-2", "--planner", "straight", "--set", "steps"], ["--set", "'steps'", "key=value"]),
         (["plan", "MultiArmCell-2", "--set", "w=1", "--set", "w=2"], ["w twice", "1", "2"]),
         (["plan", "MultiArmCell-2", "--instance", "a"], ["--instance", "'a'", "environment id"]),
@@ -101,12 +106,27 @@ def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
             ["--goal: left has 1 numbers", "6"],
         ),
         (["plan", "{instances}", "--out", "."], [". cannot be written: it is not a regular file"]),
+        (["plan", ""], ["argument SOURCE is empty; give a value"]),
+        (["plan", "{instances}", "--out", ""], ["argument --out is empty; give a value"]),
+        (["check", "none.json", ""], ["argument PLAN is empty; give a value"]),
+        (["list", "--json=yes"], ["argument --json: it takes no value, not 'yes'"]),
     ],
     ids=lambda value: " ".join(value)[:60] if value and value[0] in ("plan", "check", "list", "plam") else "",
 )
 def test_bad_usage(mmp, stand_ins, instances, cell, argv, words):
     places = {"{instances}": instances, "{cell}": cell}
     assert_refused(mmp(*(places.get(word, word) for word in argv)), *words)
+
+
+@pytest.mark.parametrize("option", ["--out", "--tree", "--rerun", "--image", "--video"])
+def test_the_source_itself_is_not_overwritten(mmp, instances, option):
+    assert_refused(mmp("plan", instances, option, instances), f"{option} would overwrite", "pairs.json itself")
+
+
+def test_a_file_may_have_the_name_of_an_environment(mmp, stand_ins, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    mmp("plan", "MultiArmCell-2", "--planner", "straight", "--out", "MultiArmCell-2")
+    assert load_plan("MultiArmCell-2").problem.name == "MultiArmCell-2/0"
 
 
 def test_nothing_was_planned_for_bad_usage(mmp, stand_ins, instances):

@@ -133,7 +133,9 @@ def test_the_plan_itself_is_not_overwritten(mmp, tmp_path):
     path.write_text(yaml.safe_dump(tiny_plans.two_apart()))
     before = path.read_text()
     for to in ("left.yaml", "{arm}.yaml", "no/../left.yaml"):
-        assert_refused(mmp("export", path, "--to", tmp_path / to), "would overwrite the plan itself")
+        assert_refused(
+            mmp("export", path, "--to", tmp_path / to), f"--to would overwrite {path} itself; give another name"
+        )
     assert path.read_text() == before
     assert mmp("export", path, "--to", tmp_path / "other.YAML").code == 0
 

@@ -11,6 +11,7 @@ def test_everything_that_has_a_name_is_listed(mmp, stand_ins):
     for name in [*robot_names(), "MultiArmCell-8", "reach", "ecbs", "apf-ecbs-nf", "apf-ecbs", "straight"]:
         assert f"  {name} " in ran.out
     assert "pieces of the line" in ran.out
+    assert all(line == line.rstrip() for line in ran.out.splitlines())
 
 
 def test_json_has_the_options_with_types_and_defaults(mmp, stand_ins):

@@ -142,6 +142,20 @@ def test_no_plan_in_time_is_exit_1_and_its_numbers_are_null(mmp, stand_ins, inst
     assert "no plan in time" in mmp("plan", instances, "--planner", "helpless").out
 
 
+def test_without_a_plan_it_is_said_which_older_files_are_left_as_they_were(mmp, stand_ins, instances, tmp_path):
+    plan, film, picture = tmp_path / "plan.json", tmp_path / "film.gif", tmp_path / "plan.png"
+    for path in (plan, film):
+        path.write_text("older")
+    asked = ["--out", plan, "--video", film, "--image", picture, "--tree", tmp_path / "tree.svg"]
+    ran = mmp("plan", instances, "--planner", "helpless", *asked)
+    assert ran.code == 1
+    assert ran.err.splitlines() == [
+        f"mmp: {path} is left as it was; this run wrote nothing to it" for path in (plan, film)
+    ]
+    assert [path.read_text() for path in (plan, film)] == ["older", "older"]
+    assert not picture.exists()
+
+
 def test_an_invalid_instance_is_exit_2_with_the_reason_and_a_result(mmp, stand_ins, instances):
     ran = mmp("plan", instances, "--instance", "outside", "--planner", "straight", "--json")
     assert ran.code == 2

@@ -144,7 +144,7 @@ def test_a_display_that_does_not_answer_is_told_of(mmp, no_display, plan, monkey
         (["{plan}", "--image", "p.png", "--video", "./p.png"], ["both name"]),
         (["{plan}", "--moments", "end"], ["--moments", "--image FILE"]),
         (["{svg}", "--image", "p.png"], ["--image shows a plan", "is none"]),
-        (["{instances}", "--image", "p.png"], ["pairs.json", "schema"]),
+        (["{instances}", "--image", "p.png"], ["pairs.json is an instance file; `mmp show` takes plans"]),
         (["{plan}", "--tree", "t.svg"], ["unknown option", "'--tree'"]),
         ([], ["FILE"]),
     ],

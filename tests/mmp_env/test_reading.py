@@ -1,3 +1,6 @@
+import os
+import stat
+
 import bad_files
 import pytest
 
@@ -36,6 +39,20 @@ def test_a_huge_file_is_not_read_to_its_end(tmp_path, name, limit):
 def test_what_cannot_be_read_is_named_with_the_reason(tmp_path, name, reason):
     with pytest.raises(MmpError, match=f"cannot be read: {reason}"):
         read_document(tmp_path / name)
+
+
+def test_a_device_is_not_read():
+    with pytest.raises(MmpError, match="/dev/null cannot be read: it is not a regular file"):
+        read_document("/dev/null")
+
+
+def test_a_block_device_is_not_read_either(tmp_path, monkeypatch):
+    path = tmp_path / "a.json"
+    path.write_text("{}")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "stat", lambda *_, **__: os.stat_result([stat.S_IFBLK, *[0] * 9]))
+        with pytest.raises(MmpError, match=r"a\.json cannot be read: it is not a regular file"):
+            read_document(path)
 
 
 def test_a_name_that_no_file_can_have_is_an_error_too():

@@ -14,6 +14,7 @@ from mmp_env.cell import Cell, place_arm
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
 from mmp_env.plan_file import plan_from_dict, plan_to_dict
+from mmp_env.plan_fit import given_plan
 from mmp_env.problem import make_problem
 from mmp_env.retime import retime, retime_with_report
 from mmp_env.robot import load_robot
@@ -224,9 +225,19 @@ def test_a_plan_that_is_retimed_already_is_refused():
         retime(retime(cornered_plan(0, 1)))
 
 
+def test_a_planner_that_found_no_plan_has_none_to_retime():
+    with pytest.raises(MmpError, match="there is no plan to retime; the status of the planner's result says why"):
+        retime(None)
+
+
+def test_what_is_no_plan_is_refused_by_its_type():
+    with pytest.raises(MmpError, match="the plan to retime is of type str; it must be a Plan"):
+        given_plan("plan.json", "retime")
+
+
 def test_a_plan_without_some_arm_is_refused():
     plan = cornered_plan(0, 1)
-    with pytest.raises(MmpError, match="no positions of arm 'right'"):
+    with pytest.raises(MmpError, match="does not say where arm 'right' of its cell is"):
         retime(dataclasses.replace(plan, positions={"left": plan.positions["left"]}))
 
 

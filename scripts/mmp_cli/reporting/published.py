@@ -14,6 +14,7 @@ from pathlib import Path
 from mmp_cli.reporting.sections import Section
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.reading import shown
+from mmp_env.regular_files import read_bytes
 
 COLUMNS = ("instance", "planner", "solved", "planning_time_s", "cost_rad")
 NOTHING_KNOWN = "the file does not say on what machine and with what time limit it was made"
@@ -112,14 +113,7 @@ def _homes(published: Published, row: Row, sections: Iterable[Section]) -> list[
 
 def _text(path: str) -> str:
     try:
-        with open(path, "rb") as file:
-            content = file.read(_MOST_BYTES + 1)
-    except (OSError, ValueError) as error:
-        raise MmpError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    if len(content) > _MOST_BYTES:
-        raise MmpError(f"{path} is larger than {_MOST_BYTES / 2**20:g} MB, the most that is read of a CSV file")
-    try:
-        return content.decode("utf-8-sig")
+        return read_bytes(path, _MOST_BYTES, "CSV").decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise MmpError(f"{path} is not text in UTF-8 (at byte {error.start}); it must be a CSV file") from None
 

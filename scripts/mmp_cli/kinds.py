@@ -1,0 +1,38 @@
+"""What kind of file a command was given, by what is in it: one of another kind is called by its name."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from mmp_env.errors import MmpError
+from mmp_env.reading import NotJsonError, read_document
+
+INSTANCES, PLAN, EPISODE, CELL = "an instance file", "a plan", "an episode", "a cell file"
+_RESULT_FIELD = "planning_time_s"
+_BY_FIELD = {
+    "instances": INSTANCES,
+    "positions": PLAN,
+    "plans": EPISODE,
+    "arms": CELL,
+    _RESULT_FIELD: "a file of results",
+}
+"""A field that only files of this kind have."""
+
+
+def read_as(path: str | PathLike[str], kinds: tuple[str, ...], takes: str) -> Any:
+    """The content of a file, see `read_document`; `takes` says in messages what may be given here.
+
+    Raises `MmpError` for a file that is clearly of none of the `kinds`. One of no kind is left to their readers.
+    """
+    try:
+        data = read_document(path)
+    except NotJsonError:
+        if Path(path).suffix.lower() != ".jsonl":
+            raise
+        data = {_RESULT_FIELD: None}  # a line of JSON for each result, which together are none
+    kind = next((kind for field, kind in _BY_FIELD.items() if isinstance(data, dict) and field in data), None)
+    if kind is not None and kind not in kinds:
+        raise MmpError(f"{path} is {kind}; {takes}")
+    return data

@@ -1,0 +1,178 @@
+"""Ways of several plans put together anew, as `auto` does where nothing else helps."""
+
+import math
+
+import numpy as np
+import pytest
+import two_arms
+
+import mmp_planners
+from mmp_env import _core
+from mmp_env.certificate import certify
+from mmp_env.check import check_plan
+from mmp_env.instances import draw_instance
+from mmp_env.plan_file import plan_to_dict
+from mmp_env.problem import make_problem
+from mmp_env.rings import ring_cell
+from mmp_planners import Status, recombining
+from mmp_planners.finishing import Run, Step
+from mmp_planners.prioritized import Prioritized
+from mmp_planners.recombining import GAIN_RAD, MOST_STEPS, Recombining
+from mmp_planners.replanning import Replanning
+from mmp_planners.shortcutting import Shortcutting, paced
+
+OPTIONS = {"shorten": 20, "rounds": 4, "replan": 0}
+ALONE = Shortcutting(attempts=300, dt=0.2, alone=True)
+
+
+def crowded(seed=5):
+    cell = ring_cell(6, "panda")
+    return make_problem(cell, *draw_instance(cell, seed=seed))
+
+
+def begun(problem):
+    """A run with the plan of the composite search as it was found."""
+    run = Run.begin("auto", None, problem, 0, math.inf)
+    assert run.offer(mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan)
+    return run
+
+
+def recombine(run, orders=1, turn=1):
+    part = Recombining(run, run.best.plan, 0.1, Shortcutting(attempts=20, dt=0.2), ALONE)
+    return part(run.best.plan, orders, turn)
+
+
+@pytest.mark.parametrize("seed", [3, 6])
+def test_a_crowded_cell_is_recombined_and_the_rounds_that_helped_are_counted(monkeypatch, seed):
+    problem = crowded(seed)
+    result = mmp_planners.make("auto", **OPTIONS).plan(problem, seed=0)
+    assert result.stats["recombined"] > 0
+    assert check_plan(result.plan).valid
+    monkeypatch.setattr(Recombining, "__call__", lambda *_: None)
+    without = mmp_planners.make("auto", **OPTIONS).plan(problem, seed=0)
+    assert without.stats["recombined"] == 0
+    assert result.plan.cost_rad < without.plan.cost_rad
+
+
+def test_the_same_seed_recombines_in_the_same_way():
+    problem = crowded()
+    first, second = (plan_to_dict(mmp_planners.make("auto", **OPTIONS).plan(problem, seed=0).plan) for _ in range(2))
+    assert first == second
+
+
+@pytest.mark.parametrize("orders", [0, 1, 4])
+def test_what_is_put_together_is_shorter_than_the_best_plan_and_leaves_it_alone(orders):
+    run = begun(crowded())
+    before = run.best
+    plan = recombine(run, orders)
+    assert plan.cost_rad < before.cost - GAIN_RAD + 1e-6
+    assert certify(plan, _core.Clock(math.inf)).valid
+    assert run.best is before
+
+
+def test_every_turn_has_a_seed_of_its_own():
+    run = begun(crowded())
+    first, again, other = (plan_to_dict(recombine(run, turn=turn)) for turn in (1, 1, 2))
+    assert first == again
+    assert first != other
+
+
+def test_nothing_is_put_together_where_the_plan_is_as_short_as_can_be():
+    problem = two_arms.one_moves()
+    run = Run.begin("auto", None, problem, 0, math.inf)
+    assert run.offer(paced(problem, [np.vstack([problem.start[n], problem.goal[n]]) for n in problem.cell.arm_names]))
+    assert recombine(run) is None
+
+
+def test_a_plan_that_takes_long_has_ways_of_longer_steps(monkeypatch):
+    """What two arms may do is worked out by the product of their steps."""
+    core, steps = recombining._core.Recombination, []
+
+    def noted(cell, max_step, margin, proof):
+        steps.append(max_step[0] / problem.max_velocity["left"])
+        return core(cell, max_step, margin, proof)
+
+    monkeypatch.setattr(recombining._core, "Recombination", noted)
+    problem = two_arms.passing()
+    run = Run.begin("auto", None, problem, 0, math.inf)
+    for times in (1, 400):
+        rows = [np.vstack([[problem.start[n], problem.goal[n]] * times]) for n in problem.cell.arm_names]
+        first = paced(problem, rows)
+        Recombining(run, first, 0.1, ALONE, ALONE)
+        np.testing.assert_allclose(steps.pop(), max(0.1, first.makespan_s / MOST_STEPS))
+    assert first.makespan_s > 10 * 0.1 * MOST_STEPS
+
+
+def test_a_run_whose_time_is_up_while_it_recombines_ends_with_the_plan_that_it_has(monkeypatch):
+    turns = []
+
+    class Late(Prioritized):
+        """All the time that is left is spent before the other orders of the arms."""
+
+        def search(self, run, counts, watch):
+            turns.append(run)
+            run.clock.cancel()
+            return super().search(run, counts, watch)
+
+    monkeypatch.setattr(recombining, "Prioritized", Late)
+    monkeypatch.setattr(Run, "early_clock", lambda run: run.clock)
+    result = mmp_planners.make("auto", shorten=20, rounds=10**6).plan(crowded(), seed=0)
+    assert len(turns) == 1
+    assert result.status is Status.SOLVED
+    assert (result.stats["deadline_hit"], result.stats["recombined"]) == (True, 0)
+    assert check_plan(result.plan).valid
+
+
+def of_two_kinds():
+    """A run without a plan yet, the straight plan, and one that is longer."""
+    problem = two_arms.one_moves()
+    start, goal, away = problem.start["left"], problem.goal["left"], np.array([0.2, 0.0, 0.1, 0.0, 0.0, 0.0])
+    right = problem.start["right"]
+    plans = [
+        paced(problem, [np.vstack(left), np.vstack([right] * len(left))])
+        for left in ([start, goal], [start, start + away, goal])
+    ]
+    return Run.begin("auto", None, problem, 0, math.inf), *plans
+
+
+def test_a_start_that_becomes_no_shorter_than_the_best_plan_is_not_taken():
+    run, short, long = of_two_kinds()
+    assert run.offer(short)
+    best = run.best
+    for attempts in (0, 200):
+        assert run.improve(Step(part=Shortcutting(attempts=attempts), seed=0), start=long) == [0]
+        assert run.improve(Step(part=Replanning(attempts=attempts), seed=0), start=short) == [0]
+    assert run.best is best
+    assert run.counts.shortcuts == 0
+
+
+def test_a_start_that_is_shorter_is_taken_though_no_part_improves_it():
+    run, short, long = of_two_kinds()
+    assert run.offer(long)
+    assert run.improve(Step(part=Shortcutting(attempts=0), seed=0), Step(part=Replanning(attempts=0), seed=1)) == [0, 0]
+    assert run.best.plan is long
+    assert run.improve(
+        Step(part=Shortcutting(attempts=0), seed=0), Step(part=Replanning(attempts=0), seed=1), start=short
+    ) == [0, 0]
+    assert run.best.plan is short
+
+
+def test_the_parts_go_on_from_the_start_and_shortcuts_are_counted():
+    run, short, long = of_two_kinds()
+    first, second = run.improve(
+        Step(part=Shortcutting(attempts=200), seed=0), Step(part=Shortcutting(attempts=200), seed=1), start=long
+    )
+    assert first > 0
+    assert run.best.cost == pytest.approx(short.cost_rad, abs=2e-3)
+    assert run.counts.shortcuts == first + second
+
+
+def test_a_start_that_is_not_safe_is_not_taken():
+    problem = two_arms.passing()
+    run = Run.begin("auto", None, problem, 0, math.inf)
+    assert run.offer(mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan)
+    best = run.best
+    meeting = paced(problem, [np.vstack([problem.start[n], problem.goal[n]]) for n in problem.cell.arm_names])
+    assert meeting.cost_rad < best.cost
+    assert run.improve(Step(part=Shortcutting(attempts=0), seed=0), start=meeting) == [0]
+    assert run.best is best

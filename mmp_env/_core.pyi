@@ -179,9 +179,9 @@ class CompositeSearch:
     def nodes(self) -> int:
         """Nodes of both trees."""
 
-def shorten(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], margin: float, alone: float, between: float | None, attempts: int, worth: float, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+def shorten(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], margin: float, alone: float, between: float, groups: Sequence[int], attempts: int, worth: float, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
-    Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every instant; `between` None: each arm's way as if it were the only one. As many attempts again as long as they shorten the ways by a share `worth`.
+    Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every instant; arms of different `groups` pass through each other. As many attempts again as long as they shorten the ways by a share `worth`.
     """
 
 def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], margin: float, proof: float, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
@@ -194,9 +194,25 @@ class Recombination:
 
     def __init__(self, cell: Cell, max_step: Sequence[numpy.ndarray], margin: float, proof: float) -> None: ...
 
-    def add(self, q: Sequence[numpy.ndarray]) -> None:
+    def add(self, q: Sequence[numpy.ndarray]) -> list[int]:
         """
-        A way [n, dof] for each arm from its start to its goal, free alone, on a grid of steps.
+        A way [n, dof] for each arm from its start to its goal, free alone, on a grid of steps. Returns the numbers of the ways that stand for them, -1 where one was not taken.
+        """
+
+    def has(self, choice: Sequence[int]) -> bool:
+        """
+        Whether there is a way with such a number for each arm; one may have had to go for a shorter one.
+        """
+
+    def shortest(self) -> list[int]:
+        """The number of the shortest way of each arm."""
+
+    def way(self, arm: int, number: int) -> numpy.ndarray:
+        """A way [steps + 1, dof] in as few steps as full speed allows."""
+
+    def closed(self, choice: Sequence[int], clock: Clock) -> list[tuple[int, int]]:
+        """
+        Pairs of arms that cannot both come to their ends on the ways with these numbers, whoever waits for whom.
         """
 
     def run(self, limit: float, clock: Clock) -> list[numpy.ndarray] | None:

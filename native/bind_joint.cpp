@@ -101,28 +101,30 @@ void bind_joint(nb::module_& m) {
   m.def(
       "shorten",
       [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step, double margin,
-         double alone, std::optional<double> between, int attempts, double worth, uint64_t seed, const Clock& clock) {
+         double alone, double between, const std::vector<int>& groups, int attempts, double worth, uint64_t seed,
+         const Clock& clock) {
         const JointMotion motion(cell, q, max_step);
+        need(groups.size() == q.size(), "a group for each arm");
         need(worth > 0, "worth must be positive");
         return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
           Shortener<Floats> shortener(cell.world<Floats>(), motion.rows, motion.max_step, levels_of(margin, alone),
-                                      between ? std::optional(levels_of(margin, *between)) : std::nullopt);
+                                      levels_of(margin, between), groups);
           Random random(seed);
           const int kept = shortener.run(attempts, worth, random, clock);
           for (size_t a = 0; a < q.size(); ++a) found.push_back(rows_of(shortener.rows(static_cast<int>(a))));
           return kept;
         });
       },
-      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::arg("margin"), nb::arg("alone"),
-      nb::arg("between").none(), nb::arg("attempts"), nb::arg("worth"), nb::arg("seed"), nb::arg("clock"),
-      nb::sig(
-          "def shorten(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
-          "collections.abc.Sequence[numpy.ndarray], margin: float, alone: float, between: float | None, attempts: int, "
-          "worth: float, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]"),
+      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::arg("margin"), nb::arg("alone"), nb::arg("between"),
+      nb::arg("groups"), nb::arg("attempts"), nb::arg("worth"), nb::arg("seed"), nb::arg("clock"),
+      nb::sig("def shorten(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
+              "collections.abc.Sequence[numpy.ndarray], margin: float, alone: float, between: float, groups: "
+              "collections.abc.Sequence[int], attempts: int, worth: float, seed: int, clock: Clock) -> "
+              "tuple[list[numpy.ndarray], int]"),
       "Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the "
       "number of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every "
-      "instant; `between` None: each arm's way as if it were the only one. As many attempts again as long as they "
-      "shorten the ways by a share `worth`.");
+      "instant; arms of different `groups` pass through each other. As many attempts again as long as they shorten the "
+      "ways by a share `worth`.");
 
   m.def(
       "replan",
@@ -167,10 +169,36 @@ void bind_joint(nb::module_& m) {
               rows.emplace_back(q[a].data(), q[a].data() + q[a].size());
             }
             nb::gil_scoped_release release;
-            self.add(rows);
+            return self.add(rows);
           },
-          nb::arg("q"), nb::sig("def add(self, q: collections.abc.Sequence[numpy.ndarray]) -> None"),
-          "A way [n, dof] for each arm from its start to its goal, free alone, on a grid of steps.")
+          nb::arg("q"), nb::sig("def add(self, q: collections.abc.Sequence[numpy.ndarray]) -> list[int]"),
+          "A way [n, dof] for each arm from its start to its goal, free alone, on a grid of steps. Returns the numbers "
+          "of "
+          "the ways that stand for them, -1 where one was not taken.")
+      .def("has", &Anew::has, nb::arg("choice"),
+           nb::sig("def has(self, choice: collections.abc.Sequence[int]) -> bool"),
+           "Whether there is a way with such a number for each arm; one may have had to go for a shorter one.")
+      .def("shortest", &Anew::shortest, "The number of the shortest way of each arm.")
+      .def(
+          "way",
+          [](const Anew& self, int arm, int number) {
+            need(arm >= 0 && arm < self.arms(), "no such arm");
+            const auto* motion = self.way(arm, number);
+            need(motion != nullptr, "no such way");
+            return to_numpy<Out2>(rows_of(motion->q), static_cast<size_t>(motion->last) + 1, motion->arm->dof);
+          },
+          nb::arg("arm"), nb::arg("number"), nb::sig("def way(self, arm: int, number: int) -> numpy.ndarray"),
+          "A way [steps + 1, dof] in as few steps as full speed allows.")
+      .def(
+          "closed",
+          [](Anew& self, const std::vector<int>& choice, const Clock& clock) {
+            need(self.has(choice), "a way for each arm");
+            nb::gil_scoped_release release;
+            return self.closed(choice, clock);
+          },
+          nb::arg("choice"), nb::arg("clock"),
+          nb::sig("def closed(self, choice: collections.abc.Sequence[int], clock: Clock) -> list[tuple[int, int]]"),
+          "Pairs of arms that cannot both come to their ends on the ways with these numbers, whoever waits for whom.")
       .def(
           "run",
           [](Anew& self, double limit, const Clock& clock) -> nb::object {

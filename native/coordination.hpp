@@ -156,15 +156,19 @@ class Diagram {
     using OfA = Side<move != second, along != second>;
     using OfB = Side<move != first, along != first>;
     unsigned hit = 0;
-    for (size_t n = 0; n < meeting_.size() && hit != asked; ++n) {
+    for (size_t n = 0; n < meeting_.size() && !(hit & 1u); ++n) {
       const auto [i, j] = meeting_[n];
       const V bulge = OfA::bulge(*a_, i, s) + OfB::bulge(*b_, j, t);
       const V far = max(levels_.proof + share_ * bulge, splat<V>(levels_.margin));
       hit |= links_near<V>(
           *a_->arm, i, [&](auto array, int e) { return OfA::chord(*a_, a_->*array, e, s); }, *b_->arm, j,
           [&](auto array, int e) { return OfB::chord(*b_, b_->*array, e, t); }, far, asked & ~hit);
+      if (hit & 1u) std::rotate(meeting_.begin(), meeting_.begin() + n, meeting_.begin() + n + 1);
     }
+    // Once this very place is not free nobody looks on: of the other lanes just the contacts are known.
+    const unsigned known = hit & 1u ? hit : asked;
     for (int k = 0; k < count; ++k) {
+      if (!(known >> k & 1u)) continue;
       auto& place = at(along == second ? s : s + k, along == first ? t : t + k);
       place |= 1u << move | (hit >> k & 1u ? 0u : 8u << move);
     }
@@ -188,7 +192,7 @@ class Diagram {
   T share_;
   size_t columns_;
   std::vector<uint8_t> places_;
-  std::vector<std::pair<int, int>> meeting_;  // links that ever come near each other
+  std::vector<std::pair<int, int>> meeting_;  // links that ever come near each other, those that touched last first
 };
 
 }  // namespace mmp

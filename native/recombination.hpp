@@ -12,9 +12,9 @@
 #include <set>
 #include <vector>
 
-#include "coordination.hpp"
 #include "movers.hpp"
 #include "pair_check.hpp"
+#include "timing.hpp"
 
 namespace mmp {
 
@@ -30,24 +30,45 @@ class Recombination {
   }
 
   const CellModel<T>& cell() const { return *cell_; }
+  int arms() const { return static_cast<int>(ways_.size()); }
 
-  // A way for each arm from its start to its goal, free alone. Of too many of an arm the longest goes.
-  void add(const Rows& rows) {
-    for (int a = 0; a < arms(); ++a) {
-      auto track = std::make_unique<Track<V>>(*cell_, a, rows[a], paces_[a], tracks_++);
-      auto& ways = ways_[a];
-      const auto same = [&](const auto& other) { return std::abs(other->length - track->length) < kSame; };
-      if (track->motion.last > kMostSteps || std::any_of(ways.begin(), ways.end(), same)) continue;
-      if (ways.size() < kMostWays) {
-        ways.push_back(std::move(track));
-        continue;
-      }
-      const auto longest = std::max_element(ways.begin(), ways.end(),
-                                            [](const auto& p, const auto& q) { return p->length < q->length; });
-      if ((*longest)->length <= track->length) continue;
-      forget((*longest)->number);
-      *longest = std::move(track);
-    }
+  // A way for each arm from its start to its goal, free alone. Of too many of an arm the longest goes. Returns the
+  // numbers of the ways that stand for them, -1 for none.
+  std::vector<int> add(const Rows& rows) {
+    std::vector<int> out;
+    for (int a = 0; a < arms(); ++a) out.push_back(add(a, rows[a]));
+    return out;
+  }
+
+  // The number of the shortest way of each arm.
+  std::vector<int> shortest() const {
+    std::vector<int> out;
+    for (const auto& ways : ways_)
+      out.push_back(ways.empty() ? -1 : (*std::ranges::min_element(ways, shorter))->number);
+    return out;
+  }
+
+  // None where there is no such way, or no more.
+  const Motion<V>* way(int a, int number) const {
+    const int n = place_of(a, number);
+    return n < 0 ? nullptr : &ways_[a][n]->motion;
+  }
+
+  // Whether there are ways with these numbers, one for each arm.
+  bool has(const std::vector<int>& numbers) const {
+    bool all = static_cast<int>(numbers.size()) == arms();
+    for (int a = 0; all && a < arms(); ++a) all = place_of(a, numbers[a]) >= 0;
+    return all;
+  }
+
+  // Pairs of arms that cannot both come to their ends on the ways with these numbers.
+  std::vector<std::pair<int, int>> closed(std::vector<int> numbers, const Clock& clock) {
+    for (int a = 0; a < arms(); ++a) numbers[a] = place_of(a, numbers[a]);
+    std::vector<std::pair<int, int>> out;
+    for (int b = 0; b < arms(); ++b)
+      for (int a = 0; a < b; ++a)
+        if (!diagram(numbers, a, b).open(0, 0, clock)) out.emplace_back(a, b);
+    return out;
   }
 
   // Motions along ways that are shorter than `limit` [rad] together; empty if no choice is found. No choice twice.
@@ -91,10 +112,6 @@ class Recombination {
   static constexpr int kLooks = 2000;             // choices that are looked at, with those of the first few arms
   static constexpr int kStates = 5000;            // of all choices together while they are timed
   static constexpr int kStatesOfOne = 500;        // of one of them
-  static constexpr size_t kBranches = 16;         // from one state
-  static constexpr int kBranchings = 4096;        // decisions about single arms to find them
-
-  using State = std::vector<int>;  // steps that each arm has done
 
   // Ways of the first arms; `bound`: with the shortest ways of the others [rad].
   struct Choice {
@@ -107,7 +124,33 @@ class Recombination {
     }
   };
 
-  int arms() const { return static_cast<int>(ways_.size()); }
+  static bool shorter(const std::unique_ptr<Track<V>>& p, const std::unique_ptr<Track<V>>& q) {
+    return p->length < q->length;
+  }
+
+  int add(int a, const std::vector<T>& rows) {
+    auto track = std::make_unique<Track<V>>(*cell_, a, rows, paces_[a], tracks_++);
+    auto& ways = ways_[a];
+    const auto same =
+        std::ranges::find_if(ways, [&](const auto& other) { return std::abs(other->length - track->length) < kSame; });
+    if (same != ways.end()) return (*same)->number;
+    if (track->motion.last > kMostSteps) return -1;
+    const int number = track->number;
+    if (ways.size() < kMostWays) {
+      ways.push_back(std::move(track));
+      return number;
+    }
+    const auto longest = std::ranges::max_element(ways, shorter);
+    if ((*longest)->length <= track->length) return -1;
+    forget((*longest)->number);
+    *longest = std::move(track);
+    return number;
+  }
+
+  int place_of(int a, int number) const {
+    const auto it = std::ranges::find_if(ways_[a], [&](const auto& way) { return way->number == number; });
+    return it == ways_[a].end() ? -1 : static_cast<int>(it - ways_[a].begin());
+  }
 
   std::vector<std::vector<std::pair<double, int>>> shortest_first() const {
     std::vector<std::vector<std::pair<double, int>>> out(ways_.size());
@@ -150,66 +193,20 @@ class Recombination {
     return true;
   }
 
-  // Depth first, as many arms moving as can. Adds to `states`.
+  // Adds to `states`.
   Rows timed(const std::vector<int>& choice, int& states, const Clock& clock) {
-    State end;
-    for (int a = 0; a < arms(); ++a) end.push_back(motion(choice, a).last);
-    struct Visit {
-      State state;
-      std::vector<State> branches;
-      size_t next = 0;
-    };
-    std::vector<Visit> stack;
-    std::set<State> seen;
-    const auto visit = [&](State state) {
-      if (!seen.insert(state).second) return;
-      stack.push_back({std::move(state), {}});
-      State next;
-      int budget = kBranchings;
-      branch(choice, stack.back().state, next, stack.back().branches, budget, clock);
-    };
-    const int most = std::min(kStates, states + kStatesOfOne);
-    visit(State(arms(), 0));
-    while (!stack.empty() && stack.back().state != end) {
-      if (++states > most || clock.expired()) return {};
-      auto& top = stack.back();
-      if (top.next == top.branches.size()) stack.pop_back();
-      else visit(top.branches[top.next++]);
-    }
+    std::vector<int> last;
+    for (int a = 0; a < arms(); ++a) last.push_back(motion(choice, a).last);
+    const auto of_pair = [&](int a, int b) -> Diagram<V>& { return diagram(choice, a, b); };
+    JointTiming<V, decltype(of_pair)> timing(std::move(last), of_pair, clock);
+    const auto passed = timing.run(states, std::min(kStates, states + kStatesOfOne));
     Rows rows(arms());
-    for (const auto& visited : stack)
+    for (const auto& state : passed)
       for (int a = 0; a < arms(); ++a) {
-        const T* q = motion(choice, a).at(visited.state[a]);
+        const T* q = motion(choice, a).at(state[a]);
         rows[a].insert(rows[a].end(), q, q + paces_[a].dof());
       }
-    return !stack.empty() && clear(rows) ? rows : Rows{};
-  }
-
-  // States that can be next, those in which the first arms have gone on first. `next`: of the arms before the one that
-  // is decided.
-  void branch(const std::vector<int>& choice, const State& state, State& next, std::vector<State>& out, int& budget,
-              const Clock& clock) {
-    using Pair = Diagram<V>;
-    const int b = static_cast<int>(next.size());
-    if (out.size() == kBranches || --budget < 0) return;
-    if (b == arms()) {
-      if (next != state) out.push_back(next);
-      return;
-    }
-    for (const bool goes : {true, false}) {
-      if (goes && state[b] == motion(choice, b).last) continue;
-      bool fits = true;
-      for (int a = 0; a < b && fits; ++a) {
-        const bool other = next[a] > state[a];
-        if (!goes && !other) continue;
-        const auto move = goes && other ? Pair::both : goes ? Pair::second : Pair::first;
-        fits = diagram(choice, a, b).may(move, state[a], state[b], clock);
-      }
-      if (!fits) continue;
-      next.push_back(state[b] + goes);
-      branch(choice, state, next, out, budget, clock);
-      next.pop_back();
-    }
+    return !passed.empty() && clear(rows) ? rows : Rows{};
   }
 
   bool clear(const Rows& rows) {

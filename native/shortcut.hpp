@@ -5,7 +5,6 @@
 #pragma once
 
 #include <numeric>
-#include <optional>
 
 #include "cuts.hpp"
 #include "pair_check.hpp"
@@ -17,17 +16,17 @@ template <class V>
 class Shortener {
  public:
   using T = Scalar<V>;
-  // rows[arm]: [steps + 1][dof] of a safe plan; `alone` and `between`: levels for one arm and for pairs. Without the
-  // latter each arm's way is shortened as if it were the only one.
+  // rows[arm]: [steps + 1][dof] of a safe plan; `alone` and `between`: levels for one arm and for pairs. Arms of
+  // different `groups` pass through each other.
   Shortener(StaticWorld<V>& world, const std::vector<std::vector<T>>& rows, std::vector<std::vector<T>> max_step,
-            Levels<T> alone, std::optional<Levels<T>> between)
+            Levels<T> alone, Levels<T> between, const std::vector<int>& groups)
       : cell_(world.cell), prover_(world), check_(world), alone_(alone), between_(between), stretches_(rows.size()) {
     for (size_t a = 0; a < rows.size(); ++a) {
       motions_.emplace_back(*cell_, static_cast<int>(a), rows[a]);
       paces_.push_back({std::move(max_step[a])});
       others_.emplace_back();
       for (size_t b = 0; b < rows.size(); ++b)
-        if (between_ && b != a) others_[a].push_back(static_cast<int>(b));
+        if (b != a && groups[a] == groups[b]) others_[a].push_back(static_cast<int>(b));
     }
     measure();
   }
@@ -170,7 +169,7 @@ class Shortener {
     const bool clear = all_stretches<V>(length, [&](int n, int from, int steps) {
       stretch(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
       for (auto& b : others_[a]) {
-        if (check_.apart(stretch(a, n), motions_[b], i + from, *between_, clock_)) continue;
+        if (check_.apart(stretch(a, n), motions_[b], i + from, between_, clock_)) continue;
         std::swap(b, others_[a][0]);  // most likely in the way again
         return false;
       }
@@ -212,8 +211,8 @@ class Shortener {
     const bool clear = all_stretches<V>(length, [&](int, int from, int steps) {
       for (int a = 0; a < arms(); ++a) {
         stretch(a, 0).set(parts[a].data() + static_cast<size_t>(from) * dof(a), steps);
-        for (int b = 0; b < a; ++b)
-          if (between_ && !check_.apart(stretch(b, 0), stretch(a, 0), 0, *between_, clock_)) return false;
+        for (const int b : others_[a])
+          if (b < a && !check_.apart(stretch(b, 0), stretch(a, 0), 0, between_, clock_)) return false;
       }
       return true;
     });
@@ -235,7 +234,7 @@ class Shortener {
   Prover<V> prover_;
   PairCheck<V> check_;
   Levels<T> alone_;
-  std::optional<Levels<T>> between_;
+  Levels<T> between_;
   std::vector<Pace<T>> paces_;
   std::vector<Motion<V>> motions_;
   std::vector<std::vector<int>> others_;    // of each arm, in the order in which they are looked at

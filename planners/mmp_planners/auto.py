@@ -23,22 +23,25 @@ from mmp_planners.rrt_connect import NODES, Composite
 from mmp_planners.seeds import seed_of, sub_seeds
 from mmp_planners.shortcutting import Shortcutting
 
-FIRST_TURN, LONGEST_TURN = 1000, 200_000
+FIRST_TURN, LONGEST_TURN = 500, 200_000
 """Iterations of the composite search in its first turn, twice as many in each further one, and at most."""
 ORDERS = 2
 """Orders of the arms that prioritized planning tries in its first turn, twice as many in each further one."""
 TREES_FROM = 2
 """Turns of the others before the first tree of APF-ECBS, which takes as long as many orders of the arms."""
-GOOD, FAIR = 1.02, 1.03
-"""Multiple of the straight lines that is not worth more work, and one that is only worth shortcuts."""
+GOOD = 1.01
+"""Multiple of the straight lines that is not worth more work."""
 COARSE = 2
 """Steps of the time grid that are one while a plan is shortened: half the work a look, and as short in the end."""
 WORTH = 3e-3
 """Share of the cost for which as many shortcuts are tried again before anything else."""
-ALONE = 300
-"""Attempts to shorten the ways of all arms without regard to each other."""
-GAIN, PATIENCE = 1e-3, 4
-"""Share of the cost that a round must save, and how many rounds in a row may fail to."""
+ALONE, ALONE_WORTH = 500, 5e-4
+"""Attempts to shorten the ways of all arms without regard to each other, and the share for which as many more."""
+GAIN, STUCK, PATIENCE = 2e-3, 2, 8
+"""Share of the cost that a round must save, after how many in vain the plan itself is left alone, and how many may be.
+"""
+MOST_ORDERS = 8
+"""Of the arms, tried in one round."""
 
 
 @dataclass(kw_only=True)
@@ -57,14 +60,15 @@ class Auto:
     """A portfolio: composite RRT-Connect, prioritized planning and APF-ECBS take turns, and the plan is shortened.
 
     Turns are counted, not timed, so the same seed gives the same plan. They fail on different instances: crowding
-    decides which of them is fast. While the plan is more than 2 % longer than the straight lines it is shortened on the
-    common clock, arms with detours are planned anew, and where that is in vain ways of other orders of the arms are put
-    together with its own, for `rounds` at most.
+    decides which of them is fast. While the plan is more than 1 % longer than the straight lines it is shortened on the
+    common clock, arms with detours are planned anew, and their ways are put together with those that arms find alone,
+    in groups and in other orders, for `rounds` at most.
     """
 
     about: ClassVar[About] = About(
         paper="portfolio of `rrt-connect`, `prioritized` and `apf-ecbs`; then shortcuts, replanning (MAPF-LNS) and "
-        "ways of several plans put together by coordination diagrams (O'Donnell, Lozano-Perez 1989)",
+        "ways put together by coordination diagrams (O'Donnell, Lozano-Perez 1989) and independence detection "
+        "(Standley 2010)",
         guarantee="not complete: it gives up where an arm finds no way even alone; no bound on the cost",
     )
 
@@ -144,18 +148,20 @@ class Auto:
         dt, bound, first, in_vain = COARSE * self.dt, run.problem.cost_lower_bound_rad, run.best.cost, 0
         shorten = Shortcutting(attempts=self.shorten, dt=dt, worth=WORTH)
         replan = Replanning(attempts=self.replan, dt=dt)
-        alone = Shortcutting(attempts=ALONE, dt=dt, alone=True)
-        recombine = Recombining(run, run.best.plan, self.dt, shorten, alone)
+        alone = Shortcutting(attempts=ALONE, dt=dt, worth=ALONE_WORTH)
+        recombine: Recombining | None = None
         for turn in range(self.rounds):
             before, other = run.best.cost, None
             if before <= GOOD * bound or in_vain == PATIENCE or run.clock.expired:
                 break
-            if in_vain and before > FAIR * bound:
-                other = recombine(run.best.plan, 2 ** (in_vain - 1), turn)
-            cut = Step(part=shorten, seed=seed_of(run.seed, turn))
-            anew = Step(part=replan, seed=seed_of(run.seed, turn, 1), above=FAIR * bound)
-            counts.replanned += run.improve(cut, anew, start=other)[1]
-            counts.recombined += other is not None and run.best.cost < before
+            if turn > 0:
+                recombine = recombine or Recombining(run, run.best.plan, self.dt, shorten, alone)
+                other = recombine(run.best.plan, min(2 ** max(in_vain - 1, 0), MOST_ORDERS), turn)
+            if other is not None or in_vain < STUCK:
+                cut = Step(part=shorten, seed=seed_of(run.seed, turn))
+                anew = Step(part=replan, seed=seed_of(run.seed, turn, 1), above=GOOD * bound)
+                counts.replanned += run.improve(cut, anew, start=other)[1]
+                counts.recombined += other is not None and run.best.cost < before
             in_vain = in_vain + 1 if run.best.cost > (1 - GAIN) * before else 0
         return run.best.cost < first
 

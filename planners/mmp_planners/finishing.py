@@ -24,6 +24,8 @@ from mmp_planners.shortcutting import Shortcutting, on_grid
 
 PROOF_SHARE, PROOF_S = 0.1, 0.02
 """What shortening leaves of the time that is left, so that what it found can be proved: a share, or so many seconds."""
+PROOFS = 4
+"""As many times as long as the longest proof so far is enough."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +51,8 @@ class Run:
     exhausted: bool = False
     cut_short: bool = False
     """Whether time ended something before the clock did, which kept a rest for the proof."""
+    proof_s: float = 0.0
+    """How long the longest proof took."""
     began: float = field(default_factory=time.perf_counter)
     found_s: float | None = None
 
@@ -65,7 +69,9 @@ class Run:
         """Takes a plan that can be proved and is the cheapest so far."""
         if self.best is not None and plan.cost_rad >= self.best.cost:
             return False
+        before = time.perf_counter()
         certificate = certify(plan, self.clock)
+        self.proof_s = max(self.proof_s, time.perf_counter() - before)
         if not certificate.valid:
             self.counts.failed_certificates += not self.clock.expired
             return False
@@ -141,7 +147,10 @@ class Run:
     def early_clock(self) -> _core.Clock:
         """One that ends so early that what was found until then can be proved."""
         remaining = min(self.clock.remaining, 1e10)
-        return _core.Clock(max(0.0, remaining - max(PROOF_SHARE * remaining, PROOF_S)))
+        kept = max(PROOF_SHARE * remaining, PROOF_S)
+        if self.proof_s > 0:
+            kept = min(kept, PROOFS * self.proof_s)
+        return _core.Clock(max(0.0, remaining - kept))
 
     def tell_and_shorten(self, watch: Watcher, attempts: int, dt: float) -> None:
         """The end of a planner without a tree: its plan is told, and told again where `attempts` have shortened it."""

@@ -17,6 +17,8 @@ from mmp_planners.telling import Teller
 
 ALONE_TRIES = 3
 ALONE_BUDGET = 4.0
+SOME_BUDGET = 3.0
+"""Few arms are worth more than one of many orders of all of them."""
 RESTART_GROWTH = 1.1
 LARGEST_BUDGET = 16.0
 FORWARD = 0.8
@@ -39,23 +41,25 @@ class PrioritySearch:
     wait: int
     """Steps that arms which are not planned yet may count as parked at their start, at most."""
     alone: list[Path] = field(default_factory=list)
+    """A way of each arm as if it were the only one."""
+    given: bool = False
+    """Whether these ways are given. Then every search begins with its arm's own."""
     exhausted: bool = False
     """Whether an arm finds no way even alone."""
 
     def rounds(self, seed: int) -> Iterator[None]:
         """One order of the arms each, until there is a plan, time is up, or an arm finds no way even alone."""
-        if not self._each_alone(seed):
+        if not self.given and not self.each_alone(seed):
             self.exhausted = not self.arms.clock.expired
             return
         rng = np.random.default_rng(seed)
-        order, parked, budget = self._first_order(), [0] * len(self.alone), 1.0
-        detours: list[list[_core.Constraint]] = [[] for _ in order]
+        order, parked, budget, detours = self._first_order(), [0] * len(self.alone), 1.0, self._no_detours()
         for restart in itertools.count():
             if self.arms.clock.expired:
                 return
             self.tell.search_started(restart, seed)
             paths, failed = self._one_after_the_other(order, parked, detours, budget, (seed, ALONE_TRIES + restart))
-            if failed is None and self.run.offer(self.arms.plan(paths)):
+            if failed is None and self.run.offer(self.arms.plan([paths[arm] for arm in sorted(paths)])):
                 return
             yield
             self.counts.restarts += 1
@@ -65,8 +69,22 @@ class PrioritySearch:
             if restart + 1 >= DETOURS_FROM:
                 detours = [self._detour(arm, rng) if rng.random() < DETOUR else [] for arm in range(len(order))]
 
-    def _each_alone(self, seed: int) -> bool:
-        """Every arm as if it were the only one."""
+    def some(self, arms: Sequence[int], tries: int, seed: int) -> dict[int, Path] | None:
+        """Paths of some arms as if there were no others; None if so many `tries` fail."""
+        rng = np.random.default_rng(seed)
+        order, parked = [int(arm) for arm in rng.permutation(arms)], [0] * len(self.alone)
+        for attempt in range(tries):
+            paths, failed = self._one_after_the_other(order, parked, self._no_detours(), SOME_BUDGET, (seed, attempt))
+            if failed is None:
+                return paths
+            if self.arms.clock.expired:
+                return None
+            order = _next_order(order, failed, rng)
+            parked = [int(k) for k in rng.integers(0, self.wait + 1, len(parked))]
+        return None
+
+    def each_alone(self, seed: int) -> bool:
+        """Whether every arm finds a way as if it were the only one."""
         for attempt in range(ALONE_TRIES):
             self.arms.reseed(quick_seed_of(seed, attempt))
             self.alone = []
@@ -93,8 +111,8 @@ class PrioritySearch:
         detours: Sequence[Sequence[_core.Constraint]],
         budget: float,
         key: tuple[int, int],
-    ) -> tuple[list[Path], int | None]:
-        """A path for each arm, in the order of the cell, each clear of those before it; or the arm that found none."""
+    ) -> tuple[dict[int, Path], int | None]:
+        """A path for each arm of `order`, clear of those before it; or the arm that found none."""
         paths: dict[int, Path] = {}
         for place, arm in enumerate(order):
             before = list(paths.values())
@@ -104,15 +122,18 @@ class PrioritySearch:
             if path is None:
                 path = self._plan(arm, kept, before, budget, quick_seed_of(*key, arm))
             if path is None:
-                return [], arm
+                return {}, arm
             paths[arm] = path
-        return [paths[arm] for arm in range(len(order))], None
+        return paths, None
 
     def _alone_if_clear(self, arm: int, before: Sequence[Path]) -> Path | None:
         """The arm's way as if it were alone, if nobody is in it."""
         own = self.alone[arm]
         pairs = [(0, k) for k in range(1, len(before) + 1)]
         return None if self.arms.conflicts([own, *before], pairs) else own
+
+    def _no_detours(self) -> list[list[_core.Constraint]]:
+        return [[] for _ in self.alone]
 
     def _parked(self, arm: int, steps: int) -> _core.Constraint:
         start = self.arms.problem.start[self.arms.names[arm]]
@@ -131,12 +152,13 @@ class PrioritySearch:
         self, arm: int, constraints: Sequence[_core.Constraint], others: Sequence[Path], budget: float, seed: int
     ) -> Path | None:
         self.counts.low_level_calls += 1
-        path, iterations = self.arms.low_level(arm, constraints, seed, budget, others=others)
+        experience = self.alone[arm].q if self.given else None
+        path, iterations = self.arms.low_level(arm, constraints, seed, budget, others=others, experience=experience)
         self.tell.replanned(arm, len(constraints), path is not None, iterations, 1)
         return path
 
 
 def _next_order(order: Sequence[int], failed: int | None, rng: np.random.Generator) -> list[int]:
     if failed is None or rng.random() >= FORWARD:
-        return [int(k) for k in rng.permutation(len(order))]
+        return [int(arm) for arm in rng.permutation(sorted(order))]
     return [failed, *(arm for arm in order if arm != failed)]

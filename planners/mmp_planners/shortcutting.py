@@ -29,17 +29,20 @@ MOST_STEPS = 10_000
 class Shortcutting:
     """`attempts` to shorten a plan on a grid of `dt` [s]; the same seed gives the same plan.
 
-    As many attempts again as long as they make it shorter by a share `worth`. `alone`: each arm's way as if it were the
-    only one; what comes of that is not safe.
+    As many attempts again as long as they make it shorter by a share `worth`.
     """
 
     attempts: int
     dt: float = 0.1
     worth: float = math.inf
-    alone: bool = False
 
-    def __call__(self, plan: Plan, seed: int, clock: _core.Clock) -> tuple[Plan, int]:
-        """The plan made shorter, its certificate still to come, and how many stretches were replaced."""
+    def __call__(
+        self, plan: Plan, seed: int, clock: _core.Clock, *, groups: Sequence[int] | None = None
+    ) -> tuple[Plan, int]:
+        """The plan made shorter, its certificate still to come, and how many stretches were replaced.
+
+        `groups`: a number for each arm; those of different numbers pass through each other, so the plan is not safe.
+        """
         problem = plan.problem
         names, dt = problem.cell.arm_names, step_of_grid(plan, self.dt)
         rows, kept = _core.shorten(
@@ -48,7 +51,8 @@ class Shortcutting:
             [problem.max_velocity[name] * dt for name in names],
             HIT * problem.margin,
             KEEP_PROOF * problem.margin,
-            None if self.alone else KEEP_PROOF * problem.margin,
+            KEEP_PROOF * problem.margin,
+            groups if groups is not None else [0] * len(names),
             self.attempts,
             self.worth,
             seed,

@@ -6,60 +6,14 @@ import numpy as np
 import pytest
 import two_arms
 from twins import clearance, coordination
-from two_arms import along
+from ways import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
 
 from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan
-from mmp_env.collision import HIT, KEEP_PROOF
+from mmp_env.collision import KEEP_PROOF
 from mmp_env.problem import make_problem
 from mmp_planners.rrt_connect import RrtConnect
 from mmp_planners.shortcutting import on_grid, paced
-
-DT_S = 0.1
-LIFT = np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])
-NO_END = float("inf")
-
-
-def recombination(problem, *ways):
-    """With `ways`, each of them one for every arm, added."""
-    names, margin = problem.cell.arm_names, problem.margin
-    speeds = [problem.max_velocity[name] * DT_S for name in names]
-    out = _core.Recombination(problem.cell.collision.core, speeds, HIT * margin, KEEP_PROOF * margin)
-    for way in ways:
-        out.add(way)
-    return out
-
-
-def run(ways, limit=NO_END):
-    return ways.run(limit, _core.Clock(NO_END))
-
-
-def straight(problem):
-    return [
-        along(problem.max_velocity[name][0] * DT_S, problem.start[name], problem.goal[name])
-        for name in problem.cell.arm_names
-    ]
-
-
-def by_way_of(problem, offset):
-    """The left arm goes by way of a place that is so far [rad] from halfway; the right one goes straight."""
-    start, goal, right = problem.start["left"], problem.goal["left"], straight(problem)[1]
-    return [along(problem.max_velocity["left"][0] * DT_S, start, (start + goal) / 2 + offset, goal), right]
-
-
-def lifted(problem, height=1.0):
-    """The left arm lifts its hand over everything."""
-    return by_way_of(problem, height * LIFT)
-
-
-def with_a_twist(problem, turn):
-    """The left arm turns its hand and back, which helps nobody."""
-    return by_way_of(problem, turn * np.eye(6)[5])
-
-
-def shut_in():
-    """Each arm's goal is in the way of the other one, so that neither may come first."""
-    return two_arms.turning((-1.0, 0.3), (-1.0, 0.3))
 
 
 def of_arm(rows):

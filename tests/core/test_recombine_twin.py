@@ -19,10 +19,12 @@ def test_two_arms_on_drawn_ways_can_arrive_where_the_twin_says_so(seed):
     ways = [along(STEP_RAD, start[name], vias[name], goal[name]) for name in cell.arm_names]
     proof = KEEP_PROOF * MARGIN_M
     both = _core.Recombination(cell.collision.core, [np.full(6, STEP_RAD)] * 2, MARGIN_M, proof)
-    both.add(ways)
+    numbers = both.add(ways)
+    closed = both.closed(numbers, _core.Clock(float("inf")))
     found = both.run(float("inf"), _core.Clock(float("inf")))
     (a, b), (rows_a, rows_b) = cell.arm_names, ways
     gaps = coordination.gaps_of_ways(cell, a, rows_a, b, rows_b, SAMPLES)
+    assert closed == ([(0, 1)] if found is None else [])
     if found is None:
         assert not coordination.both_can_arrive(gaps, SAMPLES, MARGIN_M + MORE_M)
     else:

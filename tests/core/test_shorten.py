@@ -9,19 +9,21 @@ import pytest
 import two_arms
 from twins import clearance, motion, toys
 
-from mmp_env import _core
+import mmp_planners
+from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.collision import HIT, KEEP_PROOF
 from mmp_env.problem import make_problem
+from mmp_planners.shortcutting import on_grid
 
 DT_S = 0.1
 
 
-def shortened(problem, rows, attempts=400, worth=math.inf, seed=0, clock=None, alone=False):
+def shortened(problem, rows, attempts=400, worth=math.inf, seed=0, clock=None, groups=(0, 0)):
     names, margin = problem.cell.arm_names, problem.margin
     speeds = [problem.max_velocity[name] * DT_S for name in names]
-    levels = (HIT * margin, KEEP_PROOF * margin, None if alone else KEEP_PROOF * margin)
+    levels = (HIT * margin, KEEP_PROOF * margin, KEEP_PROOF * margin)
     clock = clock or _core.Clock(math.inf)
-    return _core.shorten(problem.cell.collision.core, rows, speeds, *levels, attempts, worth, seed, clock)
+    return _core.shorten(problem.cell.collision.core, rows, speeds, *levels, groups, attempts, worth, seed, clock)
 
 
 def detour(q_from, q_via, q_to, steps):
@@ -124,13 +126,34 @@ def test_what_is_straight_already_is_left_alone():
     np.testing.assert_allclose(found[0], rows[0], atol=1e-6)
 
 
-def test_as_if_alone_an_arm_goes_straight_through_another_one():
+def test_an_arm_goes_straight_through_one_of_another_group():
     problem, rows = over()
-    found, kept = shortened(problem, rows, alone=True)
+    found, kept = shortened(problem, rows, groups=(0, 1))
     assert kept > 0
     assert length(found) < length(shortened(problem, rows)[0]) - 0.1
     assert length(found) == pytest.approx(problem.cost_lower_bound_rad, abs=2e-3)
     assert clearance.clearance_of_motions(problem.cell, "left", found[0], "right", found[1]) < 0
+
+
+def test_arms_of_one_group_keep_clear_of_each_other_and_of_no_other():
+    cell = ring_cell(4, "panda")
+    problem = make_problem(cell, *draw_instance(cell, seed=0))
+    rows = on_grid(mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan, DT_S)
+    names = cell.arm_names
+
+    def gap(found, a, b):
+        return clearance.clearance_of_motions(cell, names[a], found[a], names[b], found[b])
+
+    lengths = {}
+    for groups in ((0, 0, 0, 0), (5, 5, -1, -1), (-1, 5, 5, -1), (5, 7, 5, -1), (0, 1, 2, 3)):
+        found, kept = shortened(problem, rows, groups=groups, attempts=1000)
+        assert kept > 0
+        lengths[groups] = length(found)
+        for a, b in itertools.combinations(range(4), 2):
+            if groups[a] == groups[b]:
+                assert gap(found, a, b) >= KEEP_PROOF * problem.margin - 1e-5
+    assert max(lengths, key=lengths.get) == (0, 0, 0, 0)
+    assert min(lengths, key=lengths.get) == (0, 1, 2, 3)
 
 
 def about_a_post():
@@ -147,7 +170,7 @@ def about_a_post():
 def test_as_if_alone_an_arm_still_keeps_clear_of_what_stands_still():
     problem, rows = about_a_post()
     assert motion.edge_clearance(problem.cell, "left", problem.start["left"], problem.goal["left"]) < 0
-    (left, _), kept = shortened(problem, rows, alone=True)
+    (left, _), kept = shortened(problem, rows, groups=(0, 1))
     assert kept > 0
     assert length([left]) < length(rows) - 0.1
     steps = itertools.pairwise(left)
@@ -195,6 +218,9 @@ def test_rows_that_do_not_match_are_refused():
         shortened(problem, [rows[0], rows[1][:-1]])
     with pytest.raises(ValueError, match="one array for each arm"):
         shortened(problem, rows[:1])
+    for groups in ((), (0,), (0, 0, 0)):
+        with pytest.raises(ValueError, match="a group for each arm"):
+            shortened(problem, rows, groups=groups)
 
 
 def test_steps_of_no_length_are_refused():
@@ -203,4 +229,4 @@ def test_steps_of_no_length_are_refused():
     for slow in (0.0, -0.1, np.nan):
         speeds = [np.full(6, 0.08), np.append(np.full(5, 0.08), slow)]
         with pytest.raises(ValueError, match="steps must be positive"):
-            _core.shorten(core, rows, speeds, 1e-3, 1e-3, 1e-3, 10, math.inf, 0, _core.Clock(math.inf))
+            _core.shorten(core, rows, speeds, 1e-3, 1e-3, 1e-3, (0, 0), 10, math.inf, 0, _core.Clock(math.inf))

@@ -184,7 +184,7 @@ def test_composite_ways_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot, 
             assert step > 0.05 or len(rows[0]) > 512
             speeds = [np.full(dof, step)] * 4
             out += [way, search.nodes, search.iterations]
-            asked = (MARGIN_M, PROOF_M, PROOF_M, 60, math.inf, seed)
+            asked = (MARGIN_M, PROOF_M, PROOF_M, [0] * 4, 60, math.inf, seed)
             out.append(core.shorten(model.core, rows, speeds, *asked, core.Clock(60.0)))
         return out
 

@@ -18,6 +18,7 @@ from mmp_planners.arms import Arms
 from mmp_planners.counts import ArmCounts
 from mmp_planners.finishing import Run
 from mmp_planners.low_level import SiRrtStar
+from mmp_planners.prioritized import Prioritized
 from mmp_planners.telling import Teller
 
 
@@ -108,6 +109,60 @@ def test_the_arm_that_failed_goes_first_in_most_of_the_next_orders():
     assert sum(order[0] == 2 for order in orders) > kept * len(orders)
     # After a plan that could not be proved nobody has failed.
     assert len({tuple(priorities._next_order([0, 1, 2, 3], None, rng)) for _ in range(200)}) == 24
+
+
+def search_of(problem):
+    run = Run.begin("prioritized", None, problem, 0, math.inf)
+    search = Prioritized().search(run, ArmCounts(), ignore)
+    assert search.each_alone(0)
+    return search
+
+
+def test_some_arms_find_paths_as_if_there_were_no_others():
+    cell = ring_cell(6, "panda")
+    problem = make_problem(cell, *draw_instance(cell, seed=5))
+    search = search_of(problem)
+    conflicts = search.arms.conflicts(search.alone, search.arms.pairs())
+    pair = next(iter(conflicts))
+    paths = search.some(pair, 20, 0)
+    assert set(paths) == set(pair)
+    assert not search.arms.conflicts([paths[arm] for arm in pair], [(0, 1)])
+    again = search_of(problem).some(pair, 20, 0)
+    for arm in pair:
+        np.testing.assert_array_equal(paths[arm].q, again[arm].q)
+
+
+def test_some_arms_give_up_after_so_many_tries(monkeypatch):
+    search, orders = search_of(two_arms.passing()), []
+
+    def fails(order, *_):
+        orders.append(list(order))
+        return {}, order[0]
+
+    monkeypatch.setattr(search, "_one_after_the_other", fails)
+    assert search.some([0, 1], 5, 0) is None
+    assert len(orders) == 5
+    search.arms.clock.cancel()
+    assert search.some([0, 1], 5, 0) is None
+    assert len(orders) == 6, "no more once time is up"
+
+
+def test_given_ways_are_what_every_search_begins_with(monkeypatch):
+    search = search_of(two_arms.passing())
+    alone, begun = list(search.alone), []
+    low_level = Arms.low_level
+
+    def noted(arms, arm, *rest, experience=None, **more):
+        begun.append((arm, experience))
+        return low_level(arms, arm, *rest, experience=experience, **more)
+
+    monkeypatch.setattr(Arms, "low_level", noted)
+    search.given = True
+    assert next(search.rounds(1), None) is None
+    assert search.run.best is not None
+    assert search.alone == alone, "nobody is planned alone again"
+    assert begun
+    assert all(experience is alone[arm].q for arm, experience in begun)
 
 
 def test_a_plan_without_its_proof_is_counted_and_another_order_is_tried(monkeypatch):

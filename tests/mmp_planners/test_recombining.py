@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 import two_arms
+from ways import lifted, recombination, shut_in
+from ways import run as run_of
 
 import mmp_planners
 from mmp_env import _core
@@ -16,13 +18,13 @@ from mmp_env.problem import make_problem
 from mmp_env.rings import ring_cell
 from mmp_planners import Status, recombining
 from mmp_planners.finishing import Run, Step
-from mmp_planners.prioritized import Prioritized
+from mmp_planners.priorities import PrioritySearch
 from mmp_planners.recombining import GAIN_RAD, MOST_STEPS, Recombining
 from mmp_planners.replanning import Replanning
 from mmp_planners.shortcutting import Shortcutting, paced
 
 OPTIONS = {"shorten": 20, "rounds": 4, "replan": 0}
-ALONE = Shortcutting(attempts=300, dt=0.2, alone=True)
+ALONE = Shortcutting(attempts=300, dt=0.2)
 
 
 def crowded(seed=5):
@@ -37,9 +39,14 @@ def begun(problem):
     return run
 
 
-def recombine(run, orders=1, turn=1):
-    part = Recombining(run, run.best.plan, 0.1, Shortcutting(attempts=20, dt=0.2), ALONE)
-    return part(run.best.plan, orders, turn)
+def recombining_of(run):
+    return Recombining(run, run.best.plan, 0.1, Shortcutting(attempts=20, dt=0.2), ALONE)
+
+
+def recombine(run, orders=1, turn=1, calls=1):
+    """What the last of so many calls in a row gives: groups of arms first, then other orders, and so on."""
+    part = recombining_of(run)
+    return [part(run.best.plan, orders, turn + k) for k in range(calls)][-1]
 
 
 @pytest.mark.parametrize("seed", [3, 6])
@@ -60,11 +67,11 @@ def test_the_same_seed_recombines_in_the_same_way():
     assert first == second
 
 
-@pytest.mark.parametrize("orders", [0, 1, 4])
-def test_what_is_put_together_is_shorter_than_the_best_plan_and_leaves_it_alone(orders):
+@pytest.mark.parametrize(("orders", "calls"), [(1, 1), (0, 2), (1, 2), (4, 2)])
+def test_what_is_put_together_is_shorter_than_the_best_plan_and_leaves_it_alone(orders, calls):
     run = begun(crowded())
     before = run.best
-    plan = recombine(run, orders)
+    plan = recombine(run, orders, calls=calls)
     assert plan.cost_rad < before.cost - GAIN_RAD + 1e-6
     assert certify(plan, _core.Clock(math.inf)).valid
     assert run.best is before
@@ -75,6 +82,49 @@ def test_every_turn_has_a_seed_of_its_own():
     first, again, other = (plan_to_dict(recombine(run, turn=turn)) for turn in (1, 1, 2))
     assert first == again
     assert first != other
+
+
+def around_each_other():
+    """Each arm's goal is in the way of the other one: one of them has to lift its hand over the other."""
+    problem = shut_in()
+    run = Run.begin("auto", None, problem, 0, math.inf)
+    assert run.offer(paced(problem, run_of(recombination(problem, lifted(problem, 1.4)))))
+    return run
+
+
+def test_arms_that_shut_each_other_in_find_ways_by_themselves(monkeypatch):
+    run, asked = around_each_other(), []
+    some = PrioritySearch.some
+
+    def noted(search, arms, *rest):
+        asked.append(list(arms))
+        return some(search, arms, *rest)
+
+    monkeypatch.setattr(PrioritySearch, "some", noted)
+    plan = recombine(run)
+    assert asked[0] == [0, 1]
+    assert plan.cost_rad < run.best.cost - GAIN_RAD + 1e-6
+    assert certify(plan, _core.Clock(math.inf)).valid
+
+
+def test_a_group_that_finds_no_ways_leaves_those_that_there_are(monkeypatch):
+    run = around_each_other()
+    monkeypatch.setattr(PrioritySearch, "some", lambda *_: None)
+    assert recombine(run) is None
+
+
+def test_arms_that_are_in_nobodys_way_are_planned_in_no_group(monkeypatch):
+    run, asked = begun(crowded()), []
+    some = PrioritySearch.some
+
+    def noted(search, arms, *rest):
+        asked.append(set(arms))
+        return some(search, arms, *rest)
+
+    monkeypatch.setattr(PrioritySearch, "some", noted)
+    recombine(run)
+    assert asked
+    assert all(1 < len(arms) < 6 for arms in asked)
 
 
 def test_nothing_is_put_together_where_the_plan_is_as_short_as_can_be():
@@ -106,15 +156,15 @@ def test_a_plan_that_takes_long_has_ways_of_longer_steps(monkeypatch):
 def test_a_run_whose_time_is_up_while_it_recombines_ends_with_the_plan_that_it_has(monkeypatch):
     turns = []
 
-    class Late(Prioritized):
-        """All the time that is left is spent before the other orders of the arms."""
+    begin = Recombining.__init__
 
-        def search(self, run, counts, watch):
-            turns.append(run)
-            run.clock.cancel()
-            return super().search(run, counts, watch)
+    def late(self, run, *rest):
+        """All the time that is left is spent before anything is put together."""
+        turns.append(run)
+        run.clock.cancel()
+        begin(self, run, *rest)
 
-    monkeypatch.setattr(recombining, "Prioritized", Late)
+    monkeypatch.setattr(Recombining, "__init__", late)
     monkeypatch.setattr(Run, "early_clock", lambda run: run.clock)
     result = mmp_planners.make("auto", shorten=20, rounds=10**6).plan(crowded(), seed=0)
     assert len(turns) == 1

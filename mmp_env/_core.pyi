@@ -212,7 +212,7 @@ class Recombination:
 
     def closed(self, choice: Sequence[int], clock: Clock) -> list[tuple[int, int]]:
         """
-        Pairs of arms that cannot both come to their ends on the ways with these numbers, whoever waits for whom.
+        Pairs of arms that cannot both come to their ends on the ways with these numbers, whoever waits for whom; those found until the clock ends.
         """
 
     def run(self, limit: float, clock: Clock) -> list[numpy.ndarray] | None:

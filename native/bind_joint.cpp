@@ -173,8 +173,7 @@ void bind_joint(nb::module_& m) {
           },
           nb::arg("q"), nb::sig("def add(self, q: collections.abc.Sequence[numpy.ndarray]) -> list[int]"),
           "A way [n, dof] for each arm from its start to its goal, free alone, on a grid of steps. Returns the numbers "
-          "of "
-          "the ways that stand for them, -1 where one was not taken.")
+          "of the ways that stand for them, -1 where one was not taken.")
       .def("has", &Anew::has, nb::arg("choice"),
            nb::sig("def has(self, choice: collections.abc.Sequence[int]) -> bool"),
            "Whether there is a way with such a number for each arm; one may have had to go for a shorter one.")
@@ -198,7 +197,9 @@ void bind_joint(nb::module_& m) {
           },
           nb::arg("choice"), nb::arg("clock"),
           nb::sig("def closed(self, choice: collections.abc.Sequence[int], clock: Clock) -> list[tuple[int, int]]"),
-          "Pairs of arms that cannot both come to their ends on the ways with these numbers, whoever waits for whom.")
+          "Pairs of arms that cannot both come to their ends on the ways with these numbers, whoever waits for whom; "
+          "those "
+          "found until the clock ends.")
       .def(
           "run",
           [](Anew& self, double limit, const Clock& clock) -> nb::object {

@@ -61,13 +61,17 @@ class Recombination {
     return all;
   }
 
-  // Pairs of arms that cannot both come to their ends on the ways with these numbers.
+  // Pairs of arms that cannot both come to their ends on the ways with these numbers; those found until time is up.
   std::vector<std::pair<int, int>> closed(std::vector<int> numbers, const Clock& clock) {
     for (int a = 0; a < arms(); ++a) numbers[a] = place_of(a, numbers[a]);
     std::vector<std::pair<int, int>> out;
     for (int b = 0; b < arms(); ++b)
-      for (int a = 0; a < b; ++a)
-        if (!diagram(numbers, a, b).open(0, 0, clock)) out.emplace_back(a, b);
+      for (int a = 0; a < b; ++a) {
+        if (places_ > kMostPlaces) forget();
+        const bool open = diagram(numbers, a, b).open(0, 0, clock);
+        if (clock.expired()) return out;
+        if (!open) out.emplace_back(a, b);
+      }
     return out;
   }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "coordination.hpp"
@@ -15,8 +16,8 @@ class JointTiming {
   using State = std::vector<int>;  // steps that each arm has done
 
   // last: the last step of each arm.
-  JointTiming(State last, const DiagramOf& diagram, const Clock& clock)
-      : end_(std::move(last)), diagram_(diagram), clock_(clock) {}
+  JointTiming(State last, DiagramOf diagram, const Clock& clock)
+      : end_(std::move(last)), diagram_(std::move(diagram)), clock_(clock) {}
 
   // The states from first to last; empty where `most` of them lead nowhere. Adds to `states` how many were looked at.
   std::vector<State> run(int& states, int most) {
@@ -77,7 +78,7 @@ class JointTiming {
   }
 
   State end_;
-  const DiagramOf& diagram_;
+  DiagramOf diagram_;
   const Clock& clock_;
 };
 

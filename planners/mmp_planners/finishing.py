@@ -24,8 +24,8 @@ from mmp_planners.shortcutting import Shortcutting, on_grid
 
 PROOF_SHARE, PROOF_S = 0.1, 0.02
 """What shortening leaves of the time that is left, so that what it found can be proved: a share, or so many seconds."""
-PROOFS = 4
-"""As many times as long as the longest proof so far is enough."""
+PROOFS, LEAST_PROOF_S = 8, 0.005
+"""As many times as long as the longest proof so far is enough, but no less than this: shorter plans have more corners."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,10 +71,10 @@ class Run:
             return False
         before = time.perf_counter()
         certificate = certify(plan, self.clock)
-        self.proof_s = max(self.proof_s, time.perf_counter() - before)
         if not certificate.valid:
             self.counts.failed_certificates += not self.clock.expired
             return False
+        self.proof_s = max(self.proof_s, time.perf_counter() - before)
         bound_met = self.best.bound_met if self.best else None
         self.best = Incumbent(plan=plan, cost=plan.cost_rad, clearance=certificate.clearance, bound_met=bound_met)
         if self.found_s is None:
@@ -149,7 +149,7 @@ class Run:
         remaining = min(self.clock.remaining, 1e10)
         kept = max(PROOF_SHARE * remaining, PROOF_S)
         if self.proof_s > 0:
-            kept = min(kept, PROOFS * self.proof_s)
+            kept = min(kept, max(PROOFS * self.proof_s, LEAST_PROOF_S))
         return _core.Clock(max(0.0, remaining - kept))
 
     def tell_and_shorten(self, watch: Watcher, attempts: int, dt: float) -> None:

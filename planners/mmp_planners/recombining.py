@@ -82,20 +82,20 @@ class Recombining:
         return None if rows is None else paced(best.problem, rows)
 
     def _groups(self, seeds: Iterator[int], clock: _core.Clock) -> None:
-        """Arms that shut each other in find ways among themselves, until all go together or a group has none."""
+        """Arms that shut each other in find ways among themselves, for as long as more of them do."""
         choice, group = self._ways.shortest(), list(self._each)
         for _ in range(MERGES):
             if not self._ways.has(choice):
                 return
             closed = self._ways.closed(choice, clock)
+            if clock.expired:
+                return
             for a, b in closed:
                 group = [group[a] if g == group[b] else g for g in group]
             for label in sorted({group[a] for a, _ in closed}):
                 arms = [arm for arm in self._each if group[arm] == label]
                 found = self._together(arms, choice, seeds, clock)
-                if found is None:
-                    return
-                for arm in arms:
+                for arm in arms if found else ():
                     choice[arm] = found[arm]
 
     def _together(
@@ -121,6 +121,7 @@ class Recombining:
         self._begin_with(self._ways.shortest())
         for _ in itertools.islice(search.rounds(next(seeds)), orders):
             pass
+        self._run.proof_s = max(self._run.proof_s, run.proof_s)
         if run.best is not None:
             plan, _ = self._shorten(run.best.plan, next(seeds), clock)
             self._add(plan)

@@ -1,49 +1,44 @@
 """What a run leaves of its time for the proof of what it finds last."""
 
 import math
-import time
+from types import SimpleNamespace
 
 import pytest
 import two_arms
 
 import mmp_planners
-from mmp_env import _core
-from mmp_planners.finishing import PROOF_S, PROOF_SHARE, PROOFS, Run
+from mmp_planners import finishing
+from mmp_planners.finishing import LEAST_PROOF_S, PROOF_S, PROOF_SHARE, PROOFS, Run
 
 
-def begun(time_limit):
-    return Run.begin("auto", None, two_arms.passing(), 0, time_limit)
+def left_for_proof(monkeypatch, remaining, proof_s=0.0):
+    """Of so much time [s], after a proof that took so long."""
+    run = Run.begin("auto", None, two_arms.passing(), 0, math.inf)
+    run.clock, run.proof_s, asked = SimpleNamespace(remaining=remaining), proof_s, []
+    monkeypatch.setattr(finishing, "_core", SimpleNamespace(Clock=asked.append))
+    run.early_clock()
+    return remaining - asked[0]
 
 
-def left_for_proof(run):
-    early = run.early_clock()
-    return run.clock.remaining - early.remaining
+@pytest.mark.parametrize(("remaining", "kept"), [(0.1, PROOF_S), (100.0, 100.0 * PROOF_SHARE), (0.01, 0.01)])
+def test_before_any_proof_a_share_is_left_or_so_many_seconds(monkeypatch, remaining, kept):
+    assert left_for_proof(monkeypatch, remaining) == pytest.approx(kept)
 
 
-@pytest.mark.parametrize(("time_limit", "kept"), [(0.1, PROOF_S), (100.0, 100.0 * PROOF_SHARE)])
-def test_before_any_proof_a_share_is_left_or_so_many_seconds(time_limit, kept):
-    assert left_for_proof(begun(time_limit)) == pytest.approx(kept, rel=0.1)
+@pytest.mark.parametrize(("proof_s", "kept"), [(0.0001, LEAST_PROOF_S), (0.5, 0.5 * PROOFS), (60.0, 10.0)])
+def test_proofs_are_given_several_times_as_long_as_they_took_and_no_more_than_before(monkeypatch, proof_s, kept):
+    assert left_for_proof(monkeypatch, 100.0, proof_s) == pytest.approx(kept)
 
 
-def test_proofs_are_given_as_long_as_they_took(monkeypatch):
-    run = begun(100.0)
+def test_only_a_proof_that_succeeds_tells_how_long_they_take(monkeypatch):
+    run = Run.begin("auto", None, two_arms.passing(), 0, math.inf)
     plan = mmp_planners.make("rrt-connect", shorten=0).plan(run.problem, seed=0).plan
-    certify = _core.certify
-
-    def slowly(*arguments):
-        time.sleep(0.2)
-        return certify(*arguments)
-
-    monkeypatch.setattr(_core, "certify", slowly)
+    clock = iter(range(100))
+    monkeypatch.setattr(finishing, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    proved = finishing.certify
+    monkeypatch.setattr(finishing, "certify", lambda *_: SimpleNamespace(valid=False))
+    assert not run.offer(plan)
+    assert run.proof_s == 0
+    monkeypatch.setattr(finishing, "certify", proved)
     assert run.offer(plan)
-    assert run.proof_s >= 0.2
-    assert left_for_proof(run) == pytest.approx(PROOFS * run.proof_s, rel=0.1)
-    monkeypatch.setattr(_core, "certify", certify)
-    longest = run.proof_s
-    run.best = None
-    assert run.offer(plan)
-    assert run.proof_s == longest
-
-
-def test_a_run_without_end_has_an_early_clock_without_end():
-    assert begun(math.inf).early_clock().remaining > 1e9 / 2
+    assert run.proof_s == 1

@@ -184,11 +184,11 @@ def test_a_grid_has_every_corner_of_the_plan():
         np.testing.assert_allclose(grid[[0, 3, 4, -1]], q[name])
 
 
-def test_as_if_alone_nothing_keeps_an_arm_from_the_straight_way():
+def test_in_groups_of_their_own_nothing_keeps_an_arm_from_the_straight_way():
     problem = two_arms.passing()
     plan = mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan
     (among, _), (alone, kept) = (
-        Shortcutting(attempts=300, alone=alone)(plan, 0, _core.Clock(math.inf)) for alone in (False, True)
+        Shortcutting(attempts=300)(plan, 0, _core.Clock(math.inf), groups=groups) for groups in (None, range(2))
     )
     assert kept > 0
     assert check_plan(among).valid

@@ -25,7 +25,7 @@ from mmp_planners.shortcutting import Shortcutting, on_grid
 PROOF_SHARE, PROOF_S = 0.1, 0.02
 """What shortening leaves of the time that is left, so that what it found can be proved: a share, or so many seconds."""
 PROOFS, LEAST_PROOF_S = 8, 0.005
-"""As many times as long as the longest proof so far is enough, but no less than this: shorter plans have more corners."""
+"""As many times as long as the longest proof so far is enough, but no less than this [s]: corners become more."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,15 +7,16 @@ import pytest
 import two_arms
 
 import mmp_planners
+from mmp_env import _core
 from mmp_planners import finishing
 from mmp_planners.finishing import LEAST_PROOF_S, PROOF_S, PROOF_SHARE, PROOFS, Run
 
 
 def left_for_proof(monkeypatch, remaining, proof_s=0.0):
     """Of so much time [s], after a proof that took so long."""
-    run = Run.begin("auto", None, two_arms.passing(), 0, math.inf)
-    run.clock, run.proof_s, asked = SimpleNamespace(remaining=remaining), proof_s, []
-    monkeypatch.setattr(finishing, "_core", SimpleNamespace(Clock=asked.append))
+    run, made, asked = Run.begin("auto", None, two_arms.passing(), 0, math.inf), _core.Clock, []
+    run.clock, run.proof_s = SimpleNamespace(remaining=remaining), proof_s
+    monkeypatch.setattr(_core, "Clock", lambda seconds: asked.append(seconds) or made(seconds))
     run.early_clock()
     return remaining - asked[0]
 

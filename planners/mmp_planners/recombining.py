@@ -95,8 +95,9 @@ class Recombining:
             for label in sorted({group[a] for a, _ in closed}):
                 arms = [arm for arm in self._each if group[arm] == label]
                 found = self._together(arms, choice, seeds, clock)
-                for arm in arms if found else ():
-                    choice[arm] = found[arm]
+                if found is not None:
+                    for arm in arms:
+                        choice[arm] = found[arm]
 
     def _together(
         self, arms: Sequence[int], choice: Sequence[int], seeds: Iterator[int], clock: _core.Clock

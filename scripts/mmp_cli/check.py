@@ -29,7 +29,7 @@ def run(args: Namespace) -> int:
 
 
 def _check(path: str, args: Namespace) -> int:
-    from mmp_cli.main import one_line
+    from mmp_cli.output import one_line
     from mmp_env.check import check_plan
     from mmp_env.check.episode import check_episode
     from mmp_env.episode import Episode, plans_from_dict

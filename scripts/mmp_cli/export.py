@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser, check_spared
 from mmp_cli.kinds import EPISODE, PLAN, read_as
-from mmp_cli.main import one_line
+from mmp_cli.output import one_line
 
 if TYPE_CHECKING:
     from mmp_env.export.motion import Motion

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from mmp_cli.arguments import Parser
-from mmp_cli.main import one_line
+from mmp_cli.output import one_line
 from mmp_env.errors import MmpError
 from mmp_env.writing import plain
 

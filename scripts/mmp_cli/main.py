@@ -1,16 +1,18 @@
 """The console script `mmp`: finds the command, and turns misuse into one sentence and an exit code.
 
-Exit 0: done; 1: no plan in time, a violation, a goal not reached, a planner that failed; 2: bad usage or bad input;
-130: interrupted. Any other exception is a fault of the program and keeps its traceback.
+Exit 0: done; 1: no plan in time, a violation, a goal not reached, a planner that failed; 2: bad usage or bad input, or
+output that cannot be written; 130: interrupted; 141: the reader of the output has gone. Any other exception is a fault
+of the program and keeps its traceback.
 """
 
 from __future__ import annotations
 
-import errno
 import importlib
 import os
 import sys
 from collections.abc import Sequence
+
+from mmp_cli.output import OutputError, complain, forget_output, guard_streams
 
 COMMANDS = {
     "plan": "plan one instance, check the plan and print a summary",
@@ -22,6 +24,8 @@ COMMANDS = {
     "list": "list robots, cells, tasks and planners with their options",
 }
 INTERRUPTED = 130
+UNREAD = 141
+"""Exit code for output whose reader has gone, that of a program that SIGPIPE ends."""
 _HELP = """usage: mmp COMMAND ...
 
 Collision-free motions for crowded robot-arm cells, found and proved.
@@ -35,48 +39,45 @@ commands:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command line, that of the process by default, and returns its exit code."""
-    code = _guarded(list(sys.argv[1:] if argv is None else argv))
+    if argv is None:
+        guard_streams()
+    code = _heard(list(sys.argv[1:] if argv is None else argv))
     if code == INTERRUPTED and argv is None:
         # Taking the interpreter down with MuJoCo loaded takes longer than anybody who pressed Ctrl-C wants to wait.
-        sys.stdout.flush()
         os._exit(code)
+    return code
+
+
+def _heard(argv: list[str]) -> int:
+    """Runs a command line whose output may find no room, or no reader."""
+    try:
+        code = _guarded(argv)
+        sys.stdout.flush()
+    except OutputError as error:
+        forget_output()
+        if error.is_unread:
+            return UNREAD
+        complain(f"the output cannot be written: {error}")
+        return 2
     return code
 
 
 def _guarded(argv: list[str]) -> int:
     try:
-        code = _run(argv)
+        return _run(argv)
+    except SystemExit:  # after --help
         sys.stdout.flush()
+        raise
     except KeyboardInterrupt:
-        print("mmp: interrupted", file=sys.stderr)
+        complain("interrupted")
         return INTERRUPTED
-    except BrokenPipeError:
-        _forget_output()  # whoever read it has gone
-        return 1
-    except OSError as error:
-        if error.errno != errno.ENOSPC or error.filename is not None:  # files of ours are named in what they raise
-            raise
-        _forget_output()
-        print(f"mmp: the output cannot be written: {error.strerror}", file=sys.stderr)
-        return 2
     except ValueError as error:
         from mmp_env.errors import MmpError
 
         if not isinstance(error, MmpError):
             raise
-        print(f"mmp: {one_line(error)}", file=sys.stderr)
+        complain(error)
         return 2
-    return code
-
-
-def _forget_output() -> None:
-    """What is still to be said, even at exit, goes nowhere."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def one_line(error: BaseException | str) -> str:
-    """The message without line breaks and control characters, which names in a file may hold."""
-    return "".join(c if c.isprintable() else repr(c)[1:-1] for c in " ".join(str(error).split()))
 
 
 def _run(argv: list[str]) -> int:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, setting
-from mmp_cli.main import one_line
+from mmp_cli.output import one_line
 from mmp_cli.showing import SPAWN, Showing, Together, add_showing, check_showing
 from mmp_env.errors import InvalidInstanceError, MmpError
 

@@ -33,7 +33,7 @@ def parser() -> Parser:
 
 def run(args: Namespace) -> int:
     """Writes the report. Raises `MmpError` for bad usage and bad input, and then writes nothing."""
-    from mmp_cli.main import one_line
+    from mmp_cli.output import one_line
     from mmp_cli.reporting.folder import remove_outdated, write_files
     from mmp_cli.reporting.markdown import as_markdown
     from mmp_cli.reporting.page import as_page

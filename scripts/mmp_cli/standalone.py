@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
-from mmp_cli.main import one_line
+from mmp_cli.output import one_line
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.registration import CELLS
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from mmp_cli.main import one_line
 from mmp_cli.outcome import Outcome
+from mmp_cli.output import one_line
 from mmp_cli.rows import print_rows
 from mmp_env.execution import ExecutionReport
 from mmp_env.nearness import Nearness

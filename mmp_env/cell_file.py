@@ -13,12 +13,13 @@ from jaxtyping import Float
 from msgspec import UNSET, UnsetType
 
 from mmp_env.cell import SHAPES, Arm, Cell, Obstacle
-from mmp_env.cell_limits import LARGEST_M, SMALLEST_M
+from mmp_env.cell_limits import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.held import HELD
 from mmp_env.reading import Place, decode, named, read_document, shown
 from mmp_env.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.transforms import quaternion_from_yaw
+from mmp_env.wording import degrees_hint
 
 MEASURES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 """What gives the size of each shape."""
@@ -201,6 +202,8 @@ def _pose(data: ArmData | SolidData, place: Place) -> tuple[Float[np.ndarray, "3
         yaw = 0.0 if data.yaw is None else data.yaw
         if not np.isfinite(yaw):
             raise (place / "yaw").wrong(yaw, "a finite number [rad]")
+        if abs(yaw) > LARGEST_YAW_RAD:
+            raise (place / "yaw").wrong(yaw, f"from -6.283 to 6.283 rad{degrees_hint(yaw)}")
         return position, frozen_array(quaternion_from_yaw(yaw))
     if data.yaw is not None:
         raise MmpError(f"{place} has both yaw {shown(data.yaw)} and quaternion {shown(data.quaternion)}; give one")

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mmp_env.cell import Cell
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
 from mmp_env.robot import frozen_array
+from mmp_env.wording import degrees_hint
 
 DEFAULT_MAX_VELOCITY = 0.8
 """[rad/s] per joint, as in the paper; never above the robot's own limit."""
@@ -100,10 +101,11 @@ def _check_limits(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> None:
     for arm in cell.arms:
         outside = (q[arm.name] < arm.robot.lower) | (q[arm.name] > arm.robot.upper)
         if outside.any():
-            k = int(np.argmax(outside))
+            in_degrees = outside & [bool(degrees_hint(angle)) for angle in q[arm.name]]
+            k = int(np.argmax(in_degrees if in_degrees.any() else outside))
             raise InvalidInstanceError(
                 f"{which} of arm '{arm.name}', joint {k + 1} ({arm.robot.joint_names[k]}), is {q[arm.name][k]:.4f} rad;"
-                f" allowed: {arm.robot.lower[k]:.4f} to {arm.robot.upper[k]:.4f}"
+                f" allowed: {arm.robot.lower[k]:.4f} to {arm.robot.upper[k]:.4f}{degrees_hint(q[arm.name][k])}"
             )
 
 

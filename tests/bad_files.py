@@ -84,6 +84,21 @@ CELLS = {
     "a position at infinity": (["arms", 0, "position", 2], INF, ["arms[0].position is", "inf", "-100 to 100 m"]),
     "a position far out": (["obstacles", 0, "position", 2], 1e5, ["obstacles[0].position is", "100000.0", "100 m"]),
     "a yaw that is NaN": (["arms", 0, "yaw"], NAN, ["arms[0].yaw is nan", "finite"]),
+    "a yaw in degrees": (
+        ["arms", 0, "yaw"],
+        180,
+        ["arms[0].yaw is 180", "-6.283 to 6.283 rad", "180 looks like degrees"],
+    ),
+    "an obstacle's yaw in degrees": (
+        ["obstacles", 3, "yaw"],
+        -90.0,
+        ["obstacles[3].yaw is -90.0", "-90 looks like degrees"],
+    ),
+    "the yaw of a held object in degrees": (
+        ["arms", 0, "held"],
+        {"shape": "sphere", "radius": 0.01, "position": [0, 0, 0.1], "yaw": 7},
+        ["arms[0].held.yaw is 7", "7 looks like degrees"],
+    ),
     "a yaw of a list": (["arms", 0, "yaw"], [1.0], ["arms[0].yaw is [1.0]", "a number or null"]),
     "a number beyond all bounds": (["arms", 0, "yaw"], 10**400, ["arms[0].yaw is", "number"]),
     "a yaw and a quaternion": (["arms", 1, "yaw"], 1.0, ["arms[1]", "both yaw 1.0 and quaternion"]),

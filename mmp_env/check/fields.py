@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell_limits import LARGEST_M, SMALLEST_M
+from mmp_env.cell_limits import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M
 from mmp_env.check.report import Violation
 from mmp_env.mujoco_import import mujoco
 
@@ -106,6 +106,8 @@ def pose(data: Any, where: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarra
         raise UnreadableError(f"{where} has a yaw and a quaternion; it must be one of them")
     if data.get("yaw") is not None:
         yaw = float(numbers(data["yaw"], (), f"yaw of {where}"))
+        if not abs(yaw) <= LARGEST_YAW_RAD:
+            raise UnreadableError(f"yaw of {where} is {yaw:g}; it must be from -6.283 to 6.283 rad")
         quaternion = np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
     elif data.get("quaternion") is not None:
         quaternion = numbers(data["quaternion"], (4,), f"quaternion of {where}")

@@ -8,6 +8,8 @@ from mmp_env.plan_file import load_plan
 
 ENDS = json.dumps({"left": bad_files.TUCKED, "right": bad_files.TUCKED})
 
+DEGREES = json.dumps({"left": [149.3, -126.0, 143.2, -107.1, -90.0, 0.0], "right": bad_files.TUCKED})
+
 
 @pytest.mark.parametrize("case", bad_files.CELLS)
 def test_a_bad_cell_file(mmp, tmp_path, case):
@@ -105,6 +107,7 @@ def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
             ["plan", "{cell}", "--start", ENDS, "--goal", '{"left": [0], "right": [0]}'],
             ["--goal: left has 1 numbers", "6"],
         ),
+        (["plan", "{cell}", "--start", ENDS, "--goal", DEGREES], ["goal of arm 'left'", "149.3 looks like degrees"]),
         (["plan", "{instances}", "--out", "."], [". cannot be written: it is not a regular file"]),
         (["plan", ""], ["argument SOURCE is empty; give a value"]),
         (["plan", "{instances}", "--out", ""], ["argument --out is empty; give a value"]),

@@ -17,7 +17,7 @@ LENGTH = st.floats(1e-6, 100)
 
 
 def poses():
-    yaw = st.fixed_dictionaries({"yaw": st.floats(-10, 10)})
+    yaw = st.fixed_dictionaries({"yaw": st.floats(-6.28, 6.28)})
     quaternion = st.lists(FINITE, min_size=4, max_size=4).filter(any).map(lambda q: {"quaternion": q})
     return st.tuples(st.lists(FINITE, min_size=3, max_size=3), st.one_of(st.just({}), yaw, quaternion)).map(
         lambda pair: {"position": pair[0], **pair[1]}
@@ -132,6 +132,12 @@ def test_a_quaternion_of_any_length_is_normalised(scale):
 def test_neighbours_may_stand_as_close_as_published_shelves_have_them(spheres):
     arms = [{"name": f"a{k}", "robot": "panda", "position": [0.3 * k, 0, 0], "yaw": 1.57} for k in range(3)]
     assert len(cell_from_dict({"arms": arms, "spheres": spheres}, "cell").arms) == 3
+
+
+@pytest.mark.parametrize("yaw", [6.2832, -6.2832])
+def test_a_whole_turn_that_is_rounded_up_is_no_fault(yaw):
+    data = {"name": "a", "robot": "ur5e", "position": [0, 0, 0], "yaw": yaw}
+    np.testing.assert_allclose(cell_from_dict({"arms": [data]}, "cell").arm("a").quaternion, [-1, 0, 0, 0], atol=1e-5)
 
 
 @pytest.mark.parametrize("case", bad_files.CELLS)

@@ -43,6 +43,7 @@ UNREADABLE = {
     "an unknown shape": lambda p: p["problem"]["cell"]["obstacles"][0].update(shape="cone"),
     "a zero quaternion": lambda p: p["problem"]["cell"]["obstacles"][0].update(quaternion=[0.0, 0.0, 0.0, 0.0]),
     "a yaw and a quaternion": lambda p: p["problem"]["cell"]["arms"][0].update(quaternion=[1.0, 0.0, 0.0, 0.0]),
+    "a yaw in degrees": lambda p: p["problem"]["cell"]["arms"][1].update(yaw=180.0),
     "two arms of one name": lambda p: p["problem"]["cell"]["arms"][1].update(name="left"),
     "no arms": lambda p: p["problem"]["cell"].update(arms=[]),
 }

@@ -1,0 +1,40 @@
+"""What `make_problem` says of starts and goals that cannot be."""
+
+import bad_files
+import pytest
+
+from mmp_env import InvalidInstanceError, make_problem
+from mmp_env.cell_file import cell_from_dict
+
+
+def with_joint(value, joint=1):
+    """The tucked configuration of both arms, with another value at one joint of `left`."""
+    left = list(bad_files.TUCKED)
+    left[joint] = value
+    return {"left": left, "right": bad_files.TUCKED}
+
+
+@pytest.fixture(scope="module")
+def cell():
+    return cell_from_dict(bad_files.good_cell(), "pair.json")
+
+
+@pytest.mark.parametrize("which", ["start", "goal"])
+def test_an_angle_in_degrees_is_called_so(cell, which):
+    ends = {"start": with_joint(-2.2), "goal": with_joint(-2.2), which: with_joint(-70)}
+    with pytest.raises(InvalidInstanceError) as error:
+        make_problem(cell, **ends)
+    for words in [f"{which} of arm 'left', joint 2", "-70.0000 rad", "allowed: -6.2832 to", "-70 looks like degrees"]:
+        assert words in str(error.value)
+
+
+def test_the_joint_that_shows_the_degrees_is_the_one_that_is_named(cell):
+    configuration = with_joint(5.0, joint=2) | {"right": bad_files.TUCKED}
+    configuration["left"][4] = -90.0  # joint 3 is out of its limits too, by little
+    with pytest.raises(InvalidInstanceError, match=r"joint 5 .* -90 looks like degrees"):
+        make_problem(cell, configuration, with_joint(-2.2))
+
+
+def test_an_angle_that_may_well_be_meant_in_radians_has_no_hint(cell):
+    with pytest.raises(InvalidInstanceError, match=r"joint 3 .*, is 5\.0000 rad; allowed: -3\.1416 to 3\.1416$"):
+        make_problem(cell, with_joint(5.0, joint=2), with_joint(-2.2))

@@ -14,7 +14,8 @@ from mmp_env.cell import Cell
 class Contact:
     """Two bodies touched from `time_s` [s] on; `depth_m` [m] is the deepest that they got into each other.
 
-    `body_a` is a link or tool such as `arm0/forearm`; `body_b` one of a later arm, or `obstacle/<name>`.
+    `body_a` is a link or tool such as `arm0/forearm`; `body_b` is `obstacle/<name>`, or a link or tool of a later arm,
+    or of the same arm farther from its base.
     """
 
     time_s: float
@@ -32,13 +33,15 @@ class _Touch:
 
 
 class ContactLog:
-    """Gathers contacts between different arms, and between arms and obstacles, physics step by physics step.
+    """Gathers contacts of arms with each other, with obstacles and with themselves, physics step by physics step.
 
-    One `Contact` for each unbroken touch of two bodies, however short. An arm that touches itself is not logged.
+    One `Contact` for each unbroken touch of two bodies, however short. Without `self_contacts` the log leaves out
+    contacts of an arm with itself.
     """
 
-    def __init__(self, model: Any, data: Any, cell: Cell) -> None:
+    def __init__(self, model: Any, data: Any, cell: Cell, *, self_contacts: bool = True) -> None:
         self._data, self._contact = data, data.contact
+        self._self_contacts = self_contacts
         self._names, self._owners = names_and_owners(model, cell)
         self._longest_gap_s = 1.5 * float(model.opt.timestep)
         self.clear()
@@ -58,9 +61,10 @@ class ContactLog:
         """Takes in what touches at the present instant."""
         time_s, owners = self._data.time - self._begin_s, self._owners
         for (geom_1, geom_2), distance in zip(self._contact.geom.tolist(), self._contact.dist.tolist(), strict=True):
-            if owners[geom_1] == owners[geom_2]:
+            if owners[geom_1] == owners[geom_2] and not self._self_contacts:
                 continue
-            first, second = (geom_1, geom_2) if owners[geom_1] < owners[geom_2] else (geom_2, geom_1)
+            # The geoms of an arm are numbered from its base outwards; those of the world come before all others.
+            first, second = sorted((geom_1, geom_2), key=lambda geom: (owners[geom], geom))
             bodies = self._names[first], self._names[second]
             touch = self._latest.get(bodies)
             if touch is None or time_s > touch.until_s + self._longest_gap_s:

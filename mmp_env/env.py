@@ -41,7 +41,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
 
     `cell` is a `Cell`, the name of a ring or the path of a cell or instance file; `robot` and `spheres` as in
     `find_cell`; `task` draws the instances; `max_velocity` [rad/s] bounds the motion that actions ask for and that
-    problems allow; `control_rate_hz` actions are taken in a second. Pictures have `width` x `height` pixels. Raises
+    problems allow; `control_rate_hz` actions are taken in a second; without `self_contacts` an arm that touches itself
+    is no contact. Pictures have `width` x `height` pixels. Raises
     `MmpError` for a wrong option or value.
     """
 
@@ -59,6 +60,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         spheres: str | int | None = None,
         control_mode: str = "position",
         terminate_on_contact: bool = True,
+        self_contacts: bool = True,
         max_velocity: float = DEFAULT_MAX_VELOCITY,
         control_rate_hz: int = CONTROL_RATE_HZ,
         render_mode: str | None = None,
@@ -81,7 +83,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self._source = InstanceSource(bare, task, max_velocity)
         self._terminate_on_contact = terminate_on_contact
         mode, (lower, upper) = find_control_mode(control_mode), joint_limits(bare)
-        self._simulation = Simulation(bare)
+        self._self_contacts = self_contacts
+        self._simulation = Simulation(bare, self_contacts=self_contacts)
         self._steps = steps_per_action(control_rate_hz, self._simulation.timestep_s)
         self._mode = mode(lower=lower, upper=upper, reach=self._source.fastest / control_rate_hz)
         self._observer = Observer(self._simulation)
@@ -185,7 +188,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         if cell is self.cell:
             return
         self.close()
-        self._simulation = Simulation(cell)
+        self._simulation = Simulation(cell, self_contacts=self._self_contacts)
         self._observer = Observer(self._simulation)
 
     def _present(self) -> CellInstance:

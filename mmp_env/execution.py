@@ -31,12 +31,12 @@ SHOWN_STEPS = 20
 class ExecutionReport:
     """What became of a plan in the simulation.
 
-    `reached`: every joint of every arm ended within `REACHED_RAD` of its goal. `contacts`: between different arms, or
-    an arm and an obstacle, earliest first, in time since the beginning. `max_tracking_error_rad`: the farthest that a
-    joint was from where it should have been at that time. `duration_s`: simulated time, settling included.
-    `moved_to_start`: the arms stood elsewhere and were put to the plan's start first. `loads`: arm -> the joint with
-    the largest torque for its rating. `nearness`: whether bodies came closer than the plan's proof says. `halts`: when
-    a monitor stopped the arms.
+    `reached`: every joint of every arm ended within `REACHED_RAD` of its goal. `contacts`: of arms with each other,
+    with obstacles and with themselves, earliest first, in time since the beginning. `max_tracking_error_rad`: the
+    farthest that a joint was from where it should have been at that time. `duration_s`: simulated time, settling
+    included. `moved_to_start`: the arms stood elsewhere and were put to the plan's start first. `loads`: arm -> the
+    joint with the largest torque for its rating. `nearness`: whether bodies came closer than the plan's proof says.
+    `halts`: when a monitor stopped the arms.
 
     `times` [t] [s] and `positions`, arm -> [t, dof] [rad], are what was recorded at each physics step, the beginning
     included; `phases` [t] [s] is the time of the plan that was played at it, which only a monitor makes another.

@@ -2,8 +2,8 @@
 
 Names: `<arm>/<link>` bodies, `<arm>/joint1`..., `<arm>/servo1`..., sites `<arm>/flange` and `<arm>/tool_point`, geoms
 `obstacle/<name>`, and a body and geom `<arm>/held` for what an arm holds. What stands still never touches what stands
-still (MuJoCo: bodies welded to the world), so bases may overlap the table and each other. Links whose self-collision
-the planners do not test do not collide here either.
+still (MuJoCo: bodies welded to the world), so bases may overlap the table and each other. The parts of one arm collide
+with each other as the planners test them: parts that the planners do not test do not collide here either.
 """
 
 from __future__ import annotations
@@ -47,6 +47,8 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
     spec.compiler.degree = False
     spec.option.timestep = TIMESTEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    # MuJoCo would let each body overlap its parent; a held object then could not touch the last link but one.
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
     for obstacle in cell.obstacles:
         _add_geom(spec.worldbody, OBSTACLE_PREFIX + obstacle.name, obstacle, obstacle_rgba(cell, obstacle))
     for number, arm in enumerate(cell.arms):
@@ -81,7 +83,6 @@ def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
         tool = spec.body(f"{prefix}{arm.tool.name}").add_frame() if arm.tool else None
         where = {"frame": tool} if tool else {"site": spec.site(f"{prefix}flange")}
         spec.attach(_held_body(arm.held), prefix=prefix, **where)
-    # MuJoCo lets a body and its parent overlap on its own, except where the parent is the base.
     free = untested_pairs(arm, sphere_set) | {frozenset(arm.robot.link_names[:2])}
     for pair in free - excluded:
         first, second = sorted(pair)

@@ -21,10 +21,11 @@ class Simulation:
     """`model` and `data` of MuJoCo, with the joints of all arms in one vector [n]: arm after arm, base to flange.
 
     Between calls `data` is what `mj_step1` leaves: poses and contacts belong to the positions that one reads. It may be
-    somebody else's, of a model that is `compile_scene(cell, moving_setpoints=True)`.
+    somebody else's, of a model that is `compile_scene(cell, moving_setpoints=True)`. `self_contacts`: as in
+    `ContactLog`.
     """
 
-    def __init__(self, cell: Cell, data: Any = None) -> None:
+    def __init__(self, cell: Cell, data: Any = None, *, self_contacts: bool = True) -> None:
         self.cell = cell
         self.data = mujoco.MjData(compile_scene(cell, moving_setpoints=True)) if data is None else data
         self.model = self.data.model
@@ -34,7 +35,7 @@ class Simulation:
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
         self._setpoint, self._rate = self.data.act, self.data.ctrl
         self._sites = self.data.site_xpos
-        self.log = ContactLog(self.model, self.data, cell)
+        self.log = ContactLog(self.model, self.data, cell, self_contacts=self_contacts)
         self._torques = self.data.qfrc_actuator
         self._largest_torques = np.zeros_like(self._torques)
         _check_order(self.model, cell)

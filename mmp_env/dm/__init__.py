@@ -40,6 +40,7 @@ def load(
     spheres: str | int | None = None,
     control_mode: str = "position",
     terminate_on_contact: bool = True,
+    self_contacts: bool = True,
     max_velocity: float = DEFAULT_MAX_VELOCITY,
     control_rate_hz: int = CONTROL_RATE_HZ,
     time_limit: float = TIME_LIMIT_S,
@@ -63,7 +64,7 @@ def load(
     from mmp_env.dm.task import CellTask
 
     cell = find_cell(_named(source), robot=robot, spheres=None if spheres is None else str(spheres))
-    physics = CellPhysics.of(cell)
+    physics = CellPhysics.of(cell, self_contacts=self_contacts)
     cell_task = CellTask(
         physics.simulation,
         InstanceSource(cell, task, max_velocity),

@@ -13,12 +13,14 @@ class CellPhysics(mujoco.Physics):
     """`dm_control.mujoco.Physics` of the model of `MultiArmCell`, with its names: `named.data.qpos["arm0/joint1"]`."""
 
     _simulation: Simulation | None = None
+    _self_contacts = True
 
     @classmethod
-    def of(cls, cell: Cell) -> CellPhysics:
+    def of(cls, cell: Cell, *, self_contacts: bool) -> CellPhysics:
         """The physics of a cell. Raises `MmpError` where it does not compile."""
         physics = cls.from_model(_model(cell))
-        physics._simulation = Simulation(cell, physics.data.ptr)
+        physics._self_contacts = self_contacts
+        physics._simulation = Simulation(cell, physics.data.ptr, self_contacts=self_contacts)
         return physics
 
     def enter(self, cell: Cell) -> None:
@@ -28,7 +30,7 @@ class CellPhysics(mujoco.Physics):
         """
         if self.simulation.cell is not cell:
             self._reload_from_model(_model(cell))
-            self._simulation = Simulation(cell, self.data.ptr)
+            self._simulation = Simulation(cell, self.data.ptr, self_contacts=self._self_contacts)
 
     @property
     def simulation(self) -> Simulation:

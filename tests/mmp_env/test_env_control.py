@@ -4,13 +4,19 @@ import gymnasium
 import numpy as np
 import pytest
 
+from mmp_env.cell import Cell, place_arm
 from mmp_env.control import CONTROL_MODES, CONTROL_RATE_HZ
 from mmp_env.errors import MmpError
 from mmp_env.execution import REACHED_RAD
+from mmp_env.nearness import OUTSIDE_M
 from mmp_env.reward import CONTACT_PENALTY, PROGRESS_WEIGHT, SUCCESS_BONUS
+from mmp_env.robot import SPHERE_SETS, robot_names
+from mmp_env.simulation import Simulation
 
 FACING_STEEPLY, FACING_LEVEL = (np.array([np.pi, lift, 0.0, 0.0, 0.0, 0.0]) for lift in (-1.3, -0.2))
 """A UR5e stretched out towards the centre of its ring."""
+UNFOLDED, FOLDED = (np.array([0.0, -1.3, elbow, -1.57, 1.57, 0.0]) for elbow in (2.2, 3.0))
+"""A UR5e turned away from the others, and the same one with its wrist in its upper arm."""
 
 
 def make(name="MultiArmCell-2", **options):
@@ -114,6 +120,52 @@ def test_a_contact_costs_and_ends_the_episode_unless_told_otherwise(ends):
     assert reward < -CONTACT_PENALTY / 2
     assert terminated == ends
     assert not info["is_success"]
+
+
+def folding(**options):
+    """The last step of an episode in which `arm0` folds into itself, ended or cut off after 20 steps."""
+    env = make(control_mode="position", **options)
+    still = tucked(env.unwrapped.cell)["arm1"]
+    env.reset(options={"start": {"arm0": UNFOLDED, "arm1": still}, "goal": tucked(env.unwrapped.cell)})
+    action = towards(env, np.concatenate([FOLDED, still]))
+    for _ in range(20):
+        step = env.step(action)
+        if step[2]:
+            break
+    return step
+
+
+def test_an_arm_that_touches_itself_is_a_contact_like_any_other():
+    _, reward, terminated, _, info = folding()
+    assert terminated
+    assert reward < -CONTACT_PENALTY / 2
+    assert {contact.body_a for contact in info["contacts"]} == {"arm0/upperarm"}
+    assert {contact.body_b for contact in info["contacts"]} <= {"arm0/wrist1", "arm0/wrist2"}
+    assert info["contacts"][0].depth_m > 0
+
+
+def test_contacts_of_an_arm_with_itself_can_be_left_out():
+    _, reward, terminated, _, info = folding(self_contacts=False)
+    assert not terminated
+    assert reward > -CONTACT_PENALTY / 2
+    assert info["contacts"] == []
+
+
+@pytest.mark.parametrize("spheres", SPHERE_SETS)
+@pytest.mark.parametrize("robot", robot_names())
+def test_an_arm_touches_itself_only_where_its_spheres_do(robot, spheres):
+    arm = place_arm("a", robot, [0, 0, 0], [1, 0, 0, 0])
+    cell = Cell(name="alone", arms=(arm,), spheres=spheres)
+    simulation = Simulation(cell)
+    rows = np.random.default_rng(0).uniform(arm.robot.lower, arm.robot.upper, (1500, arm.dof))
+    touching = np.zeros(len(rows), bool)
+    for k, q in enumerate(rows):
+        simulation.place(q)
+        touching[k] = bool(simulation.log.contacts)
+    clear = cell.collision.static_clearance("a", rows) > 2 * OUTSIDE_M
+    assert clear.sum() > 500
+    assert not (touching & clear).any()
+    assert touching.sum() > 20
 
 
 @pytest.mark.parametrize(

@@ -126,12 +126,14 @@ def test_an_arm_driven_into_an_obstacle_names_the_obstacle():
     assert all(contact.body_a.startswith("arm1/") for contact in report.contacts)
 
 
-def test_an_arm_that_touches_itself_is_not_in_the_list():
-    env = environment(ring_cell(2))
+@pytest.mark.parametrize("told", [True, False])
+def test_an_arm_that_touches_itself_is_reported_unless_that_is_switched_off(told):
+    env = MultiArmCellEnv(cell=ring_cell(2), self_contacts=told)
     start = everyone(env.cell, "tucked")
     folded = start | {"arm0": np.array([0.0, -1.57, 3.1, 0.0, 0.0, 0.0])}
-    report = env.execute(straight(env.cell, start, folded))
-    assert report.contacts == []
+    contacts = env.execute(straight(env.cell, start, folded)).contacts
+    bodies = {(contact.body_a, contact.body_b) for contact in contacts}
+    assert bodies == ({("arm0/upperarm", "arm0/wrist2"), ("arm0/upperarm", "arm0/wrist3")} if told else set())
 
 
 def test_arms_that_a_plan_does_not_move_stay_and_a_plan_may_be_for_fewer_arms():

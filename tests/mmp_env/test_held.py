@@ -207,6 +207,16 @@ def test_it_may_touch_the_link_and_tool_that_hold_it_but_no_other_link():
     assert not cell_with(far).collision.is_free("a", [home]).any()
 
 
+def test_it_touches_the_links_of_its_own_arm_that_do_not_hold_it():
+    """In MuJoCo too, the parent of the holding link included, which MuJoCo itself would leave out."""
+    simulation = Simulation(cell_with({"shape": "sphere", "position": [0, 0, 0.0], "radius": 0.12}))
+    simulation.place(np.array(simulation.cell.arms[0].robot.home))
+    assert {(c.body_a, c.body_b) for c in simulation.log.contacts} >= {("a/wrist1", "a/held"), ("a/wrist2", "a/held")}
+    simulation = Simulation(cell_with({"shape": "sphere", "position": [0, 0, 0.0], "radius": 0.03}))
+    simulation.place(np.array(simulation.cell.arms[0].robot.home))
+    assert simulation.log.contacts == []
+
+
 def test_a_plan_for_another_held_object_does_not_fit():
     document = tiny_plans.plan([tiny_plans.arm("left", [0, 0, 0])], {"left": [tiny_plans.UPRIGHT] * 2})
     document["problem"]["cell"]["arms"][0]["held"] = held("box")

@@ -15,6 +15,7 @@ CASES = [
     ("MultiArmCell-8", {}, "auto", 4),
     ("MultiArmCell-4", {"robot": "panda"}, "auto", 1),
     ("MultiArmCell-4", {"robot": "piper"}, "prioritized", 2),
+    ("MultiArmCell-4", {"robot": "fr5"}, "auto", 2),
     ("MultiArmCell-4", {}, "ecbs", 3),
 ]
 

@@ -11,7 +11,8 @@ import json
 import math
 import re
 import reprlib
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from os import PathLike
@@ -111,54 +112,24 @@ def parse_json(text: str, place: Place) -> Any:
     Raises `MmpError`, namely `NotJsonError` for text that is none.
     """
 
-    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        out = dict(pairs)
-        if len(out) < len(pairs):
-            _refuse_twice(place, (key for key, _ in pairs))
-        return out
-
     def whole(digits: str) -> int | float:
         return int(digits) if len(digits) <= _LONGEST_INTEGER else float(digits)
 
     try:
-        return json.loads(text, object_pairs_hook=unique, parse_int=whole)
+        with named(place):
+            return json.loads(text, object_pairs_hook=unique, parse_int=whole)
     except json.JSONDecodeError as error:
         raise NotJsonError(f"{place} is not JSON: {error.msg} at line {error.lineno}, column {error.colno}") from None
     except RecursionError:
-        raise _too_deep(place) from None
+        raise MmpError(f"{place} is nested too deeply; the files of mmp-env need no more than ten levels") from None
 
 
 def parse_yaml(text: str, place: Place) -> Any:
-    """YAML of plain values; aliases, which can make a small file enormous, are refused. Raises `MmpError`."""
-    import yaml
+    """The value of a YAML document, see `yaml_value`. Raises `MmpError`."""
+    from mmp_env.yaml_reading import yaml_value
 
-    class Loader(yaml.SafeLoader):
-        def compose_node(self, parent: Any, index: Any) -> Any:
-            if self.check_event(yaml.AliasEvent):
-                line = self.peek_event().start_mark.line + 1
-                raise MmpError(f"{place}, line {line}: YAML aliases (*name) are not supported; write the value out")
-            return super().compose_node(parent, index)
-
-        def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
-            keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-            for key in keys:
-                if not isinstance(key, str):
-                    raise MmpError(f"{place}: the field name {shown(key)} must be text; put it in quotes")
-            _refuse_twice(place, keys)
-            return super().construct_mapping(node, deep)
-
-    try:
-        return yaml.load(text, Loader)
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        raise MmpError(f"{place} is not YAML: {_one_line(error.problem or error.context)}{line}") from None
-    except (yaml.YAMLError, ValueError) as error:
-        if isinstance(error, MmpError):
-            raise
-        raise MmpError(f"{place} is not YAML: {_one_line(error)}") from None
-    except RecursionError:
-        raise _too_deep(place) from None
+    with named(place):
+        return yaml_value(text, unique)
 
 
 def check_schema(data: Any, wanted: str, place: Place) -> None:
@@ -216,17 +187,10 @@ def _inside(owner: Any, field: str) -> Any:
     return next((part for part in get_args(inner) if hasattr(part, "__struct_fields__")), inner)
 
 
-def _refuse_twice(place: Place, keys: Iterable[str]) -> None:
-    seen = set()
-    for key in keys:
-        if key in seen:
-            raise MmpError(f"{place} has the field {shown(key)} twice in one object; names must differ")
-        seen.add(key)
-
-
-def _too_deep(place: Place) -> MmpError:
-    return MmpError(f"{place} is nested too deeply; the files of mmp-env need no more than ten levels")
-
-
-def _one_line(text: object) -> str:
-    return " ".join(str(text).split())
+def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The object of these fields. Raises `MmpError` for one that is there twice."""
+    out = dict(pairs)
+    if len(out) < len(pairs):
+        [(twice, _)] = Counter(name for name, _ in pairs).most_common(1)
+        raise MmpError(f"it has the field {shown(twice)} twice in one object; names must differ")
+    return out

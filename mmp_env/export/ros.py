@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from os import PathLike
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from jaxtyping import Float, Int
 
 from mmp_env.errors import MmpError
 from mmp_env.export.motion import Motion
+from mmp_env.reading import MAX_JSON_BYTES, named, shown, unique
+from mmp_env.regular_files import read_bytes
+from mmp_env.yaml_reading import yaml_value
 
 _NANO = 10**9
 _LARGEST_SEC = 2**31 - 1
@@ -54,13 +55,12 @@ def yaml_text(motion: Motion) -> str:
 
 def load_joint_trajectory(path: str | PathLike[str]) -> JointTrajectory:
     """A message that `yaml_text` or `ros2 topic echo` wrote. Raises `MmpError` that names file and field."""
-    try:
-        data = yaml.load(Path(path).read_bytes(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    except (OSError, yaml.YAMLError) as error:
-        raise MmpError(f"{path} cannot be read: {' '.join(str(error).split())}") from None
+    content = read_bytes(path, MAX_JSON_BYTES, "trajectory")
+    with named(str(path)):
+        data = yaml_value(content, unique)
     try:
         points = data["points"]
-        times = [point["time_from_start"]["sec"] * _NANO + point["time_from_start"]["nanosec"] for point in points]
+        times = [_time(point["time_from_start"]) for point in points]
         names = tuple(data["joint_names"])
         fields = {key: _matrix(points, key, len(names)) for key in _FIELDS}
     except (KeyError, TypeError, ValueError) as error:
@@ -69,6 +69,14 @@ def load_joint_trajectory(path: str | PathLike[str]) -> JointTrajectory:
     if positions is None:
         raise MmpError(f"{path} has no positions")
     return JointTrajectory(joint_names=names, times=np.array(times) / _NANO, positions=positions, **fields)
+
+
+def _time(stamp: Any) -> int:
+    """A duration in nanoseconds. Raises `TypeError` for what is none."""
+    sec, nanosec = stamp["sec"], stamp["nanosec"]
+    if type(sec) is not int or type(nanosec) is not int:
+        raise TypeError(f"time_from_start is {shown(stamp)}; it must have whole numbers sec and nanosec")
+    return sec * _NANO + nanosec
 
 
 def _matrix(points: list[dict[str, Any]], key: str, count: int) -> Float[np.ndarray, "t n"] | None:

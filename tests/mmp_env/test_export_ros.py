@@ -193,7 +193,14 @@ def test_names_in_any_script_are_kept(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("points: [", "cannot be read"),
+        ("points: [", "not YAML"),
+        ("points: !!timestamp x", "line 1: the YAML tag '!!timestamp' is not supported"),
+        ("a: &a [x, x]\npoints: [*a, *a]", "line 2: YAML aliases"),
+        ("points: []\npoints: []", "the field 'points' twice"),
+        (
+            "{joint_names: [a], points: [{positions: [1.0], time_from_start: {sec: x, nanosec: 0}}]}",
+            "time_from_start is .* whole numbers",
+        ),
         ("[1, 2]", "is no JointTrajectory"),
         ("joint_names: [a]", "is no JointTrajectory: KeyError: 'points'"),
         (

@@ -1,8 +1,11 @@
+import contextlib
 import os
+import random
 import stat
 
 import bad_files
 import pytest
+import yaml
 
 from mmp_env.cell_file import cell_from_dict, load_cell
 from mmp_env.errors import InvalidInstanceError, MmpError
@@ -72,6 +75,62 @@ def test_whole_numbers_stay_whole_and_endless_ones_become_infinite(tmp_path):
     whole, *endless = read_document(path)
     assert isinstance(whole, int)
     assert endless == [float("inf"), -float("inf"), float("inf")]
+
+
+@pytest.mark.parametrize("parser", ["CSafeLoader", "SafeLoader"])
+def test_the_words_of_yaml_mean_what_they_mean_in_its_core_schema(tmp_path, monkeypatch, parser):
+    monkeypatch.setattr(yaml, "CSafeLoader", getattr(yaml, parser), raising=False)
+    path = tmp_path / "a.yaml"
+    path.write_text(
+        "{none: [null, ~, Null, NULL, ], truth: [true, False, TRUE],\n"
+        "whole: [12, -3, +4, 010, 0o17, 0xff], numbers: [1e-3, 1., .5, -2.5E+1, .inf, -.Inf, 12345678901234567890],\n"
+        "words: [yes, off, 1:30, 1_000, 0b1, 2026-01-01, '12', \"true\", 1e, ., -, <<, =, null x]}\n"
+        "# a comment\n"
+    )
+    read = read_document(path)
+    assert read["none"] == [None] * 4
+    assert [value is True for value in read["truth"]] == [True, False, True]
+    assert read["whole"] == [12, -3, 4, 10, 15, 255]
+    assert {type(value) for value in read["whole"]} == {int}
+    assert read["numbers"] == [1e-3, 1.0, 0.5, -25.0, float("inf"), -float("inf"), 12345678901234567890.0]
+    assert {type(value) for value in read["numbers"]} == {float}
+    words = ["yes", "off", "1:30", "1_000", "0b1", "2026-01-01", "12", "true", "1e", ".", "-", "<<", "=", "null x"]
+    assert read["words"] == words
+
+
+def test_yaml_without_anything_is_null(tmp_path):
+    path = tmp_path / "a.yaml"
+    for text in ("", "# nothing\n", "---\n", "---\n...\n"):
+        path.write_text(text)
+        assert read_document(path) is None
+
+
+@pytest.mark.parametrize("parser", ["CSafeLoader", "SafeLoader"])
+def test_whatever_is_done_to_yaml_is_read_or_named(tmp_path, monkeypatch, parser):
+    monkeypatch.setattr(yaml, "CSafeLoader", getattr(yaml, parser), raising=False)
+    good = yaml.safe_dump(bad_files.good_cell()).encode()
+    rng = random.Random(7)
+    parts = [
+        b"!",
+        b"!!bool ",
+        b"&a ",
+        b"*a",
+        b"<<: ",
+        b"? ",
+        b"- ",
+        b": ",
+        b"[",
+        b"}",
+        b'"\\U00110000"',
+        b"%YAML 99999.9\n",
+    ]
+    parts += [b"---\n", b"...\n", b"\t", b"\x00", b"\xff", b"| ", b">9\n", b"'", b"0x", b"1e999", b"\n\n", b"#"]
+    path = tmp_path / "a.yaml"
+    for _ in range(400):
+        at = rng.randrange(len(good))
+        path.write_bytes(good[:at] + rng.choice(parts) + good[at + rng.choice([0, 0, 1, 5, 50]) :])
+        with contextlib.suppress(MmpError):
+            load_cell(path)
 
 
 def test_a_place_puts_the_error_where_the_value_stands():

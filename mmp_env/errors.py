@@ -2,27 +2,67 @@
 
 from __future__ import annotations
 
+import copyreg
 import difflib
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+HOW_TO_ADD = "docs/robots.md ('A robot of your own') says how to add another"
+"""What messages about unknown robots and tools end with."""
+_MISSPELLED = 0.8
+"""Least likeness (`difflib` ratio) of a name and what is probably a misspelling of it."""
 
 
 class MmpError(ValueError):
     """Misuse: a bad file, name, option or value. The message is one sentence for the user; `mmp` exits with 2."""
 
 
-class UnknownNameError(MmpError):
-    """A name that is not registered; the message lists the names that are, the nearest first."""
+def nearest(name: str, known: Sequence[str]) -> str | None:
+    """Returns the name in `known` that is most like `name`, or None where none is."""
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+    return close[0] if close else None
 
-    def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
+
+def misspelled(name: str, known: Sequence[str]) -> str | None:
+    """Returns the name in `known` that `name` probably misspells, or None.
+
+    The names of products differ by their numbers: an `fr3` is no misspelled `fr5`, and a `ur3e` no `ur5e`.
+    """
+    asked = name.lower()
+    same_number = [other for other in known if _digits(other) == _digits(asked)]
+    close = difflib.get_close_matches(asked, same_number, n=1, cutoff=_MISSPELLED)
+    return close[0] if close else None
+
+
+class UnknownNameError(MmpError):
+    """A name that is not registered; the message lists the names that are, and the one that was probably meant.
+
+    `suggest` finds that one; the message ends with `advice`.
+    """
+
+    def __init__(
+        self,
+        kind: str,
+        name: object,
+        known: Iterable[str],
+        *,
+        suggest: Callable[[str, Sequence[str]], str | None] = nearest,
+        advice: str = "",
+    ) -> None:
         names = sorted(known)
-        close = difflib.get_close_matches(str(name), names, n=1, cutoff=0.4)
-        hint = f" Did you mean '{close[0]}'?" if close else ""
-        super().__init__(f"unknown {kind} '{name}'.{hint} Known: {', '.join(names) or 'none'}")
+        meant = suggest(str(name), names)
+        hint = f" Did you mean '{meant}'?" if meant else ""
+        end = f". {advice}" if advice else ""
+        super().__init__(f"unknown {kind} '{name}'.{hint} Known: {', '.join(names) or 'none'}{end}")
         self.kind, self.name, self.known = kind, name, names
 
-    def __reduce__(self) -> tuple[type[UnknownNameError], tuple[str, object, list[str]]]:
-        return type(self), (self.kind, self.name, self.known)  # worker processes hand their errors on
+    def __reduce__(self) -> tuple[Any, ...]:
+        return copyreg.__newobj__, (type(self), *self.args), vars(self)  # worker processes hand their errors on
 
 
 class InvalidInstanceError(MmpError):
     """A start or goal that is out of limits or in collision: the instance is `invalid`, no planner can solve it."""
+
+
+def _digits(name: str) -> list[str]:
+    return [character for character in name if character.isdigit()]

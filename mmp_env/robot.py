@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
-from mmp_env.errors import UnknownNameError
+from mmp_env.errors import HOW_TO_ADD, UnknownNameError, misspelled
 from mmp_env.transforms import matrix_from_rpy, transform
 
 SPHERE_SETS = ("28", "fine")
@@ -107,9 +107,9 @@ def tool_names() -> list[str]:
 
 @functools.cache
 def load_robot(name: str) -> Robot:
-    """The robot of that name. Raises `UnknownNameError` with the nearest match."""
+    """The robot of that name. Raises `UnknownNameError`."""
     if name not in robot_names():
-        raise UnknownNameError("robot", name, robot_names())
+        raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD)
     folder = _ROBOTS / name
     data = json.loads((folder / "robot.json").read_text())
     links = tuple(data["links"])
@@ -156,9 +156,9 @@ def load_robot(name: str) -> Robot:
 
 @functools.cache
 def load_tool(name: str) -> Tool:
-    """The tool of that name. Raises `UnknownNameError` with the nearest match."""
+    """The tool of that name. Raises `UnknownNameError`."""
     if name not in tool_names():
-        raise UnknownNameError("tool", name, tool_names())
+        raise UnknownNameError("tool", name, tool_names(), suggest=misspelled, advice=HOW_TO_ADD)
     folder = _TOOLS / name
     data = json.loads((folder / "tool.json").read_text())
     return Tool(

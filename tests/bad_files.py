@@ -131,7 +131,7 @@ INSTANCES = {
     "another schema": (["schema"], "mmp-instances/2", ["schema is 'mmp-instances/2'", "'mmp-instances/1'"]),
     "a plan's schema": (["schema"], "mmp-plan/1", ["schema is 'mmp-plan/1'", "'mmp-instances/1'"]),
     "no cell": (["cell"], GONE, ["cell is missing"]),
-    "a bad cell": (["cell", "arms", 0, "robot"], "ur6e", ["cell.arms[0].robot", "Did you mean 'ur5e'?"]),
+    "a bad cell": (["cell", "arms", 0, "robot"], "ur5", ["cell.arms[0].robot", "Did you mean 'ur5e'?"]),
     "no instances": (["instances"], [], ["instances is empty"]),
     "two instances of one name": (["instances", 1, "name"], "turn", ["instances[1].name is 'turn'", "second time"]),
     "a misspelt goal": (["instances", 0, "gaol"], {}, ["instances[0]", "'gaol'", "Did you mean 'goal'?"]),

@@ -53,7 +53,7 @@ def test_the_installed_distribution_says_what_pyproject_says(project):
     assert data["Version"] == project["version"]
     assert data["License-Expression"] == "Apache-2.0"
     assert data["Requires-Python"] == ">=3.11"
-    assert set(data.get_all("Provides-Extra")) == {"dm", "rerun", "film", "ray", "menagerie", "dev"}
+    assert set(data.get_all("Provides-Extra")) == {"dm", "rerun", "film", "ray", "dev"}
 
 
 def test_the_source_distribution_holds_all_that_a_build_needs_and_nothing_built(tmp_path, monkeypatch):

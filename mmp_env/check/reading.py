@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.check.fields import UnreadableError, known, lengths, listed, member, name, numbers, pose, positive, text
+from mmp_env.errors import HOW_TO_ADD
 
 SCHEMA = "mmp-plan/1"
 DATA = Path(__file__).parent.parent
@@ -159,7 +160,7 @@ def robot_data(folder: str, name: str, file: str) -> Any:
     """The content of a JSON file of a robot or tool. Raises `UnreadableError` where there is no such robot."""
     names = sorted(path.parent.name for path in (DATA / folder).glob(f"*/{file}"))
     if name not in names:
-        raise UnreadableError(f"'{name}' is not among the {folder}: {', '.join(names)}")
+        raise UnreadableError(f"'{name}' is not among the {folder}: {', '.join(names)}. {HOW_TO_ADD}")
     return json.loads((DATA / folder / name / file).read_text())
 
 

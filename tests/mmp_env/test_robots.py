@@ -1,6 +1,7 @@
 """Every robot and tool of the folders: its data make sense, and its MJCF is the same machine as its `robot.json`."""
 
 import json
+import pickle
 
 import hypothesis.strategies as st
 import mujoco
@@ -37,9 +38,38 @@ def test_the_four_arms_and_the_hand_are_there():
     assert load_robot("panda").acceleration_published
 
 
-def test_an_unknown_robot_is_named_with_the_nearest_match():
-    with pytest.raises(UnknownNameError, match="Did you mean 'ur5e'"):
-        load_robot("ur5")
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("ur5", "ur5e"),
+        ("UR5e", "ur5e"),
+        ("ur-5e", "ur5e"),
+        ("Panda", "panda"),
+        ("pandas", "panda"),
+        ("pipper", "piper"),
+    ],
+)
+def test_a_misspelled_robot_is_answered_with_the_one_that_was_meant(name, meant):
+    with pytest.raises(UnknownNameError, match=f"Did you mean '{meant}'"):
+        load_robot(name)
+
+
+@pytest.mark.parametrize(
+    "name", ["fr3", "ur3e", "ur10e", "ur15", "fr10", "iiwa14", "gen3", "xarm7", "kr5", "fanuc", "yumi", ""]
+)
+def test_another_arm_is_not_answered_with_one_that_is_spelled_alike(name):
+    with pytest.raises(UnknownNameError) as error:
+        load_robot(name)
+    assert str(error.value) == (
+        f"unknown robot '{name}'. Known: fr5, panda, piper, ur5e. docs/robots.md ('A robot of your own') says how to"
+        " add another"
+    )
+    assert str(pickle.loads(pickle.dumps(error.value))) == str(error.value)
+
+
+def test_an_unknown_tool_is_not_answered_with_that_of_another_vendor():
+    with pytest.raises(UnknownNameError, match=r"unknown tool 'schunk-hand'\. Known: franka-hand\. docs/robots\.md"):
+        load_tool("schunk-hand")
 
 
 @every_robot

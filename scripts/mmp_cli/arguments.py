@@ -108,7 +108,8 @@ def add_source(parser: Parser) -> None:
     parser.add_argument("--robot", metavar="NAME", help="robot of an environment id; default: ur5e")
     parser.add_argument("--task", metavar="NAME", help="task to draw the instance from; default: reach")
     parser.add_argument("--seed", type=seed, default=0, metavar="N", help="of the planner and the draw; default: 0")
-    parser.add_argument("--start", metavar="JSON", help="configurations by hand: '{\"left\": [0, ...], ...}' [rad]")
+    help = "configurations by hand: '{\"left\": [0, ...], ...}' [rad], or @FILE with a file of that (JSON or YAML)"
+    parser.add_argument("--start", metavar="JSON", help=help)
     parser.add_argument("--goal", metavar="JSON", help="like --start")
     parser.add_argument("--margin", type=positive, metavar="M", help="clearance to keep [m]; default: 0.002")
 

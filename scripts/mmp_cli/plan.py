@@ -52,7 +52,7 @@ def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
     import mmp_planners
     from mmp_cli.outcome import Outcome
-    from mmp_cli.source import read_source
+    from mmp_cli.source import files_read, read_source
     from mmp_env.writing import check_writable, left_alone
 
     if args.planner is None:
@@ -60,7 +60,8 @@ def run(args: Namespace) -> int:
     planner = mmp_planners.make(args.planner, **_options(args.settings))
     source = read_source(args)
     for name, path in _asked(args).items():
-        check_spared(args.source, f"--{name}", path)
+        for read in files_read(args):
+            check_spared(read, f"--{name}", path)
     if args.out is not None:
         check_writable(args.out)
     check_showing(args)

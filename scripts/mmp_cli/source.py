@@ -16,11 +16,12 @@ from mmp_env.cell_source import find_cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
 from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
-from mmp_env.reading import Place, named, names_file, parse_json
+from mmp_env.reading import NotJsonError, Place, named, names_file, parse_json
 from mmp_env.registration import ANY_CELL, CELLS
 
 _MODULE = "mmp_env:"
 _BY_HAND = "given"
+_AT = "@"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,6 +79,12 @@ def read_source(args: Namespace) -> Source:
     return Source(label=label, problem=lambda: opened.problem(instance, margin=_margin(args)))
 
 
+def files_read(args: Namespace) -> list[str]:
+    """Returns the names of all files that `read_source` reads; SOURCE may also be a name that is no file."""
+    given = (getattr(args, which) or "" for which in ("start", "goal"))
+    return [args.source, *(text.removeprefix(_AT) for text in given if text.startswith(_AT))]
+
+
 def _from_cell(args: Namespace, cell: Cell, name: str) -> Source:
     if args.start is None and args.goal is None:
         return Source(label=f"{name}/{args.seed}", problem=lambda: _drawn(args, cell, f"{name}/{args.seed}"))
@@ -104,8 +111,20 @@ def _drawn(args: Namespace, cell: Cell, label: str) -> Problem:
 
 
 def _by_hand(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:
-    place = Place(f"--{which}")
-    return configurations_from_dict(cell, parse_json(getattr(args, which), place), place)
+    """The configurations of --start or --goal, which are JSON themselves or name a file."""
+    given, option = getattr(args, which), f"--{which}"
+    if given.startswith(_AT):
+        path = given.removeprefix(_AT)
+        if not path:
+            raise MmpError(f"{option} is '{given}'; it must be JSON, or @FILE with the name of a JSON or YAML file")
+        data = read_as(path, (), f"{option} takes a file of arm name -> configuration [rad]")
+        return configurations_from_dict(cell, data, Place(path))
+    try:
+        data = parse_json(given, Place(option))
+    except NotJsonError as error:
+        hint = f"; for a file write {option} {_AT}{given}" if names_file(given) and "{" not in given else ""
+        raise MmpError(f"{error}{hint}") from None
+    return configurations_from_dict(cell, data, Place(option))
 
 
 def _margin(args: Namespace) -> float:

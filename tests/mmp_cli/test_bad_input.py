@@ -121,6 +121,44 @@ def test_bad_usage(mmp, stand_ins, instances, cell, argv, words):
     assert_refused(mmp(*(places.get(word, word) for word in argv)), *words)
 
 
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (None, ["cannot be read: No such file"]),
+        ("{", ["ends.json is not JSON", "line 1"]),
+        ("[1]", ["ends.json is [1]", "arm name -> numbers"]),
+        ('{"left": [0, 0, 0, 0, 0, 0]}', ["ends.json has no arm 'right'"]),
+        ('{"left": [0, 0, NaN, 0, 0, 0], "right": []}', ["ends.json: left[2] is nan", "a finite number"]),
+        ('{"lefty": []}', ["ends.json: unknown arm 'lefty'. Did you mean 'left'?"]),
+        (json.dumps(bad_files.good_instances()), ["ends.json is an instance file; --goal takes"]),
+        (json.dumps(bad_files.good_plan()), ["ends.json is a plan; --goal takes"]),
+    ],
+)
+def test_a_goal_from_a_file_is_refused_with_file_and_place(mmp, tmp_path, cell, content, words):
+    path = tmp_path / "ends.json"
+    if content is not None:
+        path.write_text(content)
+    assert_refused(mmp("plan", cell, "--start", ENDS, "--goal", f"@{path}"), str(path), *words)
+
+
+def test_a_start_that_names_a_file_without_the_sign_is_told_of_it(mmp, cell):
+    ran = mmp("plan", cell, "--start", "ends.json", "--goal", ENDS)
+    assert_refused(ran, "--start is not JSON", "--start @ends.json")
+    torn = mmp("plan", cell, "--start", '{"a/b": [', "--goal", ENDS)
+    assert_refused(torn, "--start is not JSON")
+    assert "@" not in torn.err
+    assert_refused(mmp("plan", cell, "--start", "@", "--goal", ENDS), "--start is '@'", "@FILE")
+
+
+@pytest.mark.parametrize("option", ["--out", "--tree", "--rerun", "--image", "--video"])
+def test_the_files_of_start_and_goal_are_not_overwritten(mmp, tmp_path, cell, option):
+    path = tmp_path / "ends.json"
+    path.write_text(ENDS)
+    ran = mmp("plan", cell, "--start", ENDS, "--goal", f"@{path}", option, path)
+    assert_refused(ran, f"{option} would overwrite", "ends.json itself")
+    assert path.read_text() == ENDS
+
+
 @pytest.mark.parametrize("option", ["--out", "--tree", "--rerun", "--image", "--video"])
 def test_the_source_itself_is_not_overwritten(mmp, instances, option):
     assert_refused(mmp("plan", instances, option, instances), f"{option} would overwrite", "pairs.json itself")

@@ -77,6 +77,17 @@ def test_a_cell_file_takes_its_start_and_goal_from_the_command_line(mmp, stand_i
     np.testing.assert_array_equal(stand_ins.Straight.seen[0]["problem"].goal["right"], bad_files.TURNED)
 
 
+@pytest.mark.parametrize("suffix", ["json", "yaml"])
+def test_start_and_goal_are_read_from_files_too(mmp, stand_ins, cell, tmp_path, suffix):
+    start, goal = tmp_path / f"start.{suffix}", tmp_path / f"goal.{suffix}"
+    start.write_text(json.dumps({"left": bad_files.TUCKED, "right": bad_files.TUCKED}))
+    goal.write_text(json.dumps({"left": bad_files.TURNED, "right": bad_files.TURNED}))
+    ran = mmp("plan", cell, "--planner", "straight", "--json", "--start", f"@{start}", "--goal", f"@{goal}")
+    assert (ran.code, ran.result["instance"]) == (0, "pair/given")
+    np.testing.assert_array_equal(stand_ins.Straight.seen[0]["problem"].start["right"], bad_files.TUCKED)
+    np.testing.assert_array_equal(stand_ins.Straight.seen[0]["problem"].goal["right"], bad_files.TURNED)
+
+
 def test_a_cell_file_draws_its_instance_by_seed(mmp, stand_ins, cell):
     for _ in range(2):
         assert mmp("plan", cell, "--planner", "straight", "--seed", 4, "--json").result["instance"] == "pair/4"

@@ -31,7 +31,7 @@ class RerunRecorder(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         check(to)
         if not isinstance(env.unwrapped, MultiArmCellEnv):
             raise MmpError(f"RerunRecorder records MultiArmCell environments; {env} is none")
-        name = env.unwrapped.cell.name
+        name, self._to = env.unwrapped.cell.name, to
         self._recording: Recording | None = Recording(to, f"episodes of {name}", name)
         self._episodes = Episodes(self._recording.stream, env.unwrapped)
 
@@ -55,8 +55,11 @@ class RerunRecorder(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         return report
 
     def close(self) -> None:
-        """Completes the recording, and closes the environment."""
+        """Completes the recording, and closes the environment. Raises `MmpError` where the file cannot be written."""
         if self._recording is not None:
             recording, self._recording = self._recording, None
-            recording.end(self._episodes.end())
+            try:
+                recording.end(self._episodes.end())
+            except OSError as error:
+                raise MmpError(f"{self._to} cannot be written: {error.strerror}") from None
         super().close()

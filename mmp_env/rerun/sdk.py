@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import os
 import re
 import sys
+import threading
 from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
@@ -18,6 +20,7 @@ from mmp_env.writing import check_writable, whole_file
 SPAWN = "spawn"
 """Instead of a file: opens the viewer."""
 SUFFIX = ".rrd"
+_CHUNK_BYTES = 2**16
 
 
 def require() -> Any:
@@ -65,26 +68,62 @@ class Recording:
 
     def __init__(self, to: str | PathLike[str], kind: str, name: str) -> None:
         rerun = require()
+        self._file: _Pipe | None = None
         # Of other characters rerun makes names that mean nothing.
         self.stream = rerun.RecordingStream("mmp-env-" + re.sub(r"[^\w-]+", "-", kind, flags=re.ASCII).strip("-"))
         if to == SPAWN:
             rerun.spawn(recording=self.stream, hide_welcome_screen=True, executable_path=_viewer())
         else:
-            self.stream.save(Path(to))
+            self._file = _Pipe(Path(to))
+            self.stream.save(self._file.entrance)
         self.stream.send_recording_name(name)
         # Nobody wants to see when a row was written, or that it was the hundredth.
         rerun.set_log_time_enabled(False, recording=self.stream)
         rerun.set_log_tick_enabled(False, recording=self.stream)
 
     def end(self, blueprint: Any) -> None:
-        """Says how the viewer is to lay it out, and closes the file. Raises `MmpError` where it is not whole."""
+        """Says how the viewer is to lay it out, and closes the file.
+
+        Raises `MmpError` where the viewer was closed, and `OSError` where the file cannot be written.
+        """
         self.stream.send_blueprint(blueprint)
         try:
             self.stream.flush()
-        except RuntimeError as error:  # the disk is full, the viewer was closed
+        except RuntimeError as error:
             raise MmpError(f"the recording is not whole: {error}") from error
         finally:
             self.stream.disconnect()
+            if self._file is not None:
+                self._file.close()
+
+
+class _Pipe:
+    """Copies to a file what comes in at `entrance`. Rerun waits for ever where it cannot write to a file itself."""
+
+    def __init__(self, path: Path) -> None:
+        self._sink = path.open("wb", buffering=0)
+        self._source, self._end = os.pipe()
+        self.entrance = Path(f"/proc/self/fd/{self._end}")
+        self._error: OSError | None = None
+        self._copying = threading.Thread(target=self._copy, daemon=True)
+        self._copying.start()
+
+    def close(self) -> None:
+        """Ends when all is copied. Raises `OSError` where it could not be written."""
+        os.close(self._end)
+        self._copying.join()
+        os.close(self._source)
+        self._sink.close()
+        if self._error is not None:
+            raise self._error
+
+    def _copy(self) -> None:
+        while chunk := memoryview(os.read(self._source, _CHUNK_BYTES)):
+            while chunk and self._error is None:
+                try:
+                    chunk = chunk[self._sink.write(chunk) :]
+                except OSError as error:
+                    self._error = error
 
 
 def _viewer() -> str | None:

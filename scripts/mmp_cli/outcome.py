@@ -24,7 +24,8 @@ _RECORDED = ("times", "positions", "phases")
 class Outcome:
     """One run. What it did not come to is None: an invalid instance has no problem, no plan has no check.
 
-    `shown`: option -> file of its picture, film, tree or recording; `failures` say which of them could not be made.
+    `shown`: option -> file of its picture, film, tree or recording. `failures`: sentences on what could not be done:
+    to write the plan or one of these files, to retime, to execute.
     """
 
     instance: str
@@ -65,6 +66,10 @@ class Outcome:
         """What the planner did wrong, where the status is `error`."""
         message = self.result.stats.get("message") if self.result.status is Status.ERROR else None
         return None if message is None else str(message)
+
+    def failed(self, sentence: str) -> Outcome:
+        """Returns this outcome with one more failure, something that was asked for and could not be done."""
+        return dataclasses.replace(self, failures=(*self.failures, sentence))
 
     def line(self) -> dict[str, Any]:
         """The fields of a line of results.jsonl, as JSON values; what does not exist is null."""

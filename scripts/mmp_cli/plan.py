@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import sys
 import time
 from argparse import Namespace
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, setting
-from mmp_cli.output import one_line
+from mmp_cli.output import complain
 from mmp_cli.showing import SPAWN, Showing, Together, add_showing, check_showing
 from mmp_env.errors import InvalidInstanceError, MmpError
 
@@ -77,7 +76,7 @@ def run(args: Namespace) -> int:
         outcome = _run_to_the_end(args, planner, source.label, problem, showing)
     _report(args, outcome)
     for sentence in left_alone(_unwritten(args, outcome)):
-        print(f"mmp: {one_line(sentence)}", file=sys.stderr)
+        complain(sentence)
     return outcome.exit_code
 
 
@@ -139,7 +138,10 @@ def _planned(args: Namespace, planner: Planner, label: str, problem: Problem, sh
         outcome = _retimed(outcome, result.plan)
     plan = outcome.result.plan
     if plan is not None and args.out is not None:
-        save_plan(plan, args.out)
+        try:
+            save_plan(plan, args.out)
+        except MmpError as error:  # the disk is full: the result is worth telling all the same
+            return outcome.failed(f"--out: {error}")
         outcome = replace(outcome, plan_path=args.out)
     return outcome
 
@@ -151,7 +153,7 @@ def _retimed(outcome: Outcome, plan: Plan) -> Outcome:
     try:
         plan, report = retime_with_report(plan)
     except MmpError as error:
-        return replace(outcome, failures=(f"--retime: {error}",))
+        return outcome.failed(f"--retime: {error}")
     return replace(outcome, result=replace(outcome.result, plan=plan), retimed=report)
 
 
@@ -165,7 +167,12 @@ def _examined(args: Namespace, outcome: Outcome, plan: Plan) -> Outcome:
     # The file's content rather than the object: the checker shall read the cell for itself.
     report = check_plan(plan_to_dict(plan))
     outcome = replace(outcome, check=report, check_time_s=time.perf_counter() - started)
-    return replace(outcome, execution=execute(plan)) if args.execute else outcome
+    if not args.execute:
+        return outcome
+    try:
+        return replace(outcome, execution=execute(plan))
+    except MmpError as error:
+        return outcome.failed(f"--execute: {error}")
 
 
 def _plan(args: Namespace, planner: Planner, problem: Problem, showing: Showing) -> tuple[PlanResult, bool]:
@@ -197,15 +204,14 @@ def _unwritten(args: Namespace, outcome: Outcome) -> list[str]:
 def _report(args: Namespace, outcome: Outcome) -> None:
     """The summary, or with --json the one object, on stdout; what must not be missed on stderr."""
     if outcome.refuted:
-        print(
-            f"mmp: THE CHECKER REFUTES THIS PLAN, which {outcome.planner} returned as solved. Do not run it. This is a "
-            "fault of the planner: please report it to its authors with the plan file (--out).",
-            file=sys.stderr,
+        complain(
+            f"THE CHECKER REFUTES THIS PLAN, which {outcome.planner} returned as solved. Do not run it. This is a "
+            "fault of the planner: please report it to its authors with the plan file (--out)."
         )
     if outcome.message is not None:
-        print(f"mmp: {one_line(outcome.message)}", file=sys.stderr)
+        complain(outcome.message)
     for failure in outcome.failures:
-        print(f"mmp: {one_line(failure)}", file=sys.stderr)
+        complain(failure)
     if args.json:
         print(json.dumps(outcome.line() | outcome.verdict(retime=args.retime, execute=args.execute)))
         return

@@ -92,12 +92,8 @@ class Showing:
 
     def finish(self, plan: Plan | None, execution: ExecutionReport | None, *, interrupted: bool) -> None:
         """Tree and recording always; picture and film where there is a plan, and time. A film needs an execution."""
-        if plan is not None and self._tree is not None:
-            self._tree.add_plan(plan)
-        if self._recording is not None:
-            self._recording.show_plan(plan)
-        self._make("tree", lambda path: self._tree.save(path) if self._tree else None)
-        self._make("rerun", lambda path: self._recording.close() if self._recording else None)
+        self._make("tree", lambda path: self._draw(plan, path))
+        self._make("rerun", lambda path: self._record(plan))
         if plan is None or interrupted:
             left_out = "left out, the run was interrupted"
             left_out += "; mmp show makes it from the plan file" if self._is_saved else ""
@@ -106,6 +102,17 @@ class Showing:
             return
         self._make("image", lambda path: save_image(plan, path, self._moments))
         self._make("video", lambda path: save_video(plan, path, execution))
+
+    def _draw(self, plan: Plan | None, path: str) -> None:
+        assert self._tree is not None
+        if plan is not None:
+            self._tree.add_plan(plan)
+        self._tree.save(path)
+
+    def _record(self, plan: Plan | None) -> None:
+        assert self._recording is not None
+        self._recording.show_plan(plan)
+        self._recording.close()
 
     def _make(self, name: str, make: Callable[[str], None]) -> None:
         if name not in self._wanted:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
-from mmp_cli.output import one_line
+from mmp_cli.output import complain
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.registration import CELLS
 
@@ -18,7 +18,7 @@ def run_script(main: Callable[[], int | None]) -> NoReturn:
     try:
         sys.exit(main())
     except MmpError as error:
-        print(f"{Path(sys.argv[0]).name}: {one_line(error)}", file=sys.stderr)
+        complain(error, program=Path(sys.argv[0]).name)
         sys.exit(2)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -18,6 +19,14 @@ if TYPE_CHECKING:
     from mmp_env.collision import CollisionModel
 
 SHAPES = ("box", "sphere", "cylinder", "capsule")
+NAMES = "1 to 100 printable characters without '/'"
+"""What may be a name: it stands in paths such as `<cell>/<instance>` and `<arm>/joint1`, and in files."""
+_LONGEST_NAME = 100
+
+
+def is_name(text: str) -> bool:
+    """Returns whether a cell, an arm, an obstacle or an instance may have this name, see `NAMES`."""
+    return 0 < len(text) <= _LONGEST_NAME and text.isprintable() and "/" not in text
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -86,6 +95,9 @@ class Cell:
     def __post_init__(self) -> None:
         if self.spheres not in SPHERE_SETS:
             raise UnknownNameError("sphere set", self.spheres, SPHERE_SETS)
+        for name in (self.name, *self.arm_names, *(obstacle.name for obstacle in self.obstacles)):
+            if not is_name(name):
+                raise MmpError(f"a cell, or something in it, is named {reprlib.repr(name)}; a name must be {NAMES}")
         if not self.arms:
             raise MmpError(f"cell '{self.name}' has no arms; it needs at least one")
         for kind, names in (("arms", self.arm_names), ("obstacles", [o.name for o in self.obstacles])):

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from msgspec import UNSET, UnsetType
 
-from mmp_env.cell import SHAPES, Arm, Cell, Obstacle
+from mmp_env.cell import NAMES, SHAPES, Arm, Cell, Obstacle, is_name
 from mmp_env.cell_limits import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.held import HELD
@@ -24,7 +24,6 @@ from mmp_env.wording import degrees_hint
 MEASURES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 """What gives the size of each shape."""
 MAX_ARMS, MAX_OBSTACLES = 64, 1000
-LONGEST_NAME = 100
 NO_TOOL = "none"
 _UNIT_ROUNDING = 1e-12
 
@@ -90,14 +89,11 @@ def cell_from_data(data: CellData, place: Place, *, name: str) -> Cell:
     if str(data.spheres) not in SPHERE_SETS:
         check_name(str(data.spheres), place / "spheres")
         raise MmpError(f"{place / 'spheres'}: {UnknownNameError('sphere set', data.spheres, SPHERE_SETS)}")
-    if data.name is not None:
-        check_name(data.name, place / "name")
+    name = name_or_stem(data.name, name, place / "name")
     arms = tuple(_arm(arm, place / "arms" / k) for k, arm in enumerate(data.arms))
     obstacles = tuple(_solid(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))
     with named(place):
-        cell = Cell(
-            name=name if data.name is None else data.name, arms=arms, obstacles=obstacles, spheres=str(data.spheres)
-        )
+        cell = Cell(name=name, arms=arms, obstacles=obstacles, spheres=str(data.spheres))
     _refuse_overlapping_bases(cell, place)
     return cell
 
@@ -132,9 +128,21 @@ def _solid_to_dict(solid: Obstacle) -> dict[str, Any]:
 
 
 def check_name(name: str, place: Place) -> None:
-    """Raises `MmpError` for a name that could not stand in a path such as `<cell>/<instance>` or `<arm>/joint1`."""
-    if not (0 < len(name) <= LONGEST_NAME and name.isprintable() and "/" not in name):
-        raise place.wrong(name, f"1 to {LONGEST_NAME} printable characters without '/'")
+    """Raises `MmpError` for what is no name, see `NAMES`."""
+    if not is_name(name):
+        raise place.wrong(name, NAMES)
+
+
+def name_or_stem(name: str | None, stem: str, place: Place) -> str:
+    """Returns the name at `place`, or the file's own where it has none. Raises `MmpError` where that is no name."""
+    if name is not None:
+        check_name(name, place)
+        return name
+    if not is_name(stem):
+        raise MmpError(
+            f"{place} is missing, and the file's own name {shown(stem)} cannot stand in for it; give {NAMES}"
+        )
+    return stem
 
 
 def _arm(data: ArmData, place: Place) -> Arm:

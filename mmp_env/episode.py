@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from mmp_env.cell_file import check_name
+from mmp_env.cell_file import name_or_stem
 from mmp_env.errors import MmpError
 from mmp_env.execution import ExecutionReport, execute_plan
 from mmp_env.plan import Plan
@@ -93,12 +93,11 @@ def episode_from_dict(data: Any, where: str | Place = "episode", *, name: str = 
     place = where if isinstance(where, Place) else Place(where)
     check_schema(data, EPISODE_SCHEMA, place)
     decoded = decode(data, EpisodeData, place)
-    if decoded.name is not None:
-        check_name(decoded.name, place / "name")
+    name = name_or_stem(decoded.name, name, place / "name")
     if not decoded.plans:
         raise MmpError(f"{place / 'plans'} is empty; an episode needs at least one plan")
     plans = tuple(plan_from_dict(plan, place / "plans" / k) for k, plan in enumerate(decoded.plans))
-    return Episode(name=name if decoded.name is None else decoded.name, plans=plans)
+    return Episode(name=name, plans=plans)
 
 
 def plans_from_dict(data: Any, where: str | Place, *, name: str = "episode") -> Plan | Episode:

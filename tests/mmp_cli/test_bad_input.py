@@ -170,6 +170,15 @@ def test_a_file_may_have_the_name_of_an_environment(mmp, stand_ins, tmp_path, mo
     assert load_plan("MultiArmCell-2").problem.name == "MultiArmCell-2/0"
 
 
+@pytest.mark.parametrize("command", ["plan", "bench"])
+@pytest.mark.parametrize("stem", ["a" * 150, "two\nlines", "\x1b[31mred", "caf\udce9"])
+def test_a_cell_file_whose_own_name_cannot_stand_in_for_that_of_the_cell(mmp, tmp_path, command, stem):
+    path, out = tmp_path / f"{stem}.yaml", tmp_path / "out"
+    path.write_text(json.dumps(bad_files.spoilt(bad_files.good_cell(), ["name"], bad_files.GONE)))
+    assert_refused(mmp(command, path, "--out", out), "name is missing", "the file's own name", "cannot stand in for it")
+    assert not out.exists()
+
+
 def test_nothing_was_planned_for_bad_usage(mmp, stand_ins, instances):
     assert_refused(mmp("plan", instances, "--planner", "straight", "--set", "setps=3", "--json"), "'setps'")
     assert stand_ins.Straight.seen == []

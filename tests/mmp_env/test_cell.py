@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mmp_env import MmpError, UnknownNameError, place_arm
+from mmp_env import Cell, MmpError, Obstacle, UnknownNameError, place_arm
 
 UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 
@@ -40,3 +40,16 @@ def test_unknown_names_are_answered_with_the_nearest():
         place_arm("a", "ur5", [0, 0, 0], UPRIGHT)
     with pytest.raises(UnknownNameError, match="unknown tool 'hand'"):
         place_arm("a", "ur5e", [0, 0, 0], UPRIGHT, tool="hand")
+
+
+@pytest.mark.parametrize("name", ["", "a/b", "two\nlines", "a" * 101, "\x1b[31m"])
+def test_a_name_that_no_file_could_have_is_refused(name):
+    arm = place_arm("a", "ur5e", [0, 0, 0], UPRIGHT)
+    ball = Obstacle(name=name, shape="sphere", radius=0.1, position=np.ones(3), quaternion=np.array(UPRIGHT))
+    for wrong in (
+        {"name": name, "arms": (arm,)},
+        {"name": "cell", "arms": (place_arm(name, "ur5e", [0, 0, 0], UPRIGHT),)},
+        {"name": "cell", "arms": (arm,), "obstacles": (ball,)},
+    ):
+        with pytest.raises(MmpError, match="1 to 100 printable characters without '/'"):
+            Cell(**wrong)

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mmp_env.cell_file import cell_from_dict, cell_to_dict, load_cell
+from mmp_env.cell_source import find_cell
 from mmp_env.errors import MmpError
 from mmp_env.rings import ring_cell
 from mmp_env.robot import robot_names
@@ -105,6 +106,18 @@ def test_a_file_that_does_not_say_has_fine_spheres_and_the_name_of_the_file(tmp_
     path.write_text('{"arms": [{"name": "a", "robot": "fr5", "position": [0, 0, 0]}]}')
     cell = load_cell(path)
     assert (cell.name, cell.spheres, cell.obstacles) == ("my cell", "fine", ())
+
+
+@pytest.mark.parametrize("stem", ["a" * 150, "two\nlines", "\x1b[31mred", "caf\udce9"])
+def test_a_file_name_that_cannot_be_the_name_of_a_cell_is_refused_as_one(tmp_path, stem):
+    path = tmp_path / f"{stem}.json"
+    cell = bad_files.spoilt(bad_files.good_cell(), ["name"], bad_files.GONE)
+    for data in (cell, bad_files.good_instances() | {"cell": cell, "name": None}):
+        path.write_text(json.dumps(data))
+        with pytest.raises(MmpError, match=r"name is missing, and the file's own name '.*' cannot stand in for it"):
+            find_cell(path)
+        path.write_text(json.dumps(data | {"name": "shop"}))
+        assert find_cell(path).name == "shop"
 
 
 @pytest.mark.parametrize(

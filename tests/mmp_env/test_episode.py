@@ -1,5 +1,7 @@
 """Episodes: plans in a row as a file, checked and executed."""
 
+import json
+
 import pytest
 import tiny_plans
 
@@ -116,6 +118,13 @@ def test_a_bad_file_is_named_with_field_and_value(spoil, words):
     spoil(data)
     with pytest.raises(MmpError, match=words):
         episode_from_dict(data, "file.json")
+
+
+def test_a_file_name_that_cannot_be_the_name_of_an_episode_is_refused_as_one(tmp_path):
+    path = tmp_path / f"{'a' * 150}.json"
+    path.write_text(json.dumps(episode() | {"name": None}))
+    with pytest.raises(MmpError, match=r"name is missing, and the file's own name '.*' cannot stand in for it"):
+        load_episode(path)
 
 
 def test_an_episode_is_executed_as_one_run_from_where_the_arms_stand():

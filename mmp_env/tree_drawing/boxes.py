@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from mmp_env.tree_drawing.canvas import Canvas, edge, group, solution_last
-from mmp_env.tree_drawing.colors import BODY, FAINT, INK, WAY, conflict_color, text_color
+from mmp_env.tree_drawing.colors import BODY, BOLT, FAINT, INK, WAY, conflict_color, text_color
 from mmp_env.tree_drawing.svg import element, text_width, words, wrapped
 from mmp_env.tree_drawing.telling import conflicts_in_words, cost_in_words, edge_in_words
 from mmp_env.tree_layout import layout
@@ -117,7 +117,7 @@ def bolt(x: float, y: float, height: float) -> str:
     """The mark of the fast track, a flash of lightning."""
     shape = ((0.45, 0), (0.0, 0.58), (0.28, 0.58), (0.14, 1.0), (0.66, 0.38), (0.36, 0.38), (0.66, 0))
     points = " ".join(f"{x + height * a:.1f},{y + height * b:.1f}" for a, b in shape)
-    return element("polygon", points=points, fill="#e69f00", class_="mmp-bolt")
+    return element("polygon", points=points, fill=BOLT, class_="mmp-bolt")
 
 
 def _foot(node: TreeNode) -> str:

@@ -11,7 +11,8 @@ from itertools import pairwise
 FREE = "#56b4e9"
 UNKNOWN = "#c4c9cf"
 WAY = "#0072b2"
-INK, FAINT, EDGE, PANEL, BODY, FRAME = "#1f2429", "#5d6670", "#9aa3ad", "#ffffff", "#ffffff", "#d5dae0"
+INK, FAINT, EDGE, PANEL, BODY, FRAME = "#1f2429", "#5d6670", "#7d8690", "#ffffff", "#ffffff", "#d5dae0"
+BOLT = "#b87500"
 _SCALE = ((0.0, (250, 224, 130)), (0.4, (236, 150, 60)), (0.75, (178, 62, 38)), (1.0, (92, 24, 32)))
 
 STYLE = """
@@ -43,6 +44,12 @@ def text_color(background: str) -> str:
     """Black or white, whichever is easier to read on it."""
     light = luminance(background)
     return "#ffffff" if 1.05 / (light + 0.05) > (light + 0.05) / 0.05 else "#000000"
+
+
+def contrast(one: str, other: str) -> float:
+    """Contrast ratio of two colours `#rrggbb` as WCAG 2 defines it, 1 to 21."""
+    dark, light = sorted((luminance(one), luminance(other)))
+    return (light + 0.05) / (dark + 0.05)
 
 
 def luminance(color: str) -> float:

@@ -1,0 +1,22 @@
+"""The colours of tree drawings against their grounds, in light and dark."""
+
+import re
+
+from mmp_env.tree_drawing.colors import BODY, BOLT, EDGE, FAINT, INK, PANEL, STYLE, WAY, contrast
+
+_DARK = dict(re.findall(r"[.]mmp-([a-z]+)[{](?:fill|stroke):(#[0-9a-f]{6})", STYLE))
+_SCHEMES = {
+    "light": ((PANEL, BODY), (EDGE, INK, WAY, BOLT), (INK, FAINT, WAY)),
+    "dark": (
+        (_DARK["panel"], _DARK["body"]),
+        (_DARK["edge"], _DARK["line"], _DARK["way"], BOLT),
+        (_DARK["ink"], _DARK["faint"], _DARK["word"], _DARK["wayword"]),
+    ),
+}
+
+
+def test_lines_and_words_can_be_seen_in_both_colour_schemes():
+    for scheme, (grounds, lines, words) in _SCHEMES.items():
+        for ground in grounds:
+            assert min(contrast(line, ground) for line in lines) >= 3, scheme
+            assert min(contrast(word, ground) for word in words) >= 4.5, scheme

@@ -40,6 +40,10 @@ class Rows:
         """The one value for all times."""
         return self._static[entity][component]
 
+    def statics(self, component):
+        """Entity -> its one value for all times, of all entities that have the component."""
+        return {entity: values[component] for entity, values in self._static.items() if component in values}
+
     def at(self, entity, component, timeline):
         """Time -> value; of several rows at one time the last one."""
         return {time: value for time, value in self._timed[entity, component, timeline] if value is not None}
@@ -48,6 +52,17 @@ class Rows:
 def blueprints(path):
     """How many blueprints there are in a recording."""
     return len(RrdReader(str(path)).blueprints())
+
+
+def blueprint_values(path):
+    """Component -> its values anywhere in the layout of a recording."""
+    reader, out = RrdReader(str(path)), defaultdict(list)
+    for chunk in reader.stream(store=reader.blueprints()[0]):
+        batch = chunk.to_record_batch()
+        for name in batch.schema.names:
+            if ":" in name:
+                out[name] += [value for row in batch.column(name).to_pylist() for value in row or []]
+    return out
 
 
 def array(value):

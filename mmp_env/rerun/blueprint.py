@@ -13,9 +13,11 @@ from mmp_env.cell import Cell
 from mmp_env.rerun import expansions, geoms, joints, plan_view, repulsion_view, timelines, tree, waiting
 from mmp_env.rerun.colors import BACKGROUND
 from mmp_env.rerun.sdk import require
+from mmp_env.rerun.timeline_hints import hint_path
 from mmp_env.staging import CAMERA
 
-_GRAPH_BACKGROUND = (24, 26, 30)
+SEARCH, REPULSION, PLAN = "Search", "Repulsion", "Plan"
+"""Names of the tabs."""
 _REPLAY_S = 12.0
 """How long the replay of a search takes."""
 _RERUN_FIELD_OF_VIEW, _NEARER, _LOWER = np.radians(55.0), 0.85, 0.1
@@ -33,6 +35,16 @@ class Contents:
     plan: bool
 
     @property
+    def tabs(self) -> dict[str, str]:
+        """Name of each tab -> its timeline."""
+        every = {
+            SEARCH: (self.nodes > 0, timelines.EXPANSION),
+            REPULSION: (self.repulsions, timelines.REPULSION),
+            PLAN: (self.plan, timelines.PLAN_TIME),
+        }
+        return {name: timeline for name, (is_there, timeline) in every.items() if is_there}
+
+    @property
     def search_first(self) -> bool:
         """Whether there is more to see of the search than of the plan."""
         return self.expansions > 0 or not self.plan
@@ -40,8 +52,7 @@ class Contents:
     @property
     def kind(self) -> str:
         """The tabs, the one that is opened first; what has the same ones can have the same layout."""
-        parts = {"search": self.nodes > 0, "repulsion": self.repulsions, "plan": self.plan}
-        there = [part for part, is_there in parts.items() if is_there] or ["start"]
+        there = [name.lower() for name in self.tabs] or ["start"]
         return " ".join(there if self.search_first else there[::-1])
 
 
@@ -53,11 +64,11 @@ def of_search(cell: Cell, model: Any, contents: Contents) -> Any:
     rrb = require().blueprint
     tabs = []
     if contents.nodes:
-        tabs.append(_search_tab(model))
+        tabs.append(_tab(SEARCH, _search_tab(model), contents))
     if contents.repulsions:
-        tabs.append(_repulsion_tab(model))
+        tabs.append(_tab(REPULSION, _repulsion_tab(model), contents))
     if contents.plan:
-        tabs.append(_plan_tab(cell, model))
+        tabs.append(_tab(PLAN, _plan_tab(cell, model), contents))
     if not tabs:
         tabs.append(view_3d(model, [geoms.STAGE, geoms.CELL], "The start: of search and plan nothing was told"))
     timeline = timelines.EXPANSION if contents.search_first else timelines.PLAN_TIME
@@ -104,13 +115,21 @@ def eye_of(model: Any) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
     return target + _NEARER * wider * (eye - target), target
 
 
+def _tab(name: str, content: Any, contents: Contents) -> Any:
+    """A tab; where there are several, it says above which timeline it needs."""
+    rrb = require().blueprint
+    if len(contents.tabs) == 1:
+        return rrb.Vertical(content, name=name)
+    hint = rrb.TextDocumentView(origin=hint_path(name), name=f"Timeline of the tab {name}", titlebar=False)
+    return rrb.Vertical(hint, content, row_shares=[1, 15], name=name)
+
+
 def _search_tab(model: Any) -> Any:
     rrb = require().blueprint
     still = {"enabled": False}
     graph = rrb.GraphView(
         origin=tree.TREE,
         name="Conflict tree: a node and its conflicts, the branch below it",
-        background=rrb.archetypes.GraphBackground(color=_GRAPH_BACKGROUND),
         force_link=rrb.archetypes.ForceLink(**still),
         force_many_body=rrb.archetypes.ForceManyBody(**still),
         force_position=rrb.archetypes.ForcePosition(**still),
@@ -132,7 +151,7 @@ def _search_tab(model: Any) -> Any:
         "The node: tool paths, conflicts, the arms in the one it is branched on",
     )
     right = rrb.Vertical(looks, progress, row_shares=[3, 2])
-    return rrb.Horizontal(graph, right, column_shares=[5, 4], name="Search")
+    return rrb.Horizontal(graph, right, column_shares=[5, 4])
 
 
 def _repulsion_tab(model: Any) -> Any:
@@ -142,7 +161,7 @@ def _repulsion_tab(model: Any) -> Any:
         rrb.TextDocumentView(origin=repulsion_view.WORDS, name="The iteration"),
         rrb.TimeSeriesView(origin=repulsion_view.CLEARANCE, name="Clearance of the path [m] over the iterations"),
     )
-    return rrb.Horizontal(looks, right, column_shares=[2, 1], name="Repulsion")
+    return rrb.Horizontal(looks, right, column_shares=[2, 1])
 
 
 def _plan_tab(cell: Cell, model: Any) -> Any:
@@ -173,4 +192,4 @@ def _plan_tab(cell: Cell, model: Any) -> Any:
         rrb.Tabs(*per_arm, name="Joints"),
         column_shares=[3, 3, 4],
     )
-    return rrb.Vertical(looks, below, row_shares=[3, 2], name="Plan")
+    return rrb.Vertical(looks, below, row_shares=[3, 2])

@@ -14,7 +14,7 @@ from mmp_env.execution import SHOWN_STEPS, ExecutionReport
 from mmp_env.rerun import timelines
 from mmp_env.rerun.blueprint import view_3d
 from mmp_env.rerun.clouds import log_radii, send_centers
-from mmp_env.rerun.colors import CONTACT, arm_colors
+from mmp_env.rerun.colors import CONTACT, curve_colors
 from mmp_env.rerun.geoms import CELL, STAGE, CellGeoms, joined
 from mmp_env.rerun.sdk import require
 
@@ -36,7 +36,7 @@ class Episodes:
         self._enter()
         for name, color in SCALARS.items():
             stream.log(f"{ROOT}/{name}", rerun.SeriesLines(names=[name], colors=[color]), static=True)
-        for arm, color in arm_colors(env.cell).items():
+        for arm, color in curve_colors(env.cell).items():
             dof = env.cell.arm(arm).dof
             names = [f"{arm}/joint{k + 1}" for k in range(dof)]
             stream.log(f"{ACTIONS}/{arm}", rerun.SeriesLines(names=names, colors=[color] * dof), static=True)

@@ -10,12 +10,23 @@ from jaxtyping import Float
 from mmp_env.plan import Plan
 from mmp_env.rerun import timelines
 from mmp_env.rerun.clouds import Configurations
-from mmp_env.rerun.colors import CONTACT
+from mmp_env.rerun.colors import CONTACT, legible
 from mmp_env.rerun.sdk import require
 
 JOINTS = "/plan/joints"
 POSITION, VELOCITY = "position", "velocity"
-_COLORS = ((228, 26, 28), (55, 126, 184), (77, 175, 74), (152, 78, 163), (255, 127, 0), (166, 86, 40), (90, 90, 90))
+_COLORS = [
+    legible(color)
+    for color in (
+        (228, 26, 28),
+        (55, 126, 184),
+        (77, 175, 74),
+        (152, 78, 163),
+        (255, 127, 0),
+        (166, 86, 40),
+        (98, 98, 98),
+    )
+]
 
 
 def send_joints(stream: Any, plan: Plan, times: Float[np.ndarray, "t"], q: Configurations) -> None:

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from mmp_env.plan import Plan
 from mmp_env.rerun import timelines
 from mmp_env.rerun.clouds import Configurations, send_clouds
-from mmp_env.rerun.colors import CONTACT, arm_colors
+from mmp_env.rerun.colors import CONTACT, arm_colors, curve_colors
 from mmp_env.rerun.geoms import CellGeoms, joined
 from mmp_env.rerun.joints import send_joints
 from mmp_env.rerun.sdk import require
@@ -60,7 +60,7 @@ def _send_clearance(stream: Any, index: list[Any], plan: Plan, q: Configurations
             gap = problem.cell.collision.pair_clearance(a, q[a], b, q[b])
             nearest[a], nearest[b] = np.minimum(nearest[a], gap), np.minimum(nearest[b], gap)
     if len(names) > 1:
-        for name, color in arm_colors(problem.cell).items():
+        for name, color in curve_colors(problem.cell).items():
             stream.log(
                 f"{CLEARANCE}/{name}", rerun.SeriesLines(names=[name], colors=[color], widths=[1.5]), static=True
             )

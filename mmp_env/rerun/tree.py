@@ -1,7 +1,8 @@
 """The conflict tree as a graph that grows over the timeline `expansion`.
 
-White is the node at hand, dim what is done with. Colours say how many conflicts a node has; at the end the way from the
-root to the solution stays bright.
+Green is the node that is expanded, greyish what is done with. Other colours say how many conflicts a node has. At the
+end the nodes from the root to the solution keep their colours. All colours can be read on the viewer's dark background
+and on its light one.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float
 
 from mmp_env.rerun import timelines
 from mmp_env.rerun.record import Record
@@ -25,11 +26,15 @@ MOST_LABELS = 80
 """Larger trees have circles without words; these are shown where the mouse is."""
 MOST_ENTRIES = 200_000
 """Nodes times moments that are written; of a larger tree not every expansion is a moment."""
-_FREE, _FEW, _MANY, _UNKNOWN = (80, 190, 255), (255, 244, 170), (255, 105, 30), (150, 150, 150)
-_FAST_TRACK = (255, 110, 190)
-_AT_HAND, _ON_THE_WAY, _OF_THE_FAST_TRACK = (255, 255, 255), 1.45, 1.25
-_DIM, _DIMMED = 0.55, (120, 124, 130)
-"""A dim colour is so much of this grey, which leaves words in it legible on the dark background."""
+FREE, FEW, MANY, UNKNOWN = (30, 120, 220), (150, 115, 0), (225, 50, 30), (122, 122, 122)
+FAST_TRACK, EXPANDED = (210, 60, 150), (0, 138, 70)
+"""Colours of nodes. All are about as bright, halfway between black and white, because a label is text in its node's
+colour on the theme's background: the contrast ratio is at least 4.2 on both. No colour can have more than 4.4."""
+_DIM, _DIMMED, _GAMMA = 0.7, UNKNOWN, 2.2
+"""Share of grey in the colour of a node that is done with."""
+_ON_THE_WAY, _OF_THE_FAST_TRACK, _EXPANDED_SIZE, _DONE_SIZE = 1.45, 1.25, 1.45, 0.75
+"""Factors of a circle's radius."""
+EXPANDED_MARK = "▶ "
 _WORDS_WIDE = 30
 _LABEL_ROOM, _RADIUS, _ACROSS, _DOWN = (190.0, 80.0), 13.0, 40.0, 45.0
 
@@ -42,21 +47,17 @@ def send_tree(stream: Any, record: Record) -> None:
     rerun, ids = require(), node_ids(nodes)
     labelled = len(nodes) <= MOST_LABELS
     places = positions(record.tree.parents, labelled)
-    look = rerun.GraphNodes.from_fields(
-        positions=places.astype(np.float32),
-        labels=[label(node) for node in nodes],
-        show_labels=labelled,
-        radii=[_radius(node) for node in nodes],
-    )
-    stream.log(TREE, look, static=True)
+    fixed: dict[str, Any] = {"positions": places.astype(np.float32), "show_labels": labelled}
+    if not labelled:
+        fixed["labels"] = [label(node) for node in nodes]
+    stream.log(TREE, rerun.GraphNodes.from_fields(**fixed), static=True)
     stream.log(TREE, rerun.GraphEdges.from_fields(graph_type="directed"), static=True)
     moments, counts = growth(record)
-    shades = Shades(record)
-    colors = [shades.at(moment)[:count] for moment, count in zip(moments, counts, strict=True)]
+    looks = NodeLooks(record, labelled)
     index = [timelines.sequence(timelines.EXPANSION, moments)]
-    grown = rerun.GraphNodes.columns(
-        node_ids=[name for count in counts for name in ids[:count]], colors=np.concatenate(colors)
-    )
+    rows = [looks.at(moment, count) for moment, count in zip(moments, counts, strict=True)]
+    columns: dict[str, Any] = {name: np.concatenate([row[name] for row in rows]) for name in rows[0]}
+    grown = rerun.GraphNodes.columns(node_ids=[name for count in counts for name in ids[:count]], **columns)
     stream.send_columns(TREE, index, grown.partition(counts))
     edges = np.array([(ids[node.parent], ids[node.id]) for node in nodes if node.parent is not None]).reshape(-1, 2)
     if len(edges):
@@ -65,7 +66,7 @@ def send_tree(stream: Any, record: Record) -> None:
         grown = rerun.GraphEdges.columns(edges=np.concatenate([edges[:end] for end in ends]))
         stream.send_columns(TREE, index, grown.partition(ends))
     stream.set_time(timelines.PLAN_TIME, duration=0.0)
-    stream.log(TREE, rerun.GraphNodes.from_fields(node_ids=ids, colors=colors[-1]))
+    stream.log(TREE, rerun.GraphNodes.from_fields(node_ids=ids, **rows[-1]))
     if len(edges):
         stream.log(TREE, rerun.GraphEdges.from_fields(edges=edges))
     stream.reset_time()
@@ -103,33 +104,41 @@ def growth(record: Record) -> tuple[list[int], list[int]]:
     return moments[kept].tolist(), counts[kept].tolist()
 
 
-class Shades:
-    """Colours of all nodes at a moment."""
+class NodeLooks:
+    """Colours, radii and, where the tree is `labelled`, labels of the nodes at a moment."""
 
-    def __init__(self, record: Record) -> None:
+    def __init__(self, record: Record, labelled: bool) -> None:
         nodes = record.tree.nodes
         self._record = record
         self._bright = _conflict_colors([node.conflicts for node in nodes])
-        self._bright[[node.fast_track for node in nodes]] = _FAST_TRACK
-        self._expanded = np.array([node.expanded or np.inf for node in nodes])
+        self._bright[[node.fast_track for node in nodes]] = FAST_TRACK
+        self._radii = np.array([_radius(node) for node in nodes])
+        self._labels = np.array([label(node) for node in nodes]) if labelled else None
+        self._done_at = np.array([node.expanded or np.inf for node in nodes])
         self._restart = np.array([node.restart for node in nodes])
         self._off_way = np.array([not node.on_solution_path for node in nodes])
 
-    def at(self, moment: int) -> UInt8[np.ndarray, "n 3"]:
-        """White is what was expanded last; dim what was before, and the trees before the present one.
+    def at(self, moment: int, count: int) -> dict[str, Any]:
+        """The fields of `GraphNodes` of the first `count` nodes.
 
-        After the last expansion all but the way to the solution is dim.
+        The node expanded last is green, large and marked with an arrow. Nodes expanded before and those of earlier
+        trees are greyish and small; after the last expansion, all that do not lead to the solution.
         """
-        record, colors = self._record, self._bright.copy()
+        record, colors, radii = self._record, self._bright.copy(), self._radii.copy()
         if moment > record.count:
-            dim = self._off_way if record.tree.solution is not None else np.zeros(len(colors), bool)
+            done = self._off_way if record.tree.solution is not None else np.zeros(len(colors), bool)
         else:
-            there = int(np.searchsorted(record.created_at, moment, side="right"))
-            dim = (self._expanded <= moment) | (self._restart < self._restart[max(there - 1, 0)])
-        colors[dim] += _DIM * (np.array(_DIMMED) - colors[dim])
-        if 0 < moment <= record.count:
-            colors[record.tree.expansions[moment - 1]] = _AT_HAND
-        return np.rint(colors).astype(np.uint8)
+            done = (self._done_at <= moment) | (self._restart < self._restart[max(count - 1, 0)])
+        colors[done] = _mixed(colors[done], _DIMMED, _DIM)
+        radii[done] *= _DONE_SIZE
+        expanded = record.tree.expansions[moment - 1] if 0 < moment <= record.count else None
+        if expanded is not None:
+            colors[expanded], radii[expanded] = EXPANDED, _RADIUS * _EXPANDED_SIZE
+        out = {"colors": np.rint(colors[:count]).astype(np.uint8), "radii": radii[:count].astype(np.float32)}
+        if self._labels is None:
+            return out
+        marked = [f"{EXPANDED_MARK}{text}" if k == expanded else text for k, text in enumerate(self._labels[:count])]
+        return out | {"labels": np.array(marked)}
 
 
 def label(node: TreeNode) -> str:
@@ -151,11 +160,17 @@ def _radius(node: TreeNode) -> float:
 
 
 def _conflict_colors(conflicts: Sequence[int | None]) -> Float[np.ndarray, "n 3"]:
-    """From yellow to orange as the root of the number; blue for none."""
+    """From ochre to red as the root of the number; blue for none."""
     numbers = np.array([np.nan if number is None else number for number in conflicts], dtype=float)
     most = max(float(np.nanmax(numbers, initial=1.0)), 2.0)
     share = np.sqrt((np.maximum(numbers, 1.0) - 1.0) / (most - 1.0))
-    out = np.array(_FEW) + share[:, None] * (np.array(_MANY) - np.array(_FEW, dtype=float))
-    out[numbers == 0] = _FREE
-    out[np.isnan(numbers)] = _UNKNOWN
+    out = _mixed(np.array(FEW), MANY, share[:, None])
+    out[numbers == 0] = FREE
+    out[np.isnan(numbers)] = UNKNOWN
     return out
+
+
+def _mixed(one: np.ndarray, other: tuple[int, int, int], share: float | np.ndarray) -> np.ndarray:
+    """Colours with a `share` of the other's light, so that a mixture of two equally bright ones is as bright."""
+    light = (1 - share) * (one / 255) ** _GAMMA + share * (np.array(other) / 255) ** _GAMMA
+    return 255 * light ** (1 / _GAMMA)

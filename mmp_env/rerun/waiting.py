@@ -8,11 +8,12 @@ import numpy as np
 
 from mmp_env.plan import Plan
 from mmp_env.rerun import timelines
-from mmp_env.rerun.colors import arm_colors
+from mmp_env.rerun.colors import curve_colors
 from mmp_env.rerun.sdk import require
 
 GANTT = "/moving"
 MOVING, WAITING, ARRIVED = "moves", "waits", "has arrived"
+_WAITING, _ARRIVED = (140, 140, 140), (98, 98, 98)
 _STILL_RAD_S = 1e-3
 """Slower than this in every joint is standing still."""
 
@@ -20,14 +21,14 @@ _STILL_RAD_S = 1e-3
 def send_waiting(stream: Any, plan: Plan) -> None:
     """For each arm the times at which it begins to move, to wait, or to stand where it is to stay."""
     rerun = require()
-    for arm, color in arm_colors(plan.problem.cell).items():
+    for arm, color in curve_colors(plan.problem.cell).items():
         path = f"{GANTT}/{arm}"
         stream.log(
             path,
             rerun.StateConfiguration(
                 values=[MOVING, WAITING, ARRIVED],
                 labels=[MOVING, WAITING, ARRIVED],
-                colors=[[*color, 255], [150, 150, 150, 255], [60, 60, 60, 255]],
+                colors=[[*color, 255], [*_WAITING, 255], [*_ARRIVED, 255]],
             ),
             static=True,
         )

@@ -18,6 +18,7 @@ from mmp_env.rerun.plan_view import send_plan
 from mmp_env.rerun.record import Record
 from mmp_env.rerun.repulsion_view import send_repulsions
 from mmp_env.rerun.sdk import Recording, check, whole
+from mmp_env.rerun.timeline_hints import send_timeline_hints
 from mmp_env.rerun.tree import send_tree
 
 MOST_NODES = 200
@@ -89,6 +90,7 @@ class RerunWatcher:
         with whole(self._to) as to:
             recording = Recording(to, f"{contents.kind} of {problem.cell.name}", name)
             geoms = self._write(recording.stream)
+            send_timeline_hints(recording.stream, contents.tabs)
             recording.end(of_search(problem.cell, geoms.model, contents))
 
     def _write(self, stream: Any) -> CellGeoms:

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from mmp_env.rings import ring_cell
     from mmp_env.robot import Robot, Tool, load_robot, load_tool, robot_names, tool_names
     from mmp_env.search_tree import SearchTree
+    from mmp_env.version import __version__
 
 _HOMES = {
     "cell": ("Arm", "Cell", "Obstacle", "place_arm"),
@@ -56,6 +57,7 @@ _HOMES = {
     "rings": ("ring_cell",),
     "robot": ("Robot", "Tool", "load_robot", "load_tool", "robot_names", "tool_names"),
     "search_tree": ("SearchTree",),
+    "version": ("__version__",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -77,6 +79,7 @@ __all__ = [
     "SearchTree",
     "Tool",
     "UnknownNameError",
+    "__version__",
     "check_plan",
     "draw_instance",
     "draw_problem",

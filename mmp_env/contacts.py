@@ -41,7 +41,7 @@ class ContactLog:
 
     def __init__(self, model: Any, data: Any, cell: Cell, *, self_contacts: bool = True) -> None:
         self._data, self._contact = data, data.contact
-        self._self_contacts = self_contacts
+        self.self_contacts = self_contacts
         self._names, self._owners = names_and_owners(model, cell)
         self._longest_gap_s = 1.5 * float(model.opt.timestep)
         self.clear()
@@ -61,7 +61,7 @@ class ContactLog:
         """Takes in what touches at the present instant."""
         time_s, owners = self._data.time - self._begin_s, self._owners
         for (geom_1, geom_2), distance in zip(self._contact.geom.tolist(), self._contact.dist.tolist(), strict=True):
-            if owners[geom_1] == owners[geom_2] and not self._self_contacts:
+            if owners[geom_1] == owners[geom_2] and not self.self_contacts:
                 continue
             # The geoms of an arm are numbered from its base outwards; those of the world come before all others.
             first, second = sorted((geom_1, geom_2), key=lambda geom: (owners[geom], geom))

@@ -5,6 +5,7 @@ docs/environment.md has the spaces, the reward and the constants in one place.
 
 from __future__ import annotations
 
+import copy
 import inspect
 from itertools import pairwise
 from os import PathLike
@@ -93,6 +94,17 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self._instance: CellInstance | None = None
         self._picture_size = (width, height)
         self._view: Camera | Window | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        # A window or renderer belongs to its process; a copy opens its own when it is first asked to render.
+        return {**vars(self), "_view": None}
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> MultiArmCellEnv:
+        # Cells never change, and their compiled queries take longer to build than the rest takes to copy.
+        memo |= {id(cell): cell for cell in (self._source.cell, self.cell)}
+        other = memo[id(self)] = copy.copy(self)
+        vars(other).update(copy.deepcopy(self.__getstate__(), memo))
+        return other
 
     @property
     def cell(self) -> Cell:

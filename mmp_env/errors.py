@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copyreg
 import difflib
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
@@ -57,11 +56,15 @@ class UnknownNameError(MmpError):
         self.kind, self.name, self.known = kind, name, names
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return copyreg.__newobj__, (type(self), *self.args), vars(self)  # worker processes hand their errors on
+        return _restored, (type(self), str(self)), vars(self)  # worker processes hand their errors on
 
 
 class InvalidInstanceError(MmpError):
     """A start or goal that is out of limits or in collision: the instance is `invalid`, no planner can solve it."""
+
+
+def _restored(error: type[UnknownNameError], message: str) -> UnknownNameError:
+    return error.__new__(error, message)
 
 
 def _digits(name: str) -> list[str]:

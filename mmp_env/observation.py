@@ -50,6 +50,9 @@ class Observer:
         self._q = np.empty(n)
         self._rows = [self._q[None, part] for part in simulation.slices.values()]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self._simulation,)
+
     def observe(self, q: Float[np.ndarray, "n"], goal: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "..."]]:
         """The observation with the joints at `q` [rad], which is where the simulation stands."""
         simulation = self._simulation

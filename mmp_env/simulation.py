@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import Any
 
@@ -47,6 +48,10 @@ class Simulation:
         self.count: int = ends[-1]
         self.timestep_s = float(self.model.opt.timestep)
         mujoco.mj_step1(self.model, self.data)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Views of MuJoCo's memory cannot be copied; the copy has its own, and an empty log.
+        return functools.partial(type(self), self_contacts=self.log.self_contacts), (self.cell, self.data)
 
     @property
     def positions(self) -> Float[np.ndarray, "n"]:

@@ -2,6 +2,7 @@
 
 import importlib.metadata
 import os
+import runpy
 import shutil
 import subprocess
 import sys
@@ -11,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+import mmp_env.version
 from mmp_env import core_variants
 from mmp_env.errors import MmpError
 
@@ -54,6 +56,27 @@ def test_the_installed_distribution_says_what_pyproject_says(project):
     assert data["License-Expression"] == "Apache-2.0"
     assert data["Requires-Python"] == ">=3.11"
     assert set(data.get_all("Provides-Extra")) == {"dm", "rerun", "film", "ray", "dev"}
+
+
+def test_the_version_is_that_of_the_project(project):
+    assert mmp_env.__version__ == project["version"] == importlib.metadata.version("mmp-env")
+
+
+@pytest.mark.parametrize(
+    ("pyproject", "version"),
+    [
+        ('[project]\nname = "mmp-env"\nversion = "9.8.7"', "9.8.7"),
+        ('[project]\nname = "thesis"\nversion = "9.8.7"', importlib.metadata.version("mmp-env")),
+        ("[tool.ruff]", importlib.metadata.version("mmp-env")),
+        (None, importlib.metadata.version("mmp-env")),
+    ],
+)
+def test_a_checkout_says_its_own_version_whatever_is_installed(tmp_path, pyproject, version):
+    (tmp_path / "mmp_env").mkdir()
+    module = shutil.copy(mmp_env.version.__file__, tmp_path / "mmp_env")
+    if pyproject is not None:
+        (tmp_path / "pyproject.toml").write_text(pyproject)
+    assert runpy.run_path(module)["__version__"] == version
 
 
 def test_the_source_distribution_holds_all_that_a_build_needs_and_nothing_built(tmp_path, monkeypatch):

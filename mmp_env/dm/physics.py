@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from dm_control import mujoco
 
 from mmp_env.cell import Cell
@@ -23,6 +25,15 @@ class CellPhysics(mujoco.Physics):
         physics._simulation = Simulation(cell, physics.data.ptr, self_contacts=self_contacts)
         return physics
 
+    def __getstate__(self) -> tuple[Any, Cell | None, bool]:
+        return self.data, self._simulation and self._simulation.cell, self._self_contacts
+
+    def __setstate__(self, state: tuple[Any, Cell | None, bool]) -> None:
+        data, cell, self._self_contacts = state
+        super().__setstate__(data)
+        if cell is not None:
+            self._simulation = Simulation(cell, self.data.ptr, self_contacts=self._self_contacts)
+
     def enter(self, cell: Cell) -> None:
         """From here on these are the physics of that cell: a new model and new data, where it is another cell.
 
@@ -34,7 +45,7 @@ class CellPhysics(mujoco.Physics):
 
     @property
     def simulation(self) -> Simulation:
-        """What drives and watches the same `MjData`. A copy has none: it is plain physics, to look ahead with."""
+        """What drives and watches the same `MjData`. What `copy()` returns has none; it is for looking ahead."""
         if self._simulation is None:
             raise TypeError("a copy of the physics of a cell can be stepped, but not driven by the task")
         return self._simulation

@@ -49,7 +49,7 @@ class CellTask(control.Task):
         self._terminate_on_contact = terminate_on_contact
         lower, upper = joint_limits(source.cell)
         self.mode = find_control_mode(control_mode)(lower=lower, upper=upper, reach=source.fastest / control_rate_hz)
-        self._observer = Observer(simulation)
+        self._observer: Observer | None = None
         self._target = self._q = self._reference = simulation.positions
         self._reward = 0.0
 
@@ -91,7 +91,7 @@ class CellTask(control.Task):
         instance = self._source.drawn(self.random)
         if instance.cell is not physics.simulation.cell:
             physics.enter(instance.cell)
-            self._observer = Observer(physics.simulation)
+            self._observer = None
         self._instance = instance
         simulation = physics.simulation
         simulation.place(simulation.joined(instance.start))
@@ -124,7 +124,7 @@ class CellTask(control.Task):
 
     def get_observation(self, physics: CellPhysics) -> dict[str, Float[np.ndarray, "..."]]:
         """As in the Gymnasium environment."""
-        return self._observer.observe(self._q, self._target)
+        return self._observed(physics).observe(self._q, self._target)
 
     def action_spec(self, physics: CellPhysics) -> specs.BoundedArray:
         """One number in [-1, 1] for each servo, whose names are that of the spec, with tabs between them."""
@@ -135,8 +135,17 @@ class CellTask(control.Task):
         """The bounds of the Gymnasium environment's space."""
         return {
             name: specs.BoundedArray(box.shape, box.dtype, minimum=box.low, maximum=box.high, name=name)
-            for name, box in self._observer.boxes.items()
+            for name, box in self._observed(physics).boxes.items()
         }
+
+    def __getstate__(self) -> dict[str, Any]:
+        # A copy observes the physics of its own environment.
+        return {**vars(self), "_observer": None}
+
+    def _observed(self, physics: CellPhysics) -> Observer:
+        if self._observer is None:
+            self._observer = Observer(physics.simulation)
+        return self._observer
 
     @property
     def _mean_distance(self) -> float:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import functools
 import os
 import platform
-from importlib import metadata
 from pathlib import Path
 
+import mmp_env
 
-@functools.cache
+
 def version() -> str:
-    """The installed version of mmp-env."""
-    return metadata.version("mmp-env")
+    """The version of mmp-env."""
+    return mmp_env.__version__
 
 
 @functools.cache

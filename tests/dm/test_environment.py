@@ -1,5 +1,7 @@
 """The dm_control environment: the same cell as Gymnasium's, to the last bit, behind dm_env's interface."""
 
+import copy
+import pickle
 import unittest
 
 import dm_env
@@ -106,6 +108,23 @@ def test_two_environments_of_a_seed_draw_the_same_episodes_and_each_is_another()
         assert_same(observation := first.reset().observation, second.reset().observation)
         goals.append(tuple(observation["goal_positions"]))
     assert len(set(goals)) == 3
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value))])
+@pytest.mark.parametrize("task", ["reach", "packing"])
+def test_a_copy_of_an_environment_goes_on_exactly_as_the_original(task, copied):
+    environment = dm.load("MultiArmCell-mixed-4", task=task, random=2, control_mode="velocity")
+    environment.reset()
+    actions = np.random.default_rng(0).uniform(-1, 1, (6, *environment.action_spec().shape))
+    for action in actions[:3]:
+        environment.step(action)
+    other = copied(environment)
+    for action in actions[3:]:
+        here, there = environment.step(action), other.step(action)
+        assert_same(here.observation, there.observation)
+        assert (here.reward, here.discount) == (there.reward, there.discount)
+    assert other.physics.data.ptr is not environment.physics.data.ptr
+    assert_same(environment.reset().observation, other.reset().observation)
 
 
 def test_the_elements_have_the_names_of_the_cell(pair):

@@ -14,7 +14,7 @@ from mmp_env.monitor import Halt, Monitor, Watch
 from mmp_env.nearness import Nearness, nearness
 from mmp_env.phase_clock import PhaseClock
 from mmp_env.plan import Plan
-from mmp_env.plan_fit import check_fit
+from mmp_env.plan_fit import check_duration, check_fit
 from mmp_env.reference import Reference
 from mmp_env.simulation import Simulation
 
@@ -80,9 +80,10 @@ def execute_plan(
 
     At every physics step the arms follow the plan's positions with its velocities as feed-forward; how they go between
     its times, see `Reference`. A `monitor` stops them all when one lags. Raises `MmpError` for a plan of another cell,
-    one that is malformed, and with a monitor one that is not retimed.
+    one that is malformed or longer than `LONGEST_EXECUTION_S`, and with a monitor one that is not retimed.
     """
     check_fit(plan, simulation.cell)
+    check_duration(plan)
     standing = simulation.split(simulation.positions)
     start = {name: plan.positions[name][0] if name in plan.positions else standing[name] for name in standing}
     reference = Reference(plan, start)

@@ -24,6 +24,8 @@ ENCODERS: dict[str, type[Encoder]] = {".mp4": Mp4Encoder, ".gif": GifEncoder, ".
 """Suffix of a file -> what writes it."""
 HOLD_S = 1.0
 """A film stands still at its end this long."""
+MOST_FRAMES = 90_000
+"""Largest number of frames in a film: an hour at 25 a second."""
 _MOST_FPS = 60.0
 
 Progress = Callable[[int, int], None]
@@ -98,7 +100,12 @@ def frame_times(duration_s: float, fps: float) -> Float[np.ndarray, "n"]:
     """When the frames of a film are [s]: from 0 on at equal steps, the last one not before `duration_s`."""
     if not 0 < fps <= _MOST_FPS:
         raise MmpError(f"fps is {fps}; a film has more than 0 and at most {_MOST_FPS:g} frames a second")
-    return np.arange(math.ceil(duration_s * fps - 1e-6) + 1) / fps
+    count = duration_s * fps
+    if not count <= MOST_FRAMES:
+        raise MmpError(
+            f"the film would take {duration_s:.6g} s; at {fps:g} frames a second it can take {MOST_FRAMES / fps:.6g} s"
+        )
+    return np.arange(math.ceil(count - 1e-6) + 1) / fps
 
 
 def _duration(plan: Plan, report: ExecutionReport | None) -> float:

@@ -15,6 +15,7 @@ from mmp_env.execution import ExecutionReport
 from mmp_env.films import save_film
 from mmp_env.pictures import encoded, pictures
 from mmp_env.plan import Plan
+from mmp_env.wording import in_seconds
 
 Bundle = dict[str, str | bytes]
 """Kind of what is shown -> its content."""
@@ -43,7 +44,7 @@ class PlanView:
         self._fine, self._ways = fine, ways
 
     def __repr__(self) -> str:
-        return f"<a plan for {len(self._plan.problem.cell.arms)} arms, {self._plan.makespan_s:.2f} s>"
+        return f"<a plan for {len(self._plan.problem.cell.arms)} arms, {in_seconds(self._plan.makespan_s)}>"
 
     def _repr_html_(self) -> str:
         try:

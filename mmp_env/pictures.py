@@ -17,6 +17,7 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.opengl import offscreen_backend
 from mmp_env.plan import Plan
 from mmp_env.studio import HEIGHT, WIDTH, Studio, standing, tool_ways
+from mmp_env.wording import in_seconds
 from mmp_env.writing import check_writable, whole_file
 
 SUFFIXES = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
@@ -72,7 +73,7 @@ def pictures(
     parts = []
     for moment, time_s, shot in zip(chosen, times, _shots(plan, times, **options), strict=True):
         name = f"{moment}, " if isinstance(moment, str) else ""
-        parts += [np.full((len(shot), _GAP, 3), _PAPER, np.uint8), labelled(shot, f"{name}{time_s:.1f} s")]
+        parts += [np.full((len(shot), _GAP, 3), _PAPER, np.uint8), labelled(shot, f"{name}{in_seconds(time_s, 1)}")]
     return np.concatenate(parts[1:], axis=1)
 
 

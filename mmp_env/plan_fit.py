@@ -11,6 +11,8 @@ from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
 from mmp_env.transforms import matrix_from_quaternion
 
+LONGEST_EXECUTION_S = 1200.0
+"""Longest plan that is executed [s]: an execution keeps the positions of all physics steps in memory."""
 _SAME = 1e-6
 
 
@@ -37,6 +39,14 @@ def check_fit(plan: Plan, cell: Cell) -> None:
     fault = next(_faults(plan), None)
     if fault is not None:
         raise MmpError(f"the plan is malformed: {fault}")
+
+
+def check_duration(plan: Plan) -> None:
+    """Raises `MmpError` for a plan that is too long to be executed."""
+    if not plan.makespan_s <= LONGEST_EXECUTION_S:
+        raise MmpError(
+            f"the plan takes {plan.makespan_s:.6g} s; a plan that is executed takes {LONGEST_EXECUTION_S:g} s at most"
+        )
 
 
 def check_complete(plan: Plan) -> None:

@@ -3,6 +3,13 @@
 import math
 
 _MOST_DEGREES = 3600.0
+_LONG_S = 1e6
+
+
+def in_seconds(duration_s: float, decimals: int = 2) -> str:
+    """Returns a duration as text, `2.35 s`; one that no plan really takes has few digits, `1e+300 s`."""
+    digits = f".{decimals}f" if abs(duration_s) < _LONG_S else ".6g"
+    return f"{duration_s:{digits}} s"
 
 
 def counted(count: int, noun: str) -> str:

@@ -29,6 +29,7 @@ TREE, SPHERES, PATH = f"{ROOT}/tree", f"{ROOT}/spheres", f"{ROOT}/path"
 ETA_RAD, ITERATIONS = 0.8, 400
 """Steering distance as the planners have it by default, and iterations, which go on after a path was found."""
 _EDGE_POINTS = 5
+_MOST_STEPS = 100_000
 _EARLY, _LATE = np.array([253, 174, 60]), np.array([94, 30, 120])
 
 
@@ -54,7 +55,10 @@ def record_single_arm(
     if not 0 < dt_s < np.inf:
         raise MmpError(f"dt_s is {dt_s}; it must be a positive number of seconds")
     problem = plan.problem
-    times = np.arange(int(np.ceil(plan.makespan_s / dt_s - 1e-9)) + 1) * dt_s
+    steps = plan.makespan_s / dt_s
+    if not steps <= _MOST_STEPS:
+        raise MmpError(f"the plan takes {plan.makespan_s:.6g} s, more than {_MOST_STEPS} steps of {dt_s} s")
+    times = np.arange(int(np.ceil(steps - 1e-9)) + 1) * dt_s
     moving = {name: q for name, q in plan.sampled(times).items() if name != arm}
     grown = grow(problem, arm, moving, seed, iterations, dt_s)
     with whole(to) as place:

@@ -68,10 +68,11 @@ class RerunWatcher:
     def show_plan(self, plan: Plan | None) -> None:
         """Records a plan of the same cell too, the last one given; nothing where it is None.
 
-        Raises `MmpError` for a plan that lacks an arm.
+        Raises `MmpError` for a plan that lacks an arm, or is longer than `LONGEST_S`.
         """
         if plan is not None:
             check_complete(plan)
+            timelines.check_duration(plan.makespan_s)
         self._plan = plan if plan is not None else self._plan
 
     def close(self) -> None:

@@ -60,11 +60,7 @@ def run_clock(zones: Zones, period_s: float) -> Clock:
             pieces.append((begin, last, 0.0, 0.0, 0.0))
             begin = math.ceil(begin / period_s - _EARLY) * period_s
     start, phase, speed, growth, jerk = np.array(pieces).T
-    if begin > MOST_SAMPLES * period_s:
-        raise MmpError(
-            f"the motion would take {begin:.3g} s, with more than {MOST_SAMPLES} samples; its limits are too low for "
-            "its length and rate"
-        )
+    check_samples(begin, period_s)
     times = period_s * np.arange(round(begin / period_s) + 1)
     piece = np.searchsorted(start, times + _EARLY * period_s, side="right") - 1
     t, v, a, j = times - start[piece], speed[piece], growth[piece], jerk[piece]
@@ -74,6 +70,15 @@ def run_clock(zones: Zones, period_s: float) -> Clock:
         speed=v + t * (a + t * j / 2),
         growth=a + t * j,
     )
+
+
+def check_samples(duration_s: float, period_s: float) -> None:
+    """Raises `MmpError` for a motion of more than `MOST_SAMPLES` samples."""
+    if not duration_s <= MOST_SAMPLES * period_s:
+        raise MmpError(
+            f"the motion would take {duration_s:.3g} s, with more than {MOST_SAMPLES} samples; its limits are too low "
+            "for its length and rate"
+        )
 
 
 def rough_duration(zones: Zones) -> float:

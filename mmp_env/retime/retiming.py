@@ -13,6 +13,7 @@ from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
 from mmp_env.plan_fit import check_complete, check_fit, given_plan
 from mmp_env.retime.blends import BlendedPath
+from mmp_env.retime.clock import check_samples
 from mmp_env.retime.course import course_of
 from mmp_env.retime.limits import rate_limits, split
 from mmp_env.retime.options import RetimeOptions
@@ -45,6 +46,7 @@ def retime_with_report(plan: Plan | None, **options: Any) -> tuple[Plan, RetimeR
     _check(plan)
     full = rate_limits(plan.problem, chosen.max_acceleration, chosen.max_jerk)
     limits = full.reduced(chosen.share)
+    check_samples(course_of(plan, limits.velocity).end, 1.0 / chosen.rate)
     tolerance = _INWARD * chosen.tolerance
     done = proved_motion(plan, paced_path(plan, limits, tolerance), limits, tolerance, 1.0 / chosen.rate)
     report = _report(plan, done, limits.velocity, chosen.tolerance, began)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from mmp_cli.arguments import Parser, check_spared
 from mmp_cli.kinds import EPISODE, PLAN, read_as
 from mmp_cli.output import one_line
+from mmp_env.wording import in_seconds
 
 if TYPE_CHECKING:
     from mmp_env.export.motion import Motion
@@ -67,4 +68,4 @@ def _content(path: Path, plan: Plan, motion: Motion) -> str:
         return f"{len(plan.problem.cell.arms)} arms, keyframes start and goal"
     retimed = plan.velocities is not None
     fields = "positions, velocities and accelerations" if retimed else "positions only, the plan is not retimed"
-    return f"{len(motion.joints)} joints at {len(motion.times)} times, {motion.times[-1]:.1f} s; {fields}"
+    return f"{len(motion.joints)} joints at {len(motion.times)} times, {in_seconds(motion.times[-1], 1)}; {fields}"

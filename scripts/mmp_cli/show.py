@@ -16,6 +16,7 @@ from mmp_cli.arguments import Parser
 from mmp_cli.kinds import PLAN, read_as
 from mmp_cli.showing import SPAWN, add_showing, check_showing, save_image, save_video
 from mmp_env.errors import MmpError
+from mmp_env.wording import in_seconds
 
 if TYPE_CHECKING:
     from mmp_env.plan import Plan
@@ -65,8 +66,9 @@ def _make(args: Namespace, plan: Plan) -> None:
     if args.rerun is not None:
         from mmp_env.rerun import RerunWatcher
 
-        with RerunWatcher(plan.problem, args.rerun) as watcher:
-            watcher.show_plan(plan)
+        watcher = RerunWatcher(plan.problem, args.rerun)
+        watcher.show_plan(plan)
+        watcher.close()
     if args.image is not None:
         save_image(plan, args.image, args.moments)
     if args.video is not None:
@@ -92,7 +94,7 @@ def _play(plan: Plan, path: Path) -> None:
     except MmpError as error:
         raise MmpError(f"{path} cannot be played: {error}; {instead}") from error
     with contextlib.closing(window):
-        print(f"playing {path}, {plan.makespan_s:.1f} s; it ends when the window is closed", flush=True)
+        print(f"playing {path}, {in_seconds(plan.makespan_s, 1)}; it ends when the window is closed", flush=True)
         while window.is_open:
             simulation.place(start)
             execute_plan(simulation, plan, lambda: window.show(goal))

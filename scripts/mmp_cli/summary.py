@@ -10,7 +10,7 @@ from mmp_cli.rows import print_rows
 from mmp_env.execution import ExecutionReport
 from mmp_env.nearness import Nearness
 from mmp_env.retime.report import RetimeReport
-from mmp_env.wording import counted
+from mmp_env.wording import counted, in_seconds
 from mmp_planners import PlanResult
 
 
@@ -96,11 +96,11 @@ def _cost(result: PlanResult, cost: float, bound: float) -> str:
 
 def _makespan(makespan_s: float, retimed: RetimeReport | None) -> str:
     if retimed is None:
-        return f"{makespan_s:.2f} s"
+        return in_seconds(makespan_s)
     velocities = f"{retimed.ratio:.3f} x the {retimed.fastest_s:.2f} s that velocity limits alone allow"
     stops = f", {retimed.stops} of {retimed.corners} corners are stops" if retimed.stops else ""
     smoothed = f"corners rounded by {retimed.deviation_rad:.3f} rad at most{stops}"
-    return f"{makespan_s:.2f} s retimed, {retimed.given_s:.2f} s as planned; {velocities}; {smoothed}"
+    return f"{in_seconds(makespan_s)} retimed, {in_seconds(retimed.given_s)} as planned; {velocities}; {smoothed}"
 
 
 def _execution(report: ExecutionReport) -> str:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from mmp_env.conflict import Conflict
     from mmp_env.contacts import Contact
     from mmp_env.env import MultiArmCellEnv
-    from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+    from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError, UnretimedPlanWarning
     from mmp_env.execution import ExecutionReport
     from mmp_env.films import save_film
     from mmp_env.instance_file import load_instances
@@ -44,7 +44,7 @@ _HOMES = {
     "conflict": ("Conflict",),
     "contacts": ("Contact",),
     "env": ("MultiArmCellEnv",),
-    "errors": ("InvalidInstanceError", "MmpError", "UnknownNameError"),
+    "errors": ("InvalidInstanceError", "MmpError", "UnknownNameError", "UnretimedPlanWarning"),
     "execution": ("ExecutionReport",),
     "films": ("save_film",),
     "instance_file": ("load_instances",),
@@ -79,6 +79,7 @@ __all__ = [
     "SearchTree",
     "Tool",
     "UnknownNameError",
+    "UnretimedPlanWarning",
     "__version__",
     "check_plan",
     "draw_instance",

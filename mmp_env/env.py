@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 import inspect
+import warnings
 from itertools import pairwise
 from os import PathLike
 from typing import Any
@@ -20,7 +21,7 @@ from mmp_env.cell_instance import CellInstance, InstanceSource
 from mmp_env.cell_source import cell_names, find_cell
 from mmp_env.contacts import Contact
 from mmp_env.control import CONTROL_RATE_HZ, checked_action, find_control_mode, steps_per_action
-from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.errors import MmpError, UnknownNameError, UnretimedPlanWarning
 from mmp_env.execution import REACHED_RAD, SHOWN_STEPS, ExecutionReport, execute_plan
 from mmp_env.instances import DEFAULT_TASK, Source
 from mmp_env.monitor import Monitor
@@ -35,6 +36,10 @@ from mmp_env.reward import step_reward
 from mmp_env.simulation import Simulation
 
 Observation = dict[str, np.ndarray]
+_UNRETIMED = (
+    "the plan is not retimed: it changes velocity at once at its corners, which no motor can follow; execute"
+    " mmp_env.retime.retime(plan) instead (mmp plan --retime)"
+)
 
 
 class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
@@ -167,10 +172,13 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         """Plays a plan through the actuators, see `execute_plan`; afterwards the arms stand where it ended.
 
         The plan's start and goal become the environment's. A `monitor` stops all arms of a retimed plan while one lags.
-        Raises `MmpError` for a plan of another cell, and None, which is what a planner has that found no plan.
+        Warns of a plan that moves and is not retimed (`UnretimedPlanWarning`). Raises `MmpError` for a plan of another
+        cell, and None, which is what a planner has that found no plan.
         """
         plan = given_plan(plan, "execute")
         check_fit(plan, self.cell)
+        if plan.steps_in_velocity:
+            warnings.warn(_UNRETIMED, UnretimedPlanWarning, stacklevel=2)
         # Arms that the plan's cell does not have stay where they are, and are to stay there.
         here, problem = self._simulation.split(self._simulation.positions), plan.problem
         start, goal = {**here, **problem.start}, {**here, **problem.goal}

@@ -16,6 +16,10 @@ class MmpError(ValueError):
     """Misuse: a bad file, name, option or value. The message is one sentence for the user; `mmp` exits with 2."""
 
 
+class UnretimedPlanWarning(UserWarning):
+    """A plan was executed that changes velocity at once at its corners, as no motor can; `mmp_env.retime` helps."""
+
+
 def nearest(name: str, known: Sequence[str]) -> str | None:
     """Returns the name in `known` that is most like `name`, or None where none is."""
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)

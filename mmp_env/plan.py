@@ -40,6 +40,16 @@ class Plan:
         return float(self.times[-1])
 
     @property
+    def retimed(self) -> bool:
+        """Whether the plan has velocities of its own, as `mmp_env.retime` makes them, and not just straight lines."""
+        return self.velocities is not None
+
+    @property
+    def steps_in_velocity(self) -> bool:
+        """Whether the plan moves and is not retimed: it changes velocity at once, which no motor can follow."""
+        return not self.retimed and self.cost_rad > 0
+
+    @property
     def cost_rad(self) -> float:
         """sum over arms and joints of |dq| [rad]."""
         return float(sum(np.abs(np.diff(q, axis=0)).sum() for q in self.positions.values()))

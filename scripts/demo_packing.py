@@ -54,6 +54,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"written to {args.out}")
     report = check_episode(episode_to_dict(episode))
     print(report)
+    if not args.retime:
+        print("warning: the plans are not retimed, no motor can follow their corners; --retime rounds them")
     execution = execute_episode(episode)
     contacts = counted(execution.contacts, "contact") if execution.contacts else "no contact"
     reached = "all goals reached" if execution.reached else "NOT all goals reached"

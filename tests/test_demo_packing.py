@@ -15,6 +15,7 @@ def test_it_saves_an_episode_that_the_checker_proves_and_all_goals_are_reached(t
     assert done.returncode == 0, done.stderr
     assert [line.split()[0] for line in done.stdout.splitlines()[:3]] == ["pick", "place", "home"]
     assert done.stdout.splitlines()[-1].endswith("all goals reached, no contact")
+    assert "warning: the plans are not retimed" in done.stdout
     episode = json.loads(path.read_text())
     assert len(episode["plans"]) == 3
     assert check_episode(episode).valid

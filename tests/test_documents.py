@@ -32,6 +32,16 @@ def test_the_cell_of_the_readme_is_one(tmp_path):
     assert load_cell(tmp_path / "packing.yaml").arm_names == ("left", "right", "back")
 
 
+def test_whatever_the_pages_and_the_demo_execute_is_retimed():
+    texts = [page.read_text(encoding="utf-8") for page in [*PAGES, ROOT / "scripts" / "demo.sh"]]
+    commands = [line for text in texts for line in text.splitlines() if re.search(r'mmp"? plan .*--execute', line)]
+    calls = [line for text in texts for line in text.splitlines() if re.search(r"\benv\.\S*execute\(", line)]
+    assert len(commands) > 5
+    assert len(calls) > 3
+    assert [line for line in commands if "--retime" not in line] == []
+    assert [line for line in calls if not re.search(r"retime|motion|execute\(plan\)`", line)] == []
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_the_links_of_a_page_lead_to_files_that_are_there(page):
     targets = re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8"))

@@ -66,6 +66,5 @@ def run(args: Namespace) -> int:
 def _content(path: Path, plan: Plan, motion: Motion) -> str:
     if path.suffix == ".xml":
         return f"{len(plan.problem.cell.arms)} arms, keyframes start and goal"
-    retimed = plan.velocities is not None
-    fields = "positions, velocities and accelerations" if retimed else "positions only, the plan is not retimed"
+    fields = "positions, velocities and accelerations" if plan.retimed else "positions only, the plan is not retimed"
     return f"{len(motion.joints)} joints at {len(motion.times)} times, {in_seconds(motion.times[-1], 1)}; {fields}"

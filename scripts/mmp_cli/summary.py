@@ -37,6 +37,8 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
         yield "check", "left out, the run was interrupted; mmp check does it"
     if outcome.execution is not None:
         yield "execution", _execution(outcome.execution)
+        if plan and plan.steps_in_velocity:
+            yield "warning", "the executed plan is not retimed, no motor can follow its corners; --retime rounds them"
     if outcome.plan_path is not None:
         yield "plan file", outcome.plan_path
     yield from outcome.shown.items()

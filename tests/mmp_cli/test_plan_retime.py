@@ -22,6 +22,15 @@ def test_a_retimed_plan_is_written_checked_executed_and_told_of(mmp, stand_ins, 
     assert mmp("check", out).code == 0
 
 
+def test_the_summary_warns_of_an_executed_plan_that_is_not_retimed(mmp, stand_ins, instances):
+    ran = mmp("plan", instances, "--planner", "straight", "--execute")
+    assert ran.code == 0
+    (warning,) = [line for line in ran.out.splitlines() if line.startswith("warning")]
+    assert "--retime" in warning
+    for options in [["--retime", "--execute"], ["--retime"], []]:
+        assert "warning" not in mmp("plan", instances, "--planner", "straight", *options).out
+
+
 def test_json_has_the_makespans(mmp, stand_ins, instances):
     ran = mmp("plan", instances, "--planner", "straight", "--json", "--retime", "--execute")
     told = ran.result["retimed"]

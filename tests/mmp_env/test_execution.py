@@ -1,6 +1,7 @@
 """Execution of plans through the actuators: reached or not, contacts, tracking, and plans that do not fit."""
 
 import dataclasses
+import warnings
 
 import gymnasium
 import numpy as np
@@ -9,11 +10,14 @@ from straight_plans import FACING, LEVEL, STEEP, elsewhere, everyone, straight
 
 from mmp_env.cell import Obstacle, place_arm
 from mmp_env.env import MultiArmCellEnv
-from mmp_env.errors import MmpError
+from mmp_env.errors import MmpError, UnretimedPlanWarning
 from mmp_env.execution import REACHED_RAD
 from mmp_env.mujoco_import import mujoco
+from mmp_env.retime import retime
 from mmp_env.rings import ring_cell
 from mmp_env.robot import frozen_array, robot_names
+
+pytestmark = pytest.mark.filterwarnings("ignore::mmp_env.errors.UnretimedPlanWarning")
 
 
 def environment(cell):
@@ -187,6 +191,28 @@ def test_velocities_of_a_retimed_plan_are_followed_closer_than_its_corners_alone
     )
     errors = [env.execute(each).max_tracking_error_rad for each in (smooth, plan)]
     assert errors[0] < 0.5 * errors[1]
+
+
+def test_a_plan_that_is_not_retimed_is_executed_with_one_warning_that_says_what_helps():
+    env = environment(ring_cell(2))
+    plan = straight(env.cell, everyone(env.cell, "tucked"), elsewhere(env.cell))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("default")
+        for _ in range(2):
+            assert env.execute(plan).reached
+    (warning,) = told
+    assert warning.category is UnretimedPlanWarning
+    assert "mmp_env.retime.retime(plan)" in str(warning.message)
+    assert "--retime" in str(warning.message)
+
+
+def test_nobody_is_warned_of_a_retimed_plan_or_of_one_that_stands_still():
+    env = environment(ring_cell(2))
+    start, goal = everyone(env.cell, "tucked"), elsewhere(env.cell)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        env.execute(retime(straight(env.cell, start, goal)))
+        env.execute(straight(env.cell, goal, goal))
 
 
 def other_cells():

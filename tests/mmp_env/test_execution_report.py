@@ -1,6 +1,7 @@
 """What an execution reports beside goals, contacts and tracking: torques, nearness and phases."""
 
 import numpy as np
+import pytest
 from straight_plans import FACING, LEVEL, elsewhere, everyone, straight
 
 from mmp_env.cell import Cell, Obstacle, place_arm
@@ -9,6 +10,8 @@ from mmp_env.execution import execute_plan
 from mmp_env.retime import retime
 from mmp_env.rings import ring_cell
 from mmp_env.simulation import Simulation
+
+pytestmark = pytest.mark.filterwarnings("ignore::mmp_env.errors.UnretimedPlanWarning")
 
 
 def test_the_largest_torque_of_each_arm_is_told_with_its_rating():

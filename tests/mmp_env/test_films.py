@@ -22,6 +22,8 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.films import HOLD_S, check_film, frame_times, frames, save_film
 from mmp_env.plan_file import plan_from_dict
 
+pytestmark = pytest.mark.filterwarnings("ignore::mmp_env.errors.UnretimedPlanWarning")
+
 TINY = {"width": 96, "height": 64, "fine": False}
 
 

@@ -13,6 +13,7 @@ from mmp_env import check_plan, draw_problem, find_cell, place_arm
 from mmp_env.cell_file import cell_from_dict, cell_to_dict
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.plan_file import plan_from_dict, plan_to_dict
+from mmp_env.retime import retime
 from mmp_env.simulation import Simulation
 from mmp_env.transforms import quaternion_from_yaw
 
@@ -73,7 +74,7 @@ def test_arms_of_six_and_seven_joints_are_planned_checked_and_executed_together(
     again = plan_from_dict(plan_to_dict(plan))
     env = gymnasium.make("MultiArmCell", cell=cell).unwrapped
     env.reset(options={"start": problem.start, "goal": problem.goal})
-    report = env.execute(again)
+    report = env.execute(retime(again))
     assert report.reached
     assert report.contacts == []
 

@@ -10,6 +10,8 @@ from mmp_env import MmpError, Monitor
 from mmp_env.rerun import RerunRecorder
 from mmp_planners import make
 
+pytestmark = pytest.mark.filterwarnings("ignore::mmp_env.errors.UnretimedPlanWarning")
+
 STEPS = 7
 
 

@@ -1,4 +1,4 @@
-"""What the environment costs beside the physics: one JSON line per figure. Usage: bench_env.py [environment id]
+"""What the environment costs beside the physics: one JSON line per figure. Usage: bench_env.py [ID...]
 
 Both sides of a ratio are timed in turn, block by block from the same states; the fastest block of each counts, which
 other work on the machine touches least.
@@ -19,7 +19,7 @@ import mmp_env
 from mmp_cli.arguments import Parser
 from mmp_cli.standalone import environment_id, run_script
 
-SOURCE = "MultiArmCell-8"
+SOURCES = tuple(f"MultiArmCell-{arms}" for arms in (2, 4, 6, 8))
 BLOCKS, STEPS = 20, 10
 SEED = 7
 CALM = 0.2
@@ -27,17 +27,19 @@ CALM = 0.2
 
 
 def main() -> None:
-    """Prints the figures of one environment."""
+    """Prints the figures of each environment."""
     parser = Parser("bench_env.py", __doc__)
-    parser.add_argument("id", nargs="?", type=environment_id, default=SOURCE, help=f"default: {SOURCE}")
-    env = gymnasium.make(parser.parse().id, control_mode="delta", terminate_on_contact=False)
-    env.reset(seed=SEED)
-    print_stepping(env)
-    print_resets(env)
-    print_execution(env)
+    parser.add_argument("ids", nargs="*", type=environment_id, default=SOURCES, metavar="ID")
+    for source in parser.parse().ids:
+        env = gymnasium.make(source, control_mode="delta", terminate_on_contact=False)
+        env.reset(seed=SEED)
+        print_stepping(source, env)
+        print_resets(source, env)
+        print_execution(source, env)
+        env.close()
 
 
-def print_stepping(env: Any) -> None:
+def print_stepping(source: str, env: Any) -> None:
     """Control periods of the wrapped environment against as many bare `mj_step` calls from the same state."""
     simulated = env.unwrapped
     model, bare = simulated.model, mujoco.MjData(simulated.model)
@@ -51,21 +53,21 @@ def print_stepping(env: Any) -> None:
         ours.append(seconds(lambda actions=actions: [env.step(action) for action in actions]) / STEPS)
         theirs.append(seconds(lambda: [mujoco.mj_step(model, bare) for _ in range(STEPS * substeps)]) / STEPS)
     fast, bare_fast = min(ours), min(theirs)
-    print_figure("env_step", fast * 1e6, "us", ratio=fast / bare_fast, ratio_to=f"{substeps} x mj_step")
+    print_figure(f"{source}/env_step", fast * 1e6, "us", ratio=fast / bare_fast, ratio_to=f"{substeps} x mj_step")
 
 
-def print_resets(env: Any) -> None:
+def print_resets(source: str, env: Any) -> None:
     """A reset to a given instance, which is validated, and one that draws its instance."""
     given, drawn = [], []
     for seed in range(20):
         drawn.append(seconds(lambda seed=seed: env.reset(seed=seed)))
         instance = ends(env.unwrapped)
         given.append(seconds(lambda instance=instance: env.reset(options=instance)))
-    print_figure("env_reset_given", statistics.median(given) * 1e3, "ms")
-    print_figure("env_reset_drawn", statistics.median(drawn) * 1e3, "ms")
+    print_figure(f"{source}/env_reset_given", statistics.median(given) * 1e3, "ms")
+    print_figure(f"{source}/env_reset_drawn", statistics.median(drawn) * 1e3, "ms")
 
 
-def print_execution(env: Any) -> None:
+def print_execution(source: str, env: Any) -> None:
     """Execution of a plan that holds still for 2 s, against real time."""
     env.reset(seed=SEED)
     problem = env.unwrapped.problem
@@ -74,7 +76,7 @@ def print_execution(env: Any) -> None:
     spent = min(seconds(lambda: env.unwrapped.execute(plan)) for _ in range(3))
     simulated = env.unwrapped.execute(plan).duration_s
     value = spent / simulated * 1e3
-    print_figure("execute_per_simulated_second", value, "ms", ratio=simulated / spent, ratio_to="real time")
+    print_figure(f"{source}/execute_per_simulated_second", value, "ms", ratio=simulated / spent, ratio_to="real time")
 
 
 def ends(env: Any) -> dict[str, Any]:

@@ -43,8 +43,10 @@ def main() -> None:
             size = path.stat().st_size
         alone = timed(lambda: make(planner).plan(problem, seed=seed, time_limit=LIMIT_S), REPEATS)  # noqa: B023
         more = {"planner": planner, "instance": f"{source}/{seed}", "expanded_nodes": expanded}
-        print_figure("recording_size", size / 1e6, "MB", **more)
-        print_figure("recording_time_added", watched[0] - alone[0], "s", **more, planning_s=round(alone[0], 3))
+        print_figure(f"recording_size/{planner}", size / 1e6, "MB", **more)
+        print_figure(
+            f"recording_time_added/{planner}", watched[0] - alone[0], "s", **more, planning_s=round(alone[0], 3)
+        )
 
 
 def draw(env: gymnasium.Env, seed: int) -> Problem:

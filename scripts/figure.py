@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import time
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from mmp_cli.machine import machine, version
+
+ROOT = Path(__file__).parent.parent
 
 
 def print_figure(
@@ -17,7 +22,17 @@ def print_figure(
     line: dict[str, Any] = {"name": name, "value": rounded(value), "unit": unit}
     if ratio is not None:
         line |= {"ratio": rounded(ratio), "ratio_to": ratio_to}
-    print(json.dumps(line | more | {"cpu": machine(), "version": version()}), flush=True)
+    print(json.dumps(line | more | {"cpu": machine(), "version": version(), "commit": commit()}), flush=True)
+
+
+@cache
+def commit() -> str | None:
+    """The commit of the checkout, with `-dirty` where files differ from it; None outside of Git."""
+    words = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--abbrev=10", "--exclude=*"]
+    try:
+        return subprocess.run(words, check=True, capture_output=True, text=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return None
 
 
 def rounded(value: float) -> float | int:

@@ -1,8 +1,8 @@
 """Writes docs/planners.md from the registered planners and the measured figures. Usage: planners_page.py [--check]
 
 What a planner is, where it is from, what it promises and which options it has comes from its class, the constraint
-kinds from theirs, the figures from docs/results/figures.jsonl. With --check nothing is written, and the exit code is 1
-where the page is not up to date.
+kinds from theirs, the figures from docs/results (`measured.py`). With --check nothing is written, and the exit code
+is 1 where the page is not up to date.
 """
 
 from __future__ import annotations
@@ -13,7 +13,8 @@ import sys
 from collections.abc import Iterable, Iterator
 from typing import Any
 
-from readme_table import FIGURES, ROOT, Figures, as_table, cpu_line, linked, outcome, read_figures, sources
+from measured import ROOT, Figures, read_figures
+from readme_table import as_table, cpu_line, linked, outcome, sources
 from written_pages import bring_up_to_date, checking_parser
 
 import mmp_planners
@@ -35,7 +36,7 @@ KINDS = {
 
 HEAD = """# Planners
 
-<!-- Written by scripts/planners_page.py from the planners' classes and docs/results/figures.jsonl. Do not edit. -->
+<!-- Written by scripts/planners_page.py from the planners' classes and the figures in docs/results. Do not edit. -->
 
 `mmp plan --planner NAME --set option=value`, or `mmp_planners.make("NAME", option=value)` in Python. `mmp list` has the
 planners that are installed, those of [plug-ins](plugin.md) among them. A plan that one of these returns has been proved
@@ -65,8 +66,10 @@ CHOICES = {
 MEASURED = """## Measured
 
 In the columns: solved; median / 90th percentile of the planning time, certificate included; mean number of expanded
-nodes; median cost as a multiple of the straight lines. All valid instances count for the times, with what was spent on
-those that were not solved. One core of: {cpu}; `scripts/bench_planners.py` has the time limits and measures it anew.
+nodes; median cost as a multiple of the straight lines. Times, nodes and costs are over the solved instances alone, as
+in `mmp report`, so a planner that solves only the easy instances looks good in them. A dash is what was not measured.
+One core of: {cpu}. [docs/results](results/README.md#measuring) has commits, time limits, and the command that
+measures again.
 
 """
 
@@ -74,7 +77,7 @@ those that were not solved. One core of: {cpu}; `scripts/bench_planners.py` has 
 def main() -> None:
     """Brings the page up to date, or says that it is not."""
     check = checking_parser("planners_page.py", __doc__).parse().check
-    bring_up_to_date({PAGE: "".join(page(read_figures(FIGURES)))}, check=check)
+    bring_up_to_date({PAGE: "".join(page(read_figures()))}, check=check)
 
 
 def page(figures: Figures) -> Iterator[str]:
@@ -117,7 +120,11 @@ def measured(figures: Figures, names: Iterable[str], where: list[str]) -> Iterat
     """What came of them."""
     yield ["planner", *(f"`{source}`" for source in where)]
     for name in names:
-        yield [f"`{name}`", *(outcome(figures, source, name) for source in where)]
+        yield [f"`{name}`", *(_told(outcome(figures, source, name)) for source in where)]
+
+
+def _told(parts: list[str]) -> str:
+    return "; ".join(parts) if len(set(parts)) > 1 else parts[0]
 
 
 def beside_published(figures: Figures, names: list[str]) -> Iterator[str]:
@@ -145,11 +152,9 @@ def failures(figures: Figures, names: list[str]) -> Iterator[str]:
             if failed:
                 lines.append(f"- `{name}` on {source}: {', '.join(failed)}\n")
     yield "".join(lines) or "- none\n"
-    refuted = [
-        figure for key, figure in figures.items() if key.endswith(("plans_failing_check", "failing_exact_check"))
-    ]
-    plans = sum(figure["value"] for figure in refuted)
-    yield f"\nPlans that the checker refuted, by the spheres or by MuJoCo's geoms: {plans}.\n\n"
+    keys = ("/errors", "/plans_failing_check", "/plans_failing_exact_check")
+    wrong = sum(figure["value"] for key, figure in figures.items() if key.endswith(keys))
+    yield f"\nRuns that ended in an error, as one does whose plan the checker refutes: {wrong}.\n\n"
 
 
 def section(name: str, shared: tuple[Option, ...]) -> Iterator[str]:

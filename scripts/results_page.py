@@ -1,27 +1,33 @@
-"""Puts a reproduction of the paper's experiment into docs/results. Usage: results_page.py FOLDER | --check
+"""Puts what was measured into docs/results. Usage: results_page.py FOLDER | --check
 
-FOLDER is what `scripts/reproduce_paper.sh` has written. Of each of its benchmark folders, `cells` and `letter`, the
-tables, the figures, the settings and the results (compressed) are kept under docs/results, and the tables that matter
-most go into docs/results/README.md, between `<!-- table: NAME -->` and `<!-- end of table -->`. With --check nothing is
+FOLDER is what `scripts/measure.py` has written, or `scripts/reproduce_paper.sh`. Every benchmark folder in it is kept:
+the results (compressed), the settings and the condition. Of `cells` and `letter` tables and figures are kept too, and
+the tables that matter most go into docs/results/README.md, between `<!-- table: NAME -->` and `<!-- end of table -->`.
+The lines of FOLDER/*.jsonl replace those of the same name in docs/results/figures.jsonl. With --check nothing is
 written, and the exit code is 1 where the page is not up to date.
 """
 
 from __future__ import annotations
 
 import gzip
+import json
 import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+from figure import commit
+from measured import FIGURES, PLAIN, RESULTS, condition, folder_figures, read_figures
+from quoted import quoted
 from written_pages import bring_up_to_date, checking_parser, filled
 
+from mmp_cli.machine import machine
 from mmp_cli.standalone import run_script
 from mmp_env.errors import MmpError
 
-RESULTS = Path(__file__).parent.parent / "docs" / "results"
 PAGE = RESULTS / "README.md"
 FOLDERS = ("cells", "letter")
+"""Those that stand on the page."""
 _SHOWN = ("Cells", "Errors", "Success, nodes, time, makespan and cost", "Where all of them solve", "Fast track")
 """Headings of table.md whose tables stand on the page; the rest is linked."""
 _PAPER_ECBS_FAILED = {"MultiArmCell-4": 24, "MultiArmCell-6": 52, "MultiArmCell-8": 48}
@@ -37,27 +43,70 @@ def main() -> None:
     if args.check == (args.folder is not None):
         raise MmpError("give either FOLDER or --check")
     if not args.check:
-        for name in FOLDERS:
-            keep(args.folder / name, RESULTS / name)
-    bring_up_to_date({PAGE: with_tables(PAGE.read_text(encoding="utf-8"), RESULTS)}, check=args.check)
+        keep_all(args.folder, RESULTS)
+    page = with_tables(PAGE.read_text(encoding="utf-8"), RESULTS)
+    bring_up_to_date({PAGE: quoted(page, read_figures())}, check=args.check)
+
+
+def keep_all(source: Path, results: Path) -> None:
+    """Keeps each benchmark of a folder, and its lines of figures. Raises `MmpError` where there is neither."""
+    folders = sorted(path.parent for path in source.glob("*/results.jsonl"))
+    lines = [line for path in sorted(source.glob("*.jsonl")) for line in path.read_text(encoding="utf-8").splitlines()]
+    if not folders and not lines:
+        raise MmpError(f"{source} has no folder of `mmp bench` and no lines of figures; scripts/measure.py writes them")
+    for folder in folders:
+        keep(folder, results / folder.name)
+    keep_lines(lines, results / FIGURES.name)
 
 
 def keep(source: Path, target: Path) -> None:
-    """Copies a benchmark folder with its report; the results compressed, always to the same bytes."""
-    if not (source / "table.md").is_file():
+    """Copies a benchmark folder, with its report where it stands on the page; the results always to the same bytes."""
+    if source.name in FOLDERS and not (source / "table.md").is_file():
         raise MmpError(f"{source} has no table.md; `mmp report {source}` writes it")
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
+    kept = (".md", ".svg", ".png") if source.name in FOLDERS else ()
     for path in sorted(source.iterdir()):
-        if path.suffix in (".md", ".svg", ".png") or path.name == "settings.json":
+        if path.suffix in kept or path.name == "settings.json":
             shutil.copyfile(path, target / path.name)
     content = (source / "results.jsonl").read_bytes()
     (target / "results.jsonl.gz").write_bytes(gzip.compress(content, mtime=0))
+    notes = source.parent / "conditions"
+    note = next((path for path in (notes / f"{source.name}.json", notes / "paper.json") if path.is_file()), None)
+    words = note.read_text(encoding="utf-8") if note else json.dumps({"commit": commit(), "cpu": machine()}) + "\n"
+    (target / "condition.json").write_text(words, encoding="utf-8")
+
+
+def keep_lines(lines: list[str], path: Path) -> None:
+    """Puts lines in the place of those of the same name; what a kept benchmark has by now is left out."""
+    before = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    named = {json.loads(line)["name"]: line for line in [*before, *lines]}
+    for folder in PLAIN:
+        if (path.parent / folder / "results.jsonl.gz").is_file():
+            measured = {name.rpartition("/")[0] for name in folder_figures(path.parent / folder)}
+            stale = [name for name in named if name.rpartition("/")[0] in measured and not name.endswith("_published")]
+            for name in stale:
+                del named[name]
+    path.write_text("".join(f"{line}\n" for line in named.values()), encoding="utf-8")
 
 
 def with_tables(page: str, results: Path) -> str:
     """The page with the tables of what is kept under `results`."""
-    return filled(page, lambda name: _content(name, results))
+    return filled(page, lambda name: _conditions(results) if name == "conditions" else _content(name, results))
+
+
+def _conditions(results: Path) -> str:
+    """On what and how each kept benchmark was measured."""
+    rows = [
+        "| folder | instances of a cell | time limit | runs at a time | commit | machine |",
+        "|---|---|---|---|---|---|",
+    ]
+    for path in sorted(path.parent for path in results.glob("*/results.jsonl.gz")):
+        settings, how = json.loads((path / "settings.json").read_text()), condition(path)
+        where = [how.get("workers") or "not noted", how.get("commit"), how.get("cpu")]
+        cells = [f"`{path.name}`", settings["count"], f"{settings['time_limit_s']:g} s", *where]
+        rows.append("| " + " | ".join(map(str, cells)) + " |")
+    return "\n".join(rows) + "\n"
 
 
 def _content(name: str, results: Path) -> str:

@@ -2,6 +2,7 @@
 
 import gzip
 import importlib.util
+import json
 import re
 from pathlib import Path
 
@@ -81,23 +82,85 @@ def test_the_tables_that_matter_are_put_between_the_marks(results_page, tmp_path
     assert results_page.with_tables(page, tmp_path) == page
 
 
+RUN = {"instance": "MultiArmCell-4/0", "planner": "ecbs", "status": "solved", "planning_time_s": 2.0, "cost_rad": 3.0}
+SETTINGS = {"planners": [{"label": "ecbs", "name": "ecbs", "options": {}}], "count": 2, "time_limit_s": 10.0}
+
+
+def bench_folder(path, runs):
+    path.mkdir(parents=True)
+    (path / "results.jsonl").write_text("".join(json.dumps(RUN | run) + "\n" for run in runs))
+    (path / "settings.json").write_text(json.dumps(SETTINGS))
+    return path
+
+
 def test_a_reproduction_is_kept_whole_and_always_as_the_same_bytes(results_page, tmp_path):
-    source, target = tmp_path / "cells", tmp_path / "kept"
-    source.mkdir()
-    for name in ("table.md", "success.png", "success.svg", "settings.json", "results.jsonl", "report.html"):
+    source, target = bench_folder(tmp_path / "cells", [{}]), tmp_path / "kept"
+    for name in ("table.md", "success.png", "success.svg", "report.html"):
         (source / name).write_text(name)
     results_page.keep(source, target)
     first = {path.name: path.read_bytes() for path in target.iterdir()}
-    assert set(first) == {"table.md", "success.png", "success.svg", "settings.json", "results.jsonl.gz"}
-    assert gzip.decompress(first["results.jsonl.gz"]) == b"results.jsonl"
+    kept = {"table.md", "success.png", "success.svg", "settings.json", "condition.json", "results.jsonl.gz"}
+    assert set(first) == kept
+    assert gzip.decompress(first["results.jsonl.gz"]) == (source / "results.jsonl").read_bytes()
     (target / "stale.png").touch()
     results_page.keep(source, target)
     assert {path.name: path.read_bytes() for path in target.iterdir()} == first
 
 
+def test_of_another_benchmark_there_are_settings_condition_and_results(results_page, tmp_path):
+    source = bench_folder(tmp_path / "others", [{}])
+    (source / "table.md").touch()
+    (tmp_path / "conditions").mkdir()
+    (tmp_path / "conditions" / "others.json").write_text('{"commit": "abc"}')
+    results_page.keep(source, tmp_path / "kept")
+    names = {path.name for path in (tmp_path / "kept").iterdir()}
+    assert names == {"settings.json", "condition.json", "results.jsonl.gz"}
+    assert json.loads((tmp_path / "kept" / "condition.json").read_text()) == {"commit": "abc"}
+
+
+def test_times_count_the_solved_alone_as_in_the_report(results_page, tmp_path):
+    runs = [{}, {"instance": "MultiArmCell-4/1", "status": "timeout", "planning_time_s": 10.0, "cost_rad": None}]
+    (tmp_path / "measured").mkdir()
+    bench_folder(tmp_path / "measured" / "others", runs)
+    results_page.keep_all(tmp_path / "measured", tmp_path)
+    figures = results_page.folder_figures(tmp_path / "others")
+    assert figures["MultiArmCell-4/ecbs/solved"]["value"] == 1
+    assert figures["MultiArmCell-4/ecbs/solved"]["unit"] == "of 2"
+    assert figures["MultiArmCell-4/ecbs/solved"]["failed"] == {"MultiArmCell-4/1": "timeout"}
+    assert figures["MultiArmCell-4/ecbs/planning_time_p90"]["value"] == 2.0
+
+
+def test_a_line_replaces_that_of_its_name_and_goes_where_a_benchmark_has_the_figure(results_page, tmp_path):
+    source = tmp_path / "measured"
+    bench_folder(source / "others", [{}])
+    (source / "small.jsonl").write_text('{"name": "import", "value": 2}\n{"name": "new", "value": 3}\n')
+    (tmp_path / "figures.jsonl").write_text(
+        '{"name": "import", "value": 1}\n{"name": "old", "value": 4}\n'
+        '{"name": "MultiArmCell-4/ecbs/planning_time_median", "value": 9}\n'
+        '{"name": "MultiArmCell-4/ecbs/cost_mean_beside_published", "value": 5}\n'
+    )
+    results_page.keep_all(source, tmp_path)
+    kept = map(json.loads, (tmp_path / "figures.jsonl").read_text().splitlines())
+    assert {line["name"]: line["value"] for line in kept} == {
+        "import": 2,
+        "old": 4,
+        "MultiArmCell-4/ecbs/cost_mean_beside_published": 5,
+        "new": 3,
+    }
+
+
+def test_no_figure_has_two_raw_values(results_page):
+    lines = [json.loads(line) for line in results_page.FIGURES.read_text(encoding="utf-8").splitlines()]
+    names = [line["name"] for line in lines]
+    kept = [folder for folder in results_page.PLAIN if (results_page.RESULTS / folder / "results.jsonl.gz").exists()]
+    of_folders = [name for folder in kept for name in results_page.folder_figures(results_page.RESULTS / folder)]
+    assert len(names + of_folders) == len({*names, *of_folders})
+    assert [line["name"] for line in lines if "commit" not in line] == []
+
+
 def test_a_folder_without_a_report_is_refused(results_page, tmp_path):
     with pytest.raises(MmpError, match=r"has no table\.md; `mmp report"):
-        results_page.keep(tmp_path, tmp_path / "kept")
+        results_page.keep(bench_folder(tmp_path / "cells", [{}]), tmp_path / "kept")
 
 
 @pytest.mark.parametrize(

@@ -31,11 +31,14 @@ def test_an_option_that_a_script_does_not_have_is_a_sentence(name):
         ("bench_retime.py", ["MultiArmCell-mixd-4:pick"], "Did you mean 'MultiArmCell-mixed-4'?"),
         ("bench_retime.py", ["--count", "0"], "'0' is not a whole number from 1"),
         ("bench_harness.py", ["MultiArmCel-8"], "Did you mean 'MultiArmCell-8'?"),
+        ("bench_published.py", ["none", "none.csv"], "none.csv cannot be read: No such file or directory"),
+        ("measure.py", ["tree"], "unknown part 'tree'. Did you mean 'others'?"),
+        ("measure.py", ["circles"], "the part 'circles' needs --instances"),
         ("bench_alone.py", ["none.json"], "none.json cannot be read: No such file or directory"),
         ("make_gallery.py", ["cell"], "unknown part of the gallery 'cell'. Did you mean 'cells'?"),
         ("results_page.py", [], "give either FOLDER or --check"),
         ("results_page.py", ["--check", "folder"], "give either FOLDER or --check"),
-        ("results_page.py", ["folder"], "folder/cells has no table.md"),
+        ("results_page.py", ["folder"], "folder has no folder of `mmp bench` and no lines of figures"),
     ],
 )
 def test_misuse_of_a_script_is_a_sentence(name, words, message):

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from readme_table import FIGURES, Figures, read_figures
+from measured import Figures, read_figures
 
 from gallery.instances import Search, typical
 from mmp_env.search_tree import SearchTree
@@ -26,7 +26,7 @@ _FAINT: dict[str, Any] = {"class_": "mmp-faint", "fill": FAINT}
 
 def save_comparison(path: Path) -> None:
     """Writes the drawing for the instance whose ratio of expanded nodes is nearest to that of the means."""
-    figures = read_figures(FIGURES)
+    figures = read_figures()
     pair = typical(float(figures[_BOTH]["ratio"]))
     write_text(path, comparison(*pair, figures))
     print(f"{path.name}: {pair[0].problem.name}, {pair[0].expanded} and {pair[1].expanded} nodes expanded")

@@ -1,0 +1,150 @@
+"""Measures the figures of README and docs again, and writes the pages. Usage: measure.py [PART...]
+
+Stopped and started again, it goes on where it was, on the same commit. One run at a time uses the machine, so that
+times are those of an idle core. Parts: {parts}.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from figure import commit
+from measured import ROOT
+
+from mmp_cli.arguments import Parser, seconds, whole
+from mmp_cli.machine import machine
+from mmp_cli.standalone import run_script
+from mmp_env.errors import MmpError, UnknownNameError
+
+SCRIPTS = ROOT / "scripts"
+MMP = [sys.executable, "-c", "import sys; from mmp_cli.main import main; sys.exit(main())"]
+RINGS = ["MultiArmCell-4", "MultiArmCell-6", "MultiArmCell-8"]
+CIRCLES = ("panda-circle-2", "panda-circle-4", "panda-circle-6")
+PANDA = "auto,rrt-connect,prioritized,ecbs,apf-ecbs-nf,apf-ecbs"
+TREES = "cbs,ecbs,gen-ecbs,apf-ecbs-nf,apf-ecbs,cbs-mp,xecbs"
+TASKS = ("crossing", "parallel", "pick", "place", "packing")
+KINDS = ("vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
+BENCHES: dict[str, dict[str, list[str]]] = {
+    "others": {
+        "others": [*RINGS, "--planners", "auto,rrt-connect,prioritized,xecbs", "--exact"],
+        "cbs-mp": ["MultiArmCell-4", "--planners", "cbs-mp", "--exact"],
+    },
+    "panda": {
+        "panda": ["MultiArmCell-8", "--robot", "panda", "--exact", "--planners", PANDA],
+    },
+    "circles": {
+        "circles": [*CIRCLES, "--planners", f"auto,rrt-connect,prioritized,{TREES}", "--exact"],
+    },
+    "tasks": {
+        f"task-{task}": ["MultiArmCell-mixed-4", "--task", task, "--planners", "auto,apf-ecbs,prioritized"]
+        for task in TASKS
+    },
+    "kinds": {
+        "kinds": ["MultiArmCell-4", "--planners", ",".join(["avoid-state=ecbs", *(f"{kind}=ecbs" for kind in KINDS)])]
+        + [word for kind in KINDS for word in ("--set", f"{kind}.constraint={kind}")],
+    },
+}
+"""Part -> folder -> arguments of `mmp bench`. 50 instances each, 20 of `kinds`."""
+COUNTS = {"kinds": 20}
+SMALL = ("import", "core", "env", "harness", "rerun", "retime", "tasks")
+"""`bench_NAME.py`, which print lines for figures.jsonl."""
+PARTS = ("small", "paper", *BENCHES, "pages")
+__doc__ = __doc__.format(parts=", ".join(PARTS)) if __doc__ else None
+
+
+def main() -> None:
+    """Does the parts in their order, and says how long each took."""
+    args = arguments()
+    chosen = args.parts or [part for part in PARTS if part != "circles" or args.instances]
+    for part in [part for part in PARTS if part in chosen]:
+        begin = time.monotonic()
+        for folder, command in commands(part, args):
+            condition(args, folder)
+            print(f"{part}: {folder}", flush=True)
+            run(command, args.out / folder)
+        print(f"{part}: took {time.monotonic() - begin:.0f} s", flush=True)
+
+
+def arguments() -> argparse.Namespace:
+    """The command line."""
+    parser = Parser("measure.py", __doc__, argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("parts", nargs="*", type=_part, metavar="PART", help="default: all")
+    parser.add_argument(
+        "--out", type=Path, default=Path("build/measured"), metavar="DIR", help="default: build/measured"
+    )
+    parser.add_argument(
+        "--instances", type=Path, metavar="DIR", help="folder of panda-circle-N.json and .published.csv"
+    )
+    parser.add_argument("--count", type=whole, default=50, metavar="N", help="instances of each cell (default: 50)")
+    parser.add_argument("--time-limit", type=seconds, default=10.0, metavar="S", help="for each run (default: 10)")
+    args = parser.parse()
+    if "circles" in args.parts and not args.instances:
+        raise MmpError("the part 'circles' needs --instances, the folder of panda-circle-N.json")
+    return args
+
+
+def _part(text: str) -> str:
+    if text not in PARTS:
+        raise argparse.ArgumentTypeError(str(UnknownNameError("part", text, PARTS)))
+    return text
+
+
+def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[str]]]:
+    """What a part runs: a name under `--out`, and the command that makes it."""
+    limits = ["--count", str(args.count), "--time-limit", f"{args.time_limit:g}"]
+    if part == "small":
+        for name in SMALL:
+            if not (args.out / f"{name}.jsonl").exists():
+                yield f"{name}.jsonl", [sys.executable, str(SCRIPTS / f"bench_{name}.py")]
+    elif part == "paper":
+        yield "paper", ["bash", str(SCRIPTS / "reproduce_paper.sh"), *limits, "--workers", "1", "--out", str(args.out)]
+    elif part == "pages":
+        pages = ("results_page.py", "readme_table.py", "planners_page.py")
+        words = {"results_page.py": [str(args.out)]}
+        for name in pages:
+            yield name, [sys.executable, str(SCRIPTS / name), *words.get(name, [])]
+    for folder, words in BENCHES.get(part, {}).items():
+        sources = [str(args.instances / f"{word}.json") if word in CIRCLES else word for word in words]
+        few = ["--count", str(min(args.count, COUNTS.get(folder, args.count))), *limits[2:]]
+        yield folder, [*MMP, "bench", *sources, *few, "--workers", "1", "--out", str(args.out / folder)]
+    if part == "circles":
+        published = [str(args.instances / f"{name}.published.csv") for name in CIRCLES]
+        beside = [sys.executable, str(SCRIPTS / "bench_published.py"), str(args.out / "circles"), *published]
+        yield "published.jsonl", beside
+
+
+def condition(args: argparse.Namespace, name: str) -> None:
+    """Notes the commit of what is measured. Raises `MmpError` where the folder was begun on another one."""
+    path = args.out / "conditions" / f"{name}.json"
+    now = {"commit": commit(), "workers": 1, "cpu": machine()}
+    if name.endswith(".py"):
+        return
+    if path.exists() and (before := json.loads(path.read_text(encoding="utf-8"))) != now:
+        raise MmpError(f"{args.out / name} was begun with {before}, and now it is {now}; give another --out")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(now) + "\n", encoding="utf-8")
+
+
+def run(command: list[str], target: Path) -> None:
+    """Runs a command; what it prints goes to `target` where that is a `.jsonl`, which is there when all of it is."""
+    if target.suffix != ".jsonl":
+        done = subprocess.run(command, check=False)
+    else:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        begun = target.with_suffix(".begun")
+        with begun.open("w", encoding="utf-8") as file:
+            done = subprocess.run(command, stdout=file, check=False)
+        if done.returncode == 0:
+            begun.replace(target)
+    if done.returncode:
+        raise MmpError(f"{target.name} ended with exit code {done.returncode}; the same command goes on from there")
+
+
+if __name__ == "__main__":
+    run_script(main)

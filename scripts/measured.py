@@ -1,0 +1,101 @@
+"""Every measured figure by its name: the lines of docs/results/figures.jsonl, and what the kept benchmarks come to.
+
+A kept benchmark is a folder of `mmp bench` under docs/results, its `results.jsonl` compressed. Its figures are named
+FOLDER/CELL/PLANNER/WHAT and computed by the functions of `mmp report`; those of the folders in `PLAIN`, planners with
+their default options, also CELL/PLANNER/WHAT.
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from mmp_cli.reporting.results import read_results
+from mmp_cli.reporting.sections import Runs, Section, commonly_solved, sections
+
+ROOT = Path(__file__).parent.parent
+RESULTS = ROOT / "docs" / "results"
+FIGURES = RESULTS / "figures.jsonl"
+PLAIN = ("cells", "others", "cbs-mp", "panda", "circles")
+"""Folders of planners with default options; no planner is in two of them on the same cell."""
+OURS, BASE = "apf-ecbs", "ecbs"
+_FIELDS = {
+    "planning_time": ("planning_time_s", "s"),
+    "check_time": ("check_time_s", "s"),
+    "expanded_nodes": ("expanded_nodes", "nodes"),
+    "cost": ("cost_ratio", "x the straight lines"),
+    "cost_rad": ("cost_rad", "rad"),
+}
+"""What of a figure's name -> field of a line, and unit. All are over the solved instances, as in `mmp report`."""
+
+Row = dict[str, Any]
+Figures = Mapping[str, Row]
+
+
+def read_figures(results: Path = RESULTS) -> dict[str, Row]:
+    """Name -> line; where a kept benchmark has a figure, its own counts."""
+    path = results / FIGURES.name
+    lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+    out = {row["name"]: row for row in map(json.loads, lines)}
+    for folder in sorted(path.parent for path in results.glob("*/results.jsonl.gz")):
+        of_folder = folder_figures(folder)
+        out |= {f"{folder.name}/{name}": row for name, row in of_folder.items()}
+        if folder.name in PLAIN:
+            out |= of_folder
+    return out
+
+
+def folder_figures(folder: Path) -> dict[str, Row]:
+    """CELL/PLANNER/WHAT -> line, of one kept benchmark."""
+    with tempfile.TemporaryDirectory() as place:
+        with gzip.open(folder / "results.jsonl.gz") as packed, open(Path(place) / "results.jsonl", "wb") as unpacked:
+            shutil.copyfileobj(packed, unpacked)
+        lines = read_results(Path(place)).lines
+    order = [planner["label"] for planner in json.loads((folder / "settings.json").read_text())["planners"]]
+    return {
+        f"{section.name}/{name}": {"value": value, "unit": unit, **more, **condition(folder)}
+        for section in sections(lines, order)
+        for name, value, unit, more in _section_figures(section)
+    }
+
+
+def condition(folder: Path) -> Row:
+    """On what and how a kept benchmark was measured."""
+    return json.loads((folder / "condition.json").read_text(encoding="utf-8"))
+
+
+def _section_figures(section: Section) -> Iterator[tuple[str, float, str, Row]]:
+    for run in section.runs:
+        for name, value, unit, more in _run_figures(run, section):
+            yield f"{run.label}/{name}", value, unit, more
+    runs = {run.label: run for run in section.runs}
+    if {OURS, BASE} <= runs.keys() and (both := commonly_solved([runs[OURS], runs[BASE]])):
+        ours, base = (runs[planner].spread("expanded_nodes", among=both) for planner in (OURS, BASE))
+        if ours and base:
+            more = {"ratio": base.mean / max(ours.mean, 1 / len(both)), "ratio_to": OURS, "instances": len(both)}
+            yield f"{BASE}/expanded_nodes_where_both_solve", base.mean, "nodes", more
+
+
+def _run_figures(run: Runs, section: Section) -> Iterator[tuple[str, float, str, Row]]:
+    failed = {line.instance: line.status for line in run.unsolved}
+    yield "solved", len(run.solved), f"of {len(run.valid)}", {"failed": failed}
+    yield "errors", len(run.errors), "runs", {}
+    for what, (field, unit) in _FIELDS.items():
+        for suffix, values in (("", run.spread(field)), ("_where_all_solve", _common(run, field, section))):
+            if values:
+                for part in ("mean", "median", "p90"):
+                    yield f"{what}_{part}{suffix}", getattr(values, part), unit, {}
+    tries, hits = (
+        int(sum(getattr(line, f"fast_track_{what}") or 0 for line in run.valid)) for what in ("tries", "hits")
+    )
+    yield "fast_track_tries", tries, "tries", {}
+    yield "fast_track_hits", hits, f"of {tries}", {}
+
+
+def _common(run: Runs, field: str, section: Section) -> Any:
+    return run.spread(field, among=section.common) if section.common and run.solved else None

@@ -6,6 +6,7 @@ from pathlib import Path
 import checkout_scripts
 import pytest
 
+from mmp_cli.main import main
 from mmp_env import load_cell
 
 ROOT = Path(__file__).parents[1]
@@ -24,6 +25,21 @@ def test_the_ten_lines_of_the_readme_move_eight_arms_to_their_goals():
     report = names["report"]
     assert report.reached
     assert report.contacts == []
+
+
+def test_the_readme_shows_what_the_command_prints(tmp_path, monkeypatch, capsys):
+    (block,) = [text for text in blocks(README, "") if text.startswith("$ .venv/bin/mmp plan")]
+    command, _, shown = block.partition("\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(command.split()[2:]) == 0
+    printed = capsys.readouterr().out
+    assert without_machine(printed) == without_machine(shown)
+
+
+def without_machine(text: str) -> list[str]:
+    """The lines of a summary but for those of the execution, without times that depend on the machine."""
+    lines = [line for line in text.splitlines() if not line.startswith("execution")]
+    return [re.sub(r"(?<=^planning   )\S+ s|\(\S+ s\)$", "", line) for line in lines]
 
 
 def test_the_cell_of_the_readme_is_one(tmp_path):

@@ -1,6 +1,8 @@
 """The MJCF geoms of robots and tools: inside both sphere sets, filling the links, never a stick figure."""
 
 import json
+import re
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -12,6 +14,7 @@ from mmp_env.transforms import matrix_from_quaternion
 OUTSIDE_M = 0.001
 """What is free for the spheres is free for the geoms: nothing of a geom lies further outside its link's spheres."""
 LEAST_FILL = 0.4
+PAGE = Path(__file__).parents[2] / "docs" / "robots.md"
 
 MODELS = {
     name: load(name) for load, names in ((load_robot, robot_names()), (load_tool, tool_names())) for name in names
@@ -121,6 +124,15 @@ def test_the_geoms_fill_each_link(name):
     fills = {link: LinkGeoms(mjcf, link).volume() / hulls[link] for link in robot.link_names}
     assert min(fills.values()) >= LEAST_FILL, fills
     assert max(fills.values()) <= 1, fills
+    assert told_fills(name) == {link: pytest.approx(fill, abs=0.011) for link, fill in fills.items()}
+
+
+def told_fills(name):
+    """What docs/robots.md says of a robot: link -> share."""
+    (table,) = re.findall(r"test_robot_geoms.py -->\n(.*?)<!-- end -->", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    head, _, *rows = ([cell.strip() for cell in line.split("|")[1:-1]] for line in table.splitlines())
+    at = head.index(f"`{name}`")
+    return {row[at]: float(row[at + 1].removesuffix(" %")) / 100 for row in rows if row[at]}
 
 
 @pytest.mark.parametrize("name", tool_names())

@@ -1,0 +1,132 @@
+"""Quoted figures: each one on a page is its raw value, or is a constant that tests/quoted_constants.toml explains."""
+
+import importlib
+import re
+import tomllib
+from pathlib import Path
+
+import checkout_scripts
+import pytest
+
+from mmp_env.errors import MmpError
+
+ROOT = Path(__file__).parents[1]
+PAGES = [
+    ROOT / "README.md",
+    *(page for page in sorted((ROOT / "docs").glob("*.md")) if page.name != "planners.md"),  # written whole by a script
+    ROOT / "docs" / "results" / "README.md",
+]
+CONSTANTS = tomllib.loads((ROOT / "tests" / "quoted_constants.toml").read_text(encoding="utf-8"))
+UNITS = {"s": 1, "ms": 1e-3, "minutes": 60, "mm": 1e-3, "rad": 1, "mrad": 1e-3, "%": 1e-2, "MB": 2**20, "times": 1}
+MEASURED = re.compile(
+    r"(?<![\w./(−-])\d+(?:[., ]\d+)*\s?(?:ms|µs|s|minutes?|hours?|MB|GB|mrad|rad|mm|times|nodes|%)(?![\w/²³^])"
+    r"|(?<![\w.])\d+ of \d+\b"
+)
+WRITTEN = (
+    r"<!-- table: .*?<!-- end of table -->",
+    r"<!-- (?:figure:|checked by) .*?<!-- end -->",
+    r"^```.*?^```$",
+    r"`[^`\n]*`",
+)
+
+
+def claims(text: str) -> set[str]:
+    """Numbers with a unit, and `n of m`, in what is written by hand; code is left out."""
+    for pattern in WRITTEN:
+        text = re.sub(pattern, "", text, flags=re.DOTALL | re.MULTILINE)
+    return {re.sub(r"\s+", " ", found[0]) for found in MEASURED.finditer(text)}
+
+
+def known(page: Path) -> dict[str, str]:
+    return CONSTANTS.get(str(page.relative_to(ROOT)), {})
+
+
+@pytest.fixture
+def quoted(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "scripts")
+    return importlib.import_module("quoted")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_a_figure_in_a_sentence_is_marked_or_is_a_constant(page):
+    assert claims(page.read_text(encoding="utf-8")) - known(page).keys() == set(), (
+        "mark each as <!-- figure: NAME as FORMAT -->...<!-- end --> (scripts/quoted.py); "
+        "a number that is not measured goes into tests/quoted_constants.toml"
+    )
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_a_constant_that_a_page_no_longer_has_is_forgotten(page):
+    assert known(page).keys() - claims(page.read_text(encoding="utf-8")) == set()
+
+
+def test_only_pages_that_there_are_have_constants():
+    assert CONSTANTS.keys() <= {str(page.relative_to(ROOT)) for page in PAGES}
+
+
+CODE = [
+    (page, text, why)
+    for page, texts in CONSTANTS.items()
+    for text, why in texts.items()
+    if re.fullmatch(r"\S+:\S+", why)
+]
+
+
+@pytest.mark.parametrize(("page", "text", "place"), CODE)
+def test_a_constant_of_the_code_is_quoted_as_it_is(page, text, place):
+    module, _, name = place.partition(":")
+    value = importlib.import_module(module)
+    for part in name.split("."):
+        value = value[part] if isinstance(value, dict) else getattr(value, part)
+    number, unit = re.fullmatch(r"([\d. ]+?) ?([a-z%]+)", text, re.IGNORECASE).groups()
+    assert float(number.replace(" ", "")) * UNITS[unit] == pytest.approx(value), f"{page} says {text}"
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("It takes 3.8 ms, 18 s or 20 % of it.", {"3.8 ms", "18 s", "20 %"}),
+        ("It solves 49 of 50.", {"49 of 50"}),
+        ("It was 2.3 times as fast, with 10.3 nodes.", {"2.3 times", "10.3 nodes"}),
+        ("A limit of 0.8 rad/s, of 8 rad/s², or `5 s`, in 4 ways", set()),
+        ("It takes <!-- figure: a/b as time -->3.8 ms<!-- end --> here.", set()),
+        ("<!-- checked by tests/a.py -->\n| 56 % |\n<!-- end -->", set()),
+        ("<!-- table: core -->\n| 3.8 ms |\n<!-- end of table -->", set()),
+    ],
+)
+def test_what_counts_as_a_figure(text, found):
+    assert claims(text) == found
+
+
+FIGURES = {
+    "ring/a/time": {"value": 0.0038, "unit": "s"},
+    "ring/b/time": {"value": 0.0076, "unit": "s", "ratio": 2.0},
+    "ring/a/solved": {"value": 49, "unit": "of 50"},
+}
+
+
+@pytest.mark.parametrize(
+    ("expression", "form", "text"),
+    [
+        ("ring/a/time", "time", "3.8 ms"),
+        ("ring/b/time#ratio", ".1f", "2.0"),
+        ("ring/b/time / ring/a/time", ".1f", "2.0"),
+        ("ring/b/time - ring/a/time * 1e3", ".1f", "3.8"),
+        ("max ring/*/time * 1000", ".1f", "7.6"),
+        ("ring/a/solved", "of", "49 of 50"),
+    ],
+)
+def test_a_quoted_figure_is_written_as_it_was_measured(quoted, expression, form, text):
+    mark = f"It is <!-- figure: {expression} as {form} -->"
+    assert quoted.quoted(f"{mark}old<!-- end -->.", FIGURES) == f"{mark}{text}<!-- end -->."
+
+
+def test_a_quoted_figure_that_does_not_exist_is_a_sentence(quoted):
+    with pytest.raises(MmpError, match=r"unknown figure 'ring/a/tim'\. Did you mean 'ring/a/time'"):
+        quoted.quoted("<!-- figure: ring/a/tim as time -->?<!-- end -->", FIGURES)
+
+
+@pytest.mark.parametrize("script", ["readme_table.py", "results_page.py", "planners_page.py"])
+def test_the_pages_say_what_was_measured(script):
+    done = checkout_scripts.run(script, "--check")
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -14,7 +14,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from measured import ROOT, Figures, read_figures
-from readme_table import as_table, cpu_line, linked, outcome, sources
+from planner_tables import as_table, linked, outcome, sources
+from readme_table import cpu_line
 from written_pages import bring_up_to_date, checking_parser
 
 import mmp_planners

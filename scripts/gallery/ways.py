@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from readme_table import PLANNERS
+from planner_tables import PLANNERS
 
 from gallery.instances import ARMS, Search, first_small, search
 from mmp_env.plan import Plan

@@ -1,0 +1,147 @@
+"""Tables of how planners do, from the measured figures, which README and docs show."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from measured import Figures
+from quoted import seconds
+
+import mmp_planners
+from mmp_planners.planner import About
+
+PLANNERS = {
+    "auto": "the default: a cheap plan, soon",
+    "rrt-connect": "a first plan at once, at any cost",
+    "prioritized": "one arm after the other: short ways, no tree",
+    "apf-ecbs": "the paper's planner: repulsion keeps its tree small",
+    "apf-ecbs-nf": "the same without the fast track",
+    "ecbs": "the paper's baseline: no repulsion, a larger tree",
+    "xecbs": "`ecbs` that plans on from its parent's paths",
+    "gen-ecbs": "constraints of several kinds in one search",
+    "cbs": "the cheapest plan of its tree, for few arms",
+    "cbs-mp": "`cbs` with the constraints of its paper",
+}
+"""Planner -> what it is good at."""
+_GALLERY_COLUMNS = 5
+OPTIONS = {
+    "apf-ecbs": "the defaults",
+    "gradient": "gradient steps of `alpha`, as in the paper",
+    "centre": "and distances between sphere centres",
+    "all-iterations": "all 50 iterations of ModifyMotion",
+    "literal-track": "the fast track as in the paper",
+    "one-tree": "one tree, as in the paper",
+    "vertex": "the paper's vertex constraint, with a radius",
+}
+"""Variant of `scripts/reproduce_paper.sh` -> what it takes back."""
+_LETTER = "letter/MultiArmCell-4"
+KINDS = ("avoid-state", "vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
+TASKS = ("crossing", "parallel", "pick", "place", "packing")
+_TASK_PLANNERS = ("auto", "apf-ecbs", "prioritized")
+NOT_MEASURED = "–"
+
+
+def sources(figures: Figures, *, rings: bool) -> list[str]:
+    """What planners were run on, in the order of the file: environment ids, or instance files."""
+    names = dict.fromkeys(name.split("/")[0] for name in figures if name.endswith("/solved") and name.count("/") == 2)
+    return [name for name in names if name.startswith("MultiArmCell") == rings]
+
+
+def outcome(figures: Figures, source: str, planner: str) -> list[str]:
+    """Of a planner: solved; median and 90th percentile of the time, mean of expanded nodes, median of the cost."""
+    solved, median, p90, nodes, cost = (figures.get(f"{source}/{planner}/{key}") for key in _OUTCOME)
+    if solved is None:
+        return [NOT_MEASURED] * 4
+    parts = [f"{solved['value']} {solved['unit']}"]
+    parts.append(f"{seconds(median['value'])} / {seconds(p90['value'])}" if median and p90 else NOT_MEASURED)
+    parts.append(format(nodes["value"], ".3g") if nodes else NOT_MEASURED)
+    parts.append(f"{cost['value']:.2f}" if cost else NOT_MEASURED)
+    return parts
+
+
+_OUTCOME = ("solved", "planning_time_median", "planning_time_p90", "expanded_nodes_mean", "cost_median")
+
+
+def gallery_table(figures: Figures) -> str:
+    """The planners in rows of five: a drawing, what each is good at, its paper, and how it does with eight arms."""
+    names = list(PLANNERS)
+    parts = [names[k : k + _GALLERY_COLUMNS] for k in range(0, len(names), _GALLERY_COLUMNS)]
+    return "\n".join(as_table(_gallery_rows(figures, part)).replace("---", ":---:") for part in parts)
+
+
+def _gallery_rows(figures: Figures, planners: list[str]) -> Iterator[list[str]]:
+    yield [f"[`{name}`](docs/planners.md#{name})" for name in planners]
+    yield [f"![ways of the tools](docs/images/gallery/ways-{name}.svg)" for name in planners]
+    yield [PLANNERS[name] for name in planners]
+    abouts = [mmp_planners.describe(name).about for name in planners]
+    yield [linked(about, short=True) if about and about.url else "a portfolio of others" for about in abouts]
+    yield [_brief(figures, name) for name in planners]
+
+
+def _brief(figures: Figures, planner: str) -> str:
+    """Solved, median time and cost on the largest ring that it was measured on."""
+    for ring in ("MultiArmCell-8", "MultiArmCell-6", "MultiArmCell-4"):
+        if f"{ring}/{planner}/solved" in figures:
+            solved, time, _, cost = outcome(figures, ring, planner)
+            text = f"{solved}, {time.partition(' / ')[0]}, {cost}"
+            return text if ring == "MultiArmCell-8" else f"`{ring}`: {text}"
+    return NOT_MEASURED
+
+
+def linked(about: About | None, *, short: bool = False) -> str:
+    """Where a planner is from; `short`: the first author and the year."""
+    if about is None:
+        return "–"
+    paper = about.paper
+    if short:
+        authors, year = paper.partition(":")[0].split(", "), re.search(r"\b\d{4}\b", paper)
+        paper = " ".join([authors[0], *(["et al."] if len(authors) > 1 else []), *([year[0]] if year else [])])
+    return f"[{paper}]({about.url})" if about.url else paper
+
+
+def option_table(figures: Figures) -> Iterator[list[str]]:
+    """What the rulings are worth: apf-ecbs with the paper's letter instead."""
+    yield ["variant", "what", "solved", "time", "expanded nodes", "cost"]
+    for variant, words in OPTIONS.items():
+        yield [f"`{variant}`", words, *outcome(figures, _LETTER, variant)]
+
+
+def kind_table(figures: Figures) -> Iterator[list[str]]:
+    """`ecbs` with each constraint kind."""
+    yield ["`constraint`", "solved", "mean of expanded nodes where solved"]
+    for kind in KINDS:
+        solved, _, nodes, _ = outcome(figures, "kinds/MultiArmCell-4", kind)
+        yield [f"`{kind}`", solved, nodes]
+
+
+def task_table(figures: Figures) -> Iterator[list[str]]:
+    """The demonstrations: solved, time and cost of three planners."""
+    yield ["task", *(f"`{planner}`" for planner in _TASK_PLANNERS)]
+    for task in TASKS:
+        cell = f"task-{task}/MultiArmCell-mixed-4"
+        yield [f"`{task}`", *(_solved_time_cost(figures, f"{cell}/{planner}") for planner in _TASK_PLANNERS)]
+
+
+def _solved_time_cost(figures: Figures, name: str) -> str:
+    solved, median, cost = (figures.get(f"{name}/{key}") for key in ("solved", "planning_time_median", "cost_median"))
+    if solved is None or median is None or cost is None:
+        return NOT_MEASURED
+    return f"{solved['value']} {solved['unit']}, {seconds(median['value'])}, {cost['value']:.2f}"
+
+
+def node_table(figures: Figures) -> Iterator[list[str]]:
+    """Expanded nodes of ecbs and apf-ecbs where both solve."""
+    yield ["instances", "solved by both", "`ecbs`", "`apf-ecbs`", "ratio"]
+    for name in sources(figures, rings=True) + sources(figures, rings=False):
+        figure = figures.get(f"{name}/ecbs/expanded_nodes_where_both_solve")
+        if figure is not None:
+            base, ratio = figure["value"], figure["ratio"]
+            yield [name, str(figure["instances"]), f"{base:.3g}", f"{base / ratio:.3g}", f"{ratio:.2g}"]
+
+
+def as_table(rows: Iterator[list[str]]) -> str:
+    """Markdown, the first row being the head."""
+    head, *body = rows
+    lines = [head, ["---"] * len(head), *body]
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import math
 import os
+import re
 import secrets
+import stat
 from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike
 from pathlib import Path
@@ -18,6 +21,8 @@ from mmp_env.errors import MmpError
 
 _LINE = 240
 _NESTED = (dict, list)
+_STRANGE = re.compile(r"^\.|[^\w .+=@-]", re.ASCII)
+_LONGEST_FILE_NAME = 100
 
 
 def json_text(value: Any) -> str:
@@ -76,13 +81,30 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
     target = _target(path)
     temporary = _temporary(target)
     try:
+        if target.exists():
+            temporary.touch(0o600)  # nobody else reads it before it has the mode of the file that it replaces
         yield temporary
-        os.replace(temporary, target)
+        move_onto(temporary, target)
     except OSError as error:
         raise _cannot_write(path, error) from None
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
+
+
+def move_onto(new: Path, target: Path) -> None:
+    """Moves a file onto another one, whose mode it takes. Raises `OSError`."""
+    with contextlib.suppress(FileNotFoundError):
+        there = target.lstat()
+        if stat.S_ISREG(there.st_mode):
+            new.chmod(stat.S_IMODE(there.st_mode))
+    os.replace(new, target)
+
+
+def file_name(name: str) -> str:
+    """Returns the name for a file in one folder, with a hash where file systems or shells may trip over the name."""
+    tame = _STRANGE.sub("_", name)[:_LONGEST_FILE_NAME]
+    return tame if tame == name else f"{tame}-{hashlib.sha256(name.encode(errors='surrogatepass')).hexdigest()[:8]}"
 
 
 def left_alone(paths: Iterable[str]) -> list[str]:

@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.export.joint_names import FIELD, JOINT_NAMES, check_distinct
+from mmp_env.export.joint_names import FIELD, JOINT_NAMES, check_distinct, file_part
 from mmp_env.export.motion import Motion, motion_of
 from mmp_env.export.ros import yaml_text
 from mmp_env.export.tables import csv_text, write_npz
@@ -66,11 +66,16 @@ def _suffix(path: str | PathLike[str]) -> str:
     return Path(path).suffix.lower()
 
 
+def of_arm(path: str, arm: str) -> str:
+    """Returns the name of the file for an arm, which leads to no other folder, whatever the arm is called."""
+    return path.replace(f"{{{ARM}}}", file_part(arm))
+
+
 def _parts(motion: Motion, path: str) -> dict[Path, Motion]:
     """The files to write, and the motion for each."""
     if f"{{{ARM}}}" not in path:
         return {Path(path): motion}
-    return {Path(path.replace(f"{{{ARM}}}", name)): motion.only(name) for name in motion.arms}
+    return {Path(of_arm(path, name)): motion.only(name) for name in motion.arms}
 
 
 def _write(suffix: str, plans: Sequence[Plan], motion: Motion, path: Path) -> None:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from mmp_env.cell import Cell
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.writing import file_name
 
 JOINT_NAMES = "{arm}/{joint}"
 """As in the MuJoCo model: `arm0/joint1`."""
@@ -20,6 +21,7 @@ PLACEHOLDERS = {
 }
 FIELD = re.compile(r"\{([^{}]*)\}")
 """A placeholder, in a pattern of joint names or a file name."""
+_OTHER_FOLDER = re.compile(r"^\.+$|[/\\]")
 
 
 def joint_names(cell: Cell, pattern: str = JOINT_NAMES) -> dict[str, tuple[str, ...]]:
@@ -27,8 +29,6 @@ def joint_names(cell: Cell, pattern: str = JOINT_NAMES) -> dict[str, tuple[str, 
 
     Raises `MmpError` for a placeholder that does not exist, and for characters that do not print.
     """
-    if not pattern.isprintable():
-        raise MmpError(f"joint names {pattern!r} have characters that do not print; controllers would refuse them")
     for field in FIELD.findall(pattern):
         if field not in PLACEHOLDERS:
             raise UnknownNameError("placeholder of joint names", field, PLACEHOLDERS)
@@ -40,7 +40,15 @@ def joint_names(cell: Cell, pattern: str = JOINT_NAMES) -> dict[str, tuple[str, 
             word = dict(zip(PLACEHOLDERS, words, strict=True))
             names.append(FIELD.sub(lambda match, word=word: word[match[1]], pattern))
         out[arm.name] = tuple(names)
+        for name in names:
+            if not name.isprintable():
+                raise MmpError(f"joint name {name!r} has characters that do not print; controllers would refuse it")
     return out
+
+
+def file_part(arm: str) -> str:
+    """Returns the arm's name as part of a file name; one that leads to another folder is replaced."""
+    return file_name(arm) if _OTHER_FOLDER.search(arm) else arm
 
 
 def check_distinct(names: Sequence[str], pattern: str) -> None:

@@ -6,7 +6,9 @@ import re
 from xml.sax.saxutils import escape
 
 FONT = "Helvetica, Arial, 'DejaVu Sans', sans-serif"
-_NOT_IN_XML = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_NOT_IN_XML = re.compile("[^\t\n\r\u0020-~\u00a0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_TURNING = re.compile("[\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+"""Characters that change the direction in which others are read."""
 _NOT_IN_A_UNIT = re.compile(r"(?<!\d)\s+|\s+(?!(?:s|m|rad)\b)")
 _ADVANCES = (
     "32 41 46 84 64 96 78 28 40 40 50 84 32 37 32 34 64 64 64 64 64 64 64 64 64 64 34 34 84 84 84 54 "
@@ -20,7 +22,7 @@ _FOREIGN, _BOLD = 1.05, 1.18
 
 def quoted(text: str) -> str:
     """Text as XML may have it: escaped, characters that XML does not know replaced."""
-    return escape(_NOT_IN_XML.sub("\ufffd", text), {'"': "&quot;"})
+    return escape(_TURNING.sub("\ufffd", _NOT_IN_XML.sub("\ufffd", text)), {'"': "&quot;"})
 
 
 def element(tag: str, *content: str, **attributes: object) -> str:

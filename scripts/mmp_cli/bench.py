@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser, add_time_limit, positive, seed, whole
+from mmp_cli.output import complain, say
 from mmp_env.errors import MmpError
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 DEFAULT_MEMORY_LIMIT_MB = 4096
 DEFAULT_FOLDER = "bench"
 _SHOWN_ERRORS = 10
+_PROGRAM = "mmp bench"
 _ABOUT = """Runs many instances through several planners, each run in a worker process with one thread and its own
 deadline. A planner that crashes, hangs or eats the memory costs one line of status error, and the rest goes on. Results
 go to OUT/results.jsonl, a line each; started again with the same settings, a run that was ended goes on where it
@@ -97,10 +98,10 @@ def run(args: Namespace) -> int:
     print_table(list(job.variants), lines)
     told = errors(lines)
     for sentence in told[:_SHOWN_ERRORS]:
-        print(f"mmp bench: {sentence}", file=sys.stderr)
+        complain(sentence, program=_PROGRAM)
     if len(told) > _SHOWN_ERRORS:
-        print(f"mmp bench: {len(told) - _SHOWN_ERRORS} more kinds of errors stand in the results", file=sys.stderr)
-    print(f"results: {folder.results}; the report of them: mmp report {args.out}")
+        complain(f"{len(told) - _SHOWN_ERRORS} more kinds of errors stand in the results", program=_PROGRAM)
+    say(f"results: {folder.results}; the report of them: mmp report {args.out}")
     return 0
 
 
@@ -137,11 +138,11 @@ def _examine(job: Job, pool: Pool | RayPool) -> None:
 
     for task, answer in pool.run([Examination(planner=label) for label in job.variants]):
         if not isinstance(answer, Verdict):
-            print(f"mmp bench: planner {task.planner}: {getattr(answer, 'message', '')}", file=sys.stderr)
+            complain(f"planner {task.planner}: {getattr(answer, 'message', '')}", program=_PROGRAM)
         elif answer.misuse:
             raise MmpError(answer.misuse)
         elif answer.fault:
-            print(f"mmp bench: {answer.fault}; its results will be errors", file=sys.stderr)
+            complain(f"{answer.fault}; its results will be errors", program=_PROGRAM)
 
 
 def _work(args: Namespace, job: Job, folder: ResultsFolder, pool: Pool | RayPool) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from argparse import Namespace
 
 from mmp_cli.arguments import Parser
@@ -29,7 +28,7 @@ def run(args: Namespace) -> int:
 
 
 def _check(path: str, args: Namespace) -> int:
-    from mmp_cli.output import one_line
+    from mmp_cli.output import complain, say
     from mmp_env.check import check_plan
     from mmp_env.check.episode import check_episode
     from mmp_env.episode import Episode, plans_from_dict
@@ -38,16 +37,16 @@ def _check(path: str, args: Namespace) -> int:
         data = read_as(path, (PLAN, EPISODE), "`mmp check` takes plans and episodes")
         in_a_row = isinstance(plans_from_dict(data, path), Episode)
     except MmpError as error:
-        print(f"mmp: {one_line(error)}", file=sys.stderr)
+        complain(error)
         return 2
     # Its content, not the plan that was made of it: the checker shall read the cell for itself.
     report = (check_episode if in_a_row else check_plan)(data, exact=args.exact)
     if args.json:
         print(json.dumps({"plan": path, "exact": args.exact} | report.as_dict()))
     elif not report.valid:
-        print(f"{path}: {counted(len(report.sentences), 'violation')}", *report.sentences, sep="\n  ")
+        say(f"{path}: {counted(len(report.sentences), 'violation')}", *(f"  {x}" for x in report.sentences))
     elif in_a_row:
-        print(f"{path}: valid", *str(report).splitlines(), sep="\n  ")
+        say(f"{path}: valid", *(f"  {x}" for x in str(report).splitlines()))
     else:
-        print(f"{path}: {report}")
+        say(f"{path}: {report}")
     return 0 if report.valid else 1

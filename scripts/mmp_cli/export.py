@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser, check_spared
 from mmp_cli.kinds import EPISODE, PLAN, read_as
-from mmp_cli.output import one_line
+from mmp_cli.output import complain, say
 from mmp_env.wording import in_seconds
 
 if TYPE_CHECKING:
@@ -44,6 +43,7 @@ def run(args: Namespace) -> int:
     from mmp_env.check.episode import check_episode
     from mmp_env.episode import Episode, plans_from_dict
     from mmp_env.export import check_target, export_plan
+    from mmp_env.export.formats import of_arm
 
     check_target(args.to)
     data = read_as(args.plan, (PLAN, EPISODE), "`mmp export` takes plans and episodes")
@@ -51,15 +51,14 @@ def run(args: Namespace) -> int:
     in_a_row = isinstance(read, Episode)
     plans = list(read.plans) if in_a_row else [read]
     for arm in plans[0].problem.cell.arm_names:
-        check_spared(args.plan, "--to", args.to.replace("{arm}", arm))
+        check_spared(args.plan, "--to", of_arm(args.to, arm))
     written = export_plan(plans, args.to, joint_names=args.joint_names)
     for path, motion in written.items():
-        print(f"{path}: {_content(path, plans[0], motion)}")
+        say(f"{path}: {_content(path, plans[0], motion)}")
     report = (check_episode if in_a_row else check_plan)(data)
     if not report.valid:
         # What leaves this program may well move real arms: a refusal is loud.
-        first = one_line(report.sentences[0])
-        print(f"mmp: THE CHECKER REFUTES {one_line(args.plan)}: {first}. Do not run it.", file=sys.stderr)
+        complain(f"THE CHECKER REFUTES {args.plan}: {report.sentences[0]}. Do not run it.")
     return 0 if report.valid else 1
 
 

@@ -8,6 +8,7 @@ from types import TracebackType
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from mmp_cli.output import printable
 from mmp_env.events import FastTracked, NodeExpanded, SearchStarted, SolutionFound
 from mmp_planners import Event
 
@@ -18,12 +19,12 @@ class ProgressLine:
     """One line that is gone when the planning ends; nothing at all where `console` is not a terminal."""
 
     def __init__(self, planner: str, console: Console) -> None:
-        self._planner = planner
+        self._planner = printable(planner)
         self._bar: Progress | None = None
         if console.is_terminal:
-            columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+            columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
             self._bar = Progress(*columns, console=console, transient=True)
-            self._task = self._bar.add_task(f"{planner}: first paths", total=None)
+            self._task = self._bar.add_task(f"{self._planner}: first paths", total=None)
         self._restart, self._expanded, self._open, self._conflicts, self._tracked = 0, 0, 0, 0, 0
         self._cost_rad: float | None = None
         self._next_s = 0.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from argparse import Namespace
 from pathlib import Path
 
@@ -33,7 +32,7 @@ def parser() -> Parser:
 
 def run(args: Namespace) -> int:
     """Writes the report. Raises `MmpError` for bad usage and bad input, and then writes nothing."""
-    from mmp_cli.output import one_line
+    from mmp_cli.output import complain, say
     from mmp_cli.reporting.folder import remove_outdated, write_files
     from mmp_cli.reporting.markdown import as_markdown
     from mmp_cli.reporting.page import as_page
@@ -60,7 +59,7 @@ def run(args: Namespace) -> int:
     write_files(wish.folder, files | {"table.md": as_markdown(report), "report.html": as_page(report)})
     remove_outdated(wish.folder, report.names, files)
     for warning in report.warnings:
-        print(f"mmp: {one_line(warning)}", file=sys.stderr)
+        complain(warning)
     pictures = f", {len(report.photographs)} pictures" if report.photographs else ""
-    print(f"{wish.folder / 'report.html'}, table.md and {len(report.drawings)} figures as SVG and PNG{pictures}")
+    say(f"{wish.folder / 'report.html'}, table.md and {len(report.drawings)} figures as SVG and PNG{pictures}")
     return 0

@@ -8,6 +8,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from mmp_cli.output import printable
+
 _FILE_WIDTH = 160
 
 
@@ -15,7 +17,7 @@ def print_rows(rows: Iterable[tuple[str, str, str]]) -> None:
     """Prints rows of a name, its style and a text."""
     table = Table.grid(padding=(0, 2))
     for name, style, text in rows:
-        table.add_row(Text(name, style=style), Text(text))
+        table.add_row(Text(printable(name), style=style), Text(printable(text)))
     print_table(table)
 
 

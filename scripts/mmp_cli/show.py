@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser
 from mmp_cli.kinds import PLAN, read_as
+from mmp_cli.output import say
 from mmp_cli.showing import SPAWN, add_showing, check_showing, save_image, save_video
 from mmp_env.errors import MmpError
 from mmp_env.wording import in_seconds
@@ -75,7 +76,7 @@ def _make(args: Namespace, plan: Plan) -> None:
         save_video(plan, args.video)
     for name in _MADE:
         if getattr(args, name) not in (None, SPAWN):
-            print(getattr(args, name))
+            say(getattr(args, name))
 
 
 def _play(plan: Plan, path: Path) -> None:
@@ -94,7 +95,8 @@ def _play(plan: Plan, path: Path) -> None:
     except MmpError as error:
         raise MmpError(f"{path} cannot be played: {error}; {instead}") from error
     with contextlib.closing(window):
-        print(f"playing {path}, {in_seconds(plan.makespan_s, 1)}; it ends when the window is closed", flush=True)
+        say(f"playing {path}, {in_seconds(plan.makespan_s, 1)}; it ends when the window is closed")
+        sys.stdout.flush()
         while window.is_open:
             simulation.place(start)
             execute_plan(simulation, plan, lambda: window.show(goal))

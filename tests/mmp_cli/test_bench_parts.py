@@ -6,11 +6,12 @@ from rich.console import Console
 
 from mmp_cli.benchmark import cores
 from mmp_cli.benchmark.cores import Core, available
-from mmp_cli.benchmark.folder import file_name, plan_path
+from mmp_cli.benchmark.folder import plan_path
 from mmp_cli.benchmark.job import Unit
 from mmp_cli.benchmark.progress import BenchProgress, duration
 from mmp_cli.benchmark.seat import grace_s
 from mmp_cli.benchmark.table import errors
+from mmp_env.writing import file_name
 
 
 def unit(planner, k=0, instance="cell/a"):

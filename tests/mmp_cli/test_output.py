@@ -8,6 +8,7 @@ import sys
 import pytest
 import report_folders
 
+from mmp_cli.rows import print_rows
 from mmp_env.errors import MmpError
 from mmp_env.opengl import offscreen_backend
 
@@ -85,3 +86,45 @@ def test_characters_that_the_terminal_lacks_are_written_as_escapes(shell, tmp_pa
     ran = shell("check *.json", "")
     assert (ran.returncode, ran.stderr) == (0, "")
     assert ran.stdout.startswith("\\u03c0.json: valid")
+
+
+ESCAPES = "a\x1b[2Jb\nc\u202ed\x9be"
+SHOWN = "a\\x1b[2Jb\\nc\\u202ed\\x9be"
+
+
+def spoiled(text):
+    """What of the text a terminal would obey, or a reader would be misled by."""
+    return [c for c in text if not c.isprintable() and c != "\n"]
+
+
+def test_no_name_of_a_file_reaches_the_terminal_raw(mmp, plan, tmp_path):
+    strange = plan.rename(tmp_path / f"{ESCAPES}.json")
+    to = tmp_path / f"{ESCAPES}.csv"
+    for command in (["check", strange], ["export", strange, "--to", to], ["check", tmp_path / f"{ESCAPES}.no"]):
+        ran = mmp(*command)
+        assert "a\\x1b[2Jb" in ran.out + ran.err
+        assert (ran.out + ran.err).count("\n") == 1
+        assert not spoiled(ran.out + ran.err)
+
+
+def test_no_word_of_a_planner_reaches_the_terminal_raw(capsys):
+    print_rows([(ESCAPES, "bold", f"found by {ESCAPES}")])
+    out = capsys.readouterr().out
+    assert out == f"{SHOWN}  found by {SHOWN}\n"
+
+
+def test_no_result_of_a_benchmark_reaches_page_table_or_terminal_raw(mmp, tmp_path, figures_unrendered):
+    lines = [
+        report_folders.line("ring/0", ESCAPES, "error", message=f"https://a.b @you {ESCAPES}\n# title"),
+        report_folders.line(f"ring/{ESCAPES}", "$x^{$", machine=ESCAPES, version=ESCAPES),
+    ]
+    settings = report_folders.settings(ESCAPES, sources=[f"/{ESCAPES}\n\n# title/x.json"], robot=ESCAPES)
+    folder = report_folders.folder_of(tmp_path / "results", lines, settings)
+    ran = mmp("report", folder, "--title", ESCAPES)
+    assert ran.code == 0
+    page, table = ((folder / name).read_text() for name in ("report.html", "table.md"))
+    assert not spoiled(page + table + ran.out + ran.err)
+    assert SHOWN.replace("\\n", " ") in page
+    assert "\n# title" not in table
+    assert table.count("\n# ") == 0
+    assert "https\\://a.b \\@you" in table

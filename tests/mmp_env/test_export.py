@@ -1,6 +1,7 @@
 """Export as a whole: formats by suffix, a file for each arm, several plans in a row, whole files or none."""
 
 import csv
+import zipfile
 from dataclasses import replace
 
 import numpy as np
@@ -172,3 +173,35 @@ def test_an_unknown_format_is_an_unknown_name(plan, tmp_path):
     with pytest.raises(UnknownNameError) as caught:
         export_plan(plan, tmp_path / "plan.ymal")
     assert "Did you mean '.yaml'?" in str(caught.value)
+
+
+def renamed(name):
+    """The plan, its left arm under another name."""
+    data = tiny_plans.two_apart()
+    data["problem"]["cell"]["arms"][0]["name"] = name
+    for rows in (data["positions"], data["problem"]["start"], data["problem"]["goal"]):
+        rows[name] = rows.pop("left")
+    return plan_from_dict(data)
+
+
+@pytest.mark.parametrize("name", ["..", ".", "a\\b"])
+def test_the_name_of_an_arm_leads_to_no_other_folder(tmp_path, name):
+    (tmp_path / "out" / "in").mkdir(parents=True)
+    written = export_plan(renamed(name), tmp_path / "out" / "in" / "{arm}.csv")
+    assert {path.parent for path in written} == {tmp_path / "out" / "in"}
+    with pytest.raises(MmpError, match="cannot be written: No such file or directory"):
+        export_plan(renamed(name), tmp_path / "out" / "in" / "{arm}" / "plan.csv")
+    assert sorted(path for path in tmp_path.rglob("*") if path.is_file()) == sorted(written)
+    export_plan(renamed(name), tmp_path / "plan.npz")
+    with zipfile.ZipFile(tmp_path / "plan.npz") as archive:
+        assert not [member for member in archive.namelist() if {"..", "."} & set(member.split("/")) or "\\" in member]
+    with np.load(tmp_path / "plan.npz") as arrays:
+        assert list(arrays["arms"]) == [name, "right"] or list(arrays["arms"]) == ["right", name]
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+1", "-1", "@SUM(A1)"])
+def test_a_name_is_no_formula_in_a_spreadsheet(tmp_path, name):
+    export_plan(renamed(name), tmp_path / "plan.csv")
+    header, _ = table(tmp_path / "plan.csv")
+    assert f"'{name}/joint1" in header
+    assert not [cell for cell in header if cell[0] in "=+-@"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mmp_env.errors import MmpError
-from mmp_env.writing import check_writable, json_text, plain, write_text
+from mmp_env.writing import check_writable, json_text, plain, whole_file, write_text
 
 
 def test_short_things_and_rows_of_numbers_stand_on_one_line():
@@ -88,3 +88,24 @@ def test_checking_a_path_changes_nothing(tmp_path):
     check_writable(path)
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["a.json"]
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o444, 0o755])
+def test_a_file_that_is_replaced_keeps_its_mode(tmp_path, mode):
+    path = tmp_path / "a.json"
+    path.write_text("old")
+    path.chmod(mode)
+    (tmp_path / "link.json").symlink_to(path)
+    for name in ("a.json", "link.json"):
+        write_text(tmp_path / name, "new")
+        assert stat.S_IMODE(path.stat().st_mode) == mode
+    assert (tmp_path / "link.json").is_symlink()
+
+
+def test_nobody_reads_a_secret_file_while_it_is_written(tmp_path):
+    path = tmp_path / "a.json"
+    path.write_text("old")
+    path.chmod(0o600)
+    with whole_file(path) as temporary:
+        temporary.write_text("new")
+        assert stat.S_IMODE(temporary.stat().st_mode) == 0o600

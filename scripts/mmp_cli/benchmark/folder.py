@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import fcntl
-import hashlib
 import json
 import os
-import re
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import TracebackType
@@ -16,12 +14,10 @@ from mmp_cli.benchmark.job import Key, Unit
 from mmp_cli.benchmark.settings import check_same, load_settings, save_settings
 from mmp_env.errors import MmpError
 from mmp_env.reading import Place, parse_json
-from mmp_env.writing import write_text
+from mmp_env.writing import file_name, write_text
 from mmp_planners import Status
 
 RESULTS, PLANS = "results.jsonl", "plans"
-_STRANGE = re.compile(r"^\.|[^\w .+=@-]", re.ASCII)
-_LONGEST_FILE_NAME = 100
 
 
 class ResultsFolder:
@@ -136,12 +132,6 @@ def plan_path(unit: Unit) -> Path:
     """Where the plan of a unit goes: plans/<instance>/<label>-<seed>.json, in the folder."""
     parts = [file_name(part) for part in unit.instance.split("/")]
     return Path(PLANS, *parts, f"{file_name(unit.planner)}-{unit.seed}.json")
-
-
-def file_name(name: str) -> str:
-    """The name, for a file; with a hash in place of what file systems or shells may trip over."""
-    tame = _STRANGE.sub("_", name)[:_LONGEST_FILE_NAME]
-    return tame if tame == name else f"{tame}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
 
 
 def _content(file: int) -> bytes:

@@ -33,7 +33,12 @@ class BenchProgress:
         self._next_s = 0.0
         self._bar: Progress | None = None
         if console.is_terminal:
-            columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
+            columns = (
+                BarColumn(),
+                MofNCompleteColumn(),
+                TimeElapsedColumn(),
+                TextColumn("{task.description}", markup=False),
+            )
             self._bar = Progress(*columns, console=console, transient=True)
             self._task = self._bar.add_task("starting", total=self._before + self._all, completed=self._before)
 

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from mmp_cli import rows
+from mmp_cli.output import printable
 
 _NUMBERS = ("solved", "timeout", "exhausted", "error", "invalid", "median time", "mean time", "cost / straight lines")
 
@@ -25,7 +26,7 @@ def print_table(planners: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> 
     for name in _NUMBERS:
         table.add_column(name, justify="right")
     for planner, own in by_planner.items():
-        table.add_row(Text(planner), *_cells(own))
+        table.add_row(Text(printable(planner)), *_cells(own))
     rows.print_table(table)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import tempfile
@@ -10,6 +9,7 @@ from collections.abc import Container, Iterable, Mapping
 from pathlib import Path
 
 from mmp_env.errors import MmpError
+from mmp_env.writing import move_onto
 
 _PICTURES = "(cell|quickest|hardest|unsolved)-{name}[.]png"
 _FIGURES = "(cactus|pairs|published)-{name}(-[0-9]+)?[.](svg|png)"
@@ -28,7 +28,7 @@ def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:
             data = content.encode("utf-8") if isinstance(content, str) else content
             (temporary / name).write_bytes(data)
         for name in files:
-            os.replace(temporary / name, folder / name)
+            move_onto(temporary / name, folder / name)
     except OSError as error:
         raise MmpError(f"the report cannot be written to {folder}: {error.strerror}") from None
     finally:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from mmp_cli.output import one_line, printable
 from mmp_cli.reporting.report import Report
 from mmp_cli.reporting.tables import Table
 
@@ -16,7 +17,7 @@ def as_markdown(report: Report) -> str:
         parts.append(table_text(report.errors, level=2))
     for part in report.parts:
         parts += [f"## {escaped(part.name)}", *(table_text(table, level=3) for table in part.tables)]
-    parts += ["## Made again by", *(f"    {command}" for command in report.commands)]
+    parts += ["## Made again by", *(f"    {printable(command)}" for command in report.commands)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -30,8 +31,8 @@ def table_text(table: Table, *, level: int) -> str:
 
 
 def escaped(text: str) -> str:
-    """Text that means nothing to Markdown: one line, no tags, no columns, no emphasis."""
-    line = " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-    line = re.sub(r"([\\`*\[\]|~$])", r"\\\1", line)
+    """Text that means nothing to Markdown: one line, no tags, no columns, no emphasis, no headings, no links."""
+    line = one_line(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    line = re.sub(r"([\\`*\[\]|~$#@]|:(?=//)|(?<=www)[.])", r"\\\1", line, flags=re.IGNORECASE)
     # An underscore inside a word is text as it is; at its edge it would begin emphasis.
     return re.sub(r"(?<!\w)_|_(?!\w)", r"\\_", line)

@@ -92,8 +92,8 @@ def test_the_details_have_quantiles_cost_ratios_and_what_the_planner_said(table)
     assert (a["median"], a["90 %"], a["longest"]) == ("1.200", "5.20 s", "6.00 s")
     assert a["cost ratio, mean"] == "1.200"
     assert a["largest"] == "1.300"
-    assert (a["cut short"], a["bound met"], a["least clearance"]) == ("1 of 4", "–", "–")
-    assert (odd["bound met"], odd["cut short"], odd["least clearance"]) == ("1 of 3", "1 of 4", "1.20 mm")
+    assert (a["cut short"], a["bound met"], a["clearance proved"]) == ("1 of 4", "–", "–")
+    assert (odd["bound met"], odd["cut short"], odd["clearance proved"]) == ("1 of 3", "1 of 4", "1.20 mm")
 
 
 def test_the_fast_track_has_its_tries_and_hits(table):
@@ -137,7 +137,13 @@ def test_what_is_missing_is_counted_per_planner(words):
 
 
 def test_the_page_says_with_what_and_how_it_was_made(words, made):
-    for told in ("a test, 1 core", "mmp-env: 0.1.0", "Time limit: 10 s", "margin 2 mm", f"mmp report {made.name}"):
+    for told in (
+        "a test, 1 core",
+        "mmp-env: 0.1.0",
+        "Time limit: 10 s",
+        "margin asked 2 mm",
+        f"mmp report {made.name}",
+    ):
         assert told in words
     assert "mmp bench ring --planners" in words
     assert f"mmp report {made}" not in words, "a page that is passed on says nothing of the machine it was made on"

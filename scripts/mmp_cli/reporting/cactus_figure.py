@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mmp_cli.reporting.comparison import Comparison, Entry
-from mmp_cli.reporting.drawing import Drawing, Look, decades, drawn, finished, logarithmic, looks, width_of, words
+from mmp_cli.reporting.drawing import (
+    FAINT,
+    INK,
+    Drawing,
+    Look,
+    decades,
+    drawn,
+    finished,
+    logarithmic,
+    looks,
+    width_of,
+    words,
+)
 from mmp_cli.reporting.sections import Section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_MOST_TOGETHER = 6
+"""Curves in one panel; more are drawn in a panel each, because they would hide each other."""
+_COLUMNS = 5
 Curve = tuple[str, Sequence[float], Look]
 """Name, times of the solved [s], at least one, look."""
 _SHORTEST_S = 1e-6
@@ -29,15 +45,37 @@ def cactus_figure(section: Section, looked: Mapping[str, Look], name: str, limit
     if not curves:
         return None
     most = max(len(run.valid) for run in section.runs)
+    end = max(_last(curves), limit_s or 0.0)
+    caption = (
+        f"Cactus plot, {section.name}: solved instances against the planning time that is allowed. Higher and "
+        "farther left is better."
+    )
+    if len(curves) > _MOST_TOGETHER:
+        return _panel_each(curves, most, end, name, f"{caption} Grey in each panel: the other planners.")
     with drawn(7.2 + width_of(label for label, _, _ in curves), max(3.6, 1.2 + 0.24 * len(curves))) as figure:
         axes = figure.subplots()
-        _draw(axes, curves, most, _first(curves), max(_last(curves), limit_s or 0.0))
+        _draw(axes, curves, most, _first(curves), end)
         axes.set_ylabel(f"solved, of {most}")
         figure.legend(loc="outside right center")
-        caption = (
-            f"Cactus plot, {section.name}: solved instances against the planning time that is allowed. Higher and "
-            "farther left is better."
-        )
+        return finished(figure, name, caption)
+
+
+def _panel_each(curves: Sequence[Curve], most: int, end: float, name: str, caption: str) -> Drawing:
+    """A panel for each planner, the curves of the others behind it in grey."""
+    rows = math.ceil(len(curves) / _COLUMNS)
+    with drawn(2.3 * _COLUMNS, 0.5 + 2.1 * rows) as figure:
+        panels = figure.subplots(rows, _COLUMNS, sharex=True, sharey=True, squeeze=False).flat
+        for curve, panel in zip(curves, panels, strict=False):
+            for _, times, _ in curves:
+                panel.step(*_steps(times, end), where="post", color=FAINT, alpha=0.45, linewidth=1)
+            _draw(panel, [curve], most, _first(curves), end)
+            panel.set_title(words(curve[0]), loc="left")
+            panel.set_xlabel("")
+            panel.tick_params(labelbottom=True)
+        for unused in panels:
+            unused.set_axis_off()
+        figure.supxlabel("planning time [s]", fontsize=10, color=INK)
+        figure.supylabel(f"solved, of {most}", fontsize=10, color=INK)
         return finished(figure, name, caption)
 
 
@@ -77,21 +115,25 @@ def _first(curves: Sequence[Curve]) -> float:
     return min(min(times) for _, times, _ in curves)
 
 
+def _steps(times: Sequence[float], end: float) -> tuple[np.ndarray, np.ndarray]:
+    """The corners of a curve: times [s], drawn on to `end`, and how many are solved by then."""
+    xs = np.maximum(np.sort(times), _SHORTEST_S)
+    counts = np.arange(1, xs.size + 1)
+    return np.append(xs, max(end, _SHORTEST_S)), np.append(counts, counts[-1])
+
+
 def _draw(axes: Axes, curves: Sequence[Curve], most: int, begin: float, end: float) -> None:
     """The curves, each drawn on to the time `end` [s], on an axis from `begin` at the latest."""
     from matplotlib.ticker import MaxNLocator
 
     for label, times, look in curves:
-        xs = np.maximum(np.sort(times), _SHORTEST_S)
-        counts = np.arange(1, xs.size + 1)
         axes.step(
-            np.append(xs, max(end, _SHORTEST_S)),
-            np.append(counts, counts[-1]),
+            *_steps(times, end),
             where="post",
             color=look.colour,
             linestyle=look.dashes,
             marker=look.marker,
-            markevery=(0, max(1, xs.size // 6)),
+            markevery=(0, max(1, len(times) // 6)),
             markersize=5,
             label=words(label),
         )

@@ -19,8 +19,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 INK, FAINT = "#1f2429", "#8b929b"
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
-"""Okabe and Ito's, told apart by colour-blind readers, without the two that vanish on white or black."""
+COLOURS = (
+    *("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"),
+    *("#8700ff", "#b41e87", "#9678ff", "#69694b"),
+)
+"""Six of Okabe and Ito's, and four that are as far from these and from each other for colour-blind readers.
+
+Two of Okabe and Ito's are left out, because they vanish on white or on black.
+"""
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">")
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)))
 _DPI = 160
@@ -100,7 +106,7 @@ def looks(labels: Sequence[str]) -> dict[str, Look]:
     """A look for each label, by its place; no two are the same in all of colour, marker and dashes."""
     n, m, d = len(COLOURS), len(MARKERS), len(DASHES)
     return {
-        label: Look(colour=COLOURS[k % n], marker=MARKERS[k % m], dashes=DASHES[k // n % d])
+        label: Look(colour=COLOURS[k % n], marker=MARKERS[(k + k // n) % m], dashes=DASHES[(k + k // n) % d])
         for k, label in enumerate(labels)
     }
 

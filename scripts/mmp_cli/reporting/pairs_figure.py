@@ -20,26 +20,35 @@ _FIELDS = (("planning_time_s", "planning time [s]"), ("expanded_nodes", "expande
 
 
 def pairs_figure(section: Section, reference: str, looks: Mapping[str, Look], name: str) -> Drawing | None:
-    """The reference against up to four others that share most solved instances with it; None where none does."""
+    """The reference against up to four others of each field that share most solved instances; None where none does."""
     mine = next((run for run in section.successful if run.label == reference), None)
     if mine is None:
         return None
     others = [run for run in section.successful if run is not mine and commonly_solved([run, mine])]
-    kept = sorted(others, key=lambda run: -len(commonly_solved([run, mine])))[:_MOST_PAIRS]
-    others = [run for run in others if run in kept]
-    if not others:
+    rows = [(field, told, kept) for field, told in _FIELDS if (kept := _kept(others, mine, field))]
+    if not rows:
         return None
-    fields = [x for x in _FIELDS if any(_points(run, mine, x[0])[0].size for run in others)]
     # Panels come out nearly square: the rest of the size is for the words around them.
-    with drawn(2.45 * len(others) + 1.2, 3.2 * len(fields)) as figure:
-        panels = figure.subplots(len(fields), len(others), sharex="row", sharey="row", squeeze=False)
-        for (field, words_of_field), row in zip(fields, panels, strict=True):
-            _draw_row(row, others, mine, field, words_of_field, looks)
+    columns = max(len(kept) for _, _, kept in rows)
+    with drawn(2.45 * columns + 1.2, 3.2 * len(rows)) as figure:
+        panels = figure.subplots(len(rows), columns, sharex="row", sharey="row", squeeze=False)
+        for (field, told, kept), row in zip(rows, panels, strict=True):
+            _draw_row(row, kept, mine, field, told, looks)
         caption = (
             f"Pairwise, {section.name}: each point is an instance that both have solved; below the diagonal "
             f"{reference} needs less. The number is the median of the other's value by the reference's."
         )
+        treeless = [run.label for run in others if not _points(run, mine, "expanded_nodes")[0].size]
+        if treeless and len(rows) > 1:
+            caption += f" Without a conflict tree, and so without nodes: {', '.join(treeless)}."
         return finished(figure, name, caption)
+
+
+def _kept(others: Sequence[Runs], mine: Runs, field: str) -> list[Runs]:
+    """Of the planners that have values of the field, the four that share most solved instances."""
+    having = [run for run in others if _points(run, mine, field)[0].size]
+    most = sorted(having, key=lambda run: -len(commonly_solved([run, mine])))[:_MOST_PAIRS]
+    return [run for run in having if run in most]
 
 
 def _draw_row(
@@ -49,11 +58,10 @@ def _draw_row(
     from_zero = field == "expanded_nodes"
     values = np.concatenate([np.concatenate(_points(run, mine, field)) for run in others])
     low, high = (-0.4, max(12.0, values.max() * 2)) if from_zero else decades(values.min(), values.max())
-    for axes, run in zip(row, others, strict=True):
+    for axes in row[len(others) :]:
+        axes.set_visible(False)
+    for axes, run in zip(row, others, strict=False):
         x, y = _points(run, mine, field)
-        if not x.size:
-            axes.set_visible(False)
-            continue
         look = looks[run.label]
         axes.plot([low, high], [low, high], color=FAINT, linewidth=1, zorder=1)
         axes.scatter(x, y, s=22, color=look.colour, marker=look.marker, alpha=0.7, linewidths=0, zorder=2)
@@ -69,11 +77,11 @@ def _draw_row(
 
 
 def _summary(x: np.ndarray, y: np.ndarray) -> str:
-    """How many points, and the median ratio where it exists."""
+    """How many points, and the median ratio where it exists and is not 0."""
     told = counted(x.size, "instance")
     ratios = [a / b if b else math.inf for a, b in zip(x, y, strict=True) if a or b]
     ratio = float(np.median(ratios)) if ratios else math.nan
-    return f"{told}, ×{ratio:.2g}" if math.isfinite(ratio) else told
+    return f"{told}, ×{ratio:.2g}" if math.isfinite(ratio) and ratio > 0 else told
 
 
 def _points(run: Runs, mine: Runs, field: str) -> tuple[np.ndarray, np.ndarray]:

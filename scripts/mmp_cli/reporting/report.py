@@ -173,7 +173,7 @@ def _facts(results: Results, settings: Settings | None) -> list[str]:
     limit = "no time limit" if settings.time_limit_s is None else f"{settings.time_limit_s:g} s"
     drawn = f"first seed {settings.seed}"
     margin = "2 mm" if settings.margin is None else f"{settings.margin * 1e3:g} mm"
-    out.append(f"Time limit: {limit} per instance, one core each; {drawn}; margin {margin}.")
+    out.append(f"Time limit: {limit} per instance, one core each; {drawn}; margin asked {margin}.")
     out.append(f"Robot: {settings.robot or 'as the source says'}; task: {settings.task or 'as the source says'}.")
     return out
 

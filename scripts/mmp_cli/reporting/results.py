@@ -17,7 +17,10 @@ _MOST_BYTES = 2**30
 
 
 class Line(msgspec.Struct, frozen=True, kw_only=True):
-    """One line; what did not come about, or is not counted by the planner, is None. `planner` is the label."""
+    """One line; what did not come about, or is not counted by the planner, is None. `planner` is the label.
+
+    A line without generated nodes has no conflict tree, and so no expanded nodes either.
+    """
 
     instance: str
     planner: str
@@ -28,6 +31,7 @@ class Line(msgspec.Struct, frozen=True, kw_only=True):
     planning_time_s: float | None = None
     check_time_s: float | None = None
     expanded_nodes: float | None = None
+    generated_nodes: float | None = None
     fast_track_tries: float | None = None
     fast_track_hits: float | None = None
     cost_rad: float | None = None
@@ -121,4 +125,4 @@ def _line(row: str, place: Place) -> Line:
         value = getattr(line, name)
         if value is not None and not (math.isfinite(value) and (value >= 0 or name == "min_clearance_m")):
             raise (place / name).wrong(value, "a finite number from 0, or null")
-    return line
+    return msgspec.structs.replace(line, expanded_nodes=None) if line.generated_nodes == 0 else line

@@ -53,7 +53,7 @@ def main_table(section: Section) -> Table:
         [
             run.label,
             share(len(run.solved), len(run.valid)),
-            *(mean_and_std(run.spread(field)) for field in _MEASURES),
+            *(_mean(run.spread(field), len(run.solved)) for field in _MEASURES),
         ]
         for run in section.runs
     ]
@@ -62,6 +62,7 @@ def main_table(section: Section) -> Table:
         "Mean ± standard deviation over what the planner itself has solved, so a planner that solves only the easy "
         "instances looks good here; success is over the valid instances."
     )
+    note += _tree_note(rows, head.index("expanded nodes"))
     return Table(title="Success, nodes, time, makespan and cost", head=head, rows=rows, note=note)
 
 
@@ -73,14 +74,15 @@ def common_table(section: Section) -> Table | None:
     if not section.common:
         return None
     rows = [
-        [run.label, *(mean_and_std(run.spread(field, among=section.common)) for field in _MEASURES)]
+        [run.label, *(_mean(run.spread(field, among=section.common), len(section.common)) for field in _MEASURES)]
         for run in section.successful
     ]
+    head = ["planner", "expanded nodes", "planning time [s]", "makespan [s]", "cost [rad]"]
     left_out = [run.label for run in section.runs if not run.solved]
     note = f"Mean ± standard deviation over the {counted(len(section.common), 'instance')} solved by all of them."
+    note += _tree_note(rows, head.index("expanded nodes"))
     if left_out:
         note += f" Left out, with nothing solved: {', '.join(left_out)}."
-    head = ["planner", "expanded nodes", "planning time [s]", "makespan [s]", "cost [rad]"]
     return Table(title="Where all of them solve", head=head, rows=rows, note=note)
 
 
@@ -101,12 +103,15 @@ def time_table(section: Section) -> Table:
             ]
         )
     head = ["planner", "median", "90 %", "longest", "cost ratio, mean", "median", "largest"]
-    head += ["bound met", "cut short", "least clearance"]
+    head += ["bound met", "cut short", "clearance proved"]
     note = (
         "Planning time over the solved, certificate included. The cost ratio is the cost by the sum of the straight "
         "lines from start to goal, below which no plan can be. Bound met: of the solved. Cut short: stopped by the "
-        "deadline, solved or not, of the valid. Least clearance: as the checker has proved it."
+        "deadline, solved or not, of the valid. Clearance proved: by the checker, at every instant, the least over the "
+        "solved plans."
     )
+    if any(NOTHING in row for row in rows):
+        note += f" {NOTHING}: the planner does not say, or has solved nothing."
     return Table(title="Time and cost in detail", head=head, rows=rows, note=note)
 
 
@@ -182,6 +187,22 @@ def measured(values: Spread | None) -> tuple[str, str, str]:
     if values is None:
         return NOTHING, NOTHING, NOTHING
     return seconds(values.median), seconds(values.p90), mean_and_std(values)
+
+
+def _mean(values: Spread | None, count: int) -> str:
+    """Mean and standard deviation, and over how many of `count` lines where some have no value."""
+    some = f" ({values.n} of {count})" if values and values.n < count else ""
+    return mean_and_std(values) + some
+
+
+def _tree_note(rows: Iterable[Sequence[str]], column: int) -> str:
+    """What dashes and brackets in the column of nodes mean, where there are any."""
+    cells, out = [row[column] for row in rows], ""
+    if NOTHING in cells:
+        out += f" {NOTHING}: the planner has grown no conflict tree, or has solved nothing."
+    if any(cell.endswith(")") for cell in cells):
+        out += " In brackets: on how many of the solved a conflict tree has grown; the mean is over these."
+    return out
 
 
 def _said(run: Runs, field: str, lines: Sequence[object]) -> str:

@@ -1,0 +1,118 @@
+"""A report of ten planners, some of them without a conflict tree: what is told apart, and what is left empty."""
+
+import dataclasses
+import re
+from itertools import combinations
+
+import numpy as np
+import pytest
+from report_folders import folder_of, line, row, settings
+
+from mmp_cli.main import main
+from mmp_cli.reporting import cactus_figure, pairs_figure
+from mmp_cli.reporting.drawing import looks
+from mmp_cli.reporting.results import read_results
+from mmp_cli.reporting.sections import sections
+from mmp_env.tree_drawing.colors import contrast
+
+LABELS = [f"p{k}" for k in range(10)]
+TREELESS = {"p0": {"expanded_nodes": 0, "generated_nodes": 0}, "p1": {"expanded_nodes": None}}
+"""The first counts no nodes because it has not needed its tree, the second has none."""
+PAGES = "#ffffff", "#16191d"
+SEEN_AS = {
+    "everyone": np.eye(3),
+    "no green": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "no red": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+}
+"""Light as it reaches the colour-blind, after Machado et al. 2009."""
+TO_OKLAB = (
+    np.array([[0.4122, 0.5363, 0.0514], [0.2119, 0.6807, 0.1074], [0.0883, 0.2817, 0.6300]]),
+    np.array([[0.2105, 0.7936, -0.0041], [1.9780, -2.4286, 0.4506], [0.0259, 0.7828, -0.8087]]),
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Ten planners on three instances; the first has grown a tree on the last of them alone."""
+    lines = [
+        line(f"ring/{k}", label, planning_time_s=1.0 + k, **{"expanded_nodes": 4 + k, "generated_nodes": 9} | more)
+        for label in LABELS
+        for k, more in enumerate([TREELESS.get(label, {})] * 2 + [TREELESS.get(label, {}) if label == "p1" else {}])
+    ]
+    return folder_of(tmp_path_factory.mktemp("bench"), lines, settings(*LABELS, count=3))
+
+
+@pytest.fixture(scope="module")
+def section(folder):
+    (found,) = sections(read_results(folder).lines, LABELS)
+    return found
+
+
+def oklab(color, seen_as):
+    shares = np.array([int(color[k : k + 2], 16) for k in (1, 3, 5)]) / 255
+    light = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+    return TO_OKLAB[1] @ np.cbrt(TO_OKLAB[0] @ np.clip(np.array(seen_as) @ light, 0, 1))
+
+
+@pytest.mark.parametrize(("eyes", "least"), [("everyone", 0.15), ("no green", 0.07), ("no red", 0.07)])
+def test_ten_colours_can_be_told_apart(eyes, least):
+    colors = {look.colour for look in looks(LABELS).values()}
+    assert len(colors) == len(LABELS)
+    seen = [oklab(color, SEEN_AS[eyes]) for color in colors]
+    assert min(np.linalg.norm(one - other) for one, other in combinations(seen, 2)) > least
+
+
+def test_every_colour_can_be_seen_on_a_light_and_on_a_dark_page():
+    for look in looks(LABELS).values():
+        assert min(contrast(look.colour, page) for page in PAGES) > 2.2, look
+
+
+def test_no_two_of_forty_planners_look_the_same():
+    every = {(look.colour, look.marker, str(look.dashes)) for look in looks([str(k) for k in range(40)]).values()}
+    assert len(every) == 40
+
+
+def drawn(monkeypatch, module, *told):
+    """The figure of a module before it becomes a file, and its caption."""
+    figures, finished = [], module.finished
+    monkeypatch.setattr(module, "finished", lambda figure, *more: figures.append(figure) or finished(figure, *more))
+    drawing = getattr(module, module.__name__.rpartition(".")[2])(*told)
+    return figures[0], drawing.caption
+
+
+@pytest.mark.parametrize("count", [7, 10])
+def test_many_planners_have_a_panel_of_the_cactus_plot_each(section, monkeypatch, count):
+    some = dataclasses.replace(section, runs=section.runs[:count])
+    figure, _ = drawn(monkeypatch, cactus_figure, some, looks(LABELS), "cactus", 10.0)
+    shown = [axes for axes in figure.axes if axes.axison]
+    assert [axes.get_title(loc="left") for axes in shown] == LABELS[:count]
+    for axes in shown:
+        assert len(axes.lines) == count + 1, "its own curve and all of them in grey"
+
+
+def test_planners_without_a_tree_leave_no_hole_among_the_nodes(section, monkeypatch):
+    figure, caption = drawn(monkeypatch, pairs_figure, section, "p5", looks(LABELS), "pairs")
+    assert all(axes.get_visible() for axes in figure.axes)
+    below = [axes.get_xlabel().split("\n")[0] for axes in figure.axes[4:]]
+    assert below == ["p0", "p2", "p3", "p4"]
+    assert not [axes for axes in figure.axes if re.search("×0$", axes.get_title(loc="left"))]
+    assert caption.endswith("Without a conflict tree, and so without nodes: p1.")
+
+
+def test_a_planner_without_a_tree_has_a_dash_with_a_note_and_no_zero(folder):
+    assert main(["report", str(folder)]) == 0
+    table = (folder / "table.md").read_text(encoding="utf-8")
+    for title in ("Success, nodes, time, makespan and cost", "Where all of them solve"):
+        nodes = {label: row(table, title, label)["expanded nodes"] for label in ("p0", "p1", "p2")}
+        assert nodes == {"p0": "6.00 (1 of 3)", "p1": "–", "p2": "5.00 ± 1.00"}
+    assert table.count("–: the planner has grown no conflict tree, or has solved nothing.") == 2
+    assert table.count("In brackets: on how many of the solved a conflict tree has grown") == 2
+
+
+def test_the_margin_is_what_was_asked_and_the_clearance_what_was_proved(folder):
+    assert main(["report", str(folder)]) == 0
+    for name in ("table.md", "report.html"):
+        text = (folder / name).read_text(encoding="utf-8")
+        assert "margin asked 2 mm" in text
+        assert "clearance proved" in text
+        assert "least clearance" not in text.lower()

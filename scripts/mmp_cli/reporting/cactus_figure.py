@@ -67,7 +67,7 @@ def _panel_each(curves: Sequence[Curve], most: int, end: float, name: str, capti
         panels = figure.subplots(rows, _COLUMNS, sharex=True, sharey=True, squeeze=False).flat
         for curve, panel in zip(curves, panels, strict=False):
             for _, times, _ in curves:
-                panel.step(*_steps(times, end), where="post", color=FAINT, alpha=0.45, linewidth=1)
+                panel.step(*_steps(times, end), where="post", color=FAINT, alpha=0.45, linewidth=1, rasterized=True)
             _draw(panel, [curve], most, _first(curves), end)
             panel.set_title(words(curve[0]), loc="left")
             panel.set_xlabel("")

@@ -96,7 +96,7 @@ def finished(figure: Figure, name: str, caption: str) -> Drawing:
         figure.draw_without_rendering()
         figure.set_layout_engine("none")
         svg, png = io.StringIO(), io.BytesIO()
-        figure.savefig(svg, format="svg", metadata={"Date": None}, facecolor="none")
+        figure.savefig(svg, format="svg", dpi=_DPI, metadata={"Date": None}, facecolor="none")
         figure.savefig(png, format="png", dpi=_DPI, metadata={"Software": None}, facecolor="white")
     text = svg.getvalue()
     return Drawing(name=name, caption=caption, svg=_on_white(text), png=png.getvalue(), inline=_inline(text, name))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from mmp_env.cell import Cell
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.paths import exists
 from mmp_env.rings import RING_RADIUS_M, ring_cell
 from mmp_env.robot import robot_names
 
@@ -59,7 +60,7 @@ def _from_file(source: str | PathLike[str]) -> Cell:
     from mmp_env.reading import names_file, read_document
 
     path = Path(source)
-    if isinstance(source, str) and not path.exists() and not names_file(source):
+    if isinstance(source, str) and not exists(path) and not names_file(source):
         raise UnknownNameError("cell", source, cell_names())
     data = read_document(path)
     if holds_instances(data):

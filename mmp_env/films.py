@@ -36,8 +36,8 @@ def check_film(path: str | PathLike[str]) -> None:
     """Raises `MmpError` where `save_film` could not write this file: to be called before planning begins."""
     if _encoder(path) is Mp4Encoder:
         find_ffmpeg()
-    offscreen_backend()
     check_writable(path)
+    offscreen_backend()
 
 
 def save_film(

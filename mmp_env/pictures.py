@@ -52,8 +52,8 @@ def check_picture(path: str | PathLike[str], moments: Iterable[Moment] = tuple(M
     """
     _format(path)
     _times(moments, math.inf)
-    offscreen_backend()
     check_writable(path)
+    offscreen_backend()
 
 
 def picture(plan: Plan, moment: Moment = "middle", **options: Unpack[PictureOptions]) -> UInt8[np.ndarray, "h w 3"]:

@@ -8,6 +8,7 @@ import stat
 from os import PathLike
 
 from mmp_env.errors import MmpError
+from mmp_env.paths import refusal
 
 
 def read_bytes(path: str | PathLike[str], limit: int, kind: str) -> bytes:
@@ -18,8 +19,7 @@ def read_bytes(path: str | PathLike[str], limit: int, kind: str) -> bytes:
         with open(path, "rb") as file:
             content = file.read(limit + 1)
     except (OSError, ValueError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise MmpError(f"{path} cannot be read: {reason}") from None
+        raise refusal(path, "read", error) from None
     if len(content) > limit:
         raise MmpError(f"{path} is larger than {limit / 2**20:g} MB, the most that is read of a {kind} file")
     return content

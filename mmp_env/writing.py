@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from mmp_env.errors import MmpError
+from mmp_env.paths import exists, is_file, real_path, refusal
 
 _LINE = 240
 _NESTED = (dict, list)
@@ -63,7 +64,7 @@ def check_writable(path: str | PathLike[str]) -> None:
         temporary.open("x").close()
         temporary.unlink()
     except OSError as error:
-        raise _cannot_write(path, error) from None
+        raise refusal(path, "written", error) from None
 
 
 def write_text(path: str | PathLike[str], text: str) -> None:
@@ -86,7 +87,7 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
         yield temporary
         move_onto(temporary, target)
     except OSError as error:
-        raise _cannot_write(path, error) from None
+        raise refusal(path, "written", error) from None
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
@@ -114,22 +115,14 @@ def left_alone(paths: Iterable[str]) -> list[str]:
 
 def _target(path: str | PathLike[str]) -> Path:
     """The file behind any links. Moving onto a folder fails, and onto a device such as /dev/null would replace it."""
-    target = Path(os.path.realpath(path))
-    try:
-        is_other = target.exists() and not target.is_file()
-    except OSError as error:  # a name that is too long
-        raise _cannot_write(path, error) from None
-    if is_other:
+    target = real_path(path)
+    if exists(target) and not is_file(target):
         raise MmpError(f"{path} cannot be written: it is not a regular file")
     return target
 
 
 def _temporary(target: Path) -> Path:
     return target.with_name(f".mmp-{os.getpid()}-{secrets.token_hex(4)}.tmp")
-
-
-def _cannot_write(path: str | PathLike[str], error: OSError) -> MmpError:
-    return MmpError(f"{path} cannot be written: {error.strerror}")
 
 
 def _layout(value: Any, indent: str) -> str:

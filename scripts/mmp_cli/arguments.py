@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
 
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.paths import is_file, real_path
 
 LARGEST_SEED = 2**63 - 1
 DEFAULT_TIME_LIMIT_S = 60.0
@@ -97,7 +97,7 @@ def check_spared(source: str, option: str, path: str | Path) -> None:
 
     A `source` may also be the name of a cell or environment: then there is no such file.
     """
-    if os.path.isfile(source) and os.path.realpath(path) == os.path.realpath(source):
+    if is_file(source) and real_path(path) == real_path(source):
         raise MmpError(f"{option} would overwrite {source} itself; give another name")
 
 

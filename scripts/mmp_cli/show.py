@@ -17,6 +17,7 @@ from mmp_cli.kinds import PLAN, read_as
 from mmp_cli.output import say
 from mmp_cli.showing import SPAWN, add_showing, check_showing, save_image, save_video
 from mmp_env.errors import MmpError
+from mmp_env.paths import exists, is_folder, real_path, status
 from mmp_env.wording import in_seconds
 
 if TYPE_CHECKING:
@@ -38,11 +39,11 @@ def parser() -> Parser:
 def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for what cannot be opened, and where there is no display to open it on."""
     path, wanted = Path(args.file), [name for name in _MADE if getattr(args, name) is not None]
-    if not path.exists():
+    if not exists(path):
         raise MmpError(f"{path} cannot be opened: there is no such file or folder")
-    if wanted and (path.is_dir() or path.suffix.lower() in (".rrd", *_PAGES)):
+    if wanted and (is_folder(path) or path.suffix.lower() in (".rrd", *_PAGES)):
         raise MmpError(f"--{wanted[0]} shows a plan, and {path} is none")
-    if path.is_dir():
+    if is_folder(path):
         _open_report(path)
     elif path.suffix.lower() == ".rrd":
         _open_recording(path)
@@ -116,11 +117,12 @@ def _open_recording(path: Path) -> None:
 def _open_report(folder: Path) -> None:
     """The page of a benchmark, made first where it is missing or older than the results."""
     results, page = folder / "results.jsonl", folder / "report.html"
-    if results.exists() and (not page.exists() or page.stat().st_mtime < results.stat().st_mtime):
+    made, needed = status(page), status(results)
+    if needed is not None and (made is None or made.st_mtime < needed.st_mtime):
         from mmp_cli import report
 
         report.run(report.parser().parse([str(folder)]))
-    if not page.exists():
+    if not exists(page):
         raise MmpError(f"{folder} is no folder of mmp bench: there is neither results.jsonl nor report.html in it")
     _open_page(page)
 
@@ -129,7 +131,7 @@ def _open_page(path: Path) -> None:
     """In the browser, or in whatever the desktop opens such a file with."""
     if "BROWSER" not in os.environ:  # which may well work without a display
         _check_display(path, "copy it to a machine that has one")
-    if not webbrowser.open(path.resolve().as_uri()):
+    if not webbrowser.open(real_path(path).as_uri()):
         raise MmpError(f"{path} cannot be opened: no browser was found; the variable BROWSER names one")
 
 

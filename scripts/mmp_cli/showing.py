@@ -5,7 +5,6 @@ Viewers watch the planning and change nothing in it; one that fails is told of a
 
 from __future__ import annotations
 
-import os
 from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from mmp_cli.arguments import Parser
 from mmp_env.errors import MmpError
 from mmp_env.events import Event, Watcher, wants_iterates
+from mmp_env.paths import real_path
 from mmp_planners import StopPlanning
 
 if TYPE_CHECKING:
@@ -199,11 +199,11 @@ def _wanted(args: Namespace) -> dict[str, str]:
 
 
 def _check_distinct(paths: Mapping[str, str | None]) -> None:
-    seen: dict[str, str] = {}
+    seen: dict[Path, str] = {}
     for name, path in paths.items():
         if path is None or (name, path) == ("rerun", SPAWN):
             continue
-        other = seen.setdefault(os.path.realpath(path), name)
+        other = seen.setdefault(real_path(path), name)
         if other != name:
             raise MmpError(f"--{other} and --{name} both name {path}; give each a file of its own")
 

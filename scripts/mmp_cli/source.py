@@ -15,6 +15,7 @@ from mmp_env.cell_file import cell_from_dict
 from mmp_env.cell_source import find_cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
+from mmp_env.paths import exists
 from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
 from mmp_env.reading import NotJsonError, Place, named, names_file, parse_json
 from mmp_env.registration import ANY_CELL, CELLS
@@ -56,7 +57,7 @@ def open_source(args: Namespace) -> NamedCell | InstanceFile:
     if source == ANY_CELL:
         raise MmpError(f"'{source}' has no cell of its own; give a cell file, or one of {', '.join(CELLS)}")
     path = Path(args.source)
-    if not path.exists() and not names_file(args.source):
+    if not exists(path) and not names_file(args.source):
         raise UnknownNameError("environment id or file", args.source, CELLS)
     takes = "SOURCE is an environment id, an instance file or a cell file"
     data = read_as(args.source, (INSTANCES, CELL), takes)

@@ -13,6 +13,7 @@ from typing import Any
 from mmp_cli.benchmark.job import Key, Unit
 from mmp_cli.benchmark.settings import check_same, load_settings, save_settings
 from mmp_env.errors import MmpError
+from mmp_env.paths import exists, is_folder, real_path
 from mmp_env.reading import Place, parse_json
 from mmp_env.writing import file_name, write_text
 from mmp_planners import Status
@@ -37,9 +38,10 @@ class ResultsFolder:
 
     def known(self) -> bool:
         """Whether it was begun before, with these settings. Raises `MmpError`: it was with others, or it cannot be."""
-        standing = next(path for path in (self.path, *self.path.absolute().parents) if path.exists())
-        if not (standing.is_dir() and os.access(standing, os.W_OK | os.X_OK)):
-            what = "not a folder" if not standing.is_dir() else "not to be written to"
+        target = real_path(self.path)
+        standing = next(path for path in (target, *target.parents) if exists(path))
+        if not (is_folder(standing) and os.access(standing, os.W_OK | os.X_OK)):
+            what = "not to be written to" if is_folder(standing) else "not a folder"
             raise MmpError(f"{self.path} cannot be the folder of the results: {standing} is {what}")
         there = load_settings(self.path)
         if there is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 import socket
 import sys
 from collections import deque
@@ -15,6 +14,7 @@ from mmp_cli.benchmark.job import Answer, Failure, Job, Task
 from mmp_cli.benchmark.seat import TICK_S, Seat
 from mmp_cli.machine import machine, version
 from mmp_env.errors import MmpError
+from mmp_env.paths import real_path
 
 _PATIENCE_S = 10.0
 _TRIES = 3
@@ -55,7 +55,8 @@ class RayPool:
         self._job = self._ray.put(job)
         # Ray lets its workers import from the folder in which we were started. That may be a checkout without a core,
         # and is none of their business unless it is ours.
-        self._not_imported_from = None if os.getcwd() in sys.path else os.getcwd()
+        here = str(real_path("."))
+        self._not_imported_from = None if here in sys.path else here
         cores = int(self._ray.cluster_resources().get("CPU", 1))
         self.workers = workers or max(cores, 1)
         self._kind = self._ray.remote(num_cpus=1, max_restarts=0)(Remote)

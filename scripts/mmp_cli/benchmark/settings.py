@@ -12,6 +12,7 @@ from mmp_cli.benchmark.job import Job
 from mmp_cli.benchmark.sources import Drawn
 from mmp_cli.machine import version
 from mmp_env.errors import MmpError
+from mmp_env.paths import exists
 from mmp_env.problem import DEFAULT_MARGIN_M
 from mmp_env.reading import Place, check_schema, read_document, shown
 from mmp_env.writing import json_text, plain, write_text
@@ -49,7 +50,7 @@ def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
 def load_settings(folder: Path) -> dict[str, Any] | None:
     """The settings that a folder was made with, None where there are none yet. Raises `MmpError`."""
     path = folder / SETTINGS
-    if not path.exists():
+    if not exists(path):
         return None
     data = read_document(path)
     check_schema(data, SCHEMA, Place(str(path)))

@@ -25,7 +25,8 @@ def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:
         raise MmpError(f"{folder} cannot be written to: {error.strerror}") from None
     try:
         for name, content in files.items():
-            data = content.encode("utf-8") if isinstance(content, str) else content
+            # A folder or a title may hold bytes that are not UTF-8.
+            data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
             (temporary / name).write_bytes(data)
         for name in files:
             move_onto(temporary / name, folder / name)

@@ -10,6 +10,7 @@ import msgspec
 
 from mmp_cli.benchmark.folder import RESULTS
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.paths import is_folder
 from mmp_env.reading import Place, decode, parse_json
 from mmp_planners import Status
 
@@ -100,7 +101,7 @@ def read_results(folder: Path) -> Results:
 
 
 def _text(folder: Path, path: Path) -> str:
-    if not folder.is_dir():
+    if not is_folder(folder):
         raise MmpError(f"{folder} is not a folder; give the one that `mmp bench --out` has written")
     try:
         if path.stat().st_size > _MOST_BYTES:

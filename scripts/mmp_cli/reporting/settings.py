@@ -15,6 +15,7 @@ from mmp_cli.benchmark.sources import DRAWN_COUNT
 from mmp_cli.reporting.results import Line
 from mmp_env.errors import MmpError
 from mmp_env.instances import DEFAULT_TASK
+from mmp_env.paths import exists, real_path
 from mmp_env.reading import Place, check_schema, decode, names_file, read_document
 
 
@@ -58,7 +59,7 @@ class Missing:
 def read_settings(folder: Path) -> Settings | None:
     """The settings of a benchmark folder, None where there are none. Raises `MmpError`."""
     path = folder / SETTINGS
-    if not path.exists():
+    if not exists(path):
         return None
     place = Place(str(path))
     data = read_document(path)
@@ -104,14 +105,14 @@ def bench_command(settings: Settings, folder: Path) -> str:
         for key, value in x.options.items():
             words += ["--set", f"{x.label}.{key}={option_text(value)}"]
     words += ["--exact"] * settings.exact + ["--save-plans"] * settings.save_plans
-    return shlex.join([*words, "--out", folder.resolve().name])
+    return shlex.join([*words, "--out", real_path(folder).name])
 
 
 def report_command(
     folder: Path, against: Sequence[str], note: str | None, title: str | None, reference: str | None
 ) -> str:
     """The command line that makes this report again, in that folder too."""
-    words = ["mmp", "report", folder.resolve().name]
+    words = ["mmp", "report", real_path(folder).name]
     for path in against:
         words += ["--against", Path(path).name]
     for option, value in (("--against-note", note), ("--title", title), ("--reference", reference)):

@@ -86,14 +86,15 @@ def cell_from_data(data: CellData, place: Place, *, name: str) -> Cell:
             raise MmpError(f"{place / key} has {len(items)} entries; it must have at most {most}")
     if not data.arms:
         raise MmpError(f"{place / 'arms'} is empty; a cell needs at least one arm")
-    if str(data.spheres) not in SPHERE_SETS:
-        check_name(str(data.spheres), place / "spheres")
-        raise MmpError(f"{place / 'spheres'}: {UnknownNameError('sphere set', data.spheres, SPHERE_SETS)}")
+    spheres = data.spheres if isinstance(data.spheres, str) else shown(data.spheres)
+    if spheres not in SPHERE_SETS:
+        check_name(spheres, place / "spheres")
+        raise MmpError(f"{place / 'spheres'}: {UnknownNameError('sphere set', spheres, SPHERE_SETS)}")
     name = name_or_stem(data.name, name, place / "name")
     arms = tuple(_arm(arm, place / "arms" / k) for k, arm in enumerate(data.arms))
     obstacles = tuple(_solid(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))
     with named(place):
-        cell = Cell(name=name, arms=arms, obstacles=obstacles, spheres=str(data.spheres))
+        cell = Cell(name=name, arms=arms, obstacles=obstacles, spheres=spheres)
     _refuse_overlapping_bases(cell, place)
     return cell
 

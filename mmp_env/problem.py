@@ -85,7 +85,7 @@ def _configurations(cell: Cell, given: Mapping[str, ArrayLike], which: str) -> d
             raise MmpError(f"{which} has no configuration for arm '{arm.name}'")
         try:
             q = frozen_array(given[arm.name])
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise MmpError(f"{which} of arm '{arm.name}' is not a list of numbers") from None
         if q.shape != (arm.dof,):
             raise MmpError(
@@ -116,10 +116,18 @@ def velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[
         if isinstance(given, Mapping):
             if arm.name not in given:
                 raise MmpError(f"max_velocity has no entry for arm '{arm.name}'")
-            wanted = np.asarray(given[arm.name], dtype=float)
+            wanted = _floats(given[arm.name])
         else:
-            wanted = np.full(arm.dof, float(given))
+            wanted = _floats([given] * arm.dof)
         if wanted.shape != (arm.dof,) or not (np.isfinite(wanted) & (wanted > 0)).all():
             raise MmpError(f"max_velocity of arm '{arm.name}' must be {arm.dof} positive numbers [rad/s]")
         out[arm.name] = frozen_array(np.minimum(wanted, arm.robot.velocity))
     return out
+
+
+def _floats(given: ArrayLike) -> np.ndarray:
+    """The numbers as an array; NaN for what is none, such as text or a whole number beyond all floats."""
+    try:
+        return np.asarray(given, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        return np.array(np.nan)

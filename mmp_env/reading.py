@@ -11,6 +11,7 @@ import json
 import math
 import re
 import reprlib
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -41,7 +42,19 @@ _PLAIN_WORDS = {
     "null": "null",
 }
 _LONGEST_INTEGER = 18
-_SHORT = reprlib.Repr()
+MOST_COLLECTIONS = 2_000_000
+"""Most lists and objects that are read of one JSON text. A plan of 64 MB has about half a million; empty lists take 30
+times the memory of their text.
+"""
+
+
+class _Short(reprlib.Repr):
+    def repr_int(self, x: int, level: int) -> str:
+        # Python refuses to write out a number of more than 4300 digits.
+        return super().repr_int(x, level) if abs(x) < 10**self.maxlong else f"a number of {_digits(x)} digits"
+
+
+_SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 _SHORT.maxlist, _SHORT.maxdict, _SHORT.maxlevel = 7, 3, 2
 
@@ -115,6 +128,8 @@ def parse_json(text: str, place: Place) -> Any:
     def whole(digits: str) -> int | float:
         return int(digits) if len(digits) <= _LONGEST_INTEGER else float(digits)
 
+    if text.count("[") + text.count("{") > MOST_COLLECTIONS:
+        raise MmpError(f"{place} has more than {MOST_COLLECTIONS:,} lists and objects, the most that are read")
     try:
         with named(place):
             return json.loads(text, object_pairs_hook=unique, parse_int=whole)
@@ -132,6 +147,11 @@ def parse_yaml(text: str, place: Place) -> Any:
         return yaml_value(text, unique)
 
 
+def _digits(number: int) -> int:
+    """About how many digits a whole number has."""
+    return int(number.bit_length() * math.log10(2)) + 1
+
+
 def check_schema(data: Any, wanted: str, place: Place) -> None:
     """Raises `MmpError` unless `data` is an object whose `schema` is `wanted`."""
     if not isinstance(data, dict):
@@ -147,7 +167,8 @@ def numbers(value: Any, count: int, place: Place, of: str) -> list[float]:
     if not isinstance(value, list):
         raise place.wrong(value, f"a list of {count} numbers")
     for k, number in enumerate(value):
-        if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+        is_number = isinstance(number, int | float) and not isinstance(number, bool)
+        if not (is_number and abs(number) <= sys.float_info.max):
             raise (place / k).wrong(number, "a finite number")
     if len(value) != count:
         raise MmpError(f"{place} has {len(value)} numbers; it must have {count}, one for each {of}")
@@ -161,6 +182,9 @@ def decode(data: Any, kind: type[T], place: Place) -> T:
     except UnicodeEncodeError as error:
         lone = error.object[error.start]
         raise MmpError(f"{place} holds text with {lone!r}, half of a pair of escapes and no character") from None
+    except OverflowError:
+        where, number = next(_beyond_floats(data, place))
+        raise where.wrong(number, "a finite number") from None
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at `$")
     value, owner = data, kind
@@ -175,6 +199,15 @@ def decode(data: Any, kind: type[T], place: Place) -> T:
     allowed = re.match(r"Expected (.*?)(, got .*)?$", message)
     words = re.sub(r"`([^`]*)`", lambda found: _in_words(found[1]), allowed[1]) if allowed else "a number in range"
     raise place.wrong(value, words)
+
+
+def _beyond_floats(data: Any, place: Place) -> Iterator[tuple[Place, int]]:
+    """The whole numbers that no float can hold, with their places. Only data that Python code made has any."""
+    if isinstance(data, int) and abs(data) > sys.float_info.max:
+        yield place, data
+    items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list | tuple) else ()
+    for key, item in items:
+        yield from _beyond_floats(item, place / key)
 
 
 def _in_words(types: str) -> str:

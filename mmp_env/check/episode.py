@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.check import check_plan
-from mmp_env.check.fields import UnreadableError, known, listed, member, rotation
+from mmp_env.check.fields import UnreadableError, known, listed, member, rotation, shown
 from mmp_env.check.reading import Arm, PlanData, read_plan
 from mmp_env.check.report import CheckReport, Violation
 from mmp_env.check.rules import END_TOLERANCE_RAD
@@ -63,7 +63,7 @@ def check_episode(data: Any, *, exact: bool = False) -> EpisodeReport:
     """Checks the content of an episode file; never raises for what is wrong with it. `exact` as in `check_plan`."""
     try:
         if member(data, "schema", "the episode") != SCHEMA:
-            raise UnreadableError(f"schema is {data['schema']!r}; this checker reads '{SCHEMA}'")
+            raise UnreadableError(f"schema is {shown(data['schema'])}; this checker reads '{SCHEMA}'")
         known(data, ("schema", "name", "plans"), "the episode")
         documents = listed(data, "plans", "the episode")
         for k, document in enumerate(documents):

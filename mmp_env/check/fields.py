@@ -21,6 +21,14 @@ class UnreadableError(Exception):
         self.violation = Violation(rule=rule, message=message)
 
 
+def shown(value: Any) -> str:
+    """A value in a message. Python refuses to write out whole numbers of more than 4300 digits."""
+    try:
+        return repr(value)
+    except ValueError:
+        return f"a {type(value).__name__} that is too long to show"
+
+
 def member(data: Any, key: str, where: str) -> Any:
     """`data[key]` of a JSON object. Raises `UnreadableError`."""
     if not isinstance(data, Mapping):
@@ -36,7 +44,9 @@ def known(data: Any, keys: Collection[str], where: str) -> None:
         raise UnreadableError(f"{where} is not a JSON object")
     for key, value in data.items():
         if key not in keys and value is not None:
-            raise UnreadableError(f"{where} has '{key}', which this checker does not know; it knows {', '.join(keys)}")
+            raise UnreadableError(
+                f"{where} has {shown(key)}, which this checker does not know; it knows {', '.join(keys)}"
+            )
 
 
 def listed(data: Any, key: str, where: str, *, optional: bool = False) -> list[Any]:
@@ -73,13 +83,29 @@ def numbers(value: Any, shape: tuple[int | None, ...], where: str) -> Float[np.n
         raise UnreadableError(f"{where} is ragged", "shape") from None
     if array.size == 0 and array.dtype.kind != "O":
         array = array.astype(float)
-    # A boolean, a string or null among the numbers changes the kind.
-    if array.dtype.kind not in "iuf":
+    # A string among the numbers changes the kind; null does, and so does a whole number of more than 64 bits.
+    is_number = array.dtype.kind in "iuf" or (array.dtype.kind == "O" and all(map(_is_number, array.flat)))
+    if not is_number or _holds_truth(value):
         raise UnreadableError(f"{where} does not hold numbers only")
     if array.ndim != len(shape) or any(want not in (None, has) for want, has in zip(shape, array.shape, strict=True)):
         wanted = " x ".join("any" if want is None else str(want) for want in shape) or "one number"
         raise UnreadableError(f"{where} has shape {list(array.shape)}; it must be {wanted}", "shape")
-    return array.astype(float)
+    try:
+        return array.astype(float)
+    except OverflowError:
+        raise UnreadableError(f"{where} holds a whole number that no float can hold") from None
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
+
+
+def _holds_truth(value: Any) -> bool:
+    """Whether a boolean is among the numbers, which NumPy takes for 0 or 1."""
+    if not isinstance(value, list | tuple):
+        return isinstance(value, bool) or (isinstance(value, np.ndarray | np.generic) and value.dtype.kind == "b")
+    types = set(map(type, value))
+    return not types <= {int, float} and any(map(_holds_truth, value))
 
 
 def positive(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.ndarray, "..."]:

@@ -12,7 +12,19 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.check.fields import UnreadableError, known, lengths, listed, member, name, numbers, pose, positive, text
+from mmp_env.check.fields import (
+    UnreadableError,
+    known,
+    lengths,
+    listed,
+    member,
+    name,
+    numbers,
+    pose,
+    positive,
+    shown,
+    text,
+)
 from mmp_env.errors import HOW_TO_ADD
 
 SCHEMA = "mmp-plan/1"
@@ -98,7 +110,7 @@ class PlanData:
 def read_plan(data: Any) -> PlanData:
     """The plan in `data`, the content of a plan.json. Raises `UnreadableError`."""
     if member(data, "schema", "the plan") != SCHEMA:
-        raise UnreadableError(f"schema is {data['schema']!r}; this checker reads '{SCHEMA}'")
+        raise UnreadableError(f"schema is {shown(data['schema'])}; this checker reads '{SCHEMA}'")
     problem = member(data, "problem", "the plan")
     known(problem, _PROBLEM_KEYS, "problem")
     cell = read_cell(member(problem, "cell", "problem"))
@@ -149,7 +161,8 @@ def read_cell(data: Any) -> CellData:
     for kind, names in (("arms", [arm.name for arm in arms]), ("obstacles", [solid.name for solid in solids])):
         if len(set(names)) < len(names):
             raise UnreadableError(f"two {kind} of the cell have the same name")
-    spheres = str(data.get("spheres", "fine"))
+    spheres = data.get("spheres", "fine")
+    spheres = spheres if isinstance(spheres, str) else shown(spheres)
     if spheres not in ("28", "fine"):
         raise UnreadableError(f"spheres of the cell is '{spheres}'; known: 28, fine")
     return CellData(arms=arms, solids=solids, spheres=spheres)

@@ -1,5 +1,6 @@
 """The checker's own reading of a plan: what it does not understand, it refuses."""
 
+import numpy as np
 import pytest
 import tiny_plans
 
@@ -30,6 +31,16 @@ UNREADABLE = {
     "a missing arm": lambda p: p["positions"].pop("left"),
     "an arm too many": lambda p: p["positions"].update(middle=[]),
     "a string among the numbers": lambda p: p["positions"]["left"][1].__setitem__(2, "0.1"),
+    "truth among the numbers": lambda p: p["positions"]["left"][1].__setitem__(2, False),
+    "truth in a start": lambda p: p["problem"]["start"]["left"].__setitem__(0, True),
+    "truth among the times": lambda p: p["times"].__setitem__(0, False),
+    "a position of truth": lambda p: p["problem"]["cell"]["arms"][0]["position"].__setitem__(0, False),
+    "truth among NumPy's numbers": lambda p: p.update(times=[np.False_, *p["times"][1:]]),
+    "a time beyond all numbers": lambda p: p["times"].__setitem__(2, 10**400),
+    "a margin beyond all numbers": lambda p: p["problem"].update(margin=10**5000),
+    "a schema beyond all numbers": lambda p: p.update(schema=10**5000),
+    "a sphere set beyond all numbers": lambda p: p["problem"]["cell"].update(spheres=10**5000),
+    "a field named by a number": lambda p: p["problem"]["cell"].update({10**5000: 1}),
     "null among the numbers": lambda p: p["positions"]["left"][1].__setitem__(2, None),
     "an unknown robot": lambda p: p["problem"]["cell"]["arms"][0].update(robot="ur6e"),
     "an unknown tool": lambda p: p["problem"]["cell"]["arms"][0].update(tool="spoon"),
@@ -120,3 +131,12 @@ def test_a_quaternion_may_have_any_length_but_zero(scale):
     report = check_plan(plan)
     plan["problem"]["cell"]["arms"][0].update(yaw=None, quaternion=[scale, 0.0, 0.0, 0.0])
     assert check_plan(plan).as_dict() == report.as_dict()
+
+
+def test_whole_numbers_that_are_longer_than_64_bits_are_numbers_too():
+    plan = tiny_plans.two_apart()
+    plan["problem"]["max_velocity"] = 10**20
+    assert check_plan(plan).valid
+    plan["times"] = np.array(plan["times"])
+    plan["positions"] = {name: tuple(map(np.array, rows)) for name, rows in plan["positions"].items()}
+    assert check_plan(plan).valid

@@ -3,7 +3,7 @@
 import bad_files
 import pytest
 
-from mmp_env import InvalidInstanceError, make_problem
+from mmp_env import InvalidInstanceError, MmpError, make_problem
 from mmp_env.cell_file import cell_from_dict
 
 
@@ -38,3 +38,12 @@ def test_the_joint_that_shows_the_degrees_is_the_one_that_is_named(cell):
 def test_an_angle_that_may_well_be_meant_in_radians_has_no_hint(cell):
     with pytest.raises(InvalidInstanceError, match=r"joint 3 .*, is 5\.0000 rad; allowed: -3\.1416 to 3\.1416$"):
         make_problem(cell, with_joint(5.0, joint=2), with_joint(-2.2))
+
+
+@pytest.mark.parametrize("number", [10**400, -(10**5000)], ids=["400 digits", "5000 digits"])
+def test_a_whole_number_beyond_all_floats_is_refused(cell, number):
+    good = with_joint(-2.2)
+    with pytest.raises(MmpError, match="start of arm 'left' is not a list of numbers"):
+        make_problem(cell, with_joint(number), good)
+    with pytest.raises(MmpError, match="max_velocity of arm 'left'"):
+        make_problem(cell, good, good, max_velocity={"left": [number] * 6, "right": [1] * 6})

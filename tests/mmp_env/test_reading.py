@@ -133,6 +133,14 @@ def test_whatever_is_done_to_yaml_is_read_or_named(tmp_path, monkeypatch, parser
             load_cell(path)
 
 
+@pytest.mark.parametrize("kind", [b"[]", b"{}", b"[[]]"])
+def test_a_file_of_countless_lists_is_refused_before_they_are_made(tmp_path, kind):
+    path = tmp_path / "a.json"
+    path.write_bytes(b"[" + b",".join([kind] * 2**21) + b"]")
+    with pytest.raises(MmpError, match=r"a\.json has more than 2,000,000 lists and objects, the most that are read"):
+        read_document(path)
+
+
 def test_a_place_puts_the_error_where_the_value_stands():
     place = Place("a.json") / "arms" / 2 / "yaw"
     with pytest.raises(MmpError, match=r"^a.json: arms\[2\].yaw: too far$"), named(place):
@@ -148,7 +156,26 @@ def test_values_are_shown_short():
     assert len(shown([[1.0] * 1000] * 1000)) < 500
 
 
-ODD = [None, True, 0, -1, 1e308, float("nan"), 10**30, "", "\ud800", "x" * 1000, [], {}, [[]], {"": None}, [None] * 100]
+ODD = [
+    None,
+    True,
+    0,
+    -1,
+    1e308,
+    float("nan"),
+    10**30,
+    10**400,
+    -(10**5000),
+    [10**400],
+    "",
+    "\ud800",
+    "x" * 1000,
+    [],
+    {},
+    [[]],
+    {"": None},
+    [None] * 100,
+]
 
 
 def paths(data, way=()):

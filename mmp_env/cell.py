@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import reprlib
+from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -11,9 +12,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from mmp_env.brief import brief, point, some
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.transforms import matrix_from_quaternion, transform
+from mmp_env.wording import counted
 
 if TYPE_CHECKING:
     from mmp_env.collision import CollisionModel
@@ -43,6 +46,13 @@ class Arm:
     quaternion: Float[np.ndarray, "4"]
     held: Obstacle | None = None
 
+    @brief
+    def __repr__(self) -> str:
+        robot = self.robot.name + (f" with {self.tool.name}" if self.tool else "")
+        holds = f", holds a {self.held.shape}" if self.held else ""
+        turned = ", ".join(f"{x:.4g}" for x in self.quaternion)
+        return f"{self.name}: {robot} at {point(self.position)}, quaternion [{turned}]{holds}"
+
     @property
     def dof(self) -> int:
         return self.robot.dof
@@ -66,6 +76,13 @@ class Obstacle:
     size: Float[np.ndarray, "3"] | None = None
     radius: float | None = None
     length: float | None = None
+
+    @brief
+    def __repr__(self) -> str:
+        edges = [] if self.size is None else [" x ".join(f"{edge:g}" for edge in self.size) + " m"]
+        named = {"radius": self.radius, "length": self.length}
+        measures = edges + [f"{name} {value:g} m" for name, value in named.items() if value is not None]
+        return f"{self.name}: {self.shape}, {', '.join(measures)}, at {point(self.position)}"
 
     @property
     def half_size(self) -> Float[np.ndarray, "3"]:
@@ -120,6 +137,14 @@ class Cell:
         if name not in self.arm_names:
             raise UnknownNameError("arm", name, self.arm_names)
         return self.arm_names.index(name)
+
+    @brief
+    def __repr__(self) -> str:
+        robots = Counter(arm.robot.name for arm in self.arms)
+        arms = ", ".join(f"{count} {robot}" for robot, count in robots.items())
+        names = [obstacle.name for obstacle in self.obstacles]
+        obstacles = f"{counted(len(names), 'obstacle')} ({some(names)})" if names else "no obstacles"
+        return f"{self.name}: {counted(len(self.arms), 'arm')} ({arms}), {obstacles}, sphere set {self.spheres}"
 
     def __getstate__(self) -> dict[str, object]:
         # What is copied or sent to another process is the data; the compiled queries are built there anew.

@@ -11,10 +11,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from mmp_env.brief import brief
 from mmp_env.cell import Cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.instances import Source, State, draw, find_task
 from mmp_env.problem import Problem, make_problem, velocity_limits
+from mmp_env.wording import counted
 
 _ENDS = ("start", "goal")
 
@@ -28,6 +30,10 @@ class CellInstance:
     goal: State
     max_velocity: float
     name: str = ""
+
+    @brief
+    def __repr__(self) -> str:
+        return f"{self.name}{': ' if self.name else ''}{counted(len(self.cell.arms), 'arm')} in cell {self.cell.name}"
 
     @cached_property
     def problem(self) -> Problem:

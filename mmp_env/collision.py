@@ -15,11 +15,13 @@ from numpy.typing import ArrayLike
 
 from mmp_env import _core
 from mmp_env.arm_parts import part_names
+from mmp_env.brief import brief
 from mmp_env.cell import SHAPES, Cell, Obstacle
 from mmp_env.conflict import Conflict, plan_conflicts
 from mmp_env.errors import MmpError
 from mmp_env.joint_chain import joint_chain
 from mmp_env.transforms import matrix_from_quaternion, transform
+from mmp_env.wording import counted
 
 if TYPE_CHECKING:
     from mmp_env.plan import Plan
@@ -48,6 +50,12 @@ class CollisionModel:
         self.core.freeze()
         self._radii = [_core.sphere_table(self.core, k)[:, 1] for k in range(len(cell.arms))]
         self._links = [_core.sphere_table(self.core, k)[:, 0].astype(int) for k in range(len(cell.arms))]
+
+    @brief
+    def __repr__(self) -> str:
+        spheres = f"{sum(map(len, self._radii))} spheres of set {self.cell.spheres}"
+        sizes = f"{counted(len(self.cell.arms), 'arm')}, {counted(len(self.cell.obstacles), 'obstacle')}"
+        return f"of cell {self.cell.name}: {sizes}, {spheres}"
 
     def index(self, arm: str) -> int:
         """Number of an arm in the core. Raises `UnknownNameError`."""

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.brief import brief
 from mmp_env.plan_fit import check_complete
+from mmp_env.wording import in_seconds
 
 if TYPE_CHECKING:
     from mmp_env.collision import CollisionModel
@@ -35,6 +37,11 @@ class Conflict:
     q_b: Float[np.ndarray, "dof_b"]
     spheres: tuple[int, int]
     depth_m: float
+
+    @brief
+    def __repr__(self) -> str:
+        how = f"{abs(self.depth_m) * 1e3:.1f} mm {'deep' if self.depth_m >= 0 else 'apart'}"
+        return f"of {self.arm_a} and {self.arm_b} from {self.start_s:.2f} to {in_seconds(self.end_s)}, {how}"
 
 
 def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from mmp_env.brief import brief
 from mmp_env.cell import Cell
 
 
@@ -22,6 +23,10 @@ class Contact:
     body_a: str
     body_b: str
     depth_m: float
+
+    @brief
+    def __repr__(self) -> str:
+        return f"of {self.body_a} and {self.body_b} from {self.time_s:.3f} s on, {self.depth_m * 1e3:.2f} mm deep"
 
 
 @dataclass

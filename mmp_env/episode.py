@@ -9,6 +9,7 @@ from typing import Any
 
 import msgspec
 
+from mmp_env.brief import brief
 from mmp_env.cell_file import name_or_stem
 from mmp_env.errors import MmpError
 from mmp_env.execution import ExecutionReport, execute_plan
@@ -16,6 +17,7 @@ from mmp_env.plan import Plan
 from mmp_env.plan_file import plan_from_dict, plan_to_dict
 from mmp_env.reading import Place, check_schema, decode, read_document
 from mmp_env.simulation import Simulation
+from mmp_env.wording import counted, in_seconds
 from mmp_env.writing import json_text, write_text
 
 EPISODE_SCHEMA = "mmp-episode/1"
@@ -34,6 +36,10 @@ class Episode:
     name: str
     plans: tuple[Plan, ...]
 
+    @brief
+    def __repr__(self) -> str:
+        return f"{self.name}: {counted(len(self.plans), 'plan')}, {in_seconds(self.makespan_s)}"
+
     @property
     def makespan_s(self) -> float:
         return sum(plan.makespan_s for plan in self.plans)
@@ -44,6 +50,12 @@ class EpisodeExecution:
     """What became of an episode in the simulation: a report for each of its plans."""
 
     reports: tuple[ExecutionReport, ...]
+
+    @brief
+    def __repr__(self) -> str:
+        goals = "every goal reached" if self.reached else "not every goal reached"
+        plans = counted(len(self.reports), "plan")
+        return f"of {plans}: {goals}, {counted(self.contacts, 'contact')}, {in_seconds(self.duration_s)}"
 
     @property
     def reached(self) -> bool:

@@ -6,20 +6,28 @@ Arrays in events are the planner's own: look, do not write.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.brief import brief
+from mmp_env.wording import counted
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Event:
     """Base of all events. `elapsed_s` is since the start of planning."""
 
     elapsed_s: float
 
+    @brief
+    def __repr__(self) -> str:
+        return ", ".join(f"{field.name}={_short(getattr(self, field.name))}" for field in fields(self))
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SearchStarted(Event):
     """A conflict tree begins; the first one is `restart` 0. `sub_seed` seeds its single-arm searches."""
 
@@ -27,7 +35,7 @@ class SearchStarted(Event):
     sub_seed: int
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class NodeCreated(Event):
     """A node of the tree: its paths on the grid of `dt_s` [s], cost, bound and conflicts, and what sets it apart.
 
@@ -48,7 +56,7 @@ class NodeCreated(Event):
     dt_s: float = 0.1
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class NodeExpanded(Event):
     """A node is taken from the open list."""
 
@@ -58,7 +66,7 @@ class NodeExpanded(Event):
     conflicts: int
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ConflictChosen(Event):
     """The conflict that a node is branched on: two arms and the interval [`start_s`, `end_s`]."""
 
@@ -69,7 +77,7 @@ class ConflictChosen(Event):
     end_s: float
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Replanned(Event):
     """A call of the low level for one arm: whether it found a path, and how many iterations it took."""
 
@@ -89,7 +97,7 @@ class ForceField:
     centres: bool
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Repelled(Event):
     """A repulsive modification: the path before and after and, where the watcher `wants_iterates`, each iterate.
 
@@ -104,7 +112,7 @@ class Repelled(Event):
     field: ForceField | None = None
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class FastTracked(Event):
     """The fast track was tried on a node; `arm` is in every conflict, `solved` says whether all of them went away."""
 
@@ -113,13 +121,20 @@ class FastTracked(Event):
     solved: bool
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SolutionFound(Event):
     """A node without conflicts whose plan has its certificate: `clearance_m` is proved at every instant."""
 
     node: int
     cost_rad: float
     clearance_m: float
+
+
+def _short(value: Any) -> str:
+    """Returns a field as text: of arrays their shape, of several paths how many."""
+    if isinstance(value, np.ndarray):
+        return "x".join(map(str, value.shape))
+    return counted(len(value), "path") if isinstance(value, Mapping | tuple) else repr(value)
 
 
 Watcher = Callable[[Event], None]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.brief import brief
 from mmp_env.contacts import Contact
 from mmp_env.loads import Load, loads_of
 from mmp_env.monitor import Halt, Monitor, Watch
@@ -17,6 +18,7 @@ from mmp_env.plan import Plan
 from mmp_env.plan_fit import check_duration, check_fit
 from mmp_env.reference import Reference
 from mmp_env.simulation import Simulation
+from mmp_env.wording import counted, in_seconds
 
 REACHED_RAD = 0.02
 """An arm has reached a configuration when every joint is this close to it."""
@@ -53,6 +55,17 @@ class ExecutionReport:
     times: Float[np.ndarray, "t"]
     positions: Mapping[str, Float[np.ndarray, "t dof"]]
     phases: Float[np.ndarray, "t"]
+
+    @brief
+    def __repr__(self) -> str:
+        goals = "every goal reached" if self.reached else "not every goal reached"
+        contacts = counted(len(self.contacts), "contact") if self.contacts else "no contact"
+        torque = max(load.share for load in self.loads.values())
+        halts = f", {counted(len(self.halts), 'halt')}" if self.halts else ""
+        return (
+            f"{goals}, {contacts}, tracking error at most {self.max_tracking_error_rad:.4f} rad,"
+            f" torque at most {torque:.0%} of its rating{halts}, {in_seconds(self.duration_s)}"
+        )
 
     @property
     def given_up(self) -> bool:

@@ -13,12 +13,14 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from mmp_env.brief import brief, some
 from mmp_env.cell import Cell
 from mmp_env.cell_file import CellData, cell_from_data, check_name
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.problem import DEFAULT_MARGIN_M, DEFAULT_MAX_VELOCITY, Problem, make_problem
 from mmp_env.reading import Place, check_schema, decode, named, numbers, read_document, shown
 from mmp_env.robot import frozen_array
+from mmp_env.wording import counted
 
 INSTANCES_SCHEMA = "mmp-instances/1"
 
@@ -47,6 +49,10 @@ class Instance:
     place: Place
     """Where it stands, for messages."""
 
+    @brief
+    def __repr__(self) -> str:
+        return f"{self.name} of {counted(len(self.start), 'arm')}"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class InstanceFile:
@@ -55,6 +61,12 @@ class InstanceFile:
     name: str
     cell: Cell
     instances: tuple[Instance, ...]
+
+    @brief
+    def __repr__(self) -> str:
+        cell = f"{counted(len(self.cell.arms), 'arm')} in cell {self.cell.name}"
+        names = some([instance.name for instance in self.instances])
+        return f"{self.name}: {counted(len(self.instances), 'instance')} ({names}) of {cell}"
 
     def instance(self, name: str) -> Instance:
         """The instance of that name. Raises `UnknownNameError`."""

@@ -10,9 +10,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from mmp_env.brief import brief
 from mmp_env.cell import Cell
 from mmp_env.errors import MmpError
 from mmp_env.problem import DEFAULT_MARGIN_M, DEFAULT_MAX_VELOCITY, Problem, make_problem
+from mmp_env.wording import counted
 
 DEFAULT_TASK = "reach"
 
@@ -37,6 +39,10 @@ class Drawn:
     start: State
     goal: State
     cell: Cell
+
+    @brief
+    def __repr__(self) -> str:
+        return f"start and goal of {counted(len(self.start), 'arm')} in cell {self.cell.name}"
 
 
 def draw(cell: Cell, source: Source, rng: np.random.Generator) -> Drawn:

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.brief import brief
 from mmp_env.problem import Problem
+from mmp_env.wording import counted, in_seconds
 
 if TYPE_CHECKING:
     from mmp_env.execution import ExecutionReport
@@ -34,6 +36,15 @@ class Plan:
     accelerations: Mapping[str, Float[np.ndarray, "t dof"]] | None = None
     max_acceleration: Mapping[str, Float[np.ndarray, "dof"]] | None = None
     max_jerk: Mapping[str, Float[np.ndarray, "dof"]] | None = None
+
+    @brief
+    def __repr__(self) -> str:
+        problem, maker = self.problem.name or self.problem.cell.name, self.planner.get("name")
+        size = f"{counted(len(self.positions), 'arm')}, {counted(len(self.times), 'sample')}"
+        return (
+            f"for {problem}: {size}, {in_seconds(self.makespan_s)}, {self.cost_rad:.2f} rad,"
+            f" {'retimed' if self.retimed else 'not retimed'}{f', by {maker}' if maker else ''}"
+        )
 
     @property
     def makespan_s(self) -> float:

@@ -9,10 +9,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from mmp_env.brief import brief
 from mmp_env.cell import Cell
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
 from mmp_env.robot import frozen_array
-from mmp_env.wording import degrees_hint
+from mmp_env.wording import counted, degrees_hint
 
 DEFAULT_MAX_VELOCITY = 0.8
 """[rad/s] per joint, as in the paper; never above the robot's own limit."""
@@ -33,6 +34,12 @@ class Problem:
     max_velocity: Mapping[str, Float[np.ndarray, "dof"]]
     margin: float
     name: str = ""
+
+    @brief
+    def __repr__(self) -> str:
+        cell = f"{counted(len(self.cell.arms), 'arm')} in cell {self.cell.name}"
+        cost = f"{self.cost_lower_bound_rad:.2f} rad along straight lines"
+        return f"{self.name}{': ' if self.name else ''}{cell}, {cost}, margin {self.margin * 1e3:.2f} mm"
 
     @property
     def cost_lower_bound_rad(self) -> float:

@@ -15,8 +15,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, Int
 
+from mmp_env.brief import brief, point
 from mmp_env.errors import HOW_TO_ADD, UnknownNameError, misspelled
 from mmp_env.transforms import matrix_from_rpy, transform
+from mmp_env.wording import counted
 
 SPHERE_SETS = ("28", "fine")
 _ROBOTS = Path(__file__).parent / "robots"
@@ -38,6 +40,10 @@ class Spheres:
     centers: Float[np.ndarray, "s 3"]
     radii: Float[np.ndarray, "s"]
 
+    @brief
+    def __repr__(self) -> str:
+        return f"{len(self.radii)} on {counted(len(set(self.links.tolist())), 'link')}"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tool:
@@ -50,6 +56,10 @@ class Tool:
     self_ignore: dict[str, frozenset[str]]
     """Sphere set -> names of the robot's links that the tool is not tested against."""
     mjcf: Path
+
+    @brief
+    def __repr__(self) -> str:
+        return f"{self.name}: tool point at {point(self.point)}"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,6 +99,10 @@ class Robot:
     self_ignore: dict[str, frozenset[tuple[int, int]]]
     """By sphere set: link pairs (low, high) that are left out of the self-collision test."""
     mjcf: Path
+
+    @brief
+    def __repr__(self) -> str:
+        return f"{self.name}: {self.title}, {counted(self.dof, 'joint')}, reach {self.reach:g} m"
 
     @property
     def dof(self) -> int:

@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from mmp_env.brief import brief
 from mmp_env.events import ConflictChosen, Event, FastTracked, NodeCreated, NodeExpanded, SearchStarted, SolutionFound
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
+from mmp_env.wording import counted
 from mmp_env.writing import write_text
 
 _SAME_RAD = 1e-6
@@ -45,6 +47,13 @@ class TreeNode:
     on_solution_path: bool = False
     paths: Mapping[str, np.ndarray] | None = None
 
+    @brief
+    def __repr__(self) -> str:
+        parent = "a root" if self.parent is None else f"child of {self.parent}"
+        apart = f", {self.constraint}" if self.constraint else ""
+        conflicts = "" if self.conflicts is None else f", {counted(self.conflicts, 'conflict')}"
+        return f"{self.id}: {parent}{apart}{conflicts}, {self.cost_rad:.2f} rad"
+
 
 class SearchTree:
     """A watcher that records the conflict tree, all trees of it where the search starts anew.
@@ -64,6 +73,12 @@ class SearchTree:
         self.clearance_m: float | None = None
         self._newest: dict[int, TreeNode] = {}
         self._restart = 0
+
+    @brief
+    def __repr__(self) -> str:
+        found = "no solution" if self.solution is None else f"a solution of {self.solution.cost_rad:.2f} rad"
+        of = f"of {self.title}: " if self.title else ""
+        return f"{of}{counted(len(self.nodes), 'node')}, {len(self.expansions)} expanded, {found}"
 
     def __call__(self, event: Event) -> None:
         match event:

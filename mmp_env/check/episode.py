@@ -13,7 +13,7 @@ from jaxtyping import Float
 from mmp_env.check import check_plan
 from mmp_env.check.fields import UnreadableError, known, listed, member, rotation, shown
 from mmp_env.check.reading import Arm, PlanData, read_plan
-from mmp_env.check.report import CheckReport, Violation
+from mmp_env.check.report import CheckReport, Violation, in_short
 from mmp_env.check.rules import END_TOLERANCE_RAD
 
 SCHEMA = "mmp-episode/1"
@@ -52,6 +52,9 @@ class EpisodeReport:
             "min_clearance_m": self.min_clearance_m,
             "plans": [plan.as_dict() for plan in self.plans],
         }
+
+    def __repr__(self) -> str:
+        return f"<EpisodeReport of {len(self.plans)} plans: {'valid' if self.valid else in_short(self.sentences)}>"
 
     def __str__(self) -> str:
         if not self.valid:

@@ -41,6 +41,9 @@ class Violation:
     def __str__(self) -> str:
         return f"{self.rule}: {self.message}"
 
+    def __repr__(self) -> str:
+        return f"<Violation {self}>"
+
     def as_dict(self) -> dict[str, Any]:
         """The fields as JSON values."""
         return {
@@ -96,12 +99,21 @@ class CheckReport:
             "instants": self.instants,
         }
 
+    def __repr__(self) -> str:
+        return f"<CheckReport {self if self.valid else in_short(self.sentences)}>"
+
     def __str__(self) -> str:
         if not self.valid:
             return "\n".join(self.sentences)
         if self.min_clearance_m is None:  # a lone arm without obstacles or self pairs
             return "valid; nothing to touch"
         return f"valid; clearance >= {self.min_clearance_m * 1e3:.2f} mm at every instant, least between {self.where}"
+
+
+def in_short(sentences: list[str]) -> str:
+    """Returns the first of some violations, and how many there are besides."""
+    more = f" (and {len(sentences) - 1} more)" if len(sentences) > 1 else ""
+    return f"invalid; {sentences[0]}{more}"
 
 
 def _number(value: Any) -> Any:

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.export.motion import Motion
 from mmp_env.reading import MAX_JSON_BYTES, named, shown, unique
 from mmp_env.regular_files import read_bytes
+from mmp_env.wording import counted, in_seconds
 from mmp_env.yaml_reading import yaml_value
 
 _NANO = 10**9
@@ -31,6 +33,11 @@ class JointTrajectory:
     positions: Float[np.ndarray, "t n"]
     velocities: Float[np.ndarray, "t n"] | None
     accelerations: Float[np.ndarray, "t n"] | None
+
+    @brief
+    def __repr__(self) -> str:
+        joints, samples = counted(len(self.joint_names), "joint"), counted(len(self.times), "sample")
+        return f"of {joints}: {samples}, {in_seconds(float(self.times[-1]))}"
 
 
 def yaml_text(motion: Motion) -> str:

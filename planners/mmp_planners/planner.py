@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
+from mmp_env.brief import brief
 from mmp_env.events import Watcher, ignore
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
@@ -43,6 +44,11 @@ class PlanResult:
     status: Status
     plan: Plan | None = None
     stats: Mapping[str, Any] = field(default_factory=dict)
+
+    @brief
+    def __repr__(self) -> str:
+        reason = f" ({self.stats['message']})" if self.stats.get("message") else ""
+        return f"{self.status}{reason}: {'no plan' if self.plan is None else self.plan}"
 
 
 @runtime_checkable

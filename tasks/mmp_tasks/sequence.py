@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mmp_env.brief import brief
 from mmp_env.cell import Cell
 from mmp_env.errors import MmpError
+from mmp_env.wording import counted
 from mmp_tasks import registry
 from mmp_tasks.handling import Deliverer
 from mmp_tasks.stances import tucked
@@ -22,6 +24,10 @@ class Stage:
     cell: Cell
     start: State
     goal: State
+
+    @brief
+    def __repr__(self) -> str:
+        return f"{self.name}: {counted(len(self.start), 'arm')} in cell {self.cell.name}"
 
 
 def stages(cell: Cell, rng: np.random.Generator, task: str = "packing") -> tuple[Stage, ...]:

@@ -1,0 +1,41 @@
+"""What values say of themselves at a prompt and in a notebook: one line, with units."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+_LONGEST = 300
+
+
+def brief(tell: Callable[[Any], str]) -> Callable[[Any], str]:
+    """Makes a `__repr__`, `<Class text>`, of a method that returns the text.
+
+    The line stays short and printable whatever names the value holds, and a malformed value is shown as well.
+    """
+
+    @functools.wraps(tell)
+    def shown(self: Any) -> str:
+        try:
+            text = tell(self)
+        except Exception:
+            return object.__repr__(self)
+        printable = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
+        cut = printable if len(printable) <= _LONGEST else printable[:_LONGEST] + "..."
+        return f"<{type(self).__name__} {cut}>"
+
+    return shown
+
+
+def point(position: Float[np.ndarray, "3"]) -> str:
+    """Returns a position [m] as text: `[-0.55, 0, 0.1] m`."""
+    return f"[{', '.join(f'{x:.4g}' for x in position)}] m"
+
+
+def some(names: list[str], most: int = 5) -> str:
+    """Returns the first names as text: `a, b, c, d, e, ...`."""
+    return ", ".join(names[:most]) + (", ..." if len(names) > most else "")

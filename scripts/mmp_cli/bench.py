@@ -106,13 +106,17 @@ def run(args: Namespace) -> int:
 
 
 def _job(args: Namespace) -> Job:
-    from mmp_cli.benchmark.job import Job
+    from mmp_cli.benchmark.job import MOST_UNITS, Job
     from mmp_cli.benchmark.sources import read_sources
     from mmp_cli.benchmark.variants import read_variants
     from mmp_cli.plan import default_planner
 
+    variants = read_variants(args.planners or default_planner(), args.settings)
+    units = (args.count or 0) * len(args.sources) * len(variants)
+    if units > MOST_UNITS:
+        raise MmpError(f"--count {args.count} makes {units} units; a benchmark has at most {MOST_UNITS}")
     return Job(
-        variants=read_variants(args.planners or default_planner(), args.settings),
+        variants=variants,
         sources=read_sources(args),
         time_limit_s=args.time_limit,
         memory_limit_mb=args.memory_limit,

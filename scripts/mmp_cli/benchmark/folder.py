@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import json
 import os
+import stat
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from mmp_cli.benchmark.job import Key, Unit
+from mmp_cli.benchmark.result_line import read_line
 from mmp_cli.benchmark.settings import check_same, load_settings, save_settings
 from mmp_env.errors import MmpError
 from mmp_env.paths import exists, is_folder, real_path
@@ -19,6 +22,8 @@ from mmp_env.writing import file_name, write_text
 from mmp_planners import Status
 
 RESULTS, PLANS = "results.jsonl", "plans"
+MOST_BYTES = 2**28
+"""Largest file of results: that of about 250,000 units."""
 
 
 class ResultsFolder:
@@ -51,7 +56,10 @@ class ResultsFolder:
     def __enter__(self) -> ResultsFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(self.results, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+            # Without waiting: a pipe may never be written to.
+            self._file = os.open(self.results, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NONBLOCK, 0o666)
+            if not stat.S_ISREG(os.fstat(self._file).st_mode):
+                raise OSError(errno.EINVAL, f"{RESULTS} is not a regular file")
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             self._begin()
         except BlockingIOError:
@@ -95,6 +103,8 @@ class ResultsFolder:
             raise MmpError(f"{self.results} cannot be written: {error.strerror}") from None
 
     def _begin(self) -> None:
+        if os.fstat(self._file).st_size > MOST_BYTES:
+            raise MmpError(f"{self.results} is larger than {MOST_BYTES / 2**20:g} MB; give another folder (--out)")
         content = _content(self._file)
         there = load_settings(self.path)
         if there is None:
@@ -122,6 +132,7 @@ class ResultsFolder:
                 raise MmpError(f"{place} is no result of this benchmark; take it out, or give another folder (--out)")
             if key in self.lines:
                 raise MmpError(f"{place} has the result of {' '.join(map(str, key))} for the second time; take it out")
+            read_line(text, place)
             self.lines[key] = line
 
     def _close(self) -> None:

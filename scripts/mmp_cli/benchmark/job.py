@@ -8,6 +8,9 @@ from typing import Any, TypeAlias
 
 from mmp_cli.benchmark.sources import Instances
 
+MOST_UNITS = 250_000
+"""Largest benchmark."""
+
 Key: TypeAlias = tuple[str, str, int]
 """Instance, label of the planner, seed: what a line of results.jsonl is known by."""
 

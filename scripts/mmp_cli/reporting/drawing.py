@@ -30,6 +30,8 @@ Two of Okabe and Ito's are left out, because they vanish on white or on black.
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*", "<", ">")
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)))
 _DPI = 160
+_MOST_PIXELS = 2**15
+"""Largest side of a figure; matplotlib makes none of twice as many."""
 _LONGEST_NAME = 26
 _STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",
@@ -96,8 +98,9 @@ def finished(figure: Figure, name: str, caption: str) -> Drawing:
         figure.draw_without_rendering()
         figure.set_layout_engine("none")
         svg, png = io.StringIO(), io.BytesIO()
-        figure.savefig(svg, format="svg", dpi=_DPI, metadata={"Date": None}, facecolor="none")
-        figure.savefig(png, format="png", dpi=_DPI, metadata={"Software": None}, facecolor="white")
+        dpi = min(_DPI, _MOST_PIXELS / max(figure.get_size_inches()))
+        figure.savefig(svg, format="svg", dpi=dpi, metadata={"Date": None}, facecolor="none")
+        figure.savefig(png, format="png", dpi=dpi, metadata={"Software": None}, facecolor="white")
     text = svg.getvalue()
     return Drawing(name=name, caption=caption, svg=_on_white(text), png=png.getvalue(), inline=_inline(text, name))
 

@@ -6,6 +6,7 @@ from argparse import Namespace
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from jaxtyping import UInt8
@@ -13,7 +14,7 @@ from jaxtyping import UInt8
 from mmp_cli.benchmark.sources import Instances, read_sources
 from mmp_cli.reporting.choice import choose
 from mmp_cli.reporting.sections import Section
-from mmp_cli.reporting.settings import Settings, without_place
+from mmp_cli.reporting.settings import Settings, may_be_read, without_place
 from mmp_env.errors import MmpError
 from mmp_env.instances import DEFAULT_TASK
 from mmp_env.opengl import offscreen_backend
@@ -42,13 +43,13 @@ class Album:
     lacking: tuple[str, ...] = ()
 
 
-def take_photographs(held: Sequence[Section], names: Sequence[str], settings: Settings | None) -> Album:
+def take_photographs(held: Sequence[Section], names: Sequence[str], settings: Settings | None, folder: Path) -> Album:
     """Of each section whose cell can be had; `names` are what their files are called after."""
     if settings is None:
         return Album(lacking=("No pictures: without settings.json the cells are not known.",))
     try:
         offscreen_backend()
-        sources, lacking = _open(settings)
+        sources, lacking = _open(settings, folder)
         taken = {
             section.name: tuple(_taken(section, name, sources[section.name]))
             for section, name in zip(held, names, strict=True)
@@ -59,7 +60,7 @@ def take_photographs(held: Sequence[Section], names: Sequence[str], settings: Se
     return Album(photographs=taken, lacking=tuple(lacking))
 
 
-def _open(settings: Settings) -> tuple[dict[str, Instances], list[str]]:
+def _open(settings: Settings, folder: Path) -> tuple[dict[str, Instances], list[str]]:
     """The sources by the title of their cell, and why some cannot be had."""
     out: dict[str, Instances] = {}
     lacking = []
@@ -67,11 +68,14 @@ def _open(settings: Settings) -> tuple[dict[str, Instances], list[str]]:
         asked = {"sources": [name], "source": name, "instance": None, "start": None, "goal": None}
         own = {key: getattr(settings, key) for key in ("count", "seed", "robot", "margin")}
         own["task"] = None if settings.task == DEFAULT_TASK else settings.task  # a file takes none
+        if not may_be_read(name, folder):
+            where = "it is neither in the current folder nor beside the results"
+            lacking.append(f"No pictures of {without_place(name)}: {where}.")
+            continue
         try:
             (source,) = read_sources(Namespace(**asked | own))
-        except MmpError as error:
-            why = str(error).rstrip(".").replace(name, without_place(name))
-            lacking.append(f"No pictures of {without_place(name)}: {why}.")
+        except MmpError:  # whose message may quote a file that is none of ours
+            lacking.append(f"No pictures of {without_place(name)}: it cannot be read here as a cell or instances.")
             continue
         if k < len(settings.digests) and source.digest != settings.digests[k]:
             lacking.append(f"No pictures of {without_place(name)}: it is not what it was when the benchmark was run.")

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from mmp_cli.benchmark.result_line import LARGEST
 from mmp_cli.reporting.sections import Section
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.reading import shown
@@ -150,6 +151,6 @@ def _number(place: str, column: str, text: str) -> float | None:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not (math.isfinite(value) and value >= 0):
-        raise MmpError(f"{place}: {column} is {shown(text)}; it must be a finite number from 0, or nothing")
+    if not 0 <= value <= LARGEST:
+        raise MmpError(f"{place}: {column} is {shown(text)}; it must be a number from 0 to {LARGEST:g}, or nothing")
     return value

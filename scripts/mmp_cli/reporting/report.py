@@ -27,10 +27,12 @@ from mmp_cli.reporting.settings import (
 )
 from mmp_cli.reporting.success_figure import success_figure
 from mmp_cli.reporting.tables import Table, error_table, overview, section_tables
-from mmp_env.errors import UnknownNameError
+from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.wording import counted
 
 _USUAL_REFERENCE = "apf-ecbs"
+_MOST_SHOWN = 100
+"""Cells, and planners, in a report."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,18 +85,21 @@ def make_report(wish: Wish, published: Sequence[Published]) -> Report:
     results, settings = read_results(wish.folder), read_settings(wish.folder)
     held = sections(results.lines, [x.label for x in settings.planners] if settings else ())
     labels = list(dict.fromkeys(run.label for section in held for run in section.runs))
+    for what, count in (("cells", len(held)), ("planners", len(labels))):
+        if count > _MOST_SHOWN:
+            raise MmpError(f"{wish.folder} has results of {count} {what}; a report shows at most {_MOST_SHOWN}")
     reference = _reference(wish.reference, labels)
     looked = looks(labels)
     matches = [(x, match(x, held)) for x in published]
     taken = {"success"}
     names = [slug(section.name, taken) for section in held]
-    album = take_photographs(held, names, settings)
+    album = take_photographs(held, names, settings, wish.folder)
     parts = tuple(
         _part(section, matches, looked, reference, settings, name, album.photographs.get(section.name, ()))
         for section, name in zip(held, names, strict=True)
     )
     success = success_figure(held, looked)
-    lacking = missing(settings, results.lines) if settings else Missing()
+    lacking = missing(settings, results.lines, wish.folder) if settings else Missing()
     commands = [bench_command(settings, wish.folder)] if settings else []
     return Report(
         title=wish.title or f"Benchmark: {', '.join(section.name for section in held)}",

@@ -10,9 +10,12 @@ from typing import Any
 
 import msgspec
 
+from mmp_cli.arguments import LARGEST_SEED
+from mmp_cli.benchmark.job import MOST_UNITS
+from mmp_cli.benchmark.result_line import LARGEST, Line
 from mmp_cli.benchmark.settings import SCHEMA, SETTINGS
 from mmp_cli.benchmark.sources import DRAWN_COUNT
-from mmp_cli.reporting.results import Line
+from mmp_env.cell_limits import LARGEST_M
 from mmp_env.errors import MmpError
 from mmp_env.instances import DEFAULT_TASK
 from mmp_env.paths import exists, real_path
@@ -64,16 +67,52 @@ def read_settings(folder: Path) -> Settings | None:
     place = Place(str(path))
     data = read_document(path)
     check_schema(data, SCHEMA, place)
-    return decode(data, Settings, place)
+    settings = decode(data, Settings, place)
+    _check(settings, place)
+    return settings
 
 
-def missing(settings: Settings, lines: Iterable[Line]) -> Missing:
+def may_be_read(source: str, folder: Path) -> bool:
+    """Returns whether a source is no file, or a file in the current folder or beside the results, or below these.
+
+    Settings may come from elsewhere: they do not make a report read any other file.
+    """
+    try:
+        if not (names_file(source) or exists(source)):
+            return True
+        roots = real_path("."), real_path(folder).parent
+        return any(real_path(source).is_relative_to(root) for root in roots if root != root.parent)
+    except MmpError:
+        return False
+
+
+def _check(settings: Settings, place: Place) -> None:
+    """Raises `MmpError` for numbers that no benchmark has."""
+    bounds = {
+        "count": (settings.count, 1, MOST_UNITS),
+        "seed": (settings.seed, 0, LARGEST_SEED),
+        "time_limit_s": (settings.time_limit_s, 0, LARGEST),
+        "margin": (settings.margin, 0, LARGEST_M),
+        "memory_limit_mb": (settings.memory_limit_mb, 1, LARGEST),
+    }
+    for name, (value, least, most) in bounds.items():
+        if value is not None and not least <= value <= most:
+            raise (place / name).wrong(value, f"a number from {least} to {most:g}")
+    for name, most in (("sources", 1000), ("planners", 1000), ("digests", 1000)):
+        if (count := len(getattr(settings, name))) > most:
+            raise MmpError(f"{place / name} has {count} entries; it must have at most {most}")
+    units = (settings.count or DRAWN_COUNT) * len(settings.sources) * len(settings.planners)
+    if units > MOST_UNITS:
+        raise MmpError(f"{place / 'count'} makes {units} units; a benchmark has at most {MOST_UNITS}")
+
+
+def missing(settings: Settings, lines: Iterable[Line], folder: Path) -> Missing:
     """What the results lack."""
     done = {(line.instance, line.planner) for line in lines}
     names: list[str] = []
     unknown = []
     for source in settings.sources:
-        expected = _instances(settings, source)
+        expected = _instances(settings, source) if may_be_read(source, folder) else None
         names += expected or []
         unknown += [] if expected is not None else [without_place(source)]
     counts = {x.label: sum((name, x.label) not in done for name in names) for x in settings.planners}

@@ -1,0 +1,93 @@
+"""Reading a line of `results.jsonl`: its fields, of what types and how large they may be."""
+
+from __future__ import annotations
+
+import math
+
+import msgspec
+
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.reading import Place, decode, parse_json
+from mmp_planners import Status
+
+LARGEST = 1e12
+"""Largest number in a result, of any unit: what is computed from such numbers stays finite."""
+LONGEST_TEXT = 10_000
+"""Characters in a field, at most."""
+_SAME_RAD = 1e-9
+
+
+class Line(msgspec.Struct, frozen=True, kw_only=True):
+    """One line; what did not come about, or is not counted by the planner, is None. `planner` is the label.
+
+    A line without generated nodes has no conflict tree, and so no expanded nodes either.
+    """
+
+    instance: str
+    planner: str
+    status: str
+    seed: int = 0
+    cell: str | None = None
+    arms: int | None = None
+    planning_time_s: float | None = None
+    check_time_s: float | None = None
+    expanded_nodes: float | None = None
+    generated_nodes: float | None = None
+    fast_track_tries: float | None = None
+    fast_track_hits: float | None = None
+    cost_rad: float | None = None
+    makespan_s: float | None = None
+    root_conflicts: float | None = None
+    cost_lower_bound_rad: float | None = None
+    min_clearance_m: float | None = None
+    bound_met: bool | None = None
+    deadline_hit: bool | None = None
+    message: str | None = None
+    version: str | None = None
+    machine: str | None = None
+
+    @property
+    def source(self) -> str:
+        """Name of the cell, or environment id: what stands before the first slash of the instance."""
+        return self.instance.partition("/")[0]
+
+    @property
+    def section(self) -> str:
+        """Which part of the report it belongs to."""
+        return self.cell or self.source
+
+    @property
+    def problem(self) -> tuple[str, int]:
+        """What planners are compared on: the instance and the seed."""
+        return self.instance, self.seed
+
+    @property
+    def cost_ratio(self) -> float | None:
+        """Cost by the sum of the straight lines; None without a plan, or where start and goal are the same."""
+        if self.cost_rad is None or self.cost_lower_bound_rad is None or self.cost_lower_bound_rad < _SAME_RAD:
+            return None
+        return self.cost_rad / self.cost_lower_bound_rad
+
+
+_NUMBERS = tuple(f.name for f in msgspec.structs.fields(Line) if f.type == float | None)
+_TEXTS = tuple(f.name for f in msgspec.structs.fields(Line) if f.type in (str, str | None))
+
+
+def read_line(row: str, place: Place) -> Line:
+    """Returns the result in a line. Raises `MmpError` that names file, line and field."""
+    data = parse_json(row, place)
+    if not isinstance(data, dict):
+        raise place.wrong(data, "an object")
+    line = decode(data, Line, place)
+    if line.status not in list(Status):
+        raise MmpError(f"{place}: {UnknownNameError('status', line.status, Status)}")
+    for name in _NUMBERS:
+        value, least = getattr(line, name), -LARGEST if name == "min_clearance_m" else 0
+        if value is not None and not (math.isfinite(value) and least <= value <= LARGEST):
+            raise (place / name).wrong(value, f"a finite number from {least:g} to {LARGEST:g}, or null")
+    if line.arms is not None and not 1 <= line.arms <= LARGEST:
+        raise (place / "arms").wrong(line.arms, f"a whole number from 1 to {LARGEST:g}, or null")
+    for name in _TEXTS:
+        if len(getattr(line, name) or "") > LONGEST_TEXT:
+            raise (place / name).wrong(getattr(line, name), f"at most {LONGEST_TEXT} characters")
+    return msgspec.structs.replace(line, expanded_nodes=None) if line.generated_nodes == 0 else line

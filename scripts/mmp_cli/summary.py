@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain, repeat
 
 from mmp_cli.outcome import Outcome
 from mmp_cli.output import one_line
@@ -32,7 +33,9 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
         yield "makespan", _makespan(plan.makespan_s, outcome.retimed)
         yield "margin", f"{problem.margin * 1e3:.2f} mm in force"
     if outcome.check is not None:
-        yield "check", f"{outcome.check} ({outcome.check_time_s:.2f} s)"
+        *sentences, last = str(outcome.check).splitlines()
+        sentences.append(f"{last}; checked in {outcome.check_time_s:.2f} s")
+        yield from zip(chain(["check"], repeat("")), sentences, strict=False)
     elif plan:
         yield "check", "left out, the run was interrupted; mmp check does it"
     if outcome.execution is not None:

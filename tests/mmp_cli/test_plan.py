@@ -1,5 +1,6 @@
 import json
 import os
+import re
 import signal
 
 import bad_files
@@ -197,6 +198,18 @@ def test_a_plan_that_the_checker_refutes_is_said_loudly(mmp, stand_ins, instance
     assert "REFUTES" in ran.err
     assert "goal" in mmp("plan", instances, "--planner", "liar").out
     assert mmp("check", tmp_path / "plan.json").code == 1
+
+
+def test_the_summary_says_what_the_seconds_of_the_check_are(mmp, stand_ins, instances):
+    checked = re.compile(r"; checked in \d+\.\d\d s$")
+    (line,) = (line for line in mmp("plan", instances, "--planner", "straight").out.splitlines() if "check" in line)
+    assert re.match("check +valid; clearance >= ", line)
+    assert checked.search(line)
+    lines = mmp("plan", instances, "--planner", "liar").out.splitlines()
+    k = next(k for k, line in enumerate(lines) if line.startswith("check"))
+    violations = [lines[k], *(line for line in lines[k + 1 :] if line.startswith("  "))]
+    assert all(re.match(r"(check)? +[a-z]+: ", line) for line in violations)
+    assert checked.search(violations[-1])
 
 
 def test_an_unwritable_output_is_found_before_planning(mmp, stand_ins, instances, tmp_path):

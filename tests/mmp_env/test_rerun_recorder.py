@@ -162,7 +162,9 @@ def test_an_execution_with_a_monitor_is_handed_on_to_the_environment(tmp_path):
 
 def test_a_disk_that_is_full_ends_the_recording_in_a_sentence(tmp_path, monkeypatch):
     env = RerunRecorder(gymnasium.make("MultiArmCell-2"), tmp_path / "run.rrd")
-    monkeypatch.setattr(env._recording._file, "_sink", Path("/dev/full").open("wb", buffering=0))
-    env.reset(seed=0)
-    with pytest.raises(MmpError, match=r"run.rrd cannot be written: No space left on device"):
-        env.close()
+    file = env._recording._file
+    with file._sink, Path("/dev/full").open("wb", buffering=0) as full:
+        monkeypatch.setattr(file, "_sink", full)
+        env.reset(seed=0)
+        with pytest.raises(MmpError, match=r"run.rrd cannot be written: No space left on device"):
+            env.close()

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from mmp_env.brief import brief, point, some
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.read_only import ReadOnly
 from mmp_env.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.transforms import matrix_from_quaternion, transform
 from mmp_env.wording import counted
@@ -33,7 +34,7 @@ def is_name(text: str) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Arm:
+class Arm(ReadOnly):
     """A robot at its place: `position` [m] and `quaternion` (wxyz) of its base frame in the world.
 
     What it holds, if anything, is a solid whose pose is in the frame of the tool, or of the flange where it has none.
@@ -63,7 +64,7 @@ class Arm:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Obstacle:
+class Obstacle(ReadOnly):
     """A solid that stands still, or is held by an arm.
 
     `size` [3] are full edge lengths [m] of a box; `radius`, `length` (without caps) [m] of others.

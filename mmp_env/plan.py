@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from mmp_env.brief import brief
 from mmp_env.problem import Problem
+from mmp_env.read_only import ReadOnly
 from mmp_env.wording import counted, in_seconds
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Plan:
+class Plan(ReadOnly):
     """`times` [t] [s], ascending from 0; `positions`: arm name -> [t, dof] [rad].
 
     `planner` is name, options and seed; `stats` are counts, never wall-clock times, so that the same run gives the same

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from mmp_env.brief import brief
 from mmp_env.cell import Cell
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+from mmp_env.read_only import ReadOnly
 from mmp_env.robot import frozen_array
 from mmp_env.wording import counted, degrees_hint
 
@@ -21,8 +22,10 @@ DEFAULT_MARGIN_M = 0.002
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Problem:
+class Problem(ReadOnly):
     """One instance. `start`, `goal`: arm name -> [dof] [rad]; `max_velocity`: arm name -> [dof] [rad/s].
+
+    Mappings and arrays are read-only, and so are those of copies.
 
     `margin` [m] is the one in force: no plan brings two bodies closer than half of it at any instant, and planners keep
     the whole of it at the instants they look at.

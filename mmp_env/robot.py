@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from jaxtyping import Float, Int
 
 from mmp_env.brief import brief, point
 from mmp_env.errors import HOW_TO_ADD, UnknownNameError, misspelled
+from mmp_env.read_only import ReadOnly
 from mmp_env.transforms import matrix_from_rpy, transform
 from mmp_env.wording import counted
 
@@ -33,7 +35,7 @@ def frozen_array(values: object, dtype: type = float) -> np.ndarray:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Spheres:
+class Spheres(ReadOnly):
     """Spheres on links: `links` [s] (index of the link each moves with), `centers` [s, 3] [m], `radii` [s] [m]."""
 
     links: Int[np.ndarray, "s"]
@@ -46,14 +48,14 @@ class Spheres:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Tool:
+class Tool(ReadOnly):
     """A rigid tool. `mount` is T_flange_tool, `point` the tool point [m] and the spheres are in the tool frame."""
 
     name: str
     mount: Float[np.ndarray, "4 4"]
     point: Float[np.ndarray, "3"]
-    spheres: dict[str, Spheres]
-    self_ignore: dict[str, frozenset[str]]
+    spheres: Mapping[str, Spheres]
+    self_ignore: Mapping[str, frozenset[str]]
     """Sphere set -> names of the robot's links that the tool is not tested against."""
     mjcf: Path
 
@@ -63,7 +65,7 @@ class Tool:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Robot:
+class Robot(ReadOnly):
     """One arm model: a serial chain of revolute joints. Link 0 is the base, link k + 1 is moved by joint k.
 
     `origins[k]` is the pose of joint k's frame in link k at q = 0, `axes[k]` its axis in that frame (URDF convention).
@@ -94,9 +96,9 @@ class Robot:
     reach: float
     """Horizontal reach [m], for scaling layouts."""
     default_tool: str | None
-    spheres: dict[str, Spheres]
+    spheres: Mapping[str, Spheres]
     """By sphere set; link 0 holds the base's."""
-    self_ignore: dict[str, frozenset[tuple[int, int]]]
+    self_ignore: Mapping[str, frozenset[tuple[int, int]]]
     """By sphere set: link pairs (low, high) that are left out of the self-collision test."""
     mjcf: Path
 

@@ -166,8 +166,7 @@ class HasAPlanOfItsOwn(Sound):
 class Meddles(Sound):
     def found(self, problem, seed, watch):
         plan = super().found(problem, seed, watch)
-        for arm, q in problem.start.items():
-            problem.start[arm] = q + 1e-9
+        object.__setattr__(problem, "start", {arm: q + 1e-9 for arm, q in problem.start.items()})
         return plan
 
 

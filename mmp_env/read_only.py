@@ -1,0 +1,49 @@
+"""Read-only values: frozen dataclasses whose mappings and arrays cannot be changed either, not even in a copy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NoReturn, TypeVar
+
+import numpy as np
+
+_Key = TypeVar("_Key")
+_Value = TypeVar("_Value")
+
+
+def _refuse(*args: Any, **keywords: Any) -> NoReturn:
+    raise TypeError("this mapping is read-only; change a copy of it: dict(mapping)")
+
+
+class ReadOnlyDict(dict[_Key, _Value]):
+    """A dict that cannot be changed. It pickles and deep-copies; `dict(it)` and `it | other` are ordinary dicts."""
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __reduce__(self) -> tuple[Callable[[Any], Any], tuple[dict[_Key, _Value]]]:
+        return read_only, (dict(self),)  # NumPy forgets in copies and pickles that an array was read-only
+
+
+class ReadOnly:
+    """Base of frozen dataclasses. Makes their mappings and arrays read-only when they are made, copied or unpickled."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            object.__setattr__(self, name, read_only(value))
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for name, value in state.items():
+            object.__setattr__(self, name, read_only(value))
+
+
+def read_only(value: Any) -> Any:
+    """A read-only view of an array, or a read-only copy of a mapping and of the mappings and arrays in it.
+
+    Anything else is returned as it is.
+    """
+    if isinstance(value, np.ndarray) and value.flags.writeable:
+        value = value.view()
+        value.flags.writeable = False
+    elif isinstance(value, Mapping) and not isinstance(value, ReadOnlyDict):
+        return ReadOnlyDict({key: read_only(item) for key, item in value.items()})
+    return value

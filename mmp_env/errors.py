@@ -20,6 +20,20 @@ class UnretimedPlanWarning(UserWarning):
     """A plan was executed that changes velocity at once at its corners, as no motor can; `mmp_env.retime` helps."""
 
 
+def in_words(error: BaseException) -> str:
+    """Returns the exception's type and text on one line; the text alone of an `MmpError`, which is a sentence.
+
+    If reading the text raises as well, it says so.
+    """
+    try:
+        text = " ".join(str(error).split())
+    except BaseException:  # of a stranger's class: its text may do anything
+        return f"{type(error).__name__}, whose text cannot be read"
+    if isinstance(error, MmpError):
+        return text
+    return f"{type(error).__name__}: {text}".rstrip(": ")
+
+
 def nearest(name: str, known: Sequence[str]) -> str | None:
     """Returns the name in `known` that is most like `name`, or None where none is."""
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)

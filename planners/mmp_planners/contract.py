@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from mmp_env.check import check_plan
+from mmp_env.errors import in_words
 from mmp_env.events import Event, SolutionFound
 from mmp_env.plan import Plan
 from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import Problem
 from mmp_env.writing import json_text, plain
-from mmp_planners.calling import raised
 from mmp_planners.planner import PlanResult, StopPlanning
 from mmp_planners.returned import NUMBERS, WrongResultError, examined
 
@@ -51,7 +51,7 @@ class Subject:
             raise BrokenError(f"on {_name(problem)} {error}") from error
         except (Exception, SystemExit) as error:
             told = ", ".join(f"{key}={value}" for key, value in keywords.items() if key != "watch")
-            raise BrokenError(f"plan() raised {raised(error)} on {_name(problem)}, {told}") from error
+            raise BrokenError(f"plan() raised {in_words(error)} on {_name(problem)}, {told}") from error
 
 
 Rule = Callable[[Subject], Iterator[str]]
@@ -155,7 +155,7 @@ def _seeds(subject: Subject) -> Iterator[str]:
     except ValueError:
         return
     except (Exception, SystemExit) as error:
-        yield f"seed -1 raised {raised(error)}; it must be an MmpError, or another ValueError"
+        yield f"seed -1 raised {in_words(error)}; it must be an MmpError, or another ValueError"
         return
     yield "seed -1 is taken; it must be an MmpError, or another ValueError"
 
@@ -164,7 +164,7 @@ def _pickles(subject: Subject) -> Iterator[str]:
     try:
         copy = pickle.loads(pickle.dumps(subject.make()))
     except Exception as error:
-        yield f"it does not go through pickle: {raised(error)}"
+        yield f"it does not go through pickle: {in_words(error)}"
         return
     again = Subject(make=lambda: copy, problems=subject.problems, time_limit=subject.time_limit, grace=subject.grace)
     yield from _compared(subject.problems[0], subject.first[0], again.plan(subject.problems[0]), "going through pickle")

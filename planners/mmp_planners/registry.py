@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
-from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.errors import MmpError, UnknownNameError, in_words
 from mmp_env.events import ignore
 from mmp_planners.planner import About, Planner
 
@@ -49,16 +49,21 @@ def names() -> list[str]:
     return sorted(_points())
 
 
+def is_foreign(name: str) -> bool:
+    """Whether the planner comes from another package; nothing is imported for it. Raises `UnknownNameError`."""
+    return not _is_ours(_point(name))
+
+
 def load(name: str) -> type:
     """The planner's class. Raises `UnknownNameError`, or `MmpError` that names a planner which is broken."""
-    points = _points()
-    if name not in points:
-        raise UnknownNameError("planner", name, points)
-    whose = f"planner '{name}' ({points[name].value})"
+    point = _point(name)
+    whose = f"planner '{name}' ({point.value})"
     try:
-        found = points[name].load()
-    except (Exception, SystemExit) as error:
-        raise MmpError(f"{whose} does not load: {type(error).__name__}: {error}") from error
+        found = point.load()
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise MmpError(f"{whose} does not load: {in_words(error)}") from error
     fault = signature_fault(found)
     if fault:
         raise MmpError(f"{whose} {fault}")
@@ -93,10 +98,10 @@ def make(name: str, **options: Any) -> Planner:
         options[key] = _converted(name, known[key], value)
     try:
         return planner(**options)
-    except MmpError:
+    except (MmpError, KeyboardInterrupt):
         raise
-    except (Exception, SystemExit) as error:
-        raise MmpError(f"planner '{name}' cannot be made: {type(error).__name__}: {error}") from error
+    except BaseException as error:
+        raise MmpError(f"planner '{name}' cannot be made: {in_words(error)}") from error
 
 
 def describe(name: str) -> Description:
@@ -109,8 +114,10 @@ def _description(name: str, planner: type) -> Description:
     about = getattr(planner, "about", None)
     try:
         options = tuple(_options(planner))
-    except (Exception, SystemExit) as error:
-        raise MmpError(f"planner '{name}' does not say its options: {type(error).__name__}: {error}") from error
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise MmpError(f"planner '{name}' does not say its options: {in_words(error)}") from error
     return Description(name=name, summary=summary, options=options, about=about if isinstance(about, About) else None)
 
 
@@ -118,9 +125,20 @@ def _points() -> dict[str, EntryPoint]:
     """Name -> entry point; none can take the place of a planner of this package."""
     points: dict[str, EntryPoint] = {}
     for point in entry_points(group=GROUP):
-        if point.name not in points or point.module.startswith("mmp_planners."):
+        if point.name not in points or _is_ours(point):
             points[point.name] = point
     return points
+
+
+def _point(name: str) -> EntryPoint:
+    points = _points()
+    if name not in points:
+        raise UnknownNameError("planner", name, points)
+    return points[name]
+
+
+def _is_ours(point: EntryPoint) -> bool:
+    return point.module.startswith("mmp_planners.")
 
 
 def _options(planner: type) -> Iterator[Option]:

@@ -1,4 +1,4 @@
-"""What a planner returned, looked at before it is believed: somebody else's may return anything."""
+"""What a planner returned, looked at and copied before it is believed: somebody else's may return anything."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from mmp_env.errors import in_words
 from mmp_env.plan import Plan
 from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import Problem
 from mmp_env.reading import shown
+from mmp_env.robot import frozen_array
 from mmp_env.writing import plain
-from mmp_planners.planner import PlanResult, Status
+from mmp_planners.planner import PlanResult, Status, StopPlanning
 
 COUNTS = ("expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits")
 NUMBERS = (*COUNTS, "root_conflicts")
@@ -26,7 +28,19 @@ class WrongResultError(Exception):
 
 
 def examined(returned: Any, problem: Problem) -> tuple[PlanResult, dict[str, Any] | None]:
-    """The result, and its plan as plan.json has it. Raises `WrongResultError`. Whether it is safe the checker knows."""
+    """The result, and its plan as plan.json has it. Raises `WrongResultError`. Whether it is safe the checker knows.
+
+    The plan is a copy that the planner never had, of the `problem` that was set.
+    """
+    try:
+        return _examined(returned, problem)
+    except (WrongResultError, StopPlanning, KeyboardInterrupt):
+        raise
+    except BaseException as error:  # a property, a mapping or an array of a stranger's may do anything
+        raise WrongResultError(f"what plan() returned cannot be read: {in_words(error)}") from error
+
+
+def _examined(returned: Any, problem: Problem) -> tuple[PlanResult, dict[str, Any] | None]:
     status, plan, stats = (getattr(returned, name, dataclasses.MISSING) for name in ("status", "plan", "stats"))
     if dataclasses.MISSING in (status, plan, stats):
         raise WrongResultError(f"plan() returned {_a(returned)}; it must return a PlanResult(status, plan, stats)")
@@ -34,18 +48,65 @@ def examined(returned: Any, problem: Problem) -> tuple[PlanResult, dict[str, Any
         raise WrongResultError(f"the status is {shown(status)}; it must be one of {', '.join(Status)}")
     if (plan is not None) != (status == Status.SOLVED):
         raise WrongResultError(f"the status is {status} {'without' if plan is None else 'with'} a plan")
-    result = PlanResult(status=Status(status), stats=_checked(stats))
+    result = PlanResult(status=Status(status), stats=dict(_checked(stats)))
     if plan is None:
         return result, None
     if not isinstance(plan, Plan):
         raise WrongResultError(f"the plan is {_a(plan)}; it must be a Plan")
-    _check_shapes(plan, problem)
-    # Of the problem that was set: what the planner makes of it is its own affair.
-    plan = dataclasses.replace(plan, problem=problem)
+    plan = _snapshot(plan, problem)
     try:
         return dataclasses.replace(result, plan=plan), plan_to_dict(plan)
     except Exception as error:
-        raise WrongResultError(f"the plan cannot be written: {type(error).__name__}: {error}") from error
+        raise WrongResultError(f"the plan cannot be written: {in_words(error)}") from error
+
+
+def _snapshot(plan: Plan, problem: Problem) -> Plan:
+    """The plan's numbers and words, copied, as a plan of the problem that was set. Raises `WrongResultError`."""
+    times = _numbers(plan.times)
+    if times.ndim != 1 or not len(times):
+        raise WrongResultError(f"the plan's times have the shape {list(times.shape)}; they must be a list of seconds")
+    positions = _by_arm(plan.positions) or {}
+    for arm in problem.cell.arms:
+        if arm.name not in positions:
+            raise WrongResultError(f"the plan has no positions of arm '{arm.name}'")
+        shape, expected = positions[arm.name].shape, (*times.shape, arm.dof)
+        if shape != expected:
+            raise WrongResultError(
+                f"the positions of arm '{arm.name}' have the shape {list(shape)}, not {list(expected)}"
+            )
+    return Plan(
+        problem=problem,
+        times=times,
+        positions=positions,
+        planner=_signature(plan.planner),
+        stats=_words("the statistics of the plan", plan.stats),
+        velocities=_by_arm(plan.velocities),
+        accelerations=_by_arm(plan.accelerations),
+        max_acceleration=_by_arm(plan.max_acceleration),
+        max_jerk=_by_arm(plan.max_jerk),
+    )
+
+
+def _signature(planner: Any) -> dict[str, Any]:
+    """What the plan says of its planner, copied. Raises `WrongResultError`."""
+    out = _words("the planner of the plan", planner)
+    if not isinstance(out.get("name", ""), str):
+        raise WrongResultError(f"the planner of the plan has the name {shown(out['name'])}; it must be text")
+    if not isinstance(out.get("options", {}), dict):
+        raise WrongResultError(
+            f"the planner of the plan has the options {shown(out['options'])}; they must be a mapping"
+        )
+    return out
+
+
+def _words(what: str, value: Any) -> dict[str, Any]:
+    """A mapping as JSON has it. Raises `WrongResultError`."""
+    if not isinstance(value, Mapping):
+        raise WrongResultError(f"{what} is {_a(value)}; it must be a mapping")
+    try:
+        return plain(value)
+    except TypeError as error:
+        raise WrongResultError(f"the plan cannot be written: {what} holds {error}") from error
 
 
 def _checked(stats: Any) -> Mapping[str, Any]:
@@ -62,25 +123,24 @@ def _checked(stats: Any) -> Mapping[str, Any]:
     return stats
 
 
-def _check_shapes(plan: Plan, problem: Problem) -> None:
-    times = _shape(plan.times)
-    if len(times) != 1 or not times[0]:
-        raise WrongResultError(f"the plan's times have the shape {list(times)}; they must be a list of seconds")
-    for arm in problem.cell.arms:
-        if not isinstance(plan.positions, Mapping) or arm.name not in plan.positions:
-            raise WrongResultError(f"the plan has no positions of arm '{arm.name}'")
-        shape, expected = _shape(plan.positions[arm.name]), (*times, arm.dof)
-        if shape != expected:
-            raise WrongResultError(
-                f"the positions of arm '{arm.name}' have the shape {list(shape)}, not {list(expected)}"
-            )
+def _by_arm(values: Any) -> dict[str, np.ndarray] | None:
+    """Arm -> numbers, copied; None stays None. Raises `WrongResultError`."""
+    if values is None:
+        return None
+    if not isinstance(values, Mapping):
+        raise WrongResultError(f"the plan's numbers are {_a(values)}; they must be a mapping, arm -> numbers")
+    return {str(name): _numbers(rows) for name, rows in values.items()}
 
 
-def _shape(numbers: Any) -> tuple[int, ...]:
+def _numbers(given: Any) -> np.ndarray:
+    """The numbers as a read-only array of floats. Text is none, not even '0.5'. Raises `WrongResultError`."""
     try:
-        return np.asarray(numbers, dtype=float).shape
-    except (TypeError, ValueError):
-        raise WrongResultError(f"the plan holds {shown(numbers)} where numbers are wanted") from None
+        array = np.asarray(given)
+    except ValueError:  # rows of different lengths
+        array = None
+    if array is None or array.dtype.kind not in "iuf":
+        raise WrongResultError(f"the plan holds {shown(given)} where numbers are wanted")
+    return frozen_array(array)
 
 
 def _a(value: object) -> str:

@@ -126,7 +126,7 @@ FAILING = {
     "text": ("mmp_broken:Text", "the plan is of type str; it must be a Plan"),
     "one-arm": ("mmp_broken:OneArm", "the plan has no positions of arm 'arm0'"),
     "one-row": ("mmp_broken:OneRow", "the positions of arm 'arm0' have the shape [1, 6], not [2, 6]"),
-    "timeless": ("mmp_broken:Timeless", "the plan's times have the shape []"),
+    "timeless": ("mmp_broken:Timeless", "the plan holds null where numbers are wanted"),
     "boastful": ("mmp_broken:Boastful", "expanded_nodes is 'many'; it must be a number"),
 }
 

@@ -32,7 +32,7 @@ class Ran(NamedTuple):
 def bench(path: Path, *argv: Any) -> Ran:
     """Runs `mmp bench` in this process; `path` is where the strangers' planners are installed."""
     with pytest.MonkeyPatch.context() as patch, io.StringIO() as out, io.StringIO() as err:
-        patch.syspath_prepend(_site(path))
+        patch.syspath_prepend(site(path))
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             code = main(["bench", *map(str, argv)])
         return Ran(code, out.getvalue(), err.getvalue())
@@ -51,7 +51,8 @@ def started(path: Path, *argv: Any) -> subprocess.Popen[str]:
 
 def environment(path: Path) -> dict[str, str]:
     """That of a process that finds the strangers' planners."""
-    return os.environ | {"PYTHONPATH": os.pathsep.join([str(_site(path)), str(TESTS)])}
+    folders = [str(site(path)), str(TESTS), os.environ.get("PYTHONPATH")]
+    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, folders))}
 
 
 def lines(out: Path) -> list[dict[str, Any]]:
@@ -81,9 +82,10 @@ def cell(name: str) -> dict[str, Any]:
     return bad_files.good_cell() | {"name": name}
 
 
-def _site(path: Path) -> Path:
-    site = path / "site"
-    if not site.exists():
-        site.mkdir()
-        bench_stand_ins.install(site)
-    return site
+def site(path: Path) -> Path:
+    """The folder below `path` in which the strangers' planners are installed."""
+    folder = path / "site"
+    if not folder.exists():
+        folder.mkdir()
+        bench_stand_ins.install(folder)
+    return folder

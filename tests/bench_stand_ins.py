@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 from stand_in_planners import Helpless, Liar, Straight, straight_plan
 
+from mmp_env.events import NodeExpanded
 from mmp_env.plan import Plan
-from mmp_planners import PlanResult, Status, StopPlanning, ignore
+from mmp_planners import PlanResult, Status, StopPlanning, ignore, make
 
 HERE = Path(__file__).parent
 
@@ -69,6 +70,28 @@ class Sulks:
         raise AssertionError("never called")
 
 
+@dataclass
+class Searching:
+    """Searches as `apf-ecbs` does, and lets others watch."""
+
+    def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
+        watch("what nobody understands")
+        strange = NodeExpanded(elapsed_s=0.0, node=0, open_nodes=0, expanded_nodes=1, conflicts=0)
+        object.__setattr__(strange, "node", self)
+        watch(strange)
+        return make("apf-ecbs").plan(problem, seed=seed, time_limit=time_limit, watch=watch)
+
+
+@dataclass
+class Stubborn:
+    """Says that it has begun, and hears of no interruption."""
+
+    def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        print(f"waiting {os.getpid()}", flush=True)
+        _hang(problem, None)
+
+
 class Odd:
     """Takes a problem and nothing else."""
 
@@ -105,6 +128,69 @@ def _other_problem(problem, plan):
     return PlanResult(status=Status.SOLVED, plan=Plan(problem=other, times=plan.times, positions=away))
 
 
+class Unusual(BaseException):
+    """An exception that `except Exception` lets through."""
+
+
+class Mute(Exception):
+    """An exception that cannot say what it is."""
+
+    def __str__(self):
+        raise RuntimeError("no comment")
+
+
+class Guarded:
+    """A result that cannot be looked at."""
+
+    status, stats = Status.SOLVED, {}
+
+    @property
+    def plan(self):
+        raise Unusual("hands off")
+
+
+def _throw(error):
+    raise error
+
+
+def _leave_the_folder(problem, plan):
+    os.chdir("/")
+    return _sound(plan)
+
+
+def _fork(problem, plan):
+    os.fork()  # both come back
+    return _sound(plan)
+
+
+def _fork_and_stay(problem, plan):
+    if os.fork() == 0:
+        time.sleep(60)
+    return _sound(plan)
+
+
+def _meddle(problem, plan):
+    """Plans to where it likes, and makes the problem that of its plan."""
+    arm = problem.cell.arms[0]
+    for array in (*problem.goal.values(), arm.position, arm.robot.upper):
+        array.base.flags.writeable = array.flags.writeable = True
+        array += 0.01
+    object.__setattr__(arm.robot, "name", "panda")
+    object.__setattr__(problem, "start", {name: q + 0.01 for name, q in problem.start.items()})
+    moved = {name: rows + 0.01 for name, rows in plan.positions.items()}
+    return PlanResult(status=Status.SOLVED, plan=replace(plan, positions=moved))
+
+
+def _sound(plan, **changes):
+    return PlanResult(status=Status.SOLVED, plan=replace(plan, **changes))
+
+
+def _forged(plan, **changes):
+    for name, value in changes.items():
+        object.__setattr__(plan, name, value)
+    return PlanResult(status=Status.SOLVED, plan=plan)
+
+
 DEEDS = {
     "raise": _raise,
     "crash": _crash,
@@ -125,6 +211,20 @@ DEEDS = {
     "no_stats": lambda problem, plan: PlanResult(status=Status.TIMEOUT, stats=3),
     "objects": lambda problem, plan: PlanResult(status=Status.TIMEOUT, stats={"bound_met": object()}),
     "other_problem": _other_problem,
+    "unusual": lambda problem, plan: _throw(Unusual("so there")),
+    "mute": lambda problem, plan: _throw(Mute()),
+    "guarded": lambda problem, plan: Guarded(),
+    "no_options": lambda problem, plan: _sound(plan, planner={"options": None}),
+    "no_name": lambda problem, plan: _sound(plan, planner={"name": 3}),
+    "text": lambda problem, plan: _forged(plan, positions={a: q.astype(str) for a, q in plan.positions.items()}),
+    "all_text": lambda problem, plan: _forged(plan, positions="left, then right"),
+    "move": _leave_the_folder,
+    "fork": _fork,
+    "fork_and_stay": _fork_and_stay,
+    "meddle": _meddle,
+    "sound": lambda problem, plan: _sound(plan),
+    "no_interrupt": lambda problem, plan: _throw(KeyboardInterrupt),
+    "close": lambda problem, plan: os.closerange(3, 256),
 }
 POINTS = {
     "quick": "bench_stand_ins:Quick",
@@ -137,6 +237,9 @@ POINTS = {
     "absent": "no_such_package:Planner",
     "deadly": "deadly_import:Planner",
     "leaving": "leaving_import:Planner",
+    "gone": "gone_import:Planner",
+    "searching": "bench_stand_ins:Searching",
+    "stubborn": "bench_stand_ins:Stubborn",
 }
 
 
@@ -148,4 +251,5 @@ def install(folder: Path) -> None:
     lines = "\n".join(f"{name} = {value}" for name, value in POINTS.items())
     (info / "entry_points.txt").write_text(f"[mmp_env.planners]\n{lines}\n")
     (folder / "deadly_import.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGSEGV)\n")
+    (folder / "gone_import.py").write_text("import os\nos._exit(0)\n")
     (folder / "leaving_import.py").write_text("import sys\nsys.exit('bye')\n")

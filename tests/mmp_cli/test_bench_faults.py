@@ -1,8 +1,17 @@
 """Whatever a planner does, it costs one line of status error that says what it did, and the rest goes on."""
 
+import contextlib
 import json
+import multiprocessing
+import subprocess
 
 import bench_runs
+import pytest
+
+from mmp_cli.benchmark import seat
+from mmp_cli.benchmark.job import Examination, Job, Verdict
+from mmp_cli.benchmark.seat import Seat
+from mmp_cli.benchmark.worker import READY
 
 CRASH = "killed by SIGSEGV"
 DEEDS = {
@@ -23,6 +32,13 @@ DEEDS = {
     "stats": ["expanded_nodes is 'many'"],
     "no_stats": ["int", "mapping"],
     "objects": ["bound_met", "object"],
+    "unusual": ["plan() raised Unusual: so there"],
+    "mute": ["plan() raised Mute, whose text cannot be read"],
+    "guarded": ["what plan() returned cannot be read: Unusual: hands off"],
+    "no_options": ["the planner of the plan has the options null; they must be a mapping"],
+    "text": ["where numbers are wanted"],
+    "all_text": ["the plan's numbers are of type str"],
+    "meddle": ["THE CHECKER REFUTES THE PLAN: start"],
     "other_problem": ["THE CHECKER REFUTES THE PLAN: start"],
 }
 PLANNERS = {
@@ -80,3 +96,98 @@ def test_an_instance_that_cannot_be_drawn_is_an_error_with_the_reason(tmp_path):
     (line,) = bench_runs.lines(tmp_path / "out")
     assert line["status"] == "error"
     assert "no problem could be made" in line["message"]
+
+
+def test_a_planner_that_changes_the_instance_leaves_it_to_the_next_as_it_was(tmp_path):
+    source = bench_runs.many_instances(tmp_path, 2)
+    plans = []
+    for planners in ("rogue,quick", "quick"):
+        words = ["--planners", planners, "--workers", 1, "--save-plans", "--out", tmp_path / planners]
+        sets = ["--set", "rogue.deed=meddle"] if "rogue" in planners else []
+        assert bench_runs.bench(tmp_path, source, *words, *sets).code == 0
+        lines = [line for line in bench_runs.lines(tmp_path / planners) if line["planner"] == "quick"]
+        assert [line["status"] for line in lines] == ["solved", "solved"]
+        plans.append([(tmp_path / planners / line["plan"]).read_bytes() for line in lines])
+    assert plans[0] == plans[1]
+
+
+@pytest.mark.parametrize("deed", ["fork", "fork_and_stay"])
+def test_a_planner_that_forks_has_one_line_for_each_of_its_units(tmp_path, deed):
+    source, out = bench_runs.many_instances(tmp_path, 6), tmp_path / "out"
+    words = ["--planners", "rogue,quick", "--set", f"rogue.deed={deed}", "--workers", 2, "--out", out]
+    assert bench_runs.bench(tmp_path, source, *words).code == 0
+    lines = bench_runs.lines(out)
+    assert len(lines) == len({(line["instance"], line["planner"]) for line in lines}) == 12
+    assert {line["status"] for line in lines} == {"solved"}
+
+
+def test_where_a_planner_goes_the_next_one_is_not(tmp_path):
+    source, out = bench_runs.many_instances(tmp_path, 1), tmp_path / "out"
+    words = ["--planners", "rogue,slow", "--set", "rogue.deed=move", "--workers", 1, "--out", out]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path)
+        assert bench_runs.bench(tmp_path, source, *words).code == 0
+    assert {line["status"] for line in bench_runs.lines(out)} == {"solved"}
+    assert len(list(tmp_path.glob("pair-turn0.*"))) == 1  # the mark of the slow one, in its folder "."
+
+
+def dying_starts(monkeypatch, folder, dead):
+    """Lets those starts of a worker die whose numbers, from 0, are in `dead`."""
+    count = folder / "starts"
+    count.write_text("")
+    program = (
+        (
+            f"import os, pathlib, signal; count = pathlib.Path({str(count)!r}); start = len(count.read_text());"
+            f" count.write_text('x' * (start + 1)); start in {dead!r} and os.kill(os.getpid(), signal.SIGKILL); "
+        )
+        .replace("{", "{{")
+        .replace("}", "}}")
+    )
+    monkeypatch.setattr(seat, "_PROGRAM", program + seat._PROGRAM)
+
+
+def test_a_worker_that_is_killed_while_it_starts_is_started_once_more(tmp_path, monkeypatch):
+    dying_starts(monkeypatch, tmp_path, [0])
+    source, out = bench_runs.many_instances(tmp_path, 2), tmp_path / "out"
+    assert bench_runs.bench(tmp_path, source, "--planners", "quick", "--workers", 1, "--out", out).code == 0
+    assert [line["status"] for line in bench_runs.lines(out)] == ["solved", "solved"]
+
+
+def test_a_worker_that_is_killed_at_both_starts_costs_its_unit_alone(tmp_path, monkeypatch):
+    dying_starts(monkeypatch, tmp_path, [1, 2])
+    source, out = bench_runs.many_instances(tmp_path, 2), tmp_path / "out"
+    words = ["--planners", "rogue,quick", "--set", "rogue.deed=leave", "--workers", 1, "--out", out]
+    assert bench_runs.bench(tmp_path, source, *words).code == 0
+    told = {(line["instance"], line["planner"]): line["message"] for line in bench_runs.lines(out)}
+    assert len(told) == 4
+    assert "a worker process does not start: " in told["pair/turn0", "quick"]
+    assert "was killed by SIGKILL" in told["pair/turn0", "quick"]
+    assert told["pair/turn1", "quick"] is None
+
+
+def test_where_no_worker_starts_nothing_is_written(tmp_path, monkeypatch):
+    dying_starts(monkeypatch, tmp_path, range(100))
+    source, out = bench_runs.many_instances(tmp_path, 1), tmp_path / "out"
+    code = bench_runs.bench(tmp_path, source, "--planners", "quick", "--workers", 1, "--out", out)
+    assert (code.code, code.out, code.err.count("\n")) == (2, "", 1)
+    assert code.err.startswith("mmp: a worker process does not start: ")
+    assert not out.exists()
+
+
+def test_an_answer_to_an_earlier_task_is_not_taken_for_that_to_the_present_one(monkeypatch):
+    ours, theirs = multiprocessing.Pipe()
+
+    def start(self):
+        self._process, self._connection = subprocess.Popen(["sleep", "60"], process_group=0), ours
+        theirs.send((0, READY))
+
+    monkeypatch.setattr(Seat, "_start", start)
+    job = Job(sources=(), variants={}, time_limit_s=60.0, memory_limit_mb=4096)
+    with theirs, contextlib.closing(Seat(job)) as one:
+        for name in ("first", "second"):
+            one.give(Examination(planner=name))
+            number, task = theirs.recv()
+            assert task.planner == name
+            theirs.send((number, Verdict(fault=name)))
+            assert one.look() == Verdict(fault=name)
+            theirs.send((number, Verdict(fault=f"{name} again")))

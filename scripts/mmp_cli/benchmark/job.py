@@ -85,10 +85,14 @@ class Verdict:
 
 @dataclass(frozen=True, kw_only=True)
 class Failure:
-    """The worker did not survive the task; `machine` is where that was."""
+    """The worker did not survive the task; `machine` is where that was.
+
+    `started` is False where no worker came so far as to look at the task.
+    """
 
     message: str
     machine: str
+    started: bool = True
 
 
 Task: TypeAlias = Unit | Examination

@@ -11,6 +11,7 @@ from types import TracebackType
 from typing import Any
 
 from mmp_cli.benchmark.job import Answer, Failure, Job, Task
+from mmp_cli.benchmark.pool import StartCheck
 from mmp_cli.benchmark.seat import TICK_S, Seat
 from mmp_cli.machine import machine, version
 from mmp_env.errors import MmpError
@@ -32,17 +33,14 @@ class Remote:
         """The version of mmp-env on this machine."""
         return version()
 
-    def do(self, task: Task) -> Answer | str:
-        """The answer, or why no worker can be started."""
+    def do(self, task: Task) -> Answer:
+        """The answer."""
         from multiprocessing.connection import wait
 
         self._seat.give(task)
         while True:
             wait([self._seat.connection], timeout=TICK_S)
-            try:
-                answer = self._seat.look()
-            except MmpError as error:
-                return str(error)
+            answer = self._seat.look()
             if answer is not None:
                 return answer
 
@@ -61,6 +59,7 @@ class RayPool:
         self.workers = workers or max(cores, 1)
         self._kind = self._ray.remote(num_cpus=1, max_restarts=0)(Remote)
         self._actors: list[Any] = []
+        self._check_start = StartCheck()
         self._check(address)
 
     def __enter__(self) -> RayPool:
@@ -74,7 +73,7 @@ class RayPool:
         self._ray.shutdown()
 
     def run(self, tasks: Iterable[Task]) -> Generator[tuple[Task, Answer]]:
-        """Each task with its answer, in the order in which they come. Raises `MmpError` where no worker starts."""
+        """Each task with its answer, in the order in which they come. Raises `MmpError` where none has ever started."""
         waiting = deque((task, 1) for task in tasks)
         while len(self._actors) < min(self.workers, len(waiting)):
             self._actors.append(self._actor())
@@ -93,6 +92,7 @@ class RayPool:
                     self._actors.append(actor)
                 idle.append(actor)
                 if answer is not None:
+                    self._check_start(answer)
                     yield task, answer
                 elif tries < _TRIES:
                     waiting.append((task, tries + 1))
@@ -120,12 +120,9 @@ class RayPool:
     def _answer(self, reference: Any) -> Answer | None:
         """What an actor answered; None where it is lost."""
         try:
-            answer = self._ray.get(reference)
+            return self._ray.get(reference)
         except self._ray.exceptions.RayActorError:
             return None
-        if isinstance(answer, str):
-            raise MmpError(answer)
-        return answer
 
 
 def _connected(address: str) -> Any:

@@ -20,13 +20,15 @@ from mmp_cli.benchmark.cores import Core
 from mmp_cli.benchmark.job import Answer, Failure, Job, Task
 from mmp_cli.benchmark.worker import ONE_THREAD, READY
 from mmp_cli.machine import machine
-from mmp_env.errors import MmpError
+from mmp_cli.process_end import how_it_ended
 
 TICK_S = 0.05
 """How often a worker is looked at [s]."""
 GRACE_LEAST_S, GRACE_MOST_S = 2.0, 30.0
 PREPARING_S, CHECKING_S = 120.0, 600.0
 """What a unit may take before and after planning [s]."""
+_STARTS = 2
+"""How often a worker is started for a task: the first may have been killed by hand, or for want of memory."""
 _PROGRAM = "import sys; sys.path[:] = {path!r}; from mmp_cli.benchmark.worker import main; main({fd}, {parent}, {core})"
 _FRAME = re.compile(r'File "([^<].*)", line (\d+) in (\S+)')
 _MB = 2**20
@@ -39,13 +41,17 @@ def grace_s(time_limit_s: float) -> float:
 
 
 class Seat:
-    """One worker at a time. `give` it a task, then `look` until there is an answer; `close` ends it."""
+    """One worker at a time. `give` it a task, then `look` until there is an answer; `close` ends it.
+
+    Each task has a number, which comes back with the answer: what comes for an earlier one is not taken for it.
+    """
 
     def __init__(self, job: Job) -> None:
         self._job, self._core = job, Core()
         self._log = tempfile.TemporaryFile()  # noqa: SIM115  what planners print; its end says why a worker crashed
         self._process: subprocess.Popen | None = None
-        self._ready = False
+        self._ready, self._starts = False, 0
+        self._number, self._task = 0, None
         self._phase, self._until = "", 0.0
 
     @property
@@ -57,21 +63,27 @@ class Seat:
         """Hands a task to the worker, a new one if need be."""
         if self._process is not None and self._process.poll() is not None:
             self._kill()  # it ended after its last answer: this task has nothing to do with it
+        self._number, self._task, self._starts = self._number + 1, task, 0
         if self._process is None:
             self._start()
+        self._hand_over()
+
+    def _hand_over(self) -> None:
         self._enter("preparing")
         with contextlib.suppress(OSError):  # a worker that is gone by now is found by the next look
-            self._connection.send(task)
+            self._connection.send((self._number, self._task))
 
     def look(self) -> Answer | None:
-        """The answer if it is there. Raises `MmpError` where no worker can be started."""
+        """The answer if it is there. A worker that ends while it starts is started once more."""
         assert self._process is not None
         ended = self._process.poll()  # before the messages: what it sent before its end is read
-        with contextlib.suppress(EOFError, OSError, pickle.UnpicklingError):
+        with contextlib.suppress(EOFError, OSError, ValueError, TypeError, pickle.UnpicklingError):
             while self._connection.poll():
-                message = self._connection.recv()
+                number, message = self._connection.recv()
                 if message == READY:
                     self._ready = True
+                elif number != self._number:
+                    continue
                 elif isinstance(message, str):
                     self._enter(message)
                 else:
@@ -80,9 +92,14 @@ class Seat:
         if reason is None:
             return None
         self._kill()
-        if not self._ready:
-            raise MmpError(f"a worker process does not start: {reason}; its last words: {self._last_line()}")
-        return Failure(message=reason, machine=machine())
+        if self._ready:
+            return Failure(message=reason, machine=machine())
+        if self._starts < _STARTS:
+            self._start()
+            self._hand_over()
+            return None
+        message = f"a worker process does not start: {reason}; its last words: {self._last_line()}"
+        return Failure(message=message, machine=machine(), started=False)
 
     def close(self) -> None:
         """Ends the worker and frees its core."""
@@ -91,6 +108,7 @@ class Seat:
         self._log.close()
 
     def _start(self) -> None:
+        self._starts += 1
         ours, theirs = socket.socketpair()
         self._connection = Connection(ours.detach())
         program = _PROGRAM.format(path=sys.path, fd=theirs.fileno(), parent=os.getpid(), core=self._core.number)
@@ -137,8 +155,7 @@ class Seat:
 
     def _end(self, code: int) -> str:
         """Why the worker ended, from its exit code and from what the fault handler wrote."""
-        how = f"ended by itself with exit code {code}" if code >= 0 else f"was killed by {_signal(-code)}"
-        return f"the worker process {how} while {self._phase}{self._frame()}"
+        return f"the worker process {how_it_ended(code)} while {self._phase}{self._frame()}"
 
     def _frame(self) -> str:
         found = _FRAME.search(self._tail().partition("(most recent call first)")[2])
@@ -170,12 +187,3 @@ class Seat:
         self._process.wait()
         self._connection.close()
         self._process = None
-
-
-def _signal(number: int) -> str:
-    try:
-        name = signal.Signals(number).name
-    except ValueError:
-        return f"signal {number}"
-    words = {"SIGSEGV": " (it crashed)", "SIGKILL": " (out of memory, or by hand)"}
-    return name + words.get(name, "")

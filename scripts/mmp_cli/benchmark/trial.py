@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import gc
+import os
 import time
 from collections.abc import Callable
 from typing import Any
@@ -13,7 +15,7 @@ from mmp_cli.benchmark.job import Job, Result, Unit, Variant, Verdict
 from mmp_cli.benchmark.lines import line_of
 from mmp_cli.outcome import Outcome
 from mmp_env.check import CheckReport, check_plan
-from mmp_env.errors import InvalidInstanceError, MmpError
+from mmp_env.errors import InvalidInstanceError, MmpError, in_words
 from mmp_env.problem import Problem
 from mmp_env.writing import json_text, plain
 from mmp_planners import Planner, PlanResult, Status, ignore, registry
@@ -32,6 +34,8 @@ class Trials:
     def __init__(self, job: Job, tell: Callable[[str], None]) -> None:
         self._job, self._tell = job, tell
         self._planners: dict[str, Planner | BaseException] = {}
+        self._foreign = dict[str, bool]()
+        self._folder = os.open(".", os.O_PATH)
         self._last: tuple[tuple[int, int], Problem | MmpError] | None = None
 
     def examine(self, label: str) -> Verdict:
@@ -40,13 +44,13 @@ class Trials:
         try:
             registry.load(variant.name)
         except BaseException as error:
-            return Verdict(fault=_sentence(error))
+            return Verdict(fault=in_words(error))
         try:
             mmp_planners.make(variant.name, **variant.options)
         except BaseException as error:
             if isinstance(error, MmpError) and error.__cause__ is None:
-                return Verdict(misuse=str(error))
-            return Verdict(fault=_sentence(error))
+                return Verdict(misuse=in_words(error))
+            return Verdict(fault=in_words(error))
         return Verdict()
 
     def run(self, unit: Unit) -> Result:
@@ -60,28 +64,30 @@ class Trials:
             out = dataclasses.replace(out, result=PlanResult(status=Status.INVALID))
             return Result(line=line_of(self._job, unit, out, str(error)))
         except BaseException as error:
-            return Result(line=line_of(self._job, unit, out, f"no problem could be made: {_sentence(error)}"))
+            return Result(line=line_of(self._job, unit, out, f"no problem could be made: {in_words(error)}"))
         try:
             planner = self._planner(self._job.variants[unit.planner])
         except BaseException as error:
-            return Result(line=line_of(self._job, unit, out, _sentence(error)))
+            return Result(line=line_of(self._job, unit, out, in_words(error)))
         try:
             return self._planned(unit, out, planner)
         except BaseException as error:
-            return Result(line=line_of(self._job, unit, out, f"in the benchmark itself: {_sentence(error)}"))
+            return Result(line=line_of(self._job, unit, out, f"in the benchmark itself: {in_words(error)}"))
 
     def _planned(self, unit: Unit, out: Outcome, planner: Planner) -> Result:
         problem, limit_s = out.problem, self._job.time_limit_s
         assert problem is not None
+        given = self._given(unit, problem)
         gc.collect()  # what the last unit left behind is not swept up in this one's time
         self._tell(PLANNING)
         returned, fault, begin = None, None, time.perf_counter()
         try:
-            returned = planner.plan(problem, seed=unit.seed, time_limit=limit_s, watch=ignore)
+            returned = planner.plan(given, seed=unit.seed, time_limit=limit_s, watch=ignore)
         except BaseException as error:  # also SystemExit, KeyboardInterrupt and StopPlanning: nobody asked for those
-            fault = f"plan() raised {_sentence(error)}"
+            fault = f"plan() raised {in_words(error)}"
         spent_s = time.perf_counter() - begin
         self._tell(CHECKING)
+        os.fchdir(self._folder)  # it may have gone elsewhere
         out = dataclasses.replace(out, planning_time_s=spent_s)
         if fault:
             return Result(line=line_of(self._job, unit, out, fault))
@@ -90,8 +96,9 @@ class Trials:
             if document is not None:
                 result = signed(result, self._job.variants[unit.planner].name, planner, unit.seed)
                 document["planner"] = plain(result.plan.planner if result.plan else {})
-        except (WrongResultError, TypeError) as error:
-            return Result(line=line_of(self._job, unit, out, str(error)))
+        except BaseException as error:
+            told = str(error) if isinstance(error, WrongResultError) else in_words(error)
+            return Result(line=line_of(self._job, unit, out, told))
         if document is None:
             return Result(line=line_of(self._job, unit, dataclasses.replace(out, result=result)))
         if spent_s > limit_s + max(LATE_LEAST_S, LATE_SHARE * limit_s):
@@ -113,6 +120,14 @@ class Trials:
         text = json_text(document) if self._job.save_plans else None
         return Result(line=line_of(self._job, unit, out, "; ".join(refuted) or None), plan=text)
 
+    def _given(self, unit: Unit, problem: Problem) -> Problem:
+        """The problem; for a planner of another package a copy, robots included, that nobody else will see."""
+        if not self._foreign[unit.planner]:
+            return problem
+        given = copy.deepcopy(problem)
+        _ = given.cell.collision  # as with the problem itself, building this is no part of the planning time
+        return given
+
     def _problem(self, unit: Unit) -> Problem:
         """Raises `InvalidInstanceError`, or `MmpError` where none can be drawn. Planners of an instance share it."""
         place = unit.source, unit.item
@@ -132,6 +147,7 @@ class Trials:
         """A new one for each unit. Raises whatever keeps it from being made, each time."""
         if variant.label not in self._planners:
             try:
+                self._foreign[variant.label] = registry.is_foreign(variant.name)
                 self._planners[variant.label] = mmp_planners.make(variant.name, **variant.options)
             except BaseException as error:
                 self._planners[variant.label] = error
@@ -150,9 +166,3 @@ def _refuted(how: str, report: CheckReport) -> str:
     first, *more = report.violations
     others = f", and {len(more)} more" if more else ""
     return f"THE CHECKER REFUTES THE PLAN{how}: {first}{others}"
-
-
-def _sentence(error: BaseException) -> str:
-    if isinstance(error, MmpError):
-        return str(error)
-    return f"{type(error).__name__}: {error}".rstrip(": ")

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from mmp_cli.benchmark.job import Answer, Task
     from mmp_cli.benchmark.trial import Trials
 
 READY = "ready"
@@ -37,22 +38,46 @@ def main(descriptor: int, parent: int, core: int | None) -> None:
     from mmp_cli.benchmark.trial import Trials
 
     connection = Connection(descriptor)
+    line = Line(connection)
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
-        serve(connection, Trials(connection.recv(), connection.send))
+        serve(line, Trials(connection.recv(), line.send))
 
 
-def serve(connection: Connection, trials: Trials) -> None:
+class Line:
+    """What a worker speaks through: each message carries the number of the task, and comes from the worker itself."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection, self._number, self._pid = connection, 0, os.getpid()
+
+    def receive(self) -> Task:
+        """The next task. Raises EOFError when nothing more can come."""
+        self._number, task = self._connection.recv()
+        return task
+
+    def send(self, message: Answer | str) -> None:
+        """Sends it. A fork that a planner made, and that came back out of `plan` as well, ends here."""
+        if os.getpid() != self._pid:
+            os._exit(0)
+        self._connection.send((self._number, message))
+
+
+def serve(line: Line, trials: Trials) -> None:
     """Does what comes. Raises EOFError when nothing more can come."""
     from mmp_cli.benchmark.job import Unit
 
-    connection.send(READY)
+    line.send(READY)
     while True:
-        task = connection.recv()
+        task = line.receive()
         answer = trials.run(task) if isinstance(task, Unit) else trials.examine(task.planner)
-        for stream in (sys.stdout, sys.stderr):
-            with contextlib.suppress(Exception):  # a planner may have closed them
-                stream.flush()
-        connection.send(answer)
+        flush_output()
+        line.send(answer)
+
+
+def flush_output() -> None:
+    """Writes what planners have printed."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(Exception):  # a planner may have closed them
+            stream.flush()
 
 
 def end_with(parent: int) -> None:

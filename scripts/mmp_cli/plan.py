@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import time
 from argparse import Namespace
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -49,14 +51,33 @@ def parser() -> Parser:
 
 def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
+    if args.planner is None:
+        args.planner = default_planner()
+    with ready(args.planner, _options(args.settings)) as planner:
+        return _run(args, planner)
+
+
+@contextmanager
+def ready(name: str, options: Mapping[str, Any]) -> Iterator[Planner]:
+    """The planner; one of another package in a process of its own, which ends with the context. Raises `MmpError`."""
+    import mmp_planners
+    from mmp_planners import registry
+
+    if not registry.is_foreign(name):
+        yield mmp_planners.make(name, **options)
+        return
+    from mmp_cli.planner_process import PlannerProcess
+
+    with PlannerProcess(name, options) as planner:
+        yield planner
+
+
+def _run(args: Namespace, planner: Planner) -> int:
     import mmp_planners
     from mmp_cli.outcome import Outcome
     from mmp_cli.source import files_read, read_source
     from mmp_env.writing import check_writable, left_alone
 
-    if args.planner is None:
-        args.planner = default_planner()
-    planner = mmp_planners.make(args.planner, **_options(args.settings))
     source = read_source(args)
     for name, path in _asked(args).items():
         for read in files_read(args):

@@ -46,7 +46,8 @@ def figures_unrendered(monkeypatch):
 
 @pytest.fixture
 def stand_ins(monkeypatch):
-    """The planners of `stand_in_planners` beside those that are installed."""
+    """The planners of `stand_in_planners` beside those that are installed, as if they were of this package."""
+    monkeypatch.setattr(registry, "is_foreign", lambda name: False)
     monkeypatch.setattr(registry, "entry_points", registry.entry_points)
     monkeypatch.setattr(stand_in_planners.Straight, "seen", [])
     stand_in_planners.install(registry)

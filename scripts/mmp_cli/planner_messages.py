@@ -1,0 +1,64 @@
+"""What a planner's process tells: plain data, which names no code that the one who reads it would have to run."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import pickle
+from collections.abc import Mapping
+from typing import Any
+
+from mmp_env import events
+from mmp_env.events import Event
+from mmp_env.plan import Plan
+from mmp_env.problem import Problem
+from mmp_env.writing import plain
+from mmp_planners import PlanResult, Status
+
+_NUMPY = {"_reconstruct", "_frombuffer", "scalar", "ndarray", "dtype"}
+_PARTS = [field.name for field in dataclasses.fields(Plan) if field.name != "problem"]
+
+
+def written(message: Any) -> bytes:
+    """The message as bytes. Raises whatever a value raises that cannot be written."""
+    return pickle.dumps(message, protocol=5)
+
+
+def read(data: bytes) -> Any:
+    """The message again. Raises `pickle.UnpicklingError` where it holds anything but data."""
+    return _Reader(io.BytesIO(data)).load()
+
+
+def is_known(event: Any) -> bool:
+    """Whether it is one of the events of `mmp_env.events`, which all that watch know."""
+    return isinstance(event, Event) and getattr(events, type(event).__name__, None) is type(event)
+
+
+def result_to_data(result: PlanResult) -> dict[str, Any]:
+    """A result that was examined, without the problem; of its statistics those that can be written."""
+    plan = None if result.plan is None else {name: getattr(result.plan, name) for name in _PARTS}
+    return {"status": str(result.status), "stats": _writable(result.stats), "plan": plan}
+
+
+def result_from_data(data: Any, problem: Problem) -> PlanResult:
+    """What a planner would have returned for `problem`; it has yet to be examined. Raises anything for other data."""
+    plan = None if data["plan"] is None else Plan(problem=problem, **data["plan"])
+    return PlanResult(status=Status(data["status"]), stats=data["stats"], plan=plan)
+
+
+def _writable(stats: Mapping[str, Any]) -> dict[str, Any]:
+    out = {}
+    for key, value in stats.items():
+        try:
+            out[str(key)] = plain(value)
+        except TypeError:
+            continue
+    return out
+
+
+class _Reader(pickle.Unpickler):
+    def find_class(self, module: str, name: str) -> Any:
+        known = module == "mmp_env.events" or (module, name) == ("mmp_env.read_only", "read_only")
+        if known or (module.startswith("numpy") and name in _NUMPY):
+            return super().find_class(module, name)
+        raise pickle.UnpicklingError(f"a message names {module}.{name}, which is no data")

@@ -1,0 +1,158 @@
+"""A planner of another package plans in a process of its own: whatever it does there, an answer or one sentence comes.
+
+The process is forked before the planner is imported, and its answer is data: nothing of a stranger's runs in this one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import multiprocessing
+import os
+import pickle
+import signal
+import time
+import warnings
+from collections.abc import Mapping
+from multiprocessing.connection import wait
+from types import TracebackType
+from typing import Any
+
+from mmp_cli.planner_child import EVENT, MISUSE, held_back, serve
+from mmp_cli.planner_messages import read, result_from_data
+from mmp_cli.process_end import how_it_ended
+from mmp_env.errors import MmpError
+from mmp_env.events import Event, Watcher, ignore, wants_iterates
+from mmp_env.problem import Problem
+from mmp_planners import PlanResult, StopPlanning
+from mmp_planners.calling import failed
+
+GRACE_S, GRACE_SHARE = 5.0, 0.1
+"""Time that a planner may take beyond its time limit: seconds, and a share of the limit."""
+_TICK_S = 0.1
+
+
+def grace_s(time_limit: float) -> float:
+    """How long after its time limit a planner that does not end is ended [s]."""
+    return GRACE_S + GRACE_SHARE * time_limit
+
+
+class PlannerProcess:
+    """A planner in a process of its own, as a `Planner` that plans once; a context.
+
+    Entering it makes the planner. Raises `MmpError` where that fails.
+    """
+
+    def __init__(self, name: str, options: Mapping[str, Any]) -> None:
+        self._name, self._phase = name, "loading"
+        self._asked_to_stop, self._limit_s, self._until = False, math.inf, math.inf
+        self._inbox: tuple[str, Any] | None = None
+        self._connection, theirs = multiprocessing.Pipe()
+        fork = multiprocessing.get_context("fork")
+        self._process = fork.Process(target=serve, args=(theirs, self._connection, os.getpid(), name, dict(options)))
+        with held_back(), warnings.catch_warnings():
+            warnings.simplefilter(
+                "ignore", DeprecationWarning
+            )  # the threads that Python 3.12 sees are idle ones of BLAS
+            self._process.start()
+        theirs.close()
+
+    def __enter__(self) -> PlannerProcess:
+        try:
+            kind, value = self._next()
+            if kind == MISUSE:
+                raise MmpError(value)
+        except _LostError as error:
+            self._end()
+            raise MmpError(f"planner '{self._name}' does not load: {error}") from None
+        except BaseException:
+            self._end()
+            raise
+        self._inbox, self._phase = None, "planning"
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end()
+
+    def plan(
+        self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
+    ) -> PlanResult:
+        """What the planner makes of its copy of the problem. Raises `MmpError` where it calls that misuse."""
+        self._limit_s, self._until = time_limit, time.monotonic() + time_limit + grace_s(time_limit)
+        is_sent = False
+        while True:
+            try:
+                if not is_sent:
+                    with held_back(), contextlib.suppress(OSError):  # if it is gone, its end is found below
+                        is_sent = True
+                        self._connection.send((problem, seed, time_limit, wants_iterates(watch)))
+                kind, value = self._next()
+                if kind == MISUSE:
+                    raise MmpError(value)
+                if kind != EVENT:
+                    return result_from_data(value, problem)
+                self._inbox = None
+                self._show(value, watch)
+            except StopPlanning:  # from a watcher, or as Ctrl-C
+                self._ask_to_stop()
+            except _LostError as error:
+                return failed(self._name, f"gave no answer: {error}")
+
+    def _next(self) -> tuple[str, Any]:
+        """The next message, which stays in the inbox: Ctrl-C at any moment loses none. Raises `_LostError`."""
+        while self._inbox is None:
+            ended = self._process.exitcode  # before the messages: what it sent before its end is read
+            if wait([self._connection], timeout=_TICK_S if ended is None else 0):
+                with held_back():
+                    self._receive()
+            elif ended is not None:
+                raise _LostError(f"its process {how_it_ended(ended)} while {self._phase}")
+            elif time.monotonic() > self._until:
+                grace = f"{grace_s(self._limit_s):g} s after its time limit of {self._limit_s:g} s"
+                raise _LostError(f"its process was ended, still planning {grace}")
+        return self._inbox
+
+    def _receive(self) -> None:
+        try:
+            kind, data = self._connection.recv_bytes().split(b"\n", 1)
+            if kind == EVENT.encode():
+                with contextlib.suppress(pickle.UnpicklingError):  # one that holds more than data is left out
+                    self._inbox = EVENT, read(data)
+            else:
+                self._inbox = kind.decode(), read(data)
+        except (EOFError, OSError):
+            self._process.join(_TICK_S)
+            code = self._process.exitcode
+            how = "closed its connection" if code is None else how_it_ended(code)
+            raise _LostError(f"its process {how} while {self._phase}") from None
+        except Exception as error:  # whatever a stranger's bytes make of the reader
+            raise _LostError(f"its process sent what cannot be read ({type(error).__name__})") from None
+
+    def _show(self, event: Event, watch: Watcher) -> None:
+        """Hands an event to the watcher, whose time is not the planner's."""
+        begin = time.monotonic()
+        try:
+            watch(event)
+        finally:
+            self._until += time.monotonic() - begin
+
+    def _ask_to_stop(self) -> None:
+        if not self._asked_to_stop and self._process.pid is not None:
+            self._asked_to_stop = True
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self._process.pid, signal.SIGINT)
+
+    def _end(self) -> None:
+        """Ends the process and all that it has started in its group."""
+        if self._process.pid is not None:
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.killpg(self._process.pid, signal.SIGKILL)
+            self._process.kill()
+            self._process.join()
+        self._connection.close()
+
+
+class _LostError(Exception):
+    """No answer can come any more; the message says why."""

@@ -80,7 +80,9 @@ class _Messages(io.FileIO):
 
 def _text(file: io.FileIO, before: TextIO | None) -> io.TextIOWrapper:
     """Text of the encoding that there was before; characters that it lacks are written as escapes."""
-    encoding, at_once = getattr(before, "encoding", "utf-8"), getattr(before, "line_buffering", True)
+    encoding = getattr(before, "encoding", "utf-8")
+    # With PYTHONUNBUFFERED streams are not line-buffered but write through; they must hold nothing back here either.
+    at_once = getattr(before, "line_buffering", True) or getattr(before, "write_through", False)
     return io.TextIOWrapper(
         io.BufferedWriter(file), encoding=encoding, errors="backslashreplace", line_buffering=at_once
     )

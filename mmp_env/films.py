@@ -17,6 +17,7 @@ from mmp_env.execution import ExecutionReport
 from mmp_env.ffmpeg import Mp4Encoder, find_ffmpeg
 from mmp_env.opengl import offscreen_backend
 from mmp_env.plan import Plan
+from mmp_env.plan_outline import plan_outline
 from mmp_env.studio import HEIGHT, WIDTH, State, Studio, standing, tool_ways
 from mmp_env.writing import check_writable, whole_file
 
@@ -83,14 +84,17 @@ def frames(
     fine: bool = True,
     goals: bool = True,
     ways: bool = False,
+    shown: Float[np.ndarray, "p 3"] | None = None,
 ) -> Generator[UInt8[np.ndarray, "h w 3"]]:
     """The pictures of a film one by one, at `frame_times`: as it was executed, or without a report as it is planned.
 
-    With `goals` the arms stand at their goals as ghosts; with `ways` the ways of their tools are lines. Raises
-    `MmpError` for numbers that cannot be, and where no OpenGL library is found.
+    With `goals` the arms stand at their goals as ghosts; with `ways` the ways of their tools are lines. The points
+    `shown` [m] fill the picture, by default the `plan_outline`. Raises `MmpError` for numbers that cannot be, and where
+    no OpenGL library is found.
     """
     times = frame_times(_duration(plan, report), fps)
-    with Studio(plan.problem.cell, width, height, fine=fine) as studio:
+    shown = plan_outline(plan) if shown is None else shown
+    with Studio(plan.problem.cell, width, height, fine=fine, shown=shown) as studio:
         for time_s, q in zip(times, _configurations(plan, report, times), strict=True):
             lines = tool_ways(plan, min(float(time_s), plan.makespan_s)) if ways else ()
             yield studio.picture(q, plan.problem.goal if goals else None, lines)

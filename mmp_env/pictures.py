@@ -16,6 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.opengl import offscreen_backend
 from mmp_env.plan import Plan
+from mmp_env.plan_outline import plan_outline
 from mmp_env.studio import HEIGHT, WIDTH, Studio, standing, tool_ways
 from mmp_env.wording import in_seconds
 from mmp_env.writing import check_writable, whole_file
@@ -124,7 +125,7 @@ def _shots(
 ) -> list[UInt8[np.ndarray, "h w 3"]]:
     """A picture for each time [s]."""
     out = []
-    with Studio(plan.problem.cell, width, height, fine=fine) as studio:
+    with Studio(plan.problem.cell, width, height, fine=fine, shown=plan_outline(plan)) as studio:
         for time_s in times:
             ghosts = plan.problem.goal if goals and time_s < plan.makespan_s else None
             lines = tool_ways(plan, time_s) if ways else ()

@@ -44,12 +44,20 @@ class Line:
 class Camera:
     """Takes pictures of `width` x `height` pixels from where the cell's camera stands, without a display.
 
-    The picture is as narrow or wide as asked for, with the whole cell in it. `fine` pictures have shadows and smooth
-    edges; without a graphics card they take several times as long. The OpenGL context is opened with the first
-    picture. Raises `MmpError` for a size that is not sensible.
+    The picture is as narrow or wide as asked for, with the whole cell in it, or with the points `shown` [m] alone.
+    `fine` pictures have shadows and smooth edges; without a graphics card they take several times as long. The OpenGL
+    context is opened with the first picture. Raises `MmpError` for a size that is not sensible.
     """
 
-    def __init__(self, simulation: Simulation, width: int, height: int, *, fine: bool = False) -> None:
+    def __init__(
+        self,
+        simulation: Simulation,
+        width: int,
+        height: int,
+        *,
+        fine: bool = False,
+        shown: Float[np.ndarray, "p 3"] | None = None,
+    ) -> None:
         for name, value in (("width", width), ("height", height)):
             if not (isinstance(value, Integral) and 0 < value <= _MOST_PIXELS):
                 raise MmpError(f"{name} is {value}; a picture has 1 to {_MOST_PIXELS} whole pixels each way")
@@ -63,7 +71,7 @@ class Camera:
         self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
         self._camera.fixedcamid = simulation.model.camera(CAMERA).id
         fixed = simulation.data.camera(CAMERA)
-        points = outline(simulation.cell)
+        points = outline(simulation.cell) if shown is None else shown
         self._frame = frame(points, fixed.xpos, fixed.xmat.reshape(3, 3), width / height).tolist()
         self._context: Any = None
         self._buffer: Any = None

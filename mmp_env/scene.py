@@ -16,7 +16,7 @@ from mmp_env.cell import Arm, Cell, Obstacle
 from mmp_env.errors import MmpError
 from mmp_env.held import HELD
 from mmp_env.mujoco_import import mujoco
-from mmp_env.staging import HELD_RGBA, obstacle_rgba, set_stage
+from mmp_env.staging import OBJECT_RGBA, obstacle_rgba, set_stage
 
 TIMESTEP_S = 0.002
 """Physics time step. The servos are stiff; their damping is integrated implicitly."""
@@ -96,7 +96,7 @@ def _held_body(held: Obstacle) -> Any:
     """A spec with the body `held`, whose weight the arm's gravity compensation carries."""
     spec = mujoco.MjSpec()
     body = spec.worldbody.add_body(name=HELD, gravcomp=1.0)
-    _add_geom(body, HELD, held, HELD_RGBA).density = HELD_DENSITY
+    _add_geom(body, HELD, held, OBJECT_RGBA).density = HELD_DENSITY
     return spec
 
 

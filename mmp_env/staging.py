@@ -13,8 +13,11 @@ from mmp_env.transforms import matrix_from_quaternion
 
 CAMERA = "overview"
 TABLE_RGBA = (0.79, 0.79, 0.78, 1.0)
-HELD_RGBA = (0.80, 0.62, 0.38, 1.0)
-OBSTACLE_RGBA = (0.60, 0.62, 0.66, 1.0)
+OBJECT_RGBA = (0.75, 0.06, 0.24, 1.0)
+"""Colour of things that an arm can hold, on the table and in the tool; unlike that of any arm."""
+OBSTACLE_RGBA = (0.38, 0.42, 0.50, 1.0)
+_OBJECT_M = 0.1
+"""An obstacle whose longest edge is shorter than this is a thing that an arm can hold."""
 SKY = {"rgb1": (0.93, 0.95, 0.97), "rgb2": (0.72, 0.77, 0.82), "width": 64, "height": 384}
 """A gradient from the first colour down to the second."""
 _FLOOR_RGBA = (0.56, 0.59, 0.63, 1.0)
@@ -82,9 +85,17 @@ def _add_surroundings(spec: Any, center: Float[np.ndarray, "3"], extent: float, 
 
 
 def obstacle_rgba(cell: Cell, obstacle: Obstacle) -> tuple[float, float, float, float]:
-    """What the arms stand on is light, so that their colours show; what stands beside them is darker."""
+    """What the arms stand on is light, so that colours show on it; small things are red, larger ones dark."""
+    if is_ground(cell, obstacle):
+        return TABLE_RGBA
+    return OBJECT_RGBA if 2 * obstacle.half_extents.max() < _OBJECT_M else OBSTACLE_RGBA
+
+
+def is_ground(cell: Cell, obstacle: Obstacle) -> bool:
+    """Whether it is a table or floor: below the lowest base, and not something that lies there."""
     lowest = min(arm.position[2] for arm in cell.arms)
-    return TABLE_RGBA if _corners(obstacle)[:, 2].max() <= lowest + _LEVEL_M else OBSTACLE_RGBA
+    heights = corners(obstacle)[:, 2]
+    return bool(heights.max() <= lowest + _LEVEL_M and heights.min() < lowest - _LEVEL_M / 10)
 
 
 def outline(cell: Cell) -> Float[np.ndarray, "p 3"]:
@@ -97,12 +108,12 @@ def outline(cell: Cell) -> Float[np.ndarray, "p 3"]:
     over = _BESIDE * max(arm.robot.reach for arm in cell.arms)
     parts = [domes]
     for obstacle in cell.obstacles:
-        corners = _corners(obstacle)
-        first, last = corners.min(axis=0), corners.max(axis=0)
+        box = corners(obstacle)
+        first, last = box.min(axis=0), box.max(axis=0)
         beside = (last[:2] >= low[:2]).all() and (first[:2] <= high[:2]).all()
         below_all = (first[:2] <= low[:2]).all() and (last[:2] >= high[:2]).all()
         if beside and not below_all:
-            parts.append(np.clip(corners, low - over, high + over))
+            parts.append(np.clip(box, low - over, high + over))
     return np.concatenate(parts)
 
 
@@ -116,8 +127,8 @@ def _dome(arm: Arm) -> Float[np.ndarray, "d 3"]:
     return points @ arm.T_world_base[:3, :3].T + arm.position
 
 
-def _corners(obstacle: Obstacle) -> Float[np.ndarray, "8 3"]:
-    """Those of a box around it that is turned as it is."""
+def corners(obstacle: Obstacle) -> Float[np.ndarray, "8 3"]:
+    """The corners of a box around it that is turned as it is."""
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
     return (signs * obstacle.half_extents) @ matrix_from_quaternion(obstacle.quaternion).T + obstacle.position
 

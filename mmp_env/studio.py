@@ -28,13 +28,22 @@ State = Mapping[str, Float[np.ndarray, " dof"]]
 class Studio:
     """Pictures of a cell of `width` x `height` pixels; a context. Raises `MmpError` where none can be made.
 
-    `fine` pictures have shadows and smooth edges, and take several times as long without a graphics card.
+    The points `shown` [m] fill a picture, by default all that the arms can reach. `fine` pictures have shadows and
+    smooth edges, and take several times as long without a graphics card.
     """
 
-    def __init__(self, cell: Cell, width: int = WIDTH, height: int = HEIGHT, *, fine: bool = True) -> None:
+    def __init__(
+        self,
+        cell: Cell,
+        width: int = WIDTH,
+        height: int = HEIGHT,
+        *,
+        fine: bool = True,
+        shown: Float[np.ndarray, "p 3"] | None = None,
+    ) -> None:
         self.cell = cell
         self._simulation = Simulation(cell)
-        self._camera = Camera(self._simulation, width, height, fine=fine)
+        self._camera = Camera(self._simulation, width, height, fine=fine, shown=shown)
 
     def __enter__(self) -> Studio:
         return self

@@ -18,6 +18,7 @@ from mmp_env import find_cell, make_problem
 from mmp_env.check.episode import check_episode
 from mmp_env.episode import Episode, EpisodeExecution, episode_to_dict, execute_episode, save_episode
 from mmp_env.films import ENCODERS, HOLD_S, check_film, frames
+from mmp_env.plan_outline import plan_outline
 from mmp_env.retime import retime
 from mmp_env.studio import HEIGHT, WIDTH
 from mmp_env.wording import counted
@@ -69,9 +70,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def save_video(episode: Episode, execution: EpisodeExecution, path: str) -> None:
     """One film of all that was executed, the objects where each plan has them. Raises `MmpError`."""
     kind = ENCODERS[Path(path).suffix.lower()]
+    outline = np.concatenate([plan_outline(plan) for plan in episode.plans])  # the camera stands still
     with whole_file(path) as temporary, kind(temporary, WIDTH, HEIGHT, kind.usual_fps) as encoder:
         for plan, report in zip(episode.plans, execution.reports, strict=True):
-            with closing(frames(plan, report, fps=kind.usual_fps)) as shown:
+            with closing(frames(plan, report, fps=kind.usual_fps, shown=outline)) as shown:
                 for frame in shown:
                     encoder.add(frame)
         encoder.finish(HOLD_S)

@@ -15,6 +15,7 @@ from PIL import Image
 
 from mmp_env import ring_cell
 from mmp_env.errors import MmpError
+from mmp_env.staging import OBJECT_RGBA
 
 ROOT = Path(__file__).parents[1]
 SVG = "{http://www.w3.org/2000/svg}"
@@ -139,3 +140,22 @@ def test_a_demonstration_is_planned_executed_and_filmed(part, tmp_path):
         return
     with Image.open(film) as image:
         assert image.n_frames > 2
+
+
+@pytest.mark.parametrize("task", ["crossing", "parallel", "pick", "place", "packing"])
+def test_the_film_of_a_task_is_large_and_its_objects_can_be_seen_all_the_time(task):
+    path = ROOT / "docs" / "images" / "gallery" / f"task-{task}.webp"
+    assert path.stat().st_size < 1e6
+    with Image.open(path) as film:
+        assert film.width >= 640
+        assert film.height >= 480
+        for k in range(film.n_frames if task in ("pick", "place", "packing") else 0):
+            film.seek(k)
+            assert pixels_of_objects(np.asarray(film.convert("RGB"))) > 400, k
+
+
+def pixels_of_objects(image):
+    """How many pixels have the hue of what arms can hold."""
+    pixels = image.reshape(-1, 3) / np.maximum(np.linalg.norm(image.reshape(-1, 3), axis=1), 1)[:, None]
+    color = np.array(OBJECT_RGBA[:3])
+    return int((pixels @ (color / np.linalg.norm(color)) > 0.985).sum())

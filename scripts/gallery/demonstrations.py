@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from PIL import Image
+
 import mmp_planners
 from mmp_env import MmpError, draw_problem, find_cell
 from mmp_env.env import MultiArmCellEnv
-from mmp_env.films import save_film
+from mmp_env.films import HOLD_S, frames
 from mmp_env.retime import retime
+from mmp_env.writing import whole_file
 
 CELL, SEED = "mixed-4", 0
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
-_SIZE, _FPS = (400, 300), 8.0
+_SIZE, _FPS, _QUALITY = (640, 480), 5.0, 50
+"""Together the five films stay well below 1.5 MB."""
 
 
 def save_demonstrations(folder: Path) -> None:
@@ -33,4 +37,17 @@ def save_demonstration(task: str, path: Path, size: tuple[int, int] = _SIZE, fps
     env.close()
     if not report.reached or report.contacts:
         raise MmpError(f"{task} on {CELL}, seed {SEED}, is not executed as planned")
-    save_film(plan, path, report, fps=fps, width=size[0], height=size[1], ways=True)
+    shown = frames(plan, report, fps=fps, width=size[0], height=size[1], ways=True)
+    first, *rest = (Image.fromarray(frame) for frame in shown)
+    durations = [round(1e3 / fps)] * len(rest) + [round(1e3 * HOLD_S)]
+    with whole_file(path) as temporary:
+        first.save(
+            temporary,
+            "WEBP",
+            save_all=True,
+            append_images=rest,
+            duration=durations,
+            loop=0,
+            quality=_QUALITY,
+            method=6,
+        )

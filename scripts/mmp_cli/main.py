@@ -7,12 +7,12 @@ of the program and keeps its traceback.
 
 from __future__ import annotations
 
-import importlib
 import os
 import sys
-from collections.abc import Sequence
 
-from mmp_cli.output import OutputError, complain, forget_output, guard_streams
+TYPE_CHECKING = False  # until the guard stands, nothing is imported that takes time, `typing` included
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 COMMANDS = {
     "plan": "plan one instance, check the plan and print a summary",
@@ -39,10 +39,27 @@ commands:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Runs one command line, that of the process by default, and returns its exit code."""
-    if argv is None:
-        guard_streams()
-    code = _heard(list(sys.argv[1:] if argv is None else argv))
-    if code == INTERRUPTED and argv is None:
+    try:
+        from mmp_cli.import_guard import guarded_imports, ignore_interrupts
+
+        with guarded_imports(INTERRUPTED):
+            if argv is not None:
+                return _heard(list(argv))
+            code = _of_process()
+            ignore_interrupts()  # the process ends, and what its modules do then is not to be interrupted
+            return code
+    except KeyboardInterrupt:
+        print("mmp: interrupted", file=sys.stderr, flush=True)
+        return INTERRUPTED
+
+
+def _of_process() -> int:
+    from mmp_cli.output import guard_streams
+
+    guard_streams()
+    code = _heard(sys.argv[1:])
+    if code == INTERRUPTED:
+        sys.stderr.flush()
         # Taking the interpreter down with MuJoCo loaded takes longer than anybody who pressed Ctrl-C wants to wait.
         os._exit(code)
     return code
@@ -50,6 +67,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _heard(argv: list[str]) -> int:
     """Runs a command line whose output may find no room, or no reader."""
+    from mmp_cli.output import OutputError, complain, forget_output
+
     try:
         code = _guarded(argv)
         sys.stdout.flush()
@@ -63,6 +82,8 @@ def _heard(argv: list[str]) -> int:
 
 
 def _guarded(argv: list[str]) -> int:
+    from mmp_cli.output import complain
+
     try:
         return _run(argv)
     except SystemExit:  # after --help
@@ -95,5 +116,7 @@ def _run(argv: list[str]) -> int:
         from mmp_env.errors import UnknownNameError
 
         raise UnknownNameError("command", argv[0], COMMANDS)
+    import importlib
+
     command = importlib.import_module(f"mmp_cli.{argv[0]}")
     return command.run(command.parser().parse(argv[1:]))

@@ -35,6 +35,25 @@ class Clock:
     def remaining(self) -> float:
         """[s]"""
 
+class Levels:
+    """
+    Distances [m]: closer than `margin` is a contact where looked at; `proof` is proved of every instant. Both hold between two arms; `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm.
+    """
+
+    def __init__(self, margin: float, proof: float, obstacles: float = 0.0, own: float = 0.0) -> None: ...
+
+    @property
+    def margin(self) -> float: ...
+
+    @property
+    def proof(self) -> float: ...
+
+    @property
+    def obstacles(self) -> float: ...
+
+    @property
+    def own(self) -> float: ...
+
 class Cell:
     """Arms and obstacles; add all of them, then freeze."""
 
@@ -71,14 +90,19 @@ def cell_clearance(cell: Cell, q: Sequence[Annotated[NDArray[numpy.float64], dic
     Least clearance [n] [m] of whole states over all pairs of arms and, with `obstacles`, arms and obstacles.
     """
 
-def edges_free(cell: Cell, arm: int, q_from: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], q_to: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], margin: float, proof: float) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]:
+def nearest_bodies(cell: Cell, q: Sequence[numpy.ndarray]) -> list[tuple[float, int, int, int, int]]:
     """
-    Whether straight segments keep `proof` [m] at every instant and `margin` [m] where looked at: obstacles, other bases, self. Limits are the caller's.
+    Of one state q [dof] per arm, in double precision, the nearest two arms, the nearest arm and obstacle, and the nearest parts of one arm: (clearance [m], arm, link, other arm or obstacle, other link or -1) each.
     """
 
-def certify(cell: Cell, q: Sequence[numpy.ndarray], required: float, share: float, clock: Clock) -> tuple[bool, float, int, int, int, float]:
+def edges_free(cell: Cell, arm: int, q_from: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], q_to: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], levels: Levels) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]:
     """
-    Proves `required` [m] at least between all bodies along q [n, dof] per arm, linear in between, and of what the sampled clearance has beyond it all but a `share`: (valid, clearance, arm, other arm or -1, segment, fraction of it).
+    Whether straight segments keep `proof` at every instant and `margin` where looked at: obstacles, other bases, self. Limits are the caller's.
+    """
+
+def certify(cell: Cell, q: Sequence[numpy.ndarray], required: Levels, share: float, clock: Clock) -> tuple[bool, float, int, int, int, float]:
+    """
+    Proves `required.proof` at least along q [n, dof] per arm, linear in between, and of what the sampled clearance has beyond it all but a `share`: (valid, clearance between arms, arm, other arm or -1, segment, fraction of it).
     """
 
 class Motion:
@@ -93,9 +117,9 @@ class Motion:
     def last(self) -> int:
         """Index of the last step."""
 
-def conflict_instants(cell: Cell, motions: Sequence[Motion], pairs: numpy.ndarray, margin: float, proof: float, bases: bool = False) -> list[numpy.ndarray]:
+def conflict_instants(cell: Cell, motions: Sequence[Motion], pairs: numpy.ndarray, levels: Levels, bases: bool = False) -> list[numpy.ndarray]:
     """
-    For each pair of motions the instants of conflict, in steps, ascending: whole where surfaces are closer than `margin` [m] at a step, broken for a contact found between two. Elsewhere `proof` [m] is proved to be kept at every instant. A motion stays at its last step for ever. With `bases`, moving links against the other's base too.
+    For each pair of motions the instants of conflict, in steps, ascending: whole where surfaces are closer than `margin` at a step, broken for a contact found between two. Elsewhere `proof` is proved to be kept at every instant. A motion stays at its last step for ever. With `bases`, moving links against the other's base too.
     """
 
 class Constraint:
@@ -129,9 +153,9 @@ class Constraint:
     @property
     def end(self) -> float: ...
 
-def safe_intervals(cell: Cell, arm: int, q: numpy.ndarray, constraints: Sequence[Constraint], margin: float, proof: float, others: Sequence[Motion] = ()) -> numpy.ndarray:
+def safe_intervals(cell: Cell, arm: int, q: numpy.ndarray, constraints: Sequence[Constraint], levels: Levels, others: Sequence[Motion] = ()) -> numpy.ndarray:
     """
-    Whole steps [lo, hi] between which the arm may stand at q, [m, 2]; the last may end at FOREVER. `others`: motions of other arms that `proof` [m] is kept from.
+    Whole steps [lo, hi] between which the arm may stand at q, [m, 2]; the last may end at FOREVER. `others`: motions of other arms that `levels` are kept from.
     """
 
 class SingleArm:
@@ -139,7 +163,7 @@ class SingleArm:
     Plans one arm in space and time (SI-RRT*); keeps what does not depend on constraints.
     """
 
-    def __init__(self, cell: Cell, arm: int, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], max_step: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], margin: float, proof: float, seed: int, eta: float = 0.8) -> None: ...
+    def __init__(self, cell: Cell, arm: int, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], max_step: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], levels: Levels, seed: int, eta: float = 0.8) -> None: ...
 
     def plan(self, constraints: Sequence[Constraint], seed: int, clock: Clock, max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, goal_bias: float = 0.1, neighbours: int = 6, others: Sequence[Motion] = (), experience: numpy.ndarray | None = None) -> tuple[numpy.ndarray | None, int]:
         """
@@ -149,7 +173,7 @@ class SingleArm:
 def repulsive_force(cell: Cell, motion: Motion, others: Sequence[Motion], k_rep: float, d0: float, centre_distance: bool) -> numpy.ndarray:
     """Joint forces J^T F [steps + 1, dof] on the inner steps of a motion."""
 
-def modify_motion(cell: Cell, motion: Motion, others: Sequence[Motion], constraints: Sequence[Constraint], max_step_rad: numpy.ndarray, margin: float, proof: float, constraint_margin: float, clock: Clock, alpha: float, k_rep: float, d0: float, max_iterations: int, centre_distance: bool, normalised: bool, normalised_step: float, max_step: float, comfort: float, trace: bool = False) -> tuple[numpy.ndarray, bool, int, bool, list[numpy.ndarray]]:
+def modify_motion(cell: Cell, motion: Motion, others: Sequence[Motion], constraints: Sequence[Constraint], max_step_rad: numpy.ndarray, levels: Levels, constraint_margin: float, clock: Clock, alpha: float, k_rep: float, d0: float, max_iterations: int, centre_distance: bool, normalised: bool, normalised_step: float, max_step: float, comfort: float, trace: bool = False) -> tuple[numpy.ndarray, bool, int, bool, list[numpy.ndarray]]:
     """
     ModifyMotion: (positions, moved, iterations, whether the input broke a constraint, iterates if traced).
     """
@@ -164,7 +188,10 @@ class CompositeSearch:
     RRT-Connect in the space of all joints of all arms; can be asked to go on.
     """
 
-    def __init__(self, cell: Cell, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], margin: float, margin_of_proof: float, proof: float, range: float, step: float, seed: int) -> None: ...
+    def __init__(self, cell: Cell, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], samples: Levels, edges: Levels, range: float, step: float, seed: int) -> None:
+        """
+        `samples`: margins of the states looked at along an edge; `edges`: of a path that was found.
+        """
 
     def grow(self, iterations: int, clock: Clock) -> numpy.ndarray | None:
         """
@@ -179,20 +206,20 @@ class CompositeSearch:
     def nodes(self) -> int:
         """Nodes of both trees."""
 
-def shorten(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], margin: float, alone: float, between: float, groups: Sequence[int], attempts: int, worth: float, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+def shorten(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], levels: Levels, groups: Sequence[int], attempts: int, worth: float, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
-    Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every instant; arms of different `groups` pass through each other. As many attempts again as long as they shorten the ways by a share `worth`.
+    Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of stretches that were replaced. `levels` are proved of one arm and of pairs at every instant; arms of different `groups` pass through each other. As many attempts again as long as they shorten the ways by a share `worth`.
     """
 
-def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], margin: float, proof: float, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], levels: Levels, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
-    Shorter ways of single arms, for which another one may make room: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of attempts that succeeded. `proof` [m] is proved of every new way.
+    Shorter ways of single arms, for which another one may make room: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of attempts that succeeded. `levels` are proved of every new way.
     """
 
 class Recombination:
     """Ways of several plans, put together anew. For one thread at a time."""
 
-    def __init__(self, cell: Cell, max_step: Sequence[numpy.ndarray], margin: float, proof: float) -> None: ...
+    def __init__(self, cell: Cell, max_step: Sequence[numpy.ndarray], levels: Levels) -> None: ...
 
     def add(self, q: Sequence[numpy.ndarray]) -> list[int]:
         """
@@ -217,7 +244,7 @@ class Recombination:
 
     def run(self, limit: float, clock: Clock) -> list[numpy.ndarray] | None:
         """
-        Motions [steps + 1, dof] per arm along ways that are shorter than `limit` [rad] together, or None if no choice of them can be driven at once that was not given before. `proof` [m] is proved of every pair.
+        Motions [steps + 1, dof] per arm along ways that are shorter than `limit` [rad] together, or None if no choice of them can be driven at once that was not given before. `levels` are proved of every pair.
         """
 
 def search_tree(arm: SingleArm, others: Sequence[Motion], seed: int, clock: Clock, iterations: int) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray | None]:

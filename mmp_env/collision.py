@@ -6,7 +6,9 @@ Distances are between sphere surfaces, negative in contact. The single-precision
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,20 +22,50 @@ from mmp_env.cell import SHAPES, Cell, Obstacle
 from mmp_env.conflict import Conflict, plan_conflicts
 from mmp_env.errors import MmpError
 from mmp_env.joint_chain import joint_chain
+from mmp_env.margins import DEFAULT_MARGIN_M, KINDS, Margins
 from mmp_env.transforms import matrix_from_quaternion, transform
 from mmp_env.wording import counted
 
 if TYPE_CHECKING:
     from mmp_env.plan import Plan
+    from mmp_env.problem import Problem
 
 HIT = 1.0
-"""Surfaces closer than HIT x margin are a conflict at the instants that a planner looks at."""
-PLAN_PROOF = 0.75
-"""What single-arm planning proves at every instant, in margins."""
-KEEP_PROOF = 0.6
-"""What motions are proved to keep between the instants looked at, in margins: arm-arm, and after repulsion."""
-REQUIRED_PROOF = 0.5
-"""What a certificate has to prove, in margins. The steps between these leave each later proof room to end."""
+"""Share of the planning slack: surfaces closer than the margin and this are a conflict at the instants looked at."""
+PLAN_PROOF = 0.5
+"""Share of the planning slack that single-arm planning proves beyond the margin at every instant."""
+KEEP_PROOF = 0.2
+"""Share that motions are proved to keep between the instants looked at: between arms, and after repulsion."""
+REQUIRED_PROOF = 0.0
+"""Share that a certificate proves: the margin itself. The steps between these leave each later proof room to end."""
+
+
+def levels(problem: Problem, looked: float, proved: float) -> _core.Levels:
+    """Returns the clearances that the core looks for and proves: the margins and shares of the planning slack.
+
+    Args:
+        looked: share of the slack at the instants looked at, such as `HIT`.
+        proved: share of the slack at every instant, such as `PLAN_PROOF`.
+    """
+    return levels_of(problem.margins, looked * problem.slack, proved * problem.slack)
+
+
+def levels_of(margins: Margins, looked: float, proved: float) -> _core.Levels:
+    """Returns the clearances for the core: the margins with `looked` and `proved` [m] added."""
+    arms = margins.arms
+    return _core.Levels(arms + looked, arms + proved, margins.obstacles - arms, margins.self - arms)
+
+
+_EDGE_ROOM_M = 1e-4
+"""Room [m] beyond the margin at the instants that `edge_free` looks at."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Nearest:
+    """The least clearance [m] of one kind in a state, and what is that near to each other, in words."""
+
+    clearance_m: float
+    bodies: str
 
 
 class CollisionModel:
@@ -93,17 +125,22 @@ class CollisionModel:
         return self.within_limits(arm, q) & (self.static_clearance(arm, q) > margin)
 
     def edge_free(
-        self, arm: str, q_from: ArrayLike, q_to: ArrayLike, *, margin: float = 0.002
+        self, arm: str, q_from: ArrayLike, q_to: ArrayLike, *, margin: float | Margins = DEFAULT_MARGIN_M
     ) -> Bool[np.ndarray, "n"]:
         """Whether straight segments from `q_from` to `q_to` [n, dof] are free at every instant, limits included.
 
-        Free means: `margin` [m] clear where looked at and `PLAN_PROOF * margin` proved everywhere in between.
+        A free segment is proved to keep the margin [m] at every instant: of obstacles, the bases of other arms and the
+        arm itself, or each of `problem.margins`. A segment that comes within 0.1 mm of its margin may count as not
+        free: without that room a proof might not end.
         """
         start, end = self._rows(arm, q_from), self._rows(arm, q_to)
         if start.shape != end.shape:
             raise MmpError(f"edge_free: q_from has {len(start)} rows and q_to {len(end)}; they must match")
         free = self.within_limits(arm, start) & self.within_limits(arm, end)
-        free[free] = _core.edges_free(self.core, self.index(arm), start[free], end[free], margin, PLAN_PROOF * margin)
+        margins = margin if isinstance(margin, Margins) else Margins(arms=margin, obstacles=margin, self=margin)
+        room = min(_EDGE_ROOM_M, min(margins[kind] for kind in KINDS) / 4)
+        wanted = levels_of(margins, room, room / 2)
+        free[free] = _core.edges_free(self.core, self.index(arm), start[free], end[free], wanted)
         return free
 
     def pair_clearance(
@@ -122,19 +159,29 @@ class CollisionModel:
             raise MmpError("clearance: every arm needs the same number of rows")
         return _core.cell_clearance(self.core, rows)
 
+    def nearest(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> dict[str, Nearest]:
+        """Returns the nearest bodies of one state, in double precision, for each kind of margin.
+
+        A kind without bodies, such as `obstacles` in a cell without any, is infinitely clear.
+
+        Args:
+            q: arm name -> [dof] [rad].
+        """
+        arms, names = self.cell.arms, [part_names(arm) for arm in self.cell.arms]
+        rows = [np.ascontiguousarray(q[arm.name], dtype=float) for arm in arms]
+        out = {}
+        for kind, (clearance, a, link, b, other) in zip(KINDS, _core.nearest_bodies(self.core, rows), strict=True):
+            if a < 0:
+                out[kind] = Nearest(clearance_m=math.inf, bodies="")
+                continue
+            second = f"obstacle/{self.cell.obstacles[b].name}" if other < 0 else f"{arms[b].name}/{names[b][other]}"
+            out[kind] = Nearest(clearance_m=clearance, bodies=f"{arms[a].name}/{names[a][link]} and {second}")
+        return out
+
     def least_clearance(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> tuple[float, str]:
         """Least clearance [m] of one state, in double precision, over everything, and what is nearest to what."""
-        names = self.cell.arm_names
-        least, what = np.inf, "nothing is near anything"
-        for k, a in enumerate(names):
-            alone = float(self.static_clearance(a, [q[a]], precise=True)[0])
-            if alone < least:
-                least, what = alone, f"arm '{a}' with an obstacle, another arm's base or itself"
-            for b in names[k + 1 :]:
-                between = float(self.pair_clearance(a, [q[a]], b, [q[b]], precise=True)[0])
-                if between < least:
-                    least, what = between, f"arms '{a}' and '{b}'"
-        return least, what
+        least = min(self.nearest(q).values(), key=lambda near: near.clearance_m)
+        return least.clearance_m, least.bodies or "nothing is near anything"
 
     def conflicts(self, plan: Plan) -> list[Conflict]:
         """Where arms of a plan come closer than its problem's margin, earliest first; see `mmp_env.conflict`."""
@@ -145,16 +192,16 @@ class CollisionModel:
         return _core.Motion(self.core, self.index(arm), np.ascontiguousarray(q, dtype=float))
 
     def conflict_instants(
-        self, motions: Sequence[_core.Motion], pairs: ArrayLike, margin: float, *, bases: bool = False
+        self, motions: Sequence[_core.Motion], pairs: ArrayLike, levels: _core.Levels, *, bases: bool = False
     ) -> list[Float[np.ndarray, "c"]]:
         """For each pair of indices into `motions`, the instants of conflict in steps, ascending, at most one a step.
 
-        Whole numbers where surfaces are closer than `margin` [m] at a step, broken ones for a contact between two
-        steps; elsewhere `KEEP_PROOF * margin` is proved to be kept. `bases`: one arm's moving links against the other's
-        base as well, which paths that are free on their own never touch.
+        Whole numbers where surfaces are closer than `levels.margin` at a step, broken ones for a contact between two
+        steps; elsewhere `levels.proof` is proved to be kept. `bases`: one arm's moving links against the other's base
+        as well, which paths that are free on their own never touch.
         """
         numbers = np.ascontiguousarray(pairs, dtype=np.int32).reshape(-1, 2)
-        return _core.conflict_instants(self.core, motions, numbers, HIT * margin, KEEP_PROOF * margin, bases)
+        return _core.conflict_instants(self.core, motions, numbers, levels, bases)
 
     def _rows(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n dof"]:
         rows = np.ascontiguousarray(q, dtype=float)

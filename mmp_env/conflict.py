@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env import _core
 from mmp_env.brief import brief
 from mmp_env.plan_fit import check_complete
 from mmp_env.wording import in_seconds
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from mmp_env.plan import Plan
 
 _RESAMPLED_RAD = 0.02
+_ROUNDING_M = 1e-5
+"""Accuracy [m] of the single-precision kernels within 40 m of the origin."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,7 +59,9 @@ def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:
     motions = [model.motion(a, q[a]) for a in names]
     pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
     out = []
-    found = model.conflict_instants(motions, pairs, plan.problem.margin, bases=True)
+    margin = plan.problem.margin
+    closer = max(margin - _ROUNDING_M, margin / 2)  # a plan that keeps its margin exactly has no conflict
+    found = model.conflict_instants(motions, pairs, _core.Levels(closer, 0.9 * closer), bases=True)
     for (i, j), instants in zip(pairs, found, strict=True):
         for run in unbroken_runs(instants):
             out.append(_conflict(model, names[i], names[j], q, times, np.rint(run).astype(int)))

@@ -17,7 +17,8 @@ from mmp_env.brief import brief, some
 from mmp_env.cell import Cell
 from mmp_env.cell_file import CellData, cell_from_data, check_name
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.problem import DEFAULT_MARGIN_M, DEFAULT_MAX_VELOCITY, Problem, make_problem
+from mmp_env.margins import Margins
+from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
 from mmp_env.reading import Place, check_schema, decode, named, numbers, read_document, shown
 from mmp_env.robot import frozen_array
 from mmp_env.wording import counted
@@ -80,7 +81,7 @@ class InstanceFile:
         instance: Instance,
         *,
         max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
-        margin: float = DEFAULT_MARGIN_M,
+        margin: float | Mapping[str, float] | Margins | None = None,
     ) -> Problem:
         """The problem `<cell name>/<instance name>`.
 

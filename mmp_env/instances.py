@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from mmp_env.brief import brief
 from mmp_env.cell import Cell
 from mmp_env.errors import MmpError
-from mmp_env.problem import DEFAULT_MARGIN_M, DEFAULT_MAX_VELOCITY, Problem, make_problem
+from mmp_env.margins import Margins
+from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
 from mmp_env.wording import counted
 
 DEFAULT_TASK = "reach"
@@ -70,7 +71,7 @@ def draw_problem(
     seed: int = 0,
     *,
     max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
-    margin: float = DEFAULT_MARGIN_M,
+    margin: float | Mapping[str, float] | Margins | None = None,
     name: str = "",
 ) -> Problem:
     """The problem of `env.reset(seed=seed)` in an environment of this cell, with the objects of the task in it.

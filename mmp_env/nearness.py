@@ -60,7 +60,7 @@ def nearness(
     certificate = certify(dataclasses.replace(plan, positions=whole), _core.Clock(_PROOF_S), share=_PROOF_SHARE)
     if not certificate.valid:
         return Nearness(planned_m=None)
-    planned = certificate.clearance
+    planned = min(certificate.proved.arms, certificate.proved.obstacles)
     clear = simulation.cell.collision.clearance(positions)
     close = np.flatnonzero(clear < planned + OUTSIDE_M)
     q = np.concatenate([positions[name] for name in simulation.slices], axis=1)[close]

@@ -15,6 +15,7 @@ from mmp_env.cell import Cell
 from mmp_env.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.errors import MmpError
 from mmp_env.instance_file import check_arms, configurations_from_dict
+from mmp_env.margins import Margins
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem, velocity_limits
 from mmp_env.reading import Place, check_schema, decode, numbers, read_document
@@ -24,12 +25,19 @@ from mmp_env.writing import json_text, plain, write_text
 PLAN_SCHEMA = "mmp-plan/1"
 
 
+class MarginsData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    arms: float
+    obstacles: float
+    self_: float = msgspec.field(name="self")
+
+
 class ProblemData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     cell: CellData
     start: dict[str, Any]
     goal: dict[str, Any]
     max_velocity: float | dict[str, Any]
     margin: float
+    margins: MarginsData | None = None
     max_acceleration: float | dict[str, Any] | None = None
     max_jerk: float | dict[str, Any] | None = None
     name: str = ""
@@ -60,6 +68,7 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
             "max_velocity": _by_arm(problem.cell, problem.max_velocity),
             **{key: _by_arm(problem.cell, values) for key, values in limits.items() if values is not None},
             "margin": problem.margin,
+            "margins": dict(problem.margins),
         },
         "times": plan.times,
         "positions": _by_arm(problem.cell, plan.positions),
@@ -118,16 +127,33 @@ def _by_arm(cell: Cell, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
 
 def _problem(data: ProblemData, place: Place) -> Problem:
     cell = cell_from_data(data.cell, place / "cell", name="cell")
-    if not (math.isfinite(data.margin) and data.margin > 0):
-        raise (place / "margin").wrong(data.margin, "a positive number [m]")
     return Problem(
         cell=cell,
         start=configurations_from_dict(cell, data.start, place / "start"),
         goal=configurations_from_dict(cell, data.goal, place / "goal"),
         max_velocity=velocity_limits(cell, _limits(cell, data.max_velocity, place / "max_velocity")),
-        margin=data.margin,
+        margins=_margins(data, place),
         name=data.name,
     )
+
+
+def _margins(data: ProblemData, place: Place) -> Margins:
+    """Older files have no `margins`: what was proved of their plans is half of `margin`."""
+    margin = _positive(data.margin, place / "margin")
+    if data.margins is None:
+        return Margins(arms=margin / 2, obstacles=margin / 2, self=margin / 2)
+    here, given = place / "margins", data.margins
+    by_kind = {"arms": given.arms, "obstacles": given.obstacles, "self": given.self_}
+    margins = Margins(**{kind: _positive(value, here / kind) for kind, value in by_kind.items()})
+    if margin != margins.arms:
+        raise (place / "margin").wrong(margin, f"margins.arms, which is {margins.arms:g}")
+    return margins
+
+
+def _positive(value: float, place: Place) -> float:
+    if not (math.isfinite(value) and value > 0):
+        raise place.wrong(value, "a positive number [m]")
+    return value
 
 
 def _limits(cell: Cell, data: Any, place: Place) -> float | dict[str, Float[np.ndarray, "dof"]]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
@@ -12,13 +14,25 @@ from numpy.typing import ArrayLike
 from mmp_env.brief import brief
 from mmp_env.cell import Cell
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+from mmp_env.margins import (
+    KIND_WORDS,
+    KINDS,
+    Margins,
+    asked_margins,
+    largest_margin,
+    margin_in_force,
+    millimetres,
+    planning_slack,
+)
 from mmp_env.read_only import ReadOnly
 from mmp_env.robot import frozen_array
 from mmp_env.wording import counted, degrees_hint
 
+if TYPE_CHECKING:
+    from mmp_env.collision import Nearest
+
 DEFAULT_MAX_VELOCITY = 0.8
 """[rad/s] per joint, as in the paper; never above the robot's own limit."""
-DEFAULT_MARGIN_M = 0.002
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -27,22 +41,38 @@ class Problem(ReadOnly):
 
     Mappings and arrays are read-only, and so are those of copies.
 
-    `margin` [m] is the one in force: no plan brings two bodies closer than half of it at any instant, and planners keep
-    the whole of it at the instants they look at.
+    `margins` are those in force: a plan keeps them at every instant, start and goal included.
     """
 
     cell: Cell
     start: Mapping[str, Float[np.ndarray, "dof"]]
     goal: Mapping[str, Float[np.ndarray, "dof"]]
     max_velocity: Mapping[str, Float[np.ndarray, "dof"]]
-    margin: float
+    margins: Margins
     name: str = ""
 
     @brief
     def __repr__(self) -> str:
         cell = f"{counted(len(self.cell.arms), 'arm')} in cell {self.cell.name}"
         cost = f"{self.cost_lower_bound_rad:.2f} rad along straight lines"
-        return f"{self.name}{': ' if self.name else ''}{cell}, {cost}, margin {self.margin * 1e3:.2f} mm"
+        return f"{self.name}{': ' if self.name else ''}{cell}, {cost}, margin {self.margins}"
+
+    @property
+    def margin(self) -> float:
+        """The margin between arms [m]."""
+        return self.margins.arms
+
+    @cached_property
+    def slack(self) -> float:
+        """How far beyond the margins planners look [m], so that the proof of the whole margins ends. It follows from
+        the margins, and from the clearance of start and goal.
+        """
+        return planning_slack(self.margins, _least_clearances(self.cell, (self.start, self.goal)))
+
+    @property
+    def conflict_distances(self) -> Margins:
+        """Margins and slack [m]: planners take bodies closer than this as a conflict."""
+        return Margins(**{kind: self.margins[kind] + self.slack for kind in KINDS})
 
     @property
     def cost_lower_bound_rad(self) -> float:
@@ -56,33 +86,59 @@ def make_problem(
     goal: Mapping[str, ArrayLike],
     *,
     max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
-    margin: float = DEFAULT_MARGIN_M,
+    margin: float | Mapping[str, float] | Margins | None = None,
     name: str = "",
 ) -> Problem:
-    """A validated problem.
+    """Returns a validated problem.
 
-    The margin in force is the smaller of `margin` and 0.9 x the least clearance of start and goal (ALGORITHMS: it lets
-    tight instances stay solvable). Raises `MmpError` for missing arms, wrong lengths or non-finite numbers, and
-    `InvalidInstanceError` where start or goal is out of limits or in collision.
+    A margin that is asked for is kept at every instant, or the instance is refused. Where none is asked for, it is
+    2 mm, or 0.8 times the least clearance of start and goal where that is less.
+
+    Args:
+        start: arm name -> [dof] [rad].
+        goal: arm name -> [dof] [rad].
+        max_velocity: for all joints, or arm name -> [dof] [rad/s].
+        margin: metres between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
+
+    Raises:
+        MmpError: for missing arms, wrong lengths, non-finite numbers, or a margin that is none.
+        InvalidInstanceError: where start or goal is out of limits, in collision, or closer than a margin asked for.
     """
     ends = {"start": _configurations(cell, start, "start"), "goal": _configurations(cell, goal, "goal")}
-    if not (np.isfinite(margin) and margin > 0):
-        raise MmpError(f"margin is {margin}; it must be a positive number of metres")
-    least = np.inf
+    asked = asked_margins(margin)
+    least: dict[str, float] = dict.fromkeys(KINDS, np.inf)
     for which, q in ends.items():
         _check_limits(cell, q, which)
-        clearance, what = cell.collision.least_clearance(q)
-        if clearance <= 0:
-            raise InvalidInstanceError(f"{which} is in collision: {what} ({-clearance * 1e3:.1f} mm deep)")
-        least = min(least, clearance)
+        for kind, near in cell.collision.nearest(q).items():
+            _check_clear(which, kind, near, asked)
+            least[kind] = min(least[kind], near.clearance_m)
     return Problem(
         cell=cell,
         start=ends["start"],
         goal=ends["goal"],
         max_velocity=velocity_limits(cell, max_velocity),
-        margin=min(margin, 0.9 * least),
+        margins=Margins(**{kind: margin_in_force(kind, asked, least[kind]) for kind in KINDS}),
         name=name,
     )
+
+
+def _least_clearances(cell: Cell, states: Sequence[Mapping[str, Float[np.ndarray, "dof"]]]) -> dict[str, float]:
+    """Kind of margin -> the least clearance [m] in any of the states."""
+    found = [cell.collision.nearest(state) for state in states]
+    return {kind: min(near[kind].clearance_m for near in found) for kind in KINDS}
+
+
+def _check_clear(which: str, kind: str, near: Nearest, asked: Mapping[str, float]) -> None:
+    """Raises `InvalidInstanceError` where start or goal is in collision, or closer than a margin that was asked for."""
+    if near.clearance_m <= 0:
+        raise InvalidInstanceError(f"{which} is in collision: {near.bodies} ({-near.clearance_m * 1e3:.1f} mm deep)")
+    largest = largest_margin(near.clearance_m)
+    if kind in asked and asked[kind] > largest:
+        most = f"the largest that would do is {millimetres(largest)} mm" if largest >= 1e-5 else "no margin would do"
+        raise InvalidInstanceError(
+            f"{which}: {near.bodies} are {near.clearance_m * 1e3:.2f} mm apart, and the margin asked for"
+            f" {KIND_WORDS[kind]} is {asked[kind] * 1e3:g} mm; {most}"
+        )
 
 
 def _configurations(cell: Cell, given: Mapping[str, ArrayLike], which: str) -> dict[str, np.ndarray]:

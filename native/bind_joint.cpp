@@ -68,16 +68,17 @@ void bind_joint(nb::module_& m) {
   nb::class_<Search>(m, "CompositeSearch", "RRT-Connect in the space of all joints of all arms; can be asked to go on.")
       .def(
           "__init__",
-          [](Search* self, const Cell& cell, Vector start, Vector goal, double margin, double margin_of_proof,
-             double proof, double range, double step, uint64_t seed) {
+          [](Search* self, const Cell& cell, Vector start, Vector goal, const Levels<double>& samples,
+             const Levels<double>& edges, double range, double step, uint64_t seed) {
             need_all_joints(cell, start);
             need_all_joints(cell, goal);
             need(range > 0 && step > 0, "range and step must be positive");
-            new (self) Search(cell.world<Floats>(), as<float>(start), as<float>(goal), levels_of(margin, margin),
-                              levels_of(margin_of_proof, proof), {range, step}, seed);
+            new (self) Search(cell.world<Floats>(), as<float>(start), as<float>(goal), as_float(samples),
+                              as_float(edges), {range, step}, seed);
           },
-          nb::arg("cell"), nb::arg("start"), nb::arg("goal"), nb::arg("margin"), nb::arg("margin_of_proof"),
-          nb::arg("proof"), nb::arg("range"), nb::arg("step"), nb::arg("seed"), nb::keep_alive<1, 2>())
+          nb::arg("cell"), nb::arg("start"), nb::arg("goal"), nb::arg("samples"), nb::arg("edges"), nb::arg("range"),
+          nb::arg("step"), nb::arg("seed"), nb::keep_alive<1, 2>(),
+          "`samples`: margins of the states looked at along an edge; `edges`: of a path that was found.")
       .def(
           "grow",
           [](Search& self, int iterations, const Clock& clock) -> nb::object {
@@ -100,64 +101,63 @@ void bind_joint(nb::module_& m) {
 
   m.def(
       "shorten",
-      [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step, double margin,
-         double alone, double between, const std::vector<int>& groups, int attempts, double worth, uint64_t seed,
+      [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step,
+         const Levels<double>& levels, const std::vector<int>& groups, int attempts, double worth, uint64_t seed,
          const Clock& clock) {
         const JointMotion motion(cell, q, max_step);
         need(groups.size() == q.size(), "a group for each arm");
         need(worth > 0, "worth must be positive");
         return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
-          Shortener<Floats> shortener(cell.world<Floats>(), motion.rows, motion.max_step, levels_of(margin, alone),
-                                      levels_of(margin, between), groups);
+          Shortener<Floats> shortener(cell.world<Floats>(), motion.rows, motion.max_step, as_float(levels), groups);
           Random random(seed);
           const int kept = shortener.run(attempts, worth, random, clock);
           for (size_t a = 0; a < q.size(); ++a) found.push_back(rows_of(shortener.rows(static_cast<int>(a))));
           return kept;
         });
       },
-      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::arg("margin"), nb::arg("alone"), nb::arg("between"),
-      nb::arg("groups"), nb::arg("attempts"), nb::arg("worth"), nb::arg("seed"), nb::arg("clock"),
+      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::arg("levels"), nb::arg("groups"), nb::arg("attempts"),
+      nb::arg("worth"), nb::arg("seed"), nb::arg("clock"),
       nb::sig("def shorten(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
-              "collections.abc.Sequence[numpy.ndarray], margin: float, alone: float, between: float, groups: "
+              "collections.abc.Sequence[numpy.ndarray], levels: Levels, groups: "
               "collections.abc.Sequence[int], attempts: int, worth: float, seed: int, clock: Clock) -> "
               "tuple[list[numpy.ndarray], int]"),
       "Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the "
-      "number of stretches that were replaced. `alone` and `between` [m] are proved of one arm and of pairs at every "
+      "number of stretches that were replaced. `levels` are proved of one arm and of pairs at every "
       "instant; arms of different `groups` pass through each other. As many attempts again as long as they shorten the "
       "ways by a share `worth`.");
 
   m.def(
       "replan",
-      [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step, double margin,
-         double proof, int attempts, uint64_t seed, const Clock& clock) {
+      [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step,
+         const Levels<double>& levels, int attempts, uint64_t seed, const Clock& clock) {
         const JointMotion motion(cell, q, max_step);
         return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
-          Replanner<Floats> replanner(*cell.world_planning, motion.rows, motion.max_step, levels_of(margin, proof));
+          Replanner<Floats> replanner(*cell.world_planning, motion.rows, motion.max_step, as_float(levels));
           Random random(seed);
           const int kept = replanner.run(attempts, random, clock);
           for (size_t a = 0; a < q.size(); ++a) found.push_back(rows_of(replanner.rows(static_cast<int>(a))));
           return kept;
         });
       },
-      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::arg("margin"), nb::arg("proof"), nb::arg("attempts"),
-      nb::arg("seed"), nb::arg("clock"),
+      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::arg("levels"), nb::arg("attempts"), nb::arg("seed"),
+      nb::arg("clock"),
       nb::sig("def replan(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
-              "collections.abc.Sequence[numpy.ndarray], margin: float, proof: float, attempts: int, seed: int, clock: "
+              "collections.abc.Sequence[numpy.ndarray], levels: Levels, attempts: int, seed: int, clock: "
               "Clock) -> tuple[list[numpy.ndarray], int]"),
       "Shorter ways of single arms, for which another one may make room: q [steps + 1, dof] per arm of a safe plan; "
-      "returns the shorter one and the number of attempts that succeeded. `proof` [m] is proved of every new way.");
+      "returns the shorter one and the number of attempts that succeeded. `levels` are proved of every new way.");
 
   using Anew = Recombination<Floats>;
   nb::class_<Anew>(m, "Recombination", "Ways of several plans, put together anew. For one thread at a time.")
       .def(
           "__init__",
-          [](Anew* self, const Cell& cell, const std::vector<Vector>& max_step, double margin, double proof) {
+          [](Anew* self, const Cell& cell, const std::vector<Vector>& max_step, const Levels<double>& levels) {
             need(max_step.size() == cell.single.arms.size() && !max_step.empty(), "one array for each arm");
-            new (self) Anew(*cell.world_planning, steps_of(cell, max_step), levels_of(margin, proof));
+            new (self) Anew(*cell.world_planning, steps_of(cell, max_step), as_float(levels));
           },
-          nb::arg("cell"), nb::arg("max_step"), nb::arg("margin"), nb::arg("proof"), nb::keep_alive<1, 2>(),
-          nb::sig("def __init__(self, cell: Cell, max_step: collections.abc.Sequence[numpy.ndarray], margin: float, "
-                  "proof: float) -> None"))
+          nb::arg("cell"), nb::arg("max_step"), nb::arg("levels"), nb::keep_alive<1, 2>(),
+          nb::sig("def __init__(self, cell: Cell, max_step: collections.abc.Sequence[numpy.ndarray], "
+                  "levels: Levels) -> None"))
       .def(
           "add",
           [](Anew& self, const std::vector<Matrix>& q) {
@@ -219,7 +219,7 @@ void bind_joint(nb::module_& m) {
           nb::arg("limit"), nb::arg("clock"),
           nb::sig("def run(self, limit: float, clock: Clock) -> list[numpy.ndarray] | None"),
           "Motions [steps + 1, dof] per arm along ways that are shorter than `limit` [rad] together, or None if no "
-          "choice of them can be driven at once that was not given before. `proof` [m] is proved of every pair.");
+          "choice of them can be driven at once that was not given before. `levels` are proved of every pair.");
 }
 
 }  // namespace mmp

@@ -18,7 +18,7 @@ void bind_motion(nb::module_& m) {
 
   m.def(
       "conflict_instants",
-      [](const Cell& cell, nb::handle motions, Pairs pairs, double margin, double proof, bool bases) {
+      [](const Cell& cell, nb::handle motions, Pairs pairs, const Levels<double>& levels, bool bases) {
         const auto held = held_motions(motions, cell.single);
         const auto& of = held.items();
         const int n = static_cast<int>(pairs.shape(0)), count = static_cast<int>(of.size());
@@ -28,7 +28,7 @@ void bind_motion(nb::module_& m) {
           nb::gil_scoped_release release;
           PairCheck<Floats> check(cell.world<Floats>(), bases);
           for (int k = 0; k < n; ++k)
-            check(*of[pairs.data()[2 * k]], *of[pairs.data()[2 * k + 1]], levels_of(margin, proof), found[k]);
+            check(*of[pairs.data()[2 * k]], *of[pairs.data()[2 * k + 1]], as_float(levels), found[k]);
         }
         nb::list out;
         for (auto& steps : found) {
@@ -37,13 +37,12 @@ void bind_motion(nb::module_& m) {
         }
         return out;
       },
-      nb::arg("cell"), nb::arg("motions"), nb::arg("pairs"), nb::arg("margin"), nb::arg("proof"),
-      nb::arg("bases") = false,
+      nb::arg("cell"), nb::arg("motions"), nb::arg("pairs"), nb::arg("levels"), nb::arg("bases") = false,
       nb::sig(
-          "def conflict_instants(cell: Cell, motions: collections.abc.Sequence[Motion], pairs: numpy.ndarray, margin: "
-          "float, proof: float, bases: bool = False) -> list[numpy.ndarray]"),
+          "def conflict_instants(cell: Cell, motions: collections.abc.Sequence[Motion], pairs: numpy.ndarray, levels: "
+          "Levels, bases: bool = False) -> list[numpy.ndarray]"),
       "For each pair of motions the instants of conflict, in steps, ascending: whole where surfaces are closer than "
-      "`margin` [m] at a step, broken for a contact found between two. Elsewhere `proof` [m] is proved to be kept at "
+      "`margin` at a step, broken for a contact found between two. Elsewhere `proof` is proved to be kept at "
       "every instant. A motion stays at its last step for ever. With `bases`, moving links against the other's base "
       "too.");
 

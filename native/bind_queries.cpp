@@ -1,4 +1,5 @@
 #include "bindings.hpp"
+#include "nearest.hpp"
 
 namespace mmp {
 
@@ -127,8 +128,28 @@ void bind_queries(nb::module_& m) {
       "Least clearance [n] [m] of whole states over all pairs of arms and, with `obstacles`, arms and obstacles.");
 
   m.def(
+      "nearest_bodies",
+      [](const Cell& cell, const std::vector<Vector>& q) {
+        need(!q.empty() && q.size() == cell.precise.arms.size(), "one configuration for each arm");
+        std::vector<const double*> rows;
+        for (size_t a = 0; a < q.size(); ++a) {
+          need_joints(cell, static_cast<int>(a), q[a]);
+          rows.push_back(q[a].data());
+        }
+        nb::list out;
+        for (const auto& n : nearest_bodies(cell, rows))
+          out.append(nb::make_tuple(n.clearance, n.arm, n.link, n.other, n.other_link));
+        return out;
+      },
+      nb::arg("cell"), nb::arg("q"),
+      nb::sig("def nearest_bodies(cell: Cell, q: collections.abc.Sequence[numpy.ndarray]) -> list[tuple[float, int, "
+              "int, int, int]]"),
+      "Of one state q [dof] per arm, in double precision, the nearest two arms, the nearest arm and obstacle, and the "
+      "nearest parts of one arm: (clearance [m], arm, link, other arm or obstacle, other link or -1) each.");
+
+  m.def(
       "edges_free",
-      [](const Cell& cell, int arm, Matrix from, Matrix to, double margin, double proof) {
+      [](const Cell& cell, int arm, Matrix from, Matrix to, const Levels<double>& levels) {
         need_rows(cell, arm, from);
         need_rows(cell, arm, to);
         need(from.shape(0) == to.shape(0), "as many ends as beginnings");
@@ -139,19 +160,20 @@ void bind_queries(nb::module_& m) {
           std::vector<float> p(from.data(), from.data() + from.size()), q(to.data(), to.data() + to.size());
           Prover<Floats> prover(cell.world<Floats>());
           const auto at = [&](int s) { return std::pair<const float*, const float*>(&p[s * dof], &q[s * dof]); };
-          prover.alone(arm, n, at, levels_of(margin, proof), Stop::at_first_contact_of_segment, results.data());
+          prover.alone(arm, n, at, as_float(levels), Stop::at_first_contact_of_segment, results.data());
         }
         std::vector<bool> out;
         for (const auto& r : results) out.push_back(r.free);
         return to_numpy<Flags>(out, n);
       },
-      nb::arg("cell"), nb::arg("arm"), nb::arg("q_from"), nb::arg("q_to"), nb::arg("margin"), nb::arg("proof"),
-      "Whether straight segments keep `proof` [m] at every instant and `margin` [m] where looked at: obstacles, other "
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q_from"), nb::arg("q_to"), nb::arg("levels"),
+      "Whether straight segments keep `proof` at every instant and `margin` where looked at: obstacles, other "
       "bases, self. Limits are the caller's.");
 
   m.def(
       "certify",
-      [](const Cell& cell, const std::vector<Matrix>& q, double required, double share, const Clock& clock) {
+      [](const Cell& cell, const std::vector<Matrix>& q, const Levels<double>& required, double share,
+         const Clock& clock) {
         need(!q.empty() && q.size() == cell.precise.arms.size(), "one array of configurations for each arm");
         std::vector<const double*> rows;
         for (size_t a = 0; a < q.size(); ++a) {
@@ -162,17 +184,17 @@ void bind_queries(nb::module_& m) {
         Proof proof;
         {
           nb::gil_scoped_release release;
-          proof = Certifier<Doubles>(cell.world<Doubles>(), rows, static_cast<int>(q[0].shape(0)))
-                      .run(required, share, clock);
+          proof = Certifier<Doubles>(cell.world<Doubles>(), rows, static_cast<int>(q[0].shape(0)), required)
+                      .run(share, clock);
         }
         return nb::make_tuple(proof.valid, proof.clearance, proof.arm_a, proof.arm_b, proof.step, proof.fraction);
       },
       nb::arg("cell"), nb::arg("q"), nb::arg("required"), nb::arg("share"), nb::arg("clock"),
       nb::sig(
-          "def certify(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], required: float, share: float, clock: "
+          "def certify(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], required: Levels, share: float, clock: "
           "Clock) -> tuple[bool, float, int, int, int, float]"),
-      "Proves `required` [m] at least between all bodies along q [n, dof] per arm, linear in between, and of what the "
-      "sampled clearance has beyond it all but a `share`: (valid, clearance, arm, other "
+      "Proves `required.proof` at least along q [n, dof] per arm, linear in between, and of what the sampled clearance "
+      "has beyond it all but a `share`: (valid, clearance between arms, arm, other "
       "arm or -1, segment, fraction of it).");
 }
 

@@ -27,7 +27,7 @@ void bind_repulsion(nb::module_& m) {
   m.def(
       "modify_motion",
       [](const Cell& cell, const SearchMotion& motion, nb::handle others, nb::handle constraints, Vector max_step_rad,
-         double margin, double proof, double constraint_margin, const Clock& clock, double alpha, double k_rep,
+         const Levels<double>& levels, double constraint_margin, const Clock& clock, double alpha, double k_rep,
          double d0, int max_iterations, bool centre_distance, bool normalised, double normalised_step, double max_step,
          double comfort, bool trace) {
         need_motion(cell, motion);
@@ -40,7 +40,7 @@ void bind_repulsion(nb::module_& m) {
           ModifyMotion<Floats> descent(*cell.world_planning, {k_rep, d0, centre_distance},
                                        {alpha, max_iterations, normalised, normalised_step, max_step, comfort});
           result = descent.run(motion, movers.read_only(), rules.items(), as<float>(max_step_rad).data(),
-                               levels_of(margin, proof), float(constraint_margin), trace, clock);
+                               as_float(levels), float(constraint_margin), trace, clock);
         }
         const size_t dof = motion.arm->dof, rows = result.positions.size() / dof;
         nb::list steps;
@@ -49,11 +49,11 @@ void bind_repulsion(nb::module_& m) {
                               result.input_breaks_constraint, steps);
       },
       nb::arg("cell"), nb::arg("motion"), nb::arg("others"), nb::arg("constraints"), nb::arg("max_step_rad"),
-      nb::arg("margin"), nb::arg("proof"), nb::arg("constraint_margin"), nb::arg("clock"), nb::arg("alpha"),
-      nb::arg("k_rep"), nb::arg("d0"), nb::arg("max_iterations"), nb::arg("centre_distance"), nb::arg("normalised"),
+      nb::arg("levels"), nb::arg("constraint_margin"), nb::arg("clock"), nb::arg("alpha"), nb::arg("k_rep"),
+      nb::arg("d0"), nb::arg("max_iterations"), nb::arg("centre_distance"), nb::arg("normalised"),
       nb::arg("normalised_step"), nb::arg("max_step"), nb::arg("comfort"), nb::arg("trace") = false,
       nb::sig("def modify_motion(cell: Cell, motion: Motion, others: collections.abc.Sequence[Motion], constraints: "
-              "collections.abc.Sequence[Constraint], max_step_rad: numpy.ndarray, margin: float, proof: float, "
+              "collections.abc.Sequence[Constraint], max_step_rad: numpy.ndarray, levels: Levels, "
               "constraint_margin: float, clock: Clock, alpha: float, k_rep: float, d0: float, max_iterations: int, "
               "centre_distance: bool, normalised: bool, normalised_step: float, max_step: float, comfort: float, "
               "trace: bool = False) -> tuple[numpy.ndarray, bool, int, bool, list[numpy.ndarray]]"),

@@ -5,7 +5,7 @@ namespace mmp {
 void bind_search(nb::module_& m) {
   m.def(
       "safe_intervals",
-      [](const Cell& cell, int arm, Vector q, nb::handle constraints, double margin, double proof, nb::handle others) {
+      [](const Cell& cell, int arm, Vector q, nb::handle constraints, const Levels<double>& given, nb::handle others) {
         need_joints(cell, arm, q);
         const auto rules = held_constraints(constraints, cell.single.arms[arm].dof);
         const auto movers = held_motions(others, cell.single, arm);
@@ -13,7 +13,7 @@ void bind_search(nb::module_& m) {
         {
           nb::gil_scoped_release release;
           const std::vector<float> max_step(cell.single.arms[arm].dof, 1.0f), at = as<float>(q);
-          const auto levels = levels_of(margin, proof);
+          const auto levels = as_float(given);
           EdgeMaker<Floats> maker(cell.world<Floats>(), arm, rules.items(), levels, max_step.data(),
                                   Movers<Floats>(movers.read_only(), levels, 1.0f));
           std::vector<Window> windows;
@@ -24,30 +24,30 @@ void bind_search(nb::module_& m) {
         for (const auto& [lo, hi] : out) flat.insert(flat.end(), {lo, hi});
         return to_numpy<Windows>(flat, out.size(), 2);
       },
-      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("constraints"), nb::arg("margin"), nb::arg("proof"),
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("constraints"), nb::arg("levels"),
       nb::arg("others") = nb::make_tuple(),
       nb::sig("def safe_intervals(cell: Cell, arm: int, q: numpy.ndarray, constraints: "
-              "collections.abc.Sequence[Constraint], margin: float, proof: float, others: "
+              "collections.abc.Sequence[Constraint], levels: Levels, others: "
               "collections.abc.Sequence[Motion] = ()) -> numpy.ndarray"),
       "Whole steps [lo, hi] between which the arm may stand at q, [m, 2]; the last may end at FOREVER. `others`: "
       "motions "
-      "of other arms that `proof` [m] is kept from.");
+      "of other arms that `levels` are kept from.");
 
   nb::class_<SearchArm>(m, "SingleArm",
                         "Plans one arm in space and time (SI-RRT*); keeps what does not depend on constraints.")
       .def(
           "__init__",
-          [](SearchArm* self, const Cell& cell, int arm, Vector start, Vector goal, Vector max_step, double margin,
-             double proof, uint64_t seed, double eta) {
+          [](SearchArm* self, const Cell& cell, int arm, Vector start, Vector goal, Vector max_step,
+             const Levels<double>& levels, uint64_t seed, double eta) {
             need_joints(cell, arm, start);
             need_joints(cell, arm, goal);
             need_joints(cell, arm, max_step);
             need(eta > 1e-3 && eta < 1e3, "eta must be a sensible angle");
             new (self) SearchArm(*cell.world_planning, arm, as<float>(start), as<float>(goal), as<float>(max_step),
-                                 levels_of(margin, proof), float(eta), seed);
+                                 as_float(levels), float(eta), seed);
           },
-          nb::arg("cell"), nb::arg("arm"), nb::arg("start"), nb::arg("goal"), nb::arg("max_step"), nb::arg("margin"),
-          nb::arg("proof"), nb::arg("seed"), nb::arg("eta") = 0.8, nb::keep_alive<1, 2>())
+          nb::arg("cell"), nb::arg("arm"), nb::arg("start"), nb::arg("goal"), nb::arg("max_step"), nb::arg("levels"),
+          nb::arg("seed"), nb::arg("eta") = 0.8, nb::keep_alive<1, 2>())
       .def(
           "plan",
           [](SearchArm& self, nb::handle constraints, uint64_t seed, const Clock& clock, int max_iterations,

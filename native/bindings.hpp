@@ -121,7 +121,9 @@ inline Window window_of(double start, double end) {
   return {capped(start), capped(end)};
 }
 
-inline Levels<float> levels_of(double margin, double proof) { return {float(margin), float(proof)}; }
+inline Levels<float> as_float(const Levels<double>& l) {
+  return {float(l.margin), float(l.proof), float(l.obstacles), float(l.self)};
+}
 
 inline std::vector<double> rows_of(const std::vector<float>& values) { return {values.begin(), values.end()}; }
 

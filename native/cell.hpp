@@ -100,7 +100,7 @@ void static_clearance(const Cell& cell, int a, const double* q, size_t n, double
     load_rows(q, n, k, pose.arm->dof, joints);
     forward(joints, pose);
     V best = splat<V>(Scalar<V>(kFar));
-    world.lower(a, pose, best);
+    world.lower(a, pose, {}, best);
     store_lanes(best, out, n, k);
   }
 }

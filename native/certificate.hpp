@@ -7,7 +7,7 @@ namespace mmp {
 
 struct Proof {
   bool valid = false;
-  double clearance = 0;        // proved [m]; where not valid, one that is not kept
+  double clearance = 0;        // proved between arms [m]; where not valid, one that is not kept
   int arm_a = -1, arm_b = -1;  // arm_b -1: arm_a alone (obstacles, bases, itself)
   int step = 0;                // segment index of the violation, or of the least clearance that was sampled
   double fraction = 0;
@@ -17,13 +17,15 @@ template <class V>
 class Certifier {
  public:
   using T = Scalar<V>;
-  // positions[arm]: [n][dof], n common times.
-  Certifier(StaticWorld<V>& world, std::vector<const T*> positions, int n)
-      : world_(&world), prover_(world), positions_(std::move(positions)), n_(n) {}
+  // positions[arm]: [n][dof], n common times; `required`: its `proof` is what has to be proved.
+  Certifier(StaticWorld<V>& world, std::vector<const T*> positions, int n, Levels<T> required)
+      : world_(&world), prover_(world), positions_(std::move(positions)), n_(n), required_(required) {}
 
-  // Proves `required` at least, and of what a sampled minimum has beyond it all but a `share`.
-  Proof run(T required, T share, const Clock& clock) {
+  // Proves what is required at least, and of what a sampled minimum has beyond it all but a `share`. Clearances are
+  // those between arms; others are larger or smaller by what `required` adds for them.
+  Proof run(T share, const Clock& clock) {
     Proof out = sample();
+    const T required = required_.proof;
     if (out.clearance < required) return out;
     T beyond = (T(out.clearance) - required) * (T(1) - share);
     while (!clock.expired()) {
@@ -66,7 +68,7 @@ class Certifier {
       }
       for (int a = 0; a < arms(); ++a) {
         V best = splat<V>(T(out.clearance));
-        world_->lower(a, poses[a], best);
+        world_->lower(a, poses[a], required_, best);
         note(best, a, -1, h, out);
         for (int b = a + 1; b < arms(); ++b) {
           best = splat<V>(T(out.clearance));
@@ -87,7 +89,7 @@ class Certifier {
   }
 
   bool prove(T target, Proof& found, const Clock& clock) {
-    const Levels<T> levels{target, target};
+    const Levels<T> levels{target, target, required_.obstacles, required_.self};
     const int segments = n_ - 1;
     std::vector<SegmentResult<T>> results;
     const auto of = [&](int a) {
@@ -121,6 +123,7 @@ class Certifier {
   Prover<V> prover_;
   std::vector<const T*> positions_;
   int n_;
+  Levels<T> required_;
 };
 
 }  // namespace mmp

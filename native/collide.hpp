@@ -18,6 +18,14 @@ MMP_INLINE Mask<V> closer(const Vec3<V>& a, const Vec3<V>& b, V limit) {
   return (dot(d, d) < limit * limit) & (limit > V{});
 }
 
+// Distances between surfaces [m]: closer than `margin` is a contact; `proof` is to be proved of every instant. Both
+// hold between two arms. `obstacles` and `self` are added for an arm and an obstacle, and for two parts of one arm.
+template <class T>
+struct Levels {
+  T margin, proof;
+  T obstacles{}, self{};
+};
+
 // Link la of pose a against link lb of pose b.
 template <class V>
 inline void contact(Pose<V>& a, int la, Pose<V>& b, int lb, Scalar<V> margin, V reach, Contacts<V>& out) {
@@ -148,34 +156,40 @@ struct StaticWorld {
     }
   }
 
-  // `reach(l)` and `reach_self(pair index)` give the lane reach of a link and of a self pair. `done(out)` ends early.
+  // `reach(l)` and `reach_self(pair index)` give the lane reach of a link and of a self pair, as between two arms.
+  // `done(out)` ends early.
   template <class Reach, class ReachSelf, class Done>
-  void contacts(int a, Pose<V>& pose, Scalar<V> margin, const Reach& reach, const ReachSelf& reach_self,
+  void contacts(int a, Pose<V>& pose, const Levels<Scalar<V>>& levels, const Reach& reach, const ReachSelf& reach_self,
                 const Done& done, Contacts<V>& out) {
     const auto& arm = cell->arms[a];
     const int links = static_cast<int>(arm.links.size());
     for (int l = 1; l < links; ++l) {
       const V r = reach(l);
-      for (const auto& o : cell->obstacles) contact(pose, l, o, margin, r, out);
+      for (const auto& o : cell->obstacles)
+        contact(pose, l, o, levels.margin + levels.obstacles, r + levels.obstacles, out);
       for (size_t b = 0; b < bases.size(); ++b)
-        if (static_cast<int>(b) != a) contact(pose, l, bases[b], 0, margin, r, out);
+        if (static_cast<int>(b) != a) contact(pose, l, bases[b], 0, levels.margin, r, out);
       if (done(out)) return;
     }
     for (size_t k = 0; k < arm.self_pairs.size(); ++k) {
       const auto [i, j] = arm.self_pairs[k];
-      contact(pose, i, pose, j, margin, reach_self(static_cast<int>(k)), out);
+      contact(pose, i, pose, j, levels.margin + levels.self, reach_self(static_cast<int>(k)) + levels.self, out);
       if (done(out)) return;
     }
   }
 
-  void lower(int a, Pose<V>& pose, V& best) {
+  // Lowers `best` to the least clearance, less what `levels` adds for obstacles and self pairs.
+  void lower(int a, Pose<V>& pose, const Levels<Scalar<V>>& levels, V& best) {
     const auto& arm = cell->arms[a];
+    best += levels.self;
     for (const auto& [i, j] : arm.self_pairs) lower_clearance(pose, i, pose, j, best);
-    for (int l = static_cast<int>(arm.links.size()) - 1; l >= 1; --l) {
+    best += levels.obstacles - levels.self;
+    for (int l = static_cast<int>(arm.links.size()) - 1; l >= 1; --l)
       for (const auto& o : cell->obstacles) lower_clearance(pose, l, o, best);
+    best -= levels.obstacles;
+    for (int l = static_cast<int>(arm.links.size()) - 1; l >= 1; --l)
       for (size_t b = 0; b < bases.size(); ++b)
         if (static_cast<int>(b) != a) lower_clearance(pose, l, bases[b], 0, best);
-    }
   }
 };
 

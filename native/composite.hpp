@@ -24,7 +24,7 @@ class CompositeSearch {
   using T = Scalar<V>;
   CompositeSearch(StaticWorld<V>& world, std::vector<T> start, std::vector<T> goal, Levels<T> looked, Levels<T> proof,
                   const CompositeOptions& options, uint64_t seed)
-      : edges_(world, looked.margin, T(options.step)),
+      : edges_(world, looked, T(options.step)),
         proof_(proof),
         range_(T(options.range)),
         random_(seed),

@@ -14,8 +14,8 @@ template <class V>
 class CompositeEdges {
  public:
   using T = Scalar<V>;
-  CompositeEdges(StaticWorld<V>& world, T margin, T step)
-      : world_(&world), prover_(world), margin_(margin), step_(step) {
+  CompositeEdges(StaticWorld<V>& world, Levels<T> levels, T step)
+      : world_(&world), prover_(world), levels_(levels), step_(step) {
     const auto& arms = world.cell->arms;
     for (const auto& arm : arms) {
       offset_.push_back(dof_);
@@ -91,13 +91,13 @@ class CompositeEdges {
     auto& a = pose(test.a, from, to, at);
     if (test.b < 0) {
       const auto none = [](int) { return V{}; };
-      world_->contacts(test.a, a, margin_, none, none, [](const Contacts<V>& c) { return bits<V>(c.hit) != 0; }, out);
+      world_->contacts(test.a, a, levels_, none, none, [](const Contacts<V>& c) { return bits<V>(c.hit) != 0; }, out);
       return bits<V>(out.hit) != 0;
     }
     auto& b = pose(test.b, from, to, at);
     for (size_t i = a.arm->links.size(); i-- > 1;)
       for (size_t j = b.arm->links.size(); j-- > 1;) {
-        contact(a, static_cast<int>(i), b, static_cast<int>(j), margin_, V{}, out);
+        contact(a, static_cast<int>(i), b, static_cast<int>(j), levels_.margin, V{}, out);
         if (bits<V>(out.hit)) return true;
       }
     return false;
@@ -116,7 +116,8 @@ class CompositeEdges {
 
   StaticWorld<V>* world_;
   Prover<V> prover_;
-  T margin_, step_;
+  Levels<T> levels_;
+  T step_;
   int dof_ = 0;
   std::vector<int> offset_;
   std::vector<Pose<V>> poses_;

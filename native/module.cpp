@@ -50,6 +50,17 @@ NB_MODULE(MMP_MODULE, m) {
       .def_prop_ro("expired", [](const Clock& c) { return c.cancelled() || c.remaining() <= 0; })
       .def_prop_ro("remaining", &Clock::remaining, "[s]");
 
+  nb::class_<Levels<double>>(
+      m, "Levels",
+      "Distances [m]: closer than `margin` is a contact where looked at; `proof` is proved of every instant. Both hold "
+      "between two arms; `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm.")
+      .def(nb::init<double, double, double, double>(), nb::arg("margin"), nb::arg("proof"), nb::arg("obstacles") = 0.0,
+           nb::arg("own") = 0.0)
+      .def_ro("margin", &Levels<double>::margin)
+      .def_ro("proof", &Levels<double>::proof)
+      .def_ro("obstacles", &Levels<double>::obstacles)
+      .def_ro("own", &Levels<double>::self);
+
   bind_cell(m);
   bind_queries(m);
   bind_motion(m);

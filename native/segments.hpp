@@ -14,11 +14,6 @@
 namespace mmp {
 
 template <class T>
-struct Levels {
-  T margin, proof;
-};
-
-template <class T>
 struct Piece {
   int segment;
   T lo, hi;
@@ -146,7 +141,7 @@ class Prover {
         return sweep.reach_relative(pose, arm.self_pairs[k].first, arm.self_pairs[k].second) + levels.proof;
       };
       const auto done = [&](const Contacts<V>& c) { return stop == Stop::at_first_contact && bits<V>(c.hit); };
-      world_->contacts(a, pose, levels.margin, reach, reach_self, done, out);
+      world_->contacts(a, pose, levels, reach, reach_self, done, out);
     });
   }
 

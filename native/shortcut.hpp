@@ -16,11 +16,10 @@ template <class V>
 class Shortener {
  public:
   using T = Scalar<V>;
-  // rows[arm]: [steps + 1][dof] of a safe plan; `alone` and `between`: levels for one arm and for pairs. Arms of
-  // different `groups` pass through each other.
+  // rows[arm]: [steps + 1][dof] of a safe plan. Arms of different `groups` pass through each other.
   Shortener(StaticWorld<V>& world, const std::vector<std::vector<T>>& rows, std::vector<std::vector<T>> max_step,
-            Levels<T> alone, Levels<T> between, const std::vector<int>& groups)
-      : cell_(world.cell), prover_(world), check_(world), alone_(alone), between_(between), stretches_(rows.size()) {
+            Levels<T> levels, const std::vector<int>& groups)
+      : cell_(world.cell), prover_(world), check_(world), levels_(levels), stretches_(rows.size()) {
     for (size_t a = 0; a < rows.size(); ++a) {
       motions_.emplace_back(*cell_, static_cast<int>(a), rows[a]);
       paces_.push_back({std::move(max_step[a])});
@@ -100,7 +99,7 @@ class Shortener {
   template <class Ends>
   bool free_alone(int a, int count, Ends&& at) {
     results_.assign(count, {});
-    prover_.alone(a, count, at, alone_, Stop::at_first_contact, results_.data(), clock_);
+    prover_.alone(a, count, at, levels_, Stop::at_first_contact, results_.data(), clock_);
     return std::all_of(results_.begin(), results_.end(), [](const auto& r) { return r.free; });
   }
   bool straight_is_free(int a, int i, int j) {
@@ -169,7 +168,7 @@ class Shortener {
     const bool clear = all_stretches<V>(length, [&](int n, int from, int steps) {
       stretch(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
       for (auto& b : others_[a]) {
-        if (check_.apart(stretch(a, n), motions_[b], i + from, between_, clock_)) continue;
+        if (check_.apart(stretch(a, n), motions_[b], i + from, levels_, clock_)) continue;
         std::swap(b, others_[a][0]);  // most likely in the way again
         return false;
       }
@@ -212,7 +211,7 @@ class Shortener {
       for (int a = 0; a < arms(); ++a) {
         stretch(a, 0).set(parts[a].data() + static_cast<size_t>(from) * dof(a), steps);
         for (const int b : others_[a])
-          if (b < a && !check_.apart(stretch(b, 0), stretch(a, 0), 0, between_, clock_)) return false;
+          if (b < a && !check_.apart(stretch(b, 0), stretch(a, 0), 0, levels_, clock_)) return false;
       }
       return true;
     });
@@ -233,8 +232,7 @@ class Shortener {
   const CellModel<T>* cell_;
   Prover<V> prover_;
   PairCheck<V> check_;
-  Levels<T> alone_;
-  Levels<T> between_;
+  Levels<T> levels_;
   std::vector<Pace<T>> paces_;
   std::vector<Motion<V>> motions_;
   std::vector<std::vector<int>> others_;    // of each arm, in the order in which they are looked at

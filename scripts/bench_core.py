@@ -24,12 +24,12 @@ from mmp_cli.standalone import run_script
 from mmp_env import _core, core_variants, draw_instance, make_problem, ring_cell
 from mmp_env.cell import Cell
 from mmp_env.certificate import SHARE
-from mmp_env.collision import REQUIRED_PROOF
+from mmp_env.collision import HIT, KEEP_PROOF, REQUIRED_PROOF, levels
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
 from mmp_env.scene import compile_scene
 
-ARMS, STEP_S, MARGIN_M = 8, 0.1, 0.002
+ARMS, STEP_S = 8, 0.1
 PROBLEMS, PART = 5, 25
 MUJOCO = "mj_kinematics + mj_collision"
 
@@ -118,12 +118,12 @@ def mujoco_check(cell: Cell, states: np.ndarray) -> Spent:
 def print_motions(cell: Cell, problems: Sequence[Problem]) -> None:
     """What a node of the conflict tree costs: spheres of eight motions, their conflicts, and the force on one arm."""
     model = cell.collision
-    paths = [straight(problem) for problem in problems]
+    paths, looked = [straight(problem) for problem in problems], levels(problems[0], HIT, KEEP_PROOF)
     motions = [[model.motion(name, q) for name, q in path.items()] for path in paths]
     pairs = [(i, j) for i in range(ARMS) for j in range(i + 1, ARMS)]
     worked_out = measure(lambda: [model.motion(name, q) for path in paths for name, q in path.items()], 50)
     report("motion_spheres_8_arms", worked_out.per(len(paths)), "ms", 1e3)
-    found = measure(lambda: [model.conflict_instants(arms, pairs, MARGIN_M) for arms in motions], 50)
+    found = measure(lambda: [model.conflict_instants(arms, pairs, looked) for arms in motions], 50)
     report("conflicts_8_arms", found.per(len(paths)), "ms", 1e3)
     pushed = measure(lambda: [force(cell, arms, k) for arms in motions for k in range(ARMS)], 50)
     report("force_field_one_of_8_arms", pushed.per(len(paths) * ARMS), "ms", 1e3)
@@ -157,7 +157,7 @@ def print_certificate(cell: Cell, plans: Sequence[Plan]) -> None:
 
     def prove() -> None:
         for plan, q in zip(plans, positions, strict=True):
-            required = REQUIRED_PROOF * plan.problem.margin
+            required = levels(plan.problem, REQUIRED_PROOF, REQUIRED_PROOF)
             _core.certify(cell.collision.core, q, required, SHARE, clock)
 
     report("certificate_8_arms", measure(prove, 10).per(len(plans)), "ms", 1e3)

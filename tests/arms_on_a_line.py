@@ -12,6 +12,7 @@ from twins import toys
 from mmp_env import _core
 from mmp_env.certificate import Certificate
 from mmp_env.events import ignore
+from mmp_env.margins import Margins
 from mmp_env.problem import make_problem
 from mmp_planners.arms import Arms, Path
 from mmp_planners.conflict_tree import ConflictTree
@@ -27,14 +28,18 @@ _PROBLEM = make_problem(_CELL, {"toy": [0.0, 0.5]}, {"toy": [0.0, 0.5]})
 _MOTION = _CELL.collision.motion("toy", np.zeros((1, 2)))
 
 
+def _all(clearance: float) -> Margins:
+    return Margins(arms=clearance, obstacles=clearance, self=clearance)
+
+
 def proof(clearance: float) -> Certificate:
     """A certificate of a plan that keeps the clearance [m]."""
-    return Certificate(valid=True, clearance=clearance, arms=(0, -1), instant=0.0)
+    return Certificate(valid=True, proved=_all(clearance), arms=(0, -1), instant=0.0)
 
 
 def refusal(*arms: int, instant: float) -> Certificate:
     """What says that a plan is no good: there the arms touch, or one arm alone (the second is -1) touches something."""
-    return Certificate(valid=False, clearance=-0.1, arms=(arms[0], arms[1]), instant=instant)
+    return Certificate(valid=False, proved=_all(-0.1), arms=(arms[0], arms[1]), instant=instant)
 
 
 PROVED = proof(0.01)

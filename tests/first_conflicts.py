@@ -23,7 +23,7 @@ CASES = {
     "passing": two_arms.passing,
     "close": lambda: two_arms.passing(1.0),
     "parked": two_arms.one_in_the_way,
-    "between two steps": lambda: two_arms.turning((0.15, -0.8), (0.15, -0.8), 1.4),
+    "between two steps": lambda: two_arms.turning((0.23, -0.8), (0.23, -0.8), 1.4),
     "in the first moments": lambda: two_arms.turning((0.1, -0.8), (0.1, -0.8), 1.2),
     "in the ring": in_the_ring,
 }

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from mmp_env.margins import Margins
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem, velocity_limits
 
@@ -20,7 +21,12 @@ def straight(cell, start, goal, *, via=(), speed=SPEED, moved=None):
     moves = [max(np.abs(b[name] - a[name]).max() for name in a) for a, b in pairwise(states)]
     times = np.concatenate([[0.0], np.cumsum(np.maximum(np.array(moves) / speed, 0.1))])
     problem = Problem(
-        cell=cell, start=start, goal=goal, max_velocity=velocity_limits(cell, speed), margin=0.002, name="made"
+        cell=cell,
+        start=start,
+        goal=goal,
+        max_velocity=velocity_limits(cell, speed),
+        margins=Margins(arms=0.001, obstacles=0.001, self=0.001),
+        name="made",
     )
     names = cell.arm_names if moved is None else moved
     return Plan(problem=problem, times=times, positions={a: np.array([s[a] for s in states]) for a in names})

@@ -16,7 +16,7 @@ import numpy as np
 
 from mmp_env.check.contacts import contact_violations
 from mmp_env.check.fields import UnreadableError
-from mmp_env.check.geoms import GeomPairs, GeomSolids, geom_parts
+from mmp_env.check.geoms import GeomPairs, GeomSolids, colliding_pairs, geom_parts
 from mmp_env.check.items import Family
 from mmp_env.check.model import CellModel, sphere_parts
 from mmp_env.check.pairs import part_pairs
@@ -32,6 +32,8 @@ from mmp_env.plan import Plan
 
 __all__ = ["RULES", "CheckReport", "Violation", "check_plan"]
 
+KIND_RULES = {"arms": "arm-arm", "obstacles": "arm-obstacle", "self": "self"}
+"""Kind of margin -> the rule that keeps it."""
 GEOM_CLEARANCE_M = 1e-6
 """What an exact check proves between geoms: that they are apart, and by a little, so that the proof ends."""
 _WILD_RAD = 1.0
@@ -41,8 +43,9 @@ _WILD_RAD = 1.0
 def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckReport:
     """Checks a plan, or the content of a plan.json, against every rule; never raises for what is wrong with the plan.
 
-    Clearances of at least half the problem's margin are proved for all instants with the cell's sphere set. With
-    `exact` MuJoCo's geoms take the place of the spheres, and that no two of them touch is proved.
+    The problem's margins are proved for all instants with the cell's sphere set; of an older plan without `margins`,
+    half of its `margin`. With `exact` MuJoCo's geoms take the place of the spheres, and that no two of them touch is
+    proved.
     """
     try:
         document = _document(plan)
@@ -57,7 +60,9 @@ def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckR
             violations = [v for rule in (times, length, ends, limits, speed, derivatives) for v in rule(data)]
             if beyond_limits(data).max() <= _WILD_RAD and not any(length(data)):
                 return _swept(data, violations, model, families, exact)
-    return CheckReport(violations=tuple(violations), spheres=_geometry(data, exact), margin_m=data.margin)
+    return CheckReport(
+        violations=tuple(violations), spheres=_geometry(data, exact), margin_m=data.margin, margins_m=data.margins
+    )
 
 
 def _document(plan: Plan | Mapping[str, Any]) -> Any:
@@ -77,9 +82,11 @@ def _families(cell: str, exact: bool, thread: int) -> tuple[CellModel, Sequence[
     model = CellModel(read_cell(json.loads(cell)))
     if exact:
         parts, clouds, ids = geom_parts(model)
-        return model, (GeomPairs(model, parts, clouds, ids), GeomSolids(model, parts, clouds, ids))
+        pairs = [GeomPairs(model, parts, clouds, some, ids) for some in colliding_pairs(model, parts).by_rule]
+        return model, (*pairs, GeomSolids(model, parts, clouds, ids))
     parts, clouds = sphere_parts(model)
-    return model, (CloudPairs(model, parts, clouds, part_pairs(model.cell, parts)), CloudSolids(model, parts, clouds))
+    pairs = [CloudPairs(model, parts, clouds, some) for some in part_pairs(model.cell, parts).by_rule]
+    return model, (*pairs, CloudSolids(model, parts, clouds))
 
 
 def _geometry(data: PlanData, exact: bool) -> str:
@@ -89,17 +96,20 @@ def _geometry(data: PlanData, exact: bool) -> str:
 def _swept(
     data: PlanData, violations: list[Violation], model: CellModel, families: Sequence[Family], exact: bool
 ) -> CheckReport:
-    required = GEOM_CLEARANCE_M if exact else data.margin / 2
+    required = {rule: GEOM_CLEARANCE_M if exact else data.margins[kind] for kind, rule in KIND_RULES.items()}
     result = prove_apart(model, families, Path(data.times, data.positions), required)
-    proved = not result.contacts and np.isfinite(result.proved)
+    proved, nearest = not result.contacts and np.isfinite(result.proved), result.nearest
+    by_kind = {kind: result.clearances[rule].proved - ROUNDING_M for kind, rule in KIND_RULES.items()}
     return CheckReport(
         violations=(*violations, *contact_violations(result)),
         min_clearance_m=float(result.proved) - ROUNDING_M if proved else None,
-        found_clearance_m=result.least if result.touch else None,
-        where=" and ".join(result.touch.things) if result.touch else "",
-        time_s=result.time if result.touch else None,
+        found_clearance_m=nearest.least if nearest.touch else None,
+        where=" and ".join(nearest.touch.things) if nearest.touch else "",
+        time_s=nearest.time if nearest.touch else None,
         spheres=_geometry(data, exact),
         margin_m=data.margin,
-        required_m=required,
+        margins_m=data.margins,
+        proved_m={kind: float(m) if np.isfinite(m) else None for kind, m in by_kind.items()} if proved else None,
+        required_m=min(required.values()),
         instants=result.instants,
     )

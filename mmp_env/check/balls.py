@@ -14,10 +14,11 @@ from mmp_env.check.reading import Solid
 
 
 class BallPairs:
-    """Balls of parts against each other."""
+    """Balls of parts against each other: of different arms, or of one arm."""
 
     def __init__(self, model: CellModel, parts: Parts, pairs: Pairs) -> None:
         self._model, self._parts, self._pairs = model, parts, pairs
+        self.rule = "self" if pairs.inner.any() else "arm-arm"
         first, second, inner = pairs.first, pairs.second, pairs.inner[:, None]
         reach = parts.reach[second] + np.where(inner, 0.0, parts.reach[first])
         common = parts.moves[first] & inner
@@ -61,13 +62,13 @@ class BallPairs:
             for k in (self._pairs.first[pair], self._pairs.second[pair])
         )
         things = (f"{arm}/{one}", f"{other_arm}/{other}")
-        if self._pairs.inner[pair]:
-            return Touch(rule="self", arms=(arm,), things=things)
-        return Touch(rule="arm-arm", arms=(arm, other_arm), things=things)
+        return Touch(rule=self.rule, arms=(arm,) if self.rule == "self" else (arm, other_arm), things=things)
 
 
 class BallSolids:
     """Balls of moving parts against obstacles: pairs of parts `part` [p] and solids `solid` [p]."""
+
+    rule = "arm-obstacle"
 
     def __init__(self, model: CellModel, parts: Parts) -> None:
         moving = np.flatnonzero(parts.moves.any(axis=1))
@@ -98,7 +99,7 @@ class BallSolids:
         part = self.part[pair]
         arm = self._model.cell.arms[self._parts.arm[part]].name
         things = (f"{arm}/{self._parts.links[part]}", f"obstacle/{self._solids[self.solid[pair]].name}")
-        return Touch(rule="arm-obstacle", arms=(arm,), things=things)
+        return Touch(rule=self.rule, arms=(arm,), things=things)
 
 
 def ball_centers(parts: Parts, poses: Poses) -> Float[np.ndarray, "m p 3"]:

@@ -16,10 +16,10 @@ def contact_violations(result: Sweep) -> list[Violation]:
     # What was met at an instant tells more than what was only not excluded.
     worst = [min(group, key=lambda contact: (not contact.found, contact.clearance)) for group in groups.values()]
     pairs = zip(worst, groups.values(), strict=True)
-    return [_violation(contact, group, result.required) for contact, group in sorted(pairs, key=lambda p: p[0].time)]
+    return [_violation(contact, group) for contact, group in sorted(pairs, key=lambda p: p[0].time)]
 
 
-def _violation(worst: Contact, group: list[Contact], required: float) -> Violation:
+def _violation(worst: Contact, group: list[Contact]) -> Violation:
     first, last = (edge(contact.time for contact in group) for edge in (min, max))
     one, other = worst.touch.things
     span = "" if first == last else f" (too close from {first:.3f} to {last:.3f} s)"
@@ -33,13 +33,13 @@ def _violation(worst: Contact, group: list[Contact], required: float) -> Violati
         text = f"{one} and {other} come as close as {worst.clearance * 1e3:.4f} mm"
     return Violation(
         rule=worst.touch.rule,
-        message=f"{text} at {worst.time:.3f} s{span}; {required * 1e3:.4f} mm are required",
+        message=f"{text} at {worst.time:.3f} s{span}; {worst.required * 1e3:.4f} mm are required",
         time_s=worst.time,
         arms=worst.touch.arms,
         values={
             "things": [one, other],
             "clearance_m": worst.clearance,
-            "required_m": required,
+            "required_m": worst.required,
             "from_s": first,
             "to_s": last,
             "found": worst.found,

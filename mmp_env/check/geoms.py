@@ -82,8 +82,10 @@ class Nearest:
 class GeomPairs(CloudPairs):
     """Geoms of different arms, and of different links of one arm, as far as MuJoCo lets them collide."""
 
-    def __init__(self, model: CellModel, parts: Parts, clouds: tuple[Cloud, ...], ids: tuple[np.ndarray, ...]) -> None:
-        super().__init__(model, parts, clouds, _colliding(model, parts))
+    def __init__(
+        self, model: CellModel, parts: Parts, clouds: tuple[Cloud, ...], pairs: Pairs, ids: tuple[np.ndarray, ...]
+    ) -> None:
+        super().__init__(model, parts, clouds, pairs)
         self._ids, self._ruler = ids, Ruler(model)
 
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
@@ -118,9 +120,8 @@ class GeomSolids(CloudSolids):
         return near.bounds(self._ruler, poses)
 
 
-def _colliding(model: CellModel, parts: Parts) -> Pairs:
+def colliding_pairs(model: CellModel, parts: Parts) -> Pairs:
     """The pairs of parts that MJCF does not exclude either."""
     pairs = part_pairs(model.cell, parts)
     low, high = np.sort(parts.body[np.stack([pairs.first, pairs.second])], axis=0)
-    keep = ~np.isin((low << 16) + high, model.mujoco.exclude_signature)
-    return Pairs(first=pairs.first[keep], second=pairs.second[keep], inner=pairs.inner[keep])
+    return pairs[~np.isin((low << 16) + high, model.mujoco.exclude_signature)]

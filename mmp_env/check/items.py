@@ -85,7 +85,12 @@ class Bounds:
 
 @runtime_checkable
 class Family(Protocol):
-    """Pairs of one sort (clouds and clouds, clouds and obstacles, geoms ...) and how to measure them."""
+    """Pairs that one rule keeps apart (clouds and clouds, clouds and obstacles, geoms ...) and how to measure them."""
+
+    @property
+    def rule(self) -> str:
+        """The rule: `arm-arm`, `arm-obstacle` or `self`."""
+        ...
 
     def __len__(self) -> int:
         """The number of pairs."""

@@ -31,6 +31,14 @@ class Pairs:
     def __len__(self) -> int:
         return len(self.first)
 
+    def __getitem__(self, chosen: Bool[np.ndarray, "p"]) -> Pairs:
+        return Pairs(first=self.first[chosen], second=self.second[chosen], inner=self.inner[chosen])
+
+    @property
+    def by_rule(self) -> tuple[Pairs, Pairs]:
+        """Pairs of different arms, and pairs within one arm."""
+        return self[~self.inner], self[self.inner]
+
 
 def part_pairs(cell: CellData, parts: Parts) -> Pairs:
     """Parts of different arms unless both are bases, and parts of one arm unless its data say that they may overlap.

@@ -32,7 +32,8 @@ DATA = Path(__file__).parent.parent
 _SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 _POSE_KEYS = ("position", "yaw", "quaternion")
 _CELL_KEYS = ("name", "arms", "obstacles", "spheres")
-_PROBLEM_KEYS = ("name", "cell", "start", "goal", "max_velocity", "max_acceleration", "max_jerk", "margin")
+_PROBLEM_KEYS = ("name", "cell", "start", "goal", "max_velocity", "max_acceleration", "max_jerk", "margin", "margins")
+_MARGIN_KEYS = ("arms", "obstacles", "self")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,11 +83,13 @@ class CellData:
 class PlanData:
     """What a plan.json says. Joint data are [n] or [t, n]: the joints of all arms side by side, as the cell has them.
 
+    `margins`: kind -> clearance [m] that the plan keeps at every instant; `margin` as the file has it.
     What only retimed plans have is None elsewhere.
     """
 
     cell: CellData
     margin: float
+    margins: Mapping[str, float]
     times: Float[np.ndarray, "t"]
     positions: Float[np.ndarray, "t n"]
     start: Float[np.ndarray, "n"]
@@ -131,12 +134,14 @@ def read_plan(data: Any) -> PlanData:
 
     if data.get("accelerations") is not None and data.get("velocities") is None:
         raise UnreadableError("the plan has accelerations and no velocities")
+    margin = float(positive(member(problem, "margin", "problem"), "margin"))
     max_velocity = limit("max_velocity")
     if max_velocity is None:
         raise UnreadableError("problem has no 'max_velocity'")
     return PlanData(
         cell=cell,
-        margin=float(positive(member(problem, "margin", "problem"), "margin")),
+        margin=margin,
+        margins=_margins(problem.get("margins"), margin),
         times=times,
         positions=_by_arm(cell, member(data, "positions", "the plan"), "positions", times.size),
         start=_by_arm(cell, member(problem, "start", "problem"), "start"),
@@ -175,6 +180,17 @@ def robot_data(folder: str, name: str, file: str) -> Any:
     if name not in names:
         raise UnreadableError(f"'{name}' is not among the {folder}: {', '.join(names)}. {HOW_TO_ADD}")
     return json.loads((DATA / folder / name / file).read_text())
+
+
+def _margins(data: Any, margin: float) -> dict[str, float]:
+    """What has to be kept [m], by kind: of an older plan without margins, half of its `margin`."""
+    if data is None:
+        return dict.fromkeys(_MARGIN_KEYS, margin / 2)
+    known(data, _MARGIN_KEYS, "margins")
+    out = {key: float(positive(member(data, key, "margins"), f"margins.{key}")) for key in _MARGIN_KEYS}
+    if out["arms"] != margin:
+        raise UnreadableError(f"margin is {margin:g} and margins.arms {out['arms']:g}; they are the same")
+    return out
 
 
 def _arm(data: Any, where: str) -> Arm:

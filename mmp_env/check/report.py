@@ -28,6 +28,9 @@ RULES = (
 """Every rule that a violation may name, in the order in which they are looked at."""
 
 
+_KINDS = {"arms": "between arms", "obstacles": "to obstacles", "self": "between parts of one arm"}
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Violation:
     """One broken rule: `message` is a sentence, `time_s` [s] where it is worst, `values` the numbers behind it."""
@@ -62,7 +65,9 @@ class CheckReport:
     `min_clearance_m` [m] is the least clearance that was proved for all instants, None where the proof failed or was
     not tried. The true least clearance lies between it and `found_clearance_m`, the least met at an instant that was
     looked at: between what `where` names, at `time_s` [s]. `spheres` is the sphere set, or `geoms` in an exact check;
-    `required_m` [m] is what had to be proved, `instants` how many configurations of the whole cell were looked at.
+    `margins_m` are the margins of the plan by kind (`arms`, `obstacles`, `self`), `proved_m` what was proved of each,
+    None where there is nothing of that kind. `required_m` [m] is the least that had to be proved, `instants` how many
+    configurations of the whole cell were looked at.
     """
 
     violations: tuple[Violation, ...]
@@ -72,6 +77,8 @@ class CheckReport:
     time_s: float | None = None
     spheres: str | None = None
     margin_m: float | None = None
+    margins_m: Mapping[str, float] | None = None
+    proved_m: Mapping[str, float | None] | None = None
     required_m: float | None = None
     instants: int = 0
 
@@ -95,6 +102,8 @@ class CheckReport:
             "time_s": self.time_s,
             "spheres": self.spheres,
             "margin_m": self.margin_m,
+            "margins_m": None if self.margins_m is None else dict(self.margins_m),
+            "proved_m": None if self.proved_m is None else dict(self.proved_m),
             "required_m": self.required_m,
             "instants": self.instants,
         }
@@ -107,6 +116,9 @@ class CheckReport:
             return "\n".join(self.sentences)
         if self.min_clearance_m is None:  # a lone arm without obstacles or self pairs
             return "valid; nothing to touch"
+        if self.proved_m and self.margins_m and len(set(self.margins_m.values())) > 1:
+            proved = [f"{m * 1e3:.2f} mm {_KINDS[kind]}" for kind, m in self.proved_m.items() if m is not None]
+            return f"valid; clearance at every instant >= {', '.join(proved)}"
         return f"valid; clearance >= {self.min_clearance_m * 1e3:.2f} mm at every instant, least between {self.where}"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,14 +29,15 @@ class Contact:
     touch: Touch
     time: float
     clearance: float
+    required: float
     found: bool
 
 
 @dataclass(kw_only=True)
-class Sweep:
-    """The running result: `least` [m] is the least clearance met at an instant, `proved` [m] the least proved.
+class Clearance:
+    """The running result of one rule [m]: `required`, the `least` met at an instant, the least `proved`.
 
-    `measured` counts pairs in steps; there are no more than `allowed`, which grows with the motion and with the cell.
+    The least was met at `time` [s] between the things of `touch`.
     """
 
     required: float
@@ -44,15 +45,6 @@ class Sweep:
     touch: Touch | None = None
     time: float = 0.0
     proved: float = np.inf
-    instants: int = 0
-    measured: int = 0
-    allowed: int = MOST_MEASURED
-    contacts: list[Contact] = field(default_factory=list)
-
-    @property
-    def target(self) -> float:
-        """What to prove: the clearance required, or more where more was found, so that the report says how much."""
-        return max(self.enough, (1 - _SLACK_SHARE) * self.least - _SLACK_M)
 
     @property
     def enough(self) -> float:
@@ -60,9 +52,41 @@ class Sweep:
         return self.required + ROUNDING_M
 
 
-def prove_apart(model: CellModel, families: Sequence[Family], path: Path, required: float) -> Sweep:
-    """Proves that every pair keeps `required` [m] apart all along a path."""
-    state = Sweep(required=required)
+@dataclass(kw_only=True)
+class Sweep:
+    """The running result: rule -> clearance, and the contacts.
+
+    `measured` counts pairs in steps; there are no more than `allowed`, which grows with the motion and with the cell.
+    """
+
+    clearances: Mapping[str, Clearance]
+    instants: int = 0
+    measured: int = 0
+    allowed: int = MOST_MEASURED
+    contacts: list[Contact] = field(default_factory=list)
+
+    def target(self, rule: str) -> float:
+        """What to prove [m]: the clearance required, or more where all rules found more, so that the report says how
+        much.
+        """
+        here = self.clearances[rule]
+        beyond = min(clearance.least - clearance.required for clearance in self.clearances.values())
+        return max(here.enough, here.required + (1 - _SLACK_SHARE) * beyond - _SLACK_M)
+
+    @property
+    def proved(self) -> float:
+        """The least clearance proved of any rule [m]."""
+        return min(clearance.proved for clearance in self.clearances.values())
+
+    @property
+    def nearest(self) -> Clearance:
+        """The rule with the least clearance met."""
+        return min(self.clearances.values(), key=lambda clearance: clearance.least)
+
+
+def prove_apart(model: CellModel, families: Sequence[Family], path: Path, required: Mapping[str, float]) -> Sweep:
+    """Proves that every pair keeps what its rule requires [m] all along a path."""
+    state = Sweep(clearances={rule: Clearance(required=metres) for rule, metres in required.items()})
     places = path.grid()
     size = max(_BLOCK // max(sum(map(len, families)), 1), 1)
     for first in range(0, len(places) - 1, size):
@@ -78,13 +102,14 @@ def _prove(families: Sequence[Family], track: Track, state: Sweep) -> None:
     for family, lower in zip(families, coarse, strict=True):
         flat = lower.ravel()
         nearest = np.argpartition(flat, _SEED_ITEMS)[:_SEED_ITEMS] if flat.size > _SEED_ITEMS else np.arange(flat.size)
-        nearest = nearest[~(flat[nearest] >= state.target)]
+        nearest = nearest[~(flat[nearest] >= state.target(family.rule))]
         if len(nearest):
             _measure(family, track, _items(track, lower.shape, nearest), state)
     todo = []
-    for lower in coarse:
-        done = lower.ravel() >= state.target
-        state.proved = min(state.proved, lower.ravel()[done].min(initial=np.inf))
+    for family, lower in zip(families, coarse, strict=True):
+        clearance = state.clearances[family.rule]
+        done = lower.ravel() >= state.target(family.rule)
+        clearance.proved = min(clearance.proved, lower.ravel()[done].min(initial=np.inf))
         todo.append(_items(track, lower.shape, np.flatnonzero(~done)))
     state.allowed += MOST_PER_ITEM * sum(map(len, todo))
     while count := sum(map(len, todo)):
@@ -114,19 +139,20 @@ def _narrow(family: Family, track: Track, items: Items, state: Sweep, *, last: b
     """Measures the items, and returns those that are neither proved nor violated: none if this is the `last` time."""
     if not len(items):
         return items
-    bounds = _measure(family, track, items, state)
+    bounds, clearance = _measure(family, track, items, state), state.clearances[family.rule]
     # Comparisons are such that a NaN proves nothing, and what is not finite will not become so by bisection.
-    bad = ~(bounds.found >= state.required)
+    bad = ~(bounds.found >= clearance.required)
     final = ~(bounds.found - bounds.lower > RESOLUTION_M) | ~np.isfinite(bounds.lower) | last
-    unproved = final & ~bad & ~(bounds.lower >= state.enough)
-    done = (bounds.lower >= state.target) | final | bad
-    state.proved = min(state.proved, bounds.lower[done & ~bad & ~unproved].min(initial=np.inf))
+    unproved = final & ~bad & ~(bounds.lower >= clearance.enough)
+    done = (bounds.lower >= state.target(family.rule)) | final | bad
+    clearance.proved = min(clearance.proved, bounds.lower[done & ~bad & ~unproved].min(initial=np.inf))
     for k in np.flatnonzero(bad | unproved):
         state.contacts.append(
             Contact(
                 touch=family.names(int(items.pair[k])),
                 time=float(track.poses.times[bounds.at[k]]),
                 clearance=float(bounds.found[k] if bad[k] else bounds.lower[k]),
+                required=clearance.required,
                 found=bool(bad[k]),
             )
         )
@@ -135,9 +161,9 @@ def _narrow(family: Family, track: Track, items: Items, state: Sweep, *, last: b
 
 def _measure(family: Family, track: Track, items: Items, state: Sweep) -> Bounds:
     """The bounds of items, one at least; remembers the least clearance found."""
-    bounds = family.narrow(track.poses, items, state.target)
+    bounds, clearance = family.narrow(track.poses, items, state.target(family.rule)), state.clearances[family.rule]
     k = int(np.argmin(bounds.found))
-    if bounds.found[k] < state.least:
-        state.least, state.time = float(bounds.found[k]), float(track.poses.times[bounds.at[k]])
-        state.touch = family.names(int(items.pair[k]))
+    if bounds.found[k] < clearance.least:
+        clearance.least, clearance.time = float(bounds.found[k]), float(track.poses.times[bounds.at[k]])
+        clearance.touch = family.names(int(items.pair[k]))
     return bounds

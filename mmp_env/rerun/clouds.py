@@ -13,6 +13,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 from mmp_env.arm_parts import untested_pairs
 from mmp_env.cell import Cell
 from mmp_env.check.distance import solid_distance
+from mmp_env.margins import Margins
 from mmp_env.rerun.colors import CONTACT, arm_colors
 from mmp_env.rerun.sdk import require
 from mmp_env.transforms import matrix_from_quaternion
@@ -20,10 +21,10 @@ from mmp_env.transforms import matrix_from_quaternion
 Configurations = Mapping[str, Float[np.ndarray, "t dof"]]
 
 
-def send_clouds(stream: Any, root: str, index: list[Any], cell: Cell, q: Configurations, margin: float) -> None:
+def send_clouds(stream: Any, root: str, index: list[Any], cell: Cell, q: Configurations, margins: Margins) -> None:
     """The spheres of every arm at `q`, a row for each time of `index`, as points `<root>/<arm>` with their radii."""
     log_radii(stream, root, cell, static=True)
-    send_centers(stream, root, index, cell, q, margin)
+    send_centers(stream, root, index, cell, q, margins)
 
 
 def log_radii(stream: Any, root: str, cell: Cell, *, static: bool) -> None:
@@ -33,13 +34,13 @@ def log_radii(stream: Any, root: str, cell: Cell, *, static: bool) -> None:
         stream.log(f"{root}/{arm.name}", require().Points3D.from_fields(radii=radii), static=static)
 
 
-def send_centers(stream: Any, root: str, index: list[Any], cell: Cell, q: Configurations, margin: float) -> None:
+def send_centers(stream: Any, root: str, index: list[Any], cell: Cell, q: Configurations, margins: Margins) -> None:
     """The rows of `send_clouds` without radii.
 
-    Spheres closer than `margin` [m] to another arm, an obstacle or another part of their own arm are red.
+    Spheres closer than `margins` [m] to another arm, an obstacle or another part of their own arm are red.
     """
     rerun, colors = require(), arm_colors(cell)
-    touching = contacts(cell, q, margin)
+    touching = contacts(cell, q, margins)
     for name, rows in q.items():
         centers, radii = cell.collision.spheres(name, rows)
         hit = touching.get(name, np.zeros(centers.shape[:2], bool))
@@ -54,32 +55,32 @@ def paint(color: UInt8[np.ndarray, "3"], touching: Bool[np.ndarray, "*n"]) -> UI
     return np.where(touching[..., None], np.array(CONTACT, np.uint8), color)
 
 
-def contacts(cell: Cell, q: Configurations, margin: float) -> dict[str, Bool[np.ndarray, "t s"]]:
-    """Which spheres of an arm are closer than `margin` [m] to another arm, an obstacle or another part of their own.
+def contacts(cell: Cell, q: Configurations, margins: Margins) -> dict[str, Bool[np.ndarray, "t s"]]:
+    """Which spheres of an arm are closer than `margins` [m] to another arm, an obstacle or another part of their own.
 
     Arms that are clear of all are left out. All sphere pairs are looked at only where the core finds too little room.
     """
     names = list(q)
-    out = {name: mask for name in names if (mask := contacts_alone(cell, name, q[name], margin)).any()}
+    out = {name: mask for name in names if (mask := contacts_alone(cell, name, q[name], margins)).any()}
     for k, a in enumerate(names):
         for b in names[k + 1 :]:
-            near = np.flatnonzero(cell.collision.pair_clearance(a, q[a], b, q[b]) < margin)
+            near = np.flatnonzero(cell.collision.pair_clearance(a, q[a], b, q[b]) < margins.arms)
             if not len(near):
                 continue
-            hits = sphere_gaps(cloud(cell, a, q[a][near]), cloud(cell, b, q[b][near])) < margin
+            hits = sphere_gaps(cloud(cell, a, q[a][near]), cloud(cell, b, q[b][near])) < margins.arms
             for name, hit in ((a, np.any(hits, axis=2)), (b, np.any(hits, axis=1))):
                 mask = out.setdefault(name, np.zeros((len(q[name]), hit.shape[1]), bool))
                 mask[near] |= hit
     return out
 
 
-def contacts_alone(cell: Cell, arm: str, q: Float[np.ndarray, "t dof"], margin: float) -> Bool[np.ndarray, "t s"]:
-    """Which spheres of an arm are closer than `margin` [m] to an obstacle or to another part of the same arm."""
-    near = np.flatnonzero(cell.collision.static_clearance(arm, q) < margin)
+def contacts_alone(cell: Cell, arm: str, q: Float[np.ndarray, "t dof"], margins: Margins) -> Bool[np.ndarray, "t s"]:
+    """Which spheres of an arm are closer than `margins` [m] to an obstacle or to another part of the same arm."""
+    near = np.flatnonzero(cell.collision.static_clearance(arm, q) < max(margins.obstacles, margins.self))
     own = cloud(cell, arm, q[near])
     out = np.zeros((len(q), len(own.radii)), bool)
     if len(near):
-        out[near] = _in_obstacles(cell, own, margin) | _in_itself(own, self_pairs(cell, arm), margin)
+        out[near] = _in_obstacles(cell, own, margins.obstacles) | _in_itself(own, self_pairs(cell, arm), margins.self)
     return out
 
 

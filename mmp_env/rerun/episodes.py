@@ -11,6 +11,7 @@ from jaxtyping import Float
 from mmp_env.cell import Cell
 from mmp_env.contacts import Contact
 from mmp_env.execution import SHOWN_STEPS, ExecutionReport
+from mmp_env.margins import NO_MARGINS
 from mmp_env.rerun import timelines
 from mmp_env.rerun.blueprint import view_3d
 from mmp_env.rerun.clouds import log_radii, send_centers
@@ -61,7 +62,7 @@ class Episodes:
         index = [timelines.sequence(timelines.STEP, range(self._steps, self._steps + len(frames)))]
         q = {arm: report.positions[arm][frames] for arm in self._cell.arm_names}
         self._geoms.send_poses(index, joined(self._cell, q))
-        send_centers(self._stream, SPHERES, index, self._cell, q, 0.0)
+        send_centers(self._stream, SPHERES, index, self._cell, q, NO_MARGINS)
         at = np.searchsorted(report.times[frames], [contact.time_s for contact in report.contacts])
         steps = self._steps + np.minimum(at, len(frames) - 1)
         self._send_contacts(list(zip(steps.tolist(), report.contacts, strict=True)))
@@ -122,7 +123,8 @@ class Episodes:
         self._geoms.send_bodies(index, *(np.array([row[key] for row in rows]) for key in ("places", "turns")))
         ends = np.cumsum([arm.dof for arm in self._cell.arms])[:-1]
         parts = np.split(np.array([row["q"] for row in rows]), ends, axis=1)
-        send_centers(self._stream, SPHERES, index, self._cell, dict(zip(self._cell.arm_names, parts, strict=True)), 0.0)
+        q = dict(zip(self._cell.arm_names, parts, strict=True))
+        send_centers(self._stream, SPHERES, index, self._cell, q, NO_MARGINS)
         for name, column in zip(SCALARS, zip(*(row["scalars"] for row in rows), strict=True), strict=True):
             self._stream.send_columns(f"{ROOT}/{name}", index, rerun.Scalars.columns(scalars=column))
         self._send_actions([row for row in rows if row["action"] is not None], ends)

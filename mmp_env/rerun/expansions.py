@@ -134,7 +134,7 @@ def _send_instants(
         )
         for name in problem.cell.arm_names
     }
-    send_clouds(stream, SPHERES, index, problem.cell, q, problem.margin)
+    send_clouds(stream, SPHERES, index, problem.cell, q, problem.conflict_distances)
 
 
 def instant(look: Look, contacts: Sequence[Contact]) -> float:

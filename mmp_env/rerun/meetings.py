@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import _core
+from mmp_env.collision import HIT, KEEP_PROOF, levels
 from mmp_env.conflict import unbroken_runs
 from mmp_env.problem import Problem
 from mmp_env.rerun.clouds import cloud, sphere_gaps
@@ -16,7 +17,7 @@ from mmp_env.rerun.clouds import cloud, sphere_gaps
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Contact:
-    """Two arms come closer than the margin from step `first` to `last`; nearest at `step`, around `point` [m]."""
+    """Two arms come closer than planners allow from step `first` to `last`; nearest at `step`, around `point` [m]."""
 
     arm_a: str
     arm_b: str
@@ -39,7 +40,7 @@ class Meetings:
         names = list(paths)
         motions = [self._motion(name, paths[name]) for name in names]
         pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
-        found = self._model.conflict_instants(motions, pairs, self._problem.margin)
+        found = self._model.conflict_instants(motions, pairs, levels(self._problem, HIT, KEEP_PROOF))
         out = [
             self._contact(names[i], names[j], paths, run)
             for (i, j), instants in zip(pairs, found, strict=True)

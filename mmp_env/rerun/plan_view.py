@@ -29,7 +29,7 @@ def send_plan(stream: Any, plan: Plan, geoms: CellGeoms) -> None:
     q = plan.sampled(times)
     index = [timelines.seconds(times)]
     geoms.send_poses(index, joined(cell, q))
-    send_clouds(stream, SPHERES, index, cell, q, plan.problem.margin)
+    send_clouds(stream, SPHERES, index, cell, q, plan.problem.margins)
     send_paths(stream, PATHS, q, plan)
     _send_clearance(stream, index, plan, q)
     send_joints(stream, plan, times, q)

@@ -54,16 +54,16 @@ def work_out(problem: Problem, push: Push) -> Steps:
     rows = paths[:, instant]
     centers, _ = cell.collision.spheres(arm, rows)
     forces, pushing = np.zeros_like(centers), set()
-    touching = contacts_alone(cell, arm, rows, problem.margin)
+    touching = contacts_alone(cell, arm, rows, problem.conflict_distances)
     for name, q in here.items():
         least = gaps[name][:, instant].min()
         if repelled.field is not None and least <= repelled.field.d0:
             force = sphere_forces(cell, arm, rows, {name: q}, repelled.field)[1]
             forces += force
             pushing |= {name} if force.any() else set()
-        if least < problem.margin:
+        if least < problem.conflict_distances.arms:
             still = np.tile(q, (len(rows), 1))
-            hits = sphere_gaps(cloud(cell, arm, rows), cloud(cell, name, still)) < problem.margin
+            hits = sphere_gaps(cloud(cell, arm, rows), cloud(cell, name, still)) < problem.conflict_distances.arms
             touching |= np.any(hits, axis=2)
     return Steps(
         push=push,

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env import _core
-from mmp_env.collision import HIT, PLAN_PROOF
+from mmp_env.collision import HIT, PLAN_PROOF, levels
 from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
 from mmp_env.plan_fit import check_complete
@@ -80,8 +80,7 @@ def grow(
         start,
         goal,
         problem.max_velocity[arm] * dt_s,
-        HIT * problem.margin,
-        PLAN_PROOF * problem.margin,
+        levels(problem, HIT, PLAN_PROOF),
         seed,
         ETA_RAD,
     )
@@ -112,7 +111,7 @@ def _write(
         stream.log(PATH, look, static=True)
     steps = np.arange(max(len(path), *(len(q) for q in others.values()), last + 1), dtype=float)
     q = {name: configurations(rows, steps) for name, rows in {arm: path, **others}.items()}
-    send_clouds(stream, SPHERES, [timelines.seconds(steps * dt_s)], cell, q, problem.margin)
+    send_clouds(stream, SPHERES, [timelines.seconds(steps * dt_s)], cell, q, problem.conflict_distances)
     return of_single_arm(arm, geoms.model, ROOT)
 
 

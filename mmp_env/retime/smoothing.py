@@ -15,13 +15,14 @@ from jaxtyping import Bool, Float, Int
 
 from mmp_env import _core
 from mmp_env.cell import Cell
+from mmp_env.collision import levels
 from mmp_env.problem import Problem
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.course import Course
 from mmp_env.retime.limits import RateLimits, split
 
-CLEAR = 0.55
-"""What a blended path has to keep, in margins: a little more than the half that the proof of the result asks for."""
+CLEAR = 0.1
+"""Share of the planning slack that a blended path keeps beyond the margin: a little more than the proof asks for."""
 _SPACING_S, _GAP_S = 0.01, 0.15
 _MOST_LOOKS = 50_000
 _SLIGHT_RAD = 1e-4
@@ -149,11 +150,11 @@ def _conflicts(
     problem: Problem, rows: Sequence[Float[np.ndarray, "t _"]], pairs: Int[np.ndarray, "p 2"]
 ) -> Float[np.ndarray, "m"]:
     """Where, in rows, arms are closer to each other or to something else than they have to be."""
-    core, clear = problem.cell.collision.core, CLEAR * problem.margin
+    core, clear = problem.cell.collision.core, levels(problem, CLEAR, CLEAR)
     motions = [_core.Motion(core, k, part) for k, part in enumerate(rows)]
-    found = list(_core.conflict_instants(core, motions, pairs, clear, clear))
+    found = list(_core.conflict_instants(core, motions, pairs, clear))
     for k, part in enumerate(rows):
-        free = _core.edges_free(core, k, part[:-1], part[1:], clear, clear)
+        free = _core.edges_free(core, k, part[:-1], part[1:], clear)
         if not free.all():
             found.append(np.flatnonzero(~free) + 0.5)
     return np.concatenate([np.empty(0), *found])

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from mmp_env import _core
 from mmp_env.certificate import Certificate, certify
-from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF
+from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF, levels
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
 from mmp_planners.low_level import SiRrtStar
@@ -48,7 +48,7 @@ class Arms:
         self.names = problem.cell.arm_names
         self.model = problem.cell.collision
         self.core = self.model.core
-        self.margin = problem.margin
+        self.conflict_distance = problem.conflict_distances.arms
         self.max_step = [problem.max_velocity[name] * dt for name in self.names]
         self._low_level = low_level
         self._single: list[_core.SingleArm] = []
@@ -62,8 +62,7 @@ class Arms:
                 np.ascontiguousarray(self.problem.start[name]),
                 np.ascontiguousarray(self.problem.goal[name]),
                 self.max_step[k],
-                HIT * self.margin,
-                PLAN_PROOF * self.margin,
+                levels(self.problem, HIT, PLAN_PROOF),
                 seed + k,
                 self._low_level.eta,
             )
@@ -101,13 +100,13 @@ class Arms:
 
     def conflicts(self, paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> PairConflicts:
         """Instants of conflict for each of `pairs`; what is not in conflict is proved clear at every instant."""
-        found = self.model.conflict_instants([p.motion for p in paths], pairs, self.margin)
+        found = self.model.conflict_instants([p.motion for p in paths], pairs, levels(self.problem, HIT, KEEP_PROOF))
         return {pair: instants for pair, instants in zip(pairs, found, strict=True) if len(instants)}
 
     def start_touches(self, arm: int, other: int, q: Float[np.ndarray, "dof"]) -> bool:
         """Whether `arm` at its start is in conflict with `other` at `q`."""
         a, b = self.names[arm], self.names[other]
-        return bool(self.model.pair_clearance(a, self.problem.start[a][None], b, q[None])[0] < self.margin)
+        return bool(self.model.pair_clearance(a, self.problem.start[a][None], b, q[None])[0] < self.conflict_distance)
 
     def pairs(self, arm: int | None = None) -> list[tuple[int, int]]:
         """All pairs of arms, or those of one."""
@@ -132,9 +131,9 @@ class Arms:
         """The proof of a plan, in the time that is left; its `instant` is in steps."""
         return certify(plan, self.clock)
 
-    def keep_levels(self) -> tuple[float, float]:
-        """Static clearances that a modified path is tested at and proved to keep [m]; every planned path passes."""
-        return (PLAN_PROOF - 0.05) * self.margin, KEEP_PROOF * self.margin
+    def keep_levels(self) -> _core.Levels:
+        """Static clearances that a modified path is tested at and proved to keep; every planned path passes."""
+        return levels(self.problem, PLAN_PROOF - 0.1, KEEP_PROOF)
 
     def _limits(self, arm: int) -> tuple[np.ndarray, np.ndarray]:
         robot = self.problem.cell.arms[arm].robot

@@ -17,7 +17,7 @@ import itertools
 from collections.abc import Iterator, Sequence
 
 from mmp_env import _core
-from mmp_env.collision import HIT, KEEP_PROOF
+from mmp_env.collision import HIT, KEEP_PROOF, levels
 from mmp_env.events import ignore
 from mmp_env.plan import Plan
 from mmp_planners.arms import Path
@@ -47,8 +47,7 @@ class Recombining:
         self._ways = _core.Recombination(
             run.problem.cell.collision.core,
             [run.problem.max_velocity[name] * self._grid for name in names],
-            HIT * run.problem.margin,
-            KEEP_PROOF * run.problem.margin,
+            levels(run.problem, HIT, KEEP_PROOF),
         )
         self._each = range(len(names))
         self._paths: dict[int, Path] = {}

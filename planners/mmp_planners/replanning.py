@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_env.collision import HIT, KEEP_PROOF
+from mmp_env.collision import HIT, KEEP_PROOF, levels
 from mmp_env.plan import Plan
 from mmp_planners.shortcutting import on_grid, paced, step_of_grid
 
@@ -29,8 +29,7 @@ class Replanning:
             problem.cell.collision.core,
             on_grid(plan, dt),
             [problem.max_velocity[name] * dt for name in problem.cell.arm_names],
-            HIT * problem.margin,
-            KEEP_PROOF * problem.margin,
+            levels(problem, HIT, KEEP_PROOF),
             self.attempts,
             seed,
             clock,

@@ -13,7 +13,6 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from mmp_env import _core
-from mmp_env.collision import REQUIRED_PROOF
 from mmp_env.events import ForceField
 from mmp_planners.arms import Arms, Path
 
@@ -73,16 +72,14 @@ class RepulsiveModification:
     def __call__(
         self, arms: Arms, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
     ) -> Modified | None:
-        margin, proof = arms.keep_levels()
         q, moved, iterations, _, iterates = _core.modify_motion(
             arms.core,
             paths[arm].motion,
             [path.motion for k, path in enumerate(paths) if k != arm],
             constraints,
             arms.max_step[arm],
-            margin,
-            proof,
-            REQUIRED_PROOF * arms.margin,
+            arms.keep_levels(),
+            arms.problem.margin,
             arms.clock,
             alpha=self.alpha,
             k_rep=self.k_rep,

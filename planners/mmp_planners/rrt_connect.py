@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from mmp_env import _core
-from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF
+from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF, levels
 from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
@@ -36,14 +36,13 @@ class Composite:
 
     def search(self, problem: Problem, seed: int) -> _core.CompositeSearch:
         """A search that can be asked to go on."""
-        names, margin = problem.cell.arm_names, problem.margin
+        names = problem.cell.arm_names
         return _core.CompositeSearch(
             problem.cell.collision.core,
             np.concatenate([problem.start[name] for name in names]),
             np.concatenate([problem.goal[name] for name in names]),
-            HIT * margin,
-            PLAN_PROOF * margin,
-            KEEP_PROOF * margin,
+            levels(problem, HIT, HIT),
+            levels(problem, PLAN_PROOF, KEEP_PROOF),
             self.range,
             self.step,
             seed,

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import _core
-from mmp_env.collision import HIT, KEEP_PROOF
+from mmp_env.collision import HIT, KEEP_PROOF, levels
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
 
@@ -49,9 +49,7 @@ class Shortcutting:
             problem.cell.collision.core,
             on_grid(plan, dt),
             [problem.max_velocity[name] * dt for name in names],
-            HIT * problem.margin,
-            KEEP_PROOF * problem.margin,
-            KEEP_PROOF * problem.margin,
+            levels(problem, HIT, KEEP_PROOF),
             groups if groups is not None else [0] * len(names),
             self.attempts,
             self.worth,

@@ -72,6 +72,29 @@ def positive(text: str) -> float:
     return value
 
 
+def margins(text: str) -> dict[str, float]:
+    """Kind of margin -> metres: one number for arms and obstacles, or `arms=A,obstacles=B,self=C`, any of them."""
+    from mmp_env.margins import KINDS, asked_margins
+
+    if "=" not in text:
+        return asked_margins(positive(text))
+    out: dict[str, float] = {}
+    for part in text.split(","):
+        kind, _, value = (word.strip() for word in part.partition("="))
+        if kind not in KINDS:
+            raise argparse.ArgumentTypeError(str(UnknownNameError("margin", kind, KINDS)))
+        if kind in out:
+            raise argparse.ArgumentTypeError(f"'{text}' gives {kind} twice; give one")
+        out[kind] = positive(value)
+    return out
+
+
+def add_margin(parser: Parser) -> None:
+    """The clearances that plans keep."""
+    help = "clearance [m] between arms and to obstacles, or arms=A,obstacles=B,self=C, kept at every instant or refused"
+    parser.add_argument("--margin", type=margins, metavar="M", help=f"{help}; default: 0.002, less at tight ends")
+
+
 def seconds(text: str) -> float:
     """A time above zero [s]; `inf` for none."""
     value = _number(text)
@@ -111,7 +134,7 @@ def add_source(parser: Parser) -> None:
     help = "configurations by hand: '{\"left\": [0, ...], ...}' [rad], or @FILE with a file of that (JSON or YAML)"
     parser.add_argument("--start", metavar="JSON", help=help)
     parser.add_argument("--goal", metavar="JSON", help="like --start")
-    parser.add_argument("--margin", type=positive, metavar="M", help="clearance to keep [m]; default: 0.002")
+    add_margin(parser)
 
 
 def add_time_limit(parser: Parser, what: str) -> None:

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mmp_cli.arguments import Parser, add_time_limit, positive, seed, whole
+from mmp_cli.arguments import Parser, add_margin, add_time_limit, seed, whole
 from mmp_cli.output import complain, say
 from mmp_env.errors import MmpError
 
@@ -39,7 +39,7 @@ def parser() -> Parser:
     out.add_argument("--seed", type=seed, default=0, metavar="N", help=help)
     out.add_argument("--robot", metavar="NAME", help="robot of environment ids; default: ur5e")
     out.add_argument("--task", metavar="NAME", help="task to draw instances from; default: reach")
-    out.add_argument("--margin", type=positive, metavar="M", help="clearance to keep [m]; default: 0.002")
+    add_margin(out)
     out.add_argument(
         "--out", default=DEFAULT_FOLDER, metavar="DIR", help=f"folder of the results; default: {DEFAULT_FOLDER}"
     )

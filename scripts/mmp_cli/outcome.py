@@ -11,6 +11,7 @@ from mmp_cli.machine import machine, version
 from mmp_cli.main import INTERRUPTED
 from mmp_env.check import CheckReport
 from mmp_env.execution import ExecutionReport
+from mmp_env.margins import KINDS
 from mmp_env.problem import Problem
 from mmp_env.retime.report import RetimeReport
 from mmp_env.writing import plain
@@ -24,6 +25,7 @@ _RECORDED = ("times", "positions", "phases")
 class Outcome:
     """One run. What it did not come to is None: an invalid instance has no problem, no plan has no check.
 
+    `asked`: kind of margin -> metres, those that were asked for.
     `shown`: option -> file of its picture, film, tree or recording. `failures`: sentences on what could not be done:
     to write the plan or one of these files, to retime, to execute.
     """
@@ -32,6 +34,7 @@ class Outcome:
     planner: str
     seed: int
     result: PlanResult
+    asked: Mapping[str, float] = field(default_factory=dict)
     problem: Problem | None = None
     planning_time_s: float | None = None
     interrupted: bool = False
@@ -88,6 +91,8 @@ class Outcome:
                 "root_conflicts": stats.get("root_conflicts"),
                 "cost_lower_bound_rad": self.problem.cost_lower_bound_rad if self.problem else None,
                 "min_clearance_m": self.check.min_clearance_m if self.check else None,
+                "margins_asked": {kind: self.asked.get(kind) for kind in KINDS},
+                "margins_proved": self.check.proved_m if self.check else None,
                 "bound_met": stats.get("bound_met"),
                 "deadline_hit": stats.get("deadline_hit"),
                 "plan": self.plan_path,

@@ -14,6 +14,7 @@ from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, 
 from mmp_cli.output import complain
 from mmp_cli.showing import SPAWN, Showing, Together, add_showing, check_showing
 from mmp_env.errors import InvalidInstanceError, MmpError
+from mmp_env.margins import asked_margins
 
 if TYPE_CHECKING:
     from mmp_cli.outcome import Outcome
@@ -89,7 +90,8 @@ def _run(args: Namespace, planner: Planner) -> int:
         problem = _problem(source)
     except InvalidInstanceError:
         result = mmp_planners.PlanResult(status=mmp_planners.Status.INVALID)
-        outcome = Outcome(instance=source.label, planner=args.planner, seed=args.seed, result=result)
+        asked = asked_margins(args.margin)
+        outcome = Outcome(instance=source.label, planner=args.planner, seed=args.seed, result=result, asked=asked)
         if args.json:
             _report(args, outcome)
         raise
@@ -151,6 +153,7 @@ def _planned(args: Namespace, planner: Planner, label: str, problem: Problem, sh
         planner=args.planner,
         seed=args.seed,
         result=result,
+        asked=asked_margins(args.margin),
         problem=problem,
         planning_time_s=time.perf_counter() - started,
         interrupted=interrupted,

@@ -16,7 +16,7 @@ from mmp_env.cell_source import find_cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
 from mmp_env.paths import exists
-from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
+from mmp_env.problem import Problem, make_problem
 from mmp_env.reading import NotJsonError, Place, named, names_file, parse_json
 from mmp_env.registration import ANY_CELL, CELLS
 
@@ -77,7 +77,7 @@ def read_source(args: Namespace) -> Source:
     with named(args.source):
         instance = opened.instances[0] if args.instance is None else opened.instance(args.instance)
     label = f"{opened.cell.name}/{instance.name}"
-    return Source(label=label, problem=lambda: opened.problem(instance, margin=_margin(args)))
+    return Source(label=label, problem=lambda: opened.problem(instance, margin=args.margin))
 
 
 def files_read(args: Namespace) -> list[str]:
@@ -99,7 +99,7 @@ def _from_cell(args: Namespace, cell: Cell, name: str) -> Source:
 
     def problem() -> Problem:
         with named(args.source):
-            return make_problem(cell, start, goal, margin=_margin(args), name=label)
+            return make_problem(cell, start, goal, margin=args.margin, name=label)
 
     return Source(label=label, problem=problem)
 
@@ -108,7 +108,7 @@ def _drawn(args: Namespace, cell: Cell, label: str) -> Problem:
     """The instance of `env.reset(seed=...)` in this cell."""
     from mmp_env.instances import DEFAULT_TASK, draw_problem
 
-    return draw_problem(cell, args.task or DEFAULT_TASK, args.seed, margin=_margin(args), name=label)
+    return draw_problem(cell, args.task or DEFAULT_TASK, args.seed, margin=args.margin, name=label)
 
 
 def _by_hand(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:
@@ -126,10 +126,6 @@ def _by_hand(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:
         hint = f"; for a file write {option} {_AT}{given}" if names_file(given) and "{" not in given else ""
         raise MmpError(f"{error}{hint}") from None
     return configurations_from_dict(cell, data, Place(option))
-
-
-def _margin(args: Namespace) -> float:
-    return DEFAULT_MARGIN_M if args.margin is None else args.margin
 
 
 def _refuse(args: Namespace, kind: str, *options: str) -> None:

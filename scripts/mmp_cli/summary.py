@@ -9,7 +9,9 @@ from mmp_cli.outcome import Outcome
 from mmp_cli.output import one_line
 from mmp_cli.rows import print_rows
 from mmp_env.execution import ExecutionReport
+from mmp_env.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS
 from mmp_env.nearness import Nearness
+from mmp_env.problem import Problem
 from mmp_env.retime.report import RetimeReport
 from mmp_env.wording import counted, in_seconds
 from mmp_planners import PlanResult
@@ -31,7 +33,7 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
     if plan and problem:
         yield "cost", _cost(outcome.result, plan.cost_rad, problem.cost_lower_bound_rad)
         yield "makespan", _makespan(plan.makespan_s, outcome.retimed)
-        yield "margin", f"{problem.margin * 1e3:.2f} mm in force"
+        yield "margin", _margin(outcome, problem)
     if outcome.check is not None:
         *sentences, last = str(outcome.check).splitlines()
         sentences.append(f"{last}; checked in {outcome.check_time_s:.2f} s")
@@ -97,6 +99,16 @@ def _cost(result: PlanResult, cost: float, bound: float) -> str:
     if cost <= w * bound:
         return f"{text}: at most {w:g} x the best"
     return f"{text}; bound {'met' if result.stats.get('bound_met') else 'not met'}: {w:g} x the planner's own costs"
+
+
+def _margin(outcome: Outcome, problem: Problem) -> str:
+    """The margins in force, and why the default is not."""
+    text = f"{problem.margins}, at every instant"
+    tight = [kind for kind in KINDS if kind not in outcome.asked and problem.margins[kind] < DEFAULT_MARGIN_M]
+    if tight:
+        words = " and ".join(KIND_WORDS[kind] for kind in tight)
+        text += f"; start or goal is tight {words}, where the default is {DEFAULT_MARGIN_M * 1e3:g} mm"
+    return text
 
 
 def _makespan(makespan_s: float, retimed: RetimeReport | None) -> str:

@@ -9,7 +9,7 @@ from twins import clearance
 
 from mmp_env import _core
 from mmp_env.cell import Cell, Obstacle, place_arm
-from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF
+from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF, levels
 from mmp_env.instances import draw_instance
 from mmp_env.problem import make_problem
 from mmp_env.rings import ring_cell
@@ -18,13 +18,14 @@ from mmp_env.transforms import quaternion_from_yaw
 
 RANGE_RAD, STEP_RAD = 2.0, 0.05
 FLOAT_M = 1e-5
+LEVELS = _core.Levels(1e-3, 1e-3)
 
 
 def search_of(problem, seed=0, edge=RANGE_RAD, step=STEP_RAD):
-    names, margin = problem.cell.arm_names, problem.margin
+    names = problem.cell.arm_names
     start, goal = (np.concatenate([q[name] for name in names]) for q in (problem.start, problem.goal))
-    levels = (HIT * margin, PLAN_PROOF * margin, KEEP_PROOF * margin)
-    return _core.CompositeSearch(problem.cell.collision.core, start, goal, *levels, edge, step, seed)
+    sides = (levels(problem, HIT, HIT), levels(problem, PLAN_PROOF, KEEP_PROOF))
+    return _core.CompositeSearch(problem.cell.collision.core, start, goal, *sides, edge, step, seed)
 
 
 def forever():
@@ -63,7 +64,7 @@ def test_a_way_is_clear_between_its_samples_by_the_twin(step):
     way = search_of(problem, step=step).grow(1_000_000, forever())
     for q in dense(way):
         between = clearance.moving_clearance(problem.cell, "left", q[:6], "right", q[6:])
-        assert between >= KEEP_PROOF * problem.margin - FLOAT_M
+        assert between >= levels(problem, HIT, KEEP_PROOF).proof - FLOAT_M
 
 
 def obstacle_in_the_way():
@@ -124,7 +125,7 @@ def test_a_way_is_clear_of_obstacles_bases_and_the_arms_themselves_by_the_twin(k
         q = split(cell, row)
         least = min(clearance.static_clearance(cell, arm, q[arm]) for arm in q)
         least = min(least, clearance.moving_clearance(cell, "left", q["left"], "right", q["right"]))
-        assert least >= KEEP_PROOF * problem.margin - FLOAT_M
+        assert least >= levels(problem, HIT, KEEP_PROOF).proof - FLOAT_M
 
 
 def test_an_edge_that_coarse_samples_let_through_falls_by_the_proof_and_the_search_goes_on():
@@ -152,9 +153,8 @@ def test_ways_of_coarse_samples_are_proved_all_the_same(seed):
 def assert_proved(problem, way):
     """The certificate, in double precision, of what the search proved in single precision."""
     rows = [np.ascontiguousarray(q) for q in np.split(way, len(problem.cell.arms), axis=1)]
-    valid, least, *where = _core.certify(
-        problem.cell.collision.core, rows, KEEP_PROOF * problem.margin - FLOAT_M, 0.5, forever()
-    )
+    required = levels(problem, KEEP_PROOF / 2, KEEP_PROOF / 2)
+    valid, least, *where = _core.certify(problem.cell.collision.core, rows, required, 0.5, forever())
     assert valid, where
     assert least > 0
 
@@ -197,7 +197,7 @@ def test_what_does_not_fit_the_cell_is_refused():
     problem = two_arms.passing()
     q = np.zeros(5)
     with pytest.raises(ValueError, match="number of joints"):
-        _core.CompositeSearch(problem.cell.collision.core, q, q, 1e-3, 1e-3, 1e-3, RANGE_RAD, STEP_RAD, 0)
+        _core.CompositeSearch(problem.cell.collision.core, q, q, LEVELS, LEVELS, RANGE_RAD, STEP_RAD, 0)
 
 
 @pytest.mark.parametrize(("edge", "step"), [(0.0, STEP_RAD), (RANGE_RAD, 0.0), (-1.0, STEP_RAD), (np.nan, STEP_RAD)])
@@ -212,4 +212,4 @@ def test_ends_that_are_no_configurations_are_refused(value):
     free, broken = np.zeros(12), np.full(12, value)
     for ends in ((free, broken), (broken, free)):
         with pytest.raises(ValueError, match="finite"):
-            _core.CompositeSearch(problem.cell.collision.core, *ends, 1e-3, 1e-3, 1e-3, RANGE_RAD, STEP_RAD, 0)
+            _core.CompositeSearch(problem.cell.collision.core, *ends, LEVELS, LEVELS, RANGE_RAD, STEP_RAD, 0)

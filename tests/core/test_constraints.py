@@ -5,12 +5,12 @@ import pytest
 from twins import clearance, intervals, kinematics, motion, toys
 
 from mmp_env import _core
-from mmp_env.collision import HIT, PLAN_PROOF
 from mmp_env.rings import ring_cell
 from mmp_env.robot import robot_names
 from mmp_tasks.reach import Reach
 
-MARGIN_M = 0.002
+MARGIN_M, PROOF_M = 0.002, 0.0015
+LEVELS = _core.Levels(MARGIN_M, PROOF_M)
 FLOAT_M, FLOAT_RAD = 1e-5, 1e-6
 STEP_RAD = 0.08
 
@@ -64,7 +64,7 @@ def test_safe_intervals_are_what_broken_constraints_leave(robots):
     for q, q_other in zip(*near_states(rng, cell, 40), strict=True):
         native, twin = random_constraints(rng, cell, q, q_other)
         assert not any(is_close_call(cell, q, constraint) for constraint in twin)
-        found = _core.safe_intervals(cell.collision.core, 0, q, native, MARGIN_M, PLAN_PROOF * MARGIN_M)
+        found = _core.safe_intervals(cell.collision.core, 0, q, native, LEVELS)
         expected = intervals.safe_intervals(cell, "arm0", q, twin)
         # Windows are open: between two that touch there is an instant, which is of no use to anybody.
         found = [(lo, np.inf if hi == _core.FOREVER else hi) for lo, hi in found if lo < hi]
@@ -108,8 +108,7 @@ def test_a_window_that_is_over_before_the_start_breaks_nothing():
 def single_arm(cell, name, start, goal, seed=0):
     k = cell.arm_index(name)
     step = np.full(cell.arms[k].dof, STEP_RAD)
-    levels = HIT * MARGIN_M, PLAN_PROOF * MARGIN_M
-    return _core.SingleArm(cell.collision.core, k, start, goal, step, *levels, seed)
+    return _core.SingleArm(cell.collision.core, k, start, goal, step, LEVELS, seed)
 
 
 def assert_path_is_right(cell, name, path, start, goal, constraints):
@@ -119,7 +118,7 @@ def assert_path_is_right(cell, name, path, start, goal, constraints):
     robot = cell.arm(name).robot
     assert (path >= robot.lower - FLOAT_RAD).all()
     assert (path <= robot.upper + FLOAT_RAD).all()
-    proved = PLAN_PROOF * MARGIN_M - FLOAT_M
+    proved = PROOF_M - FLOAT_M
     halves = np.vstack([path[::2], (path[1:] + path[:-1]) / 2])
     assert min(clearance.static_clearance(cell, name, q) for q in halves) >= proved
     for constraint in constraints:
@@ -131,7 +130,7 @@ def test_planned_paths_keep_all_that_they_promise(robot, spheres):
     cell = ring_cell(2, robot, spheres)
     start, goal = Reach().sample(cell, np.random.default_rng(53))
     planner = single_arm(cell, "arm0", start["arm0"], goal["arm0"])
-    proved = PLAN_PROOF * MARGIN_M - FLOAT_M
+    proved = PROOF_M - FLOAT_M
     places = [("standing", start["arm1"], (0, 25)), ("standing", goal["arm1"], (10, _core.FOREVER))]
     native = [_core.Constraint.standing(cell.collision.core, 1, q, 0.0, *window) for _, q, window in places]
     twin = [intervals.standing(cell, "arm1", q, *window, proved) for _, q, window in places]

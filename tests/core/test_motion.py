@@ -9,13 +9,14 @@ import pytest
 from twins import clearance, motion, toys
 
 from mmp_env import _core
-from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF
 from mmp_env.errors import MmpError
 from mmp_env.rings import ring_cell
 from mmp_env.robot import robot_names
 from mmp_tasks.reach import Reach
 
 FLOAT_M = 1e-5
+KEPT = 0.6
+"""What is proved between steps, relative to the margin at them."""
 MIXES = [
     ("ur5e", "ur5e", "28", 0.002),
     ("panda", "piper", "fine", 0.002),
@@ -46,10 +47,10 @@ def test_an_edge_is_free_where_all_its_samples_are_and_not_where_one_is_in_conta
         sampled = [clearance.static_clearance(cell, "arm0", q) for q in motion.along(q_from[k], q_to[k], 25)]
         # Neighbouring samples tell how fast the clearance changes; in between it falls by less than that.
         change = np.abs(np.diff(sampled)).max()
-        if min(sampled) < PLAN_PROOF * margin - FLOAT_M:
+        if min(sampled) < margin - FLOAT_M:
             assert not found[k]
             decided[False] += 1
-        elif min(sampled) - change > margin + FLOAT_M:
+        elif min(sampled) - change > margin + 1e-4 + FLOAT_M:
             assert found[k]
             decided[True] += 1
     assert min(decided.values()) >= 3
@@ -110,7 +111,7 @@ def test_the_instants_of_conflict_are_those_that_dense_sampling_finds(robot_a, r
 def instants_of(cell, path_a, path_b, margin, names=("arm0", "arm1")):
     queries = cell.collision
     motions = [queries.motion(name, path) for name, path in zip(names, (path_a, path_b), strict=True)]
-    return queries.conflict_instants(motions, [(0, 1)], margin)[0]
+    return queries.conflict_instants(motions, [(0, 1)], _core.Levels(margin, KEPT * margin))[0]
 
 
 def check_instants(cell, a, b, margin, found, decided):
@@ -118,20 +119,20 @@ def check_instants(cell, a, b, margin, found, decided):
     q_a, q_b = motion.padded(a, last), motion.padded(b, last)
     at_step = [clearance.moving_clearance(cell, "arm0", q_a[k], "arm1", q_b[k]) for k in range(last + 1)]
     for k in range(last + 1):
-        if abs(at_step[k] - HIT * margin) > FLOAT_M:
-            assert (k in found) == (at_step[k] < HIT * margin)
+        if abs(at_step[k] - margin) > FLOAT_M:
+            assert (k in found) == (at_step[k] < margin)
             decided["at" if k in found else "not at"] += 1
     for k, (least, slack) in enumerate(motion.step_clearances(cell, "arm0", a, "arm1", b, samples=12)):
         between = found[(found > k) & (found < k + 1)]
         assert len(between) <= 1
-        if least < KEEP_PROOF * margin - FLOAT_M:
+        if least < KEPT * margin - FLOAT_M:
             assert len(between) or k in found or k + 1 in found
-        if least - slack > HIT * margin + FLOAT_M:
+        if least - slack > margin + FLOAT_M:
             assert not len(between)
             decided["not between"] += 1
         for t in between:
             q = [path[k] + (t - k) * (path[k + 1] - path[k]) for path in (q_a, q_b)]
-            assert clearance.moving_clearance(cell, "arm0", q[0], "arm1", q[1]) < HIT * margin + FLOAT_M
+            assert clearance.moving_clearance(cell, "arm0", q[0], "arm1", q[1]) < margin + FLOAT_M
 
 
 def test_a_contact_between_two_steps_is_found_and_placed():
@@ -160,7 +161,7 @@ def test_every_pair_of_motions_that_is_asked_for_is_answered_in_its_place():
     paths = wandering_paths(rng, cell, (8, 6, 9), step=0.1)
     motions = [cell.collision.motion(arm, path) for arm, path in zip(cell.arm_names, paths, strict=True)]
     pairs = [(2, 1), (0, 1), (0, 2)]
-    found = cell.collision.conflict_instants(motions, pairs, 0.05)
+    found = cell.collision.conflict_instants(motions, pairs, _core.Levels(0.05, KEPT * 0.05))
     for (i, j), instants in zip(pairs, found, strict=True):
         alone = instants_of(cell, paths[i], paths[j], 0.05, names=(f"arm{i}", f"arm{j}"))
         np.testing.assert_array_equal(instants, alone)
@@ -199,7 +200,8 @@ def test_a_certificate_proves_nearly_what_dense_sampling_finds_and_never_more(co
     for seed in range(5):
         paths = paths_from_a_valid_state(cell, seed, steps=2, size=0.1 if seed < 3 else 0.6)
         required, tolerance, share = 0.001, 1e-4, 1e-4
-        valid, proved, *_ = _core.certify(cell.collision.core, paths, required, share, _core.Clock(60.0))
+        wanted = _core.Levels(required, required)
+        valid, proved, *_ = _core.certify(cell.collision.core, paths, wanted, share, _core.Clock(60.0))
         least, slack = sampled_clearance(cell, paths, samples=8)
         verdicts.add(valid)
         if least < required - 1e-9:
@@ -220,7 +222,7 @@ def test_a_refused_certificate_names_the_arms_and_the_place():
     still = np.zeros((4, 2))
     crossing = np.array([[-1.5, 0], [-1.0, 0], [0.6, 0], [1.0, 0]])
     valid, found, arm_a, arm_b, step, fraction = _core.certify(
-        cell.collision.core, [crossing, still, still], 0.001, 1e-4, _core.Clock(60.0)
+        cell.collision.core, [crossing, still, still], _core.Levels(0.001, 0.001), 1e-4, _core.Clock(60.0)
     )
     assert (valid, arm_a, arm_b, step) == (False, 0, 1, 1)
     assert found <= 0.001
@@ -231,7 +233,7 @@ def test_a_refused_certificate_names_the_arms_and_the_place():
 def test_a_certificate_that_ran_out_of_time_is_none():
     cell = ring_cell(2)
     paths = paths_from_a_valid_state(cell, 0, steps=3, size=0.01)
-    assert _core.certify(cell.collision.core, paths, 0.0005, 1e-4, _core.Clock(60.0))[0]
+    assert _core.certify(cell.collision.core, paths, _core.Levels(0.0005, 0.0005), 1e-4, _core.Clock(60.0))[0]
     expired = _core.Clock(60.0)
     expired.cancel()
-    assert not _core.certify(cell.collision.core, paths, 0.0005, 1e-4, expired)[0]
+    assert not _core.certify(cell.collision.core, paths, _core.Levels(0.0005, 0.0005), 1e-4, expired)[0]

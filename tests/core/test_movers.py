@@ -10,6 +10,7 @@ from mmp_env import _core
 from mmp_env.rings import ring_cell
 
 MARGIN_M, PROOF_M, STEP_RAD = 0.002, 0.0015, 0.08
+LEVELS = _core.Levels(MARGIN_M, PROOF_M)
 FLOAT_M = 1e-5
 
 
@@ -37,7 +38,7 @@ def gap(cell, path_a, path_b, t):
 
 def single_arm(cell, path, seed=0):
     step = np.full(path.shape[1], STEP_RAD)
-    return _core.SingleArm(cell.collision.core, 0, path[0], path[-1], step, MARGIN_M, PROOF_M, seed)
+    return _core.SingleArm(cell.collision.core, 0, path[0], path[-1], step, LEVELS, seed)
 
 
 def states_near_the_centre(cell, count, seed=0):
@@ -52,7 +53,7 @@ def test_a_stay_is_safe_where_nobody_comes_near_and_only_there(cell):
     moving = cell.collision.motion("arm1", other)
     touched = passed = 0
     for q in states_near_the_centre(cell, 40):
-        found = _core.safe_intervals(cell.collision.core, 0, q, [], MARGIN_M, PROOF_M, [moving])
+        found = _core.safe_intervals(cell.collision.core, 0, q, [], LEVELS, [moving])
         stays = np.zeros(len(other) + 2, bool)
         for lo, hi in found:
             stays[lo : min(hi, len(stays))] = True
@@ -88,7 +89,7 @@ def test_constraints_and_movers_hold_together(cell):
     path, _ = single_arm(cell, own).plan([ball], 1, _core.Clock(60.0), others=[moving])
     mine = cell.collision.motion("arm0", path)
     assert not _core.breaks_constraint(cell.collision.core, mine, [ball], MARGIN_M)
-    assert not len(cell.collision.conflict_instants([mine, moving], [(0, 1)], PROOF_M)[0])
+    assert not len(cell.collision.conflict_instants([mine, moving], [(0, 1)], _core.Levels(PROOF_M, 0.6 * PROOF_M))[0])
     assert len(path) - 1 >= 70
 
 
@@ -178,7 +179,7 @@ def test_what_is_no_motion_of_another_arm_of_the_cell_is_refused(cell):
     with pytest.raises(ValueError, match="the arm itself"):
         planner.plan([], 0, clock, others=[mine])
     with pytest.raises(ValueError, match="another cell"):
-        _core.conflict_instants(cell.collision.core, [mine, theirs], np.array([[0, 1]], np.int32), MARGIN_M, PROOF_M)
+        _core.conflict_instants(cell.collision.core, [mine, theirs], np.array([[0, 1]], np.int32), LEVELS)
     for wrong in (None, 3, _core.Constraint.ball(own[0], 0.1, 0, 1)):
         with pytest.raises(TypeError, match="Motion"):
             planner.plan([], 0, clock, others=[wrong])
@@ -199,7 +200,7 @@ def test_what_is_no_constraint_of_the_arm_is_refused(cell):
         with pytest.raises(error, match="onstraint"):
             planner.plan([wrong], 0, _core.Clock(1.0))
         with pytest.raises(error, match="onstraint"):
-            _core.safe_intervals(core, 0, own[0], [wrong], MARGIN_M, PROOF_M)
+            _core.safe_intervals(core, 0, own[0], [wrong], LEVELS)
         with pytest.raises(error, match="onstraint"):
             _core.breaks_constraint(core, motion, [wrong], MARGIN_M)
 
@@ -210,7 +211,7 @@ def test_a_constraint_outlives_the_motion_that_it_was_made_of():
     motion = cell.collision.motion("arm1", other)
     parts = _core.Constraint.moving(motion, 0, _core.FOREVER)
     ask = (cell.collision.core, 0, q[0])
-    expected = _core.safe_intervals(*ask, parts, MARGIN_M, PROOF_M)
+    expected = _core.safe_intervals(*ask, parts, LEVELS)
     del motion
     gc.collect()
-    np.testing.assert_array_equal(_core.safe_intervals(*ask, parts, MARGIN_M, PROOF_M), expected)
+    np.testing.assert_array_equal(_core.safe_intervals(*ask, parts, LEVELS), expected)

@@ -39,7 +39,7 @@ def test_safe_intervals_leave_out_every_instant_at_which_the_moving_arm_touches(
     other = start + (instants / motion.last)[:, None] * (goal - start)
     touched = 0
     for q in states_near_the_centre(cell, 60):
-        intervals = _core.safe_intervals(cell.collision.core, 0, q, parts, MARGIN, PROOF)
+        intervals = _core.safe_intervals(cell.collision.core, 0, q, parts, _core.Levels(MARGIN, PROOF))
         near = cell.collision.pair_clearance("arm0", np.repeat(q[None], len(other), 0), "arm1", other) < PROOF - 1e-5
         touched += near.any()
         for at in instants[near]:
@@ -57,14 +57,16 @@ def test_a_path_planned_against_a_moving_arm_is_free_of_conflicts_with_it(cell, 
     start[0] += 1.2
     goal[0] -= 1.2
     max_step = np.full(6, STEP_RAD)
-    planner = _core.SingleArm(cell.collision.core, 0, start, goal, max_step, MARGIN, PROOF, 0)
+    planner = _core.SingleArm(cell.collision.core, 0, start, goal, max_step, _core.Levels(MARGIN, PROOF), 0)
     alone, _ = planner.plan([], 1, _core.Clock(20.0))
     against, _ = planner.plan(parts, 1, _core.Clock(20.0))
     assert alone is not None
     assert against is not None
 
     def conflicts(q):
-        return cell.collision.conflict_instants([cell.collision.motion("arm0", q), motion], [(0, 1)], PROOF)[0]
+        return cell.collision.conflict_instants(
+            [cell.collision.motion("arm0", q), motion], [(0, 1)], _core.Levels(PROOF, 0.6 * PROOF)
+        )[0]
 
     assert len(conflicts(alone))
     assert not len(conflicts(against))

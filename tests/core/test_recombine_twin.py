@@ -6,7 +6,6 @@ from twins import clearance, coordination
 from two_arms import along
 
 from mmp_env import _core, draw_instance, ring_cell
-from mmp_env.collision import KEEP_PROOF
 
 STEP_RAD, MARGIN_M, MORE_M, SAMPLES = 0.1, 0.02, 0.03, 3
 
@@ -17,8 +16,8 @@ def test_two_arms_on_drawn_ways_can_arrive_where_the_twin_says_so(seed):
     start, goal = draw_instance(cell, seed=seed)
     vias = {name: (start[name] + goal[name]) / 2 + rng.uniform(-0.5, 0.5, 6) for name in cell.arm_names}
     ways = [along(STEP_RAD, start[name], vias[name], goal[name]) for name in cell.arm_names]
-    proof = KEEP_PROOF * MARGIN_M
-    both = _core.Recombination(cell.collision.core, [np.full(6, STEP_RAD)] * 2, MARGIN_M, proof)
+    proof = 0.6 * MARGIN_M
+    both = _core.Recombination(cell.collision.core, [np.full(6, STEP_RAD)] * 2, _core.Levels(MARGIN_M, proof))
     numbers = both.add(ways)
     closed = both.closed(numbers, _core.Clock(float("inf")))
     found = both.run(float("inf"), _core.Clock(float("inf")))

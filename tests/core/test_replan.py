@@ -7,7 +7,7 @@ from twins import clearance
 
 from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan
-from mmp_env.collision import HIT, KEEP_PROOF
+from mmp_env.collision import HIT, KEEP_PROOF, levels
 from mmp_env.problem import make_problem
 from mmp_planners.replanning import Replanning
 from mmp_planners.rrt_connect import RrtConnect
@@ -17,11 +17,11 @@ DT_S = 0.1
 
 
 def replanned(problem, rows, attempts=40, seed=0, clock=None):
-    names, margin = problem.cell.arm_names, problem.margin
+    names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
-    levels = (HIT * margin, KEEP_PROOF * margin)
     clock = clock or _core.Clock(np.inf)
-    return _core.replan(problem.cell.collision.core, rows, speeds, *levels, attempts, seed, clock)
+    core, wanted = problem.cell.collision.core, levels(problem, HIT, KEEP_PROOF)
+    return _core.replan(core, rows, speeds, wanted, attempts, seed, clock)
 
 
 def length(rows):
@@ -71,7 +71,7 @@ def test_a_shorter_way_round_keeps_clear_by_the_twin(seed):
     assert kept > 0
     assert problem.cost_lower_bound_rad < length(found) < length(rows)
     gap = clearance.clearance_of_motions(problem.cell, "left", found[0], "right", found[1])
-    assert gap >= KEEP_PROOF * problem.margin - 1e-5
+    assert gap >= levels(problem, HIT, KEEP_PROOF).proof - 1e-5
 
 
 def test_the_ends_stay_and_nobody_drives_too_fast():
@@ -93,7 +93,7 @@ def test_the_same_seed_replans_in_the_same_way():
 
 def test_plans_of_four_crowded_arms_get_shorter_and_stay_valid():
     cell = ring_cell(4, "panda")
-    problem = make_problem(cell, *draw_instance(cell, seed=3))
+    problem = make_problem(cell, *draw_instance(cell, seed=2))
     plan = RrtConnect(shorten=100).plan(problem, seed=0).plan
     shorter, kept = Replanning(attempts=40)(plan, 0, _core.Clock(np.inf))
     assert kept > 0

@@ -71,8 +71,7 @@ def test_a_path_without_inner_steps_feels_nothing():
 def modify(cell, paths, constraints=(), **options):
     settings = {
         "max_step_rad": np.full(cell.arms[0].dof, 1.0),
-        "margin": -1.0,  # contacts of the arm with itself are no matter here
-        "proof": -1.0,
+        "levels": _core.Levels(-1.0, -1.0),  # contacts of the arm with itself are no matter here
         "constraint_margin": 0.001,
         "clock": _core.Clock(60.0),
         "alpha": 1e-7,
@@ -166,6 +165,6 @@ def test_a_static_contact_ends_the_descent():
     q = np.array([[0.02, 0.0], [0.0, 0.0], [0.02, 0.0]])
     for obstacles, moved in (((), True), ((wall,), False)):
         cell = toys.toy_cell(push, other, obstacles=obstacles)
-        found = modify(cell, {"arm0": q, "arm1": np.zeros((1, 2))}, alpha=1e-3, margin=0.002, proof=0.001)
+        found = modify(cell, {"arm0": q, "arm1": np.zeros((1, 2))}, alpha=1e-3, levels=_core.Levels(0.002, 0.001))
         assert found[1] == moved
         assert (found[0][1, 0] < 0) == moved

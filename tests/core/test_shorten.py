@@ -11,7 +11,7 @@ from twins import clearance, motion, toys
 
 import mmp_planners
 from mmp_env import _core, draw_instance, ring_cell
-from mmp_env.collision import HIT, KEEP_PROOF
+from mmp_env.collision import HIT, KEEP_PROOF, levels
 from mmp_env.problem import make_problem
 from mmp_planners.shortcutting import on_grid
 
@@ -19,11 +19,11 @@ DT_S = 0.1
 
 
 def shortened(problem, rows, attempts=400, worth=math.inf, seed=0, clock=None, groups=(0, 0)):
-    names, margin = problem.cell.arm_names, problem.margin
+    names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
-    levels = (HIT * margin, KEEP_PROOF * margin, KEEP_PROOF * margin)
     clock = clock or _core.Clock(math.inf)
-    return _core.shorten(problem.cell.collision.core, rows, speeds, *levels, groups, attempts, worth, seed, clock)
+    core, wanted = problem.cell.collision.core, levels(problem, HIT, KEEP_PROOF)
+    return _core.shorten(core, rows, speeds, wanted, groups, attempts, worth, seed, clock)
 
 
 def detour(q_from, q_via, q_to, steps):
@@ -89,7 +89,7 @@ def test_a_detour_about_an_arm_gets_shorter_and_stays_clear_by_the_twin():
     assert kept > 0
     assert length(found) < length(rows)
     gap = clearance.clearance_of_motions(problem.cell, "left", found[0], "right", found[1])
-    assert gap >= KEEP_PROOF * problem.margin - 1e-5
+    assert gap >= levels(problem, HIT, KEEP_PROOF).proof - 1e-5
 
 
 def test_the_ends_stay_and_nobody_drives_too_fast():
@@ -137,7 +137,7 @@ def test_an_arm_goes_straight_through_one_of_another_group():
 
 def test_arms_of_one_group_keep_clear_of_each_other_and_of_no_other():
     cell = ring_cell(4, "panda")
-    problem = make_problem(cell, *draw_instance(cell, seed=0))
+    problem = make_problem(cell, *draw_instance(cell, seed=1))
     rows = on_grid(mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan, DT_S)
     names = cell.arm_names
 
@@ -151,9 +151,10 @@ def test_arms_of_one_group_keep_clear_of_each_other_and_of_no_other():
         lengths[groups] = length(found)
         for a, b in itertools.combinations(range(4), 2):
             if groups[a] == groups[b]:
-                assert gap(found, a, b) >= KEEP_PROOF * problem.margin - 1e-5
+                assert gap(found, a, b) >= levels(problem, HIT, KEEP_PROOF).proof - 1e-5
     assert max(lengths, key=lengths.get) == (0, 0, 0, 0)
-    assert min(lengths, key=lengths.get) == (0, 1, 2, 3)
+    assert lengths[0, 1, 2, 3] == pytest.approx(min(lengths.values()), abs=1e-2)
+    assert lengths[0, 0, 0, 0] > lengths[0, 1, 2, 3] + 1
 
 
 def about_a_post():
@@ -175,7 +176,7 @@ def test_as_if_alone_an_arm_still_keeps_clear_of_what_stands_still():
     assert length([left]) < length(rows) - 0.1
     steps = itertools.pairwise(left)
     gap = min(motion.edge_clearance(problem.cell, "left", a, b, samples=4) for a, b in steps)
-    assert gap >= KEEP_PROOF * problem.margin - 1e-5
+    assert gap >= levels(problem, HIT, KEEP_PROOF).proof - 1e-5
 
 
 def test_attempts_are_made_again_as_long_as_they_are_worth_it():
@@ -229,4 +230,4 @@ def test_steps_of_no_length_are_refused():
     for slow in (0.0, -0.1, np.nan):
         speeds = [np.full(6, 0.08), np.append(np.full(5, 0.08), slow)]
         with pytest.raises(ValueError, match="steps must be positive"):
-            _core.shorten(core, rows, speeds, 1e-3, 1e-3, 1e-3, (0, 0), 10, math.inf, 0, _core.Clock(math.inf))
+            _core.shorten(core, rows, speeds, _core.Levels(1e-3, 1e-3), (0, 0), 10, math.inf, 0, _core.Clock(math.inf))

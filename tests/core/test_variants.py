@@ -14,7 +14,7 @@ from mmp_env.instances import draw_instance
 from mmp_env.rings import ring_cell
 from mmp_tasks.reach import Reach
 
-MARGIN_M = 0.002
+MARGIN_M, PROOF_M = LEVELS = 0.002, 0.0015
 
 
 def flattened(results):
@@ -64,10 +64,12 @@ def test_queries_agree_to_the_last_bit(monkeypatch, robots, spheres):
 
     def ask(core, model):
         out = []
-        for arm in cell.arm_names:
+        for k, arm in enumerate(cell.arm_names):
             out += [model.spheres(arm, q[arm]), model.tool_points(arm, q[arm])]
             out += [model.static_clearance(arm, q[arm], precise=precise) for precise in (False, True)]
-            out += [model.edge_free(arm, q[arm], ends[arm], margin=margin) for margin in (MARGIN_M, 0.01)]
+            for margin in (MARGIN_M, 0.01):
+                wanted = core.Levels(margin, 0.75 * margin, 0.001, -0.0005)
+                out.append(core.edges_free(model.core, k, q[arm], ends[arm], wanted))
         pairs = ("arm0", q["arm0"], "arm1", q["arm1"])
         out += [model.pair_clearance(*pairs, precise=precise) for precise in (False, True)]
         return [*out, model.clearance(q)]
@@ -94,7 +96,7 @@ def test_conflicts_and_forces_agree_to_the_last_bit(monkeypatch, robots, spheres
         out = []
         for set_of_paths in paths:
             first, *others = motions = [core.Motion(model.core, k, path) for k, path in enumerate(set_of_paths)]
-            out += core.conflict_instants(model.core, motions, pairs, 0.02, 0.012)
+            out += core.conflict_instants(model.core, motions, pairs, core.Levels(0.02, 0.012))
             out += [core.repulsive_force(model.core, first, others, 0.05, 0.1, centre) for centre in (False, True)]
             out += [descent(core, model, first, others, normalised) for normalised in (False, True)]
         return out
@@ -105,7 +107,7 @@ def test_conflicts_and_forces_agree_to_the_last_bit(monkeypatch, robots, spheres
 def descent(core, model, first, others, normalised):
     """Six iterations of ModifyMotion, regardless of static contacts."""
     limits, clock = np.full(model.cell.arms[0].dof, 1.0), core.Clock(60.0)
-    levels = {"margin": -1.0, "proof": -1.0, "constraint_margin": 0.001}
+    levels = {"levels": core.Levels(-1.0, -1.0), "constraint_margin": 0.001}
     options = {"alpha": 1e-6, "k_rep": 0.05, "d0": 0.1, "max_iterations": 6, "centre_distance": False}
     steps = {"normalised": normalised, "normalised_step": 0.02, "max_step": 0.05, "comfort": 0.02, "trace": True}
     return core.modify_motion(model.core, first, others, [], limits, **levels, clock=clock, **options, **steps)
@@ -119,7 +121,7 @@ def test_single_arm_plans_and_certificates_agree_to_the_last_bit(monkeypatch, ro
     def ask(core, model):
         planners = [
             core.SingleArm(
-                model.core, k, start[arm], goal[arm], np.full(cell.arms[k].dof, 0.08), MARGIN_M, 0.75 * MARGIN_M, k
+                model.core, k, start[arm], goal[arm], np.full(cell.arms[k].dof, 0.08), core.Levels(*LEVELS), k
             )
             for k, arm in enumerate(cell.arm_names)
         ]
@@ -131,11 +133,12 @@ def test_single_arm_plans_and_certificates_agree_to_the_last_bit(monkeypatch, ro
                 core.Constraint.sphere(np.array([0.0, 0.0, 0.4]), 0.05, 2, 10, 30),
             ][: seed % 4]
             out += planners[0].plan(constraints, seed, core.Clock(60.0), improve_iterations=30)
-            out.append(core.safe_intervals(model.core, 0, goal["arm0"], constraints, MARGIN_M, 0.75 * MARGIN_M))
+            out.append(core.safe_intervals(model.core, 0, goal["arm0"], constraints, core.Levels(*LEVELS)))
         first, second = (planner.plan([], 0, core.Clock(60.0))[0] for planner in planners)
         length = max(len(first), len(second))
         whole = [np.vstack([q, np.repeat(q[-1:], length - len(q), axis=0)]) for q in (first, second)]
-        return [*out, core.certify(model.core, whole, 0.001, 1e-4, core.Clock(60.0))]
+        required = core.Levels(0.001, 0.001, 0.0005, -0.0002)
+        return [*out, core.certify(model.core, whole, required, 1e-4, core.Clock(60.0))]
 
     assert_same_bits(by_every_variant(monkeypatch, cell, ask))
 
@@ -152,7 +155,7 @@ def test_instances_agree_to_the_last_bit(monkeypatch):
     assert_same_bits(by_every_variant(monkeypatch, cell, ask))
 
 
-STEP_RAD, PROOF_M = 0.08, 0.75 * MARGIN_M
+STEP_RAD = 0.08
 
 
 def stepwise(way, step):
@@ -175,7 +178,7 @@ def test_composite_ways_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot, 
     def ask(core, model):
         out = []
         for seed, edge in ((0, 0.05), (1, 2.0)):
-            levels = (MARGIN_M, PROOF_M, 0.6 * MARGIN_M)
+            levels = (core.Levels(MARGIN_M, MARGIN_M), core.Levels(PROOF_M, 0.6 * MARGIN_M, 0.001, -0.0005))
             ends = (np.concatenate(list(q.values())) for q in (start, goal))
             search = core.CompositeSearch(model.core, *ends, *levels, 2.0, edge, seed)
             way = search.grow(3000, core.Clock(60.0))
@@ -184,7 +187,7 @@ def test_composite_ways_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot, 
             assert step > 0.05 or len(rows[0]) > 512
             speeds = [np.full(dof, step)] * 4
             out += [way, search.nodes, search.iterations]
-            asked = (MARGIN_M, PROOF_M, PROOF_M, [0] * 4, 60, math.inf, seed)
+            asked = (core.Levels(*LEVELS), [0] * 4, 60, math.inf, seed)
             out.append(core.shorten(model.core, rows, speeds, *asked, core.Clock(60.0)))
         return out
 
@@ -210,7 +213,8 @@ def test_planning_among_movers_agrees_to_the_last_bit(monkeypatch, robot, wait, 
 
     def ask(core, model):
         motion, late = core.Motion(model.core, 1, other), core.Motion(model.core, 1, other[wait // 2 :])
-        arm = core.SingleArm(model.core, 0, own[0], own[-1], np.full(len(own[0]), STEP_RAD), MARGIN_M, PROOF_M, 7, 0.8)
+        steps = np.full(len(own[0]), STEP_RAD)
+        arm = core.SingleArm(model.core, 0, own[0], own[-1], steps, core.Levels(*LEVELS), 7, 0.8)
         whole = core.Constraint.moving(motion, 0, core.FOREVER)
         part = core.Constraint.moving(motion, 7, wait + 30)
         clock = core.Clock(60.0)
@@ -220,10 +224,10 @@ def test_planning_among_movers_agrees_to_the_last_bit(monkeypatch, robot, wait, 
         out += [arm.plan([], 4, clock, **again), arm.plan(part, 5, clock, 100, **again)]
         for q in stays:
             for rules, others in (([], [motion]), (part, [late]), (whole, [])):
-                out.append(core.safe_intervals(model.core, 0, q, rules, MARGIN_M, PROOF_M, others))
+                out.append(core.safe_intervals(model.core, 0, q, rules, core.Levels(*LEVELS), others))
         pairs = np.array([[0, 1], [0, 2]], np.int32)
         motions = [core.Motion(model.core, 0, own), motion, late]
-        return [*out, core.conflict_instants(model.core, motions, pairs, MARGIN_M, PROOF_M)]
+        return [*out, core.conflict_instants(model.core, motions, pairs, core.Levels(*LEVELS))]
 
     results = by_every_variant(monkeypatch, cell, ask)
     assert_same_bits(results)

@@ -8,7 +8,8 @@ from twins import toys, windows
 
 from mmp_env import _core
 
-MARGIN_M, PROOF_M, STEP_RAD, LAST = 0.002, 0.0015, 0.08, 24
+MARGIN_M, STEP_RAD, LAST = 0.002, 0.08, 24
+LEVELS = _core.Levels(MARGIN_M, 0.0015)
 
 
 def narrow_arm():
@@ -24,14 +25,12 @@ HERE = np.zeros(2)
 def standing(forbidden):
     """Safe intervals at a place that is forbidden in each of the windows."""
     balls = [_core.Constraint.ball(HERE, 0.1, *window) for window in forbidden]
-    return [
-        (int(lo), int(hi)) for lo, hi in _core.safe_intervals(CELL.collision.core, 0, HERE, balls, MARGIN_M, PROOF_M)
-    ]
+    return [(int(lo), int(hi)) for lo, hi in _core.safe_intervals(CELL.collision.core, 0, HERE, balls, LEVELS)]
 
 
 def planned(forbidden, **options):
     start, goal = np.array([-0.4, 0]), np.array([0.4, 0])
-    arm = _core.SingleArm(CELL.collision.core, 0, start, goal, np.full(2, STEP_RAD), MARGIN_M, PROOF_M, 0)
+    arm = _core.SingleArm(CELL.collision.core, 0, start, goal, np.full(2, STEP_RAD), LEVELS, 0)
     balls = [_core.Constraint.ball(HERE, 0.1, *window) for window in forbidden]
     return arm.plan(balls, 0, _core.Clock(60.0), **options)[0]
 
@@ -84,7 +83,7 @@ def test_many_instants_are_passed_by_between_them():
 
 def test_a_goal_may_be_forbidden_at_an_instant_but_not_from_then_on():
     start, goal = np.array([-0.4, 0]), HERE
-    arm = _core.SingleArm(CELL.collision.core, 0, start, goal, np.full(2, STEP_RAD), MARGIN_M, PROOF_M, 0)
+    arm = _core.SingleArm(CELL.collision.core, 0, start, goal, np.full(2, STEP_RAD), LEVELS, 0)
     for end, reached in ((9.5, True), (_core.FOREVER, False), (1e300, False), (np.inf, False)):
         closed = _core.Constraint.ball(HERE, 0.1, 9.5, end)
         path, _ = arm.plan([closed], 0, _core.Clock(60.0), max_iterations=50)

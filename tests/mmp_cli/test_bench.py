@@ -16,6 +16,7 @@ COUNTS = ["expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tr
 LINE = [
     *("instance", "planner", "seed", "status", "planning_time_s", "check_time_s", *COUNTS),
     *("cost_rad", "makespan_s", "root_conflicts", "cost_lower_bound_rad", "min_clearance_m"),
+    *("margins_asked", "margins_proved"),
     *("bound_met", "deadline_hit", "plan", "version", "machine", "cell", "arms", "message"),
 ]
 

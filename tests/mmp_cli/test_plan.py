@@ -19,6 +19,7 @@ COUNTS = ["expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tr
 LINE = [
     *("instance", "planner", "seed", "status", "planning_time_s", "check_time_s", *COUNTS),
     *("cost_rad", "makespan_s", "root_conflicts", "cost_lower_bound_rad", "min_clearance_m"),
+    *("margins_asked", "margins_proved"),
     *("bound_met", "deadline_hit", "plan", "version", "machine"),
 ]
 ENDS = [
@@ -187,7 +188,7 @@ def test_a_start_in_collision_is_named_with_what_touches(mmp, tmp_path):
     path.write_text(json.dumps(data))
     ran = mmp("plan", path)
     assert ran.code == 2
-    for words in [str(path), "instances[0]", "start is in collision", "'left'", "mm deep"]:
+    for words in [str(path), "instances[0]", "start is in collision: left/", "mm deep"]:
         assert words in ran.err
 
 
@@ -276,3 +277,30 @@ def test_a_portfolio_says_who_found_the_first_plan(mmp):
     assert "first plan by rrt-connect after" in search
     assert "shortcuts" in search
     assert "nodes" not in search  # of a tree that was not grown
+
+
+def test_margins_that_are_asked_for_are_told_and_proved(mmp, tmp_path):
+    out = tmp_path / "plan.json"
+    ran = mmp("plan", "MultiArmCell-2", "--seed", 5, "--margin", "arms=0.02,obstacles=0.01", "--out", out, "--json")
+    assert ran.code == 0
+    assert ran.result["margins_asked"] == {"arms": 0.02, "obstacles": 0.01, "self": None}
+    assert ran.result["margins_proved"]["arms"] >= 0.02
+    assert ran.result["margins_proved"]["obstacles"] >= 0.01
+    assert mmp("check", out).code == 0
+
+
+def test_a_margin_that_cannot_be_kept_is_refused_and_nothing_is_written(mmp, tmp_path):
+    ran = mmp("plan", "MultiArmCell-4", "--seed", 3, "--margin", "0.3", "--out", tmp_path / "plan.json")
+    assert ran.code == 2
+    assert "the largest that would do is" in ran.err
+    assert not (tmp_path / "plan.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("arm=0.1", "Did you mean 'arms'"), ("arms=", "above 0"), ("arms=1,arms=2", "twice"), ("self=-1", "above 0")],
+)
+def test_a_margin_that_is_none_is_one_sentence(mmp, text, words):
+    ran = mmp("plan", "MultiArmCell-2", "--margin", text)
+    assert ran.code == 2
+    assert words in ran.err

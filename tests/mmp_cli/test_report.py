@@ -141,7 +141,7 @@ def test_the_page_says_with_what_and_how_it_was_made(words, made):
         "a test, 1 core",
         "mmp-env: 0.1.0",
         "Time limit: 10 s",
-        "margin asked 2 mm",
+        "margin asked: 2 mm between arms, 2 mm to obstacles",
         f"mmp report {made.name}",
     ):
         assert told in words

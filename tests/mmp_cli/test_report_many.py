@@ -113,6 +113,6 @@ def test_the_margin_is_what_was_asked_and_the_clearance_what_was_proved(folder):
     assert main(["report", str(folder)]) == 0
     for name in ("table.md", "report.html"):
         text = (folder / name).read_text(encoding="utf-8")
-        assert "margin asked 2 mm" in text
+        assert "margin asked: 2 mm between arms, 2 mm to obstacles" in text
         assert "clearance proved" in text
         assert "least clearance" not in text.lower()

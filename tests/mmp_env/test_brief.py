@@ -92,7 +92,7 @@ VALUES = {
     "a ring": (lambda: mmp_env.ring_cell(8), ["Cell ring-8: 8 arms (8 ur5e), 1 obstacle (table)", "sphere set 28"]),
     "a cell": (lambda: mmp_env.find_cell("mixed-4"), ["4 arms (2 fr5, 2 piper)"]),
     "collision queries": (lambda: mmp_env.ring_cell(2).collision, ["of cell ring-2: 2 arms", "spheres of set 28"]),
-    "a problem": (lambda: plan().problem, ["Problem tiny: 2 arms in cell tiny", "rad along", "margin 2.00 mm"]),
+    "a problem": (lambda: plan().problem, ["Problem tiny: 2 arms in cell tiny", "rad along", "margin 1 mm"]),
     "a plan": (plan, ["Plan for tiny: 2 arms, 3 samples", " s, ", " rad, not retimed, by by-hand"]),
     "a result": (lambda: PlanResult(status=Status.SOLVED, plan=plan()), ["PlanResult solved: <Plan for tiny"]),
     "a timeout": (lambda: PlanResult(status=Status.TIMEOUT), ["PlanResult timeout: no plan"]),

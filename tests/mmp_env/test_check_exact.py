@@ -13,7 +13,7 @@ from twins.kinematics import link_frames
 
 from mmp_env.cell_file import cell_from_dict
 from mmp_env.check import check_plan
-from mmp_env.check.geoms import GeomPairs, geom_parts
+from mmp_env.check.geoms import GeomPairs, colliding_pairs, geom_parts
 from mmp_env.check.items import Items
 from mmp_env.check.model import CellModel
 from mmp_env.check.path import Path, Track
@@ -119,7 +119,8 @@ def test_the_checkers_kinematics_are_those_of_the_robots_data(seed):
 @given(seed=st.integers(0, 2**32))
 def test_a_separating_direction_proves_what_mujoco_measures(seed):
     model = CellModel(read_cell({"arms": two("panda", 0.9)}))
-    family = GeomPairs(model, *geom_parts(model))
+    parts, clouds, ids = geom_parts(model)
+    family = GeomPairs(model, parts, clouds, colliding_pairs(model, parts), ids)
     q = np.random.default_rng(seed).uniform(-1.5, 1.5, 14)
     track = Track(model, Path(np.zeros(1), q[None]), np.array([0.0, 1.0]))
     items = Items(steps=track.steps, step=np.zeros(len(family), dtype=int), pair=np.arange(len(family)))

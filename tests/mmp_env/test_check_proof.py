@@ -8,7 +8,7 @@ import tiny_plans
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mmp_env.check.geoms import GeomPairs, GeomSolids, geom_parts
+from mmp_env.check.geoms import GeomPairs, GeomSolids, colliding_pairs, geom_parts
 from mmp_env.check.items import Items
 from mmp_env.check.model import CellModel, sphere_parts
 from mmp_env.check.pairs import ignored_links, part_pairs
@@ -35,10 +35,17 @@ CELL = {
 MODEL = CellModel(read_cell(CELL))
 PARTS, CLOUDS = sphere_parts(MODEL)
 GEOMS = geom_parts(MODEL)
+RULES = ("arms", "self")
 FAMILIES = {
-    "clouds": CloudPairs(MODEL, PARTS, CLOUDS, part_pairs(MODEL.cell, PARTS)),
+    **{
+        f"clouds, {rule}": CloudPairs(MODEL, PARTS, CLOUDS, pairs)
+        for rule, pairs in zip(RULES, part_pairs(MODEL.cell, PARTS).by_rule, strict=True)
+    },
     "clouds and obstacles": CloudSolids(MODEL, PARTS, CLOUDS),
-    "geoms": GeomPairs(MODEL, *GEOMS),
+    **{
+        f"geoms, {rule}": GeomPairs(MODEL, *GEOMS[:2], pairs, GEOMS[2])
+        for rule, pairs in zip(RULES, colliding_pairs(MODEL, GEOMS[0]).by_rule, strict=True)
+    },
     "geoms and obstacles": GeomSolids(MODEL, *GEOMS),
 }
 BASES = ("/link0", "/base", "/base_link")
@@ -95,7 +102,7 @@ def test_the_bound_of_a_short_step_is_close_to_what_is_met_in_it(name, seed):
     assert (narrow.found - narrow.lower)[apart].max() < 1e-3
 
 
-@pytest.mark.parametrize("name", ["clouds", "geoms"])
+@pytest.mark.parametrize("name", ["clouds, self", "geoms, self"])
 @settings(max_examples=3)
 @given(seed=st.integers(0, 2**32))
 def test_links_that_only_turn_together_keep_exactly_the_clearance_that_they_have(name, seed):
@@ -105,8 +112,9 @@ def test_links_that_only_turn_together_keep_exactly_the_clearance_that_they_have
     end = start.copy()
     end[bases] += 1.5
     track = Track(MODEL, Path(np.arange(2.0), np.stack([start, end])), np.array([0.0, 1.0]))
-    own = [k for k in range(len(family)) if family.names(k).rule == "self"]
-    still = np.array([k for k in own if not any(thing.endswith(BASES) for thing in family.names(k).things)])
+    still = np.array(
+        [k for k in range(len(family)) if not any(thing.endswith(BASES) for thing in family.names(k).things)]
+    )
     bounds = family.narrow(track.poses, items(track, still), np.inf)
     apart = bounds.found > 1e-3
     assert bounds.lower[apart] == pytest.approx(bounds.found[apart], abs=2e-5)

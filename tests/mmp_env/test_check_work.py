@@ -22,6 +22,8 @@ PATH = Path(np.array([0.0, 1.0]), np.outer([0.0, 1.0], 0.1 * STEPS * np.eye(6)[0
 class Undecided:
     """One pair whose bound never gets any better than `lower` [m], while 1 m is found."""
 
+    rule = "self"
+
     def __init__(self, lower):
         self.lower, self.measured = lower, 0
 
@@ -38,13 +40,13 @@ class Undecided:
         return Bounds.of(items, self.lower * ones, ones, ones)
 
     def names(self, pair):
-        return Touch(rule="self", arms=("arm",), things=("arm/one", "arm/other"))
+        return Touch(rule=self.rule, arms=("arm",), things=("arm/one", "arm/other"))
 
 
 @pytest.mark.parametrize("lower", [-0.5, 0.0005])
 def test_what_no_bisection_decides_is_given_up_and_not_called_proved(lower):
     family = Undecided(lower)
-    sweep = prove_apart(MODEL, [family], PATH, 0.001)
+    sweep = prove_apart(MODEL, [family], PATH, {"self": 0.001})
     assert STEPS < family.measured <= MOST_MEASURED + (MOST_PER_ITEM + 1) * STEPS
     assert not any(contact.found for contact in sweep.contacts)
     (violation,) = contact_violations(sweep)
@@ -53,7 +55,7 @@ def test_what_no_bisection_decides_is_given_up_and_not_called_proved(lower):
 
 
 def test_what_suffices_is_proved_though_better_could_not_be():
-    sweep = prove_apart(MODEL, [Undecided(0.002)], PATH, 0.001)
+    sweep = prove_apart(MODEL, [Undecided(0.002)], PATH, {"self": 0.001})
     assert sweep.contacts == []
     assert sweep.proved == 0.002
 

@@ -10,6 +10,7 @@ from hypothesis.extra import numpy as st_numpy
 
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
+from mmp_env.margins import Margins
 from mmp_env.plan import Plan
 from mmp_env.plan_file import load_plan, plan_from_dict, plan_to_dict, save_plan
 from mmp_env.problem import Problem, velocity_limits
@@ -22,7 +23,12 @@ CELL = ring_cell(2)
 def random_plan(times, positions, **more):
     start, goal = ({name: q[k] for name, q in positions.items()} for k in (0, -1))
     problem = Problem(
-        cell=CELL, start=start, goal=goal, max_velocity=velocity_limits(CELL, 0.8), margin=0.0017, name="ring-2/7"
+        cell=CELL,
+        start=start,
+        goal=goal,
+        max_velocity=velocity_limits(CELL, 0.8),
+        margins=Margins(arms=0.0017, obstacles=0.0013, self=0.0009),
+        name="ring-2/7",
     )
     return Plan(problem=problem, times=times, positions=positions, **more)
 
@@ -62,6 +68,7 @@ def test_a_plan_file_stands_on_its_own(tmp_path):
     assert data["problem"]["cell"]["arms"][0].keys() == {"name", "robot", "tool", "position", "quaternion"}
     assert data["problem"]["max_velocity"]["arm0"] == [0.8] * 6
     assert data["problem"]["margin"] == 0.0017
+    assert data["problem"]["margins"] == {"arms": 0.0017, "obstacles": 0.0013, "self": 0.0009}
     assert data["planner"] == {"name": "x", "options": {"w": 1.5}}
     assert data["stats"] == {"expanded_nodes": 3, "deadline_hit": False, "ratio": None}
 
@@ -78,7 +85,7 @@ def test_a_plan_that_is_wrong_still_loads_with_its_own_margin(tmp_path):
     data["times"][1] = -1.0
     data["positions"]["left"][1][0] = 99.0
     data["problem"]["start"]["left"][0] = 50.0
-    data["problem"]["margin"] = 0.5
+    data["problem"] |= {"margin": 0.5, "margins": {"arms": 0.5, "obstacles": 0.5, "self": 0.5}}
     (tmp_path / "plan.json").write_text(json.dumps(data))
     plan = load_plan(tmp_path / "plan.json")
     assert plan.problem.margin == 0.5

@@ -11,6 +11,7 @@ from twins.kinematics import part_names
 
 from mmp_env.cell import Cell, Obstacle, place_arm
 from mmp_env.held import HELD
+from mmp_env.margins import Margins
 from mmp_env.rerun.clouds import contacts, contacts_alone, self_pairs
 
 COUNT = 80
@@ -54,7 +55,7 @@ def cloud(cell, arm, q):
 def test_red_are_the_spheres_that_one_by_one_are_too_near_to_something(margin):
     cell = cluttered(tool="franka-hand")
     q = random_rows(cell, COUNT, 1)
-    found = contacts(cell, q, margin)
+    found = contacts(cell, q, Margins(arms=margin, obstacles=margin, self=margin))
     kinds = set()
     for k in range(COUNT):
         clouds = {arm.name: cloud(cell, arm, q[arm.name][k]) for arm in cell.arms}
@@ -84,7 +85,7 @@ def test_red_are_the_spheres_that_one_by_one_are_too_near_to_something(margin):
 def test_an_arm_alone_has_red_spheres_exactly_where_the_core_finds_it_in_contact():
     cell = Cell(name="alone", arms=cluttered().arms[:1], obstacles=solids())
     (q,) = random_rows(cell, 300, 2).values()
-    red = contacts_alone(cell, "left", q, 0.002).any(axis=1)
+    red = contacts_alone(cell, "left", q, Margins(arms=0.002, obstacles=0.002, self=0.002)).any(axis=1)
     clear = cell.collision.static_clearance("left", q)
     sure = np.abs(clear - 0.002) > 1e-5
     np.testing.assert_array_equal(red[sure], (clear < 0.002)[sure])
@@ -105,4 +106,4 @@ def test_what_an_arm_holds_is_not_in_contact_with_what_holds_it():
 
 def test_arms_that_are_clear_of_everything_are_left_out():
     problem = two_arms.passing()
-    assert contacts(problem.cell, {name: q[None] for name, q in problem.start.items()}, problem.margin) == {}
+    assert contacts(problem.cell, {name: q[None] for name, q in problem.start.items()}, problem.margins) == {}

@@ -92,8 +92,8 @@ def test_the_clouds_of_a_node_have_the_spheres_of_the_core_and_red_where_they_to
         gaps = np.linalg.norm(a[:, None] - b[None], axis=2) - radii[left][:, None] - radii[right]
         for arm, nearest in ((left, gaps.min(axis=1)), (right, gaps.min(axis=0))):
             red = np.array(colors[arm][moment]) == RED
-            sure = np.abs(nearest - PROBLEM.margin) > 1e-5
-            np.testing.assert_array_equal(red[sure], (nearest < PROBLEM.margin)[sure])
+            sure = np.abs(nearest - PROBLEM.conflict_distances.arms) > 1e-5
+            np.testing.assert_array_equal(red[sure], (nearest < PROBLEM.conflict_distances.arms)[sure])
     assert RED in colors[left][1], "the first node that is branched has arms in contact"
 
 

@@ -127,7 +127,7 @@ def test_the_report_tells_makespans_in_order_and_the_plan_keeps_it():
     assert report.given_s == slow.makespan_s == pytest.approx(1.5 * report.fastest_s)
     assert report.smoothed_s <= report.fastest_s < report.makespan_s == smooth.makespan_s < report.given_s
     assert (report.corners, report.stops) == (5, 0)
-    assert report.clearance_m >= plan.problem.margin / 2
+    assert report.clearance_m >= plan.problem.margin
     told = smooth.stats["retimed"]
     assert told == {key: value for key, value in dataclasses.asdict(report).items() if key != "seconds"}
     assert smooth.stats["restarts"] == 2

@@ -185,7 +185,7 @@ def hooking(clear_m):
         gains.append((along - across if along > 0.01 else 0.0, along))
     best = int(np.argmax([gain for gain, _ in gains]))
     cell = with_ball(near[best], 1e-3 + gains[best][1] - clear_m)
-    return plan_through(make_problem(cell, {"only": rows[0]}, {"only": rows[-1]}, margin=0.002), {"only": rows})
+    return plan_through(make_problem(cell, {"only": rows[0]}, {"only": rows[-1]}, margin=0.001), {"only": rows})
 
 
 def wide_blends(plan):

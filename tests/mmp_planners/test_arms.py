@@ -66,7 +66,7 @@ def test_conflicts_are_the_steps_at_which_surfaces_are_nearer_than_the_margin():
     gaps = PROBLEM.cell.collision.pair_clearance("left", rows[0], "right", rows[1])
     assert found.keys() == {(0, 1)}
     whole = [k for k in found[0, 1] if k == int(k)]
-    np.testing.assert_array_equal(whole, steps[gaps < PROBLEM.margin])
+    np.testing.assert_array_equal(whole, steps[gaps < PROBLEM.conflict_distances.arms])
     assert len(whole) > 2
 
 
@@ -118,13 +118,13 @@ def test_a_plan_that_is_clear_has_its_proof_and_one_that_is_not_says_where():
     paths = [there.low_level(k, (), 0)[0] for k in (0, 1)]
     proof = there.certify(there.plan(paths))
     assert proof.valid
-    assert proof.clearance >= 0.5 * apart.margin
+    assert proof.clearance >= apart.margin
     assert check_plan(plan_to_dict(there.plan(paths))).found_clearance_m >= proof.clearance - 1e-6
 
     plan = ARMS.plan([straight(0, 20), straight(1, 20)])
     proof = ARMS.certify(plan)
     assert not proof.valid
-    assert (proof.clearance < 0.5 * PROBLEM.margin, proof.arms) == (True, (0, 1))
+    assert (proof.clearance < PROBLEM.margin, proof.arms) == (True, (0, 1))
     at = plan.at(proof.instant * DT_S)
     gap = PROBLEM.cell.collision.pair_clearance("left", [at["left"]], "right", [at["right"]])
     assert gap[0] == pytest.approx(proof.clearance, abs=1e-5)

@@ -73,7 +73,7 @@ def test_a_watcher_that_stops_on_the_plan_of_the_tree_gets_that_plan(monkeypatch
     assert (result.stats["shortcuts"], result.stats["bound_met"]) == (0, None)
     assert result.stats["found_by"] == "apf-ecbs"
     assert 0 < result.stats["first_plan_s"] <= result.stats["planning_time_s"]
-    assert result.stats["min_clearance_m"] >= 0.5 * result.plan.problem.margin
+    assert result.stats["min_clearance_m"] >= result.plan.problem.margin
     assert check_plan(result.plan).valid
 
 

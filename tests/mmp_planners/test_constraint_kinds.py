@@ -39,7 +39,7 @@ def branches(name, case, instant="begin"):
 
 
 def breaks(arms, path, constraints):
-    return _core.breaks_constraint(arms.core, path.motion, list(constraints), arms.margin)
+    return _core.breaks_constraint(arms.core, path.motion, list(constraints), arms.conflict_distance)
 
 
 def test_the_cases_are_what_they_are_called():
@@ -70,7 +70,7 @@ def test_a_child_has_a_path_that_keeps_its_constraints(name, case):
     assert any(found)
     for branch, path in zip(branches(name, case), found, strict=True):
         assert path is None or not _core.breaks_constraint(
-            arms.core, path.motion, list(branch.constraints), 0.5 * arms.margin
+            arms.core, path.motion, list(branch.constraints), 0.5 * arms.conflict_distance
         )
 
 
@@ -146,7 +146,7 @@ def test_the_point_of_contact_is_within_the_margin_of_both_arms(case):
     own = [cloud(cell, cell.arms[arm], paths[arm].at(meeting.first)).moving for arm in (meeting.a, meeting.b)]
     between = gaps(*own)
     assert contact.gap == pytest.approx(between.min(), abs=1e-9)
-    assert contact.gap < arms.margin
+    assert contact.gap < arms.conflict_distance
     s, t = np.unravel_index(between.argmin(), between.shape)
     assert contact.links == (own[0].parts[s], own[1].parts[t])
     for arm, k in zip(own, (s, t), strict=True):

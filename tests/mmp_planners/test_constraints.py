@@ -143,7 +143,7 @@ def test_a_child_does_not_touch_the_other_arm_as_it_stood(arm, instant):
     assert path is not None
     for k, constraint in zip(meeting.instants(instant), constraints, strict=True):
         around = other, PATHS[other].at(k), constraint.start, constraint.end
-        assert clearance_in_window(path, arm, *around) > 0.5 * ARMS.margin
+        assert clearance_in_window(path, arm, *around) > ARMS.problem.margin
         assert clearance_in_window(PATHS[arm], arm, *around) < 0
 
 
@@ -151,5 +151,5 @@ def test_constraints_of_several_kinds_are_kept_together():
     both = [*AvoidState().forbid(ARMS, PATHS, MEETING, 0, "all"), *Vertex().forbid(ARMS, PATHS, MEETING, 0, "begin")]
     path, _ = ARMS.low_level(0, both, 3)
     assert path is not None
-    assert not _core.breaks_constraint(ARMS.core, path.motion, both, 0.5 * ARMS.margin)
-    assert _core.breaks_constraint(ARMS.core, PATHS[0].motion, both, 0.5 * ARMS.margin)
+    assert not _core.breaks_constraint(ARMS.core, path.motion, both, ARMS.problem.margin)
+    assert _core.breaks_constraint(ARMS.core, PATHS[0].motion, both, ARMS.problem.margin)

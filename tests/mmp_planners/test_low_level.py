@@ -34,7 +34,7 @@ def assert_sound(there, arm, path):
     np.testing.assert_array_equal(path.q[[0, -1]], [problem.start[name], problem.goal[name]])
     # Single precision inside: what is too fast by that is stretched when the plan is made.
     assert (np.abs(np.diff(path.q, axis=0)) <= there.max_step[arm] * (1 + 2e-4)).all()
-    assert problem.cell.collision.edge_free(name, path.q[:-1], path.q[1:], margin=0.95 * problem.margin).all()
+    assert problem.cell.collision.edge_free(name, path.q[:-1], path.q[1:], margin=problem.margin).all()
     assert path.length >= np.abs(problem.goal[name] - problem.start[name]).sum() - 1e-9
 
 
@@ -106,7 +106,7 @@ def test_an_arm_at_its_goal_gives_way_and_comes_back():
     assert path is not None
     assert_sound(there, 0, path)
     assert path.length > 0.4
-    assert not _core.breaks_constraint(there.core, path.motion, [ball], 0.5 * there.margin)
+    assert not _core.breaks_constraint(there.core, path.motion, [ball], there.problem.margin)
     assert there.low_level(0, (), 0)[0].last == 0
 
 

@@ -72,7 +72,7 @@ def test_crowded_rings_are_solved_and_the_checker_agrees(arms, robot):
         assert result.status is Status.SOLVED
         report = check_plan(plan_to_dict(result.plan))
         assert report.valid, report
-        assert report.found_clearance_m + 1e-6 >= result.stats["min_clearance_m"] >= 0.5 * problem.margin
+        assert report.found_clearance_m + 1e-6 >= result.stats["min_clearance_m"] >= problem.margin
         assert [e.restart for e in of(events, SearchStarted)] == list(range(result.stats["restarts"] + 1))
         assert len(of(events, Replanned)) == result.stats["low_level_calls"]
         last = of(events, NodeCreated)[-1]

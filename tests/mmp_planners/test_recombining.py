@@ -138,9 +138,9 @@ def test_a_plan_that_takes_long_has_ways_of_longer_steps(monkeypatch):
     """What two arms may do is worked out by the product of their steps."""
     core, steps = recombining._core.Recombination, []
 
-    def noted(cell, max_step, margin, proof):
+    def noted(cell, max_step, levels):
         steps.append(max_step[0] / problem.max_velocity["left"])
-        return core(cell, max_step, margin, proof)
+        return core(cell, max_step, levels)
 
     monkeypatch.setattr(recombining._core, "Recombination", noted)
     problem = two_arms.passing()

@@ -44,5 +44,5 @@ def test_the_arms_follow_it_within_a_milliradian_and_as_close_as_it_is_proved(ca
     assert report.reached
     assert report.contacts == []
     assert report.max_tracking_error_rad < 1e-3
-    assert report.nearness.planned_m >= plan.problem.margin / 2
+    assert report.nearness.planned_m >= plan.problem.margin
     assert report.nearness.closer_m == 0

@@ -28,7 +28,7 @@ def split(case, **options):
     out, off = Split(**options).branches(arms, paths, meeting, "begin")
     contact = deepest(arms, paths, meeting)
     bound = lipschitz(arms.problem.cell.arms[out.arm], arms.problem.cell.spheres)
-    radius = Split(**options).share * (arms.margin - contact.gap) / bound
+    radius = Split(**options).share * (arms.conflict_distance - contact.gap) / bound
     return arms, paths, out, off, contact, bound, radius
 
 
@@ -43,7 +43,7 @@ def smaller(spheres, by):
 def is_broken(arms, arm, q, constraint):
     """Whether an arm that stands at q all the time breaks a constraint."""
     motion = arms.model.motion(arms.names[arm], q[None])
-    return _core.breaks_constraint(arms.core, motion, [constraint], arms.margin)
+    return _core.breaks_constraint(arms.core, motion, [constraint], arms.conflict_distance)
 
 
 @every_case
@@ -64,9 +64,9 @@ def test_both_branches_are_of_the_one_deepest_instant(case):
 def test_the_ball_is_as_large_as_the_depth_allows_and_the_core_still_in_contact(case):
     arms, paths, out, off, contact, bound, radius = split(case)
     q_j, q_i = (paths[arm].at(contact.instant) for arm in (out.arm, off.arm))
-    assert 0 < radius * bound < arms.margin - contact.gap
+    assert 0 < radius * bound < arms.conflict_distance - contact.gap
     core = smaller(moving(arms, out.arm, q_j), radius * bound)
-    assert least_gap(moving(arms, off.arm, q_i), core) < arms.margin
+    assert least_gap(moving(arms, off.arm, q_i), core) < arms.conflict_distance
     assert is_broken(arms, off.arm, q_i, off.constraints[0])
     assert is_broken(arms, out.arm, q_j, out.constraints[0])
     assert is_broken(arms, out.arm, q_j + 0.99 * radius, out.constraints[0])
@@ -88,7 +88,7 @@ def test_no_pair_of_configurations_with_the_margin_is_lost(case, where, away, sh
     there = moving(arms, out.arm, q_j)
 
     def clear(s):
-        return least_gap(moving(arms, off.arm, q_i + s * away), there) >= arms.margin + FLOAT_M
+        return least_gap(moving(arms, off.arm, q_i + s * away), there) >= arms.conflict_distance + FLOAT_M
 
     assume(clear(1.0))
     low, high = 0.0, 1.0
@@ -97,7 +97,7 @@ def test_no_pair_of_configurations_with_the_margin_is_lost(case, where, away, sh
         low, high = (low, middle) if clear(middle) else (middle, high)
     free = q_i + high * away
     core = smaller(moving(arms, out.arm, paths[out.arm].at(contact.instant)), radius * bound)
-    assert least_gap(moving(arms, off.arm, free), core) >= arms.margin
+    assert least_gap(moving(arms, off.arm, free), core) >= arms.conflict_distance
     assert not is_broken(arms, off.arm, free, off.constraints[0])
 
 
@@ -110,8 +110,8 @@ def test_without_the_shrinking_such_pairs_would_be_lost():
         moved = q_j + radius * pan * np.eye(6)[0]
         for s in np.linspace(0, 0.6, 2000):
             free = q_i + s * np.eye(6)[0]
-            if least_gap(moving(arms, off.arm, free), moving(arms, out.arm, moved)) >= arms.margin:
-                lost += least_gap(moving(arms, off.arm, free), moving(arms, out.arm, q_j)) < arms.margin
+            if least_gap(moving(arms, off.arm, free), moving(arms, out.arm, moved)) >= arms.conflict_distance:
+                lost += least_gap(moving(arms, off.arm, free), moving(arms, out.arm, q_j)) < arms.conflict_distance
                 break
     assert lost > 0
 
@@ -135,7 +135,8 @@ def barely(depth):
     near, far = 0.0, 0.8
     for _ in range(60):
         pan = (near + far) / 2
-        near, far = (pan, far) if deepest(arms, paths(pan), meeting).gap < arms.margin - depth else (near, pan)
+        deep = deepest(arms, paths(pan), meeting).gap < arms.conflict_distance - depth
+        near, far = (pan, far) if deep else (near, pan)
     return arms, paths(near), meeting
 
 
@@ -144,7 +145,7 @@ def barely(depth):
 def test_of_a_shallow_conflict_each_branch_still_forbids_its_side(depth, share):
     arms, paths, meeting = barely(depth)
     contact = deepest(arms, paths, meeting)
-    assert contact.gap == pytest.approx(arms.margin - depth, abs=1e-9)
+    assert contact.gap == pytest.approx(arms.conflict_distance - depth, abs=1e-9)
     for branch in Split(share=share).branches(arms, paths, meeting, "begin"):
         q = paths[branch.arm].at(contact.instant)
         assert is_broken(arms, branch.arm, q, branch.constraints[0]), branch.words

@@ -9,7 +9,7 @@ from twins import clearance, kinematics, toys
 import mmp_tasks
 from mmp_env.cell import Cell, place_arm
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.problem import DEFAULT_MARGIN_M
+from mmp_env.margins import DEFAULT_MARGIN_M
 from mmp_env.rings import ring_cell
 from mmp_env.robot import load_robot, robot_names
 from mmp_tasks.reach import Reach
@@ -37,7 +37,7 @@ def test_arms_keep_a_centimetre_from_each_other_and_the_whole_margin_from_the_re
         assert set(state) == set(cell.arm_names)
         for a, b in combinations(cell.arm_names, 2):
             assert clearance.pair_clearance(cell, a, state[a], b, state[b]) >= 0.01 - 1e-12
-        assert 0.9 * clearance.least_clearance(cell, state) > DEFAULT_MARGIN_M
+        assert 0.8 * clearance.least_clearance(cell, state) > DEFAULT_MARGIN_M
 
 
 @pytest.mark.parametrize(("count", "robot", "spheres"), CELLS)

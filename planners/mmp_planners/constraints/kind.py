@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from mmp_env import _core
-from mmp_env.collision import HIT, PLAN_PROOF
+from mmp_env.collision import HIT, PLAN_PROOF, levels
 from mmp_planners.arms import Arms, Path
 
 
@@ -111,7 +111,7 @@ class EveryKind:
 def may_start(arms: Arms, arm: int, constraint: _core.Constraint) -> bool:
     """Whether the arm may stand at its start at time 0, as the low level sees it."""
     start = arms.problem.start[arms.names[arm]]
-    safe = _core.safe_intervals(arms.core, arm, start, [constraint], HIT * arms.margin, PLAN_PROOF * arms.margin)
+    safe = _core.safe_intervals(arms.core, arm, start, [constraint], levels(arms.problem, HIT, PLAN_PROOF))
     return len(safe) > 0 and int(safe[0, 0]) == 0
 
 

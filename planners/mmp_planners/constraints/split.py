@@ -42,7 +42,7 @@ class Split:
         j = min(bounds, key=lambda arm: (bounds[arm], -arm))
         i = meeting.other(j)
         q, k = paths[j].at(contact.instant), contact.instant
-        depth = max(arms.margin - contact.gap, 0.0)
+        depth = max(arms.conflict_distance - contact.gap, 0.0)
         shrink = min(self.share * max(depth, LEAST_DEPTH_M), depth)
         at = f"{contact.instant * arms.dt:.2f} s"
         out = Branch(

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from mmp_cli.benchmark.job import Failure, Job, Unit
 from mmp_cli.outcome import Outcome
+from mmp_env.margins import asked_margins
 from mmp_planners import PlanResult, Status
 
 _LONGEST_MESSAGE = 1000
@@ -15,6 +17,7 @@ def line_of(job: Job, unit: Unit, outcome: Outcome, message: str | None = None) 
     """The line of a unit; `message` says why there is no plan where the status alone does not."""
     source = job.sources[unit.source]
     told = None if message is None else " ".join(message.split())[:_LONGEST_MESSAGE]
+    outcome = replace(outcome, asked=asked_margins(source.margin))
     return outcome.line() | {"cell": source.title, "arms": len(source.cell.arms), "message": told}
 
 

@@ -13,7 +13,6 @@ from mmp_cli.benchmark.sources import Drawn
 from mmp_cli.machine import version
 from mmp_env.errors import MmpError
 from mmp_env.paths import exists
-from mmp_env.problem import DEFAULT_MARGIN_M
 from mmp_env.reading import Place, check_schema, read_document, shown
 from mmp_env.writing import json_text, plain, write_text
 
@@ -38,7 +37,7 @@ def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
             "time_limit_s": job.time_limit_s,
             "robot": args.robot,
             "task": drawn[0].task if drawn else None,
-            "margin": DEFAULT_MARGIN_M if args.margin is None else args.margin,
+            "margin": args.margin,
             "exact": job.exact,
             "memory_limit_mb": job.memory_limit_mb,
             "save_plans": job.save_plans,

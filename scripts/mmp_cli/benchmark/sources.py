@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
@@ -16,7 +16,7 @@ from mmp_env.errors import MmpError
 from mmp_env.instance_file import InstanceFile
 from mmp_env.instances import DEFAULT_TASK, draw_problem, find_task
 from mmp_env.instances import Source as TaskSource
-from mmp_env.problem import DEFAULT_MARGIN_M, Problem, make_problem
+from mmp_env.problem import Problem, make_problem
 from mmp_env.writing import json_text
 
 DRAWN_COUNT = 50
@@ -43,6 +43,8 @@ class Instances(Protocol):
     def items(self) -> Sequence[Item]: ...
     @property
     def digest(self) -> str: ...
+    @property
+    def margin(self) -> float | Mapping[str, float] | None: ...
 
     def problem(self, k: int) -> Problem:
         """The problem of item `k`. Raises `InvalidInstanceError`, or `MmpError` where none can be drawn."""
@@ -55,7 +57,7 @@ class Listed:
 
     title: str
     file: InstanceFile
-    margin: float
+    margin: float | Mapping[str, float] | None
     items: tuple[Item, ...]
     digest: str
 
@@ -76,7 +78,7 @@ class Drawn:
     title: str
     cell: Cell
     task: str
-    margin: float
+    margin: float | Mapping[str, float] | None
     items: tuple[Item, ...]
     digest: str
 
@@ -100,7 +102,6 @@ def read_sources(args: Namespace) -> tuple[Instances, ...]:
 
 def _read(args: Namespace) -> Listed | Drawn:
     opened = open_source(args)
-    margin = DEFAULT_MARGIN_M if args.margin is None else args.margin
     if isinstance(opened, NamedCell):
         task = args.task or DEFAULT_TASK
         _task(task)  # an unknown one is found before anything is planned
@@ -109,7 +110,7 @@ def _read(args: Namespace) -> Listed | Drawn:
             title=opened.title,
             cell=opened.cell,
             task=task,
-            margin=margin,
+            margin=args.margin,
             items=tuple(Item(name=f"{opened.name}/{seed}", seed=seed) for seed in seeds),
             digest=_digest(opened.cell),
         )
@@ -117,7 +118,7 @@ def _read(args: Namespace) -> Listed | Drawn:
     return Listed(
         title=opened.cell.name,
         file=opened,
-        margin=margin,
+        margin=args.margin,
         items=tuple(Item(name=f"{opened.cell.name}/{instance.name}", seed=args.seed) for instance in chosen),
         digest=_digest(opened.cell, [{"name": i.name, "start": i.start, "goal": i.goal} for i in opened.instances]),
     )

@@ -28,6 +28,7 @@ from mmp_cli.reporting.settings import (
 from mmp_cli.reporting.success_figure import success_figure
 from mmp_cli.reporting.tables import Table, error_table, overview, section_tables
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.margins import DEFAULT_MARGIN_M, KIND_WORDS, asked_margins
 from mmp_env.wording import counted
 
 _USUAL_REFERENCE = "apf-ecbs"
@@ -177,8 +178,10 @@ def _facts(results: Results, settings: Settings | None) -> list[str]:
         return [*out, "There is no settings.json: limits and options are not known."]
     limit = "no time limit" if settings.time_limit_s is None else f"{settings.time_limit_s:g} s"
     drawn = f"first seed {settings.seed}"
-    margin = "2 mm" if settings.margin is None else f"{settings.margin * 1e3:g} mm"
-    out.append(f"Time limit: {limit} per instance, one core each; {drawn}; margin asked {margin}.")
+    asked = [f"{m * 1e3:g} mm {KIND_WORDS[kind]}" for kind, m in asked_margins(settings.margin).items()]
+    default = f"none, so {DEFAULT_MARGIN_M * 1e3:g} mm or less at a tight start or goal"
+    margin = ", ".join(asked) or default
+    out.append(f"Time limit: {limit} per instance, one core each; {drawn}; margin asked: {margin}.")
     out.append(f"Robot: {settings.robot or 'as the source says'}; task: {settings.task or 'as the source says'}.")
     return out
 

@@ -18,8 +18,9 @@ from mmp_cli.benchmark.sources import DRAWN_COUNT
 from mmp_env.cell_limits import LARGEST_M
 from mmp_env.errors import MmpError
 from mmp_env.instances import DEFAULT_TASK
+from mmp_env.margins import asked_margins
 from mmp_env.paths import exists, real_path
-from mmp_env.reading import Place, check_schema, decode, names_file, read_document
+from mmp_env.reading import Place, check_schema, decode, named, names_file, read_document
 
 
 class Variant(msgspec.Struct, frozen=True, kw_only=True):
@@ -42,7 +43,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
     time_limit_s: float | None = None
     robot: str | None = None
     task: str | None = None
-    margin: float | None = None
+    margin: float | dict[str, float] | None = None
     exact: bool = False
     memory_limit_mb: int | None = None
     save_plans: bool = False
@@ -88,11 +89,13 @@ def may_be_read(source: str, folder: Path) -> bool:
 
 def _check(settings: Settings, place: Place) -> None:
     """Raises `MmpError` for numbers that no benchmark has."""
+    with named(place):
+        asked = asked_margins(settings.margin)
     bounds = {
         "count": (settings.count, 1, MOST_UNITS),
         "seed": (settings.seed, 0, LARGEST_SEED),
         "time_limit_s": (settings.time_limit_s, 0, LARGEST),
-        "margin": (settings.margin, 0, LARGEST_M),
+        **{f"margin.{kind}": (metres, 0, LARGEST_M) for kind, metres in asked.items()},
         "memory_limit_mb": (settings.memory_limit_mb, 1, LARGEST),
     }
     for name, (value, least, most) in bounds.items():
@@ -136,7 +139,7 @@ def bench_command(settings: Settings, folder: Path) -> str:
         ("robot", settings.robot),
         # An instance file takes no task, so the usual one is left unsaid.
         ("task", None if settings.task == DEFAULT_TASK else settings.task),
-        ("margin", settings.margin),
+        ("margin", ",".join(f"{kind}={m}" for kind, m in asked_margins(settings.margin).items()) or None),
         ("memory-limit", settings.memory_limit_mb),
     ):
         words += [] if value is None else [f"--{option}", str(value)]

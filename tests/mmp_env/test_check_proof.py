@@ -184,7 +184,7 @@ def test_the_clearance_of_clouds_is_that_of_all_their_spheres(seed):
     q = np.random.default_rng(seed).uniform(-2.5, 2.5, DOF)
     found = brute_force(q)
     track = Track(MODEL, Path(np.zeros(1), q[None]), np.array([0.0, 1.0]))
-    for name in ("clouds", "clouds and obstacles"):
+    for name in ("clouds, arms", "clouds, self", "clouds and obstacles"):
         family = FAMILIES[name]
         bounds = family.narrow(track.poses, items(track, np.arange(len(family))), np.inf)
         for pair in range(len(family)):

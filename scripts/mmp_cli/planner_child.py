@@ -38,6 +38,8 @@ def serve(connection: Connection, of_parent: Connection, parent: int, name: str,
     of_parent.close()
     os.setpgid(0, 0)  # Ctrl-C is the parent's alone to handle, and what the planner starts can be ended with it
     end_with(parent)
+    with contextlib.suppress(OSError):  # where standard error is closed
+        os.dup2(2, 1)  # standard output is for the summary, or the one object of --json
     speaker = _Speaker(connection)
     try:
         planner = make(name, **options)

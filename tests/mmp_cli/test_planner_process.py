@@ -135,9 +135,22 @@ def planning(tmp_path, instances, planner, *words):
         text=True,
     ) as process:
         try:
-            yield process, int(process.stdout.readline().split()[-1])
+            yield process, int(process.stderr.readline().split()[-1])
         finally:
             process.kill()
+
+
+def test_what_a_planner_prints_does_not_spoil_the_json(tmp_path, instances):
+    command = [sys.executable, "-c", "from mmp_cli.main import main; raise SystemExit(main())", "plan", str(instances)]
+    ran = subprocess.run(
+        [*command, "--planner", "rogue", "--set", "deed=sound", "--json"],
+        env=bench_runs.environment(tmp_path),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert json.loads(ran.stdout)["status"] == "solved"
+    assert "a word to the terminal" in ran.stderr
 
 
 def test_ctrl_c_twice_ends_one_that_hears_of_nothing(tmp_path, instances):

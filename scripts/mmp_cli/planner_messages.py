@@ -12,6 +12,7 @@ from mmp_env import events
 from mmp_env.events import Event
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
+from mmp_env.read_only import read_only
 from mmp_env.writing import plain
 from mmp_planners import PlanResult, Status
 
@@ -58,7 +59,12 @@ def _writable(stats: Mapping[str, Any]) -> dict[str, Any]:
 
 class _Reader(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
-        known = module == "mmp_env.events" or (module, name) == ("mmp_env.read_only", "read_only")
-        if known or (module.startswith("numpy") and name in _NUMPY):
+        if module == "mmp_env.events":
+            found = getattr(events, name, None)  # a name with dots, which would reach what the module imports, is none
+            if isinstance(found, type) and issubclass(found, Event):
+                return found
+        elif (module, name) == ("mmp_env.read_only", "read_only"):
+            return read_only
+        elif module.partition(".")[0] == "numpy" and name in _NUMPY:
             return super().find_class(module, name)
         raise pickle.UnpicklingError(f"a message names {module}.{name}, which is no data")

@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -12,7 +13,7 @@ import time
 import bench_runs
 import pytest
 
-from mmp_cli import planner_process
+from mmp_cli import planner_messages, planner_process
 from mmp_env.plan_file import load_plan
 
 DEEDS = {
@@ -99,6 +100,16 @@ def test_one_that_does_not_end_is_ended_after_the_grace_time(plan, monkeypatch):
     assert (ran.code, ran.result["status"]) == (1, "error")
     told = "gave no answer: its process was ended, still planning 0.1 s after its time limit of 0.5 s"
     assert ran.err == f"mmp: planner 'rogue' {told}\n"
+
+
+@pytest.mark.parametrize(
+    ("module", "name"),
+    [("mmp_env.events", "np.load"), ("mmp_env.events", "dataclass"), ("numpy_of_a_stranger", "dtype")],
+)
+def test_a_message_that_names_code_is_not_read(module, name):
+    named = b"".join(b"\x8c" + bytes([len(word)]) + word.encode() for word in (module, name))
+    with pytest.raises(pickle.UnpicklingError, match=f"names {module}.{name}, which is no data"):
+        planner_messages.read(b"\x80\x04" + named + b"\x93.")
 
 
 def test_the_grace_time_is_five_seconds_and_a_tenth_of_the_limit():

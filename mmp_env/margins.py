@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.reading import shown
 
 DEFAULT_MARGIN_M = 0.002
 """Margin [m] where none is asked for; smaller where start or goal is tighter."""
@@ -74,13 +75,22 @@ def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[st
     asked: Mapping[str, Any] = (
         dict(margin) if isinstance(margin, Mapping | Margins) else {"arms": margin, "obstacles": margin}
     )
+    out: dict[str, float] = {}
     for kind, value in asked.items():
         if kind not in KINDS:
             raise UnknownNameError("margin", str(kind), KINDS)
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not (number and 0 < value <= sys.float_info.max):
-            raise MmpError(f"margin {KIND_WORDS[kind]} is {value!r}; it must be a finite number of metres above 0")
-    return {kind: float(asked[kind]) for kind in KINDS if kind in asked}
+        out[kind] = _metres(value)
+        if not 0 < out[kind] < math.inf:
+            raise MmpError(f"margin {KIND_WORDS[kind]} is {shown(value)}; it must be a finite number of metres above 0")
+    return {kind: out[kind] for kind in KINDS if kind in out}
+
+
+def _metres(value: object) -> float:
+    """Returns a number of Python or NumPy as a float; NaN for anything else, and for what no float can hold."""
+    try:
+        return float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    except OverflowError:
+        return math.nan
 
 
 def margin_in_force(kind: str, asked: Mapping[str, float], clearance: float) -> float:

@@ -173,6 +173,7 @@ def test_a_file_from_before_there_were_three_margins_is_proved_with_half_of_its_
         (float("nan"), "finite"),
         (True, "finite number"),
         (10**400, "finite number"),
+        pytest.param(10**5000, "finite number", id="a number of 5001 digits"),
         ({"arm": 0.1}, "Did you mean 'arms'"),
         ({"self": "2"}, "finite number"),
     ],
@@ -180,6 +181,11 @@ def test_a_file_from_before_there_were_three_margins_is_proved_with_half_of_its_
 def test_a_margin_that_is_none_is_one_sentence(margin, words):
     with pytest.raises(MmpError, match=words):
         asked_margins(margin)
+
+
+@pytest.mark.parametrize("number", [np.float32(0.25), np.int64(1)])
+def test_a_margin_may_be_a_number_of_numpy(number):
+    assert asked_margins({"arms": number}) == {"arms": float(number)}
 
 
 def test_margins_read_like_a_mapping():

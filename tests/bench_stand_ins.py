@@ -92,6 +92,15 @@ class Stubborn:
         _hang(problem, None)
 
 
+@dataclass
+class Chatty:
+    """Tells of what it does for ever, and hears of no deadline."""
+
+    def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
+        while True:
+            watch(NodeExpanded(elapsed_s=0.0, node=0, open_nodes=0, expanded_nodes=1, conflicts=0))
+
+
 class Odd:
     """Takes a problem and nothing else."""
 
@@ -240,6 +249,7 @@ POINTS = {
     "gone": "gone_import:Planner",
     "searching": "bench_stand_ins:Searching",
     "stubborn": "bench_stand_ins:Stubborn",
+    "chatty": "bench_stand_ins:Chatty",
 }
 
 

@@ -109,7 +109,9 @@ class PlannerProcess:
                     self._receive()
             elif ended is not None:
                 raise _LostError(f"its process {how_it_ended(ended)} while {self._phase}")
-            elif time.monotonic() > self._until:
+            # An event is no answer: a planner that tells of them for ever is late as well.
+            if time.monotonic() > self._until and (self._inbox is None or self._inbox[0] == EVENT):
+                self._inbox = None
                 grace = f"{grace_s(self._limit_s):g} s after its time limit of {self._limit_s:g} s"
                 raise _LostError(f"its process was ended, still planning {grace}")
         return self._inbox

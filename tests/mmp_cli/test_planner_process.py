@@ -102,6 +102,14 @@ def test_one_that_does_not_end_is_ended_after_the_grace_time(plan, monkeypatch):
     assert ran.err == f"mmp: planner 'rogue' {told}\n"
 
 
+def test_one_that_tells_of_events_for_ever_is_ended_as_well(mmp, instances, tmp_path, monkeypatch):
+    monkeypatch.setattr(planner_process, "GRACE_S", 0.05)
+    monkeypatch.syspath_prepend(bench_runs.site(tmp_path))
+    ran = mmp("plan", instances, "--planner", "chatty", "--json", "--time-limit", "0.5")
+    assert (ran.code, ran.result["status"]) == (1, "error")
+    assert "its process was ended, still planning 0.1 s after its time limit of 0.5 s" in ran.err
+
+
 @pytest.mark.parametrize(
     ("module", "name"),
     [("mmp_env.events", "np.load"), ("mmp_env.events", "dataclass"), ("numpy_of_a_stranger", "dtype")],

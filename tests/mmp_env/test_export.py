@@ -146,7 +146,7 @@ def test_joints_are_called_what_the_pattern_says(plan, tmp_path, pattern, name):
         ("plan.cvs", {}, r"unknown export format '\.cvs'\. Did you mean '\.csv'\? Known: \.csv, \.npz, \.xml, \.yaml"),
         ("plan", {}, r"does not say in which format; the name must end in \.csv"),
         (".csv", {}, r"does not say in which format; .* as plan\.csv does"),
-        ("a" * 300 + ".csv", {}, "cannot be written: File name too long"),
+        ("a" * 300 + ".csv", {}, "cannot be found: File name too long"),
         ("plan.csv", {"joint_names": "{arm}\n{joint}"}, "characters that do not print"),
         ("plan.csv", {"joint_names": "\udcff{arm}{joint}"}, "characters that do not print"),
         ("{arn}.csv", {}, r"unknown placeholder of file names 'arn'\. Did you mean 'arm'"),

@@ -217,7 +217,7 @@ def test_a_cancelled_clock_leaves_the_plan():
 def test_time_that_ends_within_shortening_leaves_what_is_shorter_by_then():
     problem = two_arms.passing()
     long = mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0)
-    short = mmp_planners.make("rrt-connect", shorten=10**8).plan(problem, seed=0, time_limit=1.0)
+    short = mmp_planners.make("rrt-connect", shorten=10**8).plan(problem, seed=0, time_limit=3.0)
     assert short.stats["deadline_hit"]
     assert short.stats["shortcuts"] > 0
     assert short.stats["cost_ratio"] < 0.7 * long.stats["cost_ratio"]

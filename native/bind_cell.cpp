@@ -4,10 +4,11 @@ namespace mmp {
 
 namespace {
 
+constexpr double kMostLength = 1e6;  // [m]
+
 template <class T>
 void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper,
-             const nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig>& link_frames, const Matrix& spheres,
-             const nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig>& sphere_links, const Pairs& self_pairs) {
+             const Indices& link_frames, const Matrix& spheres, const Indices& sphere_links, const Pairs& self_pairs) {
   ArmModel<T> arm;
   arm.dof = static_cast<int>(fixed.shape(0));
   const auto transform = [](const double* p) {
@@ -39,6 +40,45 @@ void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const 
   cell.arms.push_back(std::move(arm));
 }
 
+// [m], and entries of rotations.
+void need_lengths(const double* values, size_t n) {
+  need(all_within(values, n, kMostLength), "poses and sizes must be finite, and within 1e6 m");
+}
+
+void need_chain(const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper) {
+  const size_t dof = fixed.shape(0);
+  need(dof > 0 && dof <= kMaxDof, "an arm has 1 to 16 joints");
+  need(fixed.shape(1) == 12 && tool.shape(0) == 12, "a pose of an arm has 12 numbers");
+  need_lengths(fixed.data(), fixed.size());
+  need_lengths(tool.data(), tool.size());
+  need(lower.shape(0) == dof && upper.shape(0) == dof, "limits for each joint");
+  for (size_t k = 0; k < dof; ++k) need(lower.data()[k] <= upper.data()[k], "a joint's limits must be in order");
+}
+
+void need_links(int dof, const Indices& frames, const Matrix& spheres, const Indices& sphere_links) {
+  const size_t links = frames.shape(0), count = spheres.shape(0);
+  need(links > 1 && links <= kMaxLinks, "an arm has a base, and 1 to 17 parts that move");
+  need(frames.data()[0] == 0, "the first link is the base, in frame 0");
+  for (size_t l = 1; l < links; ++l)
+    need(frames.data()[l] >= std::max(1, frames.data()[l - 1]) && frames.data()[l] <= dof,
+         "links move with frames 1 to the number of joints, in order");
+  need(spheres.shape(1) == 4 && sphere_links.shape(0) == count, "a sphere has 4 numbers and a link");
+  need_lengths(spheres.data(), spheres.size());
+  for (size_t s = 0; s < count; ++s) {
+    need(spheres.data()[4 * s + 3] >= 0, "a radius must not be negative");
+    need(sphere_links.data()[s] >= 0 && sphere_links.data()[s] < static_cast<int>(links), "a sphere of no link");
+  }
+}
+
+// The proof of a pair goes along the chain from its first link to its second.
+void need_pairs(const Indices& frames, const Pairs& pairs) {
+  const int links = static_cast<int>(frames.shape(0));
+  for (size_t k = 0; k < pairs.shape(0); ++k) {
+    const int i = pairs.data()[2 * k], j = pairs.data()[2 * k + 1];
+    need(i >= 0 && i < j && j < links, "self_pairs are links of the arm, the one nearer to the base first");
+  }
+}
+
 template <class T>
 void add_obstacle(CellModel<T>& cell, int shape, const Vector& pose, const Vector& size) {
   Obstacle<T> o;
@@ -60,31 +100,40 @@ void bind_cell(nb::module_& m) {
       .def(nb::init<>())
       .def(
           "add_arm",
-          [](Cell& self, Matrix fixed, Vector tool, Vector lower, Vector upper,
-             nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig> link_frames, Matrix spheres,
-             nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig> sphere_links, Pairs self_pairs) {
+          [](Cell& self, Matrix fixed, Vector tool, Vector lower, Vector upper, Indices link_frames, Matrix spheres,
+             Indices sphere_links, Pairs self_pairs) {
             need(!self.frozen, "the cell is frozen");
-            need(fixed.shape(0) > 0 && fixed.shape(0) <= kMaxDof && link_frames.shape(0) <= kMaxLinks,
-                 "an arm has 1 to 16 joints");
-            need(fixed.shape(1) == 12 && tool.shape(0) == 12 && spheres.shape(1) == 4 && link_frames.shape(0) > 1 &&
-                     sphere_links.shape(0) == spheres.shape(0),
-                 "an arm of the wrong shape");
+            need_chain(fixed, tool, lower, upper);
+            need_links(static_cast<int>(fixed.shape(0)), link_frames, spheres, sphere_links);
+            need_pairs(link_frames, self_pairs);
             add_arm(self.single, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
             add_arm(self.precise, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
           },
           nb::arg("fixed"), nb::arg("tool"), nb::arg("lower"), nb::arg("upper"), nb::arg("link_frames"),
           nb::arg("spheres"), nb::arg("sphere_links"), nb::arg("self_pairs"),
           "fixed [dof, 12]: rows of T_frame(k)_frame(k+1) at q = 0, joint axis z, the first one in the world; spheres "
-          "[s, 4] in the frame of their link, the base's (link 0) in the world.")
+          "[s, 4] in the frame of their link, the base's (link 0) in the world; self_pairs [p, 2]: links that must not "
+          "touch, the one nearer to the base first.")
       .def(
           "add_obstacle",
           [](Cell& self, int shape, Vector pose, Vector size) {
+            need(!self.frozen, "the cell is frozen");
+            need(shape >= 0 && shape <= static_cast<int>(Shape::capsule), "no such shape");
+            need(pose.shape(0) == 12 && size.shape(0) == 3, "an obstacle has a pose of 12 numbers and a size of 3");
+            need_lengths(pose.data(), 12);
+            need_lengths(size.data(), 3);
+            need(std::all_of(size.data(), size.data() + 3, [](double x) { return x >= 0; }),
+                 "the size of an obstacle must not be negative");
             add_obstacle(self.single, shape, pose, size);
             add_obstacle(self.precise, shape, pose, size);
           },
-          nb::arg("shape"), nb::arg("pose"), nb::arg("size"))
+          nb::arg("shape"), nb::arg("pose"), nb::arg("size"),
+          "shape: 0 box, 1 sphere, 2 cylinder, 3 capsule; pose [12]: rows of T_world_obstacle; size [3] [m]: half "
+          "edges "
+          "of a box, radius and half length of others.")
       .def("freeze", [](Cell& self) {
         need(!self.frozen, "the cell is frozen");
+        need(!self.single.arms.empty(), "a cell has one arm at least");
         self.freeze();
       });
 }

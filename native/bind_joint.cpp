@@ -11,19 +11,18 @@ namespace {
 using Search = CompositeSearch<Floats>;
 
 void need_all_joints(const Cell& cell, const Vector& q) {
-  need(cell.frozen, "the cell is not frozen");
+  need_frozen(cell);
   size_t dof = 0;
   for (const auto& arm : cell.single.arms) dof += static_cast<size_t>(arm.dof);
   need(q.shape(0) == dof, "wrong number of joints");
-  for (size_t k = 0; k < dof; ++k) need(std::abs(q.data()[k]) < 1e4, "joints must be finite");
+  need(all_within(q.data(), q.size(), kMostJoint), "a configuration must be finite, and within 1e4 rad");
 }
 
 // How far each joint of each arm may go in a step.
 std::vector<std::vector<float>> steps_of(const Cell& cell, const std::vector<Vector>& steps) {
   std::vector<std::vector<float>> out;
   for (size_t a = 0; a < steps.size(); ++a) {
-    need_joints(cell, static_cast<int>(a), steps[a]);
-    for (size_t k = 0; k < steps[a].size(); ++k) need(steps[a].data()[k] > 0, "steps must be positive");
+    need_steps(cell, static_cast<int>(a), steps[a]);
     out.push_back(as<float>(steps[a]));
   }
   return out;
@@ -42,6 +41,8 @@ struct JointMotion {
       rows.emplace_back(q[a].data(), q[a].data() + q[a].size());
     }
     max_step = steps_of(cell, steps);
+    for (size_t a = 0; a < arms; ++a)
+      need_few_steps(q[a].data(), q[a].data() + q[a].size() - steps[a].size(), steps[a]);
   }
 
   // What `improve` makes of it, [steps + 1][dof] per arm, and how often it made it better.
@@ -72,7 +73,9 @@ void bind_joint(nb::module_& m) {
              const Levels<double>& edges, double range, double step, uint64_t seed) {
             need_all_joints(cell, start);
             need_all_joints(cell, goal);
-            need(range > 0 && step > 0, "range and step must be positive");
+            need(range >= 1e-3 && step >= 1e-4, "range and step must be 1e-3 and 1e-4 rad at least");
+            checked_number(range);
+            checked_number(step);
             new (self) Search(cell.world<Floats>(), as<float>(start), as<float>(goal), as_float(samples),
                               as_float(edges), {range, step}, seed);
           },
@@ -82,6 +85,7 @@ void bind_joint(nb::module_& m) {
       .def(
           "grow",
           [](Search& self, int iterations, const Clock& clock) -> nb::object {
+            checked_count(iterations);
             std::vector<double> rows;
             size_t n = 0;
             {
@@ -107,6 +111,7 @@ void bind_joint(nb::module_& m) {
         const JointMotion motion(cell, q, max_step);
         need(groups.size() == q.size(), "a group for each arm");
         need(worth > 0, "worth must be positive");
+        checked_count(attempts);
         return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
           Shortener<Floats> shortener(cell.world<Floats>(), motion.rows, motion.max_step, as_float(levels), groups);
           Random random(seed);
@@ -131,6 +136,7 @@ void bind_joint(nb::module_& m) {
       [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step,
          const Levels<double>& levels, int attempts, uint64_t seed, const Clock& clock) {
         const JointMotion motion(cell, q, max_step);
+        checked_count(attempts);
         return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
           Replanner<Floats> replanner(*cell.world_planning, motion.rows, motion.max_step, as_float(levels));
           Random random(seed);
@@ -152,6 +158,7 @@ void bind_joint(nb::module_& m) {
       .def(
           "__init__",
           [](Anew* self, const Cell& cell, const std::vector<Vector>& max_step, const Levels<double>& levels) {
+            need_frozen(cell);
             need(max_step.size() == cell.single.arms.size() && !max_step.empty(), "one array for each arm");
             new (self) Anew(*cell.world_planning, steps_of(cell, max_step), as_float(levels));
           },
@@ -203,6 +210,7 @@ void bind_joint(nb::module_& m) {
       .def(
           "run",
           [](Anew& self, double limit, const Clock& clock) -> nb::object {
+            need(!std::isnan(limit), "limit must be a number");
             Anew::Rows found;
             {
               nb::gil_scoped_release release;

@@ -19,16 +19,19 @@ void bind_motion(nb::module_& m) {
   m.def(
       "conflict_instants",
       [](const Cell& cell, nb::handle motions, Pairs pairs, const Levels<double>& levels, bool bases) {
+        need_frozen(cell);
         const auto held = held_motions(motions, cell.single);
         const auto& of = held.items();
         const int n = static_cast<int>(pairs.shape(0)), count = static_cast<int>(of.size());
-        for (int k = 0; k < 2 * n; ++k) need(pairs.data()[k] >= 0 && pairs.data()[k] < count, "no such motion");
+        const std::vector<int> numbers(pairs.data(), pairs.data() + pairs.size());
+        for (const int k : numbers) need(k >= 0 && k < count, "no such motion");
+        for (int k = 0; k < n; ++k)
+          need(of[numbers[2 * k]]->arm_index != of[numbers[2 * k + 1]]->arm_index, "a pair is motions of two arms");
         std::vector<std::vector<double>> found(n);
         {
           nb::gil_scoped_release release;
           PairCheck<Floats> check(cell.world<Floats>(), bases);
-          for (int k = 0; k < n; ++k)
-            check(*of[pairs.data()[2 * k]], *of[pairs.data()[2 * k + 1]], as_float(levels), found[k]);
+          for (int k = 0; k < n; ++k) check(*of[numbers[2 * k]], *of[numbers[2 * k + 1]], as_float(levels), found[k]);
         }
         nb::list out;
         for (auto& steps : found) {
@@ -54,7 +57,8 @@ void bind_motion(nb::module_& m) {
           "ball",
           [](Vector center, double radius, double start, double end) {
             need(center.shape(0) > 0 && center.shape(0) <= kMaxDof, "a configuration");
-            return SearchConstraint::ball(as<float>(center), float(radius), window_of(start, end));
+            need(all_within(center.data(), center.size(), kMostJoint), "a configuration must be finite");
+            return SearchConstraint::ball(as<float>(center), float(checked_size(radius)), window_of(start, end));
           },
           nb::arg("center"), nb::arg("radius"), nb::arg("start"), nb::arg("end"),
           "Being within `radius` [rad] of a configuration in every joint.")
@@ -62,7 +66,7 @@ void bind_motion(nb::module_& m) {
           "standing",
           [](const Cell& cell, int arm, Vector q, double shrink, double start, double end) {
             need_joints(cell, arm, q);
-            return SearchConstraint::standing(cell.single.arms[arm], as<float>(q).data(), float(shrink),
+            return SearchConstraint::standing(cell.single.arms[arm], as<float>(q).data(), float(checked_number(shrink)),
                                               window_of(start, end));
           },
           nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("shrink"), nb::arg("start"), nb::arg("end"),
@@ -70,6 +74,7 @@ void bind_motion(nb::module_& m) {
       .def_static(
           "moving",
           [](nb::handle_t<SearchMotion> motion, double start, double end) {
+            if (!nb::inst_ready(motion)) throw nb::type_error("a Motion is needed");
             need(start == std::floor(start) && end == std::floor(end), "whole steps");
             const Window window = window_of(start, end);
             nb::list out;
@@ -88,7 +93,8 @@ void bind_motion(nb::module_& m) {
           "sphere",
           [](Vector center, double radius, int first_link, double start, double end) {
             need(center.shape(0) == 3 && first_link > 0, "a point, and a link that moves");
-            return SearchConstraint::ball_in_space(as<float>(center).data(), float(radius), first_link,
+            for (int k = 0; k < 3; ++k) checked_number(center.data()[k]);
+            return SearchConstraint::ball_in_space(as<float>(center).data(), float(checked_size(radius)), first_link,
                                                    window_of(start, end));
           },
           nb::arg("center"), nb::arg("radius"), nb::arg("first_link"), nb::arg("start"), nb::arg("end"),

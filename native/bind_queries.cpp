@@ -33,8 +33,7 @@ void bind_queries(nb::module_& m) {
   m.def(
       "sphere_table",
       [](const Cell& cell, int arm) {
-        need(arm >= 0 && arm < static_cast<int>(cell.precise.arms.size()), "no such arm");
-        const auto& model = cell.precise.arms[arm];
+        const auto& model = arm_of(cell, arm);
         std::vector<double> out;
         for (size_t l = 0; l < model.links.size(); ++l)
           for (int s = 0; s < model.links[l].spheres.count; ++s) {
@@ -174,6 +173,8 @@ void bind_queries(nb::module_& m) {
       "certify",
       [](const Cell& cell, const std::vector<Matrix>& q, const Levels<double>& required, double share,
          const Clock& clock) {
+        checked_size(required.proof);
+        checked_share(share);
         need(!q.empty() && q.size() == cell.precise.arms.size(), "one array of configurations for each arm");
         std::vector<const double*> rows;
         for (size_t a = 0; a < q.size(); ++a) {

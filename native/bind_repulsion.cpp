@@ -9,11 +9,12 @@ void bind_repulsion(nb::module_& m) {
       [](const Cell& cell, const SearchMotion& motion, nb::handle others, double k_rep, double d0,
          bool centre_distance) {
         need_motion(cell, motion);
-        const auto held = held_motions(others, cell.single);
+        const auto held = held_motions(others, cell.single, motion.arm_index);
+        const RepulsionOptions options{checked_size(k_rep), checked_positive(d0), centre_distance};
         std::vector<float> out;
         {
           nb::gil_scoped_release release;
-          Repulsion<Floats>({k_rep, d0, centre_distance}).force(motion, held.read_only(), out);
+          Repulsion<Floats>(options).force(motion, held.read_only(), out);
         }
         const size_t dof = motion.arm->dof;
         return to_numpy<Out2>(rows_of(out), out.size() / dof, dof);
@@ -31,16 +32,19 @@ void bind_repulsion(nb::module_& m) {
          double d0, int max_iterations, bool centre_distance, bool normalised, double normalised_step, double max_step,
          double comfort, bool trace) {
         need_motion(cell, motion);
-        need_joints(cell, motion.arm_index, max_step_rad);
-        const auto movers = held_motions(others, cell.single);
+        need_steps(cell, motion.arm_index, max_step_rad);
+        const auto movers = held_motions(others, cell.single, motion.arm_index);
         const auto rules = held_constraints(constraints, motion.arm->dof);
+        const RepulsionOptions force{checked_size(k_rep), checked_positive(d0), centre_distance};
+        const DescentOptions options{
+            checked_number(alpha),         checked_count(max_iterations), normalised,
+            checked_size(normalised_step), checked_size(max_step),        checked_number(comfort)};
         ModifyMotion<Floats>::Result result;
         {
           nb::gil_scoped_release release;
-          ModifyMotion<Floats> descent(*cell.world_planning, {k_rep, d0, centre_distance},
-                                       {alpha, max_iterations, normalised, normalised_step, max_step, comfort});
+          ModifyMotion<Floats> descent(*cell.world_planning, force, options);
           result = descent.run(motion, movers.read_only(), rules.items(), as<float>(max_step_rad).data(),
-                               as_float(levels), float(constraint_margin), trace, clock);
+                               as_float(levels), float(checked_number(constraint_margin)), trace, clock);
         }
         const size_t dof = motion.arm->dof, rows = result.positions.size() / dof;
         nb::list steps;
@@ -65,7 +69,7 @@ void bind_repulsion(nb::module_& m) {
         need_motion(cell, motion);
         const auto rules = held_constraints(constraints, motion.arm->dof);
         nb::gil_scoped_release release;
-        return breaks(motion, rules.items(), float(margin));
+        return breaks(motion, rules.items(), float(checked_number(margin)));
       },
       nb::arg("cell"), nb::arg("motion"), nb::arg("constraints"), nb::arg("margin"),
       nb::sig("def breaks_constraint(cell: Cell, motion: Motion, constraints: collections.abc.Sequence[Constraint], "

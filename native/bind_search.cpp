@@ -41,7 +41,8 @@ void bind_search(nb::module_& m) {
              const Levels<double>& levels, uint64_t seed, double eta) {
             need_joints(cell, arm, start);
             need_joints(cell, arm, goal);
-            need_joints(cell, arm, max_step);
+            need_steps(cell, arm, max_step);
+            need_few_steps(start.data(), goal.data(), max_step);
             need(eta > 1e-3 && eta < 1e3, "eta must be a sensible angle");
             new (self) SearchArm(*cell.world_planning, arm, as<float>(start), as<float>(goal), as<float>(max_step),
                                  as_float(levels), float(eta), seed);
@@ -55,6 +56,9 @@ void bind_search(nb::module_& m) {
              std::optional<Matrix> experience) -> std::pair<nb::object, int> {
             const auto rules = held_constraints(constraints, self.dof());
             const auto movers = held_motions(others, self.cell(), self.arm());
+            const LowLevelOptions options{checked_count(max_iterations), checked_count(improve_iterations),
+                                          checked_count(shortcuts), checked_share(goal_bias),
+                                          checked_count(neighbours)};
             std::vector<float> rows;
             if (experience) {
               need_configurations(*experience, self.dof());
@@ -63,8 +67,7 @@ void bind_search(nb::module_& m) {
             LowLevelPath<float> path;
             {
               nb::gil_scoped_release release;
-              path = self.plan(rules.items(), movers.read_only(), rows,
-                               {max_iterations, improve_iterations, shortcuts, goal_bias, neighbours}, seed, clock);
+              path = self.plan(rules.items(), movers.read_only(), rows, options, seed, clock);
             }
             if (!path.found) return {nb::none(), path.iterations};
             const size_t dof = self.dof();

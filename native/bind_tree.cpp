@@ -7,12 +7,12 @@ void bind_tree(nb::module_& m) {
       "search_tree",
       [](SearchArm& arm, nb::handle others, uint64_t seed, const Clock& clock, int iterations) {
         const auto movers = held_motions(others, arm.cell(), arm.arm());
+        LowLevelOptions options;
+        options.max_iterations = options.improve_iterations = checked_count(iterations);
         SeenTree<float> seen;
         LowLevelPath<float> path;
         {
           nb::gil_scoped_release release;
-          LowLevelOptions options;
-          options.max_iterations = options.improve_iterations = iterations;
           path = arm.plan({}, movers.read_only(), {}, options, seed, clock, &seen);
         }
         const size_t dof = arm.dof(), count = seen.links.size() / 2;

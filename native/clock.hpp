@@ -1,6 +1,7 @@
 // When to stop: a deadline, a cancel flag, and signals that Python has pending.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <limits>
@@ -11,9 +12,10 @@ class Clock {
  public:
   using Steady = std::chrono::steady_clock;
 
+  // Less than -1e9 s would overflow the clock of the system.
   explicit Clock(double seconds) : bounded_(seconds < 1e9) {
-    if (bounded_)
-      end_ = Steady::now() + std::chrono::duration_cast<Steady::duration>(std::chrono::duration<double>(seconds));
+    const std::chrono::duration<double> left(std::max(seconds, -1e9));
+    if (bounded_) end_ = Steady::now() + std::chrono::duration_cast<Steady::duration>(left);
   }
 
   void cancel() { cancelled_.store(true, std::memory_order_relaxed); }

@@ -42,6 +42,7 @@ NB_MODULE(MMP_MODULE, m) {
       .def(
           "__init__",
           [](Clock* self, double seconds) {
+            need(!std::isnan(seconds), "seconds must be a number");
             new (self) Clock(seconds);
             self->poll_ = poll_signals;
           },
@@ -54,8 +55,13 @@ NB_MODULE(MMP_MODULE, m) {
       m, "Levels",
       "Distances [m]: closer than `margin` is a contact where looked at; `proof` is proved of every instant. Both hold "
       "between two arms; `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm.")
-      .def(nb::init<double, double, double, double>(), nb::arg("margin"), nb::arg("proof"), nb::arg("obstacles") = 0.0,
-           nb::arg("own") = 0.0)
+      .def(
+          "__init__",
+          [](Levels<double>* self, double margin, double proof, double obstacles, double own) {
+            new (self) Levels<double>{checked_number(margin), checked_number(proof), checked_number(obstacles),
+                                      checked_number(own)};
+          },
+          nb::arg("margin"), nb::arg("proof"), nb::arg("obstacles") = 0.0, nb::arg("own") = 0.0)
       .def_ro("margin", &Levels<double>::margin)
       .def_ro("proof", &Levels<double>::proof)
       .def_ro("obstacles", &Levels<double>::obstacles)

@@ -198,9 +198,9 @@ def test_steps_that_do_not_fit_the_cell_are_refused():
         ([], "one array for each arm"),
         ([steps], "one array for each arm"),
         ([steps, steps[:5]], "wrong number of joints"),
-        ([steps, 0 * steps], "steps must be positive"),
-        ([steps, -steps], "steps must be positive"),
-        ([np.nan * steps, steps], "steps must be positive"),
+        ([steps, 0 * steps], "steps must be from 1e-5 to 1e4 rad"),
+        ([steps, -steps], "steps must be from 1e-5 to 1e4 rad"),
+        ([np.nan * steps, steps], "steps must be from 1e-5 to 1e4 rad"),
     ):
         with pytest.raises(ValueError, match=words):
             _core.Recombination(core, bad, _core.Levels(0.002, 0.0012))

@@ -1,0 +1,421 @@
+"""A valid call of everything that the native core offers, and wrong values for each kind of argument.
+
+Run as a program it makes every wrong call of one of them: `core_calls.py NAME` prints a JSON line before each call,
+with what is tried, and one after it, with the exception's name and text. A crash ends the lines early.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from mmp_env import _core
+
+LINK_M = 1.0
+STEPS = np.array([0.2, 0.2])
+ROWS = np.array([[0.0, 0.5], [0.1, 0.6], [0.2, 0.7], [0.3, 0.8]])
+FIRST, LAST = ROWS[0].copy(), ROWS[-1].copy()
+
+
+def arm_at(x: float) -> dict[str, np.ndarray]:
+    """What `add_arm` takes: a planar arm of two links of 1 m, with a sphere at the base, the elbow and the tip."""
+    base, elbow = np.eye(4), np.eye(4)
+    base[0, 3], elbow[0, 3] = x, LINK_M
+    return {
+        "fixed": np.array([base[:3].ravel(), elbow[:3].ravel()]),
+        "tool": elbow[:3].ravel(),
+        "lower": np.full(2, -np.pi),
+        "upper": np.full(2, np.pi),
+        "link_frames": np.array([0, 1, 2], dtype=np.int32),
+        "spheres": np.array([[x, 0, 0, 0.1], [LINK_M, 0, 0, 0.1], [LINK_M, 0, 0, 0.1]]),
+        "sphere_links": np.array([0, 1, 2], dtype=np.int32),
+        "self_pairs": np.array([[0, 2]], dtype=np.int32),
+    }
+
+
+def obstacle() -> dict[str, Any]:
+    """What `add_obstacle` takes: a box out of reach."""
+    pose = np.eye(4)
+    pose[2, 3] = 5.0
+    return {"shape": 0, "pose": pose[:3].ravel(), "size": np.full(3, 0.1)}
+
+
+def two_arms(frozen: bool = True) -> _core.Cell:
+    """Two arms out of each other's reach, and the box."""
+    cell = _core.Cell()
+    cell.add_arm(**arm_at(0.0))
+    cell.add_arm(**arm_at(5.0))
+    cell.add_obstacle(**obstacle())
+    if frozen:
+        cell.freeze()
+    return cell
+
+
+CELL, OTHER_CELL = two_arms(), two_arms()
+MOTION, OTHER = _core.Motion(CELL, 0, ROWS), _core.Motion(CELL, 1, ROWS)
+BALL = _core.Constraint.ball(FIRST, 0.1, 0.0, 1.0)
+CLOCK = _core.Clock(60.0)
+MARGINS = _core.Levels(0.002, 0.0015)
+
+
+def search() -> _core.SingleArm:
+    return _core.SingleArm(CELL, 0, FIRST, LAST, STEPS, MARGINS, 1)
+
+
+def composite() -> _core.CompositeSearch:
+    ends = (np.concatenate([q, q]) for q in (FIRST, LAST))
+    return _core.CompositeSearch(CELL, *ends, MARGINS, MARGINS, 2.0, 0.05, 1)
+
+
+def pool() -> _core.Recombination:
+    ways = _core.Recombination(CELL, [STEPS, STEPS], MARGINS)
+    ways.add([ROWS, ROWS])
+    return ways
+
+
+def unmade(kind: type) -> Any:
+    """An object that was never initialised: any Python program can make one."""
+    return kind.__new__(kind)
+
+
+NOT_NUMBERS = [None, "x"]
+NOT_FINITE = [math.nan, math.inf, -math.inf]
+ENDLESS = [*NOT_FINITE, 1e300, -1e300]
+NOT_COUNTS = [2**40, 1.5, *NOT_NUMBERS]
+FAR = np.array([0.1, 2e4])
+
+
+def vectors(length: int) -> list[Any]:
+    """No configuration of so many joints."""
+    bad = [np.full(length, x) for x in ENDLESS]
+    return [np.zeros(0), np.zeros(length - 1), np.zeros(length + 1), np.zeros((1, length)), *bad, *NOT_NUMBERS]
+
+
+def numbers_of(length: int) -> list[Any]:
+    """No `length` numbers, of which each may be any finite one."""
+    return [*vectors(length), np.array(["x"] * length), np.zeros(length, dtype=complex)]
+
+
+NOT_ROWS = [np.zeros((3, 1)), np.zeros((3, 3)), np.zeros(2), np.zeros((1, 3, 2)), *NOT_NUMBERS]
+NOT_ROWS += [np.vstack([ROWS, bad]) for bad in (FAR, np.full(2, math.nan), np.full(2, math.inf))]
+NO_ROWS = np.zeros((0, 2))
+NOT_STEPS = [np.array([0.1, x]) for x in (0.0, -0.1, 1e-300, 1e-12)]
+
+
+def lists_of(valid: Any, wrong: list[Any]) -> list[Any]:
+    """Not one for each of two arms."""
+    return [None, 3, [], [valid], [valid, valid, valid], *([valid, bad] for bad in wrong)]
+
+
+def items(valid: Any, wrong: list[Any]) -> list[Any]:
+    """No sequence of objects of the core of the right kind."""
+    return [None, 3, *([valid, bad] for bad in (None, 3, "x", unmade(type(valid)), *wrong))]
+
+
+FOREIGN = _core.Motion(OTHER_CELL, 1, ROWS)
+WRONG: dict[str, list[Any]] = {
+    "cell": [None, 3, unmade(_core.Cell), two_arms(frozen=False)],
+    "arm": [-1, 2, 2**31 - 1, -(2**31), *NOT_COUNTS],
+    "clock": [None, 1.0, unmade(_core.Clock)],
+    "levels": [None, 0.002, unmade(_core.Levels)],
+    "required": [None, 0.002, unmade(_core.Levels), _core.Levels(0.0, -0.001)],
+    "search": [None, 3, unmade(_core.SingleArm)],
+    "motion": [None, 3, unmade(_core.Motion), _core.Motion(OTHER_CELL, 0, ROWS)],
+    "motions": items(OTHER, [FOREIGN, BALL]),
+    "others": items(OTHER, [FOREIGN, BALL, MOTION]),
+    "constraints": items(BALL, [OTHER, _core.Constraint.ball(np.zeros(3), 0.1, 0.0, 1.0)]),
+    "number": [*ENDLESS, *NOT_NUMBERS],
+    "positive": [*ENDLESS, 0.0, -1.0, *NOT_NUMBERS],
+    "not negative": [*ENDLESS, -1.0, *NOT_NUMBERS],
+    "share": [*ENDLESS, -0.1, 1.1, *NOT_NUMBERS],
+    "sampling": [*ENDLESS, 0.0, -1.0, 1e-300, 1e-9, *NOT_NUMBERS],
+    "seconds": [math.nan, *NOT_NUMBERS],
+    "limit": [math.nan, *NOT_NUMBERS],
+    "worth": [math.nan, -math.inf, 0.0, -1.0, *NOT_NUMBERS],
+    "window start": [math.nan, 2.0, *NOT_NUMBERS],
+    "window end": [math.nan, -1.0, *NOT_NUMBERS],
+    "whole step": [math.nan, 0.5, *NOT_NUMBERS],
+    "count": [-1, 2**31 - 1, *NOT_COUNTS],
+    "seed": [-1, 2**64, 1.5, *NOT_NUMBERS],
+    "flag": [2, None, "x"],
+    "link": [0, -1, -(2**31), *NOT_COUNTS],
+    "shape": [-1, 4, 2**31 - 1, *NOT_COUNTS],
+    "q": vectors(2),
+    "all joints": vectors(4),
+    "steps": [*vectors(2), *NOT_STEPS],
+    "point": vectors(3),
+    "rows": NOT_ROWS,
+    "some rows": [*NOT_ROWS, NO_ROWS],
+    "rows of each": lists_of(ROWS, [*NOT_ROWS, ROWS[:2]]),
+    "some rows of each": [*lists_of(ROWS, [*NOT_ROWS, ROWS[:2]]), [NO_ROWS, NO_ROWS]],
+    "way of each": lists_of(ROWS, [*NOT_ROWS, NO_ROWS]),
+    "steps of each": lists_of(STEPS, [*vectors(2), *NOT_STEPS]),
+    "q of each": lists_of(FIRST, vectors(2)),
+    "groups": lists_of(0, [*NOT_COUNTS]),
+    "choice": lists_of(0, [7, -1, *NOT_COUNTS]),
+    "any choice": [None, 3, [None], [2**40]],
+    "pairs": [np.array([p], dtype=np.int32) for p in ([0, 2], [-1, 0], [0, 2**31 - 1], [0, 0], [1])]
+    + [np.array([0, 1], dtype=np.int32), *NOT_NUMBERS],
+    "fixed": [np.zeros((0, 12)), np.zeros((17, 12)), np.zeros((2, 11)), np.zeros(12), *NOT_NUMBERS]
+    + [np.full((2, 12), x) for x in ENDLESS],
+    "pose": numbers_of(12),
+    "limits": [*vectors(2)[:4], np.full(2, math.nan), *NOT_NUMBERS],
+    "link_frames": [
+        np.array(frames, dtype=np.int32)
+        for frames in ([], [0], [0, 1, 3], [0, 1, -1], [0, 1, 2**31 - 1], [1, 1, 2], [0, 0, 2], [0, 2, 1], [0] * 19)
+    ]
+    + [np.zeros((1, 3), dtype=np.int32), *NOT_NUMBERS],
+    "spheres": [np.zeros((2, 4)), np.zeros((4, 4)), np.zeros((3, 3)), np.zeros(4), *NOT_NUMBERS]
+    + [np.full((3, 4), x) for x in (*ENDLESS, -0.1)],
+    "sphere_links": [
+        np.array(links, dtype=np.int32)
+        for links in ([], [0, 1], [0, 1, 2, 2], [0, 1, 3], [0, 1, -1], [0, 1, 2**31 - 1])
+    ]
+    + NOT_NUMBERS,
+    "self_pairs": [
+        np.array([pair], dtype=np.int32)
+        for pair in ([0, 3], [-1, 2], [2, 10**6], [-(2**31), 2**31 - 1], [1, 1], [2, 0], [1])
+    ]
+    + NOT_NUMBERS,
+    "size": [*numbers_of(3), np.array([0.1, 0.1, -0.1])],
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Call:
+    """Something to call; `arguments`: name -> (a valid value, the kind of argument, which names the wrong ones)."""
+
+    of: Callable[..., Any]
+    arguments: dict[str, tuple[Any, str]]
+
+    @property
+    def valid(self) -> dict[str, Any]:
+        return {name: value for name, (value, _) in self.arguments.items()}
+
+
+def call(of: Callable[..., Any], **arguments: tuple[Any, str]) -> Call:
+    return Call(of=of, arguments=arguments)
+
+
+def in_cell(of: Callable[..., Any], **arguments: tuple[Any, str]) -> Call:
+    return call(of, cell=(CELL, "cell"), **arguments)
+
+
+LEVELS = {"levels": (MARGINS, "levels")}
+WINDOW = {"start": (0.0, "window start"), "end": (1.0, "window end")}
+ARM = {"arm": (0, "arm")}
+SEED = {"seed": (1, "seed")}
+TIMED = {"clock": (CLOCK, "clock")}
+OF_CELL = {
+    "add_arm": {name: (value, name) for name, value in arm_at(0.0).items()}
+    | {"tool": (arm_at(0.0)["tool"], "pose")}
+    | {name: (arm_at(0.0)[name], "limits") for name in ("lower", "upper")},
+    "add_obstacle": {name: (value, name) for name, value in obstacle().items()},
+}
+TWO_ROWS = ([ROWS, ROWS], "some rows of each")
+TWO_STEPS = ([STEPS, STEPS], "steps of each")
+
+CALLS = {
+    "cpu_level": call(_core.cpu_level),
+    "Clock.__init__": call(_core.Clock, seconds=(1.0, "seconds")),
+    "Clock.cancel": call(lambda: _core.Clock(1.0).cancel()),
+    "Levels.__init__": call(
+        _core.Levels,
+        margin=(0.002, "number"),
+        proof=(0.0015, "number"),
+        obstacles=(0.0, "number"),
+        own=(0.0, "number"),
+    ),
+    "Cell.__init__": call(_core.Cell),
+    "Cell.add_arm": call(lambda **given: _core.Cell().add_arm(**given), **OF_CELL["add_arm"]),
+    "Cell.add_obstacle": call(lambda **given: _core.Cell().add_obstacle(**given), **OF_CELL["add_obstacle"]),
+    "Cell.freeze": call(lambda: two_arms(frozen=False).freeze()),
+    "spheres": in_cell(_core.spheres, **ARM, q=(ROWS, "rows")),
+    "sphere_table": in_cell(_core.sphere_table, **ARM),
+    "tool_points": in_cell(_core.tool_points, **ARM, q=(ROWS, "rows")),
+    "static_clearance": in_cell(_core.static_clearance, **ARM, q=(ROWS, "rows"), precise=(True, "flag")),
+    "pair_clearance": in_cell(
+        _core.pair_clearance, a=(0, "arm"), qa=(ROWS, "rows"), b=(1, "arm"), qb=(ROWS, "rows"), precise=(True, "flag")
+    ),
+    "cell_clearance": in_cell(_core.cell_clearance, q=([ROWS, ROWS], "rows of each"), obstacles=(True, "flag")),
+    "nearest_bodies": in_cell(_core.nearest_bodies, q=([FIRST, FIRST], "q of each")),
+    "edges_free": in_cell(_core.edges_free, **ARM, q_from=(ROWS, "rows"), q_to=(ROWS, "rows"), **LEVELS),
+    "certify": in_cell(_core.certify, q=TWO_ROWS, required=(MARGINS, "required"), share=(0.5, "share"), **TIMED),
+    "Motion.__init__": in_cell(_core.Motion, **ARM, q=(ROWS, "some rows")),
+    "conflict_instants": in_cell(
+        _core.conflict_instants,
+        motions=([MOTION, OTHER], "motions"),
+        pairs=(np.array([[0, 1]], dtype=np.int32), "pairs"),
+        **LEVELS,
+        bases=(True, "flag"),
+    ),
+    "Constraint.ball": call(_core.Constraint.ball, center=(FIRST, "center"), radius=(0.1, "not negative"), **WINDOW),
+    "Constraint.standing": in_cell(_core.Constraint.standing, **ARM, q=(FIRST, "q"), shrink=(0.0, "number"), **WINDOW),
+    "Constraint.moving": call(
+        _core.Constraint.moving, motion=(MOTION, "any motion"), start=(0.0, "whole step"), end=(1.0, "whole step")
+    ),
+    "Constraint.sphere": call(
+        _core.Constraint.sphere,
+        center=(np.zeros(3), "point"),
+        radius=(0.1, "not negative"),
+        first_link=(1, "link"),
+        **WINDOW,
+    ),
+    "safe_intervals": in_cell(
+        _core.safe_intervals,
+        **ARM,
+        q=(FIRST, "q"),
+        constraints=([BALL], "constraints"),
+        **LEVELS,
+        others=([OTHER], "others"),
+    ),
+    "SingleArm.__init__": in_cell(
+        _core.SingleArm,
+        **ARM,
+        start=(FIRST, "q"),
+        goal=(LAST, "q"),
+        max_step=(STEPS, "steps"),
+        **LEVELS,
+        **SEED,
+        eta=(0.8, "sampling"),
+    ),
+    "SingleArm.plan": call(
+        lambda **given: search().plan(**given),
+        constraints=([BALL], "constraints"),
+        **SEED,
+        **TIMED,
+        max_iterations=(10, "count"),
+        improve_iterations=(0, "count"),
+        shortcuts=(1, "count"),
+        goal_bias=(0.1, "share"),
+        neighbours=(6, "count"),
+        others=([OTHER], "others"),
+        experience=(ROWS, "experience"),
+    ),
+    "repulsive_force": in_cell(
+        _core.repulsive_force,
+        motion=(MOTION, "motion"),
+        others=([OTHER], "others"),
+        k_rep=(1.0, "not negative"),
+        d0=(0.1, "positive"),
+        centre_distance=(False, "flag"),
+    ),
+    "modify_motion": in_cell(
+        _core.modify_motion,
+        motion=(MOTION, "motion"),
+        others=([OTHER], "others"),
+        constraints=([BALL], "constraints"),
+        max_step_rad=(STEPS, "steps"),
+        **LEVELS,
+        constraint_margin=(0.002, "number"),
+        **TIMED,
+        alpha=(0.01, "number"),
+        k_rep=(1.0, "not negative"),
+        d0=(0.1, "positive"),
+        max_iterations=(3, "count"),
+        centre_distance=(False, "flag"),
+        normalised=(False, "flag"),
+        normalised_step=(0.1, "not negative"),
+        max_step=(0.1, "not negative"),
+        comfort=(0.1, "number"),
+        trace=(True, "flag"),
+    ),
+    "breaks_constraint": in_cell(
+        _core.breaks_constraint,
+        motion=(MOTION, "motion"),
+        constraints=([BALL], "constraints"),
+        margin=(0.002, "number"),
+    ),
+    "CompositeSearch.__init__": in_cell(
+        _core.CompositeSearch,
+        start=(np.zeros(4), "all joints"),
+        goal=(np.ones(4), "all joints"),
+        samples=(MARGINS, "levels"),
+        edges=(MARGINS, "levels"),
+        range=(2.0, "sampling"),
+        step=(0.05, "sampling"),
+        **SEED,
+    ),
+    "CompositeSearch.grow": call(lambda **given: composite().grow(**given), iterations=(10, "count"), **TIMED),
+    "shorten": in_cell(
+        _core.shorten,
+        q=TWO_ROWS,
+        max_step=TWO_STEPS,
+        **LEVELS,
+        groups=([0, 0], "groups"),
+        attempts=(10, "count"),
+        worth=(0.01, "worth"),
+        **SEED,
+        **TIMED,
+    ),
+    "replan": in_cell(_core.replan, q=TWO_ROWS, max_step=TWO_STEPS, **LEVELS, attempts=(3, "count"), **SEED, **TIMED),
+    "Recombination.__init__": in_cell(_core.Recombination, max_step=TWO_STEPS, **LEVELS),
+    "Recombination.add": call(lambda **given: pool().add(**given), q=([ROWS, ROWS], "way of each")),
+    "Recombination.has": call(lambda **given: pool().has(**given), choice=([0, 1], "any choice")),
+    "Recombination.shortest": call(lambda: pool().shortest()),
+    "Recombination.way": call(lambda **given: pool().way(**given), **ARM, number=(0, "way number")),
+    "Recombination.closed": call(lambda **given: pool().closed(**given), choice=([0, 1], "choice"), **TIMED),
+    "Recombination.run": call(lambda **given: pool().run(**given), limit=(100.0, "limit"), **TIMED),
+    "search_tree": call(
+        lambda **given: _core.search_tree(**given),
+        arm=(search(), "search"),
+        others=([OTHER], "others"),
+        **SEED,
+        **TIMED,
+        iterations=(10, "count"),
+    ),
+}
+WRONG |= {
+    "any motion": WRONG["motion"][:-1],
+    "center": [np.zeros(0), np.zeros(17), *vectors(2)[3:]],
+    "experience": NOT_ROWS[:4] + NOT_ROWS[5:],
+    "way number": [7, -1, -(2**31), *NOT_COUNTS],
+}
+
+
+def outcome(of: Callable[[], Any]) -> str:
+    """`returned`, or the exception's name and text."""
+    try:
+        of()
+    except Exception as exception:
+        return f"{type(exception).__name__}: {exception}".splitlines()[0]
+    return "returned"
+
+
+def of_unmade_object(name: str, chosen: Call) -> list[tuple[str, Callable[[], Any]]]:
+    """The call of a method, or of the properties beside `__init__`, of an object that was never initialised."""
+    owner, _, method = name.rpartition(".")
+    if not owner or owner == "Constraint":
+        return []
+    kind = getattr(_core, owner)
+    if method != "__init__":
+        return [("self", partial(getattr(kind, method), unmade(kind), **chosen.valid))]
+    return [
+        (key, partial(getattr, unmade(kind), key)) for key, value in vars(kind).items() if isinstance(value, property)
+    ]
+
+
+def main() -> None:
+    """Prints what came of the valid call, and of each with one wrong argument."""
+    warnings.simplefilter("ignore")  # of nanobind, about objects that were never initialised
+    chosen = CALLS[sys.argv[1]]
+    tries = [("valid", lambda: chosen.of(**chosen.valid))]
+    for name, (_, kind) in chosen.arguments.items():
+        for value in WRONG[kind]:
+            tries.append((f"{name} = {value!r}", partial(chosen.of, **(chosen.valid | {name: value}))))
+    tries += of_unmade_object(sys.argv[1], chosen)
+    for what, of in tries:
+        print(json.dumps({"try": what}), flush=True)
+        print(json.dumps({"outcome": outcome(of)}), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -7,8 +7,10 @@ what is listed below is loaded when it is first used.
 from __future__ import annotations
 
 import importlib
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mmp_env import checkout
 from mmp_env.registration import register_environments
 
 if TYPE_CHECKING:
@@ -113,4 +115,8 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
 
 
-register_environments()
+_installed = checkout.installed_package(__path__)
+if _installed is None:
+    register_environments()
+else:
+    checkout.take_place(_installed, Path(__file__).parents[1])

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from numbers import Real
 from typing import Any
 
+from mmp_env.cell_limits import LARGEST_M
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.reading import shown
 
@@ -68,7 +69,7 @@ def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[st
         margin: metres between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`; or None.
 
     Raises:
-        MmpError: for an unknown kind, or a margin that is not a finite number above 0.
+        MmpError: for an unknown kind, or a margin that is not a number above 0, or is larger than any cell.
     """
     if margin is None:
         return {}
@@ -80,8 +81,9 @@ def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[st
         if kind not in KINDS:
             raise UnknownNameError("margin", str(kind), KINDS)
         out[kind] = _metres(value)
-        if not 0 < out[kind] < math.inf:
-            raise MmpError(f"margin {KIND_WORDS[kind]} is {shown(value)}; it must be a finite number of metres above 0")
+        if not 0 < out[kind] <= LARGEST_M:
+            allowed = f"a finite number of metres above 0, {LARGEST_M:g} at most"
+            raise MmpError(f"margin {KIND_WORDS[kind]} is {shown(value)}; it must be {allowed}")
     return {kind: out[kind] for kind in KINDS if kind in out}
 
 

@@ -174,6 +174,7 @@ def test_a_file_from_before_there_were_three_margins_is_proved_with_half_of_its_
         (True, "finite number"),
         (10**400, "finite number"),
         pytest.param(10**5000, "finite number", id="a number of 5001 digits"),
+        (1e10, "100 at most"),
         ({"arm": 0.1}, "Did you mean 'arms'"),
         ({"self": "2"}, "finite number"),
     ],

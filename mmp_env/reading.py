@@ -216,7 +216,7 @@ def _in_words(types: str) -> str:
 
 def _inside(owner: Any, field: str) -> Any:
     """The `Struct` that a field of a `Struct` holds, alone, in a list or in a union; its type where it holds none."""
-    inner = {f.name: f.type for f in msgspec.structs.fields(owner)}[field]
+    inner = {f.encode_name: f.type for f in msgspec.structs.fields(owner)}[field]
     return next((part for part in get_args(inner) if hasattr(part, "__struct_fields__")), inner)
 
 

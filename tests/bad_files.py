@@ -166,6 +166,21 @@ PLANS = {
     "no margin": (["problem", "margin"], GONE, ["problem.margin is missing"]),
     "a margin of nothing": (["problem", "margin"], 0, ["problem.margin is 0", "positive"]),
     "a margin that is NaN": (["problem", "margin"], NAN, ["problem.margin is nan", "positive"]),
+    "a margin of one kind that is no number": (
+        ["problem", "margins"],
+        {"arms": 0.002, "obstacles": 0.002, "self": True},
+        ["problem.margins.self is true", "a number"],
+    ),
+    "a margin of one kind that is missing": (
+        ["problem", "margins"],
+        {"arms": 0.002, "self": 0.002},
+        ["problem.margins.obstacles is missing"],
+    ),
+    "two margins between arms": (
+        ["problem", "margins"],
+        {"arms": 1.5, "obstacles": 0.002, "self": 0.002},
+        ["problem.margin is", "margins.arms", "1.5"],
+    ),
     "no speed": (["problem", "max_velocity"], 0, ["problem.max_velocity is 0", "positive"]),
     "a negative speed": (
         ["problem", "max_velocity"],

@@ -8,11 +8,13 @@ import gymnasium
 import numpy as np
 import pytest
 import tiny_plans
+import two_arms
 import yaml
 
 import mmp_env  # noqa: F401  registers the environments
 import mmp_planners
 from mmp_cli.plan import default_planner
+from mmp_env.cell_file import cell_to_dict
 from mmp_env.plan_file import load_plan
 
 COUNTS = ["expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"]
@@ -287,6 +289,24 @@ def test_margins_that_are_asked_for_are_told_and_proved(mmp, tmp_path):
     assert ran.result["margins_proved"]["arms"] >= 0.02
     assert ran.result["margins_proved"]["obstacles"] >= 0.01
     assert mmp("check", out).code == 0
+
+
+def test_the_summary_says_why_the_default_margin_is_less(mmp, tmp_path):
+    cell = two_arms.facing_cell()
+    near = next(q for q in map(poses, np.linspace(0.0, 0.6, 2000)) if cell.collision.nearest(q)["arms"].clearance_m > 0)
+    far = poses(0.8)
+    assert cell.collision.nearest(near)["arms"].clearance_m < 0.0025
+    ends = [json.dumps({arm: list(row) for arm, row in q.items()}) for q in (near, far)]
+    (tmp_path / "facing.json").write_text(json.dumps(cell_to_dict(cell)))
+    words = ["plan", tmp_path / "facing.json", "--start", ends[0], "--goal", ends[1]]
+    why = "start or goal is tight between arms, where the default is 2 mm"
+    assert why in " ".join(mmp(*words).out.split())
+    assert "tight" not in mmp(*words[:3], ends[1], "--goal", ends[1]).out
+    assert "tight" not in mmp(*words, "--margin", "arms=0.001").out
+
+
+def poses(pan):
+    return {arm: two_arms.reaching(pan) for arm in ("left", "right")}
 
 
 def test_a_margin_that_cannot_be_kept_is_refused_and_nothing_is_written(mmp, tmp_path):

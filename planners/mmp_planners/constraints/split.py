@@ -26,8 +26,8 @@ class Split:
     0 < `share` < 1, it is nearer than the margin to the core too, so that each branch forbids its side of the conflict.
     Complete: in a solution arm j is outside B at t_k, or inside; then its spheres hold the core, and arm i, which keeps
     the margin from them, keeps it from the core. t_k is the deepest instant of the conflict, for the largest ball; that
-    is 0.02 rad or so, which is why completeness is slow. The margin is here the one between arms with the planning slack
-    added, which is what planners take as a conflict; solutions are the plans that keep it.
+    is 0.02 rad or so, which is why completeness is slow. The margin is here the one between arms and the planning
+    slack: planners take anything closer as a conflict. Solutions are the plans that keep it.
     """
 
     share: float = 0.5

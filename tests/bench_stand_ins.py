@@ -232,6 +232,10 @@ DEEDS = {
     "fork_and_stay": _fork_and_stay,
     "meddle": _meddle,
     "sound": lambda problem, plan: _sound(plan),
+    "endless": lambda problem, plan: _sound(plan, times=1e13 * plan.times),
+    "countless": lambda problem, plan: PlanResult(
+        status=Status.SOLVED, plan=plan, stats={"expanded_nodes": 10**400, "generated_nodes": 1}
+    ),
     "no_interrupt": lambda problem, plan: _throw(KeyboardInterrupt),
     "close": lambda problem, plan: os.closerange(3, 256),
 }

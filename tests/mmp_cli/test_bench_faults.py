@@ -121,6 +121,17 @@ def test_a_planner_that_forks_has_one_line_for_each_of_its_units(tmp_path, deed)
     assert {line["status"] for line in lines} == {"solved"}
 
 
+@pytest.mark.parametrize(("deed", "field"), [("endless", "makespan_s"), ("countless", "expanded_nodes")])
+def test_a_number_that_nobody_could_read_again_costs_its_unit_alone(mmp, tmp_path, deed, field):
+    source, out = bench_runs.many_instances(tmp_path, 1), tmp_path / "out"
+    words = ["--planners", "rogue,quick", "--set", f"rogue.deed={deed}", "--workers", 1, "--out", out]
+    bench_runs.bench(tmp_path, source, *words)
+    lines = {line["planner"]: line for line in bench_runs.lines(out)}
+    assert {name: line["status"] for name, line in lines.items()} == {"rogue": "error", "quick": "solved"}
+    assert lines["rogue"]["message"].startswith(f"the result: {field} is ")
+    assert mmp("report", out).code == 0
+
+
 def test_where_a_planner_goes_the_next_one_is_not(tmp_path):
     source, out = bench_runs.many_instances(tmp_path, 1), tmp_path / "out"
     words = ["--planners", "rogue,slow", "--set", "rogue.deed=move", "--workers", 1, "--out", out]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import gc
+import json
 import os
 import time
 from collections.abc import Callable
@@ -13,10 +14,12 @@ from typing import Any
 import mmp_planners
 from mmp_cli.benchmark.job import Job, Result, Unit, Variant, Verdict
 from mmp_cli.benchmark.lines import line_of
+from mmp_cli.benchmark.result_line import read_line
 from mmp_cli.outcome import Outcome
 from mmp_env.check import CheckReport, check_plan
 from mmp_env.errors import InvalidInstanceError, MmpError, in_words
 from mmp_env.problem import Problem
+from mmp_env.reading import Place
 from mmp_env.writing import json_text, plain
 from mmp_planners import Planner, PlanResult, Status, ignore, registry
 from mmp_planners.calling import signed
@@ -70,7 +73,11 @@ class Trials:
         except BaseException as error:
             return Result(line=line_of(self._job, unit, out, in_words(error)))
         try:
-            return self._planned(unit, out, planner)
+            result = self._planned(unit, out, planner)
+            read_line(json.dumps(result.line), Place("the result"))  # one that cannot be read would spoil all others
+            return result
+        except MmpError as error:
+            return Result(line=line_of(self._job, unit, out, in_words(error)))
         except BaseException as error:
             return Result(line=line_of(self._job, unit, out, f"in the benchmark itself: {in_words(error)}"))
 

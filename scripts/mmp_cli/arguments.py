@@ -27,9 +27,12 @@ class Parser(argparse.ArgumentParser):
         formatter_class: type[argparse.HelpFormatter] = argparse.HelpFormatter,
     ) -> None:
         super().__init__(prog=prog, description=description, formatter_class=formatter_class, allow_abbrev=False)
+        self.register("action", None, _Once)
+        self.given = set[str]()
 
     def parse(self, argv: Sequence[str] | None = None) -> argparse.Namespace:
         """The arguments, those of the process by default. Raises `MmpError`."""
+        self.given.clear()
         args, extra = self.parse_known_args(argv)
         for word in extra:
             if word.startswith("-"):
@@ -47,6 +50,20 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Raises the message as an `MmpError`."""
         raise MmpError(message.replace("ignored explicit argument", "it takes no value, not"))
+
+
+class _Once(argparse.Action):
+    """Keeps the value of an argument; an option that is given again is refused."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: str | None = None
+    ) -> None:
+        assert isinstance(parser, Parser)
+        if option is not None:
+            if option in parser.given:
+                parser.error(f"{option} is given twice; give it once")
+            parser.given.add(option)
+        setattr(namespace, self.dest, values)
 
 
 def seed(text: str) -> int:

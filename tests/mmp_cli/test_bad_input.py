@@ -122,6 +122,24 @@ def test_bad_usage(mmp, stand_ins, instances, cell, argv, words):
 
 
 @pytest.mark.parametrize(
+    "argv",
+    [
+        ["plan", "MultiArmCell-4", "--margin", "arms=0.05", "--margin", "self=0.003"],
+        ["plan", "MultiArmCell-4", "--planner=ecbs", "--seed", "1", "--planner", "ecbs"],
+        ["plan", "MultiArmCell-4", "--moments", "end", "--moments", "start"],
+        ["bench", "MultiArmCell-4", "--planners", "ecbs", "MultiArmCell-2", "--planners", "cbs"],
+        ["report", "bench", "--against-note", "C++", "--against", "a", "--against", "b", "--against-note", "60 s"],
+        ["export", "plan.json", "--to", "a.csv", "--to", "b.csv"],
+        ["show", "plan.json", "--image", "a.png", "--image", "b.png"],
+    ],
+    ids=lambda argv: " ".join(argv[:2]),
+)
+def test_an_option_of_one_value_that_is_given_twice(mmp, argv):
+    option = next(word for word in reversed(argv) if word.startswith("--"))
+    assert_refused(mmp(*argv), f"{option} is given twice; give it once")
+
+
+@pytest.mark.parametrize(
     ("content", "words"),
     [
         (None, ["cannot be read: No such file"]),

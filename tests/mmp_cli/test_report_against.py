@@ -55,8 +55,26 @@ def test_published_figures_stand_beside_ours_on_the_common_valid_instances(again
     assert "| ours | ours | 2 of 3 (67 %) | 2.00 s | 2.80 s | 2.00 ± 1.41 | 3.00 ± 1.41 |" in text
     assert "| THEIRS | published | 2 of 3 (67 %) | 15.0 s | 19.0 s | 15.0 ± 7.07 | 5.00 ± 1.41 |" in text
     assert "On the 3 instances that both have" in text
-    assert "in collision with our geometry: w." in text
+    assert "Left out: w (invalid here: the results do not say why); elsewhere (not in these results)." in text
     assert (folder / "published-ring.png").exists()
+
+
+def test_why_an_instance_is_left_out_is_the_reason_of_the_results(against, folder):
+    why = "start: joint 1 of arm 'left' is 9 rad, out of limits"
+    with (folder / "results.jsonl").open("a") as results:
+        results.write(json.dumps({"instance": "ring/v", "planner": "ours", "status": "invalid", "message": why}) + "\n")
+    assert against(HEAD + "x,THEIRS,1,1,4\nv,THEIRS,1,1,4\n").code == 0
+    text = (folder / "table.md").read_text()
+    assert f"Left out: v (invalid here: {why})." in text
+    assert "with our geometry: v" not in text
+
+
+def test_a_published_cost_below_the_straight_lines_is_left_out_and_named(against, folder):
+    assert against(HEAD + "x,THEIRS,1,10,0.5\ny,THEIRS,1,10,0.995\n").code == 0
+    text = (folder / "table.md").read_text()
+    assert "On the 1 instance that both have" in text
+    assert "Left out: x (the published cost of THEIRS, 0.50" in text
+    assert "| THEIRS | 4.00 / 0.99" in text
 
 
 def test_costs_are_compared_where_both_solve(against, folder):

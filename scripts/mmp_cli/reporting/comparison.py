@@ -6,11 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from mmp_cli.reporting.formatting import NOTHING, mean_and_std, number, share
-from mmp_cli.reporting.published import Published, Row
+from mmp_cli.reporting.published import Published, Row, unknown
 from mmp_cli.reporting.sections import Section
 from mmp_cli.reporting.statistics import Spread, spread
 from mmp_cli.reporting.tables import Table, measured
 from mmp_env.wording import counted
+
+_ROUNDING_RAD = 0.01
+"""What a published cost may be below the straight lines by being rounded."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,14 +34,17 @@ class Comparison:
     source: str
     note: str
     instances: tuple[str, ...]
-    invalid: tuple[str, ...]
+    left_out: Mapping[str, str]
+    """Instance that the file names -> why it is not compared."""
     entries: tuple[Entry, ...]
 
 
-def compare(published: Published, section: Section, rows: Mapping[str, Sequence[Row]]) -> Comparison:
-    """Both sides on the common instances; `rows`: our instance -> what the file says of it."""
-    invalid = tuple(name for name in rows if name in section.invalid)
-    names = tuple(name for name in rows if name not in section.invalid)
+def compare(published: Published, section: Section, matched: Mapping[str, Mapping[str, Sequence[Row]]]) -> Comparison:
+    """Both sides on the common instances; `matched`: see `published.match`."""
+    rows = matched[section.name]
+    left_out = {name: why for name in rows if (why := _why_not(section, name, rows[name]))}
+    names = tuple(name for name in rows if name not in left_out)
+    left_out |= dict.fromkeys(unknown(published, matched), "not in these results")
     entries = [_ours(section, index, frozenset(names)) for index in range(len(section.runs))]
     # A published result stands for every seed that we have run the instance with.
     for planner in published.planners:
@@ -49,8 +55,20 @@ def compare(published: Published, section: Section, rows: Mapping[str, Sequence[
         costs = {unit: row.cost_rad for unit, row in solved.items() if row.cost_rad is not None}
         entries.append(Entry(label=planner, published=True, tried=len(told), times=times, costs=costs))
     return Comparison(
-        source=published.name, note=published.note, instances=names, invalid=invalid, entries=tuple(entries)
+        source=published.name, note=published.note, instances=names, left_out=left_out, entries=tuple(entries)
     )
+
+
+def _why_not(section: Section, name: str, rows: Sequence[Row]) -> str | None:
+    """Why an instance that both have cannot be compared, if so."""
+    if name in section.invalid:
+        return f"invalid here: {section.invalid[name] or 'the results do not say why'}"
+    bound = section.lower_bounds.get(name)
+    for row in rows:
+        if bound is not None and row.cost_rad is not None and row.cost_rad < bound - _ROUNDING_RAD:
+            least = f"the straight lines from start to goal, {number(bound)} rad, below which no plan can be"
+            return f"the published cost of {row.planner}, {number(row.cost_rad)} rad, is less than {least}"
+    return None
 
 
 def _ours(section: Section, index: int, names: frozenset[str]) -> Entry:
@@ -77,9 +95,9 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
         f"{counted(len(comparison.instances), 'instance')} that both have and that are valid here; times and costs "
         "over what the planner itself has solved."
     )
-    if comparison.invalid:
-        names = ", ".join(name.partition("/")[2] or name for name in comparison.invalid)
-        note += f" Left out, because start or goal is in collision with our geometry: {names}."
+    if comparison.left_out:
+        told = (f"{name.partition('/')[2] or name} ({why})" for name, why in comparison.left_out.items())
+        note += f" Left out: {'; '.join(told)}."
     head = ["planner", "whose", "solved", "median time", "90 %", "mean time [s]", "mean cost [rad]"]
     first = Table(title=f"Beside {comparison.source}", head=head, rows=rows, note=note)
     return [first, _cost_table(comparison)]

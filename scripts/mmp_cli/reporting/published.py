@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -98,6 +98,12 @@ def match(published: Published, sections: Sequence[Section]) -> dict[str, dict[s
             f"results '{ours}' and the like"
         )
     return out
+
+
+def unknown(published: Published, matched: Mapping[str, Mapping[str, Sequence[Row]]]) -> list[str]:
+    """The instances that the file names and none of the results has; `matched`: see `match`."""
+    found = {row.instance for rows in matched.values() for told in rows.values() for row in told}
+    return list(dict.fromkeys(row.instance for row in published.rows if row.instance not in found))
 
 
 def _homes(published: Published, row: Row, sections: Iterable[Section]) -> list[tuple[Section, str]]:

@@ -142,7 +142,7 @@ def _part(
     tables = section_tables(section)
     for k, (published, rows) in enumerate(matches, 1):
         if section.name in rows:
-            comparison = compare(published, section, rows[section.name])
+            comparison = compare(published, section, rows)
             tables += comparison_tables(comparison)
             count = f"-{k}" if len(matches) > 1 else ""
             drawings.append(published_figure(comparison, looked, f"published-{name}{count}"))

@@ -73,10 +73,16 @@ class Section:
 
     @cached_property
     def invalid(self) -> dict[str, str]:
-        """Instances whose start or goal is itself in collision or out of limits, and why, where that is told."""
+        """Instances whose start or goal breaks a limit or a margin, and why, where that is told."""
         lines = [line for run in self.runs for line in run.lines if line.status == "invalid"]
         why = {line.instance: line.message for line in lines if line.message}
         return {line.instance: why.get(line.instance, "") for line in lines}
+
+    @cached_property
+    def lower_bounds(self) -> dict[str, float]:
+        """Instance -> the cost of the straight lines from start to goal [rad], where the results have it."""
+        lines = (line for run in self.runs for line in run.lines)
+        return {line.instance: x for line in lines if (x := line.cost_lower_bound_rad) is not None}
 
     @cached_property
     def solved_by_none(self) -> tuple[str, ...]:

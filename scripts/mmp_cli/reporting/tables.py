@@ -153,7 +153,10 @@ def invalid_table(section: Section) -> Table | None:
         return None
     rows = [[_short(section, name), section.invalid[name] or NOTHING] for name in section.instances if name in
             section.invalid]  # fmt: skip
-    note = "Start or goal is itself in collision or out of limits: counted apart, neither solved nor failed."
+    note = (
+        "Start or goal is itself in collision, out of limits or closer than the margin asked for: counted apart, "
+        "neither solved nor failed."
+    )
     return Table(title="Invalid", head=["instance", "why"], rows=rows, note=note, text=True)
 
 

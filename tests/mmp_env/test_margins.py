@@ -143,6 +143,13 @@ def test_the_nearest_bodies_are_those_of_the_reference_implementation(robot):
             assert (len(set(owners)) == 1) == (kind == "self")
 
 
+def test_what_is_proved_of_each_kind_is_close_to_what_the_plan_keeps():
+    plan = make("auto").plan(swinging(), seed=1, time_limit=60.0).plan
+    proved = check_plan(plan).proved_m
+    for kind, least in least_sampled(plan).items():
+        assert 0.9 * least - 0.005 < proved[kind] <= least + FLOAT_M
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_checker_refutes_a_plan_whose_file_claims_more_than_it_keeps(kind):
     document = plan_to_dict(make("auto").plan(swinging(), seed=1, time_limit=60.0).plan)

@@ -99,6 +99,15 @@ def test_planners_without_a_tree_leave_no_hole_among_the_nodes(section, monkeypa
     assert caption.endswith("Without a conflict tree, and so without nodes: p1.")
 
 
+def test_the_ratio_of_a_pair_says_of_how_many_instances_it_is(tmp_path, monkeypatch):
+    counts = {"a": (0, 0, 4), "b": (0, 0, 8), "c": (1, 1, 1)}
+    lines = [line(f"ring/{k}", x, expanded_nodes=count) for x in counts for k, count in enumerate(counts[x])]
+    (found,) = sections(read_results(folder_of(tmp_path, lines)).lines, list(counts))
+    figure, _ = drawn(monkeypatch, pairs_figure, found, "a", looks(list(counts)), "pairs")
+    titles = [axes.get_title(loc="left") for axes in figure.axes]
+    assert titles[:3:2] == ["3 instances, ×1", "1 of 3 instances, ×2"]
+
+
 def test_a_planner_without_a_tree_has_a_dash_with_a_note_and_no_zero(folder):
     assert main(["report", str(folder)]) == 0
     table = (folder / "table.md").read_text(encoding="utf-8")

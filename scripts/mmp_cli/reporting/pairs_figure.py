@@ -36,7 +36,8 @@ def pairs_figure(section: Section, reference: str, looks: Mapping[str, Look], na
             _draw_row(row, kept, mine, field, told, looks)
         caption = (
             f"Pairwise, {section.name}: each point is an instance that both have solved; below the diagonal "
-            f"{reference} needs less. The number is the median of the other's value by the reference's."
+            f"{reference} needs less. The number after × is the median of the other's value by the reference's, "
+            "over the instances where not both are 0."
         )
         treeless = [run.label for run in others if not _points(run, mine, "expanded_nodes")[0].size]
         if treeless and len(rows) > 1:
@@ -77,11 +78,13 @@ def _draw_row(
 
 
 def _summary(x: np.ndarray, y: np.ndarray) -> str:
-    """How many points, and the median ratio where it exists and is not 0."""
-    told = counted(x.size, "instance")
+    """The median ratio where it exists and is not 0, and of how many points it is: 0 by 0 has none."""
     ratios = [a / b if b else math.inf for a, b in zip(x, y, strict=True) if a or b]
     ratio = float(np.median(ratios)) if ratios else math.nan
-    return f"{told}, ×{ratio:.2g}" if math.isfinite(ratio) and ratio > 0 else told
+    if not (math.isfinite(ratio) and ratio > 0):
+        return counted(x.size, "instance")
+    told = counted(len(ratios), "instance") if len(ratios) == x.size else f"{len(ratios)} of {x.size} instances"
+    return f"{told}, ×{ratio:.2g}"
 
 
 def _points(run: Runs, mine: Runs, field: str) -> tuple[np.ndarray, np.ndarray]:

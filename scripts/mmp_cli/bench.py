@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 DEFAULT_MEMORY_LIMIT_MB = 4096
 DEFAULT_FOLDER = "bench"
-_SHOWN_ERRORS = 10
+_SHOWN_REASONS = 10
 _PROGRAM = "mmp bench"
 _ABOUT = """Runs many instances through several planners, each run in a worker process with one thread and its own
 deadline. A planner that crashes, hangs or eats the memory costs one line of status error, and the rest goes on. Results
@@ -80,7 +80,7 @@ def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
     from mmp_cli.benchmark.folder import ResultsFolder
     from mmp_cli.benchmark.settings import settings_of
-    from mmp_cli.benchmark.table import errors, print_table
+    from mmp_cli.benchmark.table import print_table, reasons
 
     job = _job(args)
     units = job.units()
@@ -96,11 +96,11 @@ def run(args: Namespace) -> int:
             _work(args, job, folder, pool or stack.enter_context(_pool(args, job)))
     lines = [folder.lines[unit.key] for unit in units]
     print_table(list(job.variants), lines)
-    told = errors(lines)
-    for sentence in told[:_SHOWN_ERRORS]:
+    told = reasons(lines)
+    for sentence in told[:_SHOWN_REASONS]:
         complain(sentence, program=_PROGRAM)
-    if len(told) > _SHOWN_ERRORS:
-        complain(f"{len(told) - _SHOWN_ERRORS} more kinds of errors stand in the results", program=_PROGRAM)
+    if len(told) > _SHOWN_REASONS:
+        complain(f"{len(told) - _SHOWN_REASONS} more reasons stand in the results", program=_PROGRAM)
     say(f"results: {folder.results}; the report of them: mmp report {args.out}")
     return 0
 

@@ -59,6 +59,7 @@ def test_an_invalid_instance_is_a_line_for_each_planner_and_is_not_planned(finis
         assert (line["status"], line["planning_time_s"], line["plan"]) == ("invalid", None, None)
         assert "joint 3" in line["message"]
         assert "pairs.json" not in line["message"], "where the file lies is no part of a result"
+    assert f"invalid: {line['message']} (pair/outside)" in finished.ran.err
 
 
 def test_no_plan_in_time_is_a_timeout_with_its_counts(finished):

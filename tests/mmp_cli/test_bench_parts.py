@@ -10,7 +10,7 @@ from mmp_cli.benchmark.folder import plan_path
 from mmp_cli.benchmark.job import Unit
 from mmp_cli.benchmark.progress import BenchProgress, duration
 from mmp_cli.benchmark.seat import grace_s
-from mmp_cli.benchmark.table import errors
+from mmp_cli.benchmark.table import reasons
 from mmp_env.writing import file_name
 
 
@@ -60,7 +60,17 @@ def test_errors_of_a_kind_are_told_once_with_their_number():
         {"planner": "b", "status": "error", "message": "boom", "instance": "y"},
         {"planner": "b", "status": "solved", "message": None, "instance": "z"},
     ]
-    assert errors(lines) == ["a: boom (x and 1 more)", "b: boom (y)"]
+    assert reasons(lines) == ["a: boom (x and 1 more)", "b: boom (y)"]
+
+
+def test_reasons_of_invalid_instances_are_told_once_for_all_planners_and_after_the_errors():
+    lines = [
+        {"planner": planner, "status": "invalid", "message": why, "instance": name}
+        for planner in ("a", "b")
+        for name, why in (("x", "arms collide"), ("y", "arms collide"), ("z", "out of limits"))
+    ]
+    lines.append({"planner": "b", "status": "error", "message": "boom", "instance": "w"})
+    assert reasons(lines) == ["b: boom (w)", "invalid: arms collide (x and 1 more)", "invalid: out of limits (z)"]
 
 
 @pytest.mark.parametrize(("limit_s", "grace"), [(0.1, 2), (10, 10), (60, 30), (1800, 30), (float("inf"), 30)])

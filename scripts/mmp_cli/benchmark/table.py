@@ -1,4 +1,4 @@
-"""What a benchmark came to, in a few lines: a row for each planner, and the errors by name."""
+"""What a benchmark came to, in a few lines: a row for each planner, the errors, and why instances are invalid."""
 
 from __future__ import annotations
 
@@ -30,15 +30,19 @@ def print_table(planners: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> 
     rows.print_table(table)
 
 
-def errors(lines: Iterable[Mapping[str, Any]]) -> list[str]:
-    """A sentence for each kind of error of each planner: how often, where first, and what it was."""
-    found: dict[tuple[str, str], list[str]] = {}
-    for line in lines:
-        if line["status"] == "error":
-            found.setdefault((line["planner"], str(line.get("message"))), []).append(line["instance"])
+def reasons(lines: Iterable[Mapping[str, Any]]) -> list[str]:
+    """A sentence for each kind of error of each planner, then for each reason why instances are invalid.
+
+    They tell what it was, where first, and of how many more instances.
+    """
+    found: dict[tuple[str, str], dict[str, None]] = {}
+    for line in sorted(lines, key=lambda line: line["status"] == "invalid"):
+        if line["status"] in ("error", "invalid"):
+            whose = line["planner"] if line["status"] == "error" else "invalid"
+            found.setdefault((whose, str(line.get("message"))), {})[line["instance"]] = None
     return [
-        f"{planner}: {message} ({instances[0]}{f' and {len(instances) - 1} more' if len(instances) > 1 else ''})"
-        for (planner, message), instances in found.items()
+        f"{whose}: {message} ({next(iter(instances))}{f' and {len(instances) - 1} more' if len(instances) > 1 else ''})"
+        for (whose, message), instances in found.items()
     ]
 
 

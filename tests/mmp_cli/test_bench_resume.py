@@ -115,7 +115,13 @@ def copied(complete, tmp_path):
     out = Path(shutil.copytree(folder, tmp_path / "out"))
 
     def again(*more):
-        return bench_runs.bench(tmp_path, *words, *more, "--out", out)
+        kept = [
+            word
+            for pair in zip(words[1::2], words[2::2], strict=True)
+            for word in pair
+            if pair[0] == "--set" or pair[0] not in more
+        ]
+        return bench_runs.bench(tmp_path, words[0], *kept, *more, "--out", out)
 
     return out, source, again
 

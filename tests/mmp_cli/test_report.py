@@ -43,7 +43,7 @@ def made(tmp_path_factory):
 
 
 def command(folder):
-    (folder / "ring.csv").write_text(f"instance,planner,solved,planning_time_s,cost_rad\n1,{ODD},1,3,4\n2,B,1,9,5\n")
+    (folder / "ring.csv").write_text(f"instance,planner,solved,planning_time_s,cost_rad\n1,{ODD},1,3,14\n2,B,1,9,15\n")
     return ["report", str(folder), "--against", str(folder / "ring.csv")]
 
 

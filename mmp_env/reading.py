@@ -23,7 +23,7 @@ from typing import Any, TypeVar, get_args
 import msgspec
 
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
-from mmp_env.regular_files import read_bytes
+from mmp_env.regular_files import check_size, read_bytes
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -104,8 +104,13 @@ def names_file(text: str) -> bool:
 
 
 def read_document(path: str | PathLike[str]) -> Any:
-    """The content of a JSON or (`.yaml`, `.yml`) YAML file as dicts, lists and scalars. Raises `MmpError`."""
-    is_yaml = Path(path).suffix.lower() in _YAML_SUFFIXES
+    """The content of a JSON or (`.yaml`, `.yml`) YAML file as dicts, lists and scalars. Raises `MmpError`.
+
+    A name without a suffix, as pipes have, says nothing: there, text is YAML unless it begins like an object or a list
+    of JSON.
+    """
+    suffix = Path(path).suffix.lower()
+    is_yaml = suffix in _YAML_SUFFIXES
     limit = MAX_YAML_BYTES if is_yaml else MAX_JSON_BYTES
     place = Place(str(path))
     content = read_bytes(path, limit, "YAML" if is_yaml else "JSON")
@@ -116,6 +121,9 @@ def read_document(path: str | PathLike[str]) -> Any:
             f"{place} is not text in UTF-8 (byte {error.object[error.start]:#04x} at {error.start}); "
             "it must be a JSON or YAML file"
         ) from None
+    if not suffix and not text.lstrip().startswith(("{", "[")):
+        check_size(path, len(content), MAX_YAML_BYTES, "YAML")
+        is_yaml = True
     return parse_yaml(text, place) if is_yaml else parse_json(text, place)
 
 

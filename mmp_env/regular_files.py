@@ -20,9 +20,14 @@ def read_bytes(path: str | PathLike[str], limit: int, kind: str) -> bytes:
             content = file.read(limit + 1)
     except (OSError, ValueError) as error:
         raise refusal(path, "read", error) from None
-    if len(content) > limit:
-        raise MmpError(f"{path} is larger than {limit / 2**20:g} MB, the most that is read of a {kind} file")
+    check_size(path, len(content), limit, kind)
     return content
+
+
+def check_size(path: str | PathLike[str], size: int, limit: int, kind: str) -> None:
+    """Raises `MmpError` for a file of more than `limit` bytes."""
+    if size > limit:
+        raise MmpError(f"{path} is larger than {limit / 2**20:g} MB, the most that is read of a {kind} file")
 
 
 def _may_never_end(path: str | PathLike[str]) -> bool:

@@ -206,3 +206,25 @@ def test_whatever_stands_wherever_in_a_file_is_read_or_named(good, read):
     assert len(messages) > 150
     assert all(message.startswith("odd.json") for message in messages)
     assert max(map(len, messages)) < 700
+
+
+def test_a_pipe_and_a_name_without_suffix_hold_yaml_or_json(tmp_path):
+    for text in ("# by hand\nleft: [0, 1]\n", '{"left": [0, 1]}', '"left": [0, 1]'):
+        (tmp_path / "ends").write_text(text)
+        reader, writer = os.pipe()
+        os.write(writer, text.encode())
+        os.close(writer)
+        try:
+            assert read_document(f"/dev/fd/{reader}") == read_document(tmp_path / "ends") == {"left": [0, 1]}
+        finally:
+            os.close(reader)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [('{"left": [0', "is not JSON"), ("left: [0", "not YAML"), ("# " + "a" * MAX_YAML_BYTES, "0.25 MB")],
+)
+def test_bad_text_without_suffix_is_refused_as_what_it_looks_like(tmp_path, text, words):
+    (tmp_path / "ends").write_text(text)
+    with pytest.raises(MmpError, match=words):
+        read_document(tmp_path / "ends")

@@ -122,6 +122,14 @@ def _hang(problem, plan):
             time.sleep(60)
 
 
+def _tear(problem, plan):
+    """Writes the first bytes of a message to everything that is open, and no more."""
+    for descriptor in range(3, 64):
+        with contextlib.suppress(OSError):
+            os.write(descriptor, (1000).to_bytes(4, "big") + b"answer")
+    _hang(problem, plan)
+
+
 def _eat(problem, plan):
     eaten = [np.ones(2**23) for _ in range(30)]  # 64 MB each
     _hang(problem, eaten)
@@ -204,6 +212,7 @@ DEEDS = {
     "raise": _raise,
     "crash": _crash,
     "hang": _hang,
+    "tear": _tear,
     "eat": _eat,
     "stop": _stop,
     "exit": lambda problem, plan: sys.exit(0),

@@ -18,6 +18,7 @@ from multiprocessing.connection import wait
 from types import TracebackType
 from typing import Any
 
+from mmp_cli.pipe_reader import PipeReader
 from mmp_cli.planner_child import EVENT, MISUSE, held_back, serve
 from mmp_cli.planner_messages import read, result_from_data
 from mmp_cli.process_end import how_it_ended
@@ -48,6 +49,7 @@ class PlannerProcess:
         self._asked_to_stop, self._limit_s, self._until = False, math.inf, math.inf
         self._inbox: tuple[str, Any] | None = None
         self._connection, theirs = multiprocessing.Pipe()
+        self._messages = PipeReader(self._connection)
         fork = multiprocessing.get_context("fork")
         self._process = fork.Process(target=serve, args=(theirs, self._connection, os.getpid(), name, dict(options)))
         with held_back(), warnings.catch_warnings():
@@ -104,10 +106,10 @@ class PlannerProcess:
         """The next message, which stays in the inbox: Ctrl-C at any moment loses none. Raises `_LostError`."""
         while self._inbox is None:
             ended = self._process.exitcode  # before the messages: what it sent before its end is read
-            if wait([self._connection], timeout=_TICK_S if ended is None else 0):
-                with held_back():
-                    self._receive()
-            elif ended is not None:
+            with held_back():
+                self._receive()
+            silent = self._inbox is None and not wait([self._connection], timeout=_TICK_S if ended is None else 0)
+            if silent and ended is not None:
                 raise _LostError(f"its process {how_it_ended(ended)} while {self._phase}")
             # An event is no answer: a planner that tells of them for ever is late as well.
             if time.monotonic() > self._until and (self._inbox is None or self._inbox[0] == EVENT):
@@ -118,7 +120,10 @@ class PlannerProcess:
 
     def _receive(self) -> None:
         try:
-            kind, data = self._connection.recv_bytes().split(b"\n", 1)
+            message = self._messages.next()
+            if message is None:
+                return
+            kind, data = message.split(b"\n", 1)
             if kind == EVENT.encode():
                 with contextlib.suppress(pickle.UnpicklingError):  # one that holds more than data is left out
                     self._inbox = EVENT, read(data)

@@ -12,12 +12,14 @@ from mmp_cli.benchmark import seat
 from mmp_cli.benchmark.job import Examination, Job, Verdict
 from mmp_cli.benchmark.seat import Seat
 from mmp_cli.benchmark.worker import READY
+from mmp_cli.pipe_reader import PipeReader
 
 CRASH = "killed by SIGSEGV"
 DEEDS = {
     "raise": ["plan() raised KeyError: 'a bug'"],
     "crash": [CRASH, "while planning", "in _crash (bench_stand_ins.py, line "],
     "hang": ["still planning 2 s after its time limit of 0.5 s"],
+    "tear": ["still planning 2 s after its time limit of 0.5 s"],
     "stop": ["raised StopPlanning: enough"],
     "exit": ["raised SystemExit: 0"],
     "leave": ["ended by itself with exit code 3"],
@@ -190,6 +192,7 @@ def test_an_answer_to_an_earlier_task_is_not_taken_for_that_to_the_present_one(m
 
     def start(self):
         self._process, self._connection = subprocess.Popen(["sleep", "60"], process_group=0), ours
+        self._messages = PipeReader(ours)
         theirs.send((0, READY))
 
     monkeypatch.setattr(Seat, "_start", start)

@@ -102,6 +102,20 @@ def test_one_that_does_not_end_is_ended_after_the_grace_time(plan, monkeypatch):
     assert ran.err == f"mmp: planner 'rogue' {told}\n"
 
 
+def test_one_that_writes_half_a_message_is_ended_as_well(tmp_path, instances):
+    command = [sys.executable, "-c", "from mmp_cli.main import main; raise SystemExit(main())", "plan", str(instances)]
+    ran = subprocess.run(
+        [*command, "--planner", "rogue", "--set", "deed=tear", "--json", "--time-limit", "0.2"],
+        env=bench_runs.environment(tmp_path),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert (ran.returncode, json.loads(ran.stdout)["status"]) == (1, "error")
+    assert "its process was ended, still planning" in ran.stderr
+
+
 def test_one_that_tells_of_events_for_ever_is_ended_as_well(mmp, instances, tmp_path, monkeypatch):
     monkeypatch.setattr(planner_process, "GRACE_S", 0.05)
     monkeypatch.syspath_prepend(bench_runs.site(tmp_path))

@@ -20,6 +20,7 @@ from mmp_cli.benchmark.cores import Core
 from mmp_cli.benchmark.job import Answer, Failure, Job, Task
 from mmp_cli.benchmark.worker import ONE_THREAD, READY
 from mmp_cli.machine import machine
+from mmp_cli.pipe_reader import PipeReader
 from mmp_cli.process_end import how_it_ended
 
 TICK_S = 0.05
@@ -78,8 +79,8 @@ class Seat:
         assert self._process is not None
         ended = self._process.poll()  # before the messages: what it sent before its end is read
         with contextlib.suppress(EOFError, OSError, ValueError, TypeError, pickle.UnpicklingError):
-            while self._connection.poll():
-                number, message = self._connection.recv()
+            while (received := self._messages.next()) is not None:
+                number, message = pickle.loads(received)
                 if message == READY:
                     self._ready = True
                 elif number != self._number:
@@ -111,6 +112,7 @@ class Seat:
         self._starts += 1
         ours, theirs = socket.socketpair()
         self._connection = Connection(ours.detach())
+        self._messages = PipeReader(self._connection)
         program = _PROGRAM.format(path=sys.path, fd=theirs.fileno(), parent=os.getpid(), core=self._core.number)
         self._log.truncate(0)
         with theirs:

@@ -1,0 +1,53 @@
+"""Reads the messages of another process without ever waiting for the rest of one."""
+
+from __future__ import annotations
+
+import os
+import struct
+from multiprocessing.connection import Connection, wait
+
+_CHUNK_BYTES = 1 << 20
+_SHORT, _LONG = struct.Struct("!i"), struct.Struct("!Q")
+
+
+class PipeReader:
+    """Complete messages from a `Connection`; a process that stops in the middle of one blocks nobody."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection, self._bytes = connection, bytearray()
+
+    def next(self) -> bytes | None:
+        """Returns the next message that has arrived completely, or None. Does not wait.
+
+        Raises:
+            EOFError: if the other end is closed and no complete message is left.
+            OSError: if the pipe cannot be read.
+            ValueError: if the bytes are no messages.
+        """
+        while (message := self._complete()) is None:
+            if not wait([self._connection], timeout=0):
+                return None
+            chunk = os.read(self._connection.fileno(), _CHUNK_BYTES)
+            if not chunk:
+                raise EOFError
+            self._bytes += chunk
+        return message
+
+    def _complete(self) -> bytes | None:
+        """The first message, framed as `Connection.send_bytes` does it: its length, as 4 bytes or -1 and 8, and it."""
+        head = _SHORT.size
+        if len(self._bytes) < head:
+            return None
+        (size,) = _SHORT.unpack_from(self._bytes)
+        if size == -1:
+            head += _LONG.size
+            if len(self._bytes) < head:
+                return None
+            (size,) = _LONG.unpack_from(self._bytes, _SHORT.size)
+        if size < 0:
+            raise ValueError(f"a message of {size} bytes")
+        if len(self._bytes) < head + size:
+            return None
+        message = bytes(self._bytes[head : head + size])
+        del self._bytes[: head + size]
+        return message

@@ -15,8 +15,9 @@ from msgspec import UNSET, UnsetType
 from mmp_env.cell import NAMES, SHAPES, Arm, Cell, Obstacle, is_name
 from mmp_env.cell_limits import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.file_kinds import CELL, read_for
 from mmp_env.held import HELD
-from mmp_env.reading import Place, decode, named, read_document, shown
+from mmp_env.reading import Place, decode, named, shown
 from mmp_env.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.transforms import quaternion_from_yaw
 from mmp_env.wording import degrees_hint
@@ -67,7 +68,7 @@ class CellData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 def load_cell(path: str | PathLike[str]) -> Cell:
     """The cell in a JSON or YAML file. Raises `MmpError` that names file, field and value."""
-    return cell_from_dict(read_document(path), str(path), name=Path(path).stem)
+    return cell_from_dict(read_for("load_cell", path, CELL), str(path), name=Path(path).stem)
 
 
 def cell_from_dict(data: Any, where: str | Place, *, name: str = "cell") -> Cell:

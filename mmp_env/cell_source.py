@@ -56,13 +56,14 @@ def find_cell(source: Cell | str | PathLike[str], *, robot: str | None = None, s
 
 def _from_file(source: str | PathLike[str]) -> Cell:
     from mmp_env.cell_file import cell_from_dict
+    from mmp_env.file_kinds import CELL, INSTANCES, read_for
     from mmp_env.instance_file import holds_instances, instances_from_dict
-    from mmp_env.reading import names_file, read_document
+    from mmp_env.reading import names_file
 
     path = Path(source)
     if isinstance(source, str) and not exists(path) and not names_file(source):
         raise UnknownNameError("cell", source, cell_names())
-    data = read_document(path)
+    data = read_for("find_cell", source, CELL, INSTANCES)
     if holds_instances(data):
         return instances_from_dict(data, str(source), name=path.stem).cell
     return cell_from_dict(data, str(source), name=path.stem)

@@ -13,9 +13,10 @@ from mmp_env.brief import brief
 from mmp_env.cell_file import name_or_stem
 from mmp_env.errors import MmpError
 from mmp_env.execution import ExecutionReport, execute_plan
+from mmp_env.file_kinds import EPISODE, read_for
 from mmp_env.plan import Plan
 from mmp_env.plan_file import plan_from_dict, plan_to_dict
-from mmp_env.reading import Place, check_schema, decode, read_document
+from mmp_env.reading import Place, check_schema, decode
 from mmp_env.simulation import Simulation
 from mmp_env.wording import counted, in_seconds
 from mmp_env.writing import json_text, write_text
@@ -125,4 +126,4 @@ def save_episode(episode: Episode, path: str | PathLike[str]) -> None:
 
 def load_episode(path: str | PathLike[str]) -> Episode:
     """The episode in a file, see `episode_from_dict`. Raises `MmpError` that names file, field and value."""
-    return episode_from_dict(read_document(path), str(path), name=Path(path).stem)
+    return episode_from_dict(read_for("load_episode", path, EPISODE), str(path), name=Path(path).stem)

@@ -35,9 +35,10 @@ def in_words(error: BaseException) -> str:
 
 
 def nearest(name: str, known: Sequence[str]) -> str | None:
-    """Returns the name in `known` that is most like `name`, or None where none is."""
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-    return close[0] if close else None
+    """Returns the name in `known` that is most like `name`, in capitals or not, or None where none is."""
+    by_folded = {other.casefold(): other for other in known}
+    close = difflib.get_close_matches(name.casefold(), by_folded, n=1, cutoff=0.4)
+    return by_folded[close[0]] if close else None
 
 
 def misspelled(name: str, known: Sequence[str]) -> str | None:

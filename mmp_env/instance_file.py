@@ -17,9 +17,10 @@ from mmp_env.brief import brief, some
 from mmp_env.cell import Cell
 from mmp_env.cell_file import CellData, cell_from_data, check_name
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.file_kinds import INSTANCES, read_for
 from mmp_env.margins import Margins
 from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
-from mmp_env.reading import Place, check_schema, decode, named, numbers, read_document, shown
+from mmp_env.reading import Place, check_schema, decode, named, numbers, shown
 from mmp_env.robot import frozen_array
 from mmp_env.wording import counted
 
@@ -101,7 +102,7 @@ def holds_instances(data: Any) -> bool:
 
 def load_instances(path: str | PathLike[str]) -> InstanceFile:
     """The instances in a file. Raises `MmpError` that names file, field and value."""
-    return instances_from_dict(read_document(path), str(path), name=Path(path).stem)
+    return instances_from_dict(read_for("load_instances", path, INSTANCES), str(path), name=Path(path).stem)
 
 
 def instances_from_dict(data: Any, where: str | Place, *, name: str = "instances") -> InstanceFile:

@@ -14,11 +14,12 @@ from jaxtyping import Float
 from mmp_env.cell import Cell
 from mmp_env.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.errors import MmpError
+from mmp_env.file_kinds import PLAN, read_for
 from mmp_env.instance_file import check_arms, configurations_from_dict
 from mmp_env.margins import Margins
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem, velocity_limits
-from mmp_env.reading import Place, check_schema, decode, numbers, read_document
+from mmp_env.reading import Place, check_schema, decode, numbers
 from mmp_env.robot import frozen_array
 from mmp_env.writing import json_text, plain, write_text
 
@@ -114,7 +115,7 @@ def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
 
 def load_plan(path: str | PathLike[str]) -> Plan:
     """The plan in a file, see `plan_from_dict`. Raises `MmpError` that names file, field and value."""
-    return plan_from_dict(read_document(path), str(path))
+    return plan_from_dict(read_for("load_plan", path, PLAN), str(path))
 
 
 def _by_arm(cell: Cell, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

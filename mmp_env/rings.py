@@ -6,10 +6,13 @@ apart.
 
 from __future__ import annotations
 
+from numbers import Integral
+
 import numpy as np
 
 from mmp_env.cell import Cell, Obstacle, place_arm
-from mmp_env.errors import UnknownNameError
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.reading import shown
 from mmp_env.robot import frozen_array, load_robot
 from mmp_env.transforms import quaternion_from_yaw
 
@@ -26,8 +29,10 @@ def ring_radius(count: int, robot: str) -> float:
 def ring_cell(count: int, robot: str = "ur5e", spheres: str = "28") -> Cell:
     """`count` (2, 4, 6 or 8) arms `arm0`... in a ring; the top of the table is z = 0.
 
-    Raises `UnknownNameError` for another count, robot or sphere set.
+    Raises `UnknownNameError` for another count, robot or sphere set, and `MmpError` for a count that is no number.
     """
+    if not isinstance(count, Integral):
+        raise MmpError(f"count is {shown(count)}; it must be one of the numbers {', '.join(map(str, RING_RADIUS_M))}")
     if count not in RING_RADIUS_M:
         raise UnknownNameError("ring size", count, map(str, RING_RADIUS_M))
     radius = ring_radius(count, robot)

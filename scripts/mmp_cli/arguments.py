@@ -91,19 +91,27 @@ def positive(text: str) -> float:
 
 def margins(text: str) -> dict[str, float]:
     """Kind of margin -> metres: one number for arms and obstacles, or `arms=A,obstacles=B,self=C`, any of them."""
-    from mmp_env.margins import KINDS, asked_margins
+    from mmp_env.margins import asked_margins
 
-    if "=" not in text:
-        return asked_margins(positive(text))
     out: dict[str, float] = {}
-    for part in text.split(","):
+    for part in text.split(",") if "=" in text else ():
         kind, _, value = (word.strip() for word in part.partition("="))
-        if kind not in KINDS:
-            raise argparse.ArgumentTypeError(str(UnknownNameError("margin", kind, KINDS)))
         if kind in out:
             raise argparse.ArgumentTypeError(f"'{text}' gives {kind} twice; give one")
-        out[kind] = positive(value)
-    return out
+        out[kind] = _metres(value, text)
+    try:
+        return asked_margins(out or _metres(text, text))
+    except MmpError as error:  # as a ValueError, argparse would drop what it says
+        raise argparse.ArgumentTypeError(str(error)) from None
+
+
+def _metres(number: str, text: str) -> float:
+    """A length in the `text` of a margin."""
+    value = _number(number)
+    if not (math.isfinite(value) and value > 0):
+        allowed = "metres, a finite number above 0 such as 0.005, or arms=A,obstacles=B,self=C with such numbers"
+        raise argparse.ArgumentTypeError(f"'{text}' is no margin; it must be {allowed}")
+    return value
 
 
 def add_margin(parser: Parser) -> None:

@@ -6,8 +6,8 @@ import json
 from argparse import Namespace
 
 from mmp_cli.arguments import Parser
-from mmp_cli.kinds import EPISODE, PLAN, read_as
 from mmp_env.errors import MmpError
+from mmp_env.file_kinds import EPISODE, PLAN, read_as
 from mmp_env.wording import counted
 
 

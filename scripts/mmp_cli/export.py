@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser, check_spared
-from mmp_cli.kinds import EPISODE, PLAN, read_as
 from mmp_cli.output import complain, say
+from mmp_env.file_kinds import EPISODE, PLAN, read_as
 from mmp_env.wording import in_seconds
 
 if TYPE_CHECKING:

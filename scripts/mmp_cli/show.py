@@ -13,10 +13,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser
-from mmp_cli.kinds import PLAN, read_as
 from mmp_cli.output import say
 from mmp_cli.showing import SPAWN, add_showing, check_showing, save_image, save_video
 from mmp_env.errors import MmpError
+from mmp_env.file_kinds import PLAN, read_as
 from mmp_env.paths import exists, is_folder, real_path, status
 from mmp_env.wording import in_seconds
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from mmp_cli.kinds import CELL, INSTANCES, read_as
 from mmp_env.cell import Cell
 from mmp_env.cell_file import cell_from_dict
 from mmp_env.cell_source import find_cell
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.file_kinds import CELL, INSTANCES, read_as
 from mmp_env.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
 from mmp_env.paths import exists
 from mmp_env.problem import Problem, make_problem

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from mmp_env import Cell, MmpError, Obstacle, UnknownNameError, place_arm
+from mmp_env.rings import ring_cell
 
 UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 
@@ -53,3 +54,9 @@ def test_a_name_that_no_file_could_have_is_refused(name):
     ):
         with pytest.raises(MmpError, match="1 to 100 printable characters without '/'"):
             Cell(**wrong)
+
+
+@pytest.mark.parametrize("count", ["2", 2.0, [2], None])
+def test_a_ring_of_what_is_no_whole_number_is_refused_without_naming_it_as_the_remedy(count):
+    with pytest.raises(MmpError, match="count is .*; it must be one of the numbers 2, 4, 6, 8$"):
+        ring_cell(count)

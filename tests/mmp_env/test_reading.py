@@ -1,4 +1,5 @@
 import contextlib
+import json
 import os
 import random
 import stat
@@ -8,9 +9,11 @@ import pytest
 import yaml
 
 from mmp_env.cell_file import cell_from_dict, load_cell
+from mmp_env.cell_source import find_cell
+from mmp_env.episode import load_episode
 from mmp_env.errors import InvalidInstanceError, MmpError
-from mmp_env.instance_file import instances_from_dict
-from mmp_env.plan_file import plan_from_dict
+from mmp_env.instance_file import instances_from_dict, load_instances
+from mmp_env.plan_file import load_plan, plan_from_dict
 from mmp_env.reading import MAX_JSON_BYTES, MAX_YAML_BYTES, Place, named, read_document, shown
 
 
@@ -228,3 +231,29 @@ def test_bad_text_without_suffix_is_refused_as_what_it_looks_like(tmp_path, text
     (tmp_path / "ends").write_text(text)
     with pytest.raises(MmpError, match=words):
         read_document(tmp_path / "ends")
+
+
+@pytest.mark.parametrize(
+    ("load", "takes"),
+    [
+        (load_cell, "a cell file"),
+        (find_cell, "a cell file or an instance file"),
+        (load_instances, "an instance file"),
+        (load_plan, "a plan"),
+        (load_episode, "an episode"),
+    ],
+    ids=lambda value: getattr(value, "__name__", ""),
+)
+def test_a_file_of_another_kind_is_called_by_its_name(tmp_path, load, takes):
+    files = {
+        "a cell file": bad_files.good_cell(),
+        "an instance file": bad_files.good_instances(),
+        "a plan": bad_files.good_plan(),
+        "an episode": {"schema": "mmp-episode/1", "plans": []},
+    }
+    path = tmp_path / "some.json"
+    for kind, data in files.items():
+        if kind not in takes:
+            path.write_text(json.dumps(data))
+            with pytest.raises(MmpError, match=f"some.json is {kind}; {load.__name__} takes {takes}$"):
+                load(path)

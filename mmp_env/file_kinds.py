@@ -1,4 +1,4 @@
-"""What kind of file a command was given, by what is in it: one of another kind is called by its name."""
+"""What kind of file was given, by what is in it: one of another kind is called by its name."""
 
 from __future__ import annotations
 
@@ -36,3 +36,8 @@ def read_as(path: str | PathLike[str], kinds: tuple[str, ...], takes: str) -> An
     if kind is not None and kind not in kinds:
         raise MmpError(f"{path} is {kind}; {takes}")
     return data
+
+
+def read_for(loader: str, path: str | PathLike[str], *kinds: str) -> Any:
+    """The content of a file, see `read_as`, for a function that reads these `kinds`."""
+    return read_as(path, kinds, f"{loader} takes {' or '.join(kinds)}")

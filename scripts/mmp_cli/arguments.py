@@ -120,6 +120,13 @@ def add_margin(parser: Parser) -> None:
     parser.add_argument("--margin", type=margins, metavar="M", help=f"{help}; default: 0.002, less at tight ends")
 
 
+def output(text: str) -> str:
+    """The name of what is written; `-` is none."""
+    if text == "-":
+        raise argparse.ArgumentTypeError("'-' does not stand for standard output here; give a name")
+    return text
+
+
 def seconds(text: str) -> float:
     """A time above zero [s]; `inf` for none."""
     value = _number(text)

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mmp_cli.arguments import Parser, add_margin, add_time_limit, seed, whole
+from mmp_cli.arguments import Parser, add_margin, add_time_limit, output, seed, whole
 from mmp_cli.output import complain, say
 from mmp_env.errors import MmpError
 
@@ -41,7 +41,11 @@ def parser() -> Parser:
     out.add_argument("--task", metavar="NAME", help="task to draw instances from; default: reach")
     add_margin(out)
     out.add_argument(
-        "--out", default=DEFAULT_FOLDER, metavar="DIR", help=f"folder of the results; default: {DEFAULT_FOLDER}"
+        "--out",
+        type=output,
+        default=DEFAULT_FOLDER,
+        metavar="DIR",
+        help=f"folder of the results; default: {DEFAULT_FOLDER}",
     )
     out.add_argument("--save-plans", action="store_true", help="keep each plan in OUT/plans")
     out.add_argument("--exact", action="store_true", help="check each plan with the MuJoCo geoms as well")

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import time
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, setting
+from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, output, setting
 from mmp_cli.output import complain
 from mmp_cli.showing import SPAWN, Showing, Together, add_showing, check_showing
 from mmp_env.errors import InvalidInstanceError, MmpError
@@ -43,7 +44,7 @@ def parser() -> Parser:
     )
     add_time_limit(out, "planning")
     out.add_argument("--retime", action="store_true", help="smooth the plan and keep acceleration and jerk limits")
-    out.add_argument("--out", metavar="FILE", help="write the plan to this file (schema mmp-plan/1)")
+    out.add_argument("--out", type=_plan_file, metavar="FILE", help="write the plan to this file (schema mmp-plan/1)")
     out.add_argument("--execute", action="store_true", help="play the plan through the actuators in MuJoCo")
     add_showing(out)
     out.add_argument("--json", action="store_true", help="print the result as one JSON object instead of the summary")
@@ -125,6 +126,18 @@ def _options(settings: list[tuple[str, Any]]) -> dict[str, Any]:
             raise MmpError(f"--set gives {key} twice, {out[key]} and {value}; give one")
         out[key] = value
     return out
+
+
+def _plan_file(text: str) -> str:
+    """The name of a plan file: JSON, and not in a format that plans are exported to."""
+    suffix = Path(text).suffix.lower().replace(".yml", ".yaml")
+    if suffix not in ("", ".json"):
+        from mmp_env.export import FORMATS
+
+        if suffix in FORMATS:
+            instead = f"write plan.json, then `mmp export plan.json --to {Path(text).with_suffix(suffix)}`"
+            raise ArgumentTypeError(f"'{text}' would be a plan file, which is JSON; {instead}")
+    return output(text)
 
 
 def _title(args: Namespace, label: str) -> str:

@@ -117,11 +117,18 @@ def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
         (["plan", "{cell}", "--start", ENDS, "--goal", DEGREES], ["goal of arm 'left'", "149.3 looks like degrees"]),
         (["plan", "{instances}", "--out", "."], [". cannot be written: it is not a regular file"]),
         (["plan", ""], ["argument SOURCE is empty; give a value"]),
+        (
+            ["plan", "{instances}", "--out", "p.csv"],
+            ["'p.csv' would be a plan file", "mmp export plan.json --to p.csv"],
+        ),
+        (["plan", "{instances}", "--out", "a/p.yml"], ["'a/p.yml'", "`mmp export plan.json --to a/p.yaml`"]),
+        (["plan", "{instances}", "--out", "-"], ["argument --out: '-' does not stand for standard output"]),
+        (["bench", "{instances}", "--out", "-"], ["argument --out: '-' does not stand for standard output"]),
         (["plan", "{instances}", "--out", ""], ["argument --out is empty; give a value"]),
         (["check", "none.json", ""], ["argument PLAN is empty; give a value"]),
         (["list", "--json=yes"], ["argument --json: it takes no value, not 'yes'"]),
     ],
-    ids=lambda value: " ".join(value)[:60] if value and value[0] in ("plan", "check", "list", "plam") else "",
+    ids=lambda value: " ".join(value)[:60] if value and value[0] in ("plan", "bench", "check", "list", "plam") else "",
 )
 def test_bad_usage(mmp, stand_ins, instances, cell, argv, words):
     places = {"{instances}": instances, "{cell}": cell}

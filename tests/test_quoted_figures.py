@@ -130,3 +130,11 @@ def test_a_quoted_figure_that_does_not_exist_is_a_sentence(quoted):
 def test_the_pages_say_what_was_measured(script):
     done = checkout_scripts.run(script, "--check")
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/planners.md"])
+def test_a_dash_for_the_times_stands_only_beside_unsolved_instances_and_is_explained(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    dashed = [(int(solved), int(all_)) for solved, all_ in re.findall(r"(\d+) of (\d+)[;,] –[;,]", text)]
+    assert all(solved < all_ for solved, all_ in dashed)
+    assert not dashed or re.search(r"[Aa] dash[^.]* unsolved", text.replace("\n", " "))

@@ -12,7 +12,7 @@ from mmp_cli.reporting.statistics import Spread, spread
 from mmp_cli.reporting.tables import Table, measured
 from mmp_env.wording import counted
 
-_ROUNDING_RAD = 0.01
+ROUNDING_RAD = 0.01
 """What a published cost may be below the straight lines by being rounded."""
 
 
@@ -65,7 +65,7 @@ def _why_not(section: Section, name: str, rows: Sequence[Row]) -> str | None:
         return f"invalid here: {section.invalid[name] or 'the results do not say why'}"
     bound = section.lower_bounds.get(name)
     for row in rows:
-        if bound is not None and row.cost_rad is not None and row.cost_rad < bound - _ROUNDING_RAD:
+        if bound is not None and row.cost_rad is not None and row.cost_rad < bound - ROUNDING_RAD:
             least = f"the straight lines from start to goal, {number(bound)} rad, below which no plan can be"
             return f"the published cost of {row.planner}, {number(row.cost_rad)} rad, is less than {least}"
     return None

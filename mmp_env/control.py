@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.argument_checks import as_numbers, refused
 from mmp_env.errors import MmpError, UnknownNameError
 
 CONTROL_RATE_HZ = 10
@@ -86,7 +87,9 @@ def find_control_mode(name: str) -> type[ControlMode]:
 
 def checked_action(action: np.ndarray, count: int) -> Float[np.ndarray, "n"]:
     """The action within [-1, 1]. Raises `MmpError` where it has not `count` numbers or not all are finite."""
-    values = np.asarray(action, dtype=float)
+    values = as_numbers(action)
+    if values is None:
+        raise refused("the action", action, f"{count} numbers from -1 to 1")
     if values.shape != (count,):
         raise MmpError(f"the action has shape {list(values.shape)}; expected [{count}]")
     # The square is finite only if all numbers are, and takes a fifth of the time of looking at each.

@@ -16,11 +16,13 @@ import gymnasium
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.argument_checks import given
 from mmp_env.cell import Cell
 from mmp_env.cell_instance import CellInstance, InstanceSource
 from mmp_env.cell_source import cell_names, find_cell
 from mmp_env.contacts import Contact
 from mmp_env.control import CONTROL_RATE_HZ, checked_action, find_control_mode, steps_per_action
+from mmp_env.environment_options import check_options
 from mmp_env.errors import MmpError, UnknownNameError, UnretimedPlanWarning
 from mmp_env.execution import REACHED_RAD, SHOWN_STEPS, ExecutionReport, execute_plan
 from mmp_env.instances import DEFAULT_TASK, Source
@@ -81,6 +83,18 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise UnknownNameError("render_mode", render_mode, self.metadata["render_modes"])
         check_render_mode(render_mode)
+        check_options(
+            {
+                "robot": robot,
+                "spheres": spheres,
+                "control_mode": control_mode,
+                "terminate_on_contact": terminate_on_contact,
+                "self_contacts": self_contacts,
+                "control_rate_hz": control_rate_hz,
+                "width": width,
+                "height": height,
+            }
+        )
         # The class names all modes, an environment those that can be had on this machine.
         possible = possible_render_modes(self.metadata["render_modes"])
         self.metadata = {"render_modes": possible, "render_fps": control_rate_hz}
@@ -141,8 +155,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         `MmpError` for options of the wrong form, `InvalidInstanceError` where they are out of limits or in collision.
         """
         super().reset(seed=seed)
-        given = {} if options is None else options
-        instance = self._source.following(given, self.np_random, self._label(seed))
+        instance = self._source.following({} if options is None else options, self.np_random, self._label(seed))
         self._enter(instance.cell)
         self._instance = instance
         self._simulation.place(self._simulation.joined(instance.start))
@@ -176,6 +189,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         cell, and None, which is what a planner has that found no plan.
         """
         plan = given_plan(plan, "execute")
+        if monitor is not None:
+            given("monitor", monitor, Monitor, "a Monitor, such as mmp_env.Monitor(), or None")
         check_fit(plan, self.cell)
         if plan.steps_in_velocity:
             warnings.warn(_UNRETIMED, UnretimedPlanWarning, stacklevel=2)

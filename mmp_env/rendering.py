@@ -9,12 +9,13 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from numbers import Integral
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from mmp_env.argument_checks import whole
+from mmp_env.environment_options import MOST_PIXELS
 from mmp_env.errors import MmpError
 from mmp_env.mujoco_import import mujoco
 from mmp_env.opengl import check_render_mode, display_answers, open_context
@@ -22,7 +23,6 @@ from mmp_env.simulation import Simulation
 from mmp_env.staging import CAMERA, camera_pose, frame, outline
 
 GHOST_ALPHA = 0.22
-_MOST_PIXELS = 4096
 _MAX_GEOMS = 5000
 _GLOW = 0.15
 """So much of a line's colour it has without light."""
@@ -59,8 +59,7 @@ class Camera:
         shown: Float[np.ndarray, "p 3"] | None = None,
     ) -> None:
         for name, value in (("width", width), ("height", height)):
-            if not (isinstance(value, Integral) and 0 < value <= _MOST_PIXELS):
-                raise MmpError(f"{name} is {value}; a picture has 1 to {_MOST_PIXELS} whole pixels each way")
+            whole(name, value, 1, MOST_PIXELS)
         self._simulation = simulation
         self._finer = _FINER if fine and max(width, height) <= _MOST_FINE_PIXELS else 1
         self._rectangle = mujoco.MjrRect(0, 0, self._finer * width, self._finer * height)

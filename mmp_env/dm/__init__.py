@@ -14,8 +14,10 @@ from typing import TYPE_CHECKING, Any
 from mmp_env.cell import Cell
 from mmp_env.control import CONTROL_RATE_HZ
 from mmp_env.dm.control_suite import require
-from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.environment_options import check_options
+from mmp_env.errors import UnknownNameError
 from mmp_env.instances import DEFAULT_TASK, Source
+from mmp_env.plan_fit import given_plan
 from mmp_env.problem import DEFAULT_MAX_VELOCITY
 from mmp_env.registration import ANY_CELL, CELLS
 
@@ -54,6 +56,17 @@ def load(
 
     Raises `MmpError` for a wrong option or value, and where there is no dm_control that works.
     """
+    check_options(
+        {
+            "robot": robot,
+            "spheres": spheres,
+            "control_mode": control_mode,
+            "terminate_on_contact": terminate_on_contact,
+            "self_contacts": self_contacts,
+            "control_rate_hz": control_rate_hz,
+            "time_limit": time_limit,
+        }
+    )
     require()
     from dm_control.rl import control
 
@@ -82,8 +95,7 @@ def follow(environment: dm_env.Environment, plan: Plan | None) -> Follower:
     Raises `MmpError` for an environment with another control mode than `position`, a plan of another cell, and None,
     which is what a planner has that found no plan.
     """
-    if plan is None:
-        raise MmpError("there is no plan to follow; the status of the planner's result says why it found none")
+    plan = given_plan(plan, "follow")
     from mmp_env.dm.following import Follower
 
     return Follower(environment, plan)

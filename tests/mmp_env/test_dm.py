@@ -7,6 +7,7 @@ import types
 import numpy as np
 import pytest
 from gymnasium.utils.seeding import np_random
+from unchecked import unchecked
 
 from mmp_env import dm
 from mmp_env.dm import control_suite
@@ -72,3 +73,17 @@ def test_a_generator_is_taken_as_it_is_and_a_random_state_gives_the_same_seed_fo
 def test_anything_else_is_refused(random):
     with pytest.raises(MmpError, match="it must be a whole number from 0, a numpy Generator or RandomState, or None"):
         generator(random)
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "said"),
+    [
+        ("terminate_on_contact", "no", "terminate_on_contact is 'no'; it must be True or False"),
+        ("self_contacts", 1, "self_contacts is 1; it must be True or False"),
+        ("control_rate_hz", "10", "control_rate_hz is '10'; it must be a finite number"),
+        ("time_limit", -1, "time_limit is -1; it must be a number of seconds above 0, inf for none"),
+    ],
+)
+def test_an_option_of_the_wrong_type_is_refused_before_anything_is_loaded(option, value, said):
+    with unchecked(), pytest.raises(MmpError, match=said):
+        dm.load(**{option: value})

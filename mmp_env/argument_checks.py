@@ -1,0 +1,71 @@
+"""Checks of what callers give to functions: every fault becomes one sentence with name, value and what is allowed."""
+
+from __future__ import annotations
+
+import math
+from numbers import Real
+from typing import Any, TypeVar
+
+import numpy as np
+
+from mmp_env.errors import MmpError
+from mmp_env.reading import shown
+
+T = TypeVar("T")
+
+
+def given(name: str, value: object, kind: type[T], allowed: str) -> T:
+    """Returns the value. Raises `MmpError` where it is not of this kind."""
+    if isinstance(value, kind):
+        return value
+    raise refused(name, value, allowed)
+
+
+def flag(name: str, value: object) -> bool:
+    """Returns the value as a bool. Raises `MmpError` for anything but True and False of Python or NumPy."""
+    if isinstance(value, bool | np.bool_):
+        return bool(value)
+    raise refused(name, value, "True or False")
+
+
+def text(name: str, value: object) -> str:
+    """Returns the value. Raises `MmpError` where it is not text."""
+    return given(name, value, str, "text")
+
+
+def whole(name: str, value: object, least: int, most: int | None = None) -> int:
+    """Returns the value as an int. Raises `MmpError` where it is no whole number of Python or NumPy in these bounds."""
+    bounds = f"{least} or more" if most is None else f"{least} or more, and {most} at most"
+    if isinstance(value, int | np.integer) and not isinstance(value, bool):
+        out = int(value)
+        if least <= out and (most is None or out <= most):
+            return out
+    raise refused(name, value, f"a whole number, {bounds}")
+
+
+def number(name: str, value: object, allowed: str, *, zero: bool = False, infinite: bool = False) -> float:
+    """Returns the value as a float. Raises `MmpError`, which says what is `allowed`, for no number and one out of
+    bounds: above 0, or from 0 on with `zero`; `infinite` allows infinity.
+    """
+    try:
+        out = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    except OverflowError:
+        out = math.nan
+    if (out > 0 or (zero and out == 0)) and (infinite or out < math.inf):
+        return out
+    raise refused(name, value, allowed)
+
+
+def as_numbers(value: Any) -> np.ndarray | None:
+    """Returns the value as an array of floats; None for text, for truth values, and for what no floats can hold."""
+    try:
+        array = np.asarray(value)
+        return np.asarray(array, dtype=float) if array.dtype.kind in "fiuO" else None
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def refused(name: str, value: object, allowed: str) -> MmpError:
+    """Returns the sentence that a value is not allowed, and what is."""
+    said = "None" if value is None else repr(value) if isinstance(value, bool) else " ".join(shown(value).split())
+    return MmpError(f"{name} is {said}; it must be {allowed}")

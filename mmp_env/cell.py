@@ -6,12 +6,14 @@ import reprlib
 from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from mmp_env.argument_checks import given
 from mmp_env.brief import brief, point, some
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.read_only import ReadOnly
@@ -157,6 +159,12 @@ class Cell:
         from mmp_env.collision import CollisionModel
 
         return CollisionModel(self)
+
+
+def given_cell(cell: object) -> Cell:
+    """Returns the cell. Raises `MmpError` for anything else, such as the name of a cell."""
+    hint = "; find_cell gives the one of a name or file" if isinstance(cell, str | PathLike) else ""
+    return given("cell", cell, Cell, f"a Cell{hint}")
 
 
 def place_arm(name: str, robot: str, position: ArrayLike, quaternion: ArrayLike, tool: str | None = "default") -> Arm:

@@ -7,6 +7,7 @@ import re
 from os import PathLike
 from pathlib import Path
 
+from mmp_env.argument_checks import refused
 from mmp_env.cell import Cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.paths import exists
@@ -41,6 +42,8 @@ def find_cell(source: Cell | str | PathLike[str], *, robot: str | None = None, s
     says what it has. Raises `UnknownNameError` for an unknown name, robot or sphere set, and `MmpError` for a file that
     cannot be read and for a `robot` where the cell already says which arms it has.
     """
+    if not isinstance(source, Cell | str | PathLike):
+        raise refused("cell", source, "a Cell, a file, or the name of a cell, such as 'ring-4'")
     if isinstance(source, str) and (ring := _RING.fullmatch(source)) and int(ring[1]) in RING_RADIUS_M:
         named = ring[2]
         if named and robot and named != robot:

@@ -12,11 +12,13 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from mmp_env.animation import Encoder, GifEncoder, WebpEncoder
+from mmp_env.argument_checks import given
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.execution import ExecutionReport
 from mmp_env.ffmpeg import Mp4Encoder, find_ffmpeg
 from mmp_env.opengl import offscreen_backend
 from mmp_env.plan import Plan
+from mmp_env.plan_fit import given_plan
 from mmp_env.plan_outline import plan_outline
 from mmp_env.studio import HEIGHT, WIDTH, State, Studio, standing, tool_ways
 from mmp_env.writing import check_writable, whole_file
@@ -113,7 +115,10 @@ def frame_times(duration_s: float, fps: float) -> Float[np.ndarray, "n"]:
 
 
 def _duration(plan: Plan, report: ExecutionReport | None) -> float:
-    return plan.makespan_s if report is None else float(report.times[-1])
+    plan = given_plan(plan, "film")
+    if report is None:
+        return plan.makespan_s
+    return float(given("report", report, ExecutionReport, "what execute() returned, or None").times[-1])
 
 
 def _configurations(plan: Plan, report: ExecutionReport | None, times: Iterable[float]) -> Iterator[State]:

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from mmp_env.argument_checks import given
 from mmp_env.brief import brief, some
 from mmp_env.cell import Cell
 from mmp_env.cell_file import CellData, cell_from_data, check_name
@@ -79,15 +80,18 @@ class InstanceFile:
 
     def problem(
         self,
-        instance: Instance,
+        instance: Instance | str,
         *,
         max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
         margin: float | Mapping[str, float] | Margins | None = None,
     ) -> Problem:
-        """The problem `<cell name>/<instance name>`.
+        """The problem `<cell name>/<instance name>` of an instance of this file, or of the one of that name.
 
-        Raises `InvalidInstanceError` where start or goal is out of limits or in collision.
+        Raises `UnknownNameError`, and `InvalidInstanceError` where start or goal is out of limits or in collision.
         """
+        if isinstance(instance, str):
+            instance = self.instance(instance)
+        given("instance", instance, Instance, "an Instance of this file, or the name of one")
         name = f"{self.cell.name}/{instance.name}"
         with named(f"{instance.place} ('{instance.name}')"):
             return make_problem(

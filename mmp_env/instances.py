@@ -10,8 +10,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from mmp_env.argument_checks import whole
 from mmp_env.brief import brief
-from mmp_env.cell import Cell
+from mmp_env.cell import Cell, given_cell
 from mmp_env.errors import MmpError
 from mmp_env.margins import Margins
 from mmp_env.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
@@ -48,7 +49,7 @@ class Drawn:
 
 def draw(cell: Cell, source: Source, rng: np.random.Generator) -> Drawn:
     """What a task draws in a cell. Raises `MmpError` for a cell without room, and a task that draws something else."""
-    sample = source.sample(cell, rng)
+    sample = source.sample(given_cell(cell), rng)
     whose = f"task {type(source).__name__}"
     if not (isinstance(sample, tuple) and len(sample) in (2, 3)):
         kind = type(sample).__name__
@@ -95,11 +96,10 @@ def draw_instance(cell: Cell, task: str | Source = DEFAULT_TASK, seed: int = 0) 
 
 
 def _generator(seed: int) -> np.random.Generator:
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
-        raise MmpError(f"seed is {seed!r}; it must be a whole number, 0 or more")
+    checked = whole("seed", seed, 0)
     from gymnasium.utils.seeding import np_random
 
-    return np_random(int(seed))[0]
+    return np_random(checked)[0]
 
 
 def find_task(task: str | Source) -> Source:

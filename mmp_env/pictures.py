@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Iterable
+from numbers import Real
 from os import PathLike
 from pathlib import Path
 from typing import TypedDict, Unpack
@@ -13,9 +14,11 @@ import numpy as np
 from jaxtyping import UInt8
 from PIL import Image, ImageDraw, ImageFont
 
+from mmp_env.argument_checks import refused
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.opengl import offscreen_backend
 from mmp_env.plan import Plan
+from mmp_env.plan_fit import given_plan
 from mmp_env.plan_outline import plan_outline
 from mmp_env.studio import HEIGHT, WIDTH, Studio, standing, tool_ways
 from mmp_env.wording import in_seconds
@@ -62,6 +65,7 @@ def picture(plan: Plan, moment: Moment = "middle", **options: Unpack[PictureOpti
 
     Raises `MmpError` for a moment or a size that cannot be, and where no OpenGL library is found.
     """
+    plan = given_plan(plan, "show")
     return _shots(plan, _times([moment], plan.makespan_s), **options)[0]
 
 
@@ -69,7 +73,7 @@ def pictures(
     plan: Plan, moments: Iterable[Moment] = tuple(MOMENTS), **options: Unpack[PictureOptions]
 ) -> UInt8[np.ndarray, "h W 3"]:
     """Several moments side by side, each with its name and time on it; else as `picture`."""
-    chosen = list(moments)
+    plan, chosen = given_plan(plan, "show"), list(moments)
     times = _times(chosen, plan.makespan_s)
     parts = []
     for moment, time_s, shot in zip(chosen, times, _shots(plan, times, **options), strict=True):
@@ -146,6 +150,8 @@ def _time(moment: Moment, duration_s: float) -> float:
         if moment not in MOMENTS:
             raise UnknownNameError("moment", moment, MOMENTS)
         return MOMENTS[moment] * duration_s if MOMENTS[moment] else 0.0
+    if isinstance(moment, bool) or not isinstance(moment, Real):
+        raise refused("moment", moment, f"{', '.join(MOMENTS)} or a time in seconds")
     if not 0 <= moment <= duration_s:
         until = f"the plan goes from 0 to {duration_s:.6g} s" if math.isfinite(duration_s) else "it begins at 0"
         raise MmpError(f"moment is {moment} s; {until}")

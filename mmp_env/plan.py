@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -94,3 +95,17 @@ class Plan(ReadOnly):
         from mmp_env.notebook import PlanView
 
         return PlanView(self, report, **options)
+
+
+def what_else(given: object) -> str:
+    """Returns what was given in the place of a plan, in words."""
+    return "None" if given is None else f"of type {type(given).__name__}"
+
+
+def how_to_plan(given: object) -> str:
+    """Returns the end of a sentence: how to get the plan from what was given in its place; empty where none is."""
+    if isinstance(given, str | PathLike):
+        return "; load a plan file with load_plan"
+    if hasattr(given, "plan") and hasattr(given, "status"):
+        return "; give the .plan of the planner's result"
+    return ""

@@ -8,7 +8,7 @@ import numpy as np
 
 from mmp_env.cell import Arm, Cell, Obstacle
 from mmp_env.errors import MmpError
-from mmp_env.plan import Plan
+from mmp_env.plan import Plan, how_to_plan, what_else
 from mmp_env.transforms import matrix_from_quaternion
 
 LONGEST_EXECUTION_S = 1200.0
@@ -24,7 +24,7 @@ def given_plan(plan: object, to: str) -> Plan:
     if plan is None:
         raise MmpError(f"there is no plan to {to}; the status of the planner's result says why it found none")
     if not isinstance(plan, Plan):
-        raise MmpError(f"the plan to {to} is of type {type(plan).__name__}; it must be a Plan")
+        raise MmpError(f"the plan to {to} is {what_else(plan)}; it must be a Plan{how_to_plan(plan)}")
     return plan
 
 

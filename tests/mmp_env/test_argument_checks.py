@@ -1,0 +1,147 @@
+"""Arguments of the Python API that are of the wrong type or out of range: one sentence that says what is allowed."""
+
+import gymnasium
+import numpy as np
+import pytest
+from unchecked import unchecked
+
+import mmp_env
+from mmp_env import draw_instance, draw_problem, find_cell, make_problem, ring_cell, save_film, save_picture
+from mmp_env.errors import InvalidInstanceError, MmpError
+from mmp_env.instance_file import instances_from_dict
+from mmp_planners import PlanResult, Status
+
+
+@pytest.fixture(autouse=True)
+def without_the_type_checker():
+    with unchecked():
+        yield
+
+
+FLAG = "it must be True or False"
+PIXELS = "it must be .*1 or more, and 4096 at most"
+CELL = ring_cell(2)
+SOME = {"arm0": [0.0] * 6, "arm1": [0.0] * 6}
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "said"),
+    [
+        ("terminate_on_contact", "no", f"terminate_on_contact is 'no'; {FLAG}"),
+        ("terminate_on_contact", None, f"terminate_on_contact is None; {FLAG}"),
+        ("self_contacts", "no", f"self_contacts is 'no'; {FLAG}"),
+        ("self_contacts", 0, f"self_contacts is 0; {FLAG}"),
+        ("width", -3, f"width is -3; {PIXELS}"),
+        ("width", "640", f"width is '640'; {PIXELS}"),
+        ("width", 640.0, f"width is 640.0; {PIXELS}"),
+        ("height", 5000, f"height is 5000; {PIXELS}"),
+        ("height", True, f"height is True; {PIXELS}"),
+        ("max_velocity", "1", "max_velocity of arm 'arm0' must be 6 positive numbers"),
+        ("max_velocity", True, "max_velocity of arm 'arm0' must be 6 positive numbers"),
+        ("max_velocity", None, "max_velocity of arm 'arm0' must be 6 positive numbers"),
+        ("control_rate_hz", "10", "control_rate_hz is '10'; it must be a finite number"),
+        ("control_rate_hz", np.nan, "control_rate_hz is nan; it must be a finite number"),
+        ("control_mode", 3, "control_mode is 3; it must be text"),
+        ("control_mode", ["position"], "control_mode is .*; it must be text"),
+        ("robot", 5, "robot is 5; it must be text"),
+        ("spheres", 2.8, "spheres is 2.8; it must be the name of a sphere set"),
+        ("task", 3, "task is 3; it must be a name"),
+        ("cell", 3, "cell is 3; it must be a Cell, a file, or the name of a cell"),
+    ],
+)
+def test_an_option_of_the_environment_is_checked_when_it_is_made(option, value, said):
+    with pytest.raises(MmpError, match=said):
+        gymnasium.make("MultiArmCell-2", **{option: value})
+
+
+def test_options_may_be_numpy_scalars():
+    env = gymnasium.make(
+        "MultiArmCell-2",
+        terminate_on_contact=np.False_,
+        width=np.int64(64),
+        max_velocity=np.float32(0.5),
+        control_rate_hz=np.int64(50),
+    )
+    env.reset(seed=0)
+    assert not env.step(np.zeros(12))[2]
+
+
+def a_problem():
+    return draw_problem(CELL, seed=3)
+
+
+def a_file():
+    return instances_from_dict(
+        {
+            "schema": "mmp-instances/1",
+            "cell": {"arms": [{"name": "a", "robot": "ur5e", "position": [0, 0, 0]}]},
+            "instances": [{"name": "t0", "start": {"a": [0, -1.5, 0, 0, 0, 0]}, "goal": {"a": [1, -1.5, 0, 0, 0, 0]}}],
+        },
+        "some.json",
+    )
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: draw_instance("ring-2"), "cell is 'ring-2'; it must be a Cell; find_cell gives"),
+        (lambda: draw_problem(None), "cell is None; it must be a Cell"),
+        (lambda: draw_problem(CELL, seed="7"), "seed is '7'; it must be a whole number, 0 or more"),
+        (lambda: make_problem("ring-2", SOME, SOME), "cell is 'ring-2'; it must be a Cell"),
+        (lambda: make_problem(CELL, None, SOME), "start is None; it must be a mapping of arm"),
+        (lambda: make_problem(CELL, SOME, [0.0] * 12), "goal is .*; it must be a mapping of arm"),
+        (lambda: make_problem(CELL, SOME | {"arm1": ["0"] * 6}, SOME), "start of arm 'arm1' is not a list of numbers"),
+        (lambda: ring_cell(2.0), "count is 2.0; it must be one of the numbers 2, 4, 6, 8"),
+        (lambda: ring_cell([2]), "count is .*; it must be one of the numbers 2, 4, 6, 8"),
+        (lambda: find_cell(None), "cell is None; it must be a Cell, a file"),
+        (lambda: save_picture(None, "a.png"), "there is no plan to show"),
+        (lambda: save_film(None, "a.gif"), "there is no plan to film"),
+        (lambda: a_file().problem("t1"), "unknown instance 't1'. Did you mean 't0'"),
+        (lambda: a_file().problem(0), "instance is 0; it must be an Instance of this file"),
+    ],
+)
+def test_what_a_function_cannot_take_is_answered_with_what_it_can(call, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(MmpError, match=said) as caught:
+        call()
+    assert not isinstance(caught.value, InvalidInstanceError)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_planners_result_in_the_place_of_a_plan_is_answered_with_its_plan(tmp_path):
+    result = PlanResult(status=Status.SOLVED)
+    for write, name in ((save_picture, "a.png"), (save_film, "a.gif")):
+        with pytest.raises(MmpError, match=r"is of type PlanResult; it must be a Plan; give the \.plan of"):
+            write(result, tmp_path / name)
+        with pytest.raises(MmpError, match="is of type str; it must be a Plan; load a plan file with load_plan"):
+            write("plan.json", tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_environment_refuses_an_action_in_words_and_a_monitor_that_is_none():
+    env = gymnasium.make("MultiArmCell-2").unwrapped
+    env.reset(seed=0)
+    for action in ("up", None, ["0.1"] * 12, [[0.0], [0.0, 1.0]]):
+        with pytest.raises(MmpError, match=r"the action (is .*; it must be 12 numbers|has shape)"):
+            env.step(action)
+    problem = env.get_wrapper_attr("problem")
+    here = {arm: np.tile(q, (2, 1)) for arm, q in problem.start.items()}
+    plan = mmp_env.Plan(problem=problem, times=np.array([0.0, 1.0]), positions=here)
+    with pytest.raises(MmpError, match="monitor is True; it must be a Monitor"):
+        env.get_wrapper_attr("execute")(plan, monitor=True)
+
+
+def test_an_instance_file_gives_the_problem_of_a_name():
+    file = a_file()
+    assert file.problem("t0").name == file.problem(file.instances[0]).name == "instances/t0"
+
+
+def test_a_text_in_the_place_of_a_plan_is_no_json_object_but_may_be_a_path():
+    def fault(plan):
+        return str(mmp_env.check_plan(plan).violations[0])
+
+    assert "the plan is of type str" in fault("plan.json")
+    assert "load a plan file with load_plan" in fault("plan.json")
+    assert "the plan is of type PlanResult" in fault(PlanResult(status=Status.TIMEOUT))
+    assert "give the .plan of the planner's result" in fault(PlanResult(status=Status.TIMEOUT))
+    assert "the plan is None; it must be a Plan, or the content of a plan.json" in fault(None)

@@ -15,7 +15,7 @@ from mmp_env.brief import brief
 from mmp_env.cell import Cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.instances import Source, State, draw, find_task
-from mmp_env.problem import Problem, make_problem, velocity_limits
+from mmp_env.problem import Problem, asked_velocity_limits, make_problem
 from mmp_env.wording import counted
 
 _ENDS = ("start", "goal")
@@ -44,12 +44,12 @@ class CellInstance:
 class InstanceSource:
     """What an environment has its instances from: `cell`, which a task may furnish anew for each, and the task.
 
-    Raises `MmpError` for an unknown task, and a `max_velocity` [rad/s] that is not positive.
+    Raises `MmpError` for an unknown task, and a `max_velocity` [rad/s] that is not positive, or looks like degrees.
     """
 
     def __init__(self, cell: Cell, task: str | Source, max_velocity: float) -> None:
         self.cell, self._task, self._max_velocity = cell, find_task(task), max_velocity
-        limits = velocity_limits(cell, max_velocity)
+        limits = asked_velocity_limits(cell, max_velocity)
         self.fastest: Float[np.ndarray, "n"] = np.concatenate([limits[name] for name in cell.arm_names])
         """Of all joints, arm after arm [rad/s]."""
 

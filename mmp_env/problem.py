@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from mmp_env.argument_checks import as_numbers, refused
 from mmp_env.brief import brief
-from mmp_env.cell import Cell
+from mmp_env.cell import Cell, given_cell
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
 from mmp_env.margins import (
     KIND_WORDS,
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 
 DEFAULT_MAX_VELOCITY = 0.8
 """[rad/s] per joint, as in the paper; never above the robot's own limit."""
+PLAUSIBLE_VELOCITY = 4 * np.pi
+"""Largest velocity [rad/s] that is taken as one in radians where the robot is slower: two turns a second."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -104,6 +107,7 @@ def make_problem(
         MmpError: for missing arms, wrong lengths, non-finite numbers, or a margin that is none.
         InvalidInstanceError: where start or goal is out of limits, in collision, or closer than a margin asked for.
     """
+    given_cell(cell)
     ends = {"start": _configurations(cell, start, "start"), "goal": _configurations(cell, goal, "goal")}
     asked = asked_margins(margin)
     least: dict[str, float] = dict.fromkeys(KINDS, np.inf)
@@ -116,7 +120,7 @@ def make_problem(
         cell=cell,
         start=ends["start"],
         goal=ends["goal"],
-        max_velocity=velocity_limits(cell, max_velocity),
+        max_velocity=asked_velocity_limits(cell, max_velocity),
         margins=Margins(**{kind: margin_in_force(kind, asked, least[kind]) for kind in KINDS}),
         name=name,
     )
@@ -142,6 +146,8 @@ def _check_clear(which: str, kind: str, near: Nearest, asked: Mapping[str, float
 
 
 def _configurations(cell: Cell, given: Mapping[str, ArrayLike], which: str) -> dict[str, np.ndarray]:
+    if not isinstance(given, Mapping):
+        raise refused(which, given, "a mapping of arm name -> joints [rad]")
     for name in given:
         if name not in cell.arm_names:
             raise MmpError(f"{which}: {UnknownNameError('arm', name, cell.arm_names)}")
@@ -149,10 +155,10 @@ def _configurations(cell: Cell, given: Mapping[str, ArrayLike], which: str) -> d
     for arm in cell.arms:
         if arm.name not in given:
             raise MmpError(f"{which} has no configuration for arm '{arm.name}'")
-        try:
-            q = frozen_array(given[arm.name])
-        except (TypeError, ValueError, OverflowError):
-            raise MmpError(f"{which} of arm '{arm.name}' is not a list of numbers") from None
+        numbers = as_numbers(given[arm.name])
+        if numbers is None:
+            raise MmpError(f"{which} of arm '{arm.name}' is not a list of numbers")
+        q = frozen_array(numbers)
         if q.shape != (arm.dof,):
             raise MmpError(
                 f"{which} of arm '{arm.name}' has shape {list(q.shape)}; a {arm.robot.name} has {arm.dof} joints"
@@ -175,6 +181,21 @@ def _check_limits(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> None:
             )
 
 
+def asked_velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    """`velocity_limits` of what a user asks for. Raises `MmpError` as well for what looks like degrees per second."""
+    limits = velocity_limits(cell, given)
+    for arm in cell.arms:
+        wanted = np.broadcast_to(_floats(given[arm.name] if isinstance(given, Mapping) else given), arm.dof)
+        for k, velocity in enumerate(wanted.tolist()):
+            if velocity > max(arm.robot.velocity[k], PLAUSIBLE_VELOCITY):
+                raise MmpError(
+                    f"max_velocity of arm '{arm.name}', joint {k + 1} ({arm.robot.joint_names[k]}), is {velocity:g}"
+                    f" rad/s; the robot's own limit is {arm.robot.velocity[k]:g};"
+                    " are these degrees per second?"
+                )
+    return limits
+
+
 def velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
     """Arm name -> [dof] [rad/s]: what is `given`, never above the robot's own limit. Raises `MmpError`."""
     out = {}
@@ -193,7 +214,5 @@ def velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[
 
 def _floats(given: ArrayLike) -> np.ndarray:
     """The numbers as an array; NaN for what is none, such as text or a whole number beyond all floats."""
-    try:
-        return np.asarray(given, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        return np.array(np.nan)
+    numbers = as_numbers(given)
+    return np.array(np.nan) if numbers is None else numbers

@@ -1,6 +1,7 @@
 """What `make_problem` says of starts and goals that cannot be."""
 
 import bad_files
+import gymnasium
 import pytest
 
 from mmp_env import InvalidInstanceError, MmpError, make_problem
@@ -47,3 +48,20 @@ def test_a_whole_number_beyond_all_floats_is_refused(cell, number):
         make_problem(cell, with_joint(number), good)
     with pytest.raises(MmpError, match="max_velocity of arm 'left'"):
         make_problem(cell, good, good, max_velocity={"left": [number] * 6, "right": [1] * 6})
+
+
+@pytest.mark.parametrize("velocity", [45, 12.6, 1e9, {"left": [1.0] * 6, "right": [1, 1, 45, 1, 1, 1]}])
+def test_a_velocity_in_degrees_per_second_is_refused(cell, velocity):
+    good = with_joint(-2.2)
+    said = r"max_velocity of arm '(left|right)', joint [13] \(.*\), is .* rad/s; the robot's own limit is .* degrees"
+    with pytest.raises(MmpError, match=said):
+        make_problem(cell, good, good, max_velocity=velocity)
+    if not isinstance(velocity, dict):
+        with pytest.raises(MmpError, match=said.replace("(left|right)", "arm0")):
+            gymnasium.make("MultiArmCell-2", max_velocity=velocity)
+
+
+def test_a_plausible_velocity_above_the_robots_own_is_that_of_the_robot(cell):
+    good = with_joint(-2.2)
+    problem = make_problem(cell, good, good, max_velocity=12.5)
+    assert (problem.max_velocity["left"] == cell.arm("left").robot.velocity).all()

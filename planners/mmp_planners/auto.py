@@ -87,7 +87,7 @@ class Auto:
         run.counts = counts = PortfolioCounts()
         check_steps(problem, self.dt)
         try:
-            watch(SearchStarted(elapsed_s=run.elapsed_s, restart=0, sub_seed=seed))
+            watch(SearchStarted(elapsed_s=run.elapsed_s, restart=0, sub_seed=run.seed))
             self._first_plan(run, counts, watch)
             run.exhausted = counts.found_by is None and not run.clock.expired
             first = counts.generated_nodes  # nodes of the tree have the numbers before

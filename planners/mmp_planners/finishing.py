@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import time
 from dataclasses import dataclass, field
 from typing import Any
 
 from mmp_env import _core
 from mmp_env.certificate import certify
-from mmp_env.errors import MmpError
 from mmp_env.events import NodeCreated, SolutionFound, Watcher, ignore
 from mmp_env.plan import Plan
 from mmp_env.problem import Problem
 from mmp_planners.counts import Incumbent, RunCounts
-from mmp_planners.options import check_seed
+from mmp_planners.options import check_run
 from mmp_planners.planner import PlanResult, Status, StopPlanning
 from mmp_planners.replanning import Replanning
 from mmp_planners.returned import NUMBERS
@@ -58,11 +56,9 @@ class Run:
 
     @classmethod
     def begin(cls, name: str, options: Any, problem: Problem, seed: int, time_limit: float) -> Run:
-        """The clock starts. Raises `MmpError` for a negative seed or a time limit of NaN."""
-        check_seed(seed)
-        if math.isnan(time_limit):
-            raise MmpError("time_limit is nan; it must be a number of seconds, inf for none")
-        clock = _core.Clock(min(max(time_limit, 0.0), 1e10))
+        """The clock starts. Raises `MmpError` like `check_run`."""
+        seed, time_limit = check_run(problem, seed, time_limit)
+        clock = _core.Clock(min(time_limit, 1e10))
         return cls(name=name, options=options, problem=problem, seed=seed, clock=clock)
 
     def offer(self, plan: Plan) -> bool:

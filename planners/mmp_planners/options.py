@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mmp_env.argument_checks import given, number, whole
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.problem import Problem
 
@@ -57,7 +58,8 @@ def check_steps(problem: Problem, dt: float) -> None:
             )
 
 
-def check_seed(seed: int) -> None:
-    """Raises `MmpError` for a negative seed, or one of more than 63 bits."""
-    if not 0 <= seed <= LARGEST_SEED:
-        raise MmpError(f"seed is {seed}; it must be 0 or more, and {LARGEST_SEED} at most")
+def check_run(problem: Problem, seed: int, time_limit: float) -> tuple[int, float]:
+    """Returns seed and time limit [s]. Raises `MmpError` for what is no problem, no seed of 63 bits or no time."""
+    given("problem", problem, Problem, "a Problem, such as make_problem, draw_problem or env.unwrapped.problem gives")
+    allowed = "a number of seconds, 0 or more, inf for none"
+    return whole("seed", seed, 0, LARGEST_SEED), number("time_limit", time_limit, allowed, zero=True, infinite=True)

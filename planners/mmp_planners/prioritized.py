@@ -51,7 +51,7 @@ class Prioritized:
         check_steps(problem, self.dt)
         try:
             search = self.search(run, counts, watch)
-            for _ in search.rounds(seed):
+            for _ in search.rounds(run.seed):
                 pass
             run.exhausted = search.exhausted
             run.tell_and_shorten(watch, self.shorten, self.dt)

@@ -83,7 +83,7 @@ class RrtConnect:
         check_steps(problem, self.dt)
         composite = Composite(range=self.range, step=self.step)
         try:
-            for sub_seed in sub_seeds(seed):
+            for sub_seed in sub_seeds(run.seed):
                 watch(SearchStarted(elapsed_s=run.elapsed_s, restart=run.counts.restarts, sub_seed=sub_seed))
                 search = composite.search(problem, sub_seed)
                 found = False

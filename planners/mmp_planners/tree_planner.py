@@ -66,14 +66,14 @@ class TreePlanner(abc.ABC):
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
-        """Runs the search. Raises `MmpError` for a negative seed or a time limit of NaN."""
+        """Runs the search. Raises `MmpError` like `check_run`."""
         run = Run.begin(self.name, self, problem, seed, time_limit)
         run.counts = counts = Counts()
         check_steps(problem, self.dt)
         tree: ConflictTree | None = None
         try:  # a signal handler may stop the run at any moment, before the search begins and after it has ended too
             tree = self.grow(run, counts, watch)
-            run.exhausted = tree.run(seed)
+            run.exhausted = tree.run(run.seed)
             run.take(tree.best, tree.found_at)
             if run.shorten(self.shorten, self.dt) and tree.best is not None:
                 run.tell(watch, node=counts.generated_nodes, parent=tree.best.node, dt=self.dt)

@@ -1,10 +1,13 @@
 """What every planner refuses before it begins, and what it says of when the first plan was there."""
 
+import numpy as np
 import pytest
 import two_arms
+from unchecked import unchecked
 
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
+from mmp_env.plan_file import plan_to_dict
 from mmp_env.problem import make_problem
 from mmp_planners import Status, describe, make, names
 from mmp_planners.options import LARGEST_COUNT, LARGEST_SEED, MOST_STEPS
@@ -41,7 +44,9 @@ def test_without_a_plan_there_is_no_time_of_the_first_one(name):
 @every_planner
 @pytest.mark.parametrize("seed", [2**63, 2**64, 2**64 + 3])
 def test_a_seed_that_is_too_large_is_refused_with_the_largest(name, seed):
-    with pytest.raises(MmpError, match=f"^seed is {seed}; it must be 0 or more, and {LARGEST_SEED} at most$"):
+    with pytest.raises(
+        MmpError, match=f"^seed is {seed}; it must be a whole number, 0 or more, and {LARGEST_SEED} at most$"
+    ):
         make(name).plan(two_arms.passing(), seed=seed, time_limit=60.0)
 
 
@@ -100,3 +105,35 @@ def test_no_option_takes_a_number_beyond_the_largest_count(name):
     for option in counts:
         with pytest.raises(MmpError, match=f"option '{option}' is {2**70}"):
             make(name, **{option: 2**70})
+
+
+@every_planner
+@pytest.mark.parametrize(
+    ("argument", "value", "allowed"),
+    [
+        ("problem", None, "a Problem"),
+        ("problem", "ring-2", "a Problem"),
+        ("seed", "7", "a whole number, 0 or more"),
+        ("seed", None, "a whole number, 0 or more"),
+        ("seed", 7.0, "a whole number, 0 or more"),
+        ("seed", True, "a whole number, 0 or more"),
+        ("time_limit", None, "a number of seconds, 0 or more, inf for none"),
+        ("time_limit", "5", "a number of seconds, 0 or more, inf for none"),
+        ("time_limit", -1, "a number of seconds, 0 or more, inf for none"),
+        ("time_limit", float("nan"), "a number of seconds, 0 or more, inf for none"),
+    ],
+)
+def test_what_no_run_can_begin_with_is_refused_with_what_is_allowed(name, argument, value, allowed):
+    given = {"problem": two_arms.passing(), "seed": 0, "time_limit": 1.0} | {argument: value}
+    with unchecked(), pytest.raises(MmpError, match=f"^{argument} is {value!r}; it must be {allowed}"):
+        make(name).plan(given.pop("problem"), **given)
+
+
+@every_planner
+def test_numbers_of_numpy_are_seed_and_time_limit(name):
+    with unchecked():
+        one, other = (
+            make(name).plan(two_arms.passing(), seed=seed, time_limit=limit)
+            for seed, limit in ((3, 60.0), (np.int64(3), np.float32(60.0)))
+        )
+    assert plan_to_dict(one.plan) == plan_to_dict(other.plan)

@@ -67,6 +67,7 @@ def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[st
 
     Args:
         margin: metres between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`; or None.
+            A kind that is None was not asked for either.
 
     Raises:
         MmpError: for an unknown kind, or a margin that is not a number above 0, or is larger than any cell.
@@ -80,6 +81,8 @@ def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[st
     for kind, value in asked.items():
         if kind not in KINDS:
             raise UnknownNameError("margin", str(kind), KINDS)
+        if value is None:
+            continue
         out[kind] = _metres(value)
         if not 0 < out[kind] <= LARGEST_M:
             allowed = f"a finite number of metres above 0, {LARGEST_M:g} at most"

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
+import numpy as np
+
 from mmp_env.errors import MmpError, UnknownNameError, in_words
 from mmp_env.events import ignore
 from mmp_planners.planner import About, Planner
@@ -159,7 +161,9 @@ def _default(f: dataclasses.Field) -> Any:
 
 
 def _converted(planner: str, option: Option, value: Any) -> Any:
-    """The value as the option's type: whole numbers serve as floats, on and off as bools, nothing else is bent."""
+    """The value as the option's type: NumPy scalars serve as numbers, whole numbers as floats, on and off as bools."""
+    if isinstance(value, np.generic):
+        value = value.item()
     wanted, words = _TYPES.get(option.type, (None, ""))
     if wanted is bool and value in ("on", "off"):
         return value == "on"

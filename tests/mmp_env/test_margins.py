@@ -200,3 +200,10 @@ def test_margins_read_like_a_mapping():
     margins = Margins(arms=0.05, obstacles=0.02, self=0.002)
     assert dict(margins) == {"arms": 0.05, "obstacles": 0.02, "self": 0.002}
     assert asked_margins(margins) == dict(margins)
+
+
+def test_a_margin_of_none_is_one_that_was_not_asked_for():
+    assert asked_margins({"arms": None, "obstacles": 0.003, "self": None}) == {"obstacles": 0.003}
+    assert asked_margins(dict.fromkeys(KINDS)) == {}
+    with pytest.raises(MmpError, match="unknown margin 'arm'"):
+        asked_margins({"arm": None})

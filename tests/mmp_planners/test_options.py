@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 import two_arms
 
@@ -144,3 +145,25 @@ def test_without_restarts_a_search_that_runs_dry_is_exhausted_and_proves_nothing
     result = make("ecbs", restarts=True, **hopeless).plan(problem, time_limit=0.3)
     assert (str(result.status), result.stats["deadline_hit"]) == ("timeout", True)
     assert result.stats["restarts"] > 0
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "made"),
+    [
+        ("w", np.float32(1.25), 1.25),
+        ("w", np.float64(1.2), 1.2),
+        ("w", np.int64(2), 2.0),
+        ("patience", np.int32(7), 7),
+        ("restarts", np.False_, False),
+    ],
+)
+def test_a_value_may_be_a_numpy_scalar(option, value, made):
+    planner = make("ecbs", **{option: value})
+    assert getattr(planner, option) == made
+    assert type(getattr(planner, option)) is type(made)
+
+
+@pytest.mark.parametrize(("option", "value"), [("patience", np.float64(7)), ("w", np.True_), ("w", np.str_("1.5"))])
+def test_a_numpy_scalar_of_another_type_is_refused(option, value):
+    with pytest.raises(MmpError, match=f"option '{option}' of planner 'ecbs' is"):
+        make("ecbs", **{option: value})

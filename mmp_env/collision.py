@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -82,6 +83,10 @@ class CollisionModel:
         self.core.freeze()
         self._radii = [_core.sphere_table(self.core, k)[:, 1] for k in range(len(cell.arms))]
         self._links = [_core.sphere_table(self.core, k)[:, 0].astype(int) for k in range(len(cell.arms))]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # The core does not go through pickle; the cell does, and builds its queries where they are needed.
+        return attrgetter("collision"), (self.cell,)
 
     @brief
     def __repr__(self) -> str:

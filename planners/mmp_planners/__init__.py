@@ -1,8 +1,13 @@
 """Planners for multi-arm cells. `make("apf-ecbs").plan(problem, seed=7, time_limit=60.0)` is all one needs."""
 
+from typing import TYPE_CHECKING, Any
+
 from mmp_env.events import Event, Watcher, ignore
 from mmp_planners.planner import Planner, PlanResult, Status, StopPlanning
 from mmp_planners.registry import describe, make, names
+
+if TYPE_CHECKING:
+    from mmp_env.version import __version__
 
 __all__ = [
     "Event",
@@ -11,8 +16,18 @@ __all__ = [
     "Status",
     "StopPlanning",
     "Watcher",
+    "__version__",
     "describe",
     "ignore",
     "make",
     "names",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Finds out the version, which takes a moment, when it is asked for."""
+    if name != "__version__":
+        raise AttributeError(f"module 'mmp_planners' has no attribute '{name}'")
+    from mmp_env.version import __version__
+
+    return __version__

@@ -14,7 +14,7 @@ from mmp_env.nearness import Nearness
 from mmp_env.problem import Problem
 from mmp_env.retime.report import RetimeReport
 from mmp_env.wording import counted, in_seconds
-from mmp_planners import PlanResult
+from mmp_planners import PlanResult, Status
 
 
 def print_summary(outcome: Outcome) -> None:
@@ -28,7 +28,8 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield "planner", f"{outcome.planner}, seed {outcome.seed}"
     yield "status", _status(outcome)
     if outcome.planning_time_s is not None:
-        yield "planning", f"{outcome.planning_time_s:.3f} s, certificate included"
+        proof = "" if outcome.result.status == Status.ERROR else ", certificate included"
+        yield "planning", f"{outcome.planning_time_s:.3f} s{proof}"
     yield "search", _search(outcome.result)
     if plan and problem:
         yield "cost", _cost(outcome.result, plan.cost_rad, problem.cost_lower_bound_rad)

@@ -108,3 +108,11 @@ def test_a_copy_shares_what_never_changes():
     other = copy.deepcopy(env)
     assert other.cell is env.cell
     assert other.problem.cell is env.cell
+
+
+@pytest.mark.parametrize("copied", COPIES.values(), ids=COPIES)
+def test_a_copy_of_the_collision_queries_is_built_from_the_cell_and_answers_alike(copied):
+    model = ring_cell(2).collision
+    other, tucked = copied(model), {arm.name: arm.robot.tucked for arm in model.cell.arms}
+    assert other.cell.collision is other
+    assert other.nearest(tucked) == model.nearest(tucked)

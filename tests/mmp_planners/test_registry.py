@@ -6,6 +6,8 @@ from importlib.metadata import EntryPoint, entry_points
 
 import pytest
 
+import mmp_env
+import mmp_planners
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_planners import Planner, PlanResult, Status, registry
 
@@ -211,3 +213,9 @@ def test_all_of_our_planners_describe_themselves():
         assert (options["w"].type, options["w"].default) == ("float", 1.5)
         assert all(option.doc for option in description.options)
         assert {"dt", "constraint", "restarts", "patience"} <= options.keys()
+
+
+def test_the_package_has_the_version_of_the_environment():
+    assert mmp_planners.__version__ == mmp_env.__version__
+    with pytest.raises(AttributeError, match="no attribute 'version'"):
+        _ = mmp_planners.version

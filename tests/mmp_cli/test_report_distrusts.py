@@ -82,7 +82,7 @@ def test_a_file_of_results_that_is_too_large_is_not_read(mmp, tmp_path):
         ({"seed": -1}, "settings.json: seed is -1"),
         ({"time_limit_s": 1e300}, "settings.json: time_limit_s is 1e+300"),
         ({"time_limit_s": float("nan")}, "settings.json: time_limit_s is nan"),
-        ({"margin": 1e300}, "settings.json: margin.arms is 1e+300"),
+        ({"margin": 1e300}, "settings.json: margin between arms is 1e+300"),
         ({"memory_limit_mb": -5}, "settings.json: memory_limit_mb is -5"),
         ({"sources": ["ring"] * 1001}, "settings.json: sources has 1001 entries"),
     ],

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from mmp_env.argument_checks import given
+from mmp_env.argument_checks import as_numbers, given
 from mmp_env.brief import brief, point, some
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.read_only import ReadOnly
@@ -175,7 +175,7 @@ def place_arm(name: str, robot: str, position: ArrayLike, quaternion: ArrayLike,
     """
     model = load_robot(robot)
     tool_name = model.default_tool if tool == "default" else tool
-    place, turn = frozen_array(position), frozen_array(quaternion)
+    place, turn = (frozen_array(np.nan if q is None else q) for q in (as_numbers(position), as_numbers(quaternion)))
     if (place.shape, turn.shape) != ((3,), (4,)) or not np.isfinite([*place, *turn]).all() or not turn.any():
         raise MmpError(
             f"arm '{name}' stands at {place.tolist()}, turned by {turn.tolist()}; it needs three finite numbers [m],"

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from numbers import Real
 
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.argument_checks import given
 from mmp_env.errors import MmpError
 from mmp_env.phase_clock import PhaseClock
 
@@ -30,6 +32,8 @@ class Monitor:
     patience_s: float = 10.0
 
     def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            given(name, value, Real, "a finite number above 0")
         if not 0 < self.caught_up_rad <= self.lag_rad < math.inf or not 0 < self.patience_s < math.inf:
             raise MmpError("a monitor needs 0 < caught_up_rad <= lag_rad and a patience_s above 0, all of them finite")
 

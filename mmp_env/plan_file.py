@@ -18,6 +18,7 @@ from mmp_env.file_kinds import PLAN, read_for
 from mmp_env.instance_file import check_arms, configurations_from_dict
 from mmp_env.margins import Margins
 from mmp_env.plan import Plan
+from mmp_env.plan_fit import given_plan
 from mmp_env.problem import Problem, velocity_limits
 from mmp_env.reading import Place, check_schema, decode, numbers
 from mmp_env.robot import frozen_array
@@ -110,7 +111,7 @@ def plan_from_dict(data: Any, where: str | Place = "plan") -> Plan:
 
 def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
     """Writes the whole file or nothing. Raises `MmpError` where it cannot be written."""
-    write_text(path, json_text(plan_to_dict(plan)))
+    write_text(path, json_text(plan_to_dict(given_plan(plan, "save"))))
 
 
 def load_plan(path: str | PathLike[str]) -> Plan:

@@ -6,7 +6,18 @@ import pytest
 from unchecked import unchecked
 
 import mmp_env
-from mmp_env import draw_instance, draw_problem, find_cell, make_problem, ring_cell, save_film, save_picture
+from mmp_env import (
+    Monitor,
+    draw_instance,
+    draw_problem,
+    find_cell,
+    make_problem,
+    place_arm,
+    ring_cell,
+    save_film,
+    save_picture,
+    save_plan,
+)
 from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.instance_file import instances_from_dict
 from mmp_planners import PlanResult, Status
@@ -96,6 +107,9 @@ def a_file():
         (lambda: find_cell(None), "cell is None; it must be a Cell, a file"),
         (lambda: save_picture(None, "a.png"), "there is no plan to show"),
         (lambda: save_film(None, "a.gif"), "there is no plan to film"),
+        (lambda: save_plan(None, "a.json"), "there is no plan to save"),
+        (lambda: Monitor(lag_rad="x"), "lag_rad is 'x'; it must be a finite number above 0"),
+        (lambda: place_arm("a", "ur5e", "xyz", [1, 0, 0, 0]), "arm 'a' stands at nan.*three finite numbers"),
         (lambda: a_file().problem("t1"), "unknown instance 't1'. Did you mean 't0'"),
         (lambda: a_file().problem(0), "instance is 0; it must be an Instance of this file"),
     ],
@@ -110,7 +124,7 @@ def test_what_a_function_cannot_take_is_answered_with_what_it_can(call, said, tm
 
 def test_a_planners_result_in_the_place_of_a_plan_is_answered_with_its_plan(tmp_path):
     result = PlanResult(status=Status.SOLVED)
-    for write, name in ((save_picture, "a.png"), (save_film, "a.gif")):
+    for write, name in ((save_picture, "a.png"), (save_film, "a.gif"), (save_plan, "a.json")):
         with pytest.raises(MmpError, match=r"is of type PlanResult; it must be a Plan; give the \.plan of"):
             write(result, tmp_path / name)
         with pytest.raises(MmpError, match="is of type str; it must be a Plan; load a plan file with load_plan"):

@@ -93,7 +93,24 @@ def test_the_details_have_quantiles_cost_ratios_and_what_the_planner_said(table)
     assert a["cost ratio, mean"] == "1.200"
     assert a["largest"] == "1.300"
     assert (a["cut short"], a["bound met"], a["clearance proved"]) == ("1 of 4", "–", "–")
-    assert (odd["bound met"], odd["cut short"], odd["clearance proved"]) == ("1 of 3", "1 of 4", "1.20 mm")
+    assert (odd["bound met"], odd["cut short"], odd["clearance proved"]) == ("1 of 3", "1 of 4", "1.2 mm of all kinds")
+
+
+def test_the_clearance_proved_is_that_of_the_kinds_that_were_asked_for(mmp, tmp_path, figures_unrendered):
+    asked = {"arms": 0.03, "obstacles": 0.02, "self": None}
+    lines = [
+        line(f"ring/{k}", "a", min_clearance_m=0.00328, margins_asked=asked,
+             margins_proved={"arms": arms, "obstacles": 0.0209, "self": 0.00328})
+        for k, arms in enumerate((0.0312, 0.03))
+    ]  # fmt: skip
+    lines.append(line("ring/2", "a", "invalid", margins_asked=asked, message="nearer than 30 mm"))
+    lines.append(line("ring/0", "old", min_clearance_m=0.00328))
+    folder = folder_of(tmp_path, lines, settings("a", "old", margin={"arms": 0.03, "obstacles": 0.02}))
+    assert mmp("report", folder).code == 0
+    text = (folder / "table.md").read_text(encoding="utf-8")
+    proved = [row(text, "Time and cost in detail", label)["clearance proved"] for label in ("a", "old")]
+    assert proved == ["30 mm between arms, 20.9 mm to obstacles", "3.28 mm of all kinds"]
+    assert "in collision, out of limits or closer than a margin asked for" in text
 
 
 def test_the_fast_track_has_its_tries_and_hits(table):

@@ -22,6 +22,8 @@ ABSURD = [
     ("fast_track_tries", True, "fast_track_tries is true"),
     ("root_conflicts", -1, "root_conflicts is -1"),
     ("min_clearance_m", -1e300, "min_clearance_m is -1e+300; it must be a finite number from -1e+12"),
+    ("margins_proved", {"arms": "x"}, "margins_proved.arms is 'x'; it must be a number"),
+    ("margins_asked", {"self": 1e300}, "margins_asked.self is 1e+300; it must be a finite number from -1e+12"),
     ("cost_lower_bound_rad", {}, "cost_lower_bound_rad is {}"),
     ("arms", -4, "arms is -4; it must be a whole number from 1"),
     ("arms", 10**300, "arms is "),

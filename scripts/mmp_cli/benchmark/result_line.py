@@ -7,6 +7,7 @@ import math
 import msgspec
 
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.margins import KINDS
 from mmp_env.reading import Place, decode, parse_json
 from mmp_planners import Status
 
@@ -15,6 +16,14 @@ LARGEST = 1e12
 LONGEST_TEXT = 10_000
 """Characters in a field, at most."""
 _SAME_RAD = 1e-9
+
+
+class ByKind(msgspec.Struct, frozen=True, kw_only=True):
+    """Lengths [m] by kind of margin, see `mmp_env.margins`; None where there is none."""
+
+    arms: float | None = None
+    obstacles: float | None = None
+    self: float | None = None
 
 
 class Line(msgspec.Struct, frozen=True, kw_only=True):
@@ -40,6 +49,8 @@ class Line(msgspec.Struct, frozen=True, kw_only=True):
     root_conflicts: float | None = None
     cost_lower_bound_rad: float | None = None
     min_clearance_m: float | None = None
+    margins_asked: ByKind | None = None
+    margins_proved: ByKind | None = None
     bound_met: bool | None = None
     deadline_hit: bool | None = None
     message: str | None = None
@@ -82,12 +93,18 @@ def read_line(row: str, place: Place) -> Line:
     if line.status not in list(Status):
         raise MmpError(f"{place}: {UnknownNameError('status', line.status, Status)}")
     for name in _NUMBERS:
-        value, least = getattr(line, name), -LARGEST if name == "min_clearance_m" else 0
-        if value is not None and not (math.isfinite(value) and least <= value <= LARGEST):
-            raise (place / name).wrong(value, f"a finite number from {least:g} to {LARGEST:g}, or null")
+        _check_number(getattr(line, name), place / name, -LARGEST if name == "min_clearance_m" else 0)
+    for name in ("margins_asked", "margins_proved"):
+        for kind in KINDS:
+            _check_number(getattr(getattr(line, name), kind, None), place / name / kind, -LARGEST)
     if line.arms is not None and not 1 <= line.arms <= LARGEST:
         raise (place / "arms").wrong(line.arms, f"a whole number from 1 to {LARGEST:g}, or null")
     for name in _TEXTS:
         if len(getattr(line, name) or "") > LONGEST_TEXT:
             raise (place / name).wrong(getattr(line, name), f"at most {LONGEST_TEXT} characters")
     return msgspec.structs.replace(line, expanded_nodes=None) if line.generated_nodes == 0 else line
+
+
+def _check_number(value: float | None, place: Place, least: float) -> None:
+    if value is not None and not (math.isfinite(value) and least <= value <= LARGEST):
+        raise place.wrong(value, f"a finite number from {least:g} to {LARGEST:g}, or null")

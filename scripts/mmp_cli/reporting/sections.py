@@ -8,6 +8,7 @@ from functools import cached_property
 
 from mmp_cli.reporting.results import Line
 from mmp_cli.reporting.statistics import Spread, spread
+from mmp_env.margins import KINDS
 
 Problem = tuple[str, int]
 """Instance and seed."""
@@ -42,6 +43,19 @@ class Runs:
     def by_problem(self) -> dict[Problem, Line]:
         """The solved lines."""
         return {line.problem: line for line in self.solved}
+
+    @cached_property
+    def asked(self) -> tuple[str, ...]:
+        """The kinds of margins that were asked for, where the checker's proof of each plan is there by kind."""
+        if any(line.margins_proved is None for line in self.solved):
+            return ()
+        return tuple(kind for kind in KINDS if any(getattr(line.margins_asked, kind, None) for line in self.solved))
+
+    def proved_m(self, kind: str | None) -> float | None:
+        """The least clearance of a kind, of all kinds for None, that the checker has proved of the plans."""
+        lines = self.solved
+        values = [line.min_clearance_m if kind is None else getattr(line.margins_proved, kind, None) for line in lines]
+        return min((value for value in values if value is not None), default=None)
 
     def spread(self, field: str, *, among: Iterable[Problem] | None = None) -> Spread | None:
         """Of a field over the solved lines, or over those of the problems `among`."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from mmp_cli.reporting.formatting import NOTHING, mean_and_std, number, seconds, share
 from mmp_cli.reporting.sections import Runs, Section
 from mmp_cli.reporting.statistics import Spread, spread
+from mmp_env.margins import KIND_WORDS, millimetres
 from mmp_env.wording import counted
 
 
@@ -91,7 +92,6 @@ def time_table(section: Section) -> Table:
     rows = []
     for run in section.runs:
         time, ratio = run.spread("planning_time_s"), run.spread("cost_ratio")
-        clear = min((x.min_clearance_m for x in run.solved if x.min_clearance_m is not None), default=None)
         rows.append(
             [
                 run.label,
@@ -99,7 +99,7 @@ def time_table(section: Section) -> Table:
                 *(f"{getattr(ratio, field):.3f}" if ratio else NOTHING for field in ("mean", "median", "most")),
                 _said(run, "bound_met", run.solved),
                 _said(run, "deadline_hit", run.valid),
-                NOTHING if clear is None else f"{clear * 1e3:.2f} mm",
+                _proved(run),
             ]
         )
     head = ["planner", "median", "90 %", "longest", "cost ratio, mean", "median", "largest"]
@@ -108,7 +108,7 @@ def time_table(section: Section) -> Table:
         "Planning time over the solved, certificate included. The cost ratio is the cost by the sum of the straight "
         "lines from start to goal, below which no plan can be. Bound met: of the solved. Cut short: stopped by the "
         "deadline, solved or not, of the valid. Clearance proved: by the checker, at every instant, the least over the "
-        "solved plans."
+        "solved plans: of each kind that a margin was asked for, or else of all kinds, an arm to itself among them."
     )
     if any(NOTHING in row for row in rows):
         note += f" {NOTHING}: the planner does not say, or has solved nothing."
@@ -154,7 +154,7 @@ def invalid_table(section: Section) -> Table | None:
     rows = [[_short(section, name), section.invalid[name] or NOTHING] for name in section.instances if name in
             section.invalid]  # fmt: skip
     note = (
-        "Start or goal is itself in collision, out of limits or closer than the margin asked for: counted apart, "
+        "Start or goal is itself in collision, out of limits or closer than a margin asked for: counted apart, "
         "neither solved nor failed."
     )
     return Table(title="Invalid", head=["instance", "why"], rows=rows, note=note, text=True)
@@ -196,6 +196,14 @@ def _mean(values: Spread | None, count: int) -> str:
     """Mean and standard deviation, and over how many of `count` lines where some have no value."""
     some = f" ({values.n} of {count})" if values and values.n < count else ""
     return mean_and_std(values) + some
+
+
+def _proved(run: Runs) -> str:
+    """The clearance proved of each kind that was asked for; the least of all kinds where none was, or none is told."""
+    proved = {kind: run.proved_m(kind) for kind in run.asked or (None,)}
+    told = {kind: f"{millimetres(clear)} mm" for kind, clear in proved.items() if clear is not None}
+    words = (f"{text} {KIND_WORDS[kind]}" if kind else f"{text} of all kinds" for kind, text in told.items())
+    return ", ".join(words) or NOTHING
 
 
 def _tree_note(rows: Iterable[Sequence[str]], column: int) -> str:

@@ -206,7 +206,7 @@ def test_a_fault_of_the_watcher_is_not_hidden(name):
 
 
 @every_planner
-@pytest.mark.parametrize("limit", [0, 0.0, 1e-7, -1.0, -math.inf])
+@pytest.mark.parametrize("limit", [0, 0.0, 1e-7])
 def test_without_time_there_is_a_timeout_and_no_exception(name, limit):
     result = planned(name, two_arms.passing(), time_limit=limit)
     assert (result.status, result.plan) == (Status.TIMEOUT, None)

@@ -120,6 +120,7 @@ def test_no_option_takes_a_number_beyond_the_largest_count(name):
         ("time_limit", None, "a number of seconds, 0 or more, inf for none"),
         ("time_limit", "5", "a number of seconds, 0 or more, inf for none"),
         ("time_limit", -1, "a number of seconds, 0 or more, inf for none"),
+        ("time_limit", -float("inf"), "a number of seconds, 0 or more, inf for none"),
         ("time_limit", float("nan"), "a number of seconds, 0 or more, inf for none"),
     ],
 )

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -61,12 +60,11 @@ _EDGE_ROOM_M = 1e-4
 """Room [m] beyond the margin at the instants that `edge_free` looks at."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Nearest:
-    """The least clearance [m] of one kind in a state, and what is that near to each other, in words."""
+class Nearest(NamedTuple):
+    """What is nearest to each other in a state, in words, and its clearance [m]."""
 
-    clearance_m: float
     bodies: str
+    clearance_m: float
 
 
 class CollisionModel:

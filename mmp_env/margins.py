@@ -123,5 +123,6 @@ def planning_slack(margins: Margins, clearances: Mapping[str, float]) -> float:
 
 
 def millimetres(metres: float) -> str:
-    """Returns a length in millimetres, rounded down to a hundredth: a margin is not to look larger than it is."""
-    return f"{math.floor(metres * 1e5 + 1e-6) / 100:g}"
+    """Returns a length in millimetres, rounded down: a margin is not to look larger than it is."""
+    digits = 2 if metres >= 1e-5 else 2 - math.floor(math.log10(metres * 1e3))
+    return f"{math.floor(metres * 1e3 * 10**digits + 1e-6) / 10**digits:g}"

@@ -110,12 +110,15 @@ def make_problem(
     given_cell(cell)
     ends = {"start": _configurations(cell, start, "start"), "goal": _configurations(cell, goal, "goal")}
     asked = asked_margins(margin)
-    least: dict[str, float] = dict.fromkeys(KINDS, np.inf)
+    near: dict[str, dict[str, Nearest]] = {}
     for which, q in ends.items():
         _check_limits(cell, q, which)
-        for kind, near in cell.collision.nearest(q).items():
-            _check_clear(which, kind, near, asked)
-            least[kind] = min(least[kind], near.clearance_m)
+        near[which] = cell.collision.nearest(q)
+        for bodies, metres in near[which].values():
+            if metres <= 0:
+                raise InvalidInstanceError(f"{which} is in collision: {bodies} ({-metres * 1e3:.1f} mm deep)")
+    _check_margins(near, asked)
+    least = {kind: min(nearest[kind].clearance_m for nearest in near.values()) for kind in KINDS}
     return Problem(
         cell=cell,
         start=ends["start"],
@@ -132,17 +135,30 @@ def _least_clearances(cell: Cell, states: Sequence[Mapping[str, Float[np.ndarray
     return {kind: min(near[kind].clearance_m for near in found) for kind in KINDS}
 
 
-def _check_clear(which: str, kind: str, near: Nearest, asked: Mapping[str, float]) -> None:
-    """Raises `InvalidInstanceError` where start or goal is in collision, or closer than a margin that was asked for."""
-    if near.clearance_m <= 0:
-        raise InvalidInstanceError(f"{which} is in collision: {near.bodies} ({-near.clearance_m * 1e3:.1f} mm deep)")
-    largest = largest_margin(near.clearance_m)
-    if kind in asked and asked[kind] > largest:
-        most = f"the largest that would do is {millimetres(largest)} mm" if largest >= 1e-5 else "no margin would do"
-        raise InvalidInstanceError(
-            f"{which}: {near.bodies} are {near.clearance_m * 1e3:.2f} mm apart, and the margin asked for"
-            f" {KIND_WORDS[kind]} is {asked[kind] * 1e3:g} mm; {most}"
+def _check_margins(near: Mapping[str, Mapping[str, Nearest]], asked: Mapping[str, float]) -> None:
+    """Raises `InvalidInstanceError` where start or goal is closer than a margin that was asked for.
+
+    Args:
+        near: `start`, `goal` -> kind of margin -> the nearest bodies.
+    """
+    tightest = {kind: min(near, key=lambda which: near[which][kind].clearance_m) for kind in asked}
+    largest = {kind: largest_margin(near[which][kind].clearance_m) for kind, which in tightest.items()}
+    broken = [kind for kind in asked if asked[kind] > largest[kind]]
+    if not broken:
+        return
+    worst = min(broken, key=lambda kind: largest[kind])
+    which, (bodies, metres) = tightest[worst], near[tightest[worst]][worst]
+    same = all(abs(ends[worst].clearance_m - metres) < 1e-6 and ends[worst].bodies == bodies for ends in near.values())
+    if len({asked[kind] for kind in broken}) == 1:
+        most = f"the largest that would do is {millimetres(largest[worst])} mm"
+    else:
+        most = "the largest that would do are " + " and ".join(
+            f"{millimetres(largest[kind])} mm {KIND_WORDS[kind]}" for kind in broken
         )
+    raise InvalidInstanceError(
+        f"{'start and goal' if same else which}: {bodies} are {metres * 1e3:.2f} mm apart, and the margin asked for"
+        f" {KIND_WORDS[worst]} is {asked[worst] * 1e3:g} mm; {most if largest[worst] >= 1e-5 else 'no margin would do'}"
+    )
 
 
 def _configurations(cell: Cell, given: Mapping[str, ArrayLike], which: str) -> dict[str, np.ndarray]:

@@ -116,6 +116,11 @@ class CheckReport:
             return "\n".join(self.sentences)
         if self.min_clearance_m is None:  # a lone arm without obstacles or self pairs
             return "valid; nothing to touch"
+        if self.spheres == "geoms":
+            return (
+                f"valid; no two geoms touch, clearance >= {self.min_clearance_m * 1e3:.2f} mm at every instant, least "
+                f"between {self.where}; the margins are checked without --exact"
+            )
         if self.proved_m and self.margins_m and len(set(self.margins_m.values())) > 1:
             proved = [f"{m * 1e3:.2f} mm {_KINDS[kind]}" for kind, m in self.proved_m.items() if m is not None]
             return f"valid; clearance at every instant >= {', '.join(proved)}"

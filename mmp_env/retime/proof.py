@@ -12,13 +12,16 @@ from mmp_env import _core
 from mmp_env.certificate import certify
 from mmp_env.errors import MmpError
 from mmp_env.plan import Plan
+from mmp_env.reference import Reference
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.clock import Clock, run_clock
-from mmp_env.retime.limits import RateLimits
+from mmp_env.retime.limits import RateLimits, split
 from mmp_env.retime.smoothing import covering, narrowed, smooth
 from mmp_env.retime.zones import LEAST_ZONE_S, zones_of
 
 _LONG_S = 1e9
+_STRAY_RAD, _MOST_PARTS = 5e-6, 64
+"""How far the curve that is followed may stray from the points that are proved; the most points in a sample."""
 _PROOFS = 12
 """Of the sampled motion, each after narrower blends where the last one failed; then it stops at every corner."""
 
@@ -45,10 +48,16 @@ def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, tolerance: 
         bending = Plan(problem=plan.problem, times=motion.times[kept], positions=rows)
         certificate = certify(bending, _core.Clock(_LONG_S), share=1.0)
         if certificate.valid:
+            followed, row_of = _followed(motion, kept)
+            certificate = certify(followed, _core.Clock(_LONG_S), share=1.0)
+        else:
+            row_of = kept.astype(float)
+        if certificate.valid:
             return ProvedMotion(path=path, motion=motion, clearance_m=certificate.clearance)
         if not (path.width > 0).any():
             raise MmpError("the plan cannot be proved clear of conflicts as it is, so it is not retimed; see mmp check")
-        near = covering(path, np.interp([certificate.instant], np.arange(len(kept)), clock.phase[kept]))
+        row = np.interp(certificate.instant, np.arange(len(row_of)), row_of)
+        near = covering(path, np.interp([row], np.arange(len(clock.phase)), clock.phase))
         if near.any() and attempts < _PROOFS:
             path = smooth(plan.problem, narrowed(path, near, widest), tolerance)
         else:
@@ -80,6 +89,23 @@ def _sampled(plan: Plan, path: BlendedPath, clock: Clock) -> Plan:
         velocities=velocities,
         accelerations=accelerations,
     )
+
+
+def _followed(motion: Plan, kept: Int[np.ndarray, "k"]) -> tuple[Plan, Float[np.ndarray, "m"]]:
+    """Returns the curve that an execution follows, and the row of `motion` at each of its points.
+
+    The curve passes inside of the samples. It strays by `_STRAY_RAD` at most from the lines between the points.
+    """
+    reference = Reference(motion, motion.problem.start)
+    period_s = float(motion.times[1] - motion.times[0])
+    growth = max(float(np.abs(a).max(initial=0.0)) for a in (motion.accelerations or {}).values())
+    parts = int(np.clip(np.ceil(period_s * np.sqrt(growth / (8 * _STRAY_RAD))), 1, _MOST_PARTS))
+    rows = np.unique(np.clip(np.concatenate([kept - 1, kept, kept + 1]), 0, len(motion.times) - 1))
+    bent = rows[:-1][np.diff(rows) == 1]
+    row = np.unique(np.concatenate([rows, (bent[:, None] + np.arange(1, parts) / parts).ravel()]))
+    q = reference.at(row * period_s)[0]
+    positions = {name: np.ascontiguousarray(part) for name, part in split(motion.problem.cell, q).items()}
+    return Plan(problem=motion.problem, times=row * period_s, positions=positions), row
 
 
 def _bending(path: BlendedPath, phase: Float[np.ndarray, "t"]) -> Int[np.ndarray, "k"]:

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import os
 import struct
-from multiprocessing.connection import Connection, wait
+from multiprocessing.connection import wait
 
 _CHUNK_BYTES = 1 << 20
 _SHORT, _LONG = struct.Struct("!i"), struct.Struct("!Q")
 
 
 class PipeReader:
-    """Complete messages from a `Connection`; a process that stops in the middle of one blocks nobody."""
+    """Complete messages of a `multiprocessing.connection.Connection`, from its file descriptor.
 
-    def __init__(self, connection: Connection) -> None:
-        self._connection, self._bytes = connection, bytearray()
+    A process that stops in the middle of a message blocks nobody.
+    """
+
+    def __init__(self, descriptor: int) -> None:
+        self._descriptor, self._bytes = descriptor, bytearray()
 
     def next(self) -> bytes | None:
         """Returns the next message that has arrived completely, or None. Does not wait.
@@ -25,9 +28,9 @@ class PipeReader:
             ValueError: if the bytes are no messages.
         """
         while (message := self._complete()) is None:
-            if not wait([self._connection], timeout=0):
+            if not wait([self._descriptor], timeout=0):
                 return None
-            chunk = os.read(self._connection.fileno(), _CHUNK_BYTES)
+            chunk = os.read(self._descriptor, _CHUNK_BYTES)
             if not chunk:
                 raise EOFError
             self._bytes += chunk

@@ -49,7 +49,7 @@ class PlannerProcess:
         self._asked_to_stop, self._limit_s, self._until = False, math.inf, math.inf
         self._inbox: tuple[str, Any] | None = None
         self._connection, theirs = multiprocessing.Pipe()
-        self._messages = PipeReader(self._connection)
+        self._messages = PipeReader(self._connection.fileno())
         fork = multiprocessing.get_context("fork")
         self._process = fork.Process(target=serve, args=(theirs, self._connection, os.getpid(), name, dict(options)))
         with held_back(), warnings.catch_warnings():

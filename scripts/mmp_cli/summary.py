@@ -34,6 +34,7 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
     if plan and problem:
         yield "cost", _cost(outcome.result, plan.cost_rad, problem.cost_lower_bound_rad)
         yield "makespan", _makespan(plan.makespan_s, outcome.retimed)
+    if problem:
         yield "margin", _margin(outcome, problem)
     if outcome.check is not None:
         *sentences, last = str(outcome.check).splitlines()
@@ -104,7 +105,7 @@ def _cost(result: PlanResult, cost: float, bound: float) -> str:
 
 def _margin(outcome: Outcome, problem: Problem) -> str:
     """The margins in force, and why the default is not."""
-    text = f"{problem.margins}, at every instant"
+    text = f"{problem.margins}, at every instant" if outcome.result.plan else f"{problem.margins} asked of a plan"
     tight = [kind for kind in KINDS if kind not in outcome.asked and problem.margins[kind] < DEFAULT_MARGIN_M]
     if tight:
         words = " and ".join(KIND_WORDS[kind] for kind in tight)

@@ -192,7 +192,7 @@ def test_an_answer_to_an_earlier_task_is_not_taken_for_that_to_the_present_one(m
 
     def start(self):
         self._process, self._connection = subprocess.Popen(["sleep", "60"], process_group=0), ours
-        self._messages = PipeReader(ours)
+        self._messages = PipeReader(ours.fileno())
         theirs.send((0, READY))
 
     monkeypatch.setattr(Seat, "_start", start)

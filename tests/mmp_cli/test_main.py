@@ -85,9 +85,9 @@ def test_ctrl_c_ends_the_process_with_130_and_a_whole_plan(instances, tmp_path):
     )
     out = tmp_path / "plan.json"
     words = ["plan", str(instances), "--planner", "waiting", "--out", str(out)]
-    with subprocess.Popen([sys.executable, "-c", code, *words], stdout=subprocess.PIPE, text=True) as process:
-        assert process.stdout.readline() == "waiting\n"
+    with subprocess.Popen([sys.executable, "-c", code, *words], stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr.readline() == "waiting\n"
         process.send_signal(signal.SIGINT)
-        process.stdout.read()
+        process.stderr.read()
     assert process.returncode == 130
     assert len(load_plan(out).times) == 5

@@ -12,9 +12,11 @@ from twins import clearance
 from mmp_env import check_plan, make_problem
 from mmp_env.cell import Obstacle
 from mmp_env.errors import InvalidInstanceError, MmpError
-from mmp_env.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS, Margins, asked_margins
+from mmp_env.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS, Margins, asked_margins, millimetres
 from mmp_env.plan_file import plan_from_dict, plan_to_dict
+from mmp_env.reference import Reference
 from mmp_env.retime import retime_with_report
+from mmp_env.retime.limits import split
 from mmp_env.rings import ring_cell
 from mmp_planners import make, names
 
@@ -77,6 +79,17 @@ def test_a_retimed_plan_keeps_them_too():
     assert all(least >= problem.margins[kind] - FLOAT_M for kind, least in least_sampled(plan).items())
 
 
+@pytest.mark.parametrize("rate_hz", [20.0, 250.0])
+def test_the_curve_that_an_execution_follows_keeps_them_too(rate_hz):
+    problem = swinging({"arms": 0.06, "obstacles": 0.03})
+    plan, _ = retime_with_report(make("auto").plan(problem, seed=1, time_limit=60.0).plan, rate=rate_hz)
+    reference = Reference(plan, problem.start)
+    clock = np.linspace(reference.start_s, reference.end_s, 1500)
+    q = split(problem.cell, reference.at(clock)[0])
+    followed = dataclasses.replace(plan, times=clock - clock[0], positions=q, velocities=None, accelerations=None)
+    assert all(least >= problem.margins[kind] - 1e-5 for kind, least in least_sampled(followed).items())
+
+
 def test_one_number_is_for_arms_and_obstacles_and_not_for_an_arm_against_itself():
     margins = swinging(0.02).margins
     assert (margins.arms, margins.obstacles) == (0.02, 0.02)
@@ -93,10 +106,22 @@ def test_a_margin_that_start_or_goal_does_not_keep_is_refused_with_the_largest_t
     message = str(refused.value)
     assert f"{room[kind] * 1e3:.2f} mm apart" in message
     assert f"the margin asked for {KIND_WORDS[kind]} is" in message
-    assert {"arms": "right/", "obstacles": "obstacle/post", "self": "left/"}[kind] in message
+    assert {"arms": " and right/", "obstacles": "obstacle/post", "self": "/"}[kind] in message
     largest = float(message.split("the largest that would do is ")[1].split(" mm")[0]) / 1e3
     assert room[kind] - 1e-4 < largest < room[kind]
     assert swinging({kind: largest}).margins[kind] == largest
+
+
+def test_the_largest_margin_for_arms_and_obstacles_is_one_that_both_keep():
+    with pytest.raises(InvalidInstanceError) as refused:
+        swinging(5.0)
+    largest = float(str(refused.value).split("the largest that would do is ")[1].split(" mm")[0]) / 1e3
+    assert swinging(largest).margins.arms == largest
+
+
+def test_margins_that_differ_are_answered_with_the_largest_of_each():
+    with pytest.raises(InvalidInstanceError, match=r"would do are [\d.]+ mm between arms and [\d.]+ mm to obstacles"):
+        swinging({"arms": 5.0, "obstacles": 6.0})
 
 
 def test_the_default_is_less_where_start_or_goal_is_tight_for_that_kind_alone():
@@ -169,7 +194,8 @@ def test_a_file_from_before_there_were_three_margins_is_proved_with_half_of_its_
     assert plan_from_dict(document).problem.margins.arms == 0.02
     report = check_plan(document)
     assert report.required_m == 0.02
-    assert {violation.rule for violation in report.violations} <= {"self"}
+    assert report.margins_m == {"arms": 0.02, "obstacles": 0.02, "self": 0.02}
+    assert {violation.rule for violation in report.violations} == {"self"}, "which that margin never was for"
 
 
 @pytest.mark.parametrize(
@@ -194,6 +220,13 @@ def test_a_margin_that_is_none_is_one_sentence(margin, words):
 @pytest.mark.parametrize("number", [np.float32(0.25), np.int64(1)])
 def test_a_margin_may_be_a_number_of_numpy(number):
     assert asked_margins({"arms": number}) == {"arms": float(number)}
+
+
+@pytest.mark.parametrize(
+    ("metres", "text"), [(0.002, "2"), (0.0149999, "14.99"), (1e-9, "1e-06"), (3.27e-6, "0.00327")]
+)
+def test_a_margin_is_told_in_millimetres_and_never_as_more_than_it_is(metres, text):
+    assert millimetres(metres) == text
 
 
 def test_margins_read_like_a_mapping():

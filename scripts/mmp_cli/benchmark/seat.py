@@ -112,7 +112,7 @@ class Seat:
         self._starts += 1
         ours, theirs = socket.socketpair()
         self._connection = Connection(ours.detach())
-        self._messages = PipeReader(self._connection)
+        self._messages = PipeReader(self._connection.fileno())
         program = _PROGRAM.format(path=sys.path, fd=theirs.fileno(), parent=os.getpid(), core=self._core.number)
         self._log.truncate(0)
         with theirs:

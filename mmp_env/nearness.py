@@ -34,7 +34,7 @@ _SAME_RAD = 1e-9
 @dataclass(frozen=True, kw_only=True)
 class Nearness:
     """`planned_m` [m]: the clearance that is proved of the plan, None where none is. `closer_m`: by how much two bodies
-    of different arms, or of an arm and an obstacle, came closer than that; 0 where none did. `body_a`, `body_b` and
+    of different arms, or of an arm and an obstacle, came closer than is proved of their kind; 0 where none did. `body_a`, `body_b` and
     `time_s` [s] say which and when.
     """
 
@@ -60,18 +60,20 @@ def nearness(
     certificate = certify(dataclasses.replace(plan, positions=whole), _core.Clock(_PROOF_S), share=_PROOF_SHARE)
     if not certificate.valid:
         return Nearness(planned_m=None)
-    planned = min(certificate.proved.arms, certificate.proved.obstacles)
+    proved = certificate.proved
+    planned, most = min(proved.arms, proved.obstacles), max(proved.arms, proved.obstacles)
     clear = simulation.cell.collision.clearance(positions)
-    close = np.flatnonzero(clear < planned + OUTSIDE_M)
+    close = np.flatnonzero(clear < most + OUTSIDE_M)
     q = np.concatenate([positions[name] for name in simulation.slices], axis=1)[close]
     if len(q):  # standing still needs one look
         moved = np.append(True, np.abs(np.diff(q, axis=0)).max(axis=1) > _SAME_RAD)
         close, q = close[moved], q[moved]
-    least, bodies, at = planned, ("", ""), None
-    for row, distance, pair in _measured(simulation, q, planned):
-        if distance < least:
-            least, bodies, at = distance, pair, float(times[close[row]])
-    return Nearness(planned_m=planned, closer_m=planned - least, body_a=bodies[0], body_b=bodies[1], time_s=at)
+    closer, bodies, at = 0.0, ("", ""), None
+    for row, distance, pair in _measured(simulation, q, most):
+        kept = proved.obstacles if pair[1].startswith("obstacle/") else proved.arms
+        if kept - distance > closer:
+            closer, bodies, at = kept - distance, pair, float(times[close[row]])
+    return Nearness(planned_m=planned, closer_m=closer, body_a=bodies[0], body_b=bodies[1], time_s=at)
 
 
 def _measured(

@@ -8,7 +8,6 @@ import json
 import math
 import os
 import re
-import secrets
 import stat
 from collections.abc import Iterable, Iterator, Mapping
 from os import PathLike
@@ -19,6 +18,7 @@ import numpy as np
 
 from mmp_env.errors import MmpError
 from mmp_env.paths import exists, is_file, real_path, refusal
+from mmp_env.temporaries import beside
 
 _LINE = 240
 _NESTED = (dict, list)
@@ -59,12 +59,12 @@ def plain(value: Any) -> Any:
 
 def check_writable(path: str | PathLike[str]) -> None:
     """Raises `MmpError` where `write_text` could not write; leaves nothing behind."""
-    temporary = _temporary(_target(path))
-    try:
-        temporary.open("x").close()
-        temporary.unlink()
-    except OSError as error:
-        raise refusal(path, "written", error) from None
+    target = _target(path)
+    with beside(target) as temporary:
+        try:
+            temporary.open("x").close()
+        except OSError as error:
+            raise refusal(path, "written", error) from None
 
 
 def write_text(path: str | PathLike[str], text: str) -> None:
@@ -80,17 +80,14 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
     Raises `MmpError` for what the system refuses.
     """
     target = _target(path)
-    temporary = _temporary(target)
-    try:
-        if target.exists():
-            temporary.touch(0o600)  # nobody else reads it before it has the mode of the file that it replaces
-        yield temporary
-        move_onto(temporary, target)
-    except OSError as error:
-        raise refusal(path, "written", error) from None
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
+    with beside(target) as temporary:
+        try:
+            if target.exists():
+                temporary.touch(0o600)  # nobody else reads it before it has the mode of the file that it replaces
+            yield temporary
+            move_onto(temporary, target)
+        except OSError as error:
+            raise refusal(path, "written", error) from None
 
 
 def move_onto(new: Path, target: Path) -> None:
@@ -119,10 +116,6 @@ def _target(path: str | PathLike[str]) -> Path:
     if exists(target) and not is_file(target):
         raise MmpError(f"{path} cannot be written: it is not a regular file")
     return target
-
-
-def _temporary(target: Path) -> Path:
-    return target.with_name(f".mmp-{os.getpid()}-{secrets.token_hex(4)}.tmp")
 
 
 def _layout(value: Any, indent: str) -> str:

@@ -1,13 +1,13 @@
 """The console script `mmp`: finds the command, and turns misuse into one sentence and an exit code.
 
 Exit 0: done; 1: no plan in time, a violation, a goal not reached, a planner that failed; 2: bad usage or bad input, or
-output that cannot be written; 130: interrupted; 141: the reader of the output has gone. Any other exception is a fault
+output that cannot be written; 130: interrupted; 129 and 143: ended by SIGHUP and SIGTERM; 141: the reader of the output
+has gone. Any other exception is a fault
 of the program and keeps its traceback.
 """
 
 from __future__ import annotations
 
-import os
 import sys
 
 TYPE_CHECKING = False  # until the guard stands, nothing is imported that takes time, `typing` included
@@ -24,6 +24,8 @@ COMMANDS = {
     "list": "list robots, cells, tasks and planners with their options",
 }
 INTERRUPTED = 130
+ENDED = (129, INTERRUPTED, 143)
+"""Exit codes after SIGHUP, SIGINT and SIGTERM: 128 and the number of the signal."""
 UNREAD = 141
 """Exit code for output whose reader has gone, that of a program that SIGPIPE ends."""
 _HELP = """usage: mmp COMMAND ...
@@ -42,15 +44,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         from mmp_cli.import_guard import guarded_imports, ignore_interrupts
 
-        with guarded_imports(INTERRUPTED):
+        with guarded_imports():
             if argv is not None:
                 return _heard(list(argv))
             code = _of_process()
             ignore_interrupts()  # the process ends, and what its modules do then is not to be interrupted
             return code
-    except KeyboardInterrupt:
-        print("mmp: interrupted", file=sys.stderr, flush=True)
-        return INTERRUPTED
+    except KeyboardInterrupt as interrupt:
+        from mmp_cli.import_guard import said, signal_of
+
+        signum = signal_of(interrupt)
+        print(f"mmp: {said(signum)}", file=sys.stderr, flush=True)
+        return 128 + signum
 
 
 def _of_process() -> int:
@@ -58,10 +63,12 @@ def _of_process() -> int:
 
     guard_streams()
     code = _heard(sys.argv[1:])
-    if code == INTERRUPTED:
+    if code in ENDED:
+        from mmp_cli.import_guard import end_at_once
+
         sys.stderr.flush()
         # Taking the interpreter down with MuJoCo loaded takes longer than anybody who pressed Ctrl-C wants to wait.
-        os._exit(code)
+        end_at_once(code)
     return code
 
 
@@ -89,9 +96,12 @@ def _guarded(argv: list[str]) -> int:
     except SystemExit:  # after --help
         sys.stdout.flush()
         raise
-    except KeyboardInterrupt:
-        complain("interrupted")
-        return INTERRUPTED
+    except KeyboardInterrupt as interrupt:
+        from mmp_cli.import_guard import said, signal_of
+
+        signum = signal_of(interrupt)
+        complain(said(signum))
+        return 128 + signum
     except ValueError as error:
         from mmp_env.errors import MmpError
 

@@ -36,6 +36,8 @@ def held_back() -> Iterator[None]:
 def serve(connection: Connection, of_parent: Connection, parent: int, name: str, options: Mapping[str, Any]) -> None:
     """Makes the planner and plans what comes. SIGINT is blocked on entry, and is let through while it plans."""
     of_parent.close()
+    for signum in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(signum, signal.SIG_DFL)  # the parent's handler is not the planner's
     os.setpgid(0, 0)  # Ctrl-C is the parent's alone to handle, and what the planner starts can be ended with it
     end_with(parent)
     with contextlib.suppress(OSError):  # where standard error is closed

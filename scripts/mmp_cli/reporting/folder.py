@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import re
-import shutil
-import tempfile
 from collections.abc import Container, Iterable, Mapping
 from pathlib import Path
 
 from mmp_env.errors import MmpError
+from mmp_env.temporaries import beside
 from mmp_env.writing import move_onto
 
 _PICTURES = "(cell|quickest|hardest|unsolved)-{name}[.]png"
@@ -18,22 +17,20 @@ _FIGURES = "(cactus|pairs|published)-{name}(-[0-9]+)?[.](svg|png)"
 
 def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """Writes name -> content into the folder, in this order. Raises `MmpError`, and then has left no half file."""
-    try:
-        # Inside the folder, so that moving stays on one file system.
-        temporary = Path(tempfile.mkdtemp(prefix=".mmp-report-", dir=folder))
-    except OSError as error:
-        raise MmpError(f"{folder} cannot be written to: {error.strerror}") from None
-    try:
-        for name, content in files.items():
-            # A folder or a title may hold bytes that are not UTF-8.
-            data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
-            (temporary / name).write_bytes(data)
-        for name in files:
-            move_onto(temporary / name, folder / name)
-    except OSError as error:
-        raise MmpError(f"the report cannot be written to {folder}: {error.strerror}") from None
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+    with beside(folder / "report") as temporary:  # inside the folder, so that moving stays on one file system
+        try:
+            temporary.mkdir(0o700)
+        except OSError as error:
+            raise MmpError(f"{folder} cannot be written to: {error.strerror}") from None
+        try:
+            for name, content in files.items():
+                # A folder or a title may hold bytes that are not UTF-8.
+                data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
+                (temporary / name).write_bytes(data)
+            for name in files:
+                move_onto(temporary / name, folder / name)
+        except OSError as error:
+            raise MmpError(f"the report cannot be written to {folder}: {error.strerror}") from None
 
 
 def remove_outdated(folder: Path, names: Iterable[str], kept: Container[str]) -> None:

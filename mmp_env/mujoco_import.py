@@ -5,10 +5,11 @@ MuJoCo loads the OpenGL library that `MUJOCO_GL` names while it is imported; som
 
 from __future__ import annotations
 
-from mmp_env.opengl import asked_for
+from mmp_env.opengl import asked_for, silent_children
 
 try:
-    import mujoco
+    with silent_children():
+        import mujoco
 except Exception:  # ImportError, AttributeError, OSError or RuntimeError, as the version and the library go
     asked_for()
     raise

@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import functools
 import os
+import signal
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from ctypes.util import find_library
 from typing import Any
 
@@ -17,6 +18,19 @@ _LIBRARIES = {"egl": ("EGL", "GL"), "osmesa": ("OSMesa",)}
 _PACKAGES = {"egl": "libegl1 libgl1", "osmesa": "libosmesa6"}
 _WINDOWED = ("glfw", "glx", "on", "true", "1", "enable", "enabled")
 _DISABLED = ("off", "false", "0", "disable", "disabled")
+
+
+@contextlib.contextmanager
+def silent_children() -> Iterator[None]:
+    """Within it Ctrl-C waits, and a process that is started never hears of it: none prints a traceback of its own.
+
+    glfw looks for its library with such processes while it is imported.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def asked_for() -> str:
@@ -51,7 +65,8 @@ def display_answers() -> bool:
     """Whether a window system is there, not only named; MuJoCo's viewer would end the program where none is."""
     if not sys.platform.startswith("linux"):
         return True
-    import glfw
+    with silent_children():
+        import glfw
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -108,12 +123,13 @@ def open_context(width: int, height: int) -> Any:
     """
     backend = offscreen_backend()
     try:
-        if backend == "egl":
-            from mujoco.egl import GLContext
-        elif backend == "osmesa":
-            from mujoco.osmesa import GLContext
-        else:
-            from mujoco.gl_context import GLContext
+        with silent_children():
+            if backend == "egl":
+                from mujoco.egl import GLContext
+            elif backend == "osmesa":
+                from mujoco.osmesa import GLContext
+            else:
+                from mujoco.gl_context import GLContext
         return GLContext(width, height)
     except Exception as error:  # PyOpenGL and glfw raise what they like where there is no driver or display
         packages = " or ".join(f"`apt install {names}`" for names in _PACKAGES.values())

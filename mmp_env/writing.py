@@ -111,10 +111,19 @@ def left_alone(paths: Iterable[str]) -> list[str]:
 
 
 def _target(path: str | PathLike[str]) -> Path:
-    """The file behind any links. Moving onto a folder fails, and onto a device such as /dev/null would replace it."""
+    """The file behind any links. Moving onto a folder fails, and onto a device such as /dev/null would replace it.
+
+    Moving would replace also a file that nobody may write to: that is refused, as writing into it would be.
+    """
     target = real_path(path)
-    if exists(target) and not is_file(target):
+    if not exists(target):
+        return target
+    if not is_file(target):
         raise MmpError(f"{path} cannot be written: it is not a regular file")
+    try:
+        os.close(os.open(target, os.O_WRONLY))
+    except OSError as error:
+        raise refusal(path, "written", error) from None
     return target
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser, check_spared
 from mmp_cli.output import complain, say
-from mmp_env.file_kinds import EPISODE, PLAN, read_as
+from mmp_env.file_kinds import EPISODE, PLAN, check_replaceable, read_as
 from mmp_env.wording import in_seconds
 
 if TYPE_CHECKING:
@@ -50,8 +50,9 @@ def run(args: Namespace) -> int:
     read = plans_from_dict(data, args.plan)
     in_a_row = isinstance(read, Episode)
     plans = list(read.plans) if in_a_row else [read]
-    for arm in plans[0].problem.cell.arm_names:
-        check_spared(args.plan, "--to", of_arm(args.to, arm))
+    for target in dict.fromkeys(of_arm(args.to, arm) for arm in plans[0].problem.cell.arm_names):
+        check_spared(args.plan, "--to", target)
+        check_replaceable(target, "--to")
     written = export_plan(plans, args.to, joint_names=args.joint_names)
     for path, motion in written.items():
         say(f"{path}: {_content(path, plans[0], motion)}")

@@ -31,6 +31,26 @@ def test_each_format_is_written_and_told_in_a_line(mmp, plan_path, tmp_path):
     assert (ran.code, ran.out) == (0, f"{tmp_path / 'cell.xml'}: 2 arms, keyframes start and goal\n")
 
 
+@pytest.mark.parametrize(
+    ("field", "kind"),
+    [("arms", "a cell file"), ("instances", "an instance file"), ("positions", "a plan"), ("plans", "an episode")],
+)
+def test_a_cell_an_instance_file_and_a_plan_are_not_overwritten(mmp, plan_path, tmp_path, field, kind):
+    (tmp_path / "left.yaml").write_text(f"{field}: []\n")
+    for name in ("left.yaml", "{arm}.yaml"):
+        assert_refused(mmp("export", plan_path, "--to", tmp_path / name), "--to would overwrite", f"which is {kind};")
+    assert (tmp_path / "left.yaml").read_text() == f"{field}: []\n"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["left.yaml", "plan.json"]
+
+
+@pytest.mark.parametrize("before", ["", "a: note\n", "{"])
+def test_another_file_and_an_earlier_export_are_overwritten(mmp, plan_path, tmp_path, before):
+    (tmp_path / "motion.yaml").write_text(before)
+    for _ in range(2):
+        assert mmp("export", plan_path, "--to", tmp_path / "motion.yaml").code == 0
+    assert load_joint_trajectory(tmp_path / "motion.yaml")
+
+
 def length():
     return tiny_plans.two_apart()["times"][-1]
 

@@ -1,12 +1,16 @@
 import json
 import os
 import stat
+import tempfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mmp_env.errors import MmpError
 from mmp_env.writing import check_writable, json_text, plain, whole_file, write_text
+
+_NOBODY = 65534
 
 
 def test_short_things_and_rows_of_numbers_stand_on_one_line():
@@ -90,7 +94,7 @@ def test_checking_a_path_changes_nothing(tmp_path):
     assert os.listdir(tmp_path) == ["a.json"]
 
 
-@pytest.mark.parametrize("mode", [0o600, 0o640, 0o444, 0o755])
+@pytest.mark.parametrize("mode", [0o600, 0o640, 0o755])
 def test_a_file_that_is_replaced_keeps_its_mode(tmp_path, mode):
     path = tmp_path / "a.json"
     path.write_text("old")
@@ -100,6 +104,25 @@ def test_a_file_that_is_replaced_keeps_its_mode(tmp_path, mode):
         write_text(tmp_path / name, "new")
         assert stat.S_IMODE(path.stat().st_mode) == mode
     assert (tmp_path / "link.json").is_symlink()
+
+
+@pytest.mark.parametrize("write", [check_writable, lambda path: write_text(path, "new")])
+def test_a_file_without_write_permission_is_not_replaced(write):
+    with tempfile.TemporaryDirectory() as folder:
+        path, user = Path(folder) / "a.json", os.geteuid()
+        path.write_text("old")
+        path.chmod(0o444)
+        if user == 0:  # whom no mode keeps from anything
+            for owned in (folder, path):
+                os.chown(owned, _NOBODY, -1)
+            os.seteuid(_NOBODY)
+        try:
+            with pytest.raises(MmpError, match=r"a\.json cannot be written: Permission denied"):
+                write(path)
+            assert os.listdir(folder) == ["a.json"]
+        finally:
+            os.seteuid(user)
+        assert path.read_text() == "old"
 
 
 def test_nobody_reads_a_secret_file_while_it_is_written(tmp_path):

@@ -33,9 +33,10 @@ _SAME_RAD = 1e-9
 
 @dataclass(frozen=True, kw_only=True)
 class Nearness:
-    """`planned_m` [m]: the clearance that is proved of the plan, None where none is. `closer_m`: by how much two bodies
-    of different arms, or of an arm and an obstacle, came closer than is proved of their kind; 0 where none did. `body_a`, `body_b` and
-    `time_s` [s] say which and when.
+    """`planned_m` [m]: the clearance that is proved of the plan, None where none is.
+
+    `closer_m`: by how much two bodies of different arms, or of an arm and an obstacle, came closer than is proved of
+    their kind; 0 where none did. `body_a`, `body_b` and `time_s` [s] say which and when.
     """
 
     planned_m: float | None

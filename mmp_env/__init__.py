@@ -11,54 +11,54 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mmp_env import checkout
-from mmp_env.registration import register_environments
+from mmp_env.gym.registration import register_environments
 
 if TYPE_CHECKING:
-    from mmp_env.cell import Arm, Cell, Obstacle, place_arm
-    from mmp_env.cell_file import load_cell
-    from mmp_env.cell_source import find_cell
     from mmp_env.check import check_plan
-    from mmp_env.collision import CollisionModel
-    from mmp_env.conflict import Conflict
-    from mmp_env.contacts import Contact
-    from mmp_env.env import MultiArmCellEnv
     from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError, UnretimedPlanWarning
-    from mmp_env.execution import ExecutionReport
-    from mmp_env.films import save_film
-    from mmp_env.instance_file import load_instances
-    from mmp_env.instances import draw_instance, draw_problem
-    from mmp_env.monitor import Monitor
-    from mmp_env.pictures import save_picture
-    from mmp_env.plan import Plan
-    from mmp_env.plan_file import load_plan, save_plan
-    from mmp_env.problem import Problem, make_problem
-    from mmp_env.rings import ring_cell
-    from mmp_env.robot import Robot, Tool, load_robot, load_tool, robot_names, tool_names
-    from mmp_env.search_tree import SearchTree
+    from mmp_env.files.cell_file import load_cell
+    from mmp_env.files.cell_source import find_cell
+    from mmp_env.files.instance_file import load_instances
+    from mmp_env.files.plan_file import load_plan, save_plan
+    from mmp_env.gym.env import MultiArmCellEnv
+    from mmp_env.gym.instances import draw_instance, draw_problem
+    from mmp_env.model.cell import Arm, Cell, Obstacle, place_arm
+    from mmp_env.model.collision import CollisionModel
+    from mmp_env.model.conflict import Conflict
+    from mmp_env.model.plan import Plan
+    from mmp_env.model.problem import Problem, make_problem
+    from mmp_env.model.rings import ring_cell
+    from mmp_env.model.robot import Robot, Tool, load_robot, load_tool, robot_names, tool_names
+    from mmp_env.sim.contacts import Contact
+    from mmp_env.sim.execution import ExecutionReport
+    from mmp_env.sim.monitor import Monitor
     from mmp_env.version import __version__
+    from mmp_env.view.films import save_film
+    from mmp_env.view.pictures import save_picture
+    from mmp_env.view.search_tree import SearchTree
 
 _HOMES = {
-    "cell": ("Arm", "Cell", "Obstacle", "place_arm"),
-    "cell_file": ("load_cell",),
-    "cell_source": ("find_cell",),
+    "model.cell": ("Arm", "Cell", "Obstacle", "place_arm"),
+    "files.cell_file": ("load_cell",),
+    "files.cell_source": ("find_cell",),
     "check": ("check_plan",),
-    "collision": ("CollisionModel",),
-    "conflict": ("Conflict",),
-    "contacts": ("Contact",),
-    "env": ("MultiArmCellEnv",),
+    "model.collision": ("CollisionModel",),
+    "model.conflict": ("Conflict",),
+    "sim.contacts": ("Contact",),
+    "gym.env": ("MultiArmCellEnv",),
     "errors": ("InvalidInstanceError", "MmpError", "UnknownNameError", "UnretimedPlanWarning"),
-    "execution": ("ExecutionReport",),
-    "films": ("save_film",),
-    "instance_file": ("load_instances",),
-    "instances": ("draw_instance", "draw_problem"),
-    "monitor": ("Monitor",),
-    "pictures": ("save_picture",),
-    "plan": ("Plan",),
-    "plan_file": ("load_plan", "save_plan"),
-    "problem": ("Problem", "make_problem"),
-    "rings": ("ring_cell",),
-    "robot": ("Robot", "Tool", "load_robot", "load_tool", "robot_names", "tool_names"),
-    "search_tree": ("SearchTree",),
+    "sim.execution": ("ExecutionReport",),
+    "view.films": ("save_film",),
+    "files.instance_file": ("load_instances",),
+    "gym.instances": ("draw_instance", "draw_problem"),
+    "sim.monitor": ("Monitor",),
+    "view.pictures": ("save_picture",),
+    "model.plan": ("Plan",),
+    "files.plan_file": ("load_plan", "save_plan"),
+    "model.problem": ("Problem", "make_problem"),
+    "model.rings": ("ring_cell",),
+    "model.robot": ("Robot", "Tool", "load_robot", "load_tool", "robot_names", "tool_names"),
+    "view.search_tree": ("SearchTree",),
     "version": ("__version__",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

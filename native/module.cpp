@@ -1,5 +1,5 @@
 // The binding: checks only what would crash; messages, shapes and allocation are Python's business
-// (mmp_env/collision.py).
+// (mmp_env/model/collision.py).
 #include "bindings.hpp"
 
 using namespace mmp;

@@ -16,9 +16,9 @@ from figure import print_figure
 from mmp_cli.arguments import Parser
 from mmp_cli.standalone import run_script
 from mmp_env import InvalidInstanceError, _core, load_instances
-from mmp_env.problem import Problem
-from mmp_planners.arms import Arms
+from mmp_env.model.problem import Problem
 from mmp_planners.low_level import SiRrtStar
+from mmp_planners.planning_context import Arms
 
 RUNS = 20
 LOW_LEVEL = SiRrtStar(iterations=2000, shortcuts=1000)

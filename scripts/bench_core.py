@@ -22,12 +22,12 @@ import mmp_planners
 from mmp_cli.arguments import Parser, whole
 from mmp_cli.standalone import run_script
 from mmp_env import _core, core_variants, draw_instance, make_problem, ring_cell
-from mmp_env.cell import Cell
-from mmp_env.certificate import SHARE
-from mmp_env.collision import HIT, KEEP_PROOF, REQUIRED_PROOF, levels
-from mmp_env.plan import Plan
-from mmp_env.problem import Problem
-from mmp_env.scene import compile_scene
+from mmp_env.model.cell import Cell
+from mmp_env.model.certificate import SHARE
+from mmp_env.model.collision import HIT, KEEP_PROOF, REQUIRED_PROOF, levels
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem
+from mmp_env.sim.scene import compile_scene
 
 ARMS, STEP_S = 8, 0.1
 PROBLEMS, PART = 5, 25

@@ -16,8 +16,8 @@ from figure import print_figure, timed
 import mmp_env  # noqa: F401 - registers the environments
 from mmp_cli.arguments import Parser
 from mmp_cli.standalone import environment_id, run_script
-from mmp_env.problem import Problem
-from mmp_env.rerun import RerunWatcher, require
+from mmp_env.model.problem import Problem
+from mmp_env.view.rerun import RerunWatcher, require
 from mmp_planners import make
 
 SOURCE, PLANNERS = "MultiArmCell-8", ("ecbs", "apf-ecbs", "auto")

@@ -19,10 +19,10 @@ import mmp_env
 import mmp_planners
 from mmp_cli.arguments import Parser, whole
 from mmp_cli.standalone import environment_id, run_script
-from mmp_env.execution import ExecutionReport, execute_plan
-from mmp_env.plan import Plan
+from mmp_env.model.plan import Plan
 from mmp_env.retime import RetimeReport, retime_with_report
-from mmp_env.simulation import Simulation
+from mmp_env.sim.execution import ExecutionReport, execute_plan
+from mmp_env.sim.simulation import Simulation
 
 TIME_LIMIT_S = 60.0
 TASKS = ("crossing", "parallel", "pick", "place", "packing")

@@ -13,7 +13,7 @@ from figure import print_figure, rounded
 from mmp_cli.arguments import Parser, whole
 from mmp_cli.standalone import run_script
 from mmp_env import draw_problem, find_cell
-from mmp_env.cell import Cell
+from mmp_env.model.cell import Cell
 
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
 CELLS = ("mixed-4", "ring-4", "ring-4-panda", "ring-6", "ring-8")

@@ -20,9 +20,9 @@ from written_pages import bring_up_to_date, checking_parser
 
 import mmp_planners
 from mmp_cli.standalone import run_script
-from mmp_planners.constraints import EitherArm
-from mmp_planners.constraints.named import KINDS as CONSTRAINTS
-from mmp_planners.constraints.named import constraint_kind
+from mmp_planners.conflict_tree.constraints import EitherArm
+from mmp_planners.conflict_tree.constraints.named import KINDS as CONSTRAINTS
+from mmp_planners.conflict_tree.constraints.named import constraint_kind
 from mmp_planners.registry import Option, load
 
 PAGE = ROOT / "docs" / "planners.md"

@@ -18,7 +18,7 @@ from rerun.experimental import ViewerClient
 
 from mmp_cli.arguments import Parser
 from mmp_cli.standalone import run_script
-from mmp_env.rerun import RerunRecorder, RerunWatcher
+from mmp_env.view.rerun import RerunRecorder, RerunWatcher
 from mmp_planners import make
 
 FOLDER = Path(__file__).parent.parent / "docs" / "images"

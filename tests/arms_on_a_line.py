@@ -10,18 +10,18 @@ import numpy as np
 from twins import toys
 
 from mmp_env import _core
-from mmp_env.certificate import Certificate
 from mmp_env.events import ignore
-from mmp_env.margins import Margins
-from mmp_env.problem import make_problem
-from mmp_planners.arms import Arms, Path
-from mmp_planners.conflict_tree import ConflictTree
-from mmp_planners.constraints import EitherArm, OneSided
-from mmp_planners.node import Node
+from mmp_env.model.certificate import Certificate
+from mmp_env.model.margins import Margins
+from mmp_env.model.problem import make_problem
+from mmp_planners.conflict_tree.constraints import EitherArm, OneSided
+from mmp_planners.conflict_tree.event_emitter import Teller
+from mmp_planners.conflict_tree.node import Node
+from mmp_planners.conflict_tree.repulsion import Modified
+from mmp_planners.conflict_tree.search import ConflictTree
+from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import StopPlanning
-from mmp_planners.repulsion import Modified
-from mmp_planners.selection import Focal
-from mmp_planners.telling import Teller
+from mmp_planners.planning_context import Arms, Path
 
 _CELL = toys.toy_cell(toys.toy_arm("toy", [0, 0, 0]))
 _PROBLEM = make_problem(_CELL, {"toy": [0.0, 0.5]}, {"toy": [0.0, 0.5]})

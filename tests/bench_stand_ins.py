@@ -15,7 +15,7 @@ import numpy as np
 from stand_in_planners import Helpless, Liar, Straight, straight_plan
 
 from mmp_env.events import NodeExpanded
-from mmp_env.plan import Plan
+from mmp_env.model.plan import Plan
 from mmp_planners import PlanResult, Status, StopPlanning, ignore, make
 
 HERE = Path(__file__).parent

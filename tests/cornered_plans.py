@@ -7,8 +7,8 @@ import itertools
 import numpy as np
 import two_arms
 
-from mmp_env.plan import Plan
-from mmp_env.problem import make_problem
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import make_problem
 
 APART_M = 2.5
 

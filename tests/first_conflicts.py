@@ -6,12 +6,12 @@ from functools import cache
 import two_arms
 
 from mmp_env import _core
-from mmp_env.instances import draw_instance
-from mmp_env.problem import make_problem
-from mmp_env.rings import ring_cell
-from mmp_planners.arms import Arms
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.problem import make_problem
+from mmp_env.model.rings import ring_cell
+from mmp_planners.conflict_tree.node import Node
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.node import Node
+from mmp_planners.planning_context import Arms
 
 
 def in_the_ring():

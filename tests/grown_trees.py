@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mmp_env.events import ConflictChosen, FastTracked, NodeCreated, NodeExpanded, SearchStarted, SolutionFound
-from mmp_env.search_tree import SearchTree
+from mmp_env.view.search_tree import SearchTree
 
 
 def created(number, parent=None, *, arm="left", constraint="left avoids right at 2.0 s", conflicts=3, **more):

@@ -9,9 +9,9 @@ from typing import TypeVar
 import numpy as np
 import pytest
 
-from mmp_env import opengl
-from mmp_env.arm_colors import arm_color
 from mmp_env.errors import MmpError
+from mmp_env.sim import opengl
+from mmp_env.sim.arm_colors import arm_color
 
 T = TypeVar("T")
 NONE_HERE = r"apt install|MUJOCO_GL"

@@ -12,7 +12,7 @@ from typing import ClassVar
 import numpy as np
 
 from mmp_env.events import NodeExpanded, SolutionFound
-from mmp_env.plan import Plan
+from mmp_env.model.plan import Plan
 from mmp_planners import PlanResult, Status, StopPlanning, ignore
 
 GROUP = "mmp_env.planners"

@@ -4,9 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from mmp_env.margins import Margins
-from mmp_env.plan import Plan
-from mmp_env.problem import Problem, velocity_limits
+from mmp_env.model.margins import Margins
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem, velocity_limits
 
 SPEED = 0.8
 LEVEL = np.array([0.0, -0.2, 0.0, 0.0, 0.0, 0.0])

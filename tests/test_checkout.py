@@ -15,7 +15,7 @@ from mmp_env.checkout import installed_package
 
 ROOT = Path(__file__).parents[1]
 INSTALLED = Path(mmp_env.__path__[0])
-WHERE = "import mmp_env, mmp_env.cell; print(mmp_env.__path__[0], mmp_env.cell.__file__, sep='\\n')"
+WHERE = "import mmp_env, mmp_env.model.cell; print(mmp_env.__path__[0], mmp_env.model.cell.__file__, sep='\\n')"
 
 
 @pytest.fixture
@@ -55,12 +55,12 @@ def test_the_ten_lines_of_the_readme_run_as_a_script_of_the_checkout_from_elsewh
 
 def test_all_modules_are_those_of_the_installed_package(checkout):
     done = python(checkout, "-c", WHERE)
-    assert done.stdout.splitlines() == [str(INSTALLED), str(INSTALLED / "cell.py")]
+    assert done.stdout.splitlines() == [str(INSTALLED), str(INSTALLED / "model" / "cell.py")]
     assert done.stderr == ""
 
 
 @pytest.mark.parametrize(
-    "source", ["mmp_env/cell.py", "planners/mmp_planners/auto.py", "mmp_env/robots/ur5e/robot.json"]
+    "source", ["mmp_env/model/cell.py", "planners/mmp_planners/auto.py", "mmp_env/robots/ur5e/robot.json"]
 )
 def test_sources_that_were_changed_since_are_a_sentence(checkout, source):
     with (checkout / source).open("a", encoding="utf-8") as file:
@@ -77,10 +77,10 @@ def test_sources_that_were_changed_since_are_a_sentence(checkout, source):
 def test_a_checkout_with_its_own_core_is_used_itself(checkout):
     for core in INSTALLED.glob("_core_v*.so"):
         (checkout / "mmp_env" / core.name).symlink_to(core)
-    with (checkout / "mmp_env" / "cell.py").open("a", encoding="utf-8") as file:
+    with (checkout / "mmp_env" / "model" / "cell.py").open("a", encoding="utf-8") as file:
         file.write("\n")
     done = python(checkout, "-c", WHERE)
-    assert done.stdout.splitlines() == [str(checkout / "mmp_env"), str(checkout / "mmp_env" / "cell.py")]
+    assert done.stdout.splitlines() == [str(checkout / "mmp_env"), str(checkout / "mmp_env" / "model" / "cell.py")]
     assert done.stderr == ""
 
 

@@ -9,8 +9,8 @@ import pytest
 from picture_or_sentence import made
 from PIL import Image, ImageSequence
 
-from mmp_env.episode import load_episode
-from mmp_env.opengl import offscreen_backend
+from mmp_env.files.episode_file import load_episode
+from mmp_env.sim.opengl import offscreen_backend
 
 SCRIPTS = str(Path(__file__).parents[1] / "scripts")
 SIZE, FPS = (64, 48), 0.5

@@ -89,7 +89,7 @@ def test_the_page_of_planners_is_made_of_their_classes_and_the_figures():
 
 
 def test_the_line_numbers_in_the_conflict_tree_are_lines_of_the_algorithm_that_the_page_has():
-    code = (ROOT / "planners" / "mmp_planners" / "conflict_tree.py").read_text(encoding="utf-8")
+    code = (ROOT / "planners" / "mmp_planners" / "conflict_tree" / "search.py").read_text(encoding="utf-8")
     algorithm = blocks((ROOT / "docs" / "paper.md").read_text(encoding="utf-8"), "")[0]
     lines = {int(number) for number in re.findall(r"^ *(\d+)  ", algorithm, re.MULTILINE)}
     named: set[int] = set()

@@ -15,7 +15,7 @@ from PIL import Image
 
 from mmp_env import ring_cell
 from mmp_env.errors import MmpError
-from mmp_env.staging import OBJECT_RGBA
+from mmp_env.sim.scene_appearance import OBJECT_RGBA
 
 ROOT = Path(__file__).parents[1]
 SVG = "{http://www.w3.org/2000/svg}"

@@ -5,9 +5,9 @@ from functools import cache
 
 import numpy as np
 
-from mmp_env.cell import Cell, place_arm
-from mmp_env.problem import make_problem
-from mmp_env.transforms import quaternion_from_yaw
+from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.problem import make_problem
+from mmp_env.model.transforms import quaternion_from_yaw
 
 
 @cache

@@ -5,7 +5,7 @@ import two_arms
 from two_arms import along
 
 from mmp_env import _core
-from mmp_env.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.collision import HIT, KEEP_PROOF, levels
 
 DT_S = 0.1
 LIFT = np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])

@@ -12,7 +12,7 @@
 import gymnasium as gym
 
 import mmp_planners
-from mmp_env.search_tree import SearchTree
+from mmp_env.view.search_tree import SearchTree
 
 env = gym.make("mmp_env:MultiArmCell-8")
 env.reset(seed=3)

@@ -28,7 +28,7 @@ from mmp_env.check.rules import beyond_limits, ends, finite, length, limits, spe
 from mmp_env.check.spheres import CloudPairs, CloudSolids
 from mmp_env.check.sweep import ROUNDING_M, prove_apart
 from mmp_env.errors import MmpError
-from mmp_env.plan import Plan, how_to_plan, what_else
+from mmp_env.model.plan import Plan, how_to_plan, what_else
 
 __all__ = ["RULES", "CheckReport", "Violation", "check_plan"]
 
@@ -71,7 +71,7 @@ def _document(plan: Plan | Mapping[str, Any]) -> Any:
     if not isinstance(plan, Plan):
         allowed = f"a Plan, or the content of a plan.json, an object{how_to_plan(plan)}"
         raise UnreadableError(f"the plan is {what_else(plan)}; it must be {allowed}")
-    from mmp_env.plan_file import plan_to_dict
+    from mmp_env.files.plan_file import plan_to_dict
 
     try:
         return plan_to_dict(plan)

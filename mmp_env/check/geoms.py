@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
-from mmp_env.check.balls import step_minimum
+from mmp_env.check.bounding_spheres import step_minimum
 from mmp_env.check.distance import GEOM_KINDS
 from mmp_env.check.fields import UnreadableError
+from mmp_env.check.geom_distance import GeomSteps, Ruler
 from mmp_env.check.items import Bounds, Items, by_pair
 from mmp_env.check.model import CellModel, Cloud, Parts, Poses, enclosing_ball, stack_parts
 from mmp_env.check.pairs import Pairs, part_pairs
-from mmp_env.check.ruler import GeomSteps, Ruler
 from mmp_env.check.spheres import CloudPairs, CloudSolids, closest, cloud_centers
 
 

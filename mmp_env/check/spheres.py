@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Int
 
-from mmp_env.check.balls import BallPairs, BallSolids, step_minimum
+from mmp_env.check.bounding_spheres import BallPairs, BallSolids, step_minimum
 from mmp_env.check.distance import chord_minimum
 from mmp_env.check.items import Bounds, Items, by_pair
 from mmp_env.check.model import CellModel, Cloud, Parts, Poses

@@ -11,21 +11,21 @@ from __future__ import annotations
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from mmp_env.cell import Cell
-from mmp_env.control import CONTROL_RATE_HZ
 from mmp_env.dm.control_suite import require
-from mmp_env.environment_options import check_options
 from mmp_env.errors import UnknownNameError
-from mmp_env.instances import DEFAULT_TASK, Source
-from mmp_env.plan_fit import given_plan
-from mmp_env.problem import DEFAULT_MAX_VELOCITY
-from mmp_env.registration import ANY_CELL, CELLS
+from mmp_env.gym.control import CONTROL_RATE_HZ
+from mmp_env.gym.environment_options import check_options
+from mmp_env.gym.instances import DEFAULT_TASK, Source
+from mmp_env.gym.registration import ANY_CELL, CELLS
+from mmp_env.model.cell import Cell
+from mmp_env.model.plan_fit import given_plan
+from mmp_env.model.problem import DEFAULT_MAX_VELOCITY
 
 if TYPE_CHECKING:
     import dm_env
 
     from mmp_env.dm.following import Follower
-    from mmp_env.plan import Plan
+    from mmp_env.model.plan import Plan
 
 __all__ = ["follow", "load", "require"]
 
@@ -70,11 +70,11 @@ def load(
     require()
     from dm_control.rl import control
 
-    from mmp_env.cell_instance import InstanceSource
-    from mmp_env.cell_source import find_cell
     from mmp_env.dm.physics import CellPhysics
     from mmp_env.dm.random_source import generator
     from mmp_env.dm.task import CellTask
+    from mmp_env.files.cell_source import find_cell
+    from mmp_env.gym.cell_instance import InstanceSource
 
     cell = find_cell(_named(source), robot=robot, spheres=None if spheres is None else str(spheres))
     physics = CellPhysics.of(cell, self_contacts=self_contacts)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Cell
-from mmp_env.control import PositionMode
 from mmp_env.dm.task import CellTask
 from mmp_env.errors import MmpError
-from mmp_env.execution import REACHED_RAD
-from mmp_env.plan import Plan
-from mmp_env.plan_fit import check_fit
+from mmp_env.gym.control import PositionMode
+from mmp_env.model.cell import Cell
+from mmp_env.model.plan import Plan
+from mmp_env.model.plan_fit import check_fit
+from mmp_env.sim.execution import REACHED_RAD
 
 
 class Follower:

@@ -6,9 +6,9 @@ from typing import Any
 
 from dm_control import mujoco
 
-from mmp_env.cell import Cell
-from mmp_env.scene import compile_scene
-from mmp_env.simulation import Simulation
+from mmp_env.model.cell import Cell
+from mmp_env.sim.scene import compile_scene
+from mmp_env.sim.simulation import Simulation
 
 
 class CellPhysics(mujoco.Physics):

@@ -9,18 +9,18 @@ from dm_control.rl import control
 from dm_env import specs
 from jaxtyping import Float
 
-from mmp_env.cell import Cell
-from mmp_env.cell_instance import CellInstance, InstanceSource
-from mmp_env.contacts import Contact
-from mmp_env.control import checked_action, find_control_mode, steps_per_action
 from mmp_env.dm.physics import CellPhysics
 from mmp_env.errors import MmpError
-from mmp_env.execution import REACHED_RAD
-from mmp_env.instances import State
-from mmp_env.observation import Observer, joint_limits
-from mmp_env.problem import Problem
-from mmp_env.reward import step_reward
-from mmp_env.simulation import Simulation
+from mmp_env.gym.cell_instance import CellInstance, InstanceSource
+from mmp_env.gym.control import checked_action, find_control_mode, steps_per_action
+from mmp_env.gym.instances import State
+from mmp_env.gym.observation import Observer, joint_limits
+from mmp_env.gym.reward import step_reward
+from mmp_env.model.cell import Cell
+from mmp_env.model.problem import Problem
+from mmp_env.sim.contacts import Contact
+from mmp_env.sim.execution import REACHED_RAD
+from mmp_env.sim.simulation import Simulation
 
 
 class CellTask(control.Task):

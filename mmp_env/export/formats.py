@@ -12,8 +12,8 @@ from mmp_env.export.joint_names import FIELD, JOINT_NAMES, check_distinct, file_
 from mmp_env.export.motion import Motion, motion_of
 from mmp_env.export.ros import yaml_text
 from mmp_env.export.tables import csv_text, write_npz
-from mmp_env.plan import Plan
-from mmp_env.writing import whole_file
+from mmp_env.files.writing import whole_file
+from mmp_env.model.plan import Plan
 
 ARM = "arm"
 FORMATS = {

@@ -6,9 +6,9 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-from mmp_env.cell import Cell
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.writing import file_name
+from mmp_env.files.writing import file_name
+from mmp_env.model.cell import Cell
 
 JOINT_NAMES = "{arm}/{joint}"
 """As in the MuJoCo model: `arm0/joint1`."""

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Cell
 from mmp_env.errors import MmpError
-from mmp_env.mujoco_import import mujoco
-from mmp_env.scene import compile_scene
-from mmp_env.staging import SKY
+from mmp_env.model.cell import Cell
+from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.sim.scene import compile_scene
+from mmp_env.sim.scene_appearance import SKY
 
 TOOL_SITE = "tool_point"
 """`<arm>/tool_point`: at the tool's point, at the flange where an arm has no tool."""

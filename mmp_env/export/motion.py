@@ -11,8 +11,8 @@ from jaxtyping import Float
 
 from mmp_env.errors import MmpError
 from mmp_env.export.joint_names import joint_names
-from mmp_env.plan import Plan
-from mmp_env.plan_fit import check_complete
+from mmp_env.model.plan import Plan
+from mmp_env.model.plan_fit import check_complete
 
 SAME_RAD = 1e-6
 """A plan begins where the one before it ends, up to this."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from mmp_env.plan import Plan
+from mmp_env.model.plan import Plan
 from mmp_env.retime.limits import joined
 
 _STRAIGHT = 1e-7

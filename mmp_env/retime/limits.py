@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from mmp_env.cell import Cell
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.problem import Problem
-from mmp_env.robot import frozen_array
+from mmp_env.model.cell import Cell
+from mmp_env.model.problem import Problem
+from mmp_env.model.robot import frozen_array
 
 Given = float | Mapping[str, ArrayLike] | None
 """One number for all joints, or arm name -> one for each joint; None stands for the robots' own."""

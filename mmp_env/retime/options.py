@@ -20,7 +20,7 @@ LEAST_RATE_HZ, LARGEST_RATE_HZ = 20.0, 1e5
 class RetimeOptions:
     """`rate` [Hz]: samples per second. `tolerance` [rad]: no joint is farther from the plan's path than that. `share`:
     what the motion uses of the acceleration and jerk limits; the rest is for whoever has to slow it down on its way
-    (`mmp_env.monitor`). `max_acceleration` [rad/s^2] and `max_jerk` [rad/s^3]: a number for all joints, or arm ->
+    (`mmp_env.sim.monitor`). `max_acceleration` [rad/s^2] and `max_jerk` [rad/s^3]: a number for all joints, or arm ->
     [dof]; the robots' own where none are given.
 
     Raises `MmpError` for numbers that cannot be.

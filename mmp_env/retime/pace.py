@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmp_env.plan import Plan
+from mmp_env.model.plan import Plan
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.clock import rough_duration
 from mmp_env.retime.course import Course, course_of

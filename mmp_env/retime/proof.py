@@ -9,15 +9,15 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env import _core
-from mmp_env.certificate import certify
 from mmp_env.errors import MmpError
-from mmp_env.plan import Plan
-from mmp_env.reference import Reference
+from mmp_env.model.certificate import certify
+from mmp_env.model.plan import Plan
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.clock import Clock, run_clock
 from mmp_env.retime.limits import RateLimits, split
 from mmp_env.retime.smoothing import covering, narrowed, smooth
 from mmp_env.retime.zones import LEAST_ZONE_S, zones_of
+from mmp_env.sim.servo_reference import Reference
 
 _LONG_S = 1e9
 _STRAY_RAD, _MOST_PARTS = 5e-6, 64

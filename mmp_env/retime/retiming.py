@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.errors import MmpError
-from mmp_env.plan import Plan
-from mmp_env.plan_fit import check_complete, check_fit, given_plan
+from mmp_env.model.plan import Plan
+from mmp_env.model.plan_fit import check_complete, check_fit, given_plan
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.clock import check_samples
 from mmp_env.retime.course import course_of

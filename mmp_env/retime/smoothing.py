@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from mmp_env import _core
-from mmp_env.cell import Cell
-from mmp_env.collision import levels
-from mmp_env.problem import Problem
+from mmp_env.model.cell import Cell
+from mmp_env.model.collision import levels
+from mmp_env.model.problem import Problem
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.course import Course
 from mmp_env.retime.limits import RateLimits, split

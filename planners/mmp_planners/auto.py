@@ -10,18 +10,18 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mmp_env.events import SearchStarted, Watcher, ignore
-from mmp_env.problem import Problem
+from mmp_env.model.problem import Problem
 from mmp_planners.apf_ecbs import ApfEcbs
 from mmp_planners.counts import Counts
-from mmp_planners.finishing import Run, Step
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
+from mmp_planners.portfolio.lns import Replanning
+from mmp_planners.portfolio.path_recombination import Recombining
+from mmp_planners.portfolio.run import Run, Step
+from mmp_planners.portfolio.shortcutting import Shortcutting
 from mmp_planners.prioritized import Prioritized
-from mmp_planners.recombining import Recombining
-from mmp_planners.replanning import Replanning
 from mmp_planners.rrt_connect import NODES, Composite
 from mmp_planners.seeds import seed_of, sub_seeds
-from mmp_planners.shortcutting import Shortcutting
 
 FIRST_TURN, LONGEST_TURN = 500, 200_000
 """Iterations of the composite search in its first turn, twice as many in each further one, and at most."""

@@ -14,12 +14,12 @@ import numpy as np
 from mmp_env.check import check_plan
 from mmp_env.errors import in_words
 from mmp_env.events import Event, SolutionFound
-from mmp_env.plan import Plan
-from mmp_env.plan_file import plan_to_dict
-from mmp_env.problem import Problem
-from mmp_env.writing import json_text, plain
+from mmp_env.files.plan_file import plan_to_dict
+from mmp_env.files.writing import json_text, plain
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem
 from mmp_planners.planner import PlanResult, StopPlanning
-from mmp_planners.returned import NUMBERS, WrongResultError, examined
+from mmp_planners.result_validation import NUMBERS, WrongResultError, examined
 
 
 class BrokenError(Exception):

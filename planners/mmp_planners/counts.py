@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mmp_env.plan import Plan
+from mmp_env.model.plan import Plan
 
 
 @dataclass(kw_only=True)

@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from mmp_planners.bandit import DynamicThompsonSampling
-from mmp_planners.constraints import EveryKind
-from mmp_planners.constraints.named import constraint_kinds
-from mmp_planners.expansion import WhenTaken
+from mmp_planners.conflict_tree.bandit import DynamicThompsonSampling
+from mmp_planners.conflict_tree.constraints import EveryKind
+from mmp_planners.conflict_tree.constraints.named import constraint_kinds
+from mmp_planners.conflict_tree.expansion import WhenTaken
+from mmp_planners.conflict_tree.selection import FocalPerKind
+from mmp_planners.conflict_tree.tree_planner import Parts, TreePlanner, option
 from mmp_planners.planner import About
-from mmp_planners.selection import FocalPerKind
-from mmp_planners.tree_planner import Parts, TreePlanner, option
 
 
 @dataclass(frozen=True, kw_only=True)

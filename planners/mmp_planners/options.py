@@ -10,7 +10,7 @@ import numpy as np
 
 from mmp_env.argument_checks import given, number, whole
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.problem import Problem
+from mmp_env.model.problem import Problem
 
 LARGEST_SEED = 2**63 - 1
 LARGEST_COUNT = 10**8

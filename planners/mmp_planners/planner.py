@@ -10,8 +10,8 @@ from typing import Any, Protocol, runtime_checkable
 
 from mmp_env.brief import brief
 from mmp_env.events import Watcher, ignore
-from mmp_env.plan import Plan
-from mmp_env.problem import Problem
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem
 
 
 @dataclass(frozen=True, kw_only=True)

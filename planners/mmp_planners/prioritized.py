@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mmp_env.events import Watcher, ignore
-from mmp_env.problem import Problem
-from mmp_planners.arms import Arms
+from mmp_env.model.problem import Problem
+from mmp_planners.conflict_tree.event_emitter import Teller
 from mmp_planners.counts import ArmCounts
-from mmp_planners.finishing import Run
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
-from mmp_planners.priorities import PrioritySearch
-from mmp_planners.telling import Teller
+from mmp_planners.planning_context import Arms
+from mmp_planners.portfolio.run import Run
+from mmp_planners.priority_search import PrioritySearch
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,15 +9,15 @@ from typing import ClassVar
 import numpy as np
 
 from mmp_env import _core
-from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF, levels
 from mmp_env.events import SearchStarted, Watcher, ignore
-from mmp_env.plan import Plan
-from mmp_env.problem import Problem
-from mmp_planners.finishing import Run
+from mmp_env.model.collision import HIT, KEEP_PROOF, PLAN_PROOF, levels
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
+from mmp_planners.portfolio.run import Run
+from mmp_planners.portfolio.shortcutting import paced
 from mmp_planners.seeds import sub_seeds
-from mmp_planners.shortcutting import paced
 
 NODES = 200_000
 SLICE = 2000

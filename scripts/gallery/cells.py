@@ -11,11 +11,11 @@ from PIL import Image, ImageDraw
 
 from gallery.fonts import INK, font
 from mmp_env import MmpError, draw_instance, find_cell
-from mmp_env.cell import Cell
-from mmp_env.cell_file import cell_from_dict
-from mmp_env.reading import Place, parse_yaml
-from mmp_env.studio import Studio
-from mmp_env.writing import whole_file
+from mmp_env.files.cell_file import cell_from_dict
+from mmp_env.files.reading import Place, parse_yaml
+from mmp_env.files.writing import whole_file
+from mmp_env.model.cell import Cell
+from mmp_env.view.offscreen_renderer import Studio
 
 README = Path(__file__).parents[2] / "README.md"
 NAMES = ("ring-8", "ring-8-panda", "ring-6-fr5")

@@ -9,13 +9,13 @@ from typing import Any
 from measured import Figures, read_figures
 
 from gallery.instances import Search, typical
-from mmp_env.search_tree import SearchTree
-from mmp_env.tree_drawing.colors import FAINT
-from mmp_env.tree_drawing.discs import Discs, draw_discs
-from mmp_env.tree_drawing.legend import draw_legend
-from mmp_env.tree_drawing.page import page
-from mmp_env.tree_drawing.svg import element, text_width, words
-from mmp_env.writing import write_text
+from mmp_env.files.writing import write_text
+from mmp_env.view.search_tree import SearchTree
+from mmp_env.view.tree_drawing.colors import FAINT
+from mmp_env.view.tree_drawing.discs import Discs, draw_discs
+from mmp_env.view.tree_drawing.legend import draw_legend
+from mmp_env.view.tree_drawing.page import page
+from mmp_env.view.tree_drawing.svg import element, text_width, words
 
 _BOTH = "MultiArmCell-8/ecbs/expanded_nodes_where_both_solve"
 _DISCS = Discs(name="numbered", expanded=10.5, generated=10.5, column=23.5, row=27.0, way=3.6, numbers=True)

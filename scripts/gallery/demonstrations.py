@@ -8,10 +8,10 @@ from PIL import Image
 
 import mmp_planners
 from mmp_env import MmpError, draw_problem, find_cell
-from mmp_env.env import MultiArmCellEnv
-from mmp_env.films import HOLD_S, frames
+from mmp_env.files.writing import whole_file
+from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.retime import retime
-from mmp_env.writing import whole_file
+from mmp_env.view.films import HOLD_S, frames
 
 CELL, SEED = "mixed-4", 0
 TASKS = ("crossing", "parallel", "pick", "place", "packing")

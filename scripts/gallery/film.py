@@ -16,11 +16,11 @@ from gallery.fonts import ALARM, FAINT, INK, PAPER, font
 from gallery.instances import Search, first_small
 from gallery.tree_panel import TreePanel
 from mmp_env.check import check_plan
-from mmp_env.conflict import Conflict, plan_conflicts
 from mmp_env.events import ConflictChosen, NodeCreated
-from mmp_env.plan import Plan
-from mmp_env.studio import tool_ways
-from mmp_env.writing import whole_file
+from mmp_env.files.writing import whole_file
+from mmp_env.model.conflict import Conflict, plan_conflicts
+from mmp_env.model.plan import Plan
+from mmp_env.view.offscreen_renderer import tool_ways
 
 WIDTH, HEIGHT, PANEL, CAPTION = 840, 470, 306, 56
 _CUT = (14, 26, 36, 0)

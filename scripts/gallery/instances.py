@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import mmp_planners
 from mmp_env import MmpError, draw_instance, make_problem, ring_cell
 from mmp_env.events import Event
-from mmp_env.plan import Plan
-from mmp_env.problem import Problem
-from mmp_env.search_tree import SearchTree
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem
+from mmp_env.view.search_tree import SearchTree
 
 ARMS = 8
 SEEDS = range(50)

@@ -9,10 +9,10 @@ import numpy as np
 from planner_tables import PLANNERS
 
 from gallery.instances import ARMS, Search, first_small, search
-from mmp_env.plan import Plan
-from mmp_env.studio import tool_ways
-from mmp_env.tree_drawing.svg import element
-from mmp_env.writing import write_text
+from mmp_env.files.writing import write_text
+from mmp_env.model.plan import Plan
+from mmp_env.view.offscreen_renderer import tool_ways
+from mmp_env.view.tree_drawing.svg import element
 
 _SIDE, _BORDER = 116.0, 6.0
 _PAPER, _FRAME, _CASING, _BASE = "#f4f5f6", "#c4c9cf", "#1f2429", "#9aa3ad"

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.paths import is_file, real_path
+from mmp_env.files.paths import is_file, real_path
 
 LARGEST_SEED = 2**63 - 1
 DEFAULT_TIME_LIMIT_S = 60.0
@@ -91,7 +91,7 @@ def positive(text: str) -> float:
 
 def margins(text: str) -> dict[str, float]:
     """Kind of margin -> metres: one number for arms and obstacles, or `arms=A,obstacles=B,self=C`, any of them."""
-    from mmp_env.margins import asked_margins
+    from mmp_env.model.margins import asked_margins
 
     out: dict[str, float] = {}
     for part in text.split(",") if "=" in text else ():

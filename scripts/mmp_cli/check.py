@@ -7,7 +7,7 @@ from argparse import Namespace
 
 from mmp_cli.arguments import Parser
 from mmp_env.errors import MmpError
-from mmp_env.file_kinds import EPISODE, PLAN, read_as
+from mmp_env.files.file_kinds import EPISODE, PLAN, read_as
 from mmp_env.wording import counted
 
 
@@ -31,7 +31,7 @@ def _check(path: str, args: Namespace) -> int:
     from mmp_cli.output import complain, say
     from mmp_env.check import check_plan
     from mmp_env.check.episode import check_episode
-    from mmp_env.episode import Episode, plans_from_dict
+    from mmp_env.files.episode_file import Episode, plans_from_dict
 
     try:
         data = read_as(path, (PLAN, EPISODE), "`mmp check` takes plans and episodes")

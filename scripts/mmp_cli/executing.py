@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from mmp_env.execution import ExecutionReport
-from mmp_env.plan import Plan
+from mmp_env.model.plan import Plan
+from mmp_env.sim.execution import ExecutionReport
 
 
 def execute(plan: Plan) -> ExecutionReport:
     """Plays the plan through the actuators in MuJoCo. Raises `MmpError` for one that does not fit its cell."""
-    from mmp_env.execution import execute_plan
-    from mmp_env.simulation import Simulation
+    from mmp_env.sim.execution import execute_plan
+    from mmp_env.sim.simulation import Simulation
 
     simulation = Simulation(plan.problem.cell)
     simulation.place(simulation.joined(plan.problem.start))

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser, check_spared
 from mmp_cli.output import complain, say
-from mmp_env.file_kinds import EPISODE, PLAN, check_replaceable, read_as
+from mmp_env.files.file_kinds import EPISODE, PLAN, check_replaceable, read_as
 from mmp_env.wording import in_seconds
 
 if TYPE_CHECKING:
     from mmp_env.export.motion import Motion
-    from mmp_env.plan import Plan
+    from mmp_env.model.plan import Plan
 
 
 def parser() -> Parser:
@@ -41,9 +41,9 @@ def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is written."""
     from mmp_env.check import check_plan
     from mmp_env.check.episode import check_episode
-    from mmp_env.episode import Episode, plans_from_dict
     from mmp_env.export import check_target, export_plan
     from mmp_env.export.formats import of_arm
+    from mmp_env.files.episode_file import Episode, plans_from_dict
 
     check_target(args.to)
     data = read_as(args.plan, (PLAN, EPISODE), "`mmp export` takes plans and episodes")

@@ -101,7 +101,7 @@ def guarded_imports() -> Iterator[None]:
 def end_at_once(code: int) -> NoReturn:
     """Ends the process without taking the interpreter down; no temporary file stays."""
     ignore_interrupts()
-    if (temporaries := sys.modules.get("mmp_env.temporaries")) is not None:
+    if (temporaries := sys.modules.get("mmp_env.files.temporaries")) is not None:
         temporaries.remove_all()
     os._exit(code)
 

@@ -11,7 +11,7 @@ from typing import Any
 from mmp_cli.arguments import Parser
 from mmp_cli.output import one_line
 from mmp_env.errors import MmpError
-from mmp_env.writing import plain
+from mmp_env.files.writing import plain
 
 
 def parser() -> Parser:
@@ -37,8 +37,8 @@ def inventory() -> dict[str, list[dict[str, Any]]]:
     """Everything that has a name, by kind; a planner or task that does not load has an `error` in place of the rest."""
     import mmp_planners
     import mmp_tasks
-    from mmp_env.registration import CELLS
-    from mmp_env.robot import load_robot, robot_names
+    from mmp_env.gym.registration import CELLS
+    from mmp_env.model.robot import load_robot, robot_names
 
     robots = [load_robot(name) for name in robot_names()]
     return {
@@ -51,7 +51,7 @@ def inventory() -> dict[str, list[dict[str, Any]]]:
 
 def _cell(name: str, cell: str) -> dict[str, Any]:
     """`robots` where the cell says which they are; a ring takes any."""
-    from mmp_env.cell_source import find_cell, layout_names
+    from mmp_env.files.cell_source import find_cell, layout_names
 
     robots = [arm.robot.name for arm in find_cell(cell).arms]
     out = {"name": name, "arms": len(robots)}

@@ -10,13 +10,13 @@ from typing import Any
 from mmp_cli.machine import machine, version
 from mmp_cli.main import INTERRUPTED
 from mmp_env.check import CheckReport
-from mmp_env.execution import ExecutionReport
-from mmp_env.margins import KINDS
-from mmp_env.problem import Problem
+from mmp_env.files.writing import plain
+from mmp_env.model.margins import KINDS
+from mmp_env.model.problem import Problem
 from mmp_env.retime.report import RetimeReport
-from mmp_env.writing import plain
+from mmp_env.sim.execution import ExecutionReport
 from mmp_planners import PlanResult, Status
-from mmp_planners.returned import COUNTS
+from mmp_planners.result_validation import COUNTS
 
 _RECORDED = ("times", "positions", "phases")
 

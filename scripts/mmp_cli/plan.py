@@ -15,13 +15,13 @@ from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, 
 from mmp_cli.output import complain
 from mmp_cli.showing import SPAWN, Showing, Together, add_showing, check_showing
 from mmp_env.errors import InvalidInstanceError, MmpError
-from mmp_env.margins import asked_margins
+from mmp_env.model.margins import asked_margins
 
 if TYPE_CHECKING:
     from mmp_cli.outcome import Outcome
     from mmp_cli.source import Source
-    from mmp_env.plan import Plan
-    from mmp_env.problem import Problem
+    from mmp_env.model.plan import Plan
+    from mmp_env.model.problem import Problem
     from mmp_planners import Planner, PlanResult
 
 PREFERRED, OTHERWISE = "auto", "apf-ecbs"
@@ -78,7 +78,7 @@ def _run(args: Namespace, planner: Planner) -> int:
     import mmp_planners
     from mmp_cli.outcome import Outcome
     from mmp_cli.source import files_read, read_source
-    from mmp_env.writing import check_writable, left_alone
+    from mmp_env.files.writing import check_writable, left_alone
 
     source = read_source(args)
     for name, path in _asked(args).items():
@@ -157,7 +157,7 @@ def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Prob
 
 def _planned(args: Namespace, planner: Planner, label: str, problem: Problem, showing: Showing) -> Outcome:
     from mmp_cli.outcome import Outcome
-    from mmp_env.plan_file import save_plan
+    from mmp_env.files.plan_file import save_plan
 
     started = time.perf_counter()
     result, interrupted = _plan(args, planner, problem, showing)
@@ -198,7 +198,7 @@ def _examined(args: Namespace, outcome: Outcome, plan: Plan) -> Outcome:
     """Checked and, where that is asked for, executed."""
     from mmp_cli.executing import execute
     from mmp_env.check import check_plan
-    from mmp_env.plan_file import plan_to_dict
+    from mmp_env.files.plan_file import plan_to_dict
 
     started = time.perf_counter()
     # The file's content rather than the object: the checker shall read the cell for itself.
@@ -218,7 +218,7 @@ def _plan(args: Namespace, planner: Planner, problem: Problem, showing: Showing)
 
     from mmp_cli.interrupt import stopping_on_interrupt
     from mmp_cli.progress import ProgressLine
-    from mmp_planners.calling import call
+    from mmp_planners.safe_plan import call
 
     with ProgressLine(args.planner, Console(stderr=True)) as line, stopping_on_interrupt() as interruption:
         watch = Together(interruption.check, line, *showing.watchers)

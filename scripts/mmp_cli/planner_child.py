@@ -15,9 +15,9 @@ from mmp_cli.benchmark.worker import end_with, flush_output
 from mmp_cli.interrupt import Interruption, stopping_on_interrupt
 from mmp_cli.planner_messages import is_known, result_to_data, written
 from mmp_env.errors import MmpError, in_words
-from mmp_env.problem import Problem
+from mmp_env.model.problem import Problem
 from mmp_planners import Planner, PlanResult, Status, StopPlanning, make
-from mmp_planners.calling import call, failed
+from mmp_planners.safe_plan import call, failed
 
 MADE, MISUSE, EVENT, RESULT = "made", "misuse", "event", "result"
 """Kinds of messages. A process tells `MADE` or `MISUSE`; then events, and `RESULT` or `MISUSE`."""

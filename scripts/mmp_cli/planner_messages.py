@@ -10,10 +10,10 @@ from typing import Any
 
 from mmp_env import events
 from mmp_env.events import Event
-from mmp_env.plan import Plan
-from mmp_env.problem import Problem
-from mmp_env.read_only import read_only
-from mmp_env.writing import plain
+from mmp_env.files.writing import plain
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem
+from mmp_env.model.read_only import read_only
 from mmp_planners import PlanResult, Status
 
 _NUMPY = {"_reconstruct", "_frombuffer", "scalar", "ndarray", "dtype"}
@@ -63,7 +63,7 @@ class _Reader(pickle.Unpickler):
             found = getattr(events, name, None)  # a name with dots, which would reach what the module imports, is none
             if isinstance(found, type) and issubclass(found, Event):
                 return found
-        elif (module, name) == ("mmp_env.read_only", "read_only"):
+        elif (module, name) == ("mmp_env.model.read_only", "read_only"):
             return read_only
         elif module.partition(".")[0] == "numpy" and name in _NUMPY:
             return super().find_class(module, name)

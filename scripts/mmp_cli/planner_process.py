@@ -24,9 +24,9 @@ from mmp_cli.planner_messages import read, result_from_data
 from mmp_cli.process_end import how_it_ended
 from mmp_env.errors import MmpError
 from mmp_env.events import Event, Watcher, ignore, wants_iterates
-from mmp_env.problem import Problem
+from mmp_env.model.problem import Problem
 from mmp_planners import PlanResult, StopPlanning
-from mmp_planners.calling import failed
+from mmp_planners.safe_plan import failed
 
 GRACE_S, GRACE_SHARE = 5.0, 0.1
 """Time that a planner may take beyond its time limit: seconds, and a share of the limit."""

@@ -16,12 +16,12 @@ from mmp_cli.arguments import Parser
 from mmp_cli.output import say
 from mmp_cli.showing import SPAWN, add_showing, check_showing, save_image, save_video
 from mmp_env.errors import MmpError
-from mmp_env.file_kinds import PLAN, read_as
-from mmp_env.paths import exists, is_folder, real_path, status
+from mmp_env.files.file_kinds import PLAN, read_as
+from mmp_env.files.paths import exists, is_folder, real_path, status
 from mmp_env.wording import in_seconds
 
 if TYPE_CHECKING:
-    from mmp_env.plan import Plan
+    from mmp_env.model.plan import Plan
 
 _PAGES = (".svg", ".png", ".jpg", ".jpeg", ".webp", ".gif", ".mp4", ".html")
 _MADE = ("rerun", "image", "video")
@@ -58,7 +58,7 @@ def run(args: Namespace) -> int:
 
 
 def _read(path: Path) -> Plan:
-    from mmp_env.plan_file import plan_from_dict
+    from mmp_env.files.plan_file import plan_from_dict
 
     takes = "`mmp show` takes plans, recordings, benchmark folders, pages and pictures"
     return plan_from_dict(read_as(path, (PLAN,), takes), str(path))
@@ -66,7 +66,7 @@ def _read(path: Path) -> Plan:
 
 def _make(args: Namespace, plan: Plan) -> None:
     if args.rerun is not None:
-        from mmp_env.rerun import RerunWatcher
+        from mmp_env.view.rerun import RerunWatcher
 
         watcher = RerunWatcher(plan.problem, args.rerun)
         watcher.show_plan(plan)
@@ -84,9 +84,9 @@ def _play(plan: Plan, path: Path) -> None:
     """Over and over in MuJoCo's viewer, as the actuators do it, until the window is closed."""
     instead = f"`mmp show {path} --image FILE.png` makes a picture of it, --video a film, --rerun a recording"
     _check_display(path, instead)
-    from mmp_env.execution import execute_plan
-    from mmp_env.rendering import Window
-    from mmp_env.simulation import Simulation
+    from mmp_env.sim.execution import execute_plan
+    from mmp_env.sim.simulation import Simulation
+    from mmp_env.view.rendering import Window
 
     simulation = Simulation(plan.problem.cell)
     start, goal = (simulation.joined(q) for q in (plan.problem.start, plan.problem.goal))
@@ -105,7 +105,7 @@ def _play(plan: Plan, path: Path) -> None:
 
 
 def _open_recording(path: Path) -> None:
-    from mmp_env.rerun import require
+    from mmp_env.view.rerun import require
 
     require()
     _check_display(path, "copy it to a machine that has one, or drop it on https://rerun.io/viewer")
@@ -136,7 +136,7 @@ def _open_page(path: Path) -> None:
 
 
 def _check_display(path: Path, instead: str) -> None:
-    from mmp_env.opengl import has_display
+    from mmp_env.sim.opengl import has_display
 
     if not has_display():
         raise MmpError(f"{path} cannot be opened in a window, as there is no display here; {instead}")

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Any
 from mmp_cli.arguments import Parser
 from mmp_env.errors import MmpError
 from mmp_env.events import Event, Watcher, wants_iterates
-from mmp_env.paths import real_path
+from mmp_env.files.paths import real_path
 from mmp_planners import StopPlanning
 
 if TYPE_CHECKING:
-    from mmp_env.execution import ExecutionReport
-    from mmp_env.pictures import Moment
-    from mmp_env.plan import Plan
-    from mmp_env.problem import Problem
+    from mmp_env.model.plan import Plan
+    from mmp_env.model.problem import Problem
+    from mmp_env.sim.execution import ExecutionReport
+    from mmp_env.view.pictures import Moment
 
 SPAWN = "spawn"
 _OPTIONS = {
@@ -71,11 +71,11 @@ class Showing:
         self._moments = args.moments
         self._is_saved = getattr(args, "out", None) is not None
         if "tree" in self._wanted:
-            from mmp_env.search_tree import SearchTree
+            from mmp_env.view.search_tree import SearchTree
 
             self._tree = SearchTree(problem, title=title)
         if "rerun" in self._wanted:
-            from mmp_env.rerun import RerunWatcher
+            from mmp_env.view.rerun import RerunWatcher
 
             self._recording = RerunWatcher(problem, self._wanted["rerun"])
         named: dict[str, Any] = {"--tree": self._tree, "--rerun": self._recording}
@@ -162,7 +162,7 @@ class _Guarded:
 
 def save_image(plan: Plan, path: str, moments: Sequence[Moment] | None = None) -> None:
     """A picture of those moments, or without any of start, middle and end. Raises `MmpError`."""
-    from mmp_env.pictures import MOMENTS, save_picture
+    from mmp_env.view.pictures import MOMENTS, save_picture
 
     save_picture(plan, path, moments=moments or tuple(MOMENTS))
 
@@ -175,7 +175,7 @@ def save_video(plan: Plan, path: str, report: ExecutionReport | None = None) -> 
     from rich.console import Console
 
     from mmp_cli.executing import execute
-    from mmp_env.films import save_film
+    from mmp_env.view.films import save_film
 
     report = report or execute(plan)
     with Console(stderr=True).status("film") as line:
@@ -209,7 +209,7 @@ def _check_distinct(paths: Mapping[str, str | None]) -> None:
 
 
 def _check_tree(args: Namespace) -> None:
-    from mmp_env.writing import check_writable
+    from mmp_env.files.writing import check_writable
 
     if Path(args.tree).suffix.lower() != ".svg":
         raise MmpError(f"--tree draws an SVG file, and '{args.tree}' does not end in .svg")
@@ -217,19 +217,19 @@ def _check_tree(args: Namespace) -> None:
 
 
 def _check_rerun(args: Namespace) -> None:
-    from mmp_env.rerun.sdk import check
+    from mmp_env.view.rerun.sdk import check
 
     check(args.rerun)
 
 
 def _check_image(args: Namespace) -> None:
-    from mmp_env.pictures import MOMENTS, check_picture
+    from mmp_env.view.pictures import MOMENTS, check_picture
 
     check_picture(args.image, args.moments or tuple(MOMENTS))
 
 
 def _check_video(args: Namespace) -> None:
-    from mmp_env.films import check_film
+    from mmp_env.view.films import check_film
 
     check_film(args.video)
 

@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from mmp_env.cell import Cell
-from mmp_env.cell_file import cell_from_dict
-from mmp_env.cell_source import find_cell
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.file_kinds import CELL, INSTANCES, read_as
-from mmp_env.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
-from mmp_env.paths import exists
-from mmp_env.problem import Problem, make_problem
-from mmp_env.reading import NotJsonError, Place, named, names_file, parse_json
-from mmp_env.registration import ANY_CELL, CELLS
+from mmp_env.files.cell_file import cell_from_dict
+from mmp_env.files.cell_source import find_cell
+from mmp_env.files.file_kinds import CELL, INSTANCES, read_as
+from mmp_env.files.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
+from mmp_env.files.paths import exists
+from mmp_env.files.reading import NotJsonError, Place, named, names_file, parse_json
+from mmp_env.gym.registration import ANY_CELL, CELLS
+from mmp_env.model.cell import Cell
+from mmp_env.model.problem import Problem, make_problem
 
 _MODULE = "mmp_env:"
 _BY_HAND = "given"
@@ -106,7 +106,7 @@ def _from_cell(args: Namespace, cell: Cell, name: str) -> Source:
 
 def _drawn(args: Namespace, cell: Cell, label: str) -> Problem:
     """The instance of `env.reset(seed=...)` in this cell."""
-    from mmp_env.instances import DEFAULT_TASK, draw_problem
+    from mmp_env.gym.instances import DEFAULT_TASK, draw_problem
 
     return draw_problem(cell, args.task or DEFAULT_TASK, args.seed, margin=args.margin, name=label)
 

@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from mmp_cli.output import complain
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.registration import CELLS
+from mmp_env.gym.registration import CELLS
 
 
 def run_script(main: Callable[[], int | None]) -> NoReturn:

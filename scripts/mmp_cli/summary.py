@@ -8,11 +8,11 @@ from itertools import chain, repeat
 from mmp_cli.outcome import Outcome
 from mmp_cli.output import one_line
 from mmp_cli.rows import print_rows
-from mmp_env.execution import ExecutionReport
-from mmp_env.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS
-from mmp_env.nearness import Nearness
-from mmp_env.problem import Problem
+from mmp_env.model.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS
+from mmp_env.model.problem import Problem
 from mmp_env.retime.report import RetimeReport
+from mmp_env.sim.clearance_audit import Nearness
+from mmp_env.sim.execution import ExecutionReport
 from mmp_env.wording import counted, in_seconds
 from mmp_planners import PlanResult, Status
 

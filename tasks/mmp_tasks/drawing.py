@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, TypeVar
 
-from mmp_env.cell import Arm, Cell
 from mmp_env.errors import MmpError
+from mmp_env.model.cell import Arm, Cell
 from mmp_tasks.room import Room
 
 T = TypeVar("T")

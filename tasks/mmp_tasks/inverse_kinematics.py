@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Arm, Cell
 from mmp_env.errors import MmpError
-from mmp_env.robot import Robot, Tool, frozen_array
-from mmp_env.transforms import transform
+from mmp_env.model.cell import Arm, Cell
+from mmp_env.model.robot import Robot, Tool, frozen_array
+from mmp_env.model.transforms import transform
 
 NEAR_M, NEAR_RAD = 5e-4, 5e-3
 """A configuration is a solution when its tool point is this close to the target, and its tool points down like this."""
@@ -40,7 +40,7 @@ class Kinematics:
         self._mink, self._robot = require(), robot
         upright = (robot.origins[0][:3, :3] @ robot.axes[0])[2]
         self._sense = float(np.sign(upright)) if abs(upright) > 1 - 1e-9 else 0.0
-        from mmp_env.scene import compile_scene
+        from mmp_env.sim.scene import compile_scene
 
         unturned = frozen_array([1.0, 0.0, 0.0, 0.0])
         arm = Arm(name=_NAME, robot=robot, tool=tool, position=frozen_array(np.zeros(3)), quaternion=unturned)

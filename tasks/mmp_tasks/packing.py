@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Cell, Obstacle
-from mmp_tasks.handling import (
+from mmp_env.model.cell import Cell, Obstacle
+from mmp_tasks.grasping import (
     GAP_M,
     OBJECT_M,
     Delivery,

@@ -9,12 +9,12 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Arm, Cell
+from mmp_env.model.cell import Arm, Cell
 from mmp_tasks.drawing import Missed
+from mmp_tasks.ik_candidates import Place
 from mmp_tasks.stances import Posing, home
 from mmp_tasks.table import Table, turned
 from mmp_tasks.task import State
-from mmp_tasks.ways import Place
 
 _LENGTH_M = (0.15, 0.25)
 _FEW = 4

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from mmp_env.cell import Cell
-from mmp_tasks.handling import Handler, refuse_holding
+from mmp_env.model.cell import Cell
+from mmp_tasks.grasping import Handler, refuse_holding
 from mmp_tasks.stances import home, tucked
 from mmp_tasks.task import State
 

@@ -10,9 +10,9 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Cell
+from mmp_env.model.cell import Cell
 from mmp_tasks.drawing import Missed
-from mmp_tasks.handling import ABOVE_M, GAP_M, OBJECT_M, Delivery, Handler, Handling, refuse_holding, solid_box
+from mmp_tasks.grasping import ABOVE_M, GAP_M, OBJECT_M, Delivery, Handler, Handling, refuse_holding, solid_box
 from mmp_tasks.stances import home
 from mmp_tasks.table import Sector, Table
 from mmp_tasks.task import State

@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Arm, Cell
 from mmp_env.errors import MmpError
-from mmp_env.robot import frozen_array
+from mmp_env.model.cell import Arm, Cell
+from mmp_env.model.robot import frozen_array
 from mmp_tasks.drawing import Drawing
 from mmp_tasks.shared_space import SharedSpace, shared_space
 from mmp_tasks.task import State

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Cell
+from mmp_env.model.cell import Cell
 from mmp_tasks.task import State
 
 

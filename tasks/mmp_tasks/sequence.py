@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mmp_env.brief import brief
-from mmp_env.cell import Cell
 from mmp_env.errors import MmpError
+from mmp_env.model.cell import Cell
 from mmp_env.wording import counted
 from mmp_tasks import registry
-from mmp_tasks.handling import Deliverer
+from mmp_tasks.grasping import Deliverer
 from mmp_tasks.stances import tucked
 from mmp_tasks.task import State
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mmp_env.cell import Cell
+from mmp_env.model.cell import Cell
 
 INSET_M = 0.15
 """The cylinder ends this far before the ring of bases."""

@@ -11,12 +11,12 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mmp_env.cell import Arm, Cell
-from mmp_env.robot import frozen_array
+from mmp_env.model.cell import Arm, Cell
+from mmp_env.model.robot import frozen_array
 from mmp_tasks.drawing import Drawing, Missed
+from mmp_tasks.ik_candidates import NEARLY_M, Place, Ways
 from mmp_tasks.room import Room
 from mmp_tasks.task import State
-from mmp_tasks.ways import NEARLY_M, Place, Ways
 
 T = TypeVar("T")
 

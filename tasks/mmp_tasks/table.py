@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mmp_env.cell import Arm, Cell, Obstacle
-from mmp_env.transforms import matrix_from_quaternion
+from mmp_env.model.cell import Arm, Cell, Obstacle
+from mmp_env.model.transforms import matrix_from_quaternion
 from mmp_tasks.drawing import Missed
 
 _BASE_ROOM_M = 0.17

@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.cell import Cell
+from mmp_env.model.cell import Cell
 
 State = Mapping[str, Float[np.ndarray, " _dof"]]
 """A configuration of every arm: arm name -> [dof] [rad]; `_dof`, because arms may differ in their number of joints."""

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from twins import clearance, toys
 
-from mmp_env.cell import Cell, place_arm
 from mmp_env.errors import MmpError
-from mmp_env.robot import SPHERE_SETS
-from mmp_env.transforms import quaternion_from_yaw
+from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.robot import SPHERE_SETS
+from mmp_env.model.transforms import quaternion_from_yaw
 
 CELLS = [("ur5e", "ur5e"), ("panda", "panda"), ("fr5", "fr5"), ("piper", "piper"), ("panda", "ur5e", "piper")]
 BOUND_M = {False: 1e-5, True: 1e-9}

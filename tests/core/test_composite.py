@@ -8,13 +8,13 @@ import two_arms
 from twins import clearance
 
 from mmp_env import _core
-from mmp_env.cell import Cell, Obstacle, place_arm
-from mmp_env.collision import HIT, KEEP_PROOF, PLAN_PROOF, levels
-from mmp_env.instances import draw_instance
-from mmp_env.problem import make_problem
-from mmp_env.rings import ring_cell
-from mmp_env.robot import frozen_array
-from mmp_env.transforms import quaternion_from_yaw
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.collision import HIT, KEEP_PROOF, PLAN_PROOF, levels
+from mmp_env.model.problem import make_problem
+from mmp_env.model.rings import ring_cell
+from mmp_env.model.robot import frozen_array
+from mmp_env.model.transforms import quaternion_from_yaw
 
 RANGE_RAD, STEP_RAD = 2.0, 0.05
 FLOAT_M = 1e-5

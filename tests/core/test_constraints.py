@@ -5,8 +5,8 @@ import pytest
 from twins import clearance, intervals, kinematics, motion, toys
 
 from mmp_env import _core
-from mmp_env.rings import ring_cell
-from mmp_env.robot import robot_names
+from mmp_env.model.rings import ring_cell
+from mmp_env.model.robot import robot_names
 from mmp_tasks.reach import Reach
 
 MARGIN_M, PROOF_M = 0.002, 0.0015

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from twins import clearance, kinematics, toys
 
-from mmp_env.cell import Cell, place_arm
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.robot import SPHERE_SETS, robot_names
+from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.robot import SPHERE_SETS, robot_names
 
 PRECISE_M = 1e-9
 COUNT = 21  # no multiple of any number of lanes

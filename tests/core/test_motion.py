@@ -10,8 +10,8 @@ from twins import clearance, motion, toys
 
 from mmp_env import _core
 from mmp_env.errors import MmpError
-from mmp_env.rings import ring_cell
-from mmp_env.robot import robot_names
+from mmp_env.model.rings import ring_cell
+from mmp_env.model.robot import robot_names
 from mmp_tasks.reach import Reach
 
 FLOAT_M = 1e-5

@@ -7,7 +7,7 @@ import pytest
 from twins import clearance
 
 from mmp_env import _core
-from mmp_env.rings import ring_cell
+from mmp_env.model.rings import ring_cell
 
 MARGIN_M, PROOF_M, STEP_RAD = 0.002, 0.0015, 0.08
 LEVELS = _core.Levels(MARGIN_M, PROOF_M)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mmp_env import _core
-from mmp_env.rings import ring_cell
+from mmp_env.model.rings import ring_cell
 
 MARGIN, PROOF, STEP_RAD = 0.002, 0.0015, 0.08
 

@@ -10,10 +10,10 @@ from ways import DT_S, NO_END, lifted, recombination, run, shut_in, straight, wi
 
 from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan
-from mmp_env.collision import HIT, KEEP_PROOF, levels
-from mmp_env.problem import make_problem
+from mmp_env.model.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.problem import make_problem
+from mmp_planners.portfolio.shortcutting import on_grid, paced
 from mmp_planners.rrt_connect import RrtConnect
-from mmp_planners.shortcutting import on_grid, paced
 
 
 def of_arm(rows):

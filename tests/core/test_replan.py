@@ -7,11 +7,11 @@ from twins import clearance
 
 from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan
-from mmp_env.collision import HIT, KEEP_PROOF, levels
-from mmp_env.problem import make_problem
-from mmp_planners.replanning import Replanning
+from mmp_env.model.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.problem import make_problem
+from mmp_planners.portfolio.lns import Replanning
+from mmp_planners.portfolio.shortcutting import paced
 from mmp_planners.rrt_connect import RrtConnect
-from mmp_planners.shortcutting import paced
 
 DT_S = 0.1
 

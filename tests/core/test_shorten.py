@@ -11,9 +11,9 @@ from twins import clearance, motion, toys
 
 import mmp_planners
 from mmp_env import _core, draw_instance, ring_cell
-from mmp_env.collision import HIT, KEEP_PROOF, levels
-from mmp_env.problem import make_problem
-from mmp_planners.shortcutting import on_grid
+from mmp_env.model.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.problem import make_problem
+from mmp_planners.portfolio.shortcutting import on_grid
 
 DT_S = 0.1
 

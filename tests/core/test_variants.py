@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from twins import toys
 
-import mmp_env.collision
+import mmp_env.model.collision
 from mmp_env import core_variants
-from mmp_env.collision import CollisionModel
-from mmp_env.instances import draw_instance
-from mmp_env.rings import ring_cell
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.collision import CollisionModel
+from mmp_env.model.rings import ring_cell
 from mmp_tasks.reach import Reach
 
 MARGIN_M, PROOF_M = LEVELS = 0.002, 0.0015
@@ -29,7 +29,7 @@ def by_every_variant(monkeypatch, cell, ask):
     out = {}
     for name in core_variants.usable():
         core = core_variants.load(name)
-        monkeypatch.setattr(mmp_env.collision, "_core", core)
+        monkeypatch.setattr(mmp_env.model.collision, "_core", core)
         # Twice: what depends on memory that nobody has written to shows here, even with one variant.
         out[name], out[f"{name} again"] = (flattened(ask(core, CollisionModel(cell))) for _ in range(2))
     return out

@@ -14,7 +14,7 @@ from dm_env import specs, test_utils
 import mmp_env
 from mmp_env import dm
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.registration import CELLS, MAX_EPISODE_STEPS
+from mmp_env.gym.registration import CELLS, MAX_EPISODE_STEPS
 
 FACING_STEEPLY, FACING_LEVEL = (np.array([np.pi, lift, 0.0, 0.0, 0.0, 0.0]) for lift in (-1.3, -0.2))
 """A UR5e stretched out towards the centre of its ring."""

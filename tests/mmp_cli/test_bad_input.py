@@ -4,7 +4,7 @@ import bad_files
 import pytest
 from refusals import assert_refused
 
-from mmp_env.plan_file import load_plan
+from mmp_env.files.plan_file import load_plan
 
 ENDS = json.dumps({"left": bad_files.TUCKED, "right": bad_files.TUCKED})
 

@@ -7,10 +7,10 @@ import pytest
 import yaml
 
 from mmp_env.check import check_plan
-from mmp_env.instances import draw_instance
-from mmp_env.plan_file import load_plan
-from mmp_env.reading import read_document
-from mmp_env.rings import ring_cell
+from mmp_env.files.plan_file import load_plan
+from mmp_env.files.reading import read_document
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.rings import ring_cell
 
 COUNTS = ["expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"]
 LINE = [

@@ -8,10 +8,10 @@ import subprocess
 import bench_runs
 import pytest
 
-from mmp_cli.benchmark import seat
+from mmp_cli.benchmark import worker_slot
 from mmp_cli.benchmark.job import Examination, Job, Verdict
-from mmp_cli.benchmark.seat import Seat
 from mmp_cli.benchmark.worker import READY
+from mmp_cli.benchmark.worker_slot import Seat
 from mmp_cli.pipe_reader import PipeReader
 
 CRASH = "killed by SIGSEGV"
@@ -156,7 +156,7 @@ def dying_starts(monkeypatch, folder, dead):
         .replace("{", "{{")
         .replace("}", "}}")
     )
-    monkeypatch.setattr(seat, "_PROGRAM", program + seat._PROGRAM)
+    monkeypatch.setattr(worker_slot, "_PROGRAM", program + worker_slot._PROGRAM)
 
 
 def test_a_worker_that_is_killed_while_it_starts_is_started_once_more(tmp_path, monkeypatch):

@@ -9,9 +9,9 @@ from mmp_cli.benchmark.cores import Core, available
 from mmp_cli.benchmark.folder import plan_path
 from mmp_cli.benchmark.job import Unit
 from mmp_cli.benchmark.progress import BenchProgress, duration
-from mmp_cli.benchmark.seat import grace_s
 from mmp_cli.benchmark.table import reasons
-from mmp_env.writing import file_name
+from mmp_cli.benchmark.worker_slot import grace_s
+from mmp_env.files.writing import file_name
 
 
 def unit(planner, k=0, instance="cell/a"):

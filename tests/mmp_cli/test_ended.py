@@ -11,7 +11,8 @@ ENDS = {"SIGINT": 130, "SIGTERM": 143, "SIGHUP": 129}
 COMMAND = """
 import signal, sys
 from mmp_cli import machine, main
-from mmp_env import temporaries, writing
+from mmp_env.files import temporaries
+from mmp_env.files import writing
 
 def version():
     with writing.whole_file("plan.json") as temporary:
@@ -46,7 +47,7 @@ def test_no_file_stays_after_a_signal(tmp_path, name, version):
 
 def test_a_program_that_uses_the_library_leaves_none_at_its_end(tmp_path):
     program = (
-        "from mmp_env import temporaries, writing\nfrom pathlib import Path\n"
+        "from mmp_env.files import temporaries, writing\nfrom pathlib import Path\n"
         "context = temporaries.beside(Path('plan.json').absolute())\ncontext.__enter__().touch()\n"
         "temporaries._remove, remove = (lambda path: None), temporaries._remove\ndel context\n"
         "temporaries._remove = remove\nimport os; assert len(os.listdir()) == 1"

@@ -11,7 +11,7 @@ import bad_files
 import pytest
 from refusals import assert_refused
 
-from mmp_env.reading import MAX_JSON_BYTES
+from mmp_env.files.reading import MAX_JSON_BYTES
 
 MMP = [sys.executable, "-c", "from mmp_cli.main import main; raise SystemExit(main())"]
 RESULT = json.dumps({"instance": "pair/turn", "planner": "ecbs", "status": "solved", "planning_time_s": 0.1})

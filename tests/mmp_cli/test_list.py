@@ -2,7 +2,7 @@ import json
 
 import gymnasium
 
-from mmp_env.robot import robot_names
+from mmp_env.model.robot import robot_names
 
 
 def test_everything_that_has_a_name_is_listed(mmp, stand_ins):

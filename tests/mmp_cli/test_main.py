@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mmp_cli.main import COMMANDS, main
-from mmp_env.plan_file import load_plan
+from mmp_env.files.plan_file import load_plan
 
 TESTS = Path(__file__).parent.parent
 MMP = [sys.executable, "-c", "from mmp_cli.main import main; raise SystemExit(main())"]

@@ -14,8 +14,8 @@ import yaml
 import mmp_env  # noqa: F401  registers the environments
 import mmp_planners
 from mmp_cli.plan import default_planner
-from mmp_env.cell_file import cell_to_dict
-from mmp_env.plan_file import load_plan
+from mmp_env.files.cell_file import cell_to_dict
+from mmp_env.files.plan_file import load_plan
 
 COUNTS = ["expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"]
 LINE = [

@@ -6,7 +6,7 @@ import bad_files
 import numpy as np
 import pytest
 
-from mmp_env.plan_file import load_plan
+from mmp_env.files.plan_file import load_plan
 
 
 def test_a_retimed_plan_is_written_checked_executed_and_told_of(mmp, stand_ins, instances, tmp_path):

@@ -14,7 +14,7 @@ import bench_runs
 import pytest
 
 from mmp_cli import planner_messages, planner_process
-from mmp_env.plan_file import load_plan
+from mmp_env.files.plan_file import load_plan
 
 DEEDS = {
     "raise": "raised KeyError: 'a bug' (bench_stand_ins.py, line ",

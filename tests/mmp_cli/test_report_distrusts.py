@@ -124,6 +124,6 @@ def test_no_file_that_the_settings_name_is_told_of(mmp, tmp_path, monkeypatch, w
 
 
 def real(path):
-    from mmp_env.reading import read_document
+    from mmp_env.files.reading import read_document
 
     return read_document(path)

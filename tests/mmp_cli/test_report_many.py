@@ -13,7 +13,7 @@ from mmp_cli.reporting import cactus_figure, pairs_figure
 from mmp_cli.reporting.drawing import looks
 from mmp_cli.reporting.results import read_results
 from mmp_cli.reporting.sections import sections
-from mmp_env.tree_drawing.colors import contrast
+from mmp_env.view.tree_drawing.colors import contrast
 
 LABELS = [f"p{k}" for k in range(10)]
 TREELESS = {"p0": {"expanded_nodes": 0, "generated_nodes": 0}, "p1": {"expanded_nodes": None}}

@@ -9,7 +9,7 @@ import pytest
 from refusals import assert_refused
 
 import mmp_cli.show
-from mmp_env import rendering
+from mmp_env.view import rendering
 
 
 @pytest.fixture

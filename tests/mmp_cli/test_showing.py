@@ -10,10 +10,10 @@ from refusals import assert_refused
 
 import mmp_cli.showing
 from mmp_cli.showing import Together
-from mmp_env import films, pictures
 from mmp_env.errors import MmpError
 from mmp_env.events import SearchStarted
-from mmp_env.search_tree import SearchTree
+from mmp_env.view import films, pictures
+from mmp_env.view.search_tree import SearchTree
 from mmp_planners import StopPlanning
 
 

@@ -19,7 +19,7 @@ from mmp_env import (
     save_plan,
 )
 from mmp_env.errors import InvalidInstanceError, MmpError
-from mmp_env.instance_file import instances_from_dict
+from mmp_env.files.instance_file import instances_from_dict
 from mmp_planners import PlanResult, Status
 
 

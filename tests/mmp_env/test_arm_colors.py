@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from mmp_env.arm_colors import PALETTE, arm_color
+from mmp_env.sim.arm_colors import PALETTE, arm_color
 
 SIGHTS = {
     "usual": np.eye(3),

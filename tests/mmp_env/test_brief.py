@@ -11,14 +11,14 @@ import tiny_plans
 import mmp_env
 import mmp_planners
 from mmp_env.check.episode import check_episode
-from mmp_env.conflict import Conflict
-from mmp_env.contacts import Contact
-from mmp_env.episode import Episode, episode_to_dict, execute_episode
 from mmp_env.events import NodeCreated, Repelled
 from mmp_env.export import export_plan, load_joint_trajectory
-from mmp_env.instance_file import instances_from_dict
-from mmp_env.plan_file import plan_from_dict
-from mmp_env.search_tree import SearchTree
+from mmp_env.files.episode_file import Episode, episode_to_dict, execute_episode
+from mmp_env.files.instance_file import instances_from_dict
+from mmp_env.files.plan_file import plan_from_dict
+from mmp_env.model.conflict import Conflict
+from mmp_env.sim.contacts import Contact
+from mmp_env.view.search_tree import SearchTree
 from mmp_planners import PlanResult, Status
 
 LONGEST = 330
@@ -169,7 +169,7 @@ def test_retimed_plans_say_so():
 def test_malformed_values_and_wild_names_are_shown_as_well():
     broken = dataclasses.replace(plan())
     object.__setattr__(broken, "positions", None)
-    assert repr(broken).startswith("<mmp_env.plan.Plan object at ")
+    assert repr(broken).startswith("<mmp_env.model.plan.Plan object at ")
     wild = dataclasses.replace(plan(), planner={"name": "a\n\x1b[31mb" + "c" * 1000})
     text = repr(wild)
     assert "a\\n\\x1b[31mbc" in text

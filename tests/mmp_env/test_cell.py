@@ -59,6 +59,8 @@ def test_a_name_that_no_file_could_have_is_refused(name):
 
 
 def test_a_ring_of_what_is_no_whole_number_is_refused_without_naming_it_as_the_remedy():
-    code = "from mmp_env.rings import ring_cell; ring_cell('2')"  # where no type checker stands before it, as here
+    code = (
+        "from mmp_env.model.rings import ring_cell; ring_cell('2')"  # where no type checker stands before it, as here
+    )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert run.stderr.endswith("MmpError: count is '2'; it must be one of the numbers 2, 4, 6, 8\n")

@@ -11,7 +11,7 @@ from tiny_plans import UPRIGHT
 
 import mmp_env.check
 from mmp_env.check import RULES, check_plan
-from mmp_env.plan_file import plan_from_dict
+from mmp_env.files.plan_file import plan_from_dict
 
 
 def broken(plan, *, exact=False):
@@ -45,7 +45,10 @@ def test_a_plan_of_one_configuration_is_valid_when_it_starts_at_its_goal():
 
 
 def test_nothing_of_the_planners_geometry_is_imported_by_the_checker():
-    allowed = {f"mmp_env.{name}" for name in ("plan", "plan_file", "mujoco_import", "cell_limits", "errors")}
+    allowed = {
+        f"mmp_env.{name}"
+        for name in ("model.plan", "files.plan_file", "sim.mujoco_import", "model.cell_limits", "errors")
+    }
     for file in Path(mmp_env.check.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(file.read_text())):
             names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []

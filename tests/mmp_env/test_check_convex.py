@@ -12,7 +12,7 @@ from mmp_env.check import check_plan
 from mmp_env.check.convex import Convex, separation
 from mmp_env.check.distance import BOX, CAPSULE, CYLINDER, ELLIPSOID, SPHERE, geom_support
 from mmp_env.check.fields import rotation
-from mmp_env.check.ruler import Ruler
+from mmp_env.check.geom_distance import Ruler
 
 KINDS = {"sphere": SPHERE, "capsule": CAPSULE, "ellipsoid": ELLIPSOID, "cylinder": CYLINDER, "box": BOX}
 
@@ -153,6 +153,6 @@ def test_a_plan_with_nothing_in_its_way_asks_mujoco_alone(monkeypatch):
     def never(*_):
         raise AssertionError
 
-    monkeypatch.setattr("mmp_env.check.ruler.separation", never)
+    monkeypatch.setattr("mmp_env.check.geom_distance.separation", never)
     arms = [tiny_plans.arm("arm", [0.0, 0.0, 0.0])]
     assert check_plan(tiny_plans.plan(arms, {"arm": [UPRIGHT, [0.4, *UPRIGHT[1:]]]}), exact=True).valid

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from tiny_plans import REACHING
 from twins.kinematics import link_frames
 
-from mmp_env.cell_file import cell_from_dict
 from mmp_env.check import check_plan
 from mmp_env.check.geoms import GeomPairs, colliding_pairs, geom_parts
 from mmp_env.check.items import Items
 from mmp_env.check.model import CellModel
 from mmp_env.check.path import Path, Track
 from mmp_env.check.reading import read_cell
-from mmp_env.scene import compile_scene
+from mmp_env.files.cell_file import cell_from_dict
+from mmp_env.sim.scene import compile_scene
 
 OUT_M = 0.002
 """MJCF geoms may stand out of the spheres by 1 mm on either side."""

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import tiny_plans
 
-from mmp_env.cell_file import cell_from_dict
-from mmp_env.cell_limits import LARGEST_M
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
+from mmp_env.files.cell_file import cell_from_dict
+from mmp_env.model.cell_limits import LARGEST_M
 
 
 def broken(plan):

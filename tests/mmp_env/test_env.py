@@ -9,13 +9,13 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import mmp_env
-from mmp_env.cell import Cell, place_arm
-from mmp_env.cell_source import find_cell
-from mmp_env.control import CONTROL_MODES
 from mmp_env.errors import MmpError
-from mmp_env.instances import draw_instance
-from mmp_env.registration import MAX_EPISODE_STEPS, RING_COUNTS
-from mmp_env.rings import RING_RADIUS_M, ring_cell
+from mmp_env.files.cell_source import find_cell
+from mmp_env.gym.control import CONTROL_MODES
+from mmp_env.gym.instances import draw_instance
+from mmp_env.gym.registration import MAX_EPISODE_STEPS, RING_COUNTS
+from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.rings import RING_RADIUS_M, ring_cell
 
 
 def make(name="MultiArmCell-2", **options):
@@ -41,7 +41,7 @@ def test_the_ids_are_the_rings_and_one_for_any_cell():
 
 
 def test_importing_the_package_loads_neither_mujoco_nor_planners_nor_what_only_commands_need():
-    heavy = ["mujoco", "rich", "yaml", "msgspec", "mmp_planners", "mmp_tasks", "mmp_env._core", "mmp_env.env"]
+    heavy = ["mujoco", "rich", "yaml", "msgspec", "mmp_planners", "mmp_tasks", "mmp_env._core", "mmp_env.gym.env"]
     heavy += ["mmp_env.version"]
     code = f"import sys, mmp_env; print([name for name in {heavy} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
@@ -152,8 +152,8 @@ def test_an_unknown_id_is_answered_with_those_that_exist():
 
 
 def test_a_cell_comes_as_itself_by_name_or_from_a_file(tmp_path):
-    from mmp_env.cell_file import cell_to_dict
-    from mmp_env.writing import json_text
+    from mmp_env.files.cell_file import cell_to_dict
+    from mmp_env.files.writing import json_text
 
     cell = ring_cell(2, "fr5", "fine")
     path = tmp_path / "mine.json"

@@ -4,14 +4,14 @@ import gymnasium
 import numpy as np
 import pytest
 
-from mmp_env.cell import Cell, place_arm
-from mmp_env.control import CONTROL_MODES, CONTROL_RATE_HZ
 from mmp_env.errors import MmpError
-from mmp_env.execution import REACHED_RAD
-from mmp_env.nearness import OUTSIDE_M
-from mmp_env.reward import CONTACT_PENALTY, PROGRESS_WEIGHT, SUCCESS_BONUS
-from mmp_env.robot import SPHERE_SETS, robot_names
-from mmp_env.simulation import Simulation
+from mmp_env.gym.control import CONTROL_MODES, CONTROL_RATE_HZ
+from mmp_env.gym.reward import CONTACT_PENALTY, PROGRESS_WEIGHT, SUCCESS_BONUS
+from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.robot import SPHERE_SETS, robot_names
+from mmp_env.sim.clearance_audit import OUTSIDE_M
+from mmp_env.sim.execution import REACHED_RAD
+from mmp_env.sim.simulation import Simulation
 
 FACING_STEEPLY, FACING_LEVEL = (np.array([np.pi, lift, 0.0, 0.0, 0.0, 0.0]) for lift in (-1.3, -0.2))
 """A UR5e stretched out towards the centre of its ring."""

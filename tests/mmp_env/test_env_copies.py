@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import mmp_env
-from mmp_env.env import MultiArmCellEnv
-from mmp_env.opengl import possible_render_modes
-from mmp_env.rings import ring_cell
-from mmp_env.simulation import Simulation
+from mmp_env.gym.env import MultiArmCellEnv
+from mmp_env.model.rings import ring_cell
+from mmp_env.sim.opengl import possible_render_modes
+from mmp_env.sim.simulation import Simulation
 
 COPIES = {"deepcopy": copy.deepcopy, "pickle": lambda value: pickle.loads(pickle.dumps(value))}
 every_copy = pytest.mark.parametrize("copied", COPIES.values(), ids=COPIES)

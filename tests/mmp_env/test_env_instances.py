@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from mmp_env.cell_instance import InstanceSource
-from mmp_env.cell_source import find_cell
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
-from mmp_env.instances import draw_instance, draw_problem
-from mmp_env.rings import ring_cell
+from mmp_env.files.cell_source import find_cell
+from mmp_env.gym.cell_instance import InstanceSource
+from mmp_env.gym.instances import draw_instance, draw_problem
+from mmp_env.model.rings import ring_cell
 
 
 def make(name="MultiArmCell-2", **options):

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from straight_plans import FACING, LEVEL, elsewhere, everyone, straight
 
-from mmp_env.cell import Cell, Obstacle, place_arm
-from mmp_env.env import MultiArmCellEnv
-from mmp_env.execution import execute_plan
+from mmp_env.gym.env import MultiArmCellEnv
+from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.rings import ring_cell
 from mmp_env.retime import retime
-from mmp_env.rings import ring_cell
-from mmp_env.simulation import Simulation
+from mmp_env.sim.execution import execute_plan
+from mmp_env.sim.simulation import Simulation
 
 pytestmark = pytest.mark.filterwarnings("ignore::mmp_env.errors.UnretimedPlanWarning")
 

@@ -10,8 +10,8 @@ import tiny_plans
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.export import export_plan
-from mmp_env.plan_file import plan_from_dict
-from mmp_env.robot import load_robot
+from mmp_env.files.plan_file import plan_from_dict
+from mmp_env.model.robot import load_robot
 
 
 @pytest.fixture

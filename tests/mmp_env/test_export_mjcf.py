@@ -11,8 +11,8 @@ from mmp_env import find_cell
 from mmp_env.errors import MmpError
 from mmp_env.export import export_plan, mjcf
 from mmp_env.export.mjcf import mjcf_text
-from mmp_env.plan_file import plan_from_dict
-from mmp_env.scene import compile_scene
+from mmp_env.files.plan_file import plan_from_dict
+from mmp_env.sim.scene import compile_scene
 
 ADDED = ("key", "nkey", "site", "nsite", "name", "nname", "nbuffer", "signature", "paths", "npaths")
 """What differs on purpose: keyframes, the look of tool points, and what depends on these."""

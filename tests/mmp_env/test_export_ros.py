@@ -13,7 +13,7 @@ from mmp_env.errors import MmpError
 from mmp_env.export import export_plan, load_joint_trajectory
 from mmp_env.export.motion import ArmMotion, Motion
 from mmp_env.export.ros import yaml_text
-from mmp_env.plan_file import plan_from_dict
+from mmp_env.files.plan_file import plan_from_dict
 from mmp_env.retime import retime
 from mmp_env.retime.limits import rate_limits
 

@@ -15,12 +15,12 @@ import tiny_plans
 from picture_or_sentence import NONE_HERE, made, pixels_of_arm
 from PIL import Image
 
-from mmp_env import animation, ffmpeg
-from mmp_env.animation import GifEncoder, WebpEncoder
-from mmp_env.env import MultiArmCellEnv
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.films import HOLD_S, check_film, frame_times, frames, save_film
-from mmp_env.plan_file import plan_from_dict
+from mmp_env.files.plan_file import plan_from_dict
+from mmp_env.gym.env import MultiArmCellEnv
+from mmp_env.view import animation, ffmpeg
+from mmp_env.view.animation import GifEncoder, WebpEncoder
+from mmp_env.view.films import HOLD_S, check_film, frame_times, frames, save_film
 
 pytestmark = pytest.mark.filterwarnings("ignore::mmp_env.errors.UnretimedPlanWarning")
 
@@ -137,7 +137,7 @@ def test_a_film_in_which_nothing_moves_lasts_as_long_as_it_should(kind, tmp_path
 def test_a_broken_number_of_pixels_is_one_sentence(name, tmp_path):
     """In a process of its own: here types are checked before."""
     code = (
-        "import tiny_plans; from mmp_env import MmpError, save_film; from mmp_env.plan_file import plan_from_dict\n"
+        "import tiny_plans; from mmp_env import MmpError, save_film; from mmp_env.files.plan_file import plan_from_dict\n"
         f"try: save_film(plan_from_dict(tiny_plans.two_apart()), {str(tmp_path / name)!r}, width=64.5)\n"
         "except MmpError as error: print(error)\n"
     )

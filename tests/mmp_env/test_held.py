@@ -9,18 +9,18 @@ import two_arms
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mmp_env.cell import Cell, Obstacle, place_arm
-from mmp_env.cell_file import cell_from_dict, cell_to_dict
 from mmp_env.check import check_plan
 from mmp_env.check.held import held_spheres
 from mmp_env.check.model import CellModel, sphere_parts
 from mmp_env.check.reading import read_cell
 from mmp_env.errors import MmpError
-from mmp_env.held import MOST_SPHERES, covering_spheres
-from mmp_env.plan_file import plan_from_dict
-from mmp_env.plan_fit import check_fit
-from mmp_env.simulation import Simulation
-from mmp_env.transforms import matrix_from_quaternion
+from mmp_env.files.cell_file import cell_from_dict, cell_to_dict
+from mmp_env.files.plan_file import plan_from_dict
+from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.held import MOST_SPHERES, covering_spheres
+from mmp_env.model.plan_fit import check_fit
+from mmp_env.model.transforms import matrix_from_quaternion
+from mmp_env.sim.simulation import Simulation
 
 SHAPES = {
     "box": {"size": [0.04, 0.05, 0.08]},

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
-from mmp_env.instance_file import instances_from_dict, load_instances
+from mmp_env.files.instance_file import instances_from_dict, load_instances
 
 
 @pytest.fixture

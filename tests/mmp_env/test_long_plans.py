@@ -7,13 +7,13 @@ import pytest
 import tiny_plans
 
 from mmp_env.errors import MmpError
-from mmp_env.execution import execute_plan
-from mmp_env.films import frame_times, save_film
-from mmp_env.opengl import offscreen_backend
-from mmp_env.plan_file import plan_from_dict
-from mmp_env.plan_fit import LONGEST_EXECUTION_S
+from mmp_env.files.plan_file import plan_from_dict
+from mmp_env.model.plan_fit import LONGEST_EXECUTION_S
 from mmp_env.retime import retime
-from mmp_env.simulation import Simulation
+from mmp_env.sim.execution import execute_plan
+from mmp_env.sim.opengl import offscreen_backend
+from mmp_env.sim.simulation import Simulation
+from mmp_env.view.films import frame_times, save_film
 
 LONG = [7.6e6, 1e10, 1e300, 8e307]
 
@@ -61,8 +61,8 @@ def test_limits_that_make_a_motion_too_long_are_a_sentence(makespan_s, recwarn):
 @pytest.mark.parametrize("makespan_s", LONG[1:])
 def test_a_recording_is_no_longer_than_its_timeline(makespan_s, tmp_path):
     pytest.importorskip("rerun")
-    from mmp_env.rerun import RerunWatcher
-    from mmp_env.rerun.single_arm import record_single_arm
+    from mmp_env.view.rerun import RerunWatcher
+    from mmp_env.view.rerun.single_arm import record_single_arm
 
     plan = lasting(makespan_s)
     watcher = RerunWatcher(plan.problem, tmp_path / "plan.rrd")

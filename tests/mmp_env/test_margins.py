@@ -10,14 +10,14 @@ import two_arms
 from twins import clearance
 
 from mmp_env import check_plan, make_problem
-from mmp_env.cell import Obstacle
 from mmp_env.errors import InvalidInstanceError, MmpError
-from mmp_env.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS, Margins, asked_margins, millimetres
-from mmp_env.plan_file import plan_from_dict, plan_to_dict
-from mmp_env.reference import Reference
+from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
+from mmp_env.model.cell import Obstacle
+from mmp_env.model.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS, Margins, asked_margins, millimetres
+from mmp_env.model.rings import ring_cell
 from mmp_env.retime import retime_with_report
 from mmp_env.retime.limits import split
-from mmp_env.rings import ring_cell
+from mmp_env.sim.servo_reference import Reference
 from mmp_planners import make, names
 
 FLOAT_M = 1e-9

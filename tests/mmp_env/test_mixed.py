@@ -10,12 +10,12 @@ from gymnasium.utils.env_checker import check_env
 
 import mmp_planners
 from mmp_env import check_plan, draw_problem, find_cell, place_arm
-from mmp_env.cell_file import cell_from_dict, cell_to_dict
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.plan_file import plan_from_dict, plan_to_dict
+from mmp_env.files.cell_file import cell_from_dict, cell_to_dict
+from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
+from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.retime import retime
-from mmp_env.simulation import Simulation
-from mmp_env.transforms import quaternion_from_yaw
+from mmp_env.sim.simulation import Simulation
 
 
 @pytest.fixture(scope="module")

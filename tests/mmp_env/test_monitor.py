@@ -8,14 +8,14 @@ from cornered_plans import cornered_plan, side_by_side
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mmp_env.env import MultiArmCellEnv
 from mmp_env.errors import MmpError
-from mmp_env.execution import execute_plan
-from mmp_env.monitor import Monitor, Watch
-from mmp_env.phase_clock import PhaseClock
-from mmp_env.reference import Reference
+from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.retime import retime
-from mmp_env.simulation import Simulation
+from mmp_env.sim.execution import execute_plan
+from mmp_env.sim.monitor import Monitor, Watch
+from mmp_env.sim.phase_clock import PhaseClock
+from mmp_env.sim.servo_reference import Reference
+from mmp_env.sim.simulation import Simulation
 
 STEP_S = 0.002
 BLOCKED_S = (0.5, 1.6)

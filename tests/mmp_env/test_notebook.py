@@ -9,9 +9,10 @@ import tiny_plans
 from picture_or_sentence import NONE_HERE, made
 from PIL import Image
 
-from mmp_env import notebook, opengl
-from mmp_env.films import frame_times
-from mmp_env.plan_file import plan_from_dict
+from mmp_env.files.plan_file import plan_from_dict
+from mmp_env.sim import opengl
+from mmp_env.view import notebook
+from mmp_env.view.films import frame_times
 
 
 @pytest.fixture(scope="module")

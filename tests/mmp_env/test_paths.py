@@ -7,9 +7,9 @@ import bad_files
 import pytest
 
 from mmp_env import MmpError, find_cell, load_cell, load_plan, save_plan
-from mmp_env.paths import exists, is_file, is_folder, real_path, status
-from mmp_env.plan_file import plan_from_dict
-from mmp_env.writing import check_writable, write_text
+from mmp_env.files.paths import exists, is_file, is_folder, real_path, status
+from mmp_env.files.plan_file import plan_from_dict
+from mmp_env.files.writing import check_writable, write_text
 
 IMPOSSIBLE = ["a" * 300, "a\0b", "no/such/folder"]
 

@@ -8,11 +8,11 @@ from PIL import Image
 
 from mmp_env import ring_cell
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.pictures import check_picture, encoded, labelled, picture, pictures, save_picture
-from mmp_env.plan_file import plan_from_dict
-from mmp_env.simulation import Simulation
-from mmp_env.staging import CAMERA, frame, outline
-from mmp_env.studio import Studio, tool_ways
+from mmp_env.files.plan_file import plan_from_dict
+from mmp_env.sim.scene_appearance import CAMERA, frame, outline
+from mmp_env.sim.simulation import Simulation
+from mmp_env.view.offscreen_renderer import Studio, tool_ways
+from mmp_env.view.pictures import check_picture, encoded, labelled, picture, pictures, save_picture
 
 SMALL = {"width": 160, "height": 120}
 

@@ -10,12 +10,12 @@ from hypothesis.extra import numpy as st_numpy
 
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
-from mmp_env.margins import Margins
-from mmp_env.plan import Plan
-from mmp_env.plan_file import load_plan, plan_from_dict, plan_to_dict, save_plan
-from mmp_env.problem import Problem, velocity_limits
-from mmp_env.rings import ring_cell
-from mmp_env.writing import json_text
+from mmp_env.files.plan_file import load_plan, plan_from_dict, plan_to_dict, save_plan
+from mmp_env.files.writing import json_text
+from mmp_env.model.margins import Margins
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem, velocity_limits
+from mmp_env.model.rings import ring_cell
 
 CELL = ring_cell(2)
 

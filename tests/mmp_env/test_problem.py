@@ -5,7 +5,7 @@ import gymnasium
 import pytest
 
 from mmp_env import InvalidInstanceError, MmpError, make_problem
-from mmp_env.cell_file import cell_from_dict
+from mmp_env.files.cell_file import cell_from_dict
 
 
 def with_joint(value, joint=1):

@@ -9,7 +9,7 @@ import pytest
 import stand_in_planners
 import two_arms
 
-from mmp_env.plan_file import plan_to_dict
+from mmp_env.files.plan_file import plan_to_dict
 
 PLAN = replace(
     stand_in_planners.straight_plan(two_arms.passing(1.0), {"name": "straight", "options": {"w": 1.0}}),

@@ -8,13 +8,13 @@ import bad_files
 import pytest
 import yaml
 
-from mmp_env.cell_file import cell_from_dict, load_cell
-from mmp_env.cell_source import find_cell
-from mmp_env.episode import load_episode
 from mmp_env.errors import InvalidInstanceError, MmpError
-from mmp_env.instance_file import instances_from_dict, load_instances
-from mmp_env.plan_file import load_plan, plan_from_dict
-from mmp_env.reading import MAX_JSON_BYTES, MAX_YAML_BYTES, Place, named, read_document, shown
+from mmp_env.files.cell_file import cell_from_dict, load_cell
+from mmp_env.files.cell_source import find_cell
+from mmp_env.files.episode_file import load_episode
+from mmp_env.files.instance_file import instances_from_dict, load_instances
+from mmp_env.files.plan_file import load_plan, plan_from_dict
+from mmp_env.files.reading import MAX_JSON_BYTES, MAX_YAML_BYTES, Place, named, read_document, shown
 
 
 @pytest.mark.parametrize(

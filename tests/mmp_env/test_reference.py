@@ -6,9 +6,9 @@ from cornered_plans import cornered_plan, side_by_side
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mmp_env.plan import Plan
-from mmp_env.reference import Reference
+from mmp_env.model.plan import Plan
 from mmp_env.retime import retime
+from mmp_env.sim.servo_reference import Reference
 
 
 def random_motion(seed, *, times=None):

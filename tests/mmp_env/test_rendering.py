@@ -12,13 +12,15 @@ import numpy as np
 import pytest
 from picture_or_sentence import without_libraries
 
-from mmp_env import opengl, rendering, ring_cell
-from mmp_env.arm_colors import PALETTE
+from mmp_env import ring_cell
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.mujoco_import import mujoco
-from mmp_env.rendering import Window, _frame_cell
-from mmp_env.simulation import Simulation
-from mmp_env.staging import outline
+from mmp_env.sim import opengl
+from mmp_env.sim.arm_colors import PALETTE
+from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.sim.scene_appearance import outline
+from mmp_env.sim.simulation import Simulation
+from mmp_env.view import rendering
+from mmp_env.view.rendering import Window, _frame_cell
 
 
 def make(name="MultiArmCell-2", **options):
@@ -89,7 +91,7 @@ def test_a_missing_library_is_named_with_the_package_that_has_it(monkeypatch):
 
 def test_a_mistyped_backend_is_named_when_mujoco_is_imported():
     run = subprocess.run(
-        [sys.executable, "-c", "import mmp_env.env"],
+        [sys.executable, "-c", "import mmp_env.gym.env"],
         capture_output=True,
         text=True,
         env=os.environ | {"MUJOCO_GL": "elg"},

@@ -9,10 +9,10 @@ from twins import clearance as twin
 from twins.distance import to_obstacle
 from twins.kinematics import part_names
 
-from mmp_env.cell import Cell, Obstacle, place_arm
-from mmp_env.held import HELD
-from mmp_env.margins import Margins
-from mmp_env.rerun.clouds import contacts, contacts_alone, self_pairs
+from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.held import HELD
+from mmp_env.model.margins import Margins
+from mmp_env.view.rerun.clouds import contacts, contacts_alone, self_pairs
 
 COUNT = 80
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])

@@ -9,7 +9,7 @@ import two_arms
 from recordings import Rows, array, blueprints
 
 from mmp_env import MmpError, Monitor
-from mmp_env.rerun import RerunRecorder
+from mmp_env.view.rerun import RerunRecorder
 from mmp_planners import make
 
 pytestmark = pytest.mark.filterwarnings("ignore::mmp_env.errors.UnretimedPlanWarning")

@@ -6,8 +6,8 @@ import two_arms
 from recordings import Rows, array
 
 from mmp_env import MmpError, UnknownNameError
-from mmp_env.rerun import record_single_arm
-from mmp_env.rerun.single_arm import edges
+from mmp_env.view.rerun import record_single_arm
+from mmp_env.view.rerun.single_arm import edges
 from mmp_planners import make
 
 PROBLEM = two_arms.passing(1.0)

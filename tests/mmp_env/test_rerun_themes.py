@@ -10,7 +10,7 @@ from recordings import Rows, blueprint_values
 from straight_plans import elsewhere, everyone, straight
 
 from mmp_env import events, find_cell
-from mmp_env.rerun import RerunWatcher
+from mmp_env.view.rerun import RerunWatcher
 from mmp_planners import make
 
 PROBLEM = two_arms.passing(1.0)

@@ -8,9 +8,9 @@ import two_arms
 from recordings import Rows
 
 from mmp_env import events
-from mmp_env.rerun import RerunWatcher
-from mmp_env.rerun.record import Record
-from mmp_env.rerun.tree import MOST_ENTRIES, MOST_LABELS, growth, label, positions
+from mmp_env.view.rerun import RerunWatcher
+from mmp_env.view.rerun.record import Record
+from mmp_env.view.rerun.tree import MOST_ENTRIES, MOST_LABELS, growth, label, positions
 from mmp_planners import make
 
 PROBLEM = two_arms.passing(1.0)
@@ -205,7 +205,7 @@ def test_after_a_restart_a_dearer_solution_of_the_same_number_does_not_take_the_
 
 
 def test_fast_tracked_nodes_and_roots_say_so():
-    from mmp_env.search_tree import TreeNode
+    from mmp_env.view.search_tree import TreeNode
 
     fast = TreeNode(id=3, number=7, parent=1, arm="left", conflicts=0, fast_track=True, on_solution_path=True)
     assert label(fast) == "★ 7: no conflict\nfast track\nleft is pushed aside"

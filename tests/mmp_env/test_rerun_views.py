@@ -8,9 +8,9 @@ from twins import repulsion as twin
 
 from mmp_env import _core, events
 from mmp_env.events import ForceField
-from mmp_env.rerun import RerunWatcher
-from mmp_env.rerun.forces import sphere_forces
-from mmp_env.rerun.plan_view import frame_times
+from mmp_env.view.rerun import RerunWatcher
+from mmp_env.view.rerun.forces import sphere_forces
+from mmp_env.view.rerun.plan_view import frame_times
 from mmp_planners import make
 
 PROBLEM = two_arms.passing(1.0)
@@ -195,8 +195,8 @@ def test_the_plan_has_the_spheres_of_the_core_at_each_frame(search):
 
 def test_the_bodies_of_the_cell_move_along_the_plan(search):
     rows, _, plan = search
-    from mmp_env.mujoco_import import mujoco
-    from mmp_env.scene import compile_scene
+    from mmp_env.sim.mujoco_import import mujoco
+    from mmp_env.sim.scene import compile_scene
 
     model = compile_scene(CELL)
     data = mujoco.MjData(model)
@@ -216,7 +216,7 @@ def test_the_bodies_of_the_cell_move_along_the_plan(search):
 
 def test_every_geom_of_the_cell_is_there(search):
     rows, _, _ = search
-    from mmp_env.scene import compile_scene
+    from mmp_env.sim.scene import compile_scene
 
     model = compile_scene(CELL)
     sizes = {"cylinders": "Cylinders3D:radii", "ellipsoids": "Ellipsoids3D:half_sizes", "boxes": "Boxes3D:half_sizes"}

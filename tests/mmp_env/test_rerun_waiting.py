@@ -5,10 +5,10 @@ import pytest
 import two_arms
 from recordings import Rows
 
-from mmp_env.plan import Plan
-from mmp_env.rerun import RerunWatcher
-from mmp_env.rerun.joints import position_shares, velocity_shares
-from mmp_env.rerun.waiting import ARRIVED, MOVING, WAITING, states
+from mmp_env.model.plan import Plan
+from mmp_env.view.rerun import RerunWatcher
+from mmp_env.view.rerun.joints import position_shares, velocity_shares
+from mmp_env.view.rerun.waiting import ARRIVED, MOVING, WAITING, states
 
 PROBLEM = two_arms.nothing_to_do()
 LOOK = two_arms.reaching(0.8)

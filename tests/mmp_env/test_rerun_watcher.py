@@ -13,7 +13,7 @@ from rerun.chunk import RrdReader
 
 import mmp_env
 from mmp_env import MmpError, events
-from mmp_env.rerun import RerunWatcher, require
+from mmp_env.view.rerun import RerunWatcher, require
 from mmp_planners import StopPlanning, make, names
 
 IDS, TEXT = "GraphNodes:node_ids", "TextDocument:text"
@@ -172,7 +172,7 @@ def test_without_the_extra_one_sentence_says_how_to_get_it(monkeypatch, tmp_path
 
 
 def test_importing_the_package_imports_no_viewer():
-    code = "import sys, mmp_env.rerun, mmp_planners; print([m for m in ('rerun', 'pyarrow') if m in sys.modules])"
+    code = "import sys, mmp_env.view.rerun, mmp_planners; print([m for m in ('rerun', 'pyarrow') if m in sys.modules])"
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "[]"
 
@@ -219,8 +219,8 @@ def test_recordings_with_the_same_tabs_share_a_name_that_rerun_takes_as_it_is(tm
 
 def test_arms_and_obstacles_of_every_kind_are_shown(tmp_path):
     """A tool, four shapes of obstacles, seven joints and fine spheres."""
-    from mmp_env.cell import Cell, Obstacle, place_arm
-    from mmp_env.transforms import quaternion_from_yaw
+    from mmp_env.model.cell import Cell, Obstacle, place_arm
+    from mmp_env.model.transforms import quaternion_from_yaw
 
     at = {"quaternion": quaternion_from_yaw(0.3)}
     obstacles = (

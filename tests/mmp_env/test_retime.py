@@ -10,14 +10,14 @@ from cornered_plans import cornered_plan, largest_shares, side_by_side
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mmp_env.cell import Cell, place_arm
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
-from mmp_env.plan_file import plan_from_dict, plan_to_dict
-from mmp_env.plan_fit import given_plan
-from mmp_env.problem import make_problem
+from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
+from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.plan_fit import given_plan
+from mmp_env.model.problem import make_problem
+from mmp_env.model.robot import load_robot
 from mmp_env.retime import retime, retime_with_report
-from mmp_env.robot import load_robot
 
 ROUNDING = 1e-6
 seeds, counts = st.integers(0, 2**32), st.integers(0, 8)

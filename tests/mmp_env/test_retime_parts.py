@@ -11,10 +11,10 @@ from cornered_plans import cornered_plan, distance_to_lines, plan_through, side_
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mmp_env.cell import Cell, Obstacle, place_arm
 from mmp_env.check import check_plan
-from mmp_env.plan_file import plan_to_dict
-from mmp_env.problem import make_problem
+from mmp_env.files.plan_file import plan_to_dict
+from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.problem import make_problem
 from mmp_env.retime import proof, retime_with_report
 from mmp_env.retime.clock import run_clock, speeds_at_bounds
 from mmp_env.retime.course import Course, course_of

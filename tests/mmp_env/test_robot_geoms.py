@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from mmp_env.robot import SPHERE_SETS, load_robot, load_tool, robot_names, tool_names
-from mmp_env.transforms import matrix_from_quaternion
+from mmp_env.model.robot import SPHERE_SETS, load_robot, load_tool, robot_names, tool_names
+from mmp_env.model.transforms import matrix_from_quaternion
 
 OUTSIDE_M = 0.001
 """What is free for the spheres is free for the geoms: nothing of a geom lies further outside its link's spheres."""

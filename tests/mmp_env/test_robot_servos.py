@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from mmp_env.cell import place_arm
-from mmp_env.robot import load_robot, robot_names
+from mmp_env.model.cell import place_arm
+from mmp_env.model.robot import load_robot, robot_names
 
 SPEED = 0.8
 """The largest velocity of the plans [rad/s]."""

@@ -11,9 +11,9 @@ from hypothesis import given
 from twins.clearance import self_clearance
 from twins.kinematics import link_frames
 
-from mmp_env.cell import Cell, place_arm
 from mmp_env.errors import UnknownNameError
-from mmp_env.robot import SPHERE_SETS, load_robot, load_tool, robot_names, tool_names
+from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.robot import SPHERE_SETS, load_robot, load_tool, robot_names, tool_names
 
 every_robot = pytest.mark.parametrize("name", robot_names())
 every_tool = pytest.mark.parametrize("name", tool_names())

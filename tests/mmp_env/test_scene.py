@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mmp_env.arm_colors import PALETTE
-from mmp_env.cell import Cell, Obstacle, place_arm
 from mmp_env.errors import MmpError
-from mmp_env.mujoco_import import mujoco
-from mmp_env.rings import ring_cell
-from mmp_env.robot import frozen_array, load_robot, robot_names
-from mmp_env.scene import TIMESTEP_S, compile_scene
-from mmp_env.simulation import Simulation
-from mmp_env.staging import CAMERA
-from mmp_env.transforms import quaternion_from_yaw
+from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.rings import ring_cell
+from mmp_env.model.robot import frozen_array, load_robot, robot_names
+from mmp_env.model.transforms import quaternion_from_yaw
+from mmp_env.sim.arm_colors import PALETTE
+from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.sim.scene import TIMESTEP_S, compile_scene
+from mmp_env.sim.scene_appearance import CAMERA
+from mmp_env.sim.simulation import Simulation
 
 UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 

@@ -9,7 +9,7 @@ from grown_trees import branched, created, expanded, fast_tracked, solved, start
 
 from mmp_env import events
 from mmp_env.errors import MmpError
-from mmp_env.search_tree import SearchTree
+from mmp_env.view.search_tree import SearchTree
 from mmp_planners import make
 
 PROBLEM = two_arms.passing(1.0)

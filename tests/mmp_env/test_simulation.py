@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from mmp_env.errors import MmpError
-from mmp_env.rings import ring_cell
-from mmp_env.robot import load_robot
-from mmp_env.simulation import Simulation
+from mmp_env.model.rings import ring_cell
+from mmp_env.model.robot import load_robot
+from mmp_env.sim.simulation import Simulation
 
 STEEP, LEVEL = (np.tile([np.pi, lift, 0.0, 0.0, 0.0, 0.0], 2) for lift in (-1.3, -0.3))
 """Both arms of a ring stretched out towards its centre."""

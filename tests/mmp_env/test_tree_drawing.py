@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mmp_env.search_tree import SearchTree
-from mmp_env.tree_drawing.colors import FREE, conflict_color, luminance, text_color
-from mmp_env.tree_drawing.svg import cut, quoted, text_width, wrapped
+from mmp_env.view.search_tree import SearchTree
+from mmp_env.view.tree_drawing.colors import FREE, conflict_color, luminance, text_color
+from mmp_env.view.tree_drawing.svg import cut, quoted, text_width, wrapped
 
 SIZES = {"one": 1, "boxes": 5, "most boxes": 40, "numbered": 60, "dots": 400, "many dots": 1200}
 

@@ -2,7 +2,7 @@
 
 import re
 
-from mmp_env.tree_drawing.colors import BODY, BOLT, EDGE, FAINT, INK, PANEL, STYLE, WAY, contrast
+from mmp_env.view.tree_drawing.colors import BODY, BOLT, EDGE, FAINT, INK, PANEL, STYLE, WAY, contrast
 
 _DARK = dict(re.findall(r"[.]mmp-([a-z]+)[{](?:fill|stroke):(#[0-9a-f]{6})", STYLE))
 _SCHEMES = {

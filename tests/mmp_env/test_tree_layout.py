@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mmp_env.errors import MmpError
-from mmp_env.tree_layout import BETWEEN_TREES, layout
+from mmp_env.view.tree_layout import BETWEEN_TREES, layout
 
 TINY = 1e-9
 

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from twins import kinematics, toys
 
-from mmp_env.cell import place_arm
-from mmp_env.robot import load_robot, robot_names
-from mmp_env.transforms import quaternion_from_yaw
+from mmp_env.model.cell import place_arm
+from mmp_env.model.robot import load_robot, robot_names
+from mmp_env.model.transforms import quaternion_from_yaw
 
 # Denavit-Hartenberg rows (a, d, alpha, offset of theta) from the vendors' manuals.
 STANDARD_DH = {

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from twins import clearance, motion, toys
 
-from mmp_env.cell import place_arm
-from mmp_env.robot import robot_names
+from mmp_env.model.cell import place_arm
+from mmp_env.model.robot import robot_names
 
 
 def facing_arms():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mmp_env.errors import MmpError
-from mmp_env.writing import check_writable, json_text, plain, whole_file, write_text
+from mmp_env.files.writing import check_writable, json_text, plain, whole_file, write_text
 
 _NOBODY = 65534
 

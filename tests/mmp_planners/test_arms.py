@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from mmp_env import _core
 from mmp_env.check import check_plan
-from mmp_env.plan_file import plan_to_dict
-from mmp_planners.arms import Arms
+from mmp_env.files.plan_file import plan_to_dict
 from mmp_planners.low_level import SiRrtStar
+from mmp_planners.planning_context import Arms
 
 DT_S, SPEED = 0.1, 0.8
 PROBLEM = two_arms.passing()

@@ -10,14 +10,14 @@ import mmp_planners
 from mmp_env import _core
 from mmp_env.check import check_plan
 from mmp_env.events import NodeCreated, SolutionFound
-from mmp_env.instances import draw_instance
-from mmp_env.plan_file import plan_to_dict
-from mmp_env.problem import make_problem
-from mmp_env.rings import ring_cell
+from mmp_env.files.plan_file import plan_to_dict
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.problem import make_problem
+from mmp_env.model.rings import ring_cell
 from mmp_planners import Status, StopPlanning, auto
-from mmp_planners.priorities import PrioritySearch
-from mmp_planners.replanning import Replanning
-from mmp_planners.shortcutting import paced
+from mmp_planners.portfolio.lns import Replanning
+from mmp_planners.portfolio.shortcutting import paced
+from mmp_planners.priority_search import PrioritySearch
 
 
 def ring(arms=4, seed=2, robot="ur5e"):

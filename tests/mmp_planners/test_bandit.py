@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mmp_planners.bandit import DynamicThompsonSampling
+from mmp_planners.conflict_tree.bandit import DynamicThompsonSampling
 
 
 def bandit(ways=3, seed=0, **options):

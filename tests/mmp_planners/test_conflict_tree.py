@@ -4,7 +4,7 @@ import pytest
 from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, Push, ended, endless, proof, refusal, told, tree
 
 from mmp_env.events import NodeCreated, NodeExpanded
-from mmp_planners.conflict_tree import Counts
+from mmp_planners.conflict_tree.search import Counts
 from mmp_planners.planner import StopPlanning
 
 

@@ -13,7 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from mmp_env import _core
-from mmp_planners.arms import Path
+from mmp_planners.planning_context import Path
 
 MOVES = ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))
 _MOTION = path(0).motion

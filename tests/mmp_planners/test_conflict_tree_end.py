@@ -7,9 +7,9 @@ import pytest
 from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, ended, endless, told, tree
 
 from mmp_env.events import NodeExpanded, SearchStarted
-from mmp_planners.conflict_tree import Counts
+from mmp_planners.conflict_tree.search import Counts
+from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import StopPlanning
-from mmp_planners.selection import Focal
 
 
 def test_a_single_tree_that_runs_dry_is_exhausted():

@@ -10,7 +10,7 @@ from twins.clearance import cloud, gaps
 
 from mmp_env import _core
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_planners.constraints import (
+from mmp_planners.conflict_tree.constraints import (
     INSTANTS,
     AvoidPath,
     AvoidState,
@@ -24,8 +24,8 @@ from mmp_planners.constraints import (
     StepPriority,
     Vertex,
 )
-from mmp_planners.constraints.named import KINDS, constraint_kind, constraint_kinds
-from mmp_planners.contact import contacts
+from mmp_planners.conflict_tree.constraints.named import KINDS, constraint_kind, constraint_kinds
+from mmp_planners.conflict_tree.contact import contacts
 
 every_kind = pytest.mark.parametrize("name", KINDS)
 every_instant = pytest.mark.parametrize("instant", INSTANTS)

@@ -8,9 +8,9 @@ import two_arms
 from twins import intervals
 
 from mmp_env import _core
-from mmp_planners.arms import Arms
-from mmp_planners.constraints import INSTANTS, AvoidState, Meeting, OneSided, Vertex
+from mmp_planners.conflict_tree.constraints import INSTANTS, AvoidState, Meeting, OneSided, Vertex
 from mmp_planners.low_level import SiRrtStar
+from mmp_planners.planning_context import Arms
 
 DT_S, SPEED = 0.1, 0.8
 FLOAT_RAD = 1e-6  # configurations are single precision in the core

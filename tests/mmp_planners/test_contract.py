@@ -14,14 +14,14 @@ from mmp_env import core_variants
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
 from mmp_env.events import Event, SolutionFound
-from mmp_env.instances import draw_instance
-from mmp_env.plan_file import plan_to_dict, save_plan
-from mmp_env.problem import make_problem
-from mmp_env.rings import ring_cell
+from mmp_env.files.plan_file import plan_to_dict, save_plan
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.problem import make_problem
+from mmp_env.model.rings import ring_cell
 from mmp_planners import Planner, PlanResult, Status, StopPlanning, describe, make, names
+from mmp_planners.conflict_tree.tree_planner import TreePlanner
 from mmp_planners.registry import load
 from mmp_planners.testing import RULES, check_planner
-from mmp_planners.tree_planner import TreePlanner
 
 TESTS = Path(__file__).parents[1]
 COUNTS = {"expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"}
@@ -150,7 +150,7 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 import two_arms
 from mmp_env import make_problem, ring_cell, save_plan
-from mmp_env.instances import draw_instance
+from mmp_env.gym.instances import draw_instance
 from mmp_planners import make, names
 cell = ring_cell(4)
 problems = {"passing": two_arms.passing(), "four_arms": make_problem(cell, *draw_instance(cell, seed=2))}

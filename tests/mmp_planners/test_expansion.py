@@ -4,8 +4,8 @@ import pytest
 from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, ended, endless, told, tree
 
 from mmp_env.events import NodeCreated, NodeExpanded, Replanned
-from mmp_planners.constraints import EitherArm, EveryKind
-from mmp_planners.expansion import AtOnce, FromParent, FromScratch, WhenTaken
+from mmp_planners.conflict_tree.constraints import EitherArm, EveryKind
+from mmp_planners.conflict_tree.expansion import AtOnce, FromParent, FromScratch, WhenTaken
 from mmp_planners.planner import StopPlanning
 
 

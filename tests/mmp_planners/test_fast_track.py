@@ -4,7 +4,7 @@ import pytest
 from arms_on_a_line import ArmsOnALine, Push, node, refusal, tree
 
 from mmp_env.events import FastTracked, NodeCreated, NodeExpanded
-from mmp_planners.fast_track import NoFastTrack, RepulsiveFastTrack
+from mmp_planners.conflict_tree.fast_track import NoFastTrack, RepulsiveFastTrack
 
 TWO, THREE = ArmsOnALine((), ()), ArmsOnALine((), (), ())
 SWAP = [(0, 1, 2), (2, 1, 0)]

@@ -8,8 +8,8 @@ import two_arms
 
 import mmp_planners
 from mmp_env import _core
-from mmp_planners import finishing
-from mmp_planners.finishing import LEAST_PROOF_S, PROOF_S, PROOF_SHARE, PROOFS, Run
+from mmp_planners.portfolio import run as run_module
+from mmp_planners.portfolio.run import LEAST_PROOF_S, PROOF_S, PROOF_SHARE, PROOFS, Run
 
 
 def left_for_proof(monkeypatch, remaining, proof_s=0.0):
@@ -35,11 +35,11 @@ def test_only_a_proof_that_succeeds_tells_how_long_they_take(monkeypatch):
     run = Run.begin("auto", None, two_arms.passing(), 0, math.inf)
     plan = mmp_planners.make("rrt-connect", shorten=0).plan(run.problem, seed=0).plan
     clock = iter(range(100))
-    monkeypatch.setattr(finishing, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
-    proved = finishing.certify
-    monkeypatch.setattr(finishing, "certify", lambda *_: SimpleNamespace(valid=False))
+    monkeypatch.setattr(run_module, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    proved = run_module.certify
+    monkeypatch.setattr(run_module, "certify", lambda *_: SimpleNamespace(valid=False))
     assert not run.offer(plan)
     assert run.proof_s == 0
-    monkeypatch.setattr(finishing, "certify", proved)
+    monkeypatch.setattr(run_module, "certify", proved)
     assert run.offer(plan)
     assert run.proof_s == 1

@@ -7,12 +7,12 @@ from unchecked import unchecked
 
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
-from mmp_env.plan_file import plan_to_dict
-from mmp_env.problem import make_problem
+from mmp_env.files.plan_file import plan_to_dict
+from mmp_env.model.problem import make_problem
 from mmp_planners import Status, describe, make, names
 from mmp_planners.options import LARGEST_COUNT, LARGEST_SEED, MOST_STEPS
-from mmp_planners.shortcutting import MOST_STEPS as MOST_STEPS_OF_A_GRID
-from mmp_planners.shortcutting import on_grid
+from mmp_planners.portfolio.shortcutting import MOST_STEPS as MOST_STEPS_OF_A_GRID
+from mmp_planners.portfolio.shortcutting import on_grid
 
 every_planner = pytest.mark.parametrize("name", names())
 

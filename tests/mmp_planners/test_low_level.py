@@ -8,11 +8,11 @@ import two_arms
 from twins import toys
 
 from mmp_env import _core
-from mmp_env.instances import draw_instance
-from mmp_env.problem import make_problem
-from mmp_env.rings import ring_cell
-from mmp_planners.arms import Arms
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.problem import make_problem
+from mmp_env.model.rings import ring_cell
 from mmp_planners.low_level import SiRrtStar
+from mmp_planners.planning_context import Arms
 
 DT_S = 0.1
 

@@ -5,7 +5,7 @@ import pytest
 from arms_on_a_line import ArmsOnALine, node, path
 
 from mmp_env import _core
-from mmp_planners.constraints import Branch, Meeting
+from mmp_planners.conflict_tree.constraints import Branch, Meeting
 
 
 def meeting(found: Meeting):

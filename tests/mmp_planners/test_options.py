@@ -10,7 +10,7 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.events import NodeCreated, SearchStarted
 from mmp_planners import StopPlanning, make
 from mmp_planners.apf_ecbs import ApfEcbs, ApfEcbsNf
-from mmp_planners.constraints import AvoidState, EitherArm, Vertex
+from mmp_planners.conflict_tree.constraints import AvoidState, EitherArm, Vertex
 from mmp_planners.ecbs import Ecbs
 
 PLANNERS = ("ecbs", "xecbs", "gen-ecbs", "apf-ecbs-nf", "apf-ecbs")

@@ -7,7 +7,7 @@ import plugin_page
 import pytest
 
 from mmp_env.check import check_plan
-from mmp_env.plan_file import load_plan, plan_to_dict
+from mmp_env.files.plan_file import load_plan, plan_to_dict
 from mmp_planners.testing import RULES
 
 

@@ -8,7 +8,7 @@ import pytest
 MODULE = """
 import sys
 import numpy as np
-from mmp_env.plan import Plan
+from mmp_env.model.plan import Plan
 from mmp_env.errors import MmpError
 from mmp_planners import PlanResult, Status, ignore
 

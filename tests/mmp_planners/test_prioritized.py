@@ -9,17 +9,17 @@ import two_arms
 from mmp_env import _core
 from mmp_env.check import check_plan
 from mmp_env.events import NodeCreated, Replanned, SearchStarted, SolutionFound, ignore
-from mmp_env.instances import draw_instance
-from mmp_env.plan_file import plan_to_dict
-from mmp_env.problem import make_problem
-from mmp_env.rings import ring_cell
-from mmp_planners import Status, StopPlanning, make, priorities
-from mmp_planners.arms import Arms
+from mmp_env.files.plan_file import plan_to_dict
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.problem import make_problem
+from mmp_env.model.rings import ring_cell
+from mmp_planners import Status, StopPlanning, make, priority_search
+from mmp_planners.conflict_tree.event_emitter import Teller
 from mmp_planners.counts import ArmCounts
-from mmp_planners.finishing import Run
 from mmp_planners.low_level import SiRrtStar
+from mmp_planners.planning_context import Arms
+from mmp_planners.portfolio.run import Run
 from mmp_planners.prioritized import Prioritized
-from mmp_planners.telling import Teller
 
 
 def ring(arms, seed, robot="ur5e"):
@@ -102,13 +102,13 @@ def test_a_failed_order_is_followed_by_others_and_the_same_seed_does_it_all_agai
 
 def test_the_arm_that_failed_goes_first_in_most_of_the_next_orders():
     rng = np.random.default_rng(0)
-    orders = [priorities._next_order([0, 1, 2, 3], 2, rng) for _ in range(1000)]
+    orders = [priority_search._next_order([0, 1, 2, 3], 2, rng) for _ in range(1000)]
     assert all(sorted(order) == [0, 1, 2, 3] for order in orders)
     kept = sum(order == [2, 0, 1, 3] for order in orders) / len(orders)
     assert 0.75 < kept < 0.9
     assert sum(order[0] == 2 for order in orders) > kept * len(orders)
     # After a plan that could not be proved nobody has failed.
-    assert len({tuple(priorities._next_order([0, 1, 2, 3], None, rng)) for _ in range(200)}) == 24
+    assert len({tuple(priority_search._next_order([0, 1, 2, 3], None, rng)) for _ in range(200)}) == 24
 
 
 def search_of(problem):
@@ -184,7 +184,7 @@ def test_an_arm_that_finds_no_way_even_alone_ends_the_run(monkeypatch):
     monkeypatch.setattr(Arms, "low_level", lambda *_, **__: (None, 7))
     result, events = planned(two_arms.passing())
     assert (result.status, result.plan) == (Status.EXHAUSTED, None)
-    assert result.stats["low_level_calls"] == priorities.ALONE_TRIES
+    assert result.stats["low_level_calls"] == priority_search.ALONE_TRIES
     assert not of(events, SearchStarted)
 
 
@@ -225,7 +225,7 @@ def test_a_detour_keeps_an_arm_from_its_own_way_but_never_from_its_ends():
     there = Arms(two_arms.passing(), 0.1, SiRrtStar(), _core.Clock(math.inf))
     there.reseed(0)
     run, counts = Run.begin("prioritized", None, there.problem, 0, math.inf), ArmCounts()
-    search = priorities.PrioritySearch(arms=there, run=run, counts=counts, tell=Teller(ignore, there), wait=0)
+    search = priority_search.PrioritySearch(arms=there, run=run, counts=counts, tell=Teller(ignore, there), wait=0)
     search.alone = [there.low_level(arm, (), 0)[0] for arm in (0, 1)]
     rng, found = np.random.default_rng(0), []
     for _ in range(60):

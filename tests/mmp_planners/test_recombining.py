@@ -10,18 +10,19 @@ from ways import run as run_of
 
 import mmp_planners
 from mmp_env import _core
-from mmp_env.certificate import certify
 from mmp_env.check import check_plan
-from mmp_env.instances import draw_instance
-from mmp_env.plan_file import plan_to_dict
-from mmp_env.problem import make_problem
-from mmp_env.rings import ring_cell
-from mmp_planners import Status, recombining
-from mmp_planners.finishing import Run, Step
-from mmp_planners.priorities import PrioritySearch
-from mmp_planners.recombining import GAIN_RAD, MOST_STEPS, Recombining
-from mmp_planners.replanning import Replanning
-from mmp_planners.shortcutting import Shortcutting, paced
+from mmp_env.files.plan_file import plan_to_dict
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.certificate import certify
+from mmp_env.model.problem import make_problem
+from mmp_env.model.rings import ring_cell
+from mmp_planners import Status
+from mmp_planners.portfolio import path_recombination
+from mmp_planners.portfolio.lns import Replanning
+from mmp_planners.portfolio.path_recombination import GAIN_RAD, MOST_STEPS, Recombining
+from mmp_planners.portfolio.run import Run, Step
+from mmp_planners.portfolio.shortcutting import Shortcutting, paced
+from mmp_planners.priority_search import PrioritySearch
 
 OPTIONS = {"shorten": 20, "rounds": 4, "replan": 0}
 ALONE = Shortcutting(attempts=300, dt=0.2)
@@ -136,13 +137,13 @@ def test_nothing_is_put_together_where_the_plan_is_as_short_as_can_be():
 
 def test_a_plan_that_takes_long_has_ways_of_longer_steps(monkeypatch):
     """What two arms may do is worked out by the product of their steps."""
-    core, steps = recombining._core.Recombination, []
+    core, steps = path_recombination._core.Recombination, []
 
     def noted(cell, max_step, levels):
         steps.append(max_step[0] / problem.max_velocity["left"])
         return core(cell, max_step, levels)
 
-    monkeypatch.setattr(recombining._core, "Recombination", noted)
+    monkeypatch.setattr(path_recombination._core, "Recombination", noted)
     problem = two_arms.passing()
     run = Run.begin("auto", None, problem, 0, math.inf)
     for times in (1, 400):

@@ -7,13 +7,13 @@ import pytest
 import two_arms
 
 from mmp_env import _core
-from mmp_env.instances import draw_instance
-from mmp_env.problem import make_problem
-from mmp_env.rings import ring_cell
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.problem import make_problem
+from mmp_env.model.rings import ring_cell
 from mmp_planners.apf_ecbs import ApfEcbs
-from mmp_planners.arms import Arms
+from mmp_planners.conflict_tree.repulsion import Modification, RepulsiveModification, Unmodified
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.repulsion import Modification, RepulsiveModification, Unmodified
+from mmp_planners.planning_context import Arms
 
 DT_S = 0.1
 STEPS, DISTANCES = ("gradient", "normalised"), ("surface", "centre")

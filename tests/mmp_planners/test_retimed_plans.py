@@ -8,7 +8,7 @@ import pytest
 import mmp_env  # noqa: F401  registers the environments
 import mmp_planners
 from mmp_env.check import check_plan
-from mmp_env.plan_file import plan_to_dict
+from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.retime import retime_with_report
 
 CASES = [

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from arms_on_a_line import node
 
-from mmp_planners.constraints import Branch
-from mmp_planners.selection import BestFirst, Focal, FocalPerKind
+from mmp_planners.conflict_tree.constraints import Branch
+from mmp_planners.conflict_tree.selection import BestFirst, Focal, FocalPerKind
 
 # Two arms each; both at place 1 at step 1 is one conflict, and to wait there is another.
 CHEAP, TWICE = [(0, 1, 2), (2, 1, 0)], [(0, 1, 1, 2), (2, 1, 1, 0)]

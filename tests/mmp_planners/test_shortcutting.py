@@ -10,19 +10,19 @@ from hypothesis import strategies as st
 
 import mmp_planners
 from mmp_env import _core
-from mmp_env.certificate import certify
 from mmp_env.check import check_plan
 from mmp_env.check.reading import read_plan
 from mmp_env.check.rules import ends, limits, speed, times
 from mmp_env.events import NodeCreated, SolutionFound
-from mmp_env.instances import draw_instance
-from mmp_env.plan import Plan
-from mmp_env.plan_file import plan_to_dict
-from mmp_env.problem import make_problem
-from mmp_env.rings import ring_cell
-from mmp_planners import finishing
-from mmp_planners.finishing import Run
-from mmp_planners.shortcutting import Shortcutting, on_grid, paced
+from mmp_env.files.plan_file import plan_to_dict
+from mmp_env.gym.instances import draw_instance
+from mmp_env.model.certificate import certify
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import make_problem
+from mmp_env.model.rings import ring_cell
+from mmp_planners.portfolio import run as run_module
+from mmp_planners.portfolio.run import Run
+from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid, paced
 
 WAIT = np.array([0, 0, 1, 1])
 """Two rows at the start and two at the goal: both arms wait before and after."""
@@ -235,7 +235,7 @@ def test_shortcuts_that_no_time_is_left_to_prove_do_not_count(monkeypatch):
         clock.cancel()
         return certify(plan, clock)
 
-    monkeypatch.setattr(finishing, "certify", too_late)
+    monkeypatch.setattr(run_module, "certify", too_late)
     assert not run.shorten(200, 0.1)
     assert run.best is proved
     assert (run.counts.shortcuts, run.counts.failed_certificates) == (0, 0)

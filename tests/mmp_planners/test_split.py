@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from twins.clearance import Cloud, cloud, least_gap
 
 from mmp_env import _core
-from mmp_planners.arms import Arms
-from mmp_planners.constraints import Split
-from mmp_planners.constraints.kind import Meeting
-from mmp_planners.constraints.split import deepest
-from mmp_planners.levers import lipschitz
+from mmp_planners.conflict_tree.constraints import Split
+from mmp_planners.conflict_tree.constraints.kind import Meeting
+from mmp_planners.conflict_tree.constraints.split import deepest
+from mmp_planners.conflict_tree.lipschitz import lipschitz
 from mmp_planners.low_level import SiRrtStar
+from mmp_planners.planning_context import Arms
 
 every_case = pytest.mark.parametrize("case", CASES)
 FLOAT_M = 1e-5

@@ -6,9 +6,11 @@ import pytest
 import two_arms
 
 from mmp_env.check import check_plan
-from mmp_env.plan_file import plan_to_dict
-from mmp_planners import Status, StopPlanning, finishing, make, tree_planner
+from mmp_env.files.plan_file import plan_to_dict
+from mmp_planners import Status, StopPlanning, make
+from mmp_planners.conflict_tree import tree_planner
 from mmp_planners.counts import Counts
+from mmp_planners.portfolio import run as run_module
 
 PROBLEM = two_arms.one_moves()
 
@@ -26,7 +28,7 @@ def stopped_at_line(number):
         return in_lines
 
     def trace(frame, event, argument):
-        in_result = frame.f_code.co_name == "_result" and frame.f_code.co_filename == finishing.__file__
+        in_result = frame.f_code.co_name == "_result" and frame.f_code.co_filename == run_module.__file__
         return in_lines if in_result else None
 
     before = sys.gettrace()

@@ -6,7 +6,7 @@ import contract_breakers as breakers
 import pytest
 import two_arms
 
-from mmp_env.problem import Problem
+from mmp_env.model.problem import Problem
 from mmp_planners import make
 from mmp_planners.testing import RULES, ContractError, check_planner, example_problems
 

@@ -9,14 +9,14 @@ import pytest
 import mmp_planners
 import mmp_tasks
 from mmp_env import check_plan, draw_instance, draw_problem, find_cell, place_arm
-from mmp_env.cell import Cell, Obstacle
-from mmp_env.cell_file import cell_to_dict
 from mmp_env.check.episode import check_episode
-from mmp_env.episode import Episode, episode_to_dict, execute_episode
 from mmp_env.errors import MmpError
-from mmp_env.held import covering_spheres
-from mmp_env.problem import make_problem
-from mmp_tasks.handling import OBJECT_M, tip
+from mmp_env.files.cell_file import cell_to_dict
+from mmp_env.files.episode_file import Episode, episode_to_dict, execute_episode
+from mmp_env.model.cell import Cell, Obstacle
+from mmp_env.model.held import covering_spheres
+from mmp_env.model.problem import make_problem
+from mmp_tasks.grasping import OBJECT_M, tip
 from mmp_tasks.inverse_kinematics import kinematics
 from mmp_tasks.sequence import stages
 

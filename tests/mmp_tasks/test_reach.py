@@ -7,11 +7,11 @@ import pytest
 from twins import clearance, kinematics, toys
 
 import mmp_tasks
-from mmp_env.cell import Cell, place_arm
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.margins import DEFAULT_MARGIN_M
-from mmp_env.rings import ring_cell
-from mmp_env.robot import load_robot, robot_names
+from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.margins import DEFAULT_MARGIN_M
+from mmp_env.model.rings import ring_cell
+from mmp_env.model.robot import load_robot, robot_names
 from mmp_tasks.reach import Reach
 from mmp_tasks.shared_space import shared_space
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.rings import ring_cell
+from mmp_env.model.rings import ring_cell
 from mmp_tasks import registry
 
 DOCS = Path(__file__).parents[2] / "docs" / "tasks.md"

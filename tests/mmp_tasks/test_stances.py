@@ -10,11 +10,11 @@ import pytest
 from mmp_env import find_cell
 from mmp_env.errors import MmpError
 from mmp_tasks.drawing import Missed
+from mmp_tasks.ik_candidates import Place, Ways
 from mmp_tasks.inverse_kinematics import NEAR_M, NEAR_RAD, kinematics
 from mmp_tasks.room import Room
 from mmp_tasks.stances import Posing, home
 from mmp_tasks.table import Sector, Table
-from mmp_tasks.ways import Place, Ways
 
 DOWN = np.array([0.0, 0.0, -1.0])
 

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from mmp_env.cell import Arm, Cell
+from mmp_env.model.cell import Arm, Cell
 from twins.distance import to_obstacle
 from twins.kinematics import link_frames, part_names
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mmp_env.cell import Obstacle
-from mmp_env.transforms import matrix_from_quaternion
+from mmp_env.model.cell import Obstacle
+from mmp_env.model.transforms import matrix_from_quaternion
 
 
 def _from_excess(excess):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmp_env.cell import Cell
+from mmp_env.model.cell import Cell
 from twins.clearance import Cloud, cloud, gaps
 from twins.motion import along
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mmp_env.cell import Cell
+from mmp_env.model.cell import Cell
 from twins.clearance import cloud
 from twins.kinematics import link_frames, point_jacobian
 from twins.motion import padded

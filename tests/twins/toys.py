@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from mmp_env.cell import Arm, Cell, Obstacle, place_arm
-from mmp_env.robot import Robot, Spheres, Tool
-from mmp_env.transforms import quaternion_from_yaw, transform
+from mmp_env.model.cell import Arm, Cell, Obstacle, place_arm
+from mmp_env.model.robot import Robot, Spheres, Tool
+from mmp_env.model.transforms import quaternion_from_yaw, transform
 
 LINK_M, RADIUS_M = 1.0, 0.1
 

@@ -16,9 +16,9 @@ from mmp_cli.benchmark.job import Key, Unit
 from mmp_cli.benchmark.result_line import read_line
 from mmp_cli.benchmark.settings import check_same, load_settings, save_settings
 from mmp_env.errors import MmpError
-from mmp_env.paths import exists, is_folder, real_path
-from mmp_env.reading import Place, parse_json
-from mmp_env.writing import file_name, write_text
+from mmp_env.files.paths import exists, is_folder, real_path
+from mmp_env.files.reading import Place, parse_json
+from mmp_env.files.writing import file_name, write_text
 from mmp_planners import Status
 
 RESULTS, PLANS = "results.jsonl", "plans"

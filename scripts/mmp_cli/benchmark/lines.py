@@ -7,7 +7,7 @@ from typing import Any
 
 from mmp_cli.benchmark.job import Failure, Job, Unit
 from mmp_cli.outcome import Outcome
-from mmp_env.margins import asked_margins
+from mmp_env.model.margins import asked_margins
 from mmp_planners import PlanResult, Status
 
 _LONGEST_MESSAGE = 1000

@@ -8,7 +8,7 @@ from multiprocessing.connection import wait
 from types import TracebackType
 
 from mmp_cli.benchmark.job import Answer, Failure, Job, Task
-from mmp_cli.benchmark.seat import TICK_S, Seat
+from mmp_cli.benchmark.worker_slot import TICK_S, Seat
 from mmp_env.errors import MmpError
 
 

@@ -12,10 +12,10 @@ from typing import Any
 
 from mmp_cli.benchmark.job import Answer, Failure, Job, Task
 from mmp_cli.benchmark.pool import StartCheck
-from mmp_cli.benchmark.seat import TICK_S, Seat
+from mmp_cli.benchmark.worker_slot import TICK_S, Seat
 from mmp_cli.machine import machine, version
 from mmp_env.errors import MmpError
-from mmp_env.paths import real_path
+from mmp_env.files.paths import real_path
 
 _PATIENCE_S = 10.0
 _TRIES = 3

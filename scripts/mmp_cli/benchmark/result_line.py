@@ -7,8 +7,8 @@ import math
 import msgspec
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.margins import KINDS
-from mmp_env.reading import Place, decode, parse_json
+from mmp_env.files.reading import Place, decode, parse_json
+from mmp_env.model.margins import KINDS
 from mmp_planners import Status
 
 LARGEST = 1e12
@@ -19,7 +19,7 @@ _SAME_RAD = 1e-9
 
 
 class ByKind(msgspec.Struct, frozen=True, kw_only=True):
-    """Lengths [m] by kind of margin, see `mmp_env.margins`; None where there is none."""
+    """Lengths [m] by kind of margin, see `mmp_env.model.margins`; None where there is none."""
 
     arms: float | None = None
     obstacles: float | None = None

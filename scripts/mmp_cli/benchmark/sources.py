@@ -10,14 +10,14 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from mmp_cli.source import NamedCell, open_source
-from mmp_env.cell import Cell
-from mmp_env.cell_file import cell_to_dict
 from mmp_env.errors import MmpError
-from mmp_env.instance_file import InstanceFile
-from mmp_env.instances import DEFAULT_TASK, draw_problem, find_task
-from mmp_env.instances import Source as TaskSource
-from mmp_env.problem import Problem, make_problem
-from mmp_env.writing import json_text
+from mmp_env.files.cell_file import cell_to_dict
+from mmp_env.files.instance_file import InstanceFile
+from mmp_env.files.writing import json_text
+from mmp_env.gym.instances import DEFAULT_TASK, draw_problem, find_task
+from mmp_env.gym.instances import Source as TaskSource
+from mmp_env.model.cell import Cell
+from mmp_env.model.problem import Problem, make_problem
 
 DRAWN_COUNT = 50
 """How many instances of an id or a cell file, unless the count is given."""

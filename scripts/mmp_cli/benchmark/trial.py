@@ -18,12 +18,12 @@ from mmp_cli.benchmark.result_line import read_line
 from mmp_cli.outcome import Outcome
 from mmp_env.check import CheckReport, check_plan
 from mmp_env.errors import InvalidInstanceError, MmpError, in_words
-from mmp_env.problem import Problem
-from mmp_env.reading import Place
-from mmp_env.writing import json_text, plain
+from mmp_env.files.reading import Place
+from mmp_env.files.writing import json_text, plain
+from mmp_env.model.problem import Problem
 from mmp_planners import Planner, PlanResult, Status, ignore, registry
-from mmp_planners.calling import signed
-from mmp_planners.returned import WrongResultError, examined
+from mmp_planners.result_validation import WrongResultError, examined
+from mmp_planners.safe_plan import signed
 
 PLANNING, CHECKING = "planning", "checking"
 """What a worker says when it begins with these; before the first it prepares."""

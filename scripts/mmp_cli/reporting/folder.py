@@ -7,8 +7,8 @@ from collections.abc import Container, Iterable, Mapping
 from pathlib import Path
 
 from mmp_env.errors import MmpError
-from mmp_env.temporaries import beside
-from mmp_env.writing import move_onto
+from mmp_env.files.temporaries import beside
+from mmp_env.files.writing import move_onto
 
 _PICTURES = "(cell|quickest|hardest|unsolved)-{name}[.]png"
 _FIGURES = "(cactus|pairs|published)-{name}(-[0-9]+)?[.](svg|png)"

@@ -16,8 +16,8 @@ from mmp_cli.reporting.choice import choose
 from mmp_cli.reporting.sections import Section
 from mmp_cli.reporting.settings import Settings, may_be_read, without_place
 from mmp_env.errors import MmpError
-from mmp_env.instances import DEFAULT_TASK
-from mmp_env.opengl import offscreen_backend
+from mmp_env.gym.instances import DEFAULT_TASK
+from mmp_env.sim.opengl import offscreen_backend
 from mmp_env.wording import counted
 
 WIDTH, HEIGHT = 400, 300
@@ -85,7 +85,7 @@ def _open(settings: Settings, folder: Path) -> tuple[dict[str, Instances], list[
 
 
 def _taken(section: Section, name: str, source: Instances) -> Iterator[Photograph]:
-    from mmp_env.studio import Studio
+    from mmp_env.view.offscreen_renderer import Studio
 
     cell = source.cell
     items = {item.name: k for k, item in enumerate(source.items)}
@@ -104,7 +104,7 @@ def _taken(section: Section, name: str, source: Instances) -> Iterator[Photograp
 
 
 def _photograph(name: str, caption: str, image: UInt8[np.ndarray, "h w 3"]) -> Photograph:
-    from mmp_env.pictures import encoded
+    from mmp_env.view.pictures import encoded
 
     inline = "data:image/webp;base64," + b64encode(encoded(image, "WEBP")).decode()
     return Photograph(name=name, caption=caption, png=encoded(image), inline=inline)

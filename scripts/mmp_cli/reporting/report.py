@@ -28,7 +28,7 @@ from mmp_cli.reporting.settings import (
 from mmp_cli.reporting.success_figure import success_figure
 from mmp_cli.reporting.tables import Table, error_table, overview, section_tables
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.margins import DEFAULT_MARGIN_M, KIND_WORDS, asked_margins
+from mmp_env.model.margins import DEFAULT_MARGIN_M, KIND_WORDS, asked_margins
 from mmp_env.wording import counted
 
 _USUAL_REFERENCE = "apf-ecbs"

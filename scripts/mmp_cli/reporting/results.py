@@ -8,9 +8,9 @@ from pathlib import Path
 from mmp_cli.benchmark.folder import MOST_BYTES, RESULTS
 from mmp_cli.benchmark.result_line import Line, read_line
 from mmp_env.errors import MmpError
-from mmp_env.paths import exists, is_folder
-from mmp_env.reading import Place
-from mmp_env.regular_files import read_bytes
+from mmp_env.files.paths import exists, is_folder
+from mmp_env.files.reading import Place
+from mmp_env.files.regular_files import read_bytes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -8,7 +8,7 @@ from functools import cached_property
 
 from mmp_cli.reporting.results import Line
 from mmp_cli.reporting.statistics import Spread, spread
-from mmp_env.margins import KINDS
+from mmp_env.model.margins import KINDS
 
 Problem = tuple[str, int]
 """Instance and seed."""

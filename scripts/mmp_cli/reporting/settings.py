@@ -15,12 +15,12 @@ from mmp_cli.benchmark.job import MOST_UNITS
 from mmp_cli.benchmark.result_line import LARGEST, Line
 from mmp_cli.benchmark.settings import SCHEMA, SETTINGS
 from mmp_cli.benchmark.sources import DRAWN_COUNT
-from mmp_env.cell_limits import LARGEST_M
 from mmp_env.errors import MmpError
-from mmp_env.instances import DEFAULT_TASK
-from mmp_env.margins import asked_margins
-from mmp_env.paths import exists, real_path
-from mmp_env.reading import Place, check_schema, decode, named, names_file, read_document
+from mmp_env.files.paths import exists, real_path
+from mmp_env.files.reading import Place, check_schema, decode, named, names_file, read_document
+from mmp_env.gym.instances import DEFAULT_TASK
+from mmp_env.model.cell_limits import LARGEST_M
+from mmp_env.model.margins import asked_margins
 
 
 class Variant(msgspec.Struct, frozen=True, kw_only=True):

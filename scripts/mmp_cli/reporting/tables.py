@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from mmp_cli.reporting.formatting import NOTHING, mean_and_std, number, seconds, share
 from mmp_cli.reporting.sections import Runs, Section
 from mmp_cli.reporting.statistics import Spread, spread
-from mmp_env.margins import KIND_WORDS, millimetres
+from mmp_env.model.margins import KIND_WORDS, millimetres
 from mmp_env.wording import counted
 
 

@@ -1,0 +1,124 @@
+"""Pairs of MuJoCo geoms over steps: directions that keep them apart all the way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from mmp_env.check.convex import Convex, separation
+from mmp_env.check.distance import geom_support
+from mmp_env.check.fields import rotation
+from mmp_env.check.model import CellModel, Poses
+from mmp_env.sim.mujoco_import import mujoco
+
+_FAR_M = 100.0
+_DOUBT_M = 1e-8
+"""MuJoCo is believed that geoms are apart if its direction keeps them apart as far as it says, but for this."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GeomSteps:
+    """Pairs of geoms, by id, in steps from pose `start` to pose `end`; `inner` pairs move as seen from `first`."""
+
+    start: Int[np.ndarray, "g"]
+    end: Int[np.ndarray, "g"]
+    first: Int[np.ndarray, "g"]
+    second: Int[np.ndarray, "g"]
+    inner: Bool[np.ndarray, "g"]
+
+
+class Ruler:
+    """Measures geoms of one model."""
+
+    def __init__(self, model: CellModel) -> None:
+        self._model = model
+        self._turns = np.array([rotation(quaternion) for quaternion in model.mujoco.geom_quat]).reshape(-1, 3, 3)
+
+    def measure(
+        self, poses: Poses, steps: GeomSteps
+    ) -> tuple[Float[np.ndarray, "g"], Float[np.ndarray, "g"], Float[np.ndarray, "g"]]:
+        """Clearances [m] on the whole way, were all points to move along chords, at the start and at the end.
+
+        A direction that keeps two geoms apart by some gap at both ends keeps them apart by the smaller one between.
+        """
+        ends = [np.stack([at, steps.first, steps.second], axis=1) for at in (steps.start, steps.end)]
+        keys, place = np.unique(np.concatenate(ends), axis=0, return_inverse=True)
+        distance, direction = (values[place.reshape(2, -1)] for values in self._distances(poses, keys))
+        gaps = {
+            (seen, end): self._gap(poses, ends[end], self._turned(poses, steps, seen, end, direction[seen]))
+            for seen in (0, 1)
+            for end in (0, 1)
+        }
+        lower = np.maximum(np.minimum(gaps[0, 0], gaps[0, 1]), np.minimum(gaps[1, 0], gaps[1, 1]))
+        # A gap is a proof of distance, whatever MuJoCo says.
+        at_start, at_end = (np.maximum(distance[end], gaps[end, end]) for end in (0, 1))
+        return lower, at_start, at_end
+
+    def _distances(
+        self, poses: Poses, keys: Int[np.ndarray, "k 3"]
+    ) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k 3"]]:
+        """Signed distances at (pose, geom, geom), and unit directions from the first geom to the second.
+
+        They are MuJoCo's, but where it says that geoms are apart and its direction does not show it.
+        """
+        distance, line = np.empty(len(keys)), np.zeros((len(keys), 6))
+        placed, data = -1, None
+        for k, (pose, first, second) in enumerate(keys.tolist()):
+            if pose != placed or data is None:
+                placed, data = pose, self._model.place(poses.q[pose])
+            distance[k] = mujoco.mj_geomDistance(self._model.mujoco, data, first, second, _FAR_M, line[k])
+        along = (line[:, 3:] - line[:, :3]) * np.sign(distance)[:, None]
+        length = np.linalg.norm(along, axis=1, keepdims=True)
+        direction = np.divide(along, length, out=np.tile([0.0, 0.0, 1.0], (len(keys), 1)), where=length > 0)
+        gap = self._gap(poses, keys, direction)
+        for k in np.flatnonzero((distance > 0) & ~(distance - gap <= _DOUBT_M)):
+            pose, *pair = keys[k].tolist()
+            distance[k], direction[k] = separation(*(self._convex(poses, pose, geom) for geom in pair))
+        return distance, direction
+
+    def _turned(
+        self, poses: Poses, steps: GeomSteps, seen: int, end: int, direction: Float[np.ndarray, "g 3"]
+    ) -> Float[np.ndarray, "g 3"]:
+        """Directions seen at one end (0: start, 1: end), at another: of inner pairs they turn with the first geom."""
+        if seen == end:
+            return direction
+        body = self._model.mujoco.geom_bodyid[steps.first]
+        there, here = ((steps.start, steps.end)[which] for which in (seen, end))
+        inside = np.einsum("kji,kj->ki", poses.rotations[there, body], direction)
+        turned = np.einsum("kij,kj->ki", poses.rotations[here, body], inside)
+        return np.where(steps.inner[:, None], turned, direction)
+
+    def _gap(
+        self, poses: Poses, keys: Int[np.ndarray, "k 3"], direction: Float[np.ndarray, "k 3"]
+    ) -> Float[np.ndarray, "k"]:
+        """How far directions separate geoms at (pose, geom, geom) [m]: never more than their distance."""
+        at, first, second = keys.T
+        center, support = self._extent(poses, at, first, direction)
+        other, other_support = self._extent(poses, at, second, direction)
+        return other - center - support - other_support
+
+    def _convex(self, poses: Poses, at: int, geom: int) -> Convex:
+        """A geom in the world at a pose."""
+        mj = self._model.mujoco
+        body = mj.geom_bodyid[geom]
+        turn = poses.rotations[at, body]
+        return Convex(
+            kind=int(mj.geom_type[geom]),
+            size=mj.geom_size[geom],
+            center=poses.positions[at, body] + turn @ mj.geom_pos[geom],
+            rotation=turn @ self._turns[geom],
+        )
+
+    def _extent(
+        self, poses: Poses, at: Int[np.ndarray, "g"], geom: Int[np.ndarray, "g"], direction: Float[np.ndarray, "g 3"]
+    ) -> tuple[Float[np.ndarray, "g"], Float[np.ndarray, "g"]]:
+        """Of geoms along directions: where the centre lies, and how far the geom reaches from it [m]."""
+        mj = self._model.mujoco
+        body = mj.geom_bodyid[geom]
+        turn = poses.rotations[at, body]
+        center = poses.positions[at, body] + np.einsum("kij,kj->ki", turn, mj.geom_pos[geom])
+        local = np.einsum("kji,kj->ki", self._turns[geom], np.einsum("kji,kj->ki", turn, direction))
+        reach = geom_support(mj.geom_type[geom], mj.geom_size[geom], local)
+        return np.einsum("ki,ki->k", center, direction), reach

@@ -1,0 +1,1 @@
+"""Reading and writing cells, instances, plans and episodes: one module for each schema."""

@@ -1,0 +1,250 @@
+"""Cells as files: the `cell` of instance and plan files, and cells alone as JSON or YAML. docs/files.md says it all."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+from jaxtyping import Float
+from msgspec import UNSET, UnsetType
+
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.files.file_kinds import CELL, read_for
+from mmp_env.files.reading import Place, decode, named, shown
+from mmp_env.model.cell import NAMES, SHAPES, Arm, Cell, Obstacle, is_name
+from mmp_env.model.cell_limits import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M
+from mmp_env.model.held import HELD
+from mmp_env.model.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
+from mmp_env.model.transforms import quaternion_from_yaw
+from mmp_env.wording import degrees_hint
+
+MEASURES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
+"""What gives the size of each shape."""
+MAX_ARMS, MAX_OBSTACLES = 64, 1000
+NO_TOOL = "none"
+_UNIT_ROUNDING = 1e-12
+
+Vector = tuple[float, float, float]
+
+
+class SolidData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    shape: str
+    position: Vector
+    yaw: float | None = None
+    quaternion: tuple[float, float, float, float] | None = None
+    size: Vector | None = None
+    radius: float | None = None
+    length: float | None = None
+
+
+class HeldData(SolidData, forbid_unknown_fields=True, kw_only=True):
+    name: str = HELD
+
+
+class ObstacleData(SolidData, forbid_unknown_fields=True, kw_only=True):
+    name: str
+
+
+class ArmData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    name: str
+    robot: str
+    position: Vector
+    tool: str | UnsetType | None = UNSET
+    yaw: float | None = None
+    quaternion: tuple[float, float, float, float] | None = None
+    held: HeldData | None = None
+
+
+class CellData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    arms: list[ArmData]
+    obstacles: list[ObstacleData] = []
+    name: str | None = None
+    spheres: str | int = "fine"
+
+
+def load_cell(path: str | PathLike[str]) -> Cell:
+    """The cell in a JSON or YAML file. Raises `MmpError` that names file, field and value."""
+    return cell_from_dict(read_for("load_cell", path, CELL), str(path), name=Path(path).stem)
+
+
+def cell_from_dict(data: Any, where: str | Place, *, name: str = "cell") -> Cell:
+    """The cell in a file's `data`; `where` begins the messages, `name` stands in where the data has none.
+
+    Raises `MmpError` that names field and value.
+    """
+    place = where if isinstance(where, Place) else Place(where)
+    return cell_from_data(decode(data, CellData, place), place, name=name)
+
+
+def cell_from_data(data: CellData, place: Place, *, name: str) -> Cell:
+    """The cell in decoded data, see `cell_from_dict`."""
+    for key, items, most in (("arms", data.arms, MAX_ARMS), ("obstacles", data.obstacles, MAX_OBSTACLES)):
+        if len(items) > most:
+            raise MmpError(f"{place / key} has {len(items)} entries; it must have at most {most}")
+    if not data.arms:
+        raise MmpError(f"{place / 'arms'} is empty; a cell needs at least one arm")
+    spheres = data.spheres if isinstance(data.spheres, str) else shown(data.spheres)
+    if spheres not in SPHERE_SETS:
+        check_name(spheres, place / "spheres")
+        raise MmpError(f"{place / 'spheres'}: {UnknownNameError('sphere set', spheres, SPHERE_SETS)}")
+    name = name_or_stem(data.name, name, place / "name")
+    arms = tuple(_arm(arm, place / "arms" / k) for k, arm in enumerate(data.arms))
+    obstacles = tuple(_solid(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))
+    with named(place):
+        cell = Cell(name=name, arms=arms, obstacles=obstacles, spheres=spheres)
+    _refuse_overlapping_bases(cell, place)
+    return cell
+
+
+def cell_to_dict(cell: Cell) -> dict[str, Any]:
+    """The cell as it is written: tool, sphere set and every pose in full; reading it back gives the same cell."""
+    return {
+        "name": cell.name,
+        "spheres": cell.spheres,
+        "arms": [
+            {
+                "name": arm.name,
+                "robot": arm.robot.name,
+                "tool": arm.tool.name if arm.tool else None,
+                "position": arm.position.tolist(),
+                "quaternion": arm.quaternion.tolist(),
+            }
+            | ({"held": _solid_to_dict(arm.held)} if arm.held else {})
+            for arm in cell.arms
+        ],
+        "obstacles": [_solid_to_dict(obstacle) for obstacle in cell.obstacles],
+    }
+
+
+def _solid_to_dict(solid: Obstacle) -> dict[str, Any]:
+    return {
+        "name": solid.name,
+        "shape": solid.shape,
+        "position": solid.position.tolist(),
+        "quaternion": solid.quaternion.tolist(),
+    } | {key: np.asarray(getattr(solid, key)).tolist() for key in MEASURES[solid.shape]}
+
+
+def check_name(name: str, place: Place) -> None:
+    """Raises `MmpError` for what is no name, see `NAMES`."""
+    if not is_name(name):
+        raise place.wrong(name, NAMES)
+
+
+def name_or_stem(name: str | None, stem: str, place: Place) -> str:
+    """Returns the name at `place`, or the file's own where it has none. Raises `MmpError` where that is no name."""
+    if name is not None:
+        check_name(name, place)
+        return name
+    if not is_name(stem):
+        raise MmpError(
+            f"{place} is missing, and the file's own name {shown(stem)} cannot stand in for it; give {NAMES}"
+        )
+    return stem
+
+
+def _arm(data: ArmData, place: Place) -> Arm:
+    check_name(data.name, place / "name")
+    robot = _robot(data.robot, place / "robot")
+    position, quaternion = _pose(data, place)
+    return Arm(
+        name=data.name,
+        robot=robot,
+        tool=_tool(data.tool, robot, place),
+        position=position,
+        quaternion=quaternion,
+        held=_solid(data.held, place / "held") if data.held else None,
+    )
+
+
+def _robot(name: str, place: Place) -> Robot:
+    check_name(name, place)
+    with named(place):
+        return load_robot(name)
+
+
+def _tool(name: str | UnsetType | None, robot: Robot, place: Place) -> Tool | None:
+    if name is UNSET:
+        name = robot.default_tool
+    if name is None or name == NO_TOOL:
+        return None
+    check_name(name, place / "tool")
+    with named(place / "tool"):
+        return load_tool(name)
+
+
+def _solid(data: ObstacleData | HeldData, place: Place) -> Obstacle:
+    check_name(data.name, place / "name")
+    if data.shape not in SHAPES:
+        check_name(data.shape, place / "shape")
+        raise MmpError(f"{place / 'shape'}: {UnknownNameError('shape', data.shape, SHAPES)}")
+    given = {key: value for key in ("size", "radius", "length") if (value := getattr(data, key)) is not None}
+    wanted = MEASURES[data.shape]
+    for key in wanted:
+        if key not in given:
+            raise MmpError(f"{place / key} is missing; a {data.shape} needs {' and '.join(wanted)}")
+    for key, value in given.items():
+        if key not in wanted:
+            raise MmpError(f"{place / key} is {shown(value)}; a {data.shape} has {' and '.join(wanted)} only")
+        if not np.all((np.asarray(value) >= SMALLEST_M) & (np.asarray(value) <= LARGEST_M)):
+            raise (place / key).wrong(value, f"from {SMALLEST_M} to {LARGEST_M:g} m")
+    position, quaternion = _pose(data, place)
+    return Obstacle(
+        name=data.name,
+        shape=data.shape,
+        position=position,
+        quaternion=quaternion,
+        size=frozen_array(data.size) if data.size else None,
+        radius=data.radius,
+        length=data.length,
+    )
+
+
+def _pose(data: ArmData | SolidData, place: Place) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
+    position = frozen_array(data.position)
+    if not np.all(np.abs(position) <= LARGEST_M):
+        raise (place / "position").wrong(data.position, f"three numbers from {-LARGEST_M:g} to {LARGEST_M:g} m")
+    if data.quaternion is None:
+        yaw = 0.0 if data.yaw is None else data.yaw
+        if not np.isfinite(yaw):
+            raise (place / "yaw").wrong(yaw, "a finite number [rad]")
+        if abs(yaw) > LARGEST_YAW_RAD:
+            raise (place / "yaw").wrong(yaw, f"from -6.283 to 6.283 rad{degrees_hint(yaw)}")
+        return position, frozen_array(quaternion_from_yaw(yaw))
+    if data.yaw is not None:
+        raise MmpError(f"{place} has both yaw {shown(data.yaw)} and quaternion {shown(data.quaternion)}; give one")
+    quaternion = frozen_array(data.quaternion)
+    largest = np.max(np.abs(quaternion))
+    if not (np.isfinite(quaternion).all() and largest > 0):
+        raise (place / "quaternion").wrong(data.quaternion, "four finite numbers w, x, y, z that are not all zero")
+    # Scaled first, so that neither tiny nor huge numbers are lost in the squares.
+    norm = largest * np.linalg.norm(quaternion / largest)
+    # A unit quaternion stays as it is to the last bit: a cell that was written reads back the same.
+    return position, quaternion if abs(norm - 1) < _UNIT_ROUNDING else frozen_array(
+        quaternion / largest / (norm / largest)
+    )
+
+
+def _refuse_overlapping_bases(cell: Cell, place: Place) -> None:
+    """Raises `MmpError` where the base spheres of two arms intersect: nothing tests bases against each other later."""
+    bases = [_base_spheres(arm, cell.spheres) for arm in cell.arms]
+    for i, j in combinations(range(len(bases)), 2):
+        (centers_i, radii_i), (centers_j, radii_j) = bases[i], bases[j]
+        distances = np.linalg.norm(centers_i[:, None] - centers_j[None], axis=-1) - radii_i[:, None] - radii_j[None]
+        if np.min(distances, initial=np.inf) < 0:
+            (name_a, at_a), (name_b, at_b) = ((cell.arms[k].name, cell.arms[k].position.tolist()) for k in (i, j))
+            raise MmpError(
+                f"{place / 'arms' / j / 'position'} is {at_b}, where the base of '{name_b}' overlaps "
+                f"that of '{name_a}' at {at_a} by {-distances.min() * 1e3:.1f} mm; bases must stand apart"
+            )
+
+
+def _base_spheres(arm: Arm, sphere_set: str) -> tuple[Float[np.ndarray, "s 3"], Float[np.ndarray, "s"]]:
+    """Centres in the world and radii [m] of the spheres of the link that does not move."""
+    spheres = arm.robot.spheres[sphere_set]
+    base = spheres.links == 0
+    return spheres.centers[base] @ arm.T_world_base[:3, :3].T + arm.T_world_base[:3, 3], spheres.radii[base]

@@ -1,0 +1,72 @@
+"""Cells by name or file: `ring-8`, `ring-4-panda`, `mixed-4`, `mycell.yaml`, or the cell of an instance file."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from os import PathLike
+from pathlib import Path
+
+from mmp_env.argument_checks import refused
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.files.paths import exists
+from mmp_env.model.cell import Cell
+from mmp_env.model.rings import RING_RADIUS_M, ring_cell
+from mmp_env.model.robot import robot_names
+
+_CELLS = Path(__file__).parents[1] / "cells"
+_RING = re.compile(r"ring-(\d+)(?:-(.+))?")
+_RING_ROBOT, _RING_SPHERES = "ur5e", "28"
+
+
+def ring_names() -> list[str]:
+    """Names of the rings: `ring-<count>` of UR5e arms, `ring-<count>-<robot>` of others."""
+    others = [f"-{name}" for name in robot_names() if name != _RING_ROBOT]
+    return [f"ring-{count}{suffix}" for count in RING_RADIUS_M for suffix in ["", *others]]
+
+
+def layout_names() -> list[str]:
+    """Names of the layouts in `mmp_env/cells`, which say which arms they have."""
+    return sorted(path.stem for path in _CELLS.glob("*.json"))
+
+
+def cell_names() -> list[str]:
+    """Names of all cells that `find_cell` knows."""
+    return ring_names() + layout_names()
+
+
+def find_cell(source: Cell | str | PathLike[str], *, robot: str | None = None, spheres: str | None = None) -> Cell:
+    """The cell that `source` is, names, or is the path of.
+
+    `robot` exchanges the arms of a ring, `spheres` (`28` or `fine`) the sphere set of any cell; a ring has `28`, a file
+    says what it has. Raises `UnknownNameError` for an unknown name, robot or sphere set, and `MmpError` for a file that
+    cannot be read and for a `robot` where the cell already says which arms it has.
+    """
+    if not isinstance(source, Cell | str | PathLike):
+        raise refused("cell", source, "a Cell, a file, or the name of a cell, such as 'ring-4'")
+    if isinstance(source, str) and (ring := _RING.fullmatch(source)) and int(ring[1]) in RING_RADIUS_M:
+        named = ring[2]
+        if named and robot and named != robot:
+            raise MmpError(f"cell '{source}' is a ring of {named} arms, but robot is '{robot}'; give one of them")
+        return ring_cell(int(ring[1]), named or robot or _RING_ROBOT, spheres or _RING_SPHERES)
+    if isinstance(source, str) and source in layout_names():
+        source = _CELLS / f"{source}.json"
+    cell = source if isinstance(source, Cell) else _from_file(source)
+    if robot is not None:
+        raise MmpError(f"robot is '{robot}', but cell '{cell.name}' already says which arms it has")
+    return cell if spheres in (None, cell.spheres) else dataclasses.replace(cell, spheres=spheres)
+
+
+def _from_file(source: str | PathLike[str]) -> Cell:
+    from mmp_env.files.cell_file import cell_from_dict
+    from mmp_env.files.file_kinds import CELL, INSTANCES, read_for
+    from mmp_env.files.instance_file import holds_instances, instances_from_dict
+    from mmp_env.files.reading import names_file
+
+    path = Path(source)
+    if isinstance(source, str) and not exists(path) and not names_file(source):
+        raise UnknownNameError("cell", source, cell_names())
+    data = read_for("find_cell", source, CELL, INSTANCES)
+    if holds_instances(data):
+        return instances_from_dict(data, str(source), name=path.stem).cell
+    return cell_from_dict(data, str(source), name=path.stem)

@@ -1,0 +1,129 @@
+"""Episodes: plans in a row, each from where the one before it ends. Files of schema `mmp-episode/1`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from mmp_env.brief import brief
+from mmp_env.errors import MmpError
+from mmp_env.files.cell_file import name_or_stem
+from mmp_env.files.file_kinds import EPISODE, read_for
+from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
+from mmp_env.files.reading import Place, check_schema, decode
+from mmp_env.files.writing import json_text, write_text
+from mmp_env.model.plan import Plan
+from mmp_env.sim.execution import ExecutionReport, execute_plan
+from mmp_env.sim.simulation import Simulation
+from mmp_env.wording import counted, in_seconds
+
+EPISODE_SCHEMA = "mmp-episode/1"
+
+
+class EpisodeData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    schema: str
+    plans: list[Any]
+    name: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Episode:
+    """Plans of the same arms, in cells that differ in their obstacles and in what the arms hold."""
+
+    name: str
+    plans: tuple[Plan, ...]
+
+    @brief
+    def __repr__(self) -> str:
+        return f"{self.name}: {counted(len(self.plans), 'plan')}, {in_seconds(self.makespan_s)}"
+
+    @property
+    def makespan_s(self) -> float:
+        return sum(plan.makespan_s for plan in self.plans)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EpisodeExecution:
+    """What became of an episode in the simulation: a report for each of its plans."""
+
+    reports: tuple[ExecutionReport, ...]
+
+    @brief
+    def __repr__(self) -> str:
+        goals = "every goal reached" if self.reached else "not every goal reached"
+        plans = counted(len(self.reports), "plan")
+        return f"of {plans}: {goals}, {counted(self.contacts, 'contact')}, {in_seconds(self.duration_s)}"
+
+    @property
+    def reached(self) -> bool:
+        """Whether every plan was begun and ended where it should."""
+        return all(report.reached and not report.moved_to_start for report in self.reports)
+
+    @property
+    def contacts(self) -> int:
+        return sum(len(report.contacts) for report in self.reports)
+
+    @property
+    def duration_s(self) -> float:
+        return sum(report.duration_s for report in self.reports)
+
+
+def execute_episode(episode: Episode) -> EpisodeExecution:
+    """Plays one plan after the other, each from where the arms really came to stand.
+
+    Between two plans the scene is exchanged: objects are in the tools or no longer. Raises `MmpError` like
+    `execute_plan`.
+    """
+    reports, standing = [], None
+    for plan in episode.plans:
+        simulation = Simulation(plan.problem.cell)
+        simulation.place(simulation.joined(plan.problem.start if standing is None else standing))
+        report = execute_plan(simulation, plan)
+        standing = simulation.split(simulation.positions)
+        reports.append(report)
+    return EpisodeExecution(reports=tuple(reports))
+
+
+def episode_to_dict(episode: Episode) -> dict[str, Any]:
+    """The episode as `mmp-episode/1` has it, in dicts, lists and scalars."""
+    return {
+        "schema": EPISODE_SCHEMA,
+        "name": episode.name,
+        "plans": [plan_to_dict(plan) for plan in episode.plans],
+    }
+
+
+def episode_from_dict(data: Any, where: str | Place = "episode", *, name: str = "episode") -> Episode:
+    """The episode in a file's `data`; `where` begins the messages, `name` stands in where the data has none.
+
+    The data must be well formed; whether the plans are right and fit together is left to the checker. Raises `MmpError`
+    that names field and value.
+    """
+    place = where if isinstance(where, Place) else Place(where)
+    check_schema(data, EPISODE_SCHEMA, place)
+    decoded = decode(data, EpisodeData, place)
+    name = name_or_stem(decoded.name, name, place / "name")
+    if not decoded.plans:
+        raise MmpError(f"{place / 'plans'} is empty; an episode needs at least one plan")
+    plans = tuple(plan_from_dict(plan, place / "plans" / k) for k, plan in enumerate(decoded.plans))
+    return Episode(name=name, plans=plans)
+
+
+def plans_from_dict(data: Any, where: str | Place, *, name: str = "episode") -> Plan | Episode:
+    """What a file's `data` mean to be by their schema: an episode, or else a plan. Raises `MmpError` like both."""
+    in_a_row = isinstance(data, dict) and data.get("schema") == EPISODE_SCHEMA
+    return episode_from_dict(data, where, name=name) if in_a_row else plan_from_dict(data, where)
+
+
+def save_episode(episode: Episode, path: str | PathLike[str]) -> None:
+    """Writes the whole file or nothing. Raises `MmpError` where it cannot be written."""
+    write_text(path, json_text(episode_to_dict(episode)))
+
+
+def load_episode(path: str | PathLike[str]) -> Episode:
+    """The episode in a file, see `episode_from_dict`. Raises `MmpError` that names file, field and value."""
+    return episode_from_dict(read_for("load_episode", path, EPISODE), str(path), name=Path(path).stem)

@@ -1,0 +1,60 @@
+"""What kind of file was given, by what is in it: one of another kind is called by its name."""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from mmp_env.errors import MmpError
+from mmp_env.files.paths import is_file
+from mmp_env.files.reading import NotJsonError, read_document
+
+INSTANCES, PLAN, EPISODE, CELL = "an instance file", "a plan", "an episode", "a cell file"
+_RESULT_FIELD = "planning_time_s"
+_BY_FIELD = {
+    "instances": INSTANCES,
+    "positions": PLAN,
+    "plans": EPISODE,
+    "arms": CELL,
+    _RESULT_FIELD: "a file of results",
+}
+"""A field that only files of this kind have."""
+
+
+def read_as(path: str | PathLike[str], kinds: tuple[str, ...], takes: str) -> Any:
+    """The content of a file, see `read_document`; `takes` says in messages what may be given here.
+
+    Raises `MmpError` for a file that is clearly of none of the `kinds`. One of no kind is left to their readers.
+    """
+    try:
+        data = read_document(path)
+    except NotJsonError:
+        if Path(path).suffix.lower() != ".jsonl":
+            raise
+        data = {_RESULT_FIELD: None}  # a line of JSON for each result, which together are none
+    kind = _kind(data)
+    if kind is not None and kind not in kinds:
+        raise MmpError(f"{path} is {kind}; {takes}")
+    return data
+
+
+def check_replaceable(path: str | PathLike[str], option: str) -> None:
+    """Raises `MmpError` where writing to `path`, as `option` asks, would replace an input of this program."""
+    if not is_file(path):
+        return
+    try:
+        kind = _kind(read_document(path))
+    except MmpError:  # what no reader takes is none
+        return
+    if kind in (INSTANCES, PLAN, EPISODE, CELL):
+        raise MmpError(f"{option} would overwrite {path}, which is {kind}; give another name, or remove it first")
+
+
+def read_for(loader: str, path: str | PathLike[str], *kinds: str) -> Any:
+    """The content of a file, see `read_as`, for a function that reads these `kinds`."""
+    return read_as(path, kinds, f"{loader} takes {' or '.join(kinds)}")
+
+
+def _kind(data: Any) -> str | None:
+    return next((kind for field, kind in _BY_FIELD.items() if isinstance(data, dict) and field in data), None)

@@ -1,0 +1,210 @@
+"""Plan files, schema `mmp-plan/1`: self-contained; the same plan gives the same bytes. docs/files.md says it all."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from os import PathLike
+from typing import Any
+
+import msgspec
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.errors import MmpError
+from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict
+from mmp_env.files.file_kinds import PLAN, read_for
+from mmp_env.files.instance_file import check_arms, configurations_from_dict
+from mmp_env.files.reading import Place, check_schema, decode, numbers
+from mmp_env.files.writing import json_text, plain, write_text
+from mmp_env.model.cell import Cell
+from mmp_env.model.margins import Margins
+from mmp_env.model.plan import Plan
+from mmp_env.model.plan_fit import given_plan
+from mmp_env.model.problem import Problem, velocity_limits
+from mmp_env.model.robot import frozen_array
+
+PLAN_SCHEMA = "mmp-plan/1"
+
+
+class MarginsData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    arms: float
+    obstacles: float
+    self_: float = msgspec.field(name="self")
+
+
+class ProblemData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    cell: CellData
+    start: dict[str, Any]
+    goal: dict[str, Any]
+    max_velocity: float | dict[str, Any]
+    margin: float
+    margins: MarginsData | None = None
+    max_acceleration: float | dict[str, Any] | None = None
+    max_jerk: float | dict[str, Any] | None = None
+    name: str = ""
+
+
+class PlanData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    schema: str
+    problem: ProblemData
+    times: list[Any]
+    positions: dict[str, Any]
+    velocities: dict[str, Any] | None = None
+    accelerations: dict[str, Any] | None = None
+    planner: dict[str, Any] = {}
+    stats: dict[str, Any] = {}
+
+
+def plan_to_dict(plan: Plan) -> dict[str, Any]:
+    """The plan as `mmp-plan/1` has it, in dicts, lists and scalars. Raises `MmpError` where it lacks an arm."""
+    problem = plan.problem
+    limits = {"max_acceleration": plan.max_acceleration, "max_jerk": plan.max_jerk}
+    out = {
+        "schema": PLAN_SCHEMA,
+        "problem": {
+            "name": problem.name,
+            "cell": cell_to_dict(problem.cell),
+            "start": _by_arm(problem.cell, problem.start),
+            "goal": _by_arm(problem.cell, problem.goal),
+            "max_velocity": _by_arm(problem.cell, problem.max_velocity),
+            **{key: _by_arm(problem.cell, values) for key, values in limits.items() if values is not None},
+            "margin": problem.margin,
+            "margins": dict(problem.margins),
+        },
+        "times": plan.times,
+        "positions": _by_arm(problem.cell, plan.positions),
+    }
+    for key, values in (("velocities", plan.velocities), ("accelerations", plan.accelerations)):
+        if values is not None:
+            out[key] = _by_arm(problem.cell, values)
+    return plain(out | {"planner": plan.planner, "stats": plan.stats})
+
+
+def plan_from_dict(data: Any, where: str | Place = "plan") -> Plan:
+    """The plan in a file's `data`; `where` begins the messages.
+
+    The data must be well formed, the plan need not be right: the margin is the one in the file, and starts out of their
+    limits, contacts and times out of order are left to the checker. Raises `MmpError` that names field and value.
+    """
+    place = where if isinstance(where, Place) else Place(where)
+    check_schema(data, PLAN_SCHEMA, place)
+    decoded = decode(data, PlanData, place)
+    problem = _problem(decoded.problem, place / "problem")
+    if not decoded.times:
+        raise MmpError(f"{place / 'times'} is empty; a plan needs at least one time")
+    if decoded.accelerations is not None and decoded.velocities is None:
+        raise MmpError(f"{place / 'velocities'} is missing; a plan with accelerations has velocities too")
+    matrices = {
+        key: _matrices(problem.cell, rows, len(decoded.times), place / key)
+        for key in ("positions", "velocities", "accelerations")
+        if (rows := getattr(decoded, key)) is not None
+    }
+    limits = {
+        key: _by_joint(problem.cell, value, place / "problem" / key)
+        for key in ("max_acceleration", "max_jerk")
+        if (value := getattr(decoded.problem, key)) is not None
+    }
+    times = frozen_array(numbers(decoded.times, len(decoded.times), place / "times", "time"))
+    return Plan(problem=problem, times=times, planner=decoded.planner, stats=decoded.stats, **matrices, **limits)
+
+
+def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
+    """Writes the whole file or nothing. Raises `MmpError` where it cannot be written."""
+    write_text(path, json_text(plan_to_dict(given_plan(plan, "save"))))
+
+
+def load_plan(path: str | PathLike[str]) -> Plan:
+    """The plan in a file, see `plan_from_dict`. Raises `MmpError` that names file, field and value."""
+    return plan_from_dict(read_for("load_plan", path, PLAN), str(path))
+
+
+def _by_arm(cell: Cell, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """In the order of the cell's arms, whatever the order in which a planner finished them."""
+    if values.keys() != set(cell.arm_names):
+        has, wanted = (", ".join(names) or "none" for names in (values, cell.arm_names))
+        raise MmpError(f"the plan has numbers for the arms {has}; a file needs them for {wanted}")
+    return {name: values[name] for name in cell.arm_names}
+
+
+def _problem(data: ProblemData, place: Place) -> Problem:
+    cell = cell_from_data(data.cell, place / "cell", name="cell")
+    return Problem(
+        cell=cell,
+        start=configurations_from_dict(cell, data.start, place / "start"),
+        goal=configurations_from_dict(cell, data.goal, place / "goal"),
+        max_velocity=velocity_limits(cell, _limits(cell, data.max_velocity, place / "max_velocity")),
+        margins=_margins(data, place),
+        name=data.name,
+    )
+
+
+def _margins(data: ProblemData, place: Place) -> Margins:
+    """Older files have no `margins`: what was proved of their plans is half of `margin`."""
+    margin = _positive(data.margin, place / "margin")
+    if data.margins is None:
+        return Margins(arms=margin / 2, obstacles=margin / 2, self=margin / 2)
+    here, given = place / "margins", data.margins
+    by_kind = {"arms": given.arms, "obstacles": given.obstacles, "self": given.self_}
+    margins = Margins(**{kind: _positive(value, here / kind) for kind, value in by_kind.items()})
+    if margin != margins.arms:
+        raise (place / "margin").wrong(margin, f"margins.arms, which is {margins.arms:g}")
+    return margins
+
+
+def _positive(value: float, place: Place) -> float:
+    if not (math.isfinite(value) and value > 0):
+        raise place.wrong(value, "a positive number [m]")
+    return value
+
+
+def _limits(cell: Cell, data: Any, place: Place) -> float | dict[str, Float[np.ndarray, "dof"]]:
+    """A positive number for all joints, or one for each joint of each arm."""
+    if not isinstance(data, dict):
+        if not (math.isfinite(data) and data > 0):
+            raise place.wrong(data, "a positive number")
+        return data
+    by_arm = configurations_from_dict(cell, data, place)
+    for name, values in by_arm.items():
+        if not (values > 0).all():
+            raise (place / name / int(np.argmin(values))).wrong(float(values.min()), "a positive number")
+    return by_arm
+
+
+def _by_joint(cell: Cell, data: Any, place: Place) -> dict[str, Float[np.ndarray, "dof"]]:
+    """As `_limits`, with a number for each joint in any case."""
+    limits = _limits(cell, data, place)
+    if isinstance(limits, dict):
+        return {name: frozen_array(values) for name, values in limits.items()}
+    return {arm.name: frozen_array(np.full(arm.dof, limits)) for arm in cell.arms}
+
+
+def _matrices(cell: Cell, data: Any, count: int, place: Place) -> dict[str, Float[np.ndarray, "t dof"]]:
+    """Per arm one row of joints for each of `count` times."""
+    check_arms(cell, data, place)
+    out = {}
+    for arm in cell.arms:
+        rows, here = data[arm.name], place / arm.name
+        if not isinstance(rows, list):
+            raise here.wrong(rows, "a list of configurations")
+        if len(rows) != count:
+            raise MmpError(f"{here} has {len(rows)} configurations; it must have {count}, one for each of the times")
+        matrix = _at_once(rows, arm.dof)
+        if matrix is None:
+            of = f"joint of a {arm.robot.name}"
+            matrix = np.array([numbers(row, arm.dof, here / k, of) for k, row in enumerate(rows)])
+        out[arm.name] = frozen_array(matrix)
+    return out
+
+
+def _at_once(rows: list[Any], dof: int) -> Float[np.ndarray, "t dof"] | None:
+    """The rows as a matrix, or None where any is not `dof` finite numbers. A retimed plan has many thousands."""
+    if not all(type(row) is list and len(row) == dof for row in rows):
+        return None
+    if not {type(value) for row in rows for value in row} <= {int, float}:
+        return None
+    try:
+        matrix = np.array(rows, dtype=float)
+    except OverflowError:
+        return None
+    return matrix if np.isfinite(matrix).all() else None

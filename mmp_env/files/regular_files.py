@@ -1,0 +1,41 @@
+"""The bytes of regular files, and of what a shell pipes in: what may never end is not read."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from os import PathLike
+
+from mmp_env.errors import MmpError
+from mmp_env.files.paths import refusal
+
+
+def read_bytes(path: str | PathLike[str], limit: int, kind: str) -> bytes:
+    """The content of a file of at most `limit` bytes; `kind` is its format in messages. Raises `MmpError`."""
+    try:
+        if _may_never_end(path):
+            raise OSError(errno.EINVAL, "it is not a regular file")
+        with open(path, "rb") as file:
+            content = file.read(limit + 1)
+    except (OSError, ValueError) as error:
+        raise refusal(path, "read", error) from None
+    check_size(path, len(content), limit, kind)
+    return content
+
+
+def check_size(path: str | PathLike[str], size: int, limit: int, kind: str) -> None:
+    """Raises `MmpError` for a file of more than `limit` bytes."""
+    if size > limit:
+        raise MmpError(f"{path} is larger than {limit / 2**20:g} MB, the most that is read of a {kind} file")
+
+
+def _may_never_end(path: str | PathLike[str]) -> bool:
+    """Whether it is a terminal, another device, or a named pipe that nobody may ever write to.
+
+    What a shell pipes in, as /dev/stdin or by `<(...)`, has its writer.
+    """
+    mode = os.stat(path).st_mode
+    name = os.path.abspath(path)
+    piped_in = name == "/dev/stdin" or name.startswith(("/dev/fd/", "/proc/"))
+    return stat.S_ISCHR(mode) or stat.S_ISBLK(mode) or (stat.S_ISFIFO(mode) and not piped_in)

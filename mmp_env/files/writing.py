@@ -1,0 +1,141 @@
+"""Writing so that nothing is ever half written, and JSON so that the same values give the same bytes."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import math
+import os
+import re
+import stat
+from collections.abc import Iterable, Iterator, Mapping
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mmp_env.errors import MmpError
+from mmp_env.files.paths import exists, is_file, real_path, refusal
+from mmp_env.files.temporaries import beside
+
+_LINE = 240
+_NESTED = (dict, list)
+_STRANGE = re.compile(r"^\.|[^\w .+=@-]", re.ASCII)
+_LONGEST_FILE_NAME = 100
+
+
+def json_text(value: Any) -> str:
+    """`value` as JSON, a line for each object or list that is short or holds scalars only; floats as `repr` has them.
+
+    The text is ASCII, other characters escaped. NumPy scalars and arrays become numbers and lists; numbers that are not
+    finite become null.
+    """
+    return _layout(plain(value), "") + "\n"
+
+
+def plain(value: Any) -> Any:
+    """`value` as dicts, lists and scalars that JSON knows. Raises `TypeError` for what has no such form."""
+    if type(value) is float:
+        return value if math.isfinite(value) else None
+    if isinstance(value, np.ndarray | np.generic):
+        numbers = value.dtype.kind in "biuf" and bool(np.isfinite(value).all())
+        value = value.tolist()
+        if numbers:
+            return value
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        if {*map(type, value)} == {float} and all(map(math.isfinite, value)):  # nearly everything is a row of these
+            return list(value)
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    raise TypeError(f"a {type(value).__name__} cannot be written as JSON")
+
+
+def check_writable(path: str | PathLike[str]) -> None:
+    """Raises `MmpError` where `write_text` could not write; leaves nothing behind."""
+    target = _target(path)
+    with beside(target) as temporary:
+        try:
+            temporary.open("x").close()
+        except OSError as error:
+            raise refusal(path, "written", error) from None
+
+
+def write_text(path: str | PathLike[str], text: str) -> None:
+    """Writes a whole file or none: beside its place first, then moved there. Raises `MmpError`."""
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+@contextlib.contextmanager
+def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
+    """A place beside `path` to write to, which is moved there in the end; nothing is left where the block fails.
+
+    Raises `MmpError` for what the system refuses.
+    """
+    target = _target(path)
+    with beside(target) as temporary:
+        try:
+            if target.exists():
+                temporary.touch(0o600)  # nobody else reads it before it has the mode of the file that it replaces
+            yield temporary
+            move_onto(temporary, target)
+        except OSError as error:
+            raise refusal(path, "written", error) from None
+
+
+def move_onto(new: Path, target: Path) -> None:
+    """Moves a file onto another one, whose mode it takes. Raises `OSError`."""
+    with contextlib.suppress(FileNotFoundError):
+        there = target.lstat()
+        if stat.S_ISREG(there.st_mode):
+            new.chmod(stat.S_IMODE(there.st_mode))
+    os.replace(new, target)
+
+
+def file_name(name: str) -> str:
+    """Returns the name for a file in one folder, with a hash where file systems or shells may trip over the name."""
+    tame = _STRANGE.sub("_", name)[:_LONGEST_FILE_NAME]
+    return tame if tame == name else f"{tame}-{hashlib.sha256(name.encode(errors='surrogatepass')).hexdigest()[:8]}"
+
+
+def left_alone(paths: Iterable[str]) -> list[str]:
+    """A sentence for each path at which there is something, though nothing was written to it."""
+    return [f"{path} is left as it was; this run wrote nothing to it" for path in paths if os.path.exists(path)]
+
+
+def _target(path: str | PathLike[str]) -> Path:
+    """The file behind any links. Moving onto a folder fails, and onto a device such as /dev/null would replace it.
+
+    Moving would replace also a file that nobody may write to: that is refused, as writing into it would be.
+    """
+    target = real_path(path)
+    if not exists(target):
+        return target
+    if not is_file(target):
+        raise MmpError(f"{path} cannot be written: it is not a regular file")
+    try:
+        os.close(os.open(target, os.O_WRONLY))
+    except OSError as error:
+        raise refusal(path, "written", error) from None
+    return target
+
+
+def _layout(value: Any, indent: str) -> str:
+    inner = indent + " "
+    parts = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
+    if not any(isinstance(part, _NESTED) for part in parts):
+        return json.dumps(value)
+    lines = [_layout(part, inner) for part in parts]
+    if isinstance(value, dict):
+        lines = [f"{json.dumps(key)}: {line}" for key, line in zip(value, lines, strict=True)]
+    opening, closing = "{}" if isinstance(value, dict) else "[]"
+    if sum(map(len, lines)) + 2 * len(lines) <= _LINE:  # then none of them has a break
+        return opening + ", ".join(lines) + closing
+    return f"{opening}\n{inner}" + f",\n{inner}".join(lines) + f"\n{indent}{closing}"

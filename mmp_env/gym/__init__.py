@@ -1,0 +1,1 @@
+"""The Gymnasium environment `MultiArmCell`: spaces, observation, reward, instances and registration."""

@@ -1,0 +1,270 @@
+"""`MultiArmCell-*`: a crowded cell of robot arms as a Gymnasium environment, and a place to execute plans.
+
+docs/environment.md has the spaces, the reward and the constants in one place.
+"""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import warnings
+from itertools import pairwise
+from os import PathLike
+from typing import Any
+
+import gymnasium
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.argument_checks import given
+from mmp_env.errors import MmpError, UnknownNameError, UnretimedPlanWarning
+from mmp_env.files.cell_source import cell_names, find_cell
+from mmp_env.gym.cell_instance import CellInstance, InstanceSource
+from mmp_env.gym.control import CONTROL_RATE_HZ, checked_action, find_control_mode, steps_per_action
+from mmp_env.gym.environment_options import check_options
+from mmp_env.gym.instances import DEFAULT_TASK, Source
+from mmp_env.gym.observation import Observer, joint_limits
+from mmp_env.gym.registration import ANY_CELL
+from mmp_env.gym.reward import step_reward
+from mmp_env.model.cell import Cell
+from mmp_env.model.plan import Plan
+from mmp_env.model.plan_fit import check_fit, given_plan
+from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
+from mmp_env.sim.contacts import Contact
+from mmp_env.sim.execution import REACHED_RAD, SHOWN_STEPS, ExecutionReport, execute_plan
+from mmp_env.sim.monitor import Monitor
+from mmp_env.sim.opengl import check_render_mode, possible_render_modes
+from mmp_env.sim.simulation import Simulation
+from mmp_env.view.rendering import Camera, Window
+
+Observation = dict[str, np.ndarray]
+_UNRETIMED = (
+    "the plan is not retimed: it changes velocity at once at its corners, which no motor can follow; execute"
+    " mmp_env.retime.retime(plan) instead (mmp plan --retime)"
+)
+
+
+class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
+    """All arms of a cell go from a start to a goal configuration without touching each other or the obstacles.
+
+    `cell` is a `Cell`, the name of a ring or the path of a cell or instance file; `robot` and `spheres` as in
+    `find_cell`; `task` draws the instances; `max_velocity` [rad/s] bounds the motion that actions ask for and that
+    problems allow; `control_rate_hz` actions are taken in a second; without `self_contacts` an arm that touches itself
+    is no contact. Pictures have `width` x `height` pixels. Raises
+    `MmpError` for a wrong option or value.
+    """
+
+    metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium has it as an attribute of class and instance
+        "render_modes": ["human", "rgb_array"],
+        "render_fps": CONTROL_RATE_HZ,
+    }
+
+    def __init__(
+        self,
+        *,
+        cell: Cell | str | PathLike[str] | None = None,
+        robot: str | None = None,
+        task: str | Source = DEFAULT_TASK,
+        spheres: str | int | None = None,
+        control_mode: str = "position",
+        terminate_on_contact: bool = True,
+        self_contacts: bool = True,
+        max_velocity: float = DEFAULT_MAX_VELOCITY,
+        control_rate_hz: int = CONTROL_RATE_HZ,
+        render_mode: str | None = None,
+        width: int = 640,
+        height: int = 480,
+        **unknown: Any,
+    ) -> None:
+        for option in unknown:
+            raise UnknownNameError("option of MultiArmCell", option, _OPTIONS)
+        if cell is None:
+            raise MmpError(f"MultiArmCell needs cell=, a Cell, a file or one of {', '.join(cell_names())}")
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise UnknownNameError("render_mode", render_mode, self.metadata["render_modes"])
+        check_render_mode(render_mode)
+        check_options(
+            {
+                "robot": robot,
+                "spheres": spheres,
+                "control_mode": control_mode,
+                "terminate_on_contact": terminate_on_contact,
+                "self_contacts": self_contacts,
+                "control_rate_hz": control_rate_hz,
+                "width": width,
+                "height": height,
+            }
+        )
+        # The class names all modes, an environment those that can be had on this machine.
+        possible = possible_render_modes(self.metadata["render_modes"])
+        self.metadata = {"render_modes": possible, "render_fps": control_rate_hz}
+        bare = find_cell(cell, robot=robot, spheres=None if spheres is None else str(spheres))
+        self.render_mode = render_mode
+        self._source = InstanceSource(bare, task, max_velocity)
+        self._terminate_on_contact = terminate_on_contact
+        mode, (lower, upper) = find_control_mode(control_mode), joint_limits(bare)
+        self._self_contacts = self_contacts
+        self._simulation = Simulation(bare, self_contacts=self_contacts)
+        self._steps = steps_per_action(control_rate_hz, self._simulation.timestep_s)
+        self._mode = mode(lower=lower, upper=upper, reach=self._source.fastest / control_rate_hz)
+        self._observer = Observer(self._simulation)
+        self.observation_space = self._observer.space
+        self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self._simulation.count,), np.float32)
+        self._instance: CellInstance | None = None
+        self._picture_size = (width, height)
+        self._view: Camera | Window | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        # A window or renderer belongs to its process; a copy opens its own when it is first asked to render.
+        return {**vars(self), "_view": None}
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> MultiArmCellEnv:
+        # Cells never change, and their compiled queries take longer to build than the rest takes to copy.
+        memo |= {id(cell): cell for cell in (self._source.cell, self.cell)}
+        other = memo[id(self)] = copy.copy(self)
+        vars(other).update(copy.deepcopy(self.__getstate__(), memo))
+        return other
+
+    @property
+    def cell(self) -> Cell:
+        """The cell of the present instance, with the objects that its task has put into it."""
+        return self._simulation.cell
+
+    @property
+    def model(self) -> Any:
+        """The `mujoco.MjModel` of the cell."""
+        return self._simulation.model
+
+    @property
+    def data(self) -> Any:
+        """The `mujoco.MjData` that the environment steps."""
+        return self._simulation.data
+
+    @property
+    def problem(self) -> Problem:
+        """The present instance as planners take it. Raises `ResetNeeded`, and `InvalidInstanceError` for a bad task."""
+        return self._present().problem
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Puts the arms at rest at the start of an instance.
+
+        The task draws it, with a cell of its own where it puts objects into it; `options` may hold `start` or `goal`,
+        arm name -> [dof] [rad], instead, or both, which are then for the cell without such objects. Raises
+        `MmpError` for options of the wrong form, `InvalidInstanceError` where they are out of limits or in collision.
+        """
+        super().reset(seed=seed)
+        instance = self._source.following({} if options is None else options, self.np_random, self._label(seed))
+        self._enter(instance.cell)
+        self._instance = instance
+        self._simulation.place(self._simulation.joined(instance.start))
+        self._stand()
+        self._show_window()
+        return self._outcome([])
+
+    def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Moves the arms for one control period; the action [n] in [-1, 1] means what the control mode says.
+
+        Raises `MmpError` for an action of the wrong shape or with numbers that are not finite.
+        """
+        self._present()
+        simulation = self._simulation
+        begin, end = self._mode.reference(checked_action(action, simulation.count), self._q, self._reference)
+        before = self._mean_distance
+        simulation.log.clear()
+        self._move(begin, end)
+        self._q, self._reference = simulation.positions, end
+        contacts = simulation.log.contacts
+        observation, info = self._outcome(contacts)
+        reward = step_reward(before - self._mean_distance, success=info["is_success"], contact=bool(contacts))
+        terminated = info["is_success"] or (self._terminate_on_contact and bool(contacts))
+        return observation, reward, terminated, False, info
+
+    def execute(self, plan: Plan | None, *, monitor: Monitor | None = None) -> ExecutionReport:
+        """Plays a plan through the actuators, see `execute_plan`; afterwards the arms stand where it ended.
+
+        The plan's start and goal become the environment's. A `monitor` stops all arms of a retimed plan while one lags.
+        Warns of a plan that moves and is not retimed (`UnretimedPlanWarning`). Raises `MmpError` for a plan of another
+        cell, and None, which is what a planner has that found no plan.
+        """
+        plan = given_plan(plan, "execute")
+        if monitor is not None:
+            given("monitor", monitor, Monitor, "a Monitor, such as mmp_env.Monitor(), or None")
+        check_fit(plan, self.cell)
+        if plan.steps_in_velocity:
+            warnings.warn(_UNRETIMED, UnretimedPlanWarning, stacklevel=2)
+        # Arms that the plan's cell does not have stay where they are, and are to stay there.
+        here, problem = self._simulation.split(self._simulation.positions), plan.problem
+        start, goal = {**here, **problem.start}, {**here, **problem.goal}
+        self._instance = self._source.instance(self.cell, start, goal, problem.name)
+        report = execute_plan(self._simulation, plan, self._show_window, monitor)
+        self._stand()
+        return report
+
+    def render(self) -> np.ndarray | None:
+        """A picture [height, width, 3] of bytes for `rgb_array`, goals as ghosts; for `human` the window is updated."""
+        if self.render_mode is None:
+            gymnasium.logger.warn("render() without a render_mode shows nothing; give one to gymnasium.make")
+            return None
+        if self._view is None:
+            kind = Window if self.render_mode == "human" else Camera
+            self._view = kind(self._simulation, *self._picture_size)
+        return self._view.show(self._simulation.joined(self._present().goal))
+
+    def close(self) -> None:
+        """Closes window and renderer; the environment can still be used."""
+        if self._view is not None:
+            self._view.close()
+            self._view = None
+
+    def _enter(self, cell: Cell) -> None:
+        """From here on this is the cell: the one without the objects of any task, or one with those of an instance."""
+        if cell is self.cell:
+            return
+        self.close()
+        self._simulation = Simulation(cell, self_contacts=self._self_contacts)
+        self._observer = Observer(self._simulation)
+
+    def _present(self) -> CellInstance:
+        if self._instance is None:
+            raise gymnasium.error.ResetNeeded("the arms stand nowhere yet; call reset() first")
+        return self._instance
+
+    def _stand(self) -> None:
+        """From here on references begin where the joints are, and progress is counted from here."""
+        self._target = self._simulation.joined(self._present().goal)
+        self._q = self._simulation.positions
+        self._reference = self._q
+        self._mean_distance = float(np.abs(self._target - self._q).mean())
+
+    def _label(self, seed: int | None) -> str:
+        """The name of a drawn instance, `<environment id or cell>/<seed>`; none where no seed was given."""
+        if seed is None:
+            return ""
+        source = self._source.cell.name if self.spec is None or self.spec.id == ANY_CELL else self.spec.id
+        return f"{source}/{seed}"
+
+    def _outcome(self, contacts: list[Contact]) -> tuple[Observation, dict[str, Any]]:
+        away = np.abs(self._target - self._q)
+        distance, self._mean_distance = float(away.max()), float(away.sum()) / len(away)
+        info = {"is_success": distance <= REACHED_RAD, "contacts": contacts, "distance_rad": distance}
+        return self._observer.observe(self._q, self._target), info
+
+    def _move(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"]) -> None:
+        """One control period; with a window, in stretches that can be looked at."""
+        if self.render_mode != "human":
+            self._simulation.ramp(begin, end, self._steps)
+            return
+        count = -(-self._steps // SHOWN_STEPS)
+        for first, last in pairwise(round(k * self._steps / count) for k in range(count + 1)):
+            here, there = (begin + mark / self._steps * (end - begin) for mark in (first, last))
+            self._simulation.ramp(here, there, last - first)
+            self.render()
+
+    def _show_window(self) -> None:
+        if self.render_mode == "human":
+            self.render()
+
+
+_OPTIONS = tuple(name for name, p in inspect.signature(MultiArmCellEnv).parameters.items() if p.kind is p.KEYWORD_ONLY)

@@ -1,0 +1,96 @@
+"""What an agent sees of a cell: joints, goals, tools and clearance, each within stated bounds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from jaxtyping import Float
+
+from mmp_env import _core
+from mmp_env.model.cell import Arm, Cell
+from mmp_env.sim.simulation import Simulation
+
+OVERSHOOT_RAD = 0.1
+"""Joint limits are soft in MuJoCo: positions are bounded by the limits and this much more."""
+OVERSPEED = 2.0
+"""Velocities are bounded by this many times the robot's own limit, which contacts can exceed."""
+FARTHEST_M = 1.0
+"""Clearance is bounded by this either way: 1 m away is as good as alone."""
+
+
+class Observer:
+    """Makes observations of a simulation: a dict of fresh float64 arrays that lie in `space`.
+
+    `joint_positions`, `goal_positions` [n] [rad] and `joint_velocities` [n] [rad/s], arm after arm; `tool_positions`
+    [a, 3] [m] in the world; `clearance` [1] [m], the least between arms, and arms and obstacles, negative in collision.
+    """
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        cell, n = simulation.cell, simulation.count
+        lower, upper = joint_limits(cell)
+        fastest = OVERSPEED * np.concatenate([arm.robot.velocity for arm in cell.arms])
+        bases = np.array([arm.position for arm in cell.arms])
+        spans = np.array([[_span(arm)] for arm in cell.arms])
+        bounds = {
+            "joint_positions": (lower - OVERSHOOT_RAD, upper + OVERSHOOT_RAD),
+            "joint_velocities": (-fastest, fastest),
+            "tool_positions": (bases - spans, bases + spans),
+            "clearance": (np.array([-FARTHEST_M]), np.array([FARTHEST_M])),
+        }
+        self.boxes = {name: _box(low, high) for name, (low, high) in bounds.items()}
+        self.boxes["goal_positions"] = _box(lower, upper)
+        self.space = spaces.Dict(dict[str, spaces.Space[Any]](self.boxes))
+        # All that is measured is clipped in one vector: calls on small arrays would cost more than their content.
+        self._low, self._high = (np.concatenate([pair[k].ravel() for pair in bounds.values()]) for k in (0, 1))
+        self._joints, self._speeds, self._tools = slice(n), slice(n, 2 * n), slice(2 * n, -1)
+        self._core = cell.collision.core
+        self._q = np.empty(n)
+        self._rows = [self._q[None, part] for part in simulation.slices.values()]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self._simulation,)
+
+    def observe(self, q: Float[np.ndarray, "n"], goal: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "..."]]:
+        """The observation with the joints at `q` [rad], which is where the simulation stands."""
+        simulation = self._simulation
+        self._q[:] = q
+        out = np.concatenate(
+            (
+                q,
+                simulation.velocities,
+                simulation.tool_points.ravel(),
+                _core.cell_clearance(self._core, self._rows),
+            )
+        )
+        np.maximum(out, self._low, out=out)
+        np.minimum(out, self._high, out=out)
+        return {
+            "joint_positions": out[self._joints],
+            "joint_velocities": out[self._speeds],
+            "goal_positions": goal.copy(),
+            "tool_positions": out[self._tools].reshape(-1, 3),
+            "clearance": out[-1:],
+        }
+
+
+def _box(low: Float[np.ndarray, "..."], high: Float[np.ndarray, "..."]) -> spaces.Box:
+    return spaces.Box(low, high, dtype=np.float64)
+
+
+def _span(arm: Arm) -> float:
+    """How far from its base frame [m] an arm's tool point can be: all links stretched out in one line."""
+    lengths = [float(np.linalg.norm(pose[:3, 3])) for pose in [*arm.robot.origins, arm.robot.flange]]
+    if arm.tool is not None:
+        lengths += [float(np.linalg.norm(arm.tool.mount[:3, 3])), float(np.linalg.norm(arm.tool.point))]
+    return sum(lengths)
+
+
+def joint_limits(cell: Cell) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
+    """Lower and upper limits [rad] of all joints, arm after arm."""
+    return (
+        np.concatenate([arm.robot.lower for arm in cell.arms]),
+        np.concatenate([arm.robot.upper for arm in cell.arms]),
+    )

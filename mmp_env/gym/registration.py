@@ -1,0 +1,26 @@
+"""The environments that importing `mmp_env` registers with Gymnasium."""
+
+from __future__ import annotations
+
+import gymnasium
+
+RING_COUNTS = (2, 4, 6, 8)
+ANY_CELL = "MultiArmCell"
+"""Takes `cell=`; `MultiArmCell-<count>` is the ring of that many UR5e, or of `robot=`."""
+CELLS = {f"{ANY_CELL}-{count}": f"ring-{count}" for count in RING_COUNTS} | {f"{ANY_CELL}-mixed-4": "mixed-4"}
+"""Environment id -> name of its cell."""
+MAX_EPISODE_STEPS = 200
+"""20 s of simulated time: every joint can cross the whole of its +-pi more than twice at the default 0.8 rad/s."""
+_ENTRY_POINT = "mmp_env.gym.env:MultiArmCellEnv"
+
+
+def register_environments() -> None:
+    """Registers `MultiArmCell`, `MultiArmCell-2`, `-4`, `-6`, `-8` and `-mixed-4`; a second call changes nothing."""
+    for name, cell in ({ANY_CELL: None} | CELLS).items():
+        if name not in gymnasium.registry:
+            gymnasium.register(
+                id=name,
+                entry_point=_ENTRY_POINT,
+                max_episode_steps=MAX_EPISODE_STEPS,
+                kwargs={} if cell is None else {"cell": cell},
+            )

@@ -1,0 +1,221 @@
+"""Collision queries of a cell: batched, float64 arrays in and out, over the native core.
+
+Distances are between sphere surfaces, negative in contact. The single-precision kernels agree with exact arithmetic to
+1e-5 m within 40 m of the origin; `precise=True` computes in double precision, with the same bits on every processor.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import ArrayLike
+
+from mmp_env import _core
+from mmp_env.brief import brief
+from mmp_env.errors import MmpError
+from mmp_env.model.arm_parts import part_names
+from mmp_env.model.cell import SHAPES, Cell, Obstacle
+from mmp_env.model.conflict import Conflict, plan_conflicts
+from mmp_env.model.joint_chain import joint_chain
+from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins
+from mmp_env.model.transforms import matrix_from_quaternion, transform
+from mmp_env.wording import counted
+
+if TYPE_CHECKING:
+    from mmp_env.model.plan import Plan
+    from mmp_env.model.problem import Problem
+
+HIT = 1.0
+"""Share of the planning slack: surfaces closer than the margin and this are a conflict at the instants looked at."""
+PLAN_PROOF = 0.5
+"""Share of the planning slack that single-arm planning proves beyond the margin at every instant."""
+KEEP_PROOF = 0.2
+"""Share that motions are proved to keep between the instants looked at: between arms, and after repulsion."""
+REQUIRED_PROOF = 0.0
+"""Share that a certificate proves: the margin itself. The steps between these leave each later proof room to end."""
+
+
+def levels(problem: Problem, looked: float, proved: float) -> _core.Levels:
+    """Returns the clearances that the core looks for and proves: the margins and shares of the planning slack.
+
+    Args:
+        looked: share of the slack at the instants looked at, such as `HIT`.
+        proved: share of the slack at every instant, such as `PLAN_PROOF`.
+    """
+    return levels_of(problem.margins, looked * problem.slack, proved * problem.slack)
+
+
+def levels_of(margins: Margins, looked: float, proved: float) -> _core.Levels:
+    """Returns the clearances for the core: the margins with `looked` and `proved` [m] added."""
+    arms = margins.arms
+    return _core.Levels(arms + looked, arms + proved, margins.obstacles - arms, margins.self - arms)
+
+
+_EDGE_ROOM_M = 1e-4
+"""Room [m] beyond the margin at the instants that `edge_free` looks at."""
+
+
+class Nearest(NamedTuple):
+    """What is nearest to each other in a state, in words, and its clearance [m]."""
+
+    bodies: str
+    clearance_m: float
+
+
+class CollisionModel:
+    """What a planner may ask of a cell. `core` is the compiled cell, `index` its number for an arm's name."""
+
+    def __init__(self, cell: Cell) -> None:
+        self.cell = cell
+        self._numbers = {arm.name: k for k, arm in enumerate(cell.arms)}
+        self.core = _core.Cell()
+        for arm in cell.arms:
+            self.core.add_arm(**joint_chain(arm, cell.spheres))
+        for obstacle in cell.obstacles:
+            self.core.add_obstacle(*_solid(obstacle))
+        self.core.freeze()
+        self._radii = [_core.sphere_table(self.core, k)[:, 1] for k in range(len(cell.arms))]
+        self._links = [_core.sphere_table(self.core, k)[:, 0].astype(int) for k in range(len(cell.arms))]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # The core does not go through pickle; the cell does, and builds its queries where they are needed.
+        return attrgetter("collision"), (self.cell,)
+
+    @brief
+    def __repr__(self) -> str:
+        spheres = f"{sum(map(len, self._radii))} spheres of set {self.cell.spheres}"
+        sizes = f"{counted(len(self.cell.arms), 'arm')}, {counted(len(self.cell.obstacles), 'obstacle')}"
+        return f"of cell {self.cell.name}: {sizes}, {spheres}"
+
+    def index(self, arm: str) -> int:
+        """Number of an arm in the core. Raises `UnknownNameError`."""
+        number = self._numbers.get(arm)
+        return self.cell.arm_index(arm) if number is None else number
+
+    def spheres(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "s"]]:
+        """Sphere centres [n, s, 3] [m] in the world and radii [s] [m] at `q` [n, dof]; the base's come first."""
+        return _core.spheres(self.core, self.index(arm), self._rows(arm, q)), self._radii[self.index(arm)].copy()
+
+    def sphere_links(self, arm: str) -> list[str]:
+        """Name of the link that each sphere of `spheres` belongs to; that of the tool, or `held` for what it holds."""
+        names = part_names(self.cell.arm(arm))
+        return [names[k] for k in self._links[self.index(arm)]]
+
+    def is_base(self, arm: str) -> Bool[np.ndarray, "s"]:
+        """Which of the spheres of `spheres` are those of the base, which stands still."""
+        return self._links[self.index(arm)] == 0
+
+    def tool_points(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n 3"]:
+        """Tool points in the world [m] at `q` [n, dof]; the flange's origin where no tool is mounted."""
+        return _core.tool_points(self.core, self.index(arm), self._rows(arm, q))
+
+    def within_limits(self, arm: str, q: ArrayLike) -> Bool[np.ndarray, "n"]:
+        """Whether `q` [n, dof] is within the joint limits."""
+        rows, robot = self._rows(arm, q), self.cell.arms[self.index(arm)].robot
+        return np.all((rows >= robot.lower) & (rows <= robot.upper), axis=1)
+
+    def static_clearance(self, arm: str, q: ArrayLike, *, precise: bool = False) -> Float[np.ndarray, "n"]:
+        """Clearance [n] [m] of one arm at `q` [n, dof] from obstacles, the other arms' bases and itself."""
+        return _core.static_clearance(self.core, self.index(arm), self._rows(arm, q), precise)
+
+    def is_free(self, arm: str, q: ArrayLike, *, margin: float = 0.0) -> Bool[np.ndarray, "n"]:
+        """Whether `q` [n, dof] is within limits and farther than `margin` [m] from all the arm can touch alone."""
+        return self.within_limits(arm, q) & (self.static_clearance(arm, q) > margin)
+
+    def edge_free(
+        self, arm: str, q_from: ArrayLike, q_to: ArrayLike, *, margin: float | Margins = DEFAULT_MARGIN_M
+    ) -> Bool[np.ndarray, "n"]:
+        """Whether straight segments from `q_from` to `q_to` [n, dof] are free at every instant, limits included.
+
+        A free segment is proved to keep the margin [m] at every instant: of obstacles, the bases of other arms and the
+        arm itself, or each of `problem.margins`. A segment that comes within 0.1 mm of its margin may count as not
+        free: without that room a proof might not end.
+        """
+        start, end = self._rows(arm, q_from), self._rows(arm, q_to)
+        if start.shape != end.shape:
+            raise MmpError(f"edge_free: q_from has {len(start)} rows and q_to {len(end)}; they must match")
+        free = self.within_limits(arm, start) & self.within_limits(arm, end)
+        margins = margin if isinstance(margin, Margins) else Margins(arms=margin, obstacles=margin, self=margin)
+        room = min(_EDGE_ROOM_M, min(margins[kind] for kind in KINDS) / 4)
+        wanted = levels_of(margins, room, room / 2)
+        free[free] = _core.edges_free(self.core, self.index(arm), start[free], end[free], wanted)
+        return free
+
+    def pair_clearance(
+        self, arm_a: str, q_a: ArrayLike, arm_b: str, q_b: ArrayLike, *, precise: bool = False
+    ) -> Float[np.ndarray, "n"]:
+        """Clearance [n] [m] between two arms at `q_a`, `q_b` [n, dof], their bases included."""
+        a, b = self._rows(arm_a, q_a), self._rows(arm_b, q_b)
+        if len(a) != len(b) or arm_a == arm_b:
+            raise MmpError(f"pair_clearance: {len(a)} rows of {arm_a} and {len(b)} of {arm_b}; two arms, equal rows")
+        return _core.pair_clearance(self.core, self.index(arm_a), a, self.index(arm_b), b, precise)
+
+    def clearance(self, q: Mapping[str, ArrayLike]) -> Float[np.ndarray, "n"]:
+        """Least clearance [n] [m] of whole states over pairs of arms, and arms and obstacles; `q`: arm -> [n, dof]."""
+        rows = [self._rows(name, q[name]) for name in self.cell.arm_names]
+        if len({len(r) for r in rows}) != 1:
+            raise MmpError("clearance: every arm needs the same number of rows")
+        return _core.cell_clearance(self.core, rows)
+
+    def nearest(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> dict[str, Nearest]:
+        """Returns the nearest bodies of one state, in double precision, for each kind of margin.
+
+        A kind without bodies, such as `obstacles` in a cell without any, is infinitely clear.
+
+        Args:
+            q: arm name -> [dof] [rad].
+        """
+        arms, names = self.cell.arms, [part_names(arm) for arm in self.cell.arms]
+        rows = [np.ascontiguousarray(q[arm.name], dtype=float) for arm in arms]
+        out = {}
+        for kind, (clearance, a, link, b, other) in zip(KINDS, _core.nearest_bodies(self.core, rows), strict=True):
+            if a < 0:
+                out[kind] = Nearest(clearance_m=math.inf, bodies="")
+                continue
+            second = f"obstacle/{self.cell.obstacles[b].name}" if other < 0 else f"{arms[b].name}/{names[b][other]}"
+            out[kind] = Nearest(clearance_m=clearance, bodies=f"{arms[a].name}/{names[a][link]} and {second}")
+        return out
+
+    def least_clearance(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> tuple[float, str]:
+        """Least clearance [m] of one state, in double precision, over everything, and what is nearest to what."""
+        least = min(self.nearest(q).values(), key=lambda near: near.clearance_m)
+        return least.clearance_m, least.bodies or "nothing is near anything"
+
+    def conflicts(self, plan: Plan) -> list[Conflict]:
+        """Where arms of a plan come closer than its problem's margin, earliest first; see `mmp_env.model.conflict`."""
+        return plan_conflicts(self, plan)
+
+    def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> _core.Motion:
+        """A trajectory on the grid of steps, as `conflict_instants` and repulsion take it."""
+        return _core.Motion(self.core, self.index(arm), np.ascontiguousarray(q, dtype=float))
+
+    def conflict_instants(
+        self, motions: Sequence[_core.Motion], pairs: ArrayLike, levels: _core.Levels, *, bases: bool = False
+    ) -> list[Float[np.ndarray, "c"]]:
+        """For each pair of indices into `motions`, the instants of conflict in steps, ascending, at most one a step.
+
+        Whole numbers where surfaces are closer than `levels.margin` at a step, broken ones for a contact between two
+        steps; elsewhere `levels.proof` is proved to be kept. `bases`: one arm's moving links against the other's base
+        as well, which paths that are free on their own never touch.
+        """
+        numbers = np.ascontiguousarray(pairs, dtype=np.int32).reshape(-1, 2)
+        return _core.conflict_instants(self.core, motions, numbers, levels, bases)
+
+    def _rows(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n dof"]:
+        rows = np.ascontiguousarray(q, dtype=float)
+        dof = self.cell.arms[self.index(arm)].dof
+        if rows.ndim != 2 or rows.shape[1] != dof:
+            raise MmpError(f"configurations of arm '{arm}' have shape {list(rows.shape)}; expected [n, {dof}]")
+        if not np.isfinite(rows).all():
+            raise MmpError(f"configurations of arm '{arm}' hold {rows[~np.isfinite(rows)][0]}; they must be finite")
+        return rows
+
+
+def _solid(obstacle: Obstacle) -> tuple[int, np.ndarray, np.ndarray]:
+    pose = transform(matrix_from_quaternion(obstacle.quaternion), obstacle.position)[:3].ravel()
+    return SHAPES.index(obstacle.shape), pose, np.ascontiguousarray(obstacle.half_size, dtype=float)

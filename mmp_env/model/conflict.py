@@ -1,0 +1,94 @@
+"""Conflicts: where two arms of a plan touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env import _core
+from mmp_env.brief import brief
+from mmp_env.model.plan_fit import check_complete
+from mmp_env.wording import in_seconds
+
+if TYPE_CHECKING:
+    from mmp_env.model.collision import CollisionModel
+    from mmp_env.model.plan import Plan
+
+_RESAMPLED_RAD = 0.02
+_ROUNDING_M = 1e-5
+"""Accuracy [m] of the single-precision kernels within 40 m of the origin."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Conflict:
+    """Arms `arm_a` and `arm_b` come closer than the margin at `time_s`, the first instant of [`start_s`, `end_s`].
+
+    `q_a`, `q_b` [dof] [rad] are their configurations at the instant of least clearance within the interval, `spheres`
+    the nearest pair (indices as in `CollisionModel.spheres`) and `depth_m` how deep it is (margin not counted, negative
+    where the surfaces do not quite touch).
+    """
+
+    arm_a: str
+    arm_b: str
+    time_s: float
+    start_s: float
+    end_s: float
+    q_a: Float[np.ndarray, "dof_a"]
+    q_b: Float[np.ndarray, "dof_b"]
+    spheres: tuple[int, int]
+    depth_m: float
+
+    @brief
+    def __repr__(self) -> str:
+        how = f"{abs(self.depth_m) * 1e3:.1f} mm {'deep' if self.depth_m >= 0 else 'apart'}"
+        return f"of {self.arm_a} and {self.arm_b} from {self.start_s:.2f} to {in_seconds(self.end_s)}, {how}"
+
+
+def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:
+    """All conflicts of a plan, earliest first, one for each pair of arms and unbroken interval.
+
+    Intervals are resolved to instants between which no joint moves more than 0.02 rad; whether anything happens between
+    them is known from the proof behind `conflict_instants`. Raises `MmpError` for a plan that lacks an arm.
+    """
+    check_complete(plan)
+    times = plan.finer_times(_RESAMPLED_RAD)
+    names, q = plan.problem.cell.arm_names, plan.sampled(times)
+    motions = [model.motion(a, q[a]) for a in names]
+    pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
+    out = []
+    margin = plan.problem.margin
+    closer = max(margin - _ROUNDING_M, margin / 2)  # a plan that keeps its margin exactly has no conflict
+    found = model.conflict_instants(motions, pairs, _core.Levels(closer, 0.9 * closer), bases=True)
+    for (i, j), instants in zip(pairs, found, strict=True):
+        for run in unbroken_runs(instants):
+            out.append(_conflict(model, names[i], names[j], q, times, np.rint(run).astype(int)))
+    return sorted(out, key=lambda c: (c.time_s, c.arm_a, c.arm_b))
+
+
+def unbroken_runs(instants: Float[np.ndarray, "c"]) -> list[Float[np.ndarray, "_"]]:
+    """The instants of conflict of two arms [steps], split where there is more than a step between two of them."""
+    return np.split(instants, np.flatnonzero(np.diff(instants) > 1) + 1) if len(instants) else []
+
+
+def _conflict(
+    model: CollisionModel, a: str, b: str, q: dict[str, np.ndarray], times: np.ndarray, run: np.ndarray
+) -> Conflict:
+    k = int(run[np.argmin(model.pair_clearance(a, q[a][run], b, q[b][run]))])
+    (centers_a, radii_a), (centers_b, radii_b) = (model.spheres(x, q[x][k : k + 1]) for x in (a, b))
+    gaps = np.linalg.norm(centers_a[0][:, None] - centers_b[0][None], axis=2) - radii_a[:, None] - radii_b[None]
+    gaps[np.logical_and.outer(model.is_base(a), model.is_base(b))] = np.inf
+    pair = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
+    return Conflict(
+        arm_a=a,
+        arm_b=b,
+        time_s=float(times[run[0]]),
+        start_s=float(times[run[0]]),
+        end_s=float(times[run[-1]]),
+        q_a=q[a][k],
+        q_b=q[b][k],
+        spheres=(int(pair[0]), int(pair[1])),
+        depth_m=float(-gaps[pair]),
+    )

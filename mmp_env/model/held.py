@@ -1,0 +1,56 @@
+"""Held objects: what an arm carries moves with its tool, and stands for itself as spheres that cover it.
+
+docs/files.md states the rule of the cover; the checker follows it with code of its own.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.model.cell import Obstacle
+from mmp_env.model.transforms import matrix_from_quaternion
+
+HELD = "held"
+"""What a held object is called beside the links of its arm: `arm0/held`."""
+MOST_SPHERES = 64
+PITCH_M = 0.02
+"""A box is cut into cells no longer than this, as long as there are no more than `MOST_SPHERES` of them."""
+_COARSER = 1.25
+
+
+def covering_spheres(solid: Obstacle) -> tuple[Float[np.ndarray, "s 3"], Float[np.ndarray, "s"]]:
+    """Centres [s, 3] [m], in the frame that the pose of `solid` is given in, and radii [s] [m].
+
+    Every point of the solid is in one of the spheres. They stand out of a box of 4 x 4 x 8 cm by 7 mm.
+    """
+    centers, radius = _box(solid.size) if solid.size is not None else _round(solid)
+    placed = centers @ matrix_from_quaternion(solid.quaternion).T + solid.position
+    return placed, np.full(len(placed), radius)
+
+
+def _box(size: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "s 3"], float]:
+    """A sphere around each of equal cells."""
+    pitch = PITCH_M
+    while np.prod(np.ceil(size / pitch)) > MOST_SPHERES:
+        pitch *= _COARSER
+    counts = np.ceil(size / pitch).astype(int)
+    steps = size / counts
+    rows = [(np.arange(n) + 0.5) * step - n * step / 2 for n, step in zip(counts, steps, strict=True)]
+    return np.array(list(itertools.product(*rows))), float(np.linalg.norm(steps / 2))
+
+
+def _round(solid: Obstacle) -> tuple[Float[np.ndarray, "s 3"], float]:
+    """Spheres along the z axis."""
+    radius, length = solid.radius or 0.0, solid.length or 0.0
+    if length == 0.0:
+        return np.zeros((1, 3)), radius
+    if solid.shape == "capsule":  # from one centre of a cap to the other; the caps are covered by those at the ends
+        count = min(int(np.ceil(length / radius)), MOST_SPHERES - 1)
+        heights = np.linspace(-length / 2, length / 2, count + 1)
+    else:
+        count = min(int(np.ceil(length / (2 * radius))), MOST_SPHERES)
+        heights = ((np.arange(count) + 0.5) / count - 0.5) * length
+    return np.outer(heights, [0.0, 0.0, 1.0]), float(np.hypot(radius, length / (2 * count)))

@@ -1,0 +1,128 @@
+"""Margins: the clearances [m] that a plan keeps between arms, to obstacles, and between the parts of one arm."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.files.reading import shown
+from mmp_env.model.cell_limits import LARGEST_M
+
+DEFAULT_MARGIN_M = 0.002
+"""Margin [m] where none is asked for; smaller where start or goal is tighter."""
+KINDS = ("arms", "obstacles", "self")
+"""The three margins: between two arms, between an arm and an obstacle, between two parts of one arm."""
+KIND_WORDS = {"arms": "between arms", "obstacles": "to obstacles", "self": "between parts of one arm"}
+TIGHT_FACTOR = 0.8
+"""Largest default margin, relative to the clearance of start and goal: what is left is room to plan in."""
+SLACK_FACTOR = 0.5
+"""Slack of the planners, relative to the smallest margin."""
+LEAST_SLACK_M, MOST_SLACK_M = 1e-4, 1e-3
+"""Bounds of the slack [m], where start and goal leave that much room."""
+_END_FACTOR = 0.9
+"""Largest slack, relative to the room between the margin and the clearance of start and goal."""
+_LEAST_ROOM_M = 2e-5 / _END_FACTOR
+"""Least room [m] between a margin and start and goal; the single-precision kernels are off by up to 1e-5 m."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Margins:
+    """Clearances [m]: `arms` between two arms, `obstacles` between an arm and an obstacle, `self` between two parts
+    of one arm. Also readable as a mapping: `margins["arms"]`, `dict(margins)`.
+    """
+
+    arms: float
+    obstacles: float
+    self: float
+
+    def keys(self) -> tuple[str, ...]:
+        """The three names, in the order of the fields."""
+        return KINDS
+
+    def __getitem__(self, kind: str) -> float:
+        if kind not in KINDS:
+            raise KeyError(kind)
+        return getattr(self, kind)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(KINDS)
+
+    def __str__(self) -> str:
+        """`2 mm`, or each of them where they differ."""
+        if len({f"{self[kind]:.6f}" for kind in KINDS}) == 1:
+            return f"{millimetres(self.arms)} mm"
+        return ", ".join(f"{millimetres(self[kind])} mm {KIND_WORDS[kind]}" for kind in KINDS)
+
+
+NO_MARGINS = Margins(arms=0.0, obstacles=0.0, self=0.0)
+"""Margins [m] of those who look for contacts alone."""
+
+
+def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[str, float]:
+    """Returns the margins that were asked for, by kind; a kind that is missing was not asked for.
+
+    Args:
+        margin: metres between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`; or None.
+            A kind that is None was not asked for either.
+
+    Raises:
+        MmpError: for an unknown kind, or a margin that is not a number above 0, or is larger than any cell.
+    """
+    if margin is None:
+        return {}
+    asked: Mapping[str, Any] = (
+        dict(margin) if isinstance(margin, Mapping | Margins) else {"arms": margin, "obstacles": margin}
+    )
+    out: dict[str, float] = {}
+    for kind, value in asked.items():
+        if kind not in KINDS:
+            raise UnknownNameError("margin", str(kind), KINDS)
+        if value is None:
+            continue
+        out[kind] = _metres(value)
+        if not 0 < out[kind] <= LARGEST_M:
+            allowed = f"a finite number of metres above 0, {LARGEST_M:g} at most"
+            raise MmpError(f"margin {KIND_WORDS[kind]} is {shown(value)}; it must be {allowed}")
+    return {kind: out[kind] for kind in KINDS if kind in out}
+
+
+def _metres(value: object) -> float:
+    """Returns a number of Python or NumPy as a float; NaN for anything else, and for what no float can hold."""
+    try:
+        return float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    except OverflowError:
+        return math.nan
+
+
+def margin_in_force(kind: str, asked: Mapping[str, float], clearance: float) -> float:
+    """Returns the margin [m] of one kind: what was asked for, or the default, smaller for a tight start or goal.
+
+    Args:
+        clearance: the least clearance [m] of that kind in start and goal.
+    """
+    return asked[kind] if kind in asked else min(DEFAULT_MARGIN_M, TIGHT_FACTOR * clearance)
+
+
+def largest_margin(clearance: float) -> float:
+    """Returns the largest margin [m] that can be kept where start or goal has this `clearance` [m]."""
+    return clearance - _LEAST_ROOM_M
+
+
+def planning_slack(margins: Margins, clearances: Mapping[str, float]) -> float:
+    """Returns how far beyond the margins planners look [m], so that a later proof of the whole margins ends.
+
+    Args:
+        clearances: kind -> the least clearance [m] of start and goal.
+    """
+    wanted = min(max(SLACK_FACTOR * min(margins[kind] for kind in KINDS), LEAST_SLACK_M), MOST_SLACK_M)
+    return min([wanted, *(_END_FACTOR * (clearances[kind] - margins[kind]) for kind in KINDS)])
+
+
+def millimetres(metres: float) -> str:
+    """Returns a length in millimetres, rounded down: a margin is not to look larger than it is."""
+    digits = 2 if metres >= 1e-5 else 2 - math.floor(math.log10(metres * 1e3))
+    return f"{math.floor(metres * 1e3 * 10**digits + 1e-6) / 10**digits:g}"

@@ -1,0 +1,111 @@
+"""A plan: one trajectory per arm on a common clock, linear between its times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.brief import brief
+from mmp_env.model.problem import Problem
+from mmp_env.model.read_only import ReadOnly
+from mmp_env.wording import counted, in_seconds
+
+if TYPE_CHECKING:
+    from mmp_env.sim.execution import ExecutionReport
+    from mmp_env.view.notebook import PlanView
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plan(ReadOnly):
+    """`times` [t] [s], ascending from 0; `positions`: arm name -> [t, dof] [rad].
+
+    `planner` is name, options and seed; `stats` are counts, never wall-clock times, so that the same run gives the same
+    plan file. A retimed plan also has `velocities`, `accelerations` like `positions`, and the limits that it was made
+    for: arm name -> [dof] [rad/s^2], [rad/s^3].
+    """
+
+    problem: Problem
+    times: Float[np.ndarray, "t"]
+    positions: Mapping[str, Float[np.ndarray, "t dof"]]
+    planner: Mapping[str, Any] = field(default_factory=dict)
+    stats: Mapping[str, Any] = field(default_factory=dict)
+    velocities: Mapping[str, Float[np.ndarray, "t dof"]] | None = None
+    accelerations: Mapping[str, Float[np.ndarray, "t dof"]] | None = None
+    max_acceleration: Mapping[str, Float[np.ndarray, "dof"]] | None = None
+    max_jerk: Mapping[str, Float[np.ndarray, "dof"]] | None = None
+
+    @brief
+    def __repr__(self) -> str:
+        problem, maker = self.problem.name or self.problem.cell.name, self.planner.get("name")
+        size = f"{counted(len(self.positions), 'arm')}, {counted(len(self.times), 'sample')}"
+        return (
+            f"for {problem}: {size}, {in_seconds(self.makespan_s)}, {self.cost_rad:.2f} rad,"
+            f" {'retimed' if self.retimed else 'not retimed'}{f', by {maker}' if maker else ''}"
+        )
+
+    @property
+    def makespan_s(self) -> float:
+        return float(self.times[-1])
+
+    @property
+    def retimed(self) -> bool:
+        """Whether the plan has velocities of its own, as `mmp_env.retime` makes them, and not just straight lines."""
+        return self.velocities is not None
+
+    @property
+    def steps_in_velocity(self) -> bool:
+        """Whether the plan moves and is not retimed: it changes velocity at once, which no motor can follow."""
+        return not self.retimed and self.cost_rad > 0
+
+    @property
+    def cost_rad(self) -> float:
+        """sum over arms and joints of |dq| [rad]."""
+        return float(sum(np.abs(np.diff(q, axis=0)).sum() for q in self.positions.values()))
+
+    def at(self, t: float) -> dict[str, Float[np.ndarray, "dof"]]:
+        """Configurations at time `t` [s]; before the first and after the last time the arms stand still."""
+        return {arm: q[0] for arm, q in self.sampled(np.array([t])).items()}
+
+    def sampled(self, times: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "n dof"]]:
+        """Configurations at `times` [n] [s]: arm name -> [n, dof] [rad]; before the first and after the last time of
+        the plan the arms stand still.
+        """
+        return {
+            arm: np.column_stack([np.interp(times, self.times, column) for column in q.T])
+            for arm, q in self.positions.items()
+        }
+
+    def finer_times(self, step_rad: float) -> Float[np.ndarray, "n"]:
+        """The times and as many in between that no joint moves farther than `step_rad` from one to the next [s]."""
+        moves = [np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0) for q in self.positions.values()]
+        counts = np.maximum(np.ceil(np.max(moves, axis=0, initial=0.0) / step_rad), 1).astype(int)
+        pieces = [
+            np.linspace(begin, end, count, endpoint=False)
+            for begin, end, count in zip(self.times[:-1], self.times[1:], counts, strict=True)
+        ]
+        return np.concatenate([*pieces, self.times[-1:]])
+
+    def show(self, report: ExecutionReport | None = None, **options: Any) -> PlanView:
+        """What a notebook shows as a film: the plan, or what `report` recorded of it; `options` as in `PlanView`."""
+        from mmp_env.view.notebook import PlanView
+
+        return PlanView(self, report, **options)
+
+
+def what_else(given: object) -> str:
+    """Returns what was given in the place of a plan, in words."""
+    return "None" if given is None else f"of type {type(given).__name__}"
+
+
+def how_to_plan(given: object) -> str:
+    """Returns the end of a sentence: how to get the plan from what was given in its place; empty where none is."""
+    if isinstance(given, str | PathLike):
+        return "; load a plan file with load_plan"
+    if hasattr(given, "plan") and hasattr(given, "status"):
+        return "; give the .plan of the planner's result"
+    return ""

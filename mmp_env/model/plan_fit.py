@@ -1,0 +1,137 @@
+"""Whether a plan can be played in a cell at all: made for these arms and obstacles, and well formed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mmp_env.errors import MmpError
+from mmp_env.model.cell import Arm, Cell, Obstacle
+from mmp_env.model.plan import Plan, how_to_plan, what_else
+from mmp_env.model.transforms import matrix_from_quaternion
+
+LONGEST_EXECUTION_S = 1200.0
+"""Longest plan that is executed [s]: an execution keeps the positions of all physics steps in memory."""
+_SAME = 1e-6
+
+
+def given_plan(plan: object, to: str) -> Plan:
+    """`plan` itself. Raises `MmpError` for None, which is what a planner has that found no plan, and for other things.
+
+    `to` is what is to be done with it.
+    """
+    if plan is None:
+        raise MmpError(f"there is no plan to {to}; the status of the planner's result says why it found none")
+    if not isinstance(plan, Plan):
+        raise MmpError(f"the plan to {to} is {what_else(plan)}; it must be a Plan{how_to_plan(plan)}")
+    return plan
+
+
+def check_fit(plan: Plan, cell: Cell) -> None:
+    """Raises `MmpError` for a plan of other arms or obstacles than those of `cell`, or of wrong shapes or times.
+
+    The plan's cell may have fewer arms. The name of the cell and its sphere set are no part of what is played.
+    """
+    difference = None if plan.problem.cell is cell else next(_differences(plan.problem.cell, cell), None)
+    if difference is not None:
+        raise MmpError(f"the plan is for another cell: {difference}")
+    fault = next(_faults(plan), None)
+    if fault is not None:
+        raise MmpError(f"the plan is malformed: {fault}")
+
+
+def check_duration(plan: Plan) -> None:
+    """Raises `MmpError` for a plan that is too long to be executed."""
+    if not plan.makespan_s <= LONGEST_EXECUTION_S:
+        raise MmpError(
+            f"the plan takes {plan.makespan_s:.6g} s; a plan that is executed takes {LONGEST_EXECUTION_S:g} s at most"
+        )
+
+
+def check_complete(plan: Plan) -> None:
+    """Raises `MmpError` for a plan that lacks an arm of its own cell, which only executions and pictures make up for.
+
+    There such an arm stands still.
+    """
+    lacking = [name for name in plan.problem.cell.arm_names if name not in plan.positions]
+    if lacking:
+        raise MmpError(f"the plan does not say where arm '{lacking[0]}' of its cell is")
+
+
+def _differences(planned: Cell, cell: Cell) -> Iterator[str]:
+    arms = {arm.name: arm for arm in cell.arms}
+    for arm in planned.arms:
+        if arm.name not in arms:
+            yield f"it has an arm '{arm.name}', the arms here are {', '.join(arms)}"
+        else:
+            yield from _unequal(f"arm '{arm.name}'", _traits(arm), _traits(arms[arm.name]))
+    here = {obstacle.name: obstacle for obstacle in cell.obstacles}
+    there = {obstacle.name: obstacle for obstacle in planned.obstacles}
+    if here.keys() != there.keys():
+        yield f"its obstacles are {', '.join(there) or 'none'}, those here are {', '.join(here) or 'none'}"
+    for name in here.keys() & there.keys():
+        yield from _unequal(f"obstacle '{name}'", _measures(there[name]), _measures(here[name]))
+
+
+def _traits(arm: Arm) -> dict[str, object]:
+    return {
+        "robot": arm.robot.name,
+        "tool": arm.tool.name if arm.tool else "none",
+        "position": arm.position,
+        "orientation": arm.T_world_base[:3, :3].ravel(),
+        "held object": arm.held.shape if arm.held else "none",
+    } | ({f"{key} of the held object": value for key, value in _measures(arm.held).items()} if arm.held else {})
+
+
+def _measures(obstacle: Obstacle) -> dict[str, object]:
+    return {
+        "shape": obstacle.shape,
+        "position": obstacle.position,
+        "orientation": matrix_from_quaternion(obstacle.quaternion).ravel(),
+        "size": obstacle.size,
+        "radius": obstacle.radius,
+        "length": obstacle.length,
+    }
+
+
+def _unequal(whose: str, there: dict[str, object], here: dict[str, object]) -> Iterator[str]:
+    for key, value in there.items():
+        other = here.get(key)
+        if isinstance(value, np.ndarray) and isinstance(other, np.ndarray):
+            if not np.allclose(value, other, rtol=0, atol=_SAME):
+                yield f"the {key} of {whose} is {_shown(value)} there and {_shown(other)} here"
+        elif isinstance(value, float) and isinstance(other, float):
+            if abs(value - other) > _SAME:
+                yield f"the {key} of {whose} is {value:g} m there and {other:g} m here"
+        elif value != other:
+            yield f"the {key} of {whose} is {value} there and {other} here"
+
+
+def _shown(values: np.ndarray) -> str:
+    return str([round(float(value), 6) for value in values])
+
+
+def _faults(plan: Plan) -> Iterator[str]:
+    times = np.asarray(plan.times)
+    if times.ndim != 1 or len(times) == 0 or times[0] != 0 or not np.isfinite(times).all():
+        yield "its times must be a list of finite numbers that begins with 0"
+    elif (np.diff(times) <= 0).any():
+        yield f"its times do not ascend after {times[np.argmax(np.diff(times) <= 0)]:g} s"
+    if not plan.positions:
+        yield "it moves no arm"
+    names = plan.problem.cell.arm_names
+    for kind in ("positions", "velocities", "accelerations"):
+        rows_by_arm = getattr(plan, kind)
+        if rows_by_arm is None:
+            continue
+        if rows_by_arm.keys() != plan.positions.keys():
+            yield f"it has {kind} of other arms than positions"
+        for name, rows in rows_by_arm.items():
+            if name not in names:
+                yield f"it has {kind} of an arm '{name}', which is not in its cell"
+            elif np.shape(rows) != (len(times), plan.problem.cell.arm(name).dof):
+                wanted = [len(times), plan.problem.cell.arm(name).dof]
+                yield f"its {kind} of arm '{name}' have shape {list(np.shape(rows))}; expected {wanted}"
+            elif not np.isfinite(rows).all():
+                yield f"its {kind} of arm '{name}' hold a number that is not finite"

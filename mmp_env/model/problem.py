@@ -1,0 +1,234 @@
+"""A problem: a cell, a start and a goal configuration per arm, and how fast and how close the arms may move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from mmp_env.argument_checks import as_numbers, refused
+from mmp_env.brief import brief
+from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+from mmp_env.model.cell import Cell, given_cell
+from mmp_env.model.margins import (
+    KIND_WORDS,
+    KINDS,
+    Margins,
+    asked_margins,
+    largest_margin,
+    margin_in_force,
+    millimetres,
+    planning_slack,
+)
+from mmp_env.model.read_only import ReadOnly
+from mmp_env.model.robot import frozen_array
+from mmp_env.wording import counted, degrees_hint
+
+if TYPE_CHECKING:
+    from mmp_env.model.collision import Nearest
+
+DEFAULT_MAX_VELOCITY = 0.8
+"""[rad/s] per joint, as in the paper; never above the robot's own limit."""
+PLAUSIBLE_VELOCITY = 4 * np.pi
+"""Largest velocity [rad/s] that is taken as one in radians where the robot is slower: two turns a second."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Problem(ReadOnly):
+    """One instance. `start`, `goal`: arm name -> [dof] [rad]; `max_velocity`: arm name -> [dof] [rad/s].
+
+    Mappings and arrays are read-only, and so are those of copies.
+
+    `margins` are those in force: a plan keeps them at every instant, start and goal included.
+    """
+
+    cell: Cell
+    start: Mapping[str, Float[np.ndarray, "dof"]]
+    goal: Mapping[str, Float[np.ndarray, "dof"]]
+    max_velocity: Mapping[str, Float[np.ndarray, "dof"]]
+    margins: Margins
+    name: str = ""
+
+    @brief
+    def __repr__(self) -> str:
+        cell = f"{counted(len(self.cell.arms), 'arm')} in cell {self.cell.name}"
+        cost = f"{self.cost_lower_bound_rad:.2f} rad along straight lines"
+        return f"{self.name}{': ' if self.name else ''}{cell}, {cost}, margin {self.margins}"
+
+    @property
+    def margin(self) -> float:
+        """The margin between arms [m]."""
+        return self.margins.arms
+
+    @cached_property
+    def slack(self) -> float:
+        """How far beyond the margins planners look [m], so that the proof of the whole margins ends. It follows from
+        the margins, and from the clearance of start and goal.
+        """
+        return planning_slack(self.margins, _least_clearances(self.cell, (self.start, self.goal)))
+
+    @property
+    def conflict_distances(self) -> Margins:
+        """Margins and slack [m]: planners take bodies closer than this as a conflict."""
+        return Margins(**{kind: self.margins[kind] + self.slack for kind in KINDS})
+
+    @property
+    def cost_lower_bound_rad(self) -> float:
+        """sum_i |q_goal - q_start|_1 [rad], the only bound that holds for every planner."""
+        return float(sum(np.abs(self.goal[a] - self.start[a]).sum() for a in self.cell.arm_names))
+
+
+def make_problem(
+    cell: Cell,
+    start: Mapping[str, ArrayLike],
+    goal: Mapping[str, ArrayLike],
+    *,
+    max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
+    margin: float | Mapping[str, float] | Margins | None = None,
+    name: str = "",
+) -> Problem:
+    """Returns a validated problem.
+
+    A margin that is asked for is kept at every instant, or the instance is refused. Where none is asked for, it is
+    2 mm, or 0.8 times the least clearance of start and goal where that is less.
+
+    Args:
+        start: arm name -> [dof] [rad].
+        goal: arm name -> [dof] [rad].
+        max_velocity: for all joints, or arm name -> [dof] [rad/s].
+        margin: metres between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
+
+    Raises:
+        MmpError: for missing arms, wrong lengths, non-finite numbers, or a margin that is none.
+        InvalidInstanceError: where start or goal is out of limits, in collision, or closer than a margin asked for.
+    """
+    given_cell(cell)
+    ends = {"start": _configurations(cell, start, "start"), "goal": _configurations(cell, goal, "goal")}
+    asked = asked_margins(margin)
+    near: dict[str, dict[str, Nearest]] = {}
+    for which, q in ends.items():
+        _check_limits(cell, q, which)
+        near[which] = cell.collision.nearest(q)
+        for bodies, metres in near[which].values():
+            if metres <= 0:
+                raise InvalidInstanceError(f"{which} is in collision: {bodies} ({-metres * 1e3:.1f} mm deep)")
+    _check_margins(near, asked)
+    least = {kind: min(nearest[kind].clearance_m for nearest in near.values()) for kind in KINDS}
+    return Problem(
+        cell=cell,
+        start=ends["start"],
+        goal=ends["goal"],
+        max_velocity=asked_velocity_limits(cell, max_velocity),
+        margins=Margins(**{kind: margin_in_force(kind, asked, least[kind]) for kind in KINDS}),
+        name=name,
+    )
+
+
+def _least_clearances(cell: Cell, states: Sequence[Mapping[str, Float[np.ndarray, "dof"]]]) -> dict[str, float]:
+    """Kind of margin -> the least clearance [m] in any of the states."""
+    found = [cell.collision.nearest(state) for state in states]
+    return {kind: min(near[kind].clearance_m for near in found) for kind in KINDS}
+
+
+def _check_margins(near: Mapping[str, Mapping[str, Nearest]], asked: Mapping[str, float]) -> None:
+    """Raises `InvalidInstanceError` where start or goal is closer than a margin that was asked for.
+
+    Args:
+        near: `start`, `goal` -> kind of margin -> the nearest bodies.
+    """
+    tightest = {kind: min(near, key=lambda which: near[which][kind].clearance_m) for kind in asked}
+    largest = {kind: largest_margin(near[which][kind].clearance_m) for kind, which in tightest.items()}
+    broken = [kind for kind in asked if asked[kind] > largest[kind]]
+    if not broken:
+        return
+    worst = min(broken, key=lambda kind: largest[kind])
+    which, (bodies, metres) = tightest[worst], near[tightest[worst]][worst]
+    same = all(abs(ends[worst].clearance_m - metres) < 1e-6 and ends[worst].bodies == bodies for ends in near.values())
+    if len({asked[kind] for kind in broken}) == 1:
+        most = f"the largest that would do is {millimetres(largest[worst])} mm"
+    else:
+        most = "the largest that would do are " + " and ".join(
+            f"{millimetres(largest[kind])} mm {KIND_WORDS[kind]}" for kind in broken
+        )
+    raise InvalidInstanceError(
+        f"{'start and goal' if same else which}: {bodies} are {metres * 1e3:.2f} mm apart, and the margin asked for"
+        f" {KIND_WORDS[worst]} is {asked[worst] * 1e3:g} mm; {most if largest[worst] >= 1e-5 else 'no margin would do'}"
+    )
+
+
+def _configurations(cell: Cell, given: Mapping[str, ArrayLike], which: str) -> dict[str, np.ndarray]:
+    if not isinstance(given, Mapping):
+        raise refused(which, given, "a mapping of arm name -> joints [rad]")
+    for name in given:
+        if name not in cell.arm_names:
+            raise MmpError(f"{which}: {UnknownNameError('arm', name, cell.arm_names)}")
+    out = {}
+    for arm in cell.arms:
+        if arm.name not in given:
+            raise MmpError(f"{which} has no configuration for arm '{arm.name}'")
+        numbers = as_numbers(given[arm.name])
+        if numbers is None:
+            raise MmpError(f"{which} of arm '{arm.name}' is not a list of numbers")
+        q = frozen_array(numbers)
+        if q.shape != (arm.dof,):
+            raise MmpError(
+                f"{which} of arm '{arm.name}' has shape {list(q.shape)}; a {arm.robot.name} has {arm.dof} joints"
+            )
+        if not np.isfinite(q).all():
+            raise MmpError(f"{which} of arm '{arm.name}' holds {q[~np.isfinite(q)][0]}; it must be finite numbers")
+        out[arm.name] = q
+    return out
+
+
+def _check_limits(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> None:
+    for arm in cell.arms:
+        outside = (q[arm.name] < arm.robot.lower) | (q[arm.name] > arm.robot.upper)
+        if outside.any():
+            in_degrees = outside & [bool(degrees_hint(angle)) for angle in q[arm.name]]
+            k = int(np.argmax(in_degrees if in_degrees.any() else outside))
+            raise InvalidInstanceError(
+                f"{which} of arm '{arm.name}', joint {k + 1} ({arm.robot.joint_names[k]}), is {q[arm.name][k]:.4f} rad;"
+                f" allowed: {arm.robot.lower[k]:.4f} to {arm.robot.upper[k]:.4f}{degrees_hint(q[arm.name][k])}"
+            )
+
+
+def asked_velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    """`velocity_limits` of what a user asks for. Raises `MmpError` as well for what looks like degrees per second."""
+    limits = velocity_limits(cell, given)
+    for arm in cell.arms:
+        wanted = np.broadcast_to(_floats(given[arm.name] if isinstance(given, Mapping) else given), arm.dof)
+        for k, velocity in enumerate(wanted.tolist()):
+            if velocity > max(arm.robot.velocity[k], PLAUSIBLE_VELOCITY):
+                raise MmpError(
+                    f"max_velocity of arm '{arm.name}', joint {k + 1} ({arm.robot.joint_names[k]}), is {velocity:g}"
+                    f" rad/s; the robot's own limit is {arm.robot.velocity[k]:g};"
+                    " are these degrees per second?"
+                )
+    return limits
+
+
+def velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
+    """Arm name -> [dof] [rad/s]: what is `given`, never above the robot's own limit. Raises `MmpError`."""
+    out = {}
+    for arm in cell.arms:
+        if isinstance(given, Mapping):
+            if arm.name not in given:
+                raise MmpError(f"max_velocity has no entry for arm '{arm.name}'")
+            wanted = _floats(given[arm.name])
+        else:
+            wanted = _floats([given] * arm.dof)
+        if wanted.shape != (arm.dof,) or not (np.isfinite(wanted) & (wanted > 0)).all():
+            raise MmpError(f"max_velocity of arm '{arm.name}' must be {arm.dof} positive numbers [rad/s]")
+        out[arm.name] = frozen_array(np.minimum(wanted, arm.robot.velocity))
+    return out
+
+
+def _floats(given: ArrayLike) -> np.ndarray:
+    """The numbers as an array; NaN for what is none, such as text or a whole number beyond all floats."""
+    numbers = as_numbers(given)
+    return np.array(np.nan) if numbers is None else numbers

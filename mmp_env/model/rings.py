@@ -1,0 +1,55 @@
+"""The default cells: 2, 4, 6 or 8 equal arms in a ring on a table, facing the centre.
+
+Radii are for arms of 0.85-0.92 m reach and scale with shorter ones. In the ring of eight, neighbours stand 0.54 m
+apart.
+"""
+
+from __future__ import annotations
+
+from numbers import Integral
+
+import numpy as np
+
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.files.reading import shown
+from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.robot import frozen_array, load_robot
+from mmp_env.model.transforms import quaternion_from_yaw
+
+RING_RADIUS_M = {2: 0.40, 4: 0.55, 6: 0.62, 8: 0.70}
+_SHORT_REACH_M, _SHORT_SCALE = 0.7, 0.73
+_TABLE_BORDER_M, _TABLE_THICKNESS_M = 0.35, 0.10
+
+
+def ring_radius(count: int, robot: str) -> float:
+    """Distance of the bases from the centre [m]; shorter arms stand closer together."""
+    return RING_RADIUS_M[count] * (_SHORT_SCALE if load_robot(robot).reach < _SHORT_REACH_M else 1.0)
+
+
+def ring_cell(count: int, robot: str = "ur5e", spheres: str = "28") -> Cell:
+    """`count` (2, 4, 6 or 8) arms `arm0`... in a ring; the top of the table is z = 0.
+
+    Raises `UnknownNameError` for another count, robot or sphere set, and `MmpError` for a count that is no number.
+    """
+    if not isinstance(count, Integral):
+        raise MmpError(f"count is {shown(count)}; it must be one of the numbers {', '.join(map(str, RING_RADIUS_M))}")
+    if count not in RING_RADIUS_M:
+        raise UnknownNameError("ring size", count, map(str, RING_RADIUS_M))
+    radius = ring_radius(count, robot)
+    arms = []
+    for k in range(count):
+        angle = 2 * np.pi * k / count
+        # Rounded to the millimetre and milliradian, so that a pose in a file says all of it.
+        position = [round(radius * np.cos(angle), 3) + 0.0, round(radius * np.sin(angle), 3) + 0.0, 0.0]
+        yaw = round(float(np.mod(angle + np.pi, 2 * np.pi)), 3)
+        arms.append(place_arm(f"arm{k}", robot, position, quaternion_from_yaw(yaw)))
+    edge = round(2 * (radius + _TABLE_BORDER_M), 3)
+    table = Obstacle(
+        name="table",
+        shape="box",
+        position=frozen_array([0.0, 0.0, -_TABLE_THICKNESS_M / 2]),
+        quaternion=frozen_array([1.0, 0.0, 0.0, 0.0]),
+        size=frozen_array([edge, edge, _TABLE_THICKNESS_M]),
+    )
+    suffix = "" if robot == "ur5e" else f"-{robot}"
+    return Cell(name=f"ring-{count}{suffix}", arms=tuple(arms), obstacles=(table,), spheres=spheres)

@@ -1,0 +1,200 @@
+"""Robots and tools: kinematics, limits and collision spheres, read from `mmp_env/robots` and `mmp_env/tools`.
+
+One folder a robot: `robot.json` (joints, limits, poses), `spheres.json` (its sphere sets) and `<name>.xml` (MJCF with
+primitive geoms). A new folder is a new robot; nothing else lists them. The checker reads the kinematics from the MJCF,
+the planners from `robot.json`; a test holds them together.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from mmp_env.brief import brief, point
+from mmp_env.errors import HOW_TO_ADD, UnknownNameError, misspelled
+from mmp_env.model.read_only import ReadOnly
+from mmp_env.model.transforms import matrix_from_rpy, transform
+from mmp_env.wording import counted
+
+SPHERE_SETS = ("28", "fine")
+_ROBOTS = Path(__file__).parents[1] / "robots"
+_TOOLS = Path(__file__).parents[1] / "tools"
+
+
+def frozen_array(values: object, dtype: type = float) -> np.ndarray:
+    """A read-only copy of `values`."""
+    array = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spheres(ReadOnly):
+    """Spheres on links: `links` [s] (index of the link each moves with), `centers` [s, 3] [m], `radii` [s] [m]."""
+
+    links: Int[np.ndarray, "s"]
+    centers: Float[np.ndarray, "s 3"]
+    radii: Float[np.ndarray, "s"]
+
+    @brief
+    def __repr__(self) -> str:
+        return f"{len(self.radii)} on {counted(len(set(self.links.tolist())), 'link')}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tool(ReadOnly):
+    """A rigid tool. `mount` is T_flange_tool, `point` the tool point [m] and the spheres are in the tool frame."""
+
+    name: str
+    mount: Float[np.ndarray, "4 4"]
+    point: Float[np.ndarray, "3"]
+    spheres: Mapping[str, Spheres]
+    self_ignore: Mapping[str, frozenset[str]]
+    """Sphere set -> names of the robot's links that the tool is not tested against."""
+    mjcf: Path
+
+    @brief
+    def __repr__(self) -> str:
+        return f"{self.name}: tool point at {point(self.point)}"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Robot(ReadOnly):
+    """One arm model: a serial chain of revolute joints. Link 0 is the base, link k + 1 is moved by joint k.
+
+    `origins[k]` is the pose of joint k's frame in link k at q = 0, `axes[k]` its axis in that frame (URDF convention).
+    Limits: `lower`, `upper` [rad], `velocity` [rad/s], `acceleration` [rad/s^2], `jerk` [rad/s^3], `effort` [N m].
+    `acceleration_published` is False where the vendor publishes none and the values are our stated defaults.
+    """
+
+    name: str
+    title: str
+    joint_names: tuple[str, ...]
+    link_names: tuple[str, ...]
+    origins: Float[np.ndarray, "dof 4 4"]
+    axes: Float[np.ndarray, "dof 3"]
+    lower: Float[np.ndarray, "dof"]
+    upper: Float[np.ndarray, "dof"]
+    velocity: Float[np.ndarray, "dof"]
+    acceleration: Float[np.ndarray, "dof"]
+    jerk: Float[np.ndarray, "dof"]
+    effort: Float[np.ndarray, "dof"]
+    draw_lower: Float[np.ndarray, "dof"]
+    draw_upper: Float[np.ndarray, "dof"]
+    """The box that random configurations come from [rad]: `draw_limits` of robot.json, or the limits cut to +-pi."""
+    acceleration_published: bool
+    flange: Float[np.ndarray, "4 4"]
+    """T_lastlink_flange."""
+    home: Float[np.ndarray, "dof"]
+    tucked: Float[np.ndarray, "dof"]
+    reach: float
+    """Horizontal reach [m], for scaling layouts."""
+    default_tool: str | None
+    spheres: Mapping[str, Spheres]
+    """By sphere set; link 0 holds the base's."""
+    self_ignore: Mapping[str, frozenset[tuple[int, int]]]
+    """By sphere set: link pairs (low, high) that are left out of the self-collision test."""
+    mjcf: Path
+
+    @brief
+    def __repr__(self) -> str:
+        return f"{self.name}: {self.title}, {counted(self.dof, 'joint')}, reach {self.reach:g} m"
+
+    @property
+    def dof(self) -> int:
+        return len(self.joint_names)
+
+
+def robot_names() -> list[str]:
+    """Names of all robots, sorted."""
+    return sorted(path.parent.name for path in _ROBOTS.glob("*/robot.json"))
+
+
+def tool_names() -> list[str]:
+    """Names of all tools, sorted."""
+    return sorted(path.parent.name for path in _TOOLS.glob("*/tool.json"))
+
+
+@functools.cache
+def load_robot(name: str) -> Robot:
+    """The robot of that name. Raises `UnknownNameError`."""
+    if name not in robot_names():
+        raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD)
+    folder = _ROBOTS / name
+    data = json.loads((folder / "robot.json").read_text())
+    links = tuple(data["links"])
+    joints = data["joints"]
+    spheres = {
+        key: _spheres({links.index(link): rows for link, rows in by_link.items()})
+        for key, by_link in json.loads((folder / "spheres.json").read_text()).items()
+    }
+
+    def column(key: str) -> np.ndarray:
+        return frozen_array([joint[key] for joint in joints])
+
+    draw = np.array(data.get("draw_limits", [[-np.pi, np.pi]] * len(joints)), dtype=float)
+
+    return Robot(
+        name=name,
+        title=data["title"],
+        joint_names=tuple(joint["name"] for joint in joints),
+        link_names=links,
+        origins=frozen_array([_pose(joint["origin"]) for joint in joints]),
+        axes=column("axis"),
+        lower=column("lower"),
+        upper=column("upper"),
+        velocity=column("velocity"),
+        acceleration=column("acceleration"),
+        jerk=column("jerk"),
+        effort=column("effort"),
+        draw_lower=frozen_array(np.maximum(draw[:, 0], column("lower"))),
+        draw_upper=frozen_array(np.minimum(draw[:, 1], column("upper"))),
+        acceleration_published=data["acceleration_published"],
+        flange=frozen_array(_pose(data["flange"])),
+        home=frozen_array(data["home"]),
+        tucked=frozen_array(data["tucked"]),
+        reach=float(data["reach"]),
+        default_tool=data["default_tool"],
+        spheres=spheres,
+        self_ignore={
+            key: frozenset((links.index(a), links.index(b)) for a, b in pairs)
+            for key, pairs in data["self_collision_ignore"].items()
+        },
+        mjcf=folder / f"{name}.xml",
+    )
+
+
+@functools.cache
+def load_tool(name: str) -> Tool:
+    """The tool of that name. Raises `UnknownNameError`."""
+    if name not in tool_names():
+        raise UnknownNameError("tool", name, tool_names(), suggest=misspelled, advice=HOW_TO_ADD)
+    folder = _TOOLS / name
+    data = json.loads((folder / "tool.json").read_text())
+    return Tool(
+        name=name,
+        mount=frozen_array(_pose(data["mount"])),
+        point=frozen_array(data["point"]),
+        spheres={key: _spheres({0: rows}) for key, rows in json.loads((folder / "spheres.json").read_text()).items()},
+        self_ignore={key: frozenset(names) for key, names in data["self_collision_ignore"].items()},
+        mjcf=folder / f"{name}.xml",
+    )
+
+
+def _pose(data: dict[str, list[float]]) -> np.ndarray:
+    return transform(matrix_from_rpy(data["rpy"]), data["xyz"])
+
+
+def _spheres(by_link: dict[int, list[list[float]]]) -> Spheres:
+    rows = [(link, *row) for link in sorted(by_link) for row in by_link[link]]
+    return Spheres(
+        links=frozen_array([row[0] for row in rows], int),
+        centers=frozen_array([row[1:4] for row in rows]),
+        radii=frozen_array([row[4] for row in rows]),
+    )

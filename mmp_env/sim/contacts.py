@@ -1,0 +1,94 @@
+"""Contacts in the simulation: which bodies touched, since when and how deep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mmp_env.brief import brief
+from mmp_env.model.cell import Cell
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two bodies touched from `time_s` [s] on; `depth_m` [m] is the deepest that they got into each other.
+
+    `body_a` is a link or tool such as `arm0/forearm`; `body_b` is `obstacle/<name>`, or a link or tool of a later arm,
+    or of the same arm farther from its base.
+    """
+
+    time_s: float
+    body_a: str
+    body_b: str
+    depth_m: float
+
+    @brief
+    def __repr__(self) -> str:
+        return f"of {self.body_a} and {self.body_b} from {self.time_s:.3f} s on, {self.depth_m * 1e3:.2f} mm deep"
+
+
+@dataclass
+class _Touch:
+    since_s: float
+    until_s: float
+    bodies: tuple[str, str]
+    depth_m: float
+
+
+class ContactLog:
+    """Gathers contacts of arms with each other, with obstacles and with themselves, physics step by physics step.
+
+    One `Contact` for each unbroken touch of two bodies, however short. Without `self_contacts` the log leaves out
+    contacts of an arm with itself.
+    """
+
+    def __init__(self, model: Any, data: Any, cell: Cell, *, self_contacts: bool = True) -> None:
+        self._data, self._contact = data, data.contact
+        self.self_contacts = self_contacts
+        self._names, self._owners = names_and_owners(model, cell)
+        self._longest_gap_s = 1.5 * float(model.opt.timestep)
+        self.clear()
+
+    def clear(self, time_s: float = 0.0) -> None:
+        """Forgets everything and counts time from `time_s` [s] of the simulation's clock."""
+        self._begin_s = time_s
+        self._touches: list[_Touch] = []
+        self._latest: dict[tuple[str, str], _Touch] = {}
+
+    @property
+    def contacts(self) -> list[Contact]:
+        """All contacts so far, earliest first; a list of its own at each call."""
+        return [Contact(touch.since_s, *touch.bodies, touch.depth_m) for touch in self._touches]
+
+    def note(self) -> None:
+        """Takes in what touches at the present instant."""
+        time_s, owners = self._data.time - self._begin_s, self._owners
+        for (geom_1, geom_2), distance in zip(self._contact.geom.tolist(), self._contact.dist.tolist(), strict=True):
+            if owners[geom_1] == owners[geom_2] and not self.self_contacts:
+                continue
+            # The geoms of an arm are numbered from its base outwards; those of the world come before all others.
+            first, second = sorted((geom_1, geom_2), key=lambda geom: (owners[geom], geom))
+            bodies = self._names[first], self._names[second]
+            touch = self._latest.get(bodies)
+            if touch is None or time_s > touch.until_s + self._longest_gap_s:
+                touch = self._latest[bodies] = _Touch(time_s, time_s, bodies, -distance)
+                self._touches.append(touch)
+            touch.until_s = time_s
+            if -distance > touch.depth_m:
+                touch.depth_m = -distance
+
+
+def names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:
+    """For each geom the name of its body, or its own if it belongs to the world, and the number of its arm.
+
+    The world counts as one arm more, so that it comes after all of them.
+    """
+    numbers = {name: k for k, name in enumerate(cell.arm_names)}
+    names, owners = [], []
+    for geom, body in enumerate(np.asarray(model.geom_bodyid).tolist()):
+        name = model.body(body).name if body else model.geom(geom).name
+        names.append(name)
+        owners.append(numbers[name.partition("/")[0]] if body else len(numbers))
+    return names, owners

@@ -1,0 +1,188 @@
+"""Execution of a plan: played through the actuators of a simulated cell, watched for contacts, torques and lag."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.brief import brief
+from mmp_env.model.plan import Plan
+from mmp_env.model.plan_fit import check_duration, check_fit
+from mmp_env.sim.clearance_audit import Nearness, nearness
+from mmp_env.sim.contacts import Contact
+from mmp_env.sim.monitor import Halt, Monitor, Watch
+from mmp_env.sim.phase_clock import PhaseClock
+from mmp_env.sim.servo_reference import Reference
+from mmp_env.sim.simulation import Simulation
+from mmp_env.sim.torque_report import Load, loads_of
+from mmp_env.wording import counted, in_seconds
+
+REACHED_RAD = 0.02
+"""An arm has reached a configuration when every joint is this close to it."""
+SETTLE_S = 0.5
+"""After the last time of a plan the servos hold its end until all is at rest, at most this long."""
+_NEAR_RAD, _AT_REST_RAD_S = 1e-3, 1e-3
+SHOWN_STEPS = 20
+"""Physics steps between two pictures in a window or a recording: 25 a second."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ExecutionReport:
+    """What became of a plan in the simulation.
+
+    `reached`: every joint of every arm ended within `REACHED_RAD` of its goal. `contacts`: of arms with each other,
+    with obstacles and with themselves, earliest first, in time since the beginning. `max_tracking_error_rad`: the
+    farthest that a joint was from where it should have been at that time. `duration_s`: simulated time, settling
+    included. `moved_to_start`: the arms stood elsewhere and were put to the plan's start first. `loads`: arm -> the
+    joint with the largest torque for its rating. `nearness`: whether bodies came closer than the plan's proof says.
+    `halts`: when a monitor stopped the arms.
+
+    `times` [t] [s] and `positions`, arm -> [t, dof] [rad], are what was recorded at each physics step, the beginning
+    included; `phases` [t] [s] is the time of the plan that was played at it, which only a monitor makes another.
+    """
+
+    reached: bool
+    contacts: list[Contact]
+    max_tracking_error_rad: float
+    duration_s: float
+    moved_to_start: bool
+    loads: Mapping[str, Load]
+    nearness: Nearness
+    halts: list[Halt]
+    times: Float[np.ndarray, "t"]
+    positions: Mapping[str, Float[np.ndarray, "t dof"]]
+    phases: Float[np.ndarray, "t"]
+
+    @brief
+    def __repr__(self) -> str:
+        goals = "every goal reached" if self.reached else "not every goal reached"
+        contacts = counted(len(self.contacts), "contact") if self.contacts else "no contact"
+        torque = max(load.share for load in self.loads.values())
+        halts = f", {counted(len(self.halts), 'halt')}" if self.halts else ""
+        return (
+            f"{goals}, {contacts}, tracking error at most {self.max_tracking_error_rad:.4f} rad,"
+            f" torque at most {torque:.0%} of its rating{halts}, {in_seconds(self.duration_s)}"
+        )
+
+    @property
+    def given_up(self) -> bool:
+        """Whether a monitor lost its patience; the last of `halts` says over what."""
+        return bool(self.halts) and self.halts[-1].until_s is None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Played:
+    """Where the arms were after each physics step [t, n], the times of the plan then, the largest error, and where it
+    ended [n].
+    """
+
+    passed: Float[np.ndarray, "t n"]
+    phases: Float[np.ndarray, "t"]
+    error: float
+    end: Float[np.ndarray, "n"]
+    halts: list[Halt]
+
+
+def execute_plan(
+    simulation: Simulation, plan: Plan, show: Callable[[], None] = lambda: None, monitor: Monitor | None = None
+) -> ExecutionReport:
+    """Plays `plan` from its start; arms that it does not move hold still. Calls `show` every 40 ms of simulated time.
+
+    At every physics step the arms follow the plan's positions with its velocities as feed-forward; how they go between
+    its times, see `Reference`. A `monitor` stops them all when one lags. Raises `MmpError` for a plan of another cell,
+    one that is malformed or longer than `LONGEST_EXECUTION_S`, and with a monitor one that is not retimed.
+    """
+    check_fit(plan, simulation.cell)
+    check_duration(plan)
+    standing = simulation.split(simulation.positions)
+    start = {name: plan.positions[name][0] if name in plan.positions else standing[name] for name in standing}
+    reference = Reference(plan, start)
+    clock = PhaseClock(reference) if monitor is not None else None
+    moved = any(np.abs(start[name] - standing[name]).max() > REACHED_RAD for name in standing)
+    if moved:
+        simulation.place(simulation.joined(start))
+    begin = simulation.positions
+    simulation.begin_log()
+    if monitor is None or clock is None:
+        played = _play(simulation, reference, show)
+    else:
+        played = _play_watched(simulation, reference, clock, monitor, show)
+    held, rest_error = _settle(simulation, played.end, show)
+    recorded = np.concatenate([begin[None], played.passed, held])
+    positions, end = simulation.split(recorded), simulation.split(recorded[-1])
+    times = simulation.timestep_s * np.arange(len(recorded))
+    return ExecutionReport(
+        reached=all(np.abs(end[name] - plan.problem.goal[name]).max() <= REACHED_RAD for name in plan.positions),
+        contacts=simulation.log.contacts,
+        max_tracking_error_rad=max(played.error, rest_error),
+        duration_s=float(times[-1]),
+        moved_to_start=bool(moved),
+        loads=loads_of(simulation),
+        nearness=nearness(simulation, plan, times, positions),
+        halts=played.halts,
+        times=times,
+        positions=positions,
+        phases=np.pad(np.append(0.0, played.phases), (0, len(held)), mode="edge"),
+    )
+
+
+def _play(simulation: Simulation, reference: Reference, show: Callable[[], None]) -> _Played:
+    """Until the reference ends."""
+    step_s = simulation.timestep_s
+    count = int(np.ceil((reference.end_s - reference.start_s) / step_s - 1e-9))
+    phases = reference.start_s + step_s * np.arange(count + 1)
+    wanted, velocity = reference.at(phases)
+    passed = np.empty((count, simulation.count))
+    for first in range(0, count, SHOWN_STEPS):
+        part = slice(first, min(first + SHOWN_STEPS, count))
+        passed[part] = simulation.follow(wanted[part], velocity[part])
+        show()
+    error = float(np.abs(passed - wanted[1:]).max(initial=0.0))
+    played = phases[1:].clip(0.0, reference.times[-1])
+    return _Played(passed=passed, phases=played, error=error, end=wanted[-1], halts=[])
+
+
+def _play_watched(
+    simulation: Simulation, reference: Reference, clock: PhaseClock, monitor: Monitor, show: Callable[[], None]
+) -> _Played:
+    """As `_play`, at the phase's own speed: until nobody lags at the end, or the monitor loses its patience."""
+    step_s, time_s = simulation.timestep_s, 0.0
+    joints = [(name, k + 1) for name, part in simulation.slices.items() for k in range(part.stop - part.start)]
+    watch = Watch(monitor, clock, joints)
+    passed, phases, error = [], [], 0.0
+    wanted, velocity = reference.at(np.array([clock.phase]))
+    while not watch.over:
+        passed.append(simulation.follow(wanted, clock.speed * velocity)[0])
+        clock.advance(step_s)
+        time_s += step_s
+        wanted, velocity = reference.at(np.array([clock.phase]))
+        lag = np.abs(passed[-1] - wanted[0])
+        error = max(error, float(lag.max()))
+        phases.append(clock.plan_s)
+        watch.look(time_s, lag, step_s)
+        if len(passed) % SHOWN_STEPS == 0:
+            show()
+    return _Played(
+        passed=np.array(passed).reshape(-1, simulation.count),
+        phases=np.array(phases),
+        error=error,
+        end=wanted[0],
+        halts=watch.halts,
+    )
+
+
+def _settle(
+    simulation: Simulation, end: Float[np.ndarray, "n"], show: Callable[[], None]
+) -> tuple[Float[np.ndarray, "t n"], float]:
+    """Where the arms were after each physics step while the servos held `end`, and the largest error."""
+    reference, passed = np.tile(end, (SHOWN_STEPS, 1)), []
+    for _ in range(round(SETTLE_S / simulation.timestep_s / SHOWN_STEPS)):
+        passed.append(simulation.follow(reference, np.zeros_like(reference)))
+        show()
+        near = np.abs(passed[-1][-1] - end).max() <= _NEAR_RAD
+        if near and np.abs(simulation.velocities).max() <= _AT_REST_RAD_S:
+            break
+    return np.concatenate(passed), float(np.abs(np.concatenate(passed) - end).max())

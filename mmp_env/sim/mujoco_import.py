@@ -1,0 +1,17 @@
+"""The one place that imports MuJoCo for simulation and pictures: where that fails for want of a library, it says which.
+
+MuJoCo loads the OpenGL library that `MUJOCO_GL` names while it is imported; some versions fail there.
+"""
+
+from __future__ import annotations
+
+from mmp_env.sim.opengl import asked_for, silent_children
+
+try:
+    with silent_children():
+        import mujoco
+except Exception:  # ImportError, AttributeError, OSError or RuntimeError, as the version and the library go
+    asked_for()
+    raise
+
+__all__ = ["mujoco"]

@@ -1,0 +1,112 @@
+"""A cell as one MuJoCo model, composed with MjSpec from the robots' and tools' MJCF.
+
+Names: `<arm>/<link>` bodies, `<arm>/joint1`..., `<arm>/servo1`..., sites `<arm>/flange` and `<arm>/tool_point`, geoms
+`obstacle/<name>`, and a body and geom `<arm>/held` for what an arm holds. What stands still never touches what stands
+still (MuJoCo: bodies welded to the world), so bases may overlap the table and each other. The parts of one arm collide
+with each other as the planners test them: parts that the planners do not test do not collide here either.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mmp_env.errors import MmpError
+from mmp_env.model.arm_parts import untested_pairs
+from mmp_env.model.cell import Arm, Cell, Obstacle
+from mmp_env.model.held import HELD
+from mmp_env.sim.arm_colors import arm_color
+from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.sim.scene_appearance import OBJECT_RGBA, obstacle_rgba, set_stage
+
+TIMESTEP_S = 0.002
+"""Physics time step. The servos are stiff; their damping is integrated implicitly."""
+HELD_DENSITY = 300.0
+"""[kg/m^3] of what arms hold; light wood or a filled carton."""
+OBSTACLE_PREFIX = "obstacle/"
+BODY_MATERIAL = "body"
+"""The material of a robot's MJCF that is tinted, so that one arm can be told from another."""
+
+_SHAPES = {
+    "box": mujoco.mjtGeom.mjGEOM_BOX,
+    "sphere": mujoco.mjtGeom.mjGEOM_SPHERE,
+    "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
+    "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
+}
+
+
+def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
+    """The `mujoco.MjModel` of a cell, with floor, light and a camera `overview`, which touch nothing.
+
+    `ctrl` holds the set points of the servos [rad]. With `moving_setpoints` these are activations, `act`, and `ctrl` is
+    how fast they move [rad/s] (what MuJoCo calls `intvelocity`): a straight reference needs one command.
+
+    Raises `MmpError` where MuJoCo refuses the MJCF of a robot or tool, or what is made of them.
+    """
+    spec = mujoco.MjSpec()
+    spec.modelname = cell.name
+    spec.compiler.degree = False
+    spec.option.timestep = TIMESTEP_S
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    # MuJoCo would let each body overlap its parent; a held object then could not touch the last link but one.
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
+    for obstacle in cell.obstacles:
+        _add_geom(spec.worldbody, OBSTACLE_PREFIX + obstacle.name, obstacle, obstacle_rgba(cell, obstacle))
+    for number, arm in enumerate(cell.arms):
+        _add_arm(spec, arm, number, cell.spheres)
+    if moving_setpoints:
+        for servo in spec.actuators:
+            servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
+    set_stage(spec, cell)
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise MmpError(f"MuJoCo cannot compile cell '{cell.name}': {error}") from error
+
+
+def _add_geom(body: Any, name: str, solid: Obstacle, rgba: tuple[float, float, float, float]) -> Any:
+    shape, size = _SHAPES[solid.shape], solid.half_size
+    return body.add_geom(name=name, type=shape, size=size, pos=solid.position, quat=solid.quaternion, rgba=rgba)
+
+
+def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
+    prefix = f"{arm.name}/"
+    robot = _read_mjcf(arm.robot.mjcf)
+    for link in arm.robot.link_names:
+        if robot.body(link) is None:
+            raise MmpError(f"{arm.robot.mjcf} has no body '{link}', which is a link of robot '{arm.robot.name}'")
+    excluded = {frozenset((pair.bodyname1, pair.bodyname2)) for pair in robot.excludes}
+    frame = spec.worldbody.add_frame(pos=arm.position, quat=arm.quaternion)
+    spec.attach(robot, frame=frame, prefix=prefix)
+    if arm.tool is not None:
+        spec.attach(_read_mjcf(arm.tool.mjcf), site=spec.site(f"{prefix}flange"), prefix=prefix)
+    if arm.held is not None:
+        tool = spec.body(f"{prefix}{arm.tool.name}").add_frame() if arm.tool else None
+        where = {"frame": tool} if tool else {"site": spec.site(f"{prefix}flange")}
+        spec.attach(_held_body(arm.held), prefix=prefix, **where)
+    free = untested_pairs(arm, sphere_set) | {frozenset(arm.robot.link_names[:2])}
+    for pair in free - excluded:
+        first, second = sorted(pair)
+        spec.add_exclude(bodyname1=prefix + first, bodyname2=prefix + second)
+    material = spec.material(prefix + BODY_MATERIAL)
+    if material is not None:
+        material.rgba = [*arm_color(number), 1.0]
+
+
+def _held_body(held: Obstacle) -> Any:
+    """A spec with the body `held`, whose weight the arm's gravity compensation carries."""
+    spec = mujoco.MjSpec()
+    body = spec.worldbody.add_body(name=HELD, gravcomp=1.0)
+    _add_geom(body, HELD, held, OBJECT_RGBA).density = HELD_DENSITY
+    return spec
+
+
+def _read_mjcf(path: Any) -> Any:
+    """A spec of its own for each attachment, which takes it over; without its options and keyframes."""
+    try:
+        spec = mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise MmpError(f"{path} is not MJCF that MuJoCo can read: {error}") from error
+    spec.option = mujoco.MjSpec().option
+    for key in list(spec.keys):
+        spec.delete(key)
+    return spec

@@ -1,0 +1,109 @@
+"""Where a plan has all joints at any time, and how fast: what servos are told while a plan is executed.
+
+Plans are linear between their times, with the velocities of their straight lines. A retimed plan, which has
+accelerations and equal steps h, is followed along the cubic B-spline of its samples: the mean of its straight lines
+over a window of h, and of that again. Its velocity, acceleration and jerk are means of the samples' divided differences
+of first, second and third order, so at every moment it keeps the limits that the samples keep, whatever the rate. For
+that it passes inside of a sample, by a h^2 / 6 at acceleration a, and begins and ends one step farther out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.model.plan import Plan
+
+_EVEN = 1e-6
+"""Steps that differ by a smaller share are equal."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Pieces:
+    """Pieces of the phase, each a step long, from `start_s` [s] on, and the largest that joints do in each [p, n]:
+    |q'| [rad/s], |q''| [rad/s^2] and |q'''| [rad/s^3].
+    """
+
+    start_s: float
+    step_s: float
+    rate: Float[np.ndarray, "p n"]
+    growth: Float[np.ndarray, "p n"]
+    jerk: Float[np.ndarray, "p n"]
+
+
+class Reference:
+    """A plan as functions of its time; joints [n] side by side, those of arms that it does not move at rest."""
+
+    def __init__(self, plan: Plan, standing: Mapping[str, Float[np.ndarray, "dof"]]) -> None:
+        """`standing`: a configuration of every arm, in the order of the joints."""
+        count = len(plan.times)
+        self.times = np.asarray(plan.times, dtype=float)
+        still = {name: np.zeros((count, len(q))) for name, q in standing.items()}
+        self.q = _joined(plan.positions, {name: np.tile(q, (count, 1)) for name, q in standing.items()})
+        self.velocities = None if plan.velocities is None else _joined(plan.velocities, still)
+        free = {name: np.full(len(q), np.inf) for name, q in standing.items()}
+        self.max_acceleration = _joined(plan.max_acceleration or {}, free)
+        self.max_jerk = _joined(plan.max_jerk or {}, free)
+        steps = np.diff(self.times)
+        even = count > 1 and bool((np.abs(steps - steps.mean()) <= _EVEN * steps.mean()).all())
+        self.is_smooth = even and plan.velocities is not None and plan.accelerations is not None
+        self._step_s = float(steps.mean()) if self.is_smooth else 0.0
+        self._controls = np.pad(self.q, ((2, 2), (0, 0)), mode="edge")
+
+    @property
+    def start_s(self) -> float:
+        """When it begins, in the plan's time [s]: one step early where it is smooth, as it rests before."""
+        return -self._step_s
+
+    @property
+    def end_s(self) -> float:
+        """When it ends, in the plan's time [s]: one step late where it is smooth."""
+        return float(self.times[-1]) + self._step_s
+
+    def at(self, clock: Float[np.ndarray, "t"]) -> tuple[Float[np.ndarray, "t n"], Float[np.ndarray, "t n"]]:
+        """Positions [rad] and velocities [rad/s] at times of the plan [s]; at rest before and after."""
+        if self.is_smooth:
+            return self._spline(clock)
+        piece = np.clip(np.searchsorted(self.times, clock, side="right") - 1, 0, max(len(self.times) - 2, 0))
+        after = np.minimum(piece + 1, len(self.times) - 1)
+        step = np.maximum(self.times[after] - self.times[piece], 1e-12)
+        share = np.clip((clock - self.times[piece]) / step, 0.0, 1.0)
+        if self.velocities is not None:
+            return _mixed(self.q, piece, after, share), _mixed(self.velocities, piece, after, share)
+        slopes = (self.q[after] - self.q[piece]) / step[:, None]
+        return _mixed(self.q, piece, after, share), np.where((clock < self.end_s)[:, None], slopes, 0.0)
+
+    def pieces(self) -> Pieces:
+        """What a smooth one asks of the joints."""
+        rate = np.abs(np.diff(self._controls, axis=0)) / self._step_s
+        growth = np.abs(np.diff(self._controls, n=2, axis=0)) / self._step_s**2
+        return Pieces(
+            start_s=self.start_s,
+            step_s=self._step_s,
+            rate=np.maximum.reduce([rate[:-2], rate[1:-1], rate[2:]]),
+            growth=np.maximum(growth[:-1], growth[1:]),
+            jerk=np.abs(np.diff(self._controls, n=3, axis=0)) / self._step_s**3,
+        )
+
+    def _spline(self, clock: Float[np.ndarray, "t"]) -> tuple[Float[np.ndarray, "t n"], Float[np.ndarray, "t n"]]:
+        x = np.clip((clock - self.start_s) / self._step_s, 0.0, len(self.q) + 1.0)
+        first = np.minimum(x.astype(int), len(self.q))
+        x = (x - first)[:, None]
+        p, q, r, s = (self._controls[first + k] for k in range(4))
+        before, here, after = q - p, r - q, s - r
+        position = q + (x**3 * after + (1 + 3 * x + 3 * x**2 - 2 * x**3) * here - (1 - x) ** 3 * before) / 6
+        velocity = ((1 - x) ** 2 * before + (1 + 2 * x - 2 * x**2) * here + x**2 * after) / (2 * self._step_s)
+        return position, velocity
+
+
+def _joined(given: Mapping[str, np.ndarray], otherwise: Mapping[str, np.ndarray]) -> Float[np.ndarray, "*t n"]:
+    return np.concatenate([np.asarray(given.get(name, rows), dtype=float) for name, rows in otherwise.items()], axis=-1)
+
+
+def _mixed(
+    rows: Float[np.ndarray, "t n"], piece: np.ndarray, after: np.ndarray, share: Float[np.ndarray, "m"]
+) -> Float[np.ndarray, "m n"]:
+    return rows[piece] * (1 - share)[:, None] + rows[after] * share[:, None]

@@ -1,0 +1,190 @@
+"""A cell in motion: one MuJoCo model and its state, driven through the position servos of all arms."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.errors import MmpError
+from mmp_env.model.cell import Cell
+from mmp_env.sim.contacts import ContactLog
+from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.sim.scene import compile_scene
+
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+class Simulation:
+    """`model` and `data` of MuJoCo, with the joints of all arms in one vector [n]: arm after arm, base to flange.
+
+    Between calls `data` is what `mj_step1` leaves: poses and contacts belong to the positions that one reads. It may be
+    somebody else's, of a model that is `compile_scene(cell, moving_setpoints=True)`. `self_contacts`: as in
+    `ContactLog`.
+    """
+
+    def __init__(self, cell: Cell, data: Any = None, *, self_contacts: bool = True) -> None:
+        self.cell = cell
+        self.data = mujoco.MjData(compile_scene(cell, moving_setpoints=True)) if data is None else data
+        self.model = self.data.model
+        self._before = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        self._touching = False
+        # Views of MuJoCo's own memory, which stays where it is.
+        self._qpos, self._qvel = self.data.qpos, self.data.qvel
+        self._setpoint, self._rate = self.data.act, self.data.ctrl
+        self._sites = self.data.site_xpos
+        self.log = ContactLog(self.model, self.data, cell, self_contacts=self_contacts)
+        self._torques = self.data.qfrc_actuator
+        self._largest_torques = np.zeros_like(self._torques)
+        _check_order(self.model, cell)
+        tools = [f"{arm.name}/{'tool_point' if arm.tool else 'flange'}" for arm in cell.arms]
+        self._tools = np.array([self.model.site(name).id for name in tools])
+        self._lead_s = _velocity_lead(self.model)
+        ends = np.cumsum([arm.dof for arm in cell.arms]).tolist()
+        self.slices = {arm.name: slice(end - arm.dof, end) for arm, end in zip(cell.arms, ends, strict=True)}
+        self.count: int = ends[-1]
+        self.timestep_s = float(self.model.opt.timestep)
+        mujoco.mj_step1(self.model, self.data)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Views of MuJoCo's memory cannot be copied; the copy has its own, and an empty log.
+        return functools.partial(type(self), self_contacts=self.log.self_contacts), (self.cell, self.data)
+
+    @property
+    def positions(self) -> Float[np.ndarray, "n"]:
+        """Joint positions [rad], a fresh array."""
+        return self._qpos.copy()
+
+    @property
+    def velocities(self) -> Float[np.ndarray, "n"]:
+        """Joint velocities [rad/s], a fresh array."""
+        return self._qvel.copy()
+
+    @property
+    def tool_points(self) -> Float[np.ndarray, "a 3"]:
+        """Each arm's tool point in the world [m], its flange where it has no tool; a fresh array."""
+        return self._sites[self._tools]
+
+    @property
+    def largest_torques(self) -> Float[np.ndarray, "n"]:
+        """The largest that the motors gave in `follow` since the log began [N m], gravity included; a fresh array."""
+        return self._largest_torques.copy()
+
+    def joined(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> Float[np.ndarray, "n"]:
+        """One vector of a configuration per arm."""
+        return np.concatenate([q[name] for name in self.slices])
+
+    def split(self, q: Float[np.ndarray, "*t n"]) -> dict[str, Float[np.ndarray, "*t dof"]]:
+        """Arm name -> its part of the last axis, copied."""
+        return {name: q[..., part].copy() for name, part in self.slices.items()}
+
+    def place(self, q: Float[np.ndarray, "n"]) -> None:
+        """Puts all arms at rest at `q` [rad], the servos holding them there; the clock starts at 0."""
+        mujoco.mj_resetData(self.model, self.data)
+        self._qpos[:] = q
+        self._setpoint[:] = q
+        mujoco.mj_step1(self.model, self.data)
+        self.begin_log()
+
+    def begin_log(self) -> None:
+        """Forgets the contacts so far and counts the time of those to come from now; what touches now is the first."""
+        self.log.clear(float(self.data.time))
+        self._largest_torques[:] = 0.0
+        if self.data.ncon:
+            self.log.note()
+
+    def ramp(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> None:
+        """Drives the arms along a straight reference from `begin` to `end` [rad]; contacts go to `log`.
+
+        Raises `RuntimeError` where the physics diverges.
+        """
+        begin_s = self.aim(begin, end, steps)
+        self.advance(steps)
+        self._check_clock(begin_s, steps)
+
+    def aim(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> float:
+        """Gives the servos a straight reference for the next `steps` physics steps; returns the time [s]."""
+        velocity = (end - begin) / (steps * self.timestep_s)
+        self._setpoint[:], self._rate[:] = begin + self._lead_s * velocity, velocity
+        return self.data.time
+
+    def advance(self, steps: int) -> None:
+        """Lets so many physics steps pass; contacts go to `log`. Says nothing of physics that diverges."""
+        if self._touching or not self._step_untouched(steps):
+            self._step_watched(steps)
+
+    def _step_untouched(self, steps: int) -> bool:
+        """Leaves all steps to MuJoCo, which is quicker; takes them back and returns False where anything touched."""
+        model, data = self.model, self.data
+        mujoco.mj_getState(model, data, self._before, _STATE)
+        data.maxuse_con = 0
+        mujoco.mj_step2(model, data)
+        mujoco.mj_step(model, data, steps - 1)
+        mujoco.mj_step1(model, data)
+        if data.maxuse_con == 0:
+            return True
+        mujoco.mj_setState(model, data, self._before, _STATE)
+        mujoco.mj_step1(model, data)
+        return False
+
+    def _step_watched(self, steps: int) -> None:
+        """The same steps one by one, with a look at the contacts after each."""
+        model, data, step_1, step_2 = self.model, self.data, mujoco.mj_step1, mujoco.mj_step2
+        self._touching = False
+        for _ in range(steps):
+            step_2(model, data)
+            step_1(model, data)
+            if data.ncon:
+                self.log.note()
+                self._touching = True
+
+    def follow(
+        self, reference: Float[np.ndarray, "t n"], velocity: Float[np.ndarray, "t n"]
+    ) -> Float[np.ndarray, "t n"]:
+        """As `ramp`, along `reference` [rad], moving at `velocity` [rad/s]; returns where the arms are after each step.
+
+        Row k says where the arms should be at the beginning of physics step k.
+        """
+        # Each step is mj_step, cut so that poses and contacts are those of the state that it leads to.
+        model, data, setpoint, begin_s = self.model, self.data, self._setpoint, self.data.time
+        torques, largest = self._torques, self._largest_torques
+        self._rate[:] = 0.0
+        passed = np.empty_like(reference)
+        for row, command in zip(passed, reference + self._lead_s * velocity, strict=True):
+            setpoint[:] = command
+            mujoco.mj_step2(model, data)
+            mujoco.mj_step1(model, data)
+            row[:] = self._qpos
+            np.maximum(largest, np.abs(torques), out=largest)
+            if data.ncon:
+                self.log.note()
+        self._check_clock(begin_s, len(reference))
+        return passed
+
+    def _check_clock(self, begin_s: float, steps: int) -> None:
+        """MuJoCo starts anew, time included, where a number is no longer finite."""
+        if self.data.time < begin_s + (steps - 0.5) * self.timestep_s:
+            raise RuntimeError(f"the simulation of cell '{self.cell.name}' diverged; its servos or masses are unsound")
+
+
+def _check_order(model: Any, cell: Cell) -> None:
+    """Raises `MmpError` where the joints and servos of the model are others than the cell's, or in another order."""
+    numbered = [f"{arm.name}/{{}}{k + 1}" for arm in cell.arms for k in range(arm.dof)]
+    for kind, there in (
+        ("joint", [model.joint(k).name for k in range(model.njnt)]),
+        ("servo", [model.actuator(k).name for k in range(model.nu)]),
+    ):
+        expected = [name.format(kind) for name in numbered]
+        if there != expected:
+            raise MmpError(f"the MJCF of cell '{cell.name}' has {kind}s {there}; expected {expected}")
+
+
+def _velocity_lead(model: Any) -> Float[np.ndarray, "u"]:
+    """kv / kp [s] of each position servo, whose force is kp (setpoint - q) - kv dq/dt.
+
+    With the set point q_ref + kv / kp dq_ref/dt it is kp (q_ref - q) + kv d(q_ref - q)/dt: no lag behind a ramp.
+    """
+    return -model.actuator_biasprm[:, 2] / model.actuator_gainprm[:, 0]

@@ -1,0 +1,113 @@
+"""The MuJoCo geoms of a cell as shapes of rerun, and the bodies that carry them along."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.model.cell import Cell
+from mmp_env.model.transforms import matrix_from_quaternion
+from mmp_env.view.rerun.sdk import require
+
+CELL, STAGE = "/cell", "/stage"
+_LAST_GROUP = 2
+"""Geoms of higher groups are hidden in MuJoCo's pictures too."""
+
+
+class CellGeoms:
+    """Logs the geoms of a cell once, and the poses of its bodies as often as one likes.
+
+    Moving bodies are entities `/cell/<arm>/<link>`, what stands in the world is under `/stage`. Geoms are there at all
+    times, or where they are not `static`, from the present time of the stream on.
+    """
+
+    def __init__(self, stream: Any, cell: Cell, model: Any = None, *, static: bool = True) -> None:
+        from mmp_env.sim.mujoco_import import mujoco
+        from mmp_env.sim.scene import compile_scene
+
+        self._mujoco, self._stream, self._static = mujoco, stream, static
+        self.model = model = compile_scene(cell) if model is None else model
+        self._data = mujoco.MjData(model)
+        by_body: dict[int, list[int]] = {}
+        for geom in np.flatnonzero(model.geom_group <= _LAST_GROUP).tolist():
+            by_body.setdefault(int(model.geom_bodyid[geom]), []).append(geom)
+        self._bodies = {body: f"{CELL}/{model.body(body).name}" for body in by_body if body != 0}
+        for body, geoms in by_body.items():
+            self._log_geoms(self._bodies.get(body, STAGE), geoms)
+
+    def send_poses(self, index: list[Any], q: Float[np.ndarray, "t n"]) -> None:
+        """The bodies with all joints at `q` [t, n] [rad], a row for each time of `index`."""
+        model, data = self.model, self._data
+        places, turns = np.empty((len(q), model.nbody, 3)), np.empty((len(q), model.nbody, 4))
+        for k, row in enumerate(q):
+            data.qpos[:] = row
+            self._mujoco.mj_kinematics(model, data)
+            places[k], turns[k] = data.xpos, data.xquat
+        self.send_bodies(index, places, turns)
+
+    def send_bodies(
+        self, index: list[Any], places: Float[np.ndarray, "t b 3"], turns: Float[np.ndarray, "t b 4"]
+    ) -> None:
+        """The bodies at `places` [m], turned by the quaternions `turns` (wxyz), both as MuJoCo has them."""
+        rerun = require()
+        xyzw = turns[..., [1, 2, 3, 0]].astype(np.float32)
+        for body, path in self._bodies.items():
+            columns = rerun.Transform3D.columns(
+                translation=places[:, body].astype(np.float32), quaternion=xyzw[:, body]
+            )
+            self._stream.send_columns(path, index, columns)
+
+    def _log_geoms(self, path: str, geoms: Sequence[int]) -> None:
+        by_shape: dict[int, list[int]] = {}
+        for geom in geoms:
+            by_shape.setdefault(int(self.model.geom_type[geom]), []).append(geom)
+        by_shape.pop(int(self._mujoco.mjtGeom.mjGEOM_PLANE), None)  # the floor has no end
+        for shape, alike in by_shape.items():
+            name, archetype = self._archetype(shape, np.array(alike))
+            self._stream.log(f"{path}/{name}", archetype, static=self._static)
+
+    def _archetype(self, shape: int, geoms: np.ndarray) -> tuple[str, Any]:
+        rerun, types, model = require(), self._mujoco.mjtGeom, self.model
+        size = model.geom_size[geoms]
+        look: dict[str, Any] = {
+            "quaternions": model.geom_quat[geoms][:, [1, 2, 3, 0]],
+            "colors": self._colors(geoms),
+            "fill_mode": "solid",
+        }
+        place = model.geom_pos[geoms]
+        if shape == types.mjGEOM_CYLINDER:
+            return "cylinders", rerun.Cylinders3D(lengths=2 * size[:, 1], radii=size[:, 0], centers=place, **look)
+        if shape == types.mjGEOM_CAPSULE:  # those of rerun begin at their lower end
+            down = np.array(
+                [_turned(q, [0, 0, -half]) for q, half in zip(model.geom_quat[geoms], size[:, 1], strict=True)]
+            )
+            return "capsules", rerun.Capsules3D(
+                lengths=2 * size[:, 1], radii=size[:, 0], translations=place + down, **look
+            )
+        if shape in (types.mjGEOM_SPHERE, types.mjGEOM_ELLIPSOID):
+            half = size if shape == types.mjGEOM_ELLIPSOID else np.repeat(size[:, :1], 3, axis=1)
+            return types(shape).name[7:].lower() + "s", rerun.Ellipsoids3D(half_sizes=half, centers=place, **look)
+        if shape == types.mjGEOM_BOX:
+            return "boxes", rerun.Boxes3D(half_sizes=size, centers=place, **look)
+        # Whatever else there may be, such as meshes, by the boxes around it.
+        middle, half = model.geom_aabb[geoms, :3], model.geom_aabb[geoms, 3:]
+        center = place + [_turned(q, m) for q, m in zip(model.geom_quat[geoms], middle, strict=True)]
+        return "others", rerun.Boxes3D(half_sizes=half, centers=center, **look)
+
+    def _colors(self, geoms: np.ndarray) -> np.ndarray:
+        materials = self.model.geom_matid[geoms]
+        rgba = self.model.geom_rgba[geoms].copy()
+        rgba[materials >= 0] = self.model.mat_rgba[materials[materials >= 0]]
+        return np.rint(255 * rgba).astype(np.uint8)
+
+
+def joined(cell: Cell, q: Mapping[str, Float[np.ndarray, "t dof"]]) -> Float[np.ndarray, "t n"]:
+    """One row a time with the joints of all arms as the model has them, from arm -> [t, dof]."""
+    return np.concatenate([q[name] for name in cell.arm_names], axis=1)
+
+
+def _turned(quaternion: np.ndarray, vector: Any) -> np.ndarray:
+    return matrix_from_quaternion(quaternion) @ np.asarray(vector, dtype=float)

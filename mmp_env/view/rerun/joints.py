@@ -1,0 +1,73 @@
+"""Joint positions and velocities of a plan against their limits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.model.plan import Plan
+from mmp_env.view.rerun import timelines
+from mmp_env.view.rerun.clouds import Configurations
+from mmp_env.view.rerun.colors import CONTACT, legible
+from mmp_env.view.rerun.sdk import require
+
+JOINTS = "/plan/joints"
+POSITION, VELOCITY = "position", "velocity"
+_COLORS = [
+    legible(color)
+    for color in (
+        (228, 26, 28),
+        (55, 126, 184),
+        (77, 175, 74),
+        (152, 78, 163),
+        (255, 127, 0),
+        (166, 86, 40),
+        (98, 98, 98),
+    )
+]
+
+
+def send_joints(stream: Any, plan: Plan, times: Float[np.ndarray, "t"], q: Configurations) -> None:
+    """For each arm `<arm>/position` and `<arm>/velocity`, a line a joint, in shares of the limits, 1 and -1."""
+    rerun = require()
+    ends = [timelines.seconds([0.0, plan.makespan_s])]
+    for arm in plan.problem.cell.arms:
+        shares = {
+            POSITION: (times, position_shares(arm.robot.lower, arm.robot.upper, q[arm.name])),
+            VELOCITY: velocity_shares(plan, arm.name),
+        }
+        look = rerun.SeriesLines(
+            names=[f"joint {k + 1}" for k in range(arm.dof)], colors=[_COLORS[k % 7] for k in range(arm.dof)]
+        )
+        for what, (instants, share) in shares.items():
+            path = f"{JOINTS}/{arm.name}/{what}"
+            stream.log(path, look, static=True)
+            columns = rerun.Scalars.columns(scalars=share.ravel()).partition([arm.dof] * len(share))
+            stream.send_columns(path, [timelines.seconds(instants)], columns)
+            limits = rerun.SeriesLines(names=["limit", "limit"], colors=[CONTACT] * 2, widths=[1.0] * 2)
+            stream.log(f"{path}/limits", limits, static=True)
+            lines = rerun.Scalars.columns(scalars=[1.0, -1.0, 1.0, -1.0]).partition([2, 2])
+            stream.send_columns(f"{path}/limits", ends, lines)
+
+
+def position_shares(
+    lower: Float[np.ndarray, "dof"], upper: Float[np.ndarray, "dof"], q: Float[np.ndarray, "t dof"]
+) -> Float[np.ndarray, "t dof"]:
+    """-1 at the lower limit, 1 at the upper one."""
+    return (2 * q - lower - upper) / (upper - lower)
+
+
+def velocity_shares(plan: Plan, arm: str) -> tuple[Float[np.ndarray, "t"], Float[np.ndarray, "t dof"]]:
+    """Times [s] and velocities there, 1 being the limit of the problem; where the plan has none, those of its segments.
+
+    A segment's velocity holds from its beginning to its end, so there are two rows for each.
+    """
+    limit = plan.problem.max_velocity[arm]
+    if plan.velocities is not None:
+        return plan.times, plan.velocities[arm] / limit
+    if len(plan.times) == 1:
+        return plan.times, np.zeros((1, len(limit)))
+    slopes = np.diff(plan.positions[arm], axis=0) / np.diff(plan.times)[:, None] / limit
+    return np.repeat(plan.times, 2)[1:-1], np.repeat(slopes, 2, axis=0)

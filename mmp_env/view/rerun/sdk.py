@@ -1,0 +1,132 @@
+"""The one place that imports rerun, and how a recording begins and ends."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import os
+import re
+import sys
+import threading
+from collections.abc import Iterator
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from mmp_env.errors import MmpError
+from mmp_env.files.writing import check_writable, whole_file
+from mmp_env.sim.opengl import has_display
+
+SPAWN = "spawn"
+"""Instead of a file: opens the viewer."""
+SUFFIX = ".rrd"
+_CHUNK_BYTES = 2**16
+
+
+def require() -> Any:
+    """The module `rerun`. Raises `MmpError` with one sentence where it is not installed."""
+    try:
+        return importlib.import_module("rerun")
+    except ImportError as error:
+        raise MmpError(
+            f"recordings need rerun-sdk, which cannot be imported ({error}); get it with: pip install 'mmp-env[rerun]'"
+        ) from error
+
+
+def check(to: str | PathLike[str]) -> None:
+    """Raises `MmpError` where no recording can be made.
+
+    That is: rerun is missing, there is no display for `spawn`, or `to` is no `*.rrd` that can be written.
+    """
+    require()
+    if to == SPAWN:
+        if not has_display():
+            raise MmpError(f"'{SPAWN}' opens a window, and there is no display here; record to a file {SUFFIX} instead")
+        return
+    path = Path(to)
+    if path.suffix != SUFFIX:
+        raise MmpError(f"'{path}' is no name for a recording; it must end in {SUFFIX}, or be '{SPAWN}' for the viewer")
+    check_writable(path)
+
+
+@contextlib.contextmanager
+def whole(to: str | PathLike[str]) -> Iterator[str | PathLike[str]]:
+    """Where to record to: `spawn` as it is, or a place beside the file `to` that is moved there in the end."""
+    if to == SPAWN:
+        yield to
+        return
+    with whole_file(to) as temporary:
+        yield temporary
+
+
+class Recording:
+    """A stream of one recording into the file `to`, or into a viewer that is opened for `spawn`.
+
+    `kind` says what is in it: the viewer keeps the layout that a user makes for the next recording of that kind. What
+    `to` may be, `check` has looked at before.
+    """
+
+    def __init__(self, to: str | PathLike[str], kind: str, name: str) -> None:
+        rerun = require()
+        self._file: _Pipe | None = None
+        # Of other characters rerun makes names that mean nothing.
+        self.stream = rerun.RecordingStream("mmp-env-" + re.sub(r"[^\w-]+", "-", kind, flags=re.ASCII).strip("-"))
+        if to == SPAWN:
+            rerun.spawn(recording=self.stream, hide_welcome_screen=True, executable_path=_viewer())
+        else:
+            self._file = _Pipe(Path(to))
+            self.stream.save(self._file.entrance)
+        self.stream.send_recording_name(name)
+        # Nobody wants to see when a row was written, or that it was the hundredth.
+        rerun.set_log_time_enabled(False, recording=self.stream)
+        rerun.set_log_tick_enabled(False, recording=self.stream)
+
+    def end(self, blueprint: Any) -> None:
+        """Says how the viewer is to lay it out, and closes the file.
+
+        Raises `MmpError` where the viewer was closed, and `OSError` where the file cannot be written.
+        """
+        self.stream.send_blueprint(blueprint)
+        try:
+            self.stream.flush()
+        except RuntimeError as error:
+            raise MmpError(f"the recording is not whole: {error}") from error
+        finally:
+            self.stream.disconnect()
+            if self._file is not None:
+                self._file.close()
+
+
+class _Pipe:
+    """Copies to a file what comes in at `entrance`. Rerun waits for ever where it cannot write to a file itself."""
+
+    def __init__(self, path: Path) -> None:
+        self._sink = path.open("wb", buffering=0)
+        self._source, self._end = os.pipe()
+        self.entrance = Path(f"/proc/self/fd/{self._end}")
+        self._error: OSError | None = None
+        self._copying = threading.Thread(target=self._copy, daemon=True)
+        self._copying.start()
+
+    def close(self) -> None:
+        """Ends when all is copied. Raises `OSError` where it could not be written."""
+        os.close(self._end)
+        self._copying.join()
+        os.close(self._source)
+        self._sink.close()
+        if self._error is not None:
+            raise self._error
+
+    def _copy(self) -> None:
+        while chunk := memoryview(os.read(self._source, _CHUNK_BYTES)):
+            while chunk and self._error is None:
+                try:
+                    chunk = chunk[self._sink.write(chunk) :]
+                except OSError as error:
+                    self._error = error
+
+
+def _viewer() -> str | None:
+    """The viewer beside this interpreter, which is not on the path of an environment that is not activated."""
+    beside = Path(sys.executable).parent / "rerun"
+    return str(beside) if beside.exists() else None

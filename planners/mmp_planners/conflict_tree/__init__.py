@@ -1,0 +1,1 @@
+"""Conflict-tree search: nodes, their expansion and selection, constraints, repulsion and the fast track."""

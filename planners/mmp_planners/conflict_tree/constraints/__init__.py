@@ -1,0 +1,34 @@
+"""Constraint kinds: what the branches of a conflict forbid. One file each; `KINDS` names them."""
+
+from mmp_planners.conflict_tree.constraints.avoid_path import AvoidPath
+from mmp_planners.conflict_tree.constraints.avoid_state import AvoidState
+from mmp_planners.conflict_tree.constraints.kind import (
+    INSTANTS,
+    Branch,
+    ConstraintKind,
+    EitherArm,
+    EveryKind,
+    Meeting,
+    OneSided,
+)
+from mmp_planners.conflict_tree.constraints.priority import PathPriority, StepPriority
+from mmp_planners.conflict_tree.constraints.sphere import Sphere
+from mmp_planners.conflict_tree.constraints.split import Split
+from mmp_planners.conflict_tree.constraints.vertex import Vertex
+
+__all__ = [
+    "INSTANTS",
+    "AvoidPath",
+    "AvoidState",
+    "Branch",
+    "ConstraintKind",
+    "EitherArm",
+    "EveryKind",
+    "Meeting",
+    "OneSided",
+    "PathPriority",
+    "Sphere",
+    "Split",
+    "StepPriority",
+    "Vertex",
+]

@@ -1,0 +1,105 @@
+"""Repulsive trajectory modification (ModifyMotion of APF-ECBS, arXiv 2509.13882).
+
+The descent itself is native (`native/modify_motion.hpp`); its slow twin in the tests reads like the formula.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from mmp_env import _core
+from mmp_env.events import ForceField
+from mmp_planners.planning_context import Arms, Path
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Modified:
+    """A path after repulsion, how many iterations were accepted, the iterates if they were asked for, what pushed."""
+
+    path: Path
+    iterations: int = 0
+    iterates: tuple[np.ndarray, ...] = ()
+    field: ForceField | None = None
+
+
+@runtime_checkable
+class Modification(Protocol):
+    """What happens to a path after replanning; None leaves it as it is."""
+
+    def __call__(
+        self, arms: Arms, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+    ) -> Modified | None: ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Unmodified:
+    """Plain ECBS: the path stays as the low level made it."""
+
+    def __call__(
+        self, arms: Arms, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+    ) -> Modified | None:
+        return None
+
+
+@dataclass(frozen=True, kw_only=True)
+class RepulsiveModification:
+    """Gradient descent away from the other arms.
+
+    force on step k: sum over sphere pairs with d <= d0 of J_p^T k_rep (1/d - 1/d0) / d^2 (p - o)/|p - o|;
+    q_{n+1} = q_n + alpha * force, at most `max_iterations` times, ends fixed; an iterate in static or self collision
+    ends it, one that breaks a constraint is passed through but not returned.
+
+    `alpha`, `k_rep`, `d0` [m], `max_iterations` as in the paper. `distance`: d between sphere `surface`s (ours; with
+    `centre`s, the letter, the paper's alpha moves arms by 1e-4 rad). `step`: `gradient` as in the paper, or
+    `normalised` to 0.02 rad with forces smoothed over time. `early_stop` ends once there is no conflict and 2 cm of
+    clearance. `trace` keeps every iterate for watchers.
+    """
+
+    alpha: float = 1e-7
+    k_rep: float = 0.05
+    d0: float = 0.10
+    max_iterations: int = 50
+    distance: str = "surface"
+    step: str = "gradient"
+    early_stop: bool = True
+    trace: bool = False
+
+    def __call__(
+        self, arms: Arms, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+    ) -> Modified | None:
+        q, moved, iterations, _, iterates = _core.modify_motion(
+            arms.core,
+            paths[arm].motion,
+            [path.motion for k, path in enumerate(paths) if k != arm],
+            constraints,
+            arms.max_step[arm],
+            arms.keep_levels(),
+            arms.problem.margin,
+            arms.clock,
+            alpha=self.alpha,
+            k_rep=self.k_rep,
+            d0=self.d0,
+            max_iterations=self.max_iterations,
+            centre_distance=self.distance == "centre",
+            normalised=self.step == "normalised",
+            normalised_step=0.02,
+            max_step=0.05,
+            comfort=0.02 if self.early_stop else -1.0,
+            trace=self.trace,
+        )
+        if not moved:
+            return None
+        field = ForceField(k_rep=self.k_rep, d0=self.d0, centres=self.distance == "centre")
+        return Modified(path=arms.path(arm, q), iterations=iterations, iterates=tuple(iterates), field=field)
+
+
+def traced(modification: Modification) -> Modification:
+    """The same, keeping every iterate where it has any."""
+    if isinstance(modification, RepulsiveModification):
+        return dataclasses.replace(modification, trace=True)
+    return modification

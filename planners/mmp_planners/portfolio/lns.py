@@ -1,0 +1,37 @@
+"""Arms with detours planned anew among the others, for what shortcuts cannot find: another way round.
+
+A large-neighbourhood search (Shaw 1998; for many robots MAPF-LNS, Li et al., IJCAI 2021), the neighbourhood one arm, or
+one that makes room for another (`native/replanner.hpp`). Ways are found by RRT in space and time that looks only where
+they can still become shorter (`native/informed.hpp`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mmp_env import _core
+from mmp_env.model.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.plan import Plan
+from mmp_planners.portfolio.shortcutting import on_grid, paced, step_of_grid
+
+
+@dataclass(frozen=True, kw_only=True)
+class Replanning:
+    """`attempts` to give arms shorter ways on a grid of `dt` [s]; the same seed gives the same plan."""
+
+    attempts: int
+    dt: float = 0.1
+
+    def __call__(self, plan: Plan, seed: int, clock: _core.Clock) -> tuple[Plan, int]:
+        """The plan made shorter, its certificate still to come, and how many attempts succeeded."""
+        problem, dt = plan.problem, step_of_grid(plan, self.dt)
+        rows, kept = _core.replan(
+            problem.cell.collision.core,
+            on_grid(plan, dt),
+            [problem.max_velocity[name] * dt for name in problem.cell.arm_names],
+            levels(problem, HIT, KEEP_PROOF),
+            self.attempts,
+            seed,
+            clock,
+        )
+        return (paced(problem, rows) if kept else plan), kept

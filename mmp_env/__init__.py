@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from mmp_env.files.plan_file import load_plan, save_plan
     from mmp_env.gym.env import MultiArmCellEnv
     from mmp_env.gym.instances import draw_instance, draw_problem
-    from mmp_env.model.cell import Arm, Cell, Obstacle, place_arm
+    from mmp_env.model.arm import Arm, Obstacle, place_arm
+    from mmp_env.model.cell import Cell
     from mmp_env.model.collision import CollisionModel
     from mmp_env.model.conflict import Conflict
     from mmp_env.model.plan import Plan
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from mmp_env.sim.monitor import Monitor
     from mmp_env.version import __version__
     from mmp_env.view.films import save_film
+    from mmp_env.view.notebook import PlanView
     from mmp_env.view.pictures import save_picture
     from mmp_env.view.search_tree import SearchTree
 
@@ -52,6 +54,7 @@ _HOMES = {
     "files.instance_file": ("load_instances",),
     "gym.instances": ("draw_instance", "draw_problem"),
     "sim.monitor": ("Monitor",),
+    "view.notebook": ("PlanView",),
     "view.pictures": ("save_picture",),
     "model.plan": ("Plan",),
     "files.plan_file": ("load_plan", "save_plan"),
@@ -76,6 +79,7 @@ __all__ = [
     "MultiArmCellEnv",
     "Obstacle",
     "Plan",
+    "PlanView",
     "Problem",
     "Robot",
     "SearchTree",

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from mmp_env.errors import MmpError
-from mmp_env.files.reading import shown
+from mmp_env.wording import shown
 
 T = TypeVar("T")
 

@@ -1,6 +1,7 @@
 """Words that go with numbers in messages."""
 
 import math
+import reprlib
 
 _MOST_DEGREES = 3600.0
 _LONG_S = 1e6
@@ -20,3 +21,24 @@ def counted(count: int, noun: str) -> str:
 def degrees_hint(angle: float) -> str:
     """Returns the end of a message about an angle that must be in radians; empty where degrees explain nothing."""
     return f"; {angle:g} looks like degrees" if 2 * math.pi < abs(angle) <= _MOST_DEGREES else ""
+
+
+class _Short(reprlib.Repr):
+    def repr_int(self, x: int, level: int) -> str:
+        # Python refuses to write out a number of more than 4300 digits.
+        return super().repr_int(x, level) if abs(x) < 10**self.maxlong else f"a number of {_digits(x)} digits"
+
+
+_SHORT = _Short()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
+_SHORT.maxlist, _SHORT.maxdict, _SHORT.maxlevel = 7, 3, 2
+
+
+def shown(value: object) -> str:
+    """A value on one short line."""
+    return "null" if value is None else str(value).lower() if isinstance(value, bool) else _SHORT.repr(value)
+
+
+def _digits(number: int) -> int:
+    """About how many digits a whole number has."""
+    return int(number.bit_length() * math.log10(2)) + 1

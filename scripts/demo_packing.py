@@ -16,9 +16,10 @@ from mmp_cli.arguments import Parser, check_spared, seconds, seed
 from mmp_cli.standalone import run_script
 from mmp_env import find_cell, make_problem
 from mmp_env.check.episode import check_episode
-from mmp_env.files.episode_file import Episode, EpisodeExecution, episode_to_dict, execute_episode, save_episode
+from mmp_env.files.episode_file import Episode, episode_to_dict, save_episode
 from mmp_env.files.writing import check_writable, left_alone, whole_file
 from mmp_env.retime import retime
+from mmp_env.sim.episode_execution import EpisodeExecution, execute_episode
 from mmp_env.view.films import ENCODERS, HOLD_S, check_film, frames
 from mmp_env.view.offscreen_renderer import HEIGHT, WIDTH
 from mmp_env.view.plan_outline import plan_outline

@@ -5,7 +5,7 @@ import two_arms
 from two_arms import along
 
 from mmp_env import _core
-from mmp_env.model.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.collision import HIT, KEEP_PROOF
 
 DT_S = 0.1
 LIFT = np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])
@@ -16,7 +16,7 @@ def recombination(problem, *ways):
     """With `ways`, each of them one for every arm, added."""
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
-    out = _core.Recombination(problem.cell.collision.core, speeds, levels(problem, HIT, KEEP_PROOF))
+    out = _core.Recombination(problem.cell.collision.core, speeds, problem.levels(HIT, KEEP_PROOF))
     for way in ways:
         out.add(way)
     return out

@@ -12,7 +12,6 @@ from jaxtyping import Float
 from mmp_env.errors import MmpError
 from mmp_env.export.joint_names import joint_names
 from mmp_env.model.plan import Plan
-from mmp_env.model.plan_fit import check_complete
 
 SAME_RAD = 1e-6
 """A plan begins where the one before it ends, up to this."""
@@ -58,7 +57,7 @@ def motion_of(plans: Sequence[Plan], pattern: str) -> Motion:
     if not plans:
         raise MmpError("there is no plan to export")
     for plan in plans:
-        check_complete(plan)
+        plan.check_complete()
     first = plans[0]
     for number, (before, after) in enumerate(pairwise(plans), start=1):
         _check_joint(before, after, number)

@@ -13,10 +13,10 @@ from jaxtyping import Float, Int
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.export.motion import Motion
-from mmp_env.files.reading import MAX_JSON_BYTES, named, shown, unique
+from mmp_env.files.reading import MAX_JSON_BYTES, named, unique
 from mmp_env.files.regular_files import read_bytes
 from mmp_env.files.yaml_reading import yaml_value
-from mmp_env.wording import counted, in_seconds
+from mmp_env.wording import counted, in_seconds, shown
 
 _NANO = 10**9
 _LARGEST_SEC = 2**31 - 1

@@ -14,13 +14,14 @@ from msgspec import UNSET, UnsetType
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.file_kinds import CELL, read_for
-from mmp_env.files.reading import Place, decode, named, shown
-from mmp_env.model.cell import NAMES, SHAPES, Arm, Cell, Obstacle, is_name
+from mmp_env.files.reading import Place, decode, named
+from mmp_env.model.arm import NAMES, SHAPES, Arm, Obstacle, is_name
+from mmp_env.model.cell import Cell
 from mmp_env.model.cell_limits import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M
 from mmp_env.model.held import HELD
 from mmp_env.model.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.model.transforms import quaternion_from_yaw
-from mmp_env.wording import degrees_hint
+from mmp_env.wording import degrees_hint, shown
 
 MEASURES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
 """What gives the size of each shape."""

@@ -18,12 +18,12 @@ from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.cell_file import CellData, cell_from_data, check_name
 from mmp_env.files.file_kinds import INSTANCES, read_for
-from mmp_env.files.reading import Place, check_schema, decode, named, numbers, shown
+from mmp_env.files.reading import Place, check_schema, decode, named, numbers
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
 from mmp_env.model.robot import frozen_array
-from mmp_env.wording import counted
+from mmp_env.wording import counted, shown
 
 INSTANCES_SCHEMA = "mmp-instances/1"
 

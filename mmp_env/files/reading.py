@@ -8,9 +8,7 @@ the module that asked.
 from __future__ import annotations
 
 import json
-import math
 import re
-import reprlib
 import sys
 from collections import Counter
 from collections.abc import Iterator
@@ -24,6 +22,7 @@ import msgspec
 
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
 from mmp_env.files.regular_files import check_size, read_bytes
+from mmp_env.wording import shown
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -48,17 +47,6 @@ times the memory of their text.
 """
 
 
-class _Short(reprlib.Repr):
-    def repr_int(self, x: int, level: int) -> str:
-        # Python refuses to write out a number of more than 4300 digits.
-        return super().repr_int(x, level) if abs(x) < 10**self.maxlong else f"a number of {_digits(x)} digits"
-
-
-_SHORT = _Short()
-_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
-_SHORT.maxlist, _SHORT.maxdict, _SHORT.maxlevel = 7, 3, 2
-
-
 class NotJsonError(MmpError):
     """Text that is not JSON."""
 
@@ -80,11 +68,6 @@ class Place:
     def wrong(self, value: object, allowed: str) -> MmpError:
         """The error that the value here is not what is `allowed`."""
         return MmpError(f"{self} is {shown(value)}; it must be {allowed}")
-
-
-def shown(value: object) -> str:
-    """A value on one short line."""
-    return "null" if value is None else str(value).lower() if isinstance(value, bool) else _SHORT.repr(value)
 
 
 @contextmanager
@@ -153,11 +136,6 @@ def parse_yaml(text: str, place: Place) -> Any:
 
     with named(place):
         return yaml_value(text, unique)
-
-
-def _digits(number: int) -> int:
-    """About how many digits a whole number has."""
-    return int(number.bit_length() * math.log10(2)) + 1
 
 
 def check_schema(data: Any, wanted: str, place: Place) -> None:

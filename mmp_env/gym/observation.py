@@ -9,7 +9,8 @@ from gymnasium import spaces
 from jaxtyping import Float
 
 from mmp_env import _core
-from mmp_env.model.cell import Arm, Cell
+from mmp_env.model.arm import Arm
+from mmp_env.model.cell import Cell
 from mmp_env.sim.simulation import Simulation
 
 OVERSHOOT_RAD = 0.1

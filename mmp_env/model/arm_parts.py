@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mmp_env.model.cell import Arm
+from mmp_env.model.arm import Arm
 from mmp_env.model.held import HELD
 
 

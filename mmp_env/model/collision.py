@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -18,17 +18,13 @@ from numpy.typing import ArrayLike
 from mmp_env import _core
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
+from mmp_env.model.arm import SHAPES, Arm, Obstacle
 from mmp_env.model.arm_parts import part_names
-from mmp_env.model.cell import SHAPES, Cell, Obstacle
-from mmp_env.model.conflict import Conflict, plan_conflicts
+from mmp_env.model.conflict import Conflict, TimedPlan, plan_conflicts
 from mmp_env.model.joint_chain import joint_chain
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins
 from mmp_env.model.transforms import matrix_from_quaternion, transform
 from mmp_env.wording import counted
-
-if TYPE_CHECKING:
-    from mmp_env.model.plan import Plan
-    from mmp_env.model.problem import Problem
 
 HIT = 1.0
 """Share of the planning slack: surfaces closer than the margin and this are a conflict at the instants looked at."""
@@ -38,16 +34,6 @@ KEEP_PROOF = 0.2
 """Share that motions are proved to keep between the instants looked at: between arms, and after repulsion."""
 REQUIRED_PROOF = 0.0
 """Share that a certificate proves: the margin itself. The steps between these leave each later proof room to end."""
-
-
-def levels(problem: Problem, looked: float, proved: float) -> _core.Levels:
-    """Returns the clearances that the core looks for and proves: the margins and shares of the planning slack.
-
-    Args:
-        looked: share of the slack at the instants looked at, such as `HIT`.
-        proved: share of the slack at every instant, such as `PLAN_PROOF`.
-    """
-    return levels_of(problem.margins, looked * problem.slack, proved * problem.slack)
 
 
 def levels_of(margins: Margins, looked: float, proved: float) -> _core.Levels:
@@ -67,10 +53,28 @@ class Nearest(NamedTuple):
     clearance_m: float
 
 
+@runtime_checkable
+class ArmsAndObstacles(Protocol):
+    """What collision queries need of a cell."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def arms(self) -> tuple[Arm, ...]: ...
+    @property
+    def obstacles(self) -> tuple[Obstacle, ...]: ...
+    @property
+    def spheres(self) -> str: ...
+    @property
+    def arm_names(self) -> tuple[str, ...]: ...
+    def arm(self, name: str) -> Arm: ...
+    def arm_index(self, name: str) -> int: ...
+
+
 class CollisionModel:
     """What a planner may ask of a cell. `core` is the compiled cell, `index` its number for an arm's name."""
 
-    def __init__(self, cell: Cell) -> None:
+    def __init__(self, cell: ArmsAndObstacles) -> None:
         self.cell = cell
         self._numbers = {arm.name: k for k, arm in enumerate(cell.arms)}
         self.core = _core.Cell()
@@ -186,7 +190,7 @@ class CollisionModel:
         least = min(self.nearest(q).values(), key=lambda near: near.clearance_m)
         return least.clearance_m, least.bodies or "nothing is near anything"
 
-    def conflicts(self, plan: Plan) -> list[Conflict]:
+    def conflicts(self, plan: TimedPlan) -> list[Conflict]:
         """Where arms of a plan come closer than its problem's margin, earliest first; see `mmp_env.model.conflict`."""
         return plan_conflicts(self, plan)
 

@@ -2,24 +2,47 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
+from numpy.typing import ArrayLike
 
 from mmp_env import _core
 from mmp_env.brief import brief
-from mmp_env.model.plan_fit import check_complete
 from mmp_env.wording import in_seconds
-
-if TYPE_CHECKING:
-    from mmp_env.model.collision import CollisionModel
-    from mmp_env.model.plan import Plan
 
 _RESAMPLED_RAD = 0.02
 _ROUNDING_M = 1e-5
 """Accuracy [m] of the single-precision kernels within 40 m of the origin."""
+
+
+@runtime_checkable
+class TimedPlan(Protocol):
+    """What a search for conflicts needs of a `Plan`."""
+
+    @property
+    def problem(self) -> Any: ...
+    def check_complete(self) -> None: ...
+    def finer_times(self, step_rad: float) -> Float[np.ndarray, "n"]: ...
+    def sampled(self, times: Float[np.ndarray, "n"]) -> Mapping[str, Float[np.ndarray, "n dof"]]: ...
+
+
+@runtime_checkable
+class MotionQueries(Protocol):
+    """What a search for conflicts needs of a `CollisionModel`."""
+
+    def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> _core.Motion: ...
+    def conflict_instants(
+        self, motions: Sequence[_core.Motion], pairs: ArrayLike, levels: _core.Levels, *, bases: bool = False
+    ) -> list[Float[np.ndarray, "c"]]: ...
+    def pair_clearance(
+        self, arm_a: str, q_a: ArrayLike, arm_b: str, q_b: ArrayLike, *, precise: bool = False
+    ) -> Float[np.ndarray, "n"]: ...
+    def spheres(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "s"]]: ...
+    def is_base(self, arm: str) -> Bool[np.ndarray, "s"]: ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,13 +70,13 @@ class Conflict:
         return f"of {self.arm_a} and {self.arm_b} from {self.start_s:.2f} to {in_seconds(self.end_s)}, {how}"
 
 
-def plan_conflicts(model: CollisionModel, plan: Plan) -> list[Conflict]:
+def plan_conflicts(model: MotionQueries, plan: TimedPlan) -> list[Conflict]:
     """All conflicts of a plan, earliest first, one for each pair of arms and unbroken interval.
 
     Intervals are resolved to instants between which no joint moves more than 0.02 rad; whether anything happens between
     them is known from the proof behind `conflict_instants`. Raises `MmpError` for a plan that lacks an arm.
     """
-    check_complete(plan)
+    plan.check_complete()
     times = plan.finer_times(_RESAMPLED_RAD)
     names, q = plan.problem.cell.arm_names, plan.sampled(times)
     motions = [model.motion(a, q[a]) for a in names]
@@ -74,7 +97,7 @@ def unbroken_runs(instants: Float[np.ndarray, "c"]) -> list[Float[np.ndarray, "_
 
 
 def _conflict(
-    model: CollisionModel, a: str, b: str, q: dict[str, np.ndarray], times: np.ndarray, run: np.ndarray
+    model: MotionQueries, a: str, b: str, q: Mapping[str, np.ndarray], times: np.ndarray, run: np.ndarray
 ) -> Conflict:
     k = int(run[np.argmin(model.pair_clearance(a, q[a][run], b, q[b][run]))])
     (centers_a, radii_a), (centers_b, radii_b) = (model.spheres(x, q[x][k : k + 1]) for x in (a, b))

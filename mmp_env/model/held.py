@@ -10,7 +10,7 @@ import itertools
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.model.cell import Obstacle
+from mmp_env.model.arm import Obstacle
 from mmp_env.model.transforms import matrix_from_quaternion
 
 HELD = "held"

@@ -13,8 +13,8 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.model.arm import Arm
 from mmp_env.model.arm_parts import part_names, untested_pairs
-from mmp_env.model.cell import Arm
 from mmp_env.model.held import covering_spheres
 from mmp_env.model.robot import Robot, Tool
 from mmp_env.model.transforms import transform

@@ -9,8 +9,8 @@ from numbers import Real
 from typing import Any
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.files.reading import shown
 from mmp_env.model.cell_limits import LARGEST_M
+from mmp_env.wording import shown
 
 DEFAULT_MARGIN_M = 0.002
 """Margin [m] where none is asked for; smaller where start or goal is tighter."""

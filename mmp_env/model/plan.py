@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from mmp_env.brief import brief
+from mmp_env.errors import MmpError
 from mmp_env.model.problem import Problem
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.wording import counted, in_seconds
-
-if TYPE_CHECKING:
-    from mmp_env.sim.execution import ExecutionReport
-    from mmp_env.view.notebook import PlanView
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,6 +65,15 @@ class Plan(ReadOnly):
         """sum over arms and joints of |dq| [rad]."""
         return float(sum(np.abs(np.diff(q, axis=0)).sum() for q in self.positions.values()))
 
+    def check_complete(self) -> None:
+        """Raises `MmpError` for a plan that lacks an arm of its own cell.
+
+        Executions and pictures let such an arm stand still.
+        """
+        lacking = [name for name in self.problem.cell.arm_names if name not in self.positions]
+        if lacking:
+            raise MmpError(f"the plan does not say where arm '{lacking[0]}' of its cell is")
+
     def at(self, t: float) -> dict[str, Float[np.ndarray, "dof"]]:
         """Configurations at time `t` [s]; before the first and after the last time the arms stand still."""
         return {arm: q[0] for arm, q in self.sampled(np.array([t])).items()}
@@ -90,11 +97,13 @@ class Plan(ReadOnly):
         ]
         return np.concatenate([*pieces, self.times[-1:]])
 
-    def show(self, report: ExecutionReport | None = None, **options: Any) -> PlanView:
-        """What a notebook shows as a film: the plan, or what `report` recorded of it; `options` as in `PlanView`."""
-        from mmp_env.view.notebook import PlanView
+    def show(self, report: Any = None, **options: Any) -> Any:
+        """Returns a film for a notebook: of the plan, or of what an `ExecutionReport` recorded of it.
 
-        return PlanView(self, report, **options)
+        `options` are those of `mmp_env.PlanView`.
+        """
+        view = importlib.import_module("mmp_env.view.notebook")  # by name: the model imports no view
+        return view.PlanView(self, report, **options)
 
 
 def what_else(given: object) -> str:

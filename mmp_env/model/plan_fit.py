@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from mmp_env.errors import MmpError
-from mmp_env.model.cell import Arm, Cell, Obstacle
+from mmp_env.model.arm import Arm, Obstacle
+from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan, how_to_plan, what_else
 from mmp_env.model.transforms import matrix_from_quaternion
 
@@ -47,16 +48,6 @@ def check_duration(plan: Plan) -> None:
         raise MmpError(
             f"the plan takes {plan.makespan_s:.6g} s; a plan that is executed takes {LONGEST_EXECUTION_S:g} s at most"
         )
-
-
-def check_complete(plan: Plan) -> None:
-    """Raises `MmpError` for a plan that lacks an arm of its own cell, which only executions and pictures make up for.
-
-    There such an arm stands still.
-    """
-    lacking = [name for name in plan.problem.cell.arm_names if name not in plan.positions]
-    if lacking:
-        raise MmpError(f"the plan does not say where arm '{lacking[0]}' of its cell is")
 
 
 def _differences(planned: Cell, cell: Cell) -> Iterator[str]:

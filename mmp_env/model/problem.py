@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from mmp_env import _core
 from mmp_env.argument_checks import as_numbers, refused
 from mmp_env.brief import brief
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
 from mmp_env.model.cell import Cell, given_cell
+from mmp_env.model.collision import Nearest, levels_of
 from mmp_env.model.margins import (
     KIND_WORDS,
     KINDS,
@@ -28,9 +29,6 @@ from mmp_env.model.margins import (
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.robot import frozen_array
 from mmp_env.wording import counted, degrees_hint
-
-if TYPE_CHECKING:
-    from mmp_env.model.collision import Nearest
 
 DEFAULT_MAX_VELOCITY = 0.8
 """[rad/s] per joint, as in the paper; never above the robot's own limit."""
@@ -71,6 +69,15 @@ class Problem(ReadOnly):
         the margins, and from the clearance of start and goal.
         """
         return planning_slack(self.margins, _least_clearances(self.cell, (self.start, self.goal)))
+
+    def levels(self, looked: float, proved: float) -> _core.Levels:
+        """Returns the clearances that the core looks for and proves: the margins and shares of the planning slack.
+
+        Args:
+            looked: share of the slack at the instants looked at, such as `HIT`.
+            proved: share of the slack at every instant, such as `PLAN_PROOF`.
+        """
+        return levels_of(self.margins, looked * self.slack, proved * self.slack)
 
     @property
     def conflict_distances(self) -> Margins:

@@ -11,10 +11,11 @@ from numbers import Integral
 import numpy as np
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.files.reading import shown
-from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.arm import Obstacle, place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.robot import frozen_array, load_robot
 from mmp_env.model.transforms import quaternion_from_yaw
+from mmp_env.wording import shown
 
 RING_RADIUS_M = {2: 0.40, 4: 0.55, 6: 0.62, 8: 0.70}
 _SHORT_REACH_M, _SHORT_SCALE = 0.7, 0.73

@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from mmp_env.errors import MmpError
 from mmp_env.model.plan import Plan
-from mmp_env.model.plan_fit import check_complete, check_fit, given_plan
+from mmp_env.model.plan_fit import check_fit, given_plan
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.clock import check_samples
 from mmp_env.retime.course import course_of
@@ -64,7 +64,7 @@ def _check(plan: Plan) -> None:
     if len(plan.times) < 2:
         raise MmpError("the plan has one sample; to be retimed it needs its start and its goal at least")
     check_fit(plan, plan.problem.cell)
-    check_complete(plan)
+    plan.check_complete()
     if plan.accelerations is not None:
         raise MmpError("the plan is retimed already; retime the one that it was made from")
 

@@ -15,7 +15,6 @@ from jaxtyping import Bool, Float, Int
 
 from mmp_env import _core
 from mmp_env.model.cell import Cell
-from mmp_env.model.collision import levels
 from mmp_env.model.problem import Problem
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.course import Course
@@ -150,7 +149,7 @@ def _conflicts(
     problem: Problem, rows: Sequence[Float[np.ndarray, "t _"]], pairs: Int[np.ndarray, "p 2"]
 ) -> Float[np.ndarray, "m"]:
     """Where, in rows, arms are closer to each other or to something else than they have to be."""
-    core, clear = problem.cell.collision.core, levels(problem, CLEAR, CLEAR)
+    core, clear = problem.cell.collision.core, problem.levels(CLEAR, CLEAR)
     motions = [_core.Motion(core, k, part) for k, part in enumerate(rows)]
     found = list(_core.conflict_instants(core, motions, pairs, clear))
     for k, part in enumerate(rows):

@@ -11,8 +11,9 @@ from __future__ import annotations
 from typing import Any
 
 from mmp_env.errors import MmpError
+from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.arm_parts import untested_pairs
-from mmp_env.model.cell import Arm, Cell, Obstacle
+from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
 from mmp_env.sim.arm_colors import arm_color
 from mmp_env.sim.mujoco_import import mujoco

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.model.cell import Arm, Cell, Obstacle
+from mmp_env.model.arm import Arm, Obstacle
+from mmp_env.model.cell import Cell
 from mmp_env.model.transforms import matrix_from_quaternion
 from mmp_env.sim.mujoco_import import mujoco
 

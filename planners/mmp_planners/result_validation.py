@@ -10,11 +10,11 @@ import numpy as np
 
 from mmp_env.errors import in_words
 from mmp_env.files.plan_file import plan_to_dict
-from mmp_env.files.reading import shown
 from mmp_env.files.writing import plain
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_env.model.robot import frozen_array
+from mmp_env.wording import shown
 from mmp_planners.planner import PlanResult, Status, StopPlanning
 
 COUNTS = ("expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits")

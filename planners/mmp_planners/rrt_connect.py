@@ -10,7 +10,7 @@ import numpy as np
 
 from mmp_env import _core
 from mmp_env.events import SearchStarted, Watcher, ignore
-from mmp_env.model.collision import HIT, KEEP_PROOF, PLAN_PROOF, levels
+from mmp_env.model.collision import HIT, KEEP_PROOF, PLAN_PROOF
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_planners.options import check_options, check_steps, option
@@ -41,8 +41,8 @@ class Composite:
             problem.cell.collision.core,
             np.concatenate([problem.start[name] for name in names]),
             np.concatenate([problem.goal[name] for name in names]),
-            levels(problem, HIT, HIT),
-            levels(problem, PLAN_PROOF, KEEP_PROOF),
+            problem.levels(HIT, HIT),
+            problem.levels(PLAN_PROOF, KEEP_PROOF),
             self.range,
             self.step,
             seed,

@@ -9,9 +9,9 @@ from typing import Any
 
 from mmp_env.errors import MmpError, in_words
 from mmp_env.events import Watcher, ignore
-from mmp_env.files.reading import shown
 from mmp_env.files.writing import plain
 from mmp_env.model.problem import Problem
+from mmp_env.wording import shown
 from mmp_planners.planner import Planner, PlanResult, Status, StopPlanning
 from mmp_planners.result_validation import WrongResultError, examined
 

@@ -7,9 +7,10 @@ from jaxtyping import Float, UInt8
 from PIL import Image, ImageDraw
 
 from gallery.fonts import FAINT, INK, LINE, PAPER, WAY, font
-from mmp_env.view.search_tree import SearchTree, TreeNode
+from mmp_env.view.search_tree import SearchTree
 from mmp_env.view.tree_drawing.colors import conflict_color, text_color
 from mmp_env.view.tree_layout import layout
+from mmp_env.view.tree_record import TreeNode
 
 _FINER = 3
 _HEAD = 58

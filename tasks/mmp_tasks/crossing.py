@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.model.cell import Arm, Cell
+from mmp_env.model.arm import Arm
+from mmp_env.model.cell import Cell
 from mmp_tasks.drawing import Missed
 from mmp_tasks.ik_candidates import Place
 from mmp_tasks.stances import Posing, home

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import ClassVar, TypeVar
 
 from mmp_env.errors import MmpError
-from mmp_env.model.cell import Arm, Cell
+from mmp_env.model.arm import Arm
+from mmp_env.model.cell import Cell
 from mmp_tasks.room import Room
 
 T = TypeVar("T")

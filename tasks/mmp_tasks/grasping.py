@@ -17,7 +17,8 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.errors import MmpError
-from mmp_env.model.cell import Arm, Cell, Obstacle
+from mmp_env.model.arm import Arm, Obstacle
+from mmp_env.model.cell import Cell
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_tasks.drawing import Missed

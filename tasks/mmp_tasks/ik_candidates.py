@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mmp_env.model.cell import Arm
+from mmp_env.model.arm import Arm
 from mmp_tasks.inverse_kinematics import kinematics
 from mmp_tasks.room import Room
 from mmp_tasks.task import State

@@ -14,7 +14,8 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.errors import MmpError
-from mmp_env.model.cell import Arm, Cell
+from mmp_env.model.arm import Arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.robot import Robot, Tool, frozen_array
 from mmp_env.model.transforms import transform
 

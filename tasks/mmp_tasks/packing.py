@@ -9,7 +9,8 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.model.cell import Cell, Obstacle
+from mmp_env.model.arm import Obstacle
+from mmp_env.model.cell import Cell
 from mmp_tasks.grasping import (
     GAP_M,
     OBJECT_M,

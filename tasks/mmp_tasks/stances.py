@@ -11,7 +11,8 @@ from typing import TypeVar
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mmp_env.model.cell import Arm, Cell
+from mmp_env.model.arm import Arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.robot import frozen_array
 from mmp_tasks.drawing import Drawing, Missed
 from mmp_tasks.ik_candidates import NEARLY_M, Place, Ways

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mmp_env.model.cell import Arm, Cell, Obstacle
+from mmp_env.model.arm import Arm, Obstacle
+from mmp_env.model.cell import Cell
 from mmp_env.model.transforms import matrix_from_quaternion
 from mmp_tasks.drawing import Missed
 

@@ -5,7 +5,8 @@ import pytest
 from twins import clearance, toys
 
 from mmp_env.errors import MmpError
-from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.arm import place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.robot import SPHERE_SETS
 from mmp_env.model.transforms import quaternion_from_yaw
 

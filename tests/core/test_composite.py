@@ -9,8 +9,9 @@ from twins import clearance
 
 from mmp_env import _core
 from mmp_env.gym.instances import draw_instance
-from mmp_env.model.cell import Cell, Obstacle, place_arm
-from mmp_env.model.collision import HIT, KEEP_PROOF, PLAN_PROOF, levels
+from mmp_env.model.arm import Obstacle, place_arm
+from mmp_env.model.cell import Cell
+from mmp_env.model.collision import HIT, KEEP_PROOF, PLAN_PROOF
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import frozen_array
@@ -24,7 +25,7 @@ LEVELS = _core.Levels(1e-3, 1e-3)
 def search_of(problem, seed=0, edge=RANGE_RAD, step=STEP_RAD):
     names = problem.cell.arm_names
     start, goal = (np.concatenate([q[name] for name in names]) for q in (problem.start, problem.goal))
-    sides = (levels(problem, HIT, HIT), levels(problem, PLAN_PROOF, KEEP_PROOF))
+    sides = (problem.levels(HIT, HIT), problem.levels(PLAN_PROOF, KEEP_PROOF))
     return _core.CompositeSearch(problem.cell.collision.core, start, goal, *sides, edge, step, seed)
 
 
@@ -64,7 +65,7 @@ def test_a_way_is_clear_between_its_samples_by_the_twin(step):
     way = search_of(problem, step=step).grow(1_000_000, forever())
     for q in dense(way):
         between = clearance.moving_clearance(problem.cell, "left", q[:6], "right", q[6:])
-        assert between >= levels(problem, HIT, KEEP_PROOF).proof - FLOAT_M
+        assert between >= problem.levels(HIT, KEEP_PROOF).proof - FLOAT_M
 
 
 def obstacle_in_the_way():
@@ -125,7 +126,7 @@ def test_a_way_is_clear_of_obstacles_bases_and_the_arms_themselves_by_the_twin(k
         q = split(cell, row)
         least = min(clearance.static_clearance(cell, arm, q[arm]) for arm in q)
         least = min(least, clearance.moving_clearance(cell, "left", q["left"], "right", q["right"]))
-        assert least >= levels(problem, HIT, KEEP_PROOF).proof - FLOAT_M
+        assert least >= problem.levels(HIT, KEEP_PROOF).proof - FLOAT_M
 
 
 def test_an_edge_that_coarse_samples_let_through_falls_by_the_proof_and_the_search_goes_on():
@@ -153,7 +154,7 @@ def test_ways_of_coarse_samples_are_proved_all_the_same(seed):
 def assert_proved(problem, way):
     """The certificate, in double precision, of what the search proved in single precision."""
     rows = [np.ascontiguousarray(q) for q in np.split(way, len(problem.cell.arms), axis=1)]
-    required = levels(problem, KEEP_PROOF / 2, KEEP_PROOF / 2)
+    required = problem.levels(KEEP_PROOF / 2, KEEP_PROOF / 2)
     valid, least, *where = _core.certify(problem.cell.collision.core, rows, required, 0.5, forever())
     assert valid, where
     assert least > 0

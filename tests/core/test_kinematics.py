@@ -5,7 +5,8 @@ import pytest
 from twins import clearance, kinematics, toys
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.arm import place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.robot import SPHERE_SETS, robot_names
 
 PRECISE_M = 1e-9

@@ -10,7 +10,7 @@ from ways import DT_S, NO_END, lifted, recombination, run, shut_in, straight, wi
 
 from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan
-from mmp_env.model.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.collision import HIT, KEEP_PROOF
 from mmp_env.model.problem import make_problem
 from mmp_planners.portfolio.shortcutting import on_grid, paced
 from mmp_planners.rrt_connect import RrtConnect
@@ -34,7 +34,7 @@ def assert_driven(problem, found, *ways):
         assert any(np.abs(found[k][:, None] - rows).max(axis=-1).min(axis=-1).max() < 1e-5 for rows in given)
     for (a, rows_a), (b, rows_b) in itertools.combinations(zip(problem.cell.arm_names, found, strict=True), 2):
         gap = clearance.clearance_of_motions(problem.cell, a, rows_a, b, rows_b)
-        assert gap >= levels(problem, HIT, KEEP_PROOF).proof - 1e-5
+        assert gap >= problem.levels(HIT, KEEP_PROOF).proof - 1e-5
 
 
 def test_one_arm_waits_where_the_hands_would_meet():

@@ -7,7 +7,7 @@ from twins import clearance
 
 from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan
-from mmp_env.model.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.collision import HIT, KEEP_PROOF
 from mmp_env.model.problem import make_problem
 from mmp_planners.portfolio.lns import Replanning
 from mmp_planners.portfolio.shortcutting import paced
@@ -20,7 +20,7 @@ def replanned(problem, rows, attempts=40, seed=0, clock=None):
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
     clock = clock or _core.Clock(np.inf)
-    core, wanted = problem.cell.collision.core, levels(problem, HIT, KEEP_PROOF)
+    core, wanted = problem.cell.collision.core, problem.levels(HIT, KEEP_PROOF)
     return _core.replan(core, rows, speeds, wanted, attempts, seed, clock)
 
 
@@ -71,7 +71,7 @@ def test_a_shorter_way_round_keeps_clear_by_the_twin(seed):
     assert kept > 0
     assert problem.cost_lower_bound_rad < length(found) < length(rows)
     gap = clearance.clearance_of_motions(problem.cell, "left", found[0], "right", found[1])
-    assert gap >= levels(problem, HIT, KEEP_PROOF).proof - 1e-5
+    assert gap >= problem.levels(HIT, KEEP_PROOF).proof - 1e-5
 
 
 def test_the_ends_stay_and_nobody_drives_too_fast():

@@ -13,11 +13,12 @@ import mmp_planners
 from mmp_env.check.episode import check_episode
 from mmp_env.events import NodeCreated, Repelled
 from mmp_env.export import export_plan, load_joint_trajectory
-from mmp_env.files.episode_file import Episode, episode_to_dict, execute_episode
+from mmp_env.files.episode_file import Episode, episode_to_dict
 from mmp_env.files.instance_file import instances_from_dict
 from mmp_env.files.plan_file import plan_from_dict
 from mmp_env.model.conflict import Conflict
 from mmp_env.sim.contacts import Contact
+from mmp_env.sim.episode_execution import execute_episode
 from mmp_env.view.search_tree import SearchTree
 from mmp_planners import PlanResult, Status
 

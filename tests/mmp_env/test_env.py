@@ -14,7 +14,8 @@ from mmp_env.files.cell_source import find_cell
 from mmp_env.gym.control import CONTROL_MODES
 from mmp_env.gym.instances import draw_instance
 from mmp_env.gym.registration import MAX_EPISODE_STEPS, RING_COUNTS
-from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.arm import place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.rings import RING_RADIUS_M, ring_cell
 
 

@@ -7,7 +7,8 @@ import pytest
 from mmp_env.errors import MmpError
 from mmp_env.gym.control import CONTROL_MODES, CONTROL_RATE_HZ
 from mmp_env.gym.reward import CONTACT_PENALTY, PROGRESS_WEIGHT, SUCCESS_BONUS
-from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.arm import place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.robot import SPHERE_SETS, robot_names
 from mmp_env.sim.clearance_audit import OUTSIDE_M
 from mmp_env.sim.execution import REACHED_RAD

@@ -7,7 +7,8 @@ import tiny_plans
 
 from mmp_env.check.episode import check_episode
 from mmp_env.errors import MmpError
-from mmp_env.files.episode_file import episode_from_dict, episode_to_dict, execute_episode, load_episode, save_episode
+from mmp_env.files.episode_file import episode_from_dict, episode_to_dict, load_episode, save_episode
+from mmp_env.sim.episode_execution import execute_episode
 
 BOX = {"shape": "box", "position": [0, 0, 0.1], "size": [0.04, 0.04, 0.06]}
 

@@ -10,7 +10,7 @@ from straight_plans import FACING, LEVEL, STEEP, elsewhere, everyone, straight
 
 from mmp_env.errors import MmpError, UnretimedPlanWarning
 from mmp_env.gym.env import MultiArmCellEnv
-from mmp_env.model.cell import Obstacle, place_arm
+from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import frozen_array, robot_names
 from mmp_env.retime import retime

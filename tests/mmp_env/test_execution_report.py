@@ -5,7 +5,8 @@ import pytest
 from straight_plans import FACING, LEVEL, elsewhere, everyone, straight
 
 from mmp_env.gym.env import MultiArmCellEnv
-from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.arm import Obstacle, place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.rings import ring_cell
 from mmp_env.retime import retime
 from mmp_env.sim.execution import execute_plan

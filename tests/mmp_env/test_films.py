@@ -137,7 +137,8 @@ def test_a_film_in_which_nothing_moves_lasts_as_long_as_it_should(kind, tmp_path
 def test_a_broken_number_of_pixels_is_one_sentence(name, tmp_path):
     """In a process of its own: here types are checked before."""
     code = (
-        "import tiny_plans; from mmp_env import MmpError, save_film; from mmp_env.files.plan_file import plan_from_dict\n"
+        "import tiny_plans; from mmp_env import MmpError, save_film\n"
+        "from mmp_env.files.plan_file import plan_from_dict\n"
         f"try: save_film(plan_from_dict(tiny_plans.two_apart()), {str(tmp_path / name)!r}, width=64.5)\n"
         "except MmpError as error: print(error)\n"
     )

@@ -16,7 +16,8 @@ from mmp_env.check.reading import read_cell
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import cell_from_dict, cell_to_dict
 from mmp_env.files.plan_file import plan_from_dict
-from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.arm import Obstacle, place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.held import MOST_SPHERES, covering_spheres
 from mmp_env.model.plan_fit import check_fit
 from mmp_env.model.transforms import matrix_from_quaternion

@@ -12,7 +12,7 @@ from twins import clearance
 from mmp_env import check_plan, make_problem
 from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
-from mmp_env.model.cell import Obstacle
+from mmp_env.model.arm import Obstacle
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS, Margins, asked_margins, millimetres
 from mmp_env.model.rings import ring_cell
 from mmp_env.retime import retime_with_report

@@ -14,7 +14,8 @@ from mmp_env.files.cell_source import find_cell
 from mmp_env.files.episode_file import load_episode
 from mmp_env.files.instance_file import instances_from_dict, load_instances
 from mmp_env.files.plan_file import load_plan, plan_from_dict
-from mmp_env.files.reading import MAX_JSON_BYTES, MAX_YAML_BYTES, Place, named, read_document, shown
+from mmp_env.files.reading import MAX_JSON_BYTES, MAX_YAML_BYTES, Place, named, read_document
+from mmp_env.wording import shown
 
 
 @pytest.mark.parametrize(

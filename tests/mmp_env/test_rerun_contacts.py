@@ -9,7 +9,8 @@ from twins import clearance as twin
 from twins.distance import to_obstacle
 from twins.kinematics import part_names
 
-from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.arm import Obstacle, place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
 from mmp_env.model.margins import Margins
 from mmp_env.view.rerun.clouds import contacts, contacts_alone, self_pairs

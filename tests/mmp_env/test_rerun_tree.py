@@ -205,7 +205,7 @@ def test_after_a_restart_a_dearer_solution_of_the_same_number_does_not_take_the_
 
 
 def test_fast_tracked_nodes_and_roots_say_so():
-    from mmp_env.view.search_tree import TreeNode
+    from mmp_env.view.tree_record import TreeNode
 
     fast = TreeNode(id=3, number=7, parent=1, arm="left", conflicts=0, fast_track=True, on_solution_path=True)
     assert label(fast) == "★ 7: no conflict\nfast track\nleft is pushed aside"

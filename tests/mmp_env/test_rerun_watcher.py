@@ -219,7 +219,8 @@ def test_recordings_with_the_same_tabs_share_a_name_that_rerun_takes_as_it_is(tm
 
 def test_arms_and_obstacles_of_every_kind_are_shown(tmp_path):
     """A tool, four shapes of obstacles, seven joints and fine spheres."""
-    from mmp_env.model.cell import Cell, Obstacle, place_arm
+    from mmp_env.model.arm import Obstacle, place_arm
+    from mmp_env.model.cell import Cell
     from mmp_env.model.transforms import quaternion_from_yaw
 
     at = {"quaternion": quaternion_from_yaw(0.3)}

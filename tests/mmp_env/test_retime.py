@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError
 from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
-from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.arm import place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.plan_fit import given_plan
 from mmp_env.model.problem import make_problem
 from mmp_env.model.robot import load_robot

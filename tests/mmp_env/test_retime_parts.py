@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from mmp_env.check import check_plan
 from mmp_env.files.plan_file import plan_to_dict
-from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.arm import Obstacle, place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.problem import make_problem
 from mmp_env.retime import proof, retime_with_report
 from mmp_env.retime.clock import run_clock, speeds_at_bounds

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from mmp_env.model.cell import place_arm
+from mmp_env.model.arm import place_arm
 from mmp_env.model.robot import load_robot, robot_names
 
 SPEED = 0.8

@@ -12,7 +12,8 @@ from twins.clearance import self_clearance
 from twins.kinematics import link_frames
 
 from mmp_env.errors import UnknownNameError
-from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.arm import place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.robot import SPHERE_SETS, load_robot, load_tool, robot_names, tool_names
 
 every_robot = pytest.mark.parametrize("name", robot_names())

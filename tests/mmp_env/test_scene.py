@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mmp_env.errors import MmpError
-from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.arm import Obstacle, place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import frozen_array, load_robot, robot_names
 from mmp_env.model.transforms import quaternion_from_yaw

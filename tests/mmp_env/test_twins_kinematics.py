@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from twins import kinematics, toys
 
-from mmp_env.model.cell import place_arm
+from mmp_env.model.arm import place_arm
 from mmp_env.model.robot import load_robot, robot_names
 from mmp_env.model.transforms import quaternion_from_yaw
 

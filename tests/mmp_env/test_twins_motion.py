@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from twins import clearance, motion, toys
 
-from mmp_env.model.cell import place_arm
+from mmp_env.model.arm import place_arm
 from mmp_env.model.robot import robot_names
 
 

@@ -6,7 +6,8 @@ import pytest
 from mmp_env.check import check_plan
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.gym.instances import draw_instance
-from mmp_env.model.cell import Cell, Obstacle, place_arm
+from mmp_env.model.arm import Obstacle, place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.problem import make_problem
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.transforms import quaternion_from_yaw

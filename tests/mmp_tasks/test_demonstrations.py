@@ -12,10 +12,12 @@ from mmp_env import check_plan, draw_instance, draw_problem, find_cell, place_ar
 from mmp_env.check.episode import check_episode
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import cell_to_dict
-from mmp_env.files.episode_file import Episode, episode_to_dict, execute_episode
-from mmp_env.model.cell import Cell, Obstacle
+from mmp_env.files.episode_file import Episode, episode_to_dict
+from mmp_env.model.arm import Obstacle
+from mmp_env.model.cell import Cell
 from mmp_env.model.held import covering_spheres
 from mmp_env.model.problem import make_problem
+from mmp_env.sim.episode_execution import execute_episode
 from mmp_tasks.grasping import OBJECT_M, tip
 from mmp_tasks.inverse_kinematics import kinematics
 from mmp_tasks.sequence import stages

@@ -8,7 +8,8 @@ from twins import clearance, kinematics, toys
 
 import mmp_tasks
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.model.cell import Cell, place_arm
+from mmp_env.model.arm import place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.margins import DEFAULT_MARGIN_M
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import load_robot, robot_names

@@ -5,7 +5,8 @@ from itertools import combinations
 
 import numpy as np
 
-from mmp_env.model.cell import Arm, Cell
+from mmp_env.model.arm import Arm
+from mmp_env.model.cell import Cell
 from twins.distance import to_obstacle
 from twins.kinematics import link_frames, part_names
 

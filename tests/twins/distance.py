@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mmp_env.model.cell import Obstacle
+from mmp_env.model.arm import Obstacle
 from mmp_env.model.transforms import matrix_from_quaternion
 
 

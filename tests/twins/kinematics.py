@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mmp_env.model.cell import Arm
+from mmp_env.model.arm import Arm
 
 
 def rotation_about(axis, angle):

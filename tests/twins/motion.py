@@ -6,7 +6,8 @@ between two samples. It follows from how far any sphere centre can move.
 
 import numpy as np
 
-from mmp_env.model.cell import Arm, Cell
+from mmp_env.model.arm import Arm
+from mmp_env.model.cell import Cell
 from twins.clearance import moving_clearance, static_clearance
 from twins.kinematics import moving_joints
 

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mmp_env.model.cell import Arm, Cell, Obstacle, place_arm
+from mmp_env.model.arm import Arm, Obstacle, place_arm
+from mmp_env.model.cell import Cell
 from mmp_env.model.robot import Robot, Spheres, Tool
 from mmp_env.model.transforms import quaternion_from_yaw, transform
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 from mmp_env.events import ConflictChosen, Event, NodeCreated, NodeExpanded, Repelled, SolutionFound
 from mmp_env.model.problem import Problem
-from mmp_env.view.search_tree import SearchTree, TreeNode
+from mmp_env.view.search_tree import SearchTree
+from mmp_env.view.tree_record import TreeNode
 
 
 @dataclass(kw_only=True, eq=False)

@@ -12,9 +12,8 @@ from jaxtyping import Float, Int
 
 from mmp_env import _core
 from mmp_env.errors import MmpError
-from mmp_env.model.collision import HIT, PLAN_PROOF, levels
+from mmp_env.model.collision import HIT, PLAN_PROOF
 from mmp_env.model.plan import Plan
-from mmp_env.model.plan_fit import check_complete
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.blueprint import of_single_arm
@@ -51,7 +50,7 @@ def record_single_arm(
     `to` as for `RerunWatcher`. Raises `MmpError` as that does, and for an arm that is not there or no step of time.
     """
     check(to)
-    check_complete(plan)
+    plan.check_complete()
     if not 0 < dt_s < np.inf:
         raise MmpError(f"dt_s is {dt_s}; it must be a positive number of seconds")
     problem = plan.problem
@@ -80,7 +79,7 @@ def grow(
         start,
         goal,
         problem.max_velocity[arm] * dt_s,
-        levels(problem, HIT, PLAN_PROOF),
+        problem.levels(HIT, PLAN_PROOF),
         seed,
         ETA_RAD,
     )

@@ -17,9 +17,9 @@ from jaxtyping import Float
 from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.record import Record
 from mmp_env.view.rerun.sdk import require
-from mmp_env.view.search_tree import TreeNode
 from mmp_env.view.tree_drawing.telling import conflicts_in_words, edge_in_words
 from mmp_env.view.tree_layout import layout
+from mmp_env.view.tree_record import TreeNode
 
 TREE = "/tree"
 MOST_LABELS = 80

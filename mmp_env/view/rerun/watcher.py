@@ -8,7 +8,6 @@ from typing import Any
 
 from mmp_env.events import Event
 from mmp_env.model.plan import Plan
-from mmp_env.model.plan_fit import check_complete
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.blueprint import Contents, of_search
@@ -71,7 +70,7 @@ class RerunWatcher:
         Raises `MmpError` for a plan that lacks an arm, or is longer than `LONGEST_S`.
         """
         if plan is not None:
-            check_complete(plan)
+            plan.check_complete()
             timelines.check_duration(plan.makespan_s)
         self._plan = plan if plan is not None else self._plan
 

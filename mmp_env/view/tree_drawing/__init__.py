@@ -1,11 +1,11 @@
 """The conflict tree as a drawing in SVG: few nodes are boxes with words, many are discs in colours.
 
-Of its own, without a graph library: the layout is `mmp_env.view.tree_layout`, and all text has its room worked out before.
+No graph library is needed: the layout is `mmp_env.view.tree_layout`, and the room for text is worked out before.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mmp_env.view.tree_drawing.boxes import draw_boxes
 from mmp_env.view.tree_drawing.canvas import Canvas, enlarged
@@ -16,9 +16,7 @@ from mmp_env.view.tree_drawing.page import page
 from mmp_env.view.tree_drawing.svg import cut, element, text_width, words
 from mmp_env.view.tree_drawing.telling import summary, way_in_words
 from mmp_env.view.tree_layout import layout
-
-if TYPE_CHECKING:
-    from mmp_env.view.search_tree import SearchTree
+from mmp_env.view.tree_record import TreeRecord
 
 _MOST_BOXES, _BOX_COLUMNS = 40, 10
 _MOST_NUMBERED, _NUMBERED_COLUMNS = 260, 48
@@ -31,7 +29,7 @@ _SHAPE = 1.5
 __all__ = ["draw_tree"]
 
 
-def draw_tree(tree: SearchTree) -> str:
+def draw_tree(tree: TreeRecord) -> str:
     """The text of an SVG file. A tree without nodes is drawn too: it says that there are none."""
     canvas = _canvas(tree)
     title, subtitle = tree.title or "Conflict tree", summary(tree)
@@ -50,7 +48,7 @@ def draw_tree(tree: SearchTree) -> str:
     return page(out, inner + 2 * _BORDER, y + _BORDER, f"{title}: {subtitle}")
 
 
-def _canvas(tree: SearchTree) -> Canvas:
+def _canvas(tree: TreeRecord) -> Canvas:
     """In the most telling of the three styles that can still be read."""
     count = len(tree.nodes)
     if not count:
@@ -63,7 +61,7 @@ def _canvas(tree: SearchTree) -> Canvas:
     return draw_discs(tree, DOTS, _row_width(tree, columns) if len(tree.roots) > 1 else None)
 
 
-def _row_width(tree: SearchTree, columns: float) -> float:
+def _row_width(tree: TreeRecord, columns: float) -> float:
     """Columns of a row of trees with which the drawing is largest in a frame of the wanted shape."""
 
     def size(width: float) -> float:
@@ -73,7 +71,7 @@ def _row_width(tree: SearchTree, columns: float) -> float:
     return min((columns * 0.8**k for k in range(10)), key=size)
 
 
-def _head(tree: SearchTree, title: str, subtitle: str, style: str, width: float) -> tuple[list[str], float]:
+def _head(tree: TreeRecord, title: str, subtitle: str, style: str, width: float) -> tuple[list[str], float]:
     """Title, summary and legend, and how high they are."""
     faint: dict[str, Any] = {"class_": "mmp-faint", "fill": FAINT}
     out = [
@@ -86,7 +84,7 @@ def _head(tree: SearchTree, title: str, subtitle: str, style: str, width: float)
     return out, y + height + 8
 
 
-def _way(tree: SearchTree, width: float) -> tuple[list[str], float]:
+def _way(tree: TreeRecord, width: float) -> tuple[list[str], float]:
     """The steps to the solution in words, as many as there is room for, and how high they are."""
     steps = [f"{k}. {step}" for k, step in enumerate(way_in_words(tree))]
     if len(steps) > _MOST_STEPS:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from mmp_env.view.tree_drawing.canvas import Canvas, edge, group, solution_last
 from mmp_env.view.tree_drawing.colors import BODY, BOLT, FAINT, INK, WAY, conflict_color, text_color
 from mmp_env.view.tree_drawing.svg import element, text_width, words, wrapped
 from mmp_env.view.tree_drawing.telling import conflicts_in_words, cost_in_words, edge_in_words
 from mmp_env.view.tree_layout import layout
-
-if TYPE_CHECKING:
-    from mmp_env.view.search_tree import SearchTree, TreeNode
+from mmp_env.view.tree_record import TreeNode, TreeRecord
 
 _HEAD, _SIZE, _SMALL = 21.0, 12.0, 11.0
 _LINE = 14.0
@@ -21,7 +19,7 @@ _CURVE, _STEM = 34.0, 12.0
 _LABEL_WIDTH, _LABEL_LINES = 122.0, 3
 
 
-def draw_boxes(tree: SearchTree) -> Canvas:
+def draw_boxes(tree: TreeRecord) -> Canvas:
     """A canvas of boxes."""
     boxes = _Boxes(tree)
     places = layout(tree.parents)
@@ -42,7 +40,7 @@ def draw_boxes(tree: SearchTree) -> Canvas:
 class _Boxes:
     """One size for all of them; `above` is the room for words over a box."""
 
-    def __init__(self, tree: SearchTree) -> None:
+    def __init__(self, tree: TreeRecord) -> None:
         heads = (text_width(conflicts_in_words(node), _SIZE, bold=True) for node in tree.nodes)
         costs = (text_width(cost_in_words(node), _SIZE) for node in tree.nodes)
         feet = (text_width(_foot(node), _SMALL) for node in tree.nodes)

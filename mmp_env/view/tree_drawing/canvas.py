@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from mmp_env.view.tree_drawing.colors import EDGE, WAY
 from mmp_env.view.tree_drawing.svg import element, quoted
 from mmp_env.view.tree_drawing.telling import everything
-
-if TYPE_CHECKING:
-    from mmp_env.view.search_tree import TreeNode
-
+from mmp_env.view.tree_record import TreeNode
 
 _ROOMY, _LARGEST = 1300.0, 2.2
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,9 +13,7 @@ from mmp_env.view.tree_drawing.canvas import Canvas, edge, enlarged, group, solu
 from mmp_env.view.tree_drawing.colors import FAINT, INK, WAY, conflict_color, text_color
 from mmp_env.view.tree_drawing.svg import element, text_width, words
 from mmp_env.view.tree_layout import layout
-
-if TYPE_CHECKING:
-    from mmp_env.view.search_tree import SearchTree, TreeNode
+from mmp_env.view.tree_record import TreeNode, TreeRecord
 
 _NUMBER, _CAPTION, _RIM = 12.0, 12.0, 1.8
 _BORDER = 30.0
@@ -39,7 +37,7 @@ NUMBERED = Discs(name="numbered", expanded=14.0, generated=14.0, column=35.0, ro
 DOTS = Discs(name="dots", expanded=5.2, generated=3.6, column=15.0, row=30.0, way=3.0, numbers=False)
 
 
-def draw_discs(tree: SearchTree, discs: Discs, width: float | None, most: int | None = None) -> Canvas:
+def draw_discs(tree: TreeRecord, discs: Discs, width: float | None, most: int | None = None) -> Canvas:
     """A canvas of discs; the trees of a forest in rows of at most `width` columns.
 
     `most` is the number of conflicts with the darkest colour, by default the largest in the tree.

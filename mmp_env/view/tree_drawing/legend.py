@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from mmp_env.view.tree_drawing.boxes import bolt
 from mmp_env.view.tree_drawing.colors import BODY, FAINT, FREE, INK, UNKNOWN, WAY, conflict_color
 from mmp_env.view.tree_drawing.discs import diamond
 from mmp_env.view.tree_drawing.svg import element, text_width, words
-
-if TYPE_CHECKING:
-    from mmp_env.view.search_tree import SearchTree
+from mmp_env.view.tree_record import TreeRecord
 
 _SIZE, _ROW, _APART = 12.0, 24.0, 24.0
 _SAMPLE = 18.0
 
 
-def draw_legend(tree: SearchTree, style: str, width: float) -> tuple[list[str], float]:
+def draw_legend(tree: TreeRecord, style: str, width: float) -> tuple[list[str], float]:
     """Its items in rows of at most `width`, and how high it is [px]."""
     out, x, y = [], 0.0, 0.0
     for sample, wide in _items(tree, style):
@@ -28,7 +25,7 @@ def draw_legend(tree: SearchTree, style: str, width: float) -> tuple[list[str], 
     return out, y + _ROW if out else 0.0
 
 
-def _items(tree: SearchTree, style: str) -> Iterator[tuple[list[str], float]]:
+def _items(tree: TreeRecord, style: str) -> Iterator[tuple[list[str], float]]:
     """Each a drawing in a line whose middle is at y = 12, and its width."""
     counts = {node.conflicts for node in tree.nodes}
     if style != "boxes":

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from mmp_env.view.tree_record import TreeNode, TreeRecord
 from mmp_env.wording import counted
-
-if TYPE_CHECKING:
-    from mmp_env.view.search_tree import SearchTree, TreeNode
 
 
 def conflicts_in_words(node: TreeNode) -> str:
@@ -54,7 +51,7 @@ def everything(node: TreeNode) -> str:
     return "\n".join(line for line in lines if line)
 
 
-def summary(tree: SearchTree) -> str:
+def summary(tree: TreeRecord) -> str:
     """What became of the search, in one line."""
     if not tree.nodes:
         return "no node: an arm found no way even alone, or the planner tells nothing of its search"
@@ -66,7 +63,7 @@ def summary(tree: SearchTree) -> str:
     return "; ".join(parts)
 
 
-def way_in_words(tree: SearchTree) -> list[str]:
+def way_in_words(tree: TreeRecord) -> list[str]:
     """The steps from the root to the solution."""
     out = []
     for node in tree.solution_path:
@@ -75,7 +72,7 @@ def way_in_words(tree: SearchTree) -> list[str]:
     return out
 
 
-def _solution(tree: SearchTree) -> str:
+def _solution(tree: TreeRecord) -> str:
     assert tree.solution is not None
     text = f"solution {cost_in_words(tree.solution)}".rstrip()
     straight = tree.problem.cost_lower_bound_rad if tree.problem else 0.0

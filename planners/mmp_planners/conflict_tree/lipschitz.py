@@ -7,7 +7,7 @@ import functools
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.model.cell import Arm
+from mmp_env.model.arm import Arm
 from mmp_env.model.robot import Robot, Tool
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_env.model.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.collision import HIT, KEEP_PROOF
 from mmp_env.model.plan import Plan
 from mmp_planners.portfolio.shortcutting import on_grid, paced, step_of_grid
 
@@ -29,7 +29,7 @@ class Replanning:
             problem.cell.collision.core,
             on_grid(plan, dt),
             [problem.max_velocity[name] * dt for name in problem.cell.arm_names],
-            levels(problem, HIT, KEEP_PROOF),
+            problem.levels(HIT, KEEP_PROOF),
             self.attempts,
             seed,
             clock,

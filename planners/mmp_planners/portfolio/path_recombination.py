@@ -18,7 +18,7 @@ from collections.abc import Iterator, Sequence
 
 from mmp_env import _core
 from mmp_env.events import ignore
-from mmp_env.model.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.collision import HIT, KEEP_PROOF
 from mmp_env.model.plan import Plan
 from mmp_planners.counts import ArmCounts
 from mmp_planners.planning_context import Path
@@ -47,7 +47,7 @@ class Recombining:
         self._ways = _core.Recombination(
             run.problem.cell.collision.core,
             [run.problem.max_velocity[name] * self._grid for name in names],
-            levels(run.problem, HIT, KEEP_PROOF),
+            run.problem.levels(HIT, KEEP_PROOF),
         )
         self._each = range(len(names))
         self._paths: dict[int, Path] = {}

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import _core
-from mmp_env.model.collision import HIT, KEEP_PROOF, levels
+from mmp_env.model.collision import HIT, KEEP_PROOF
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 
@@ -49,7 +49,7 @@ class Shortcutting:
             problem.cell.collision.core,
             on_grid(plan, dt),
             [problem.max_velocity[name] * dt for name in names],
-            levels(problem, HIT, KEEP_PROOF),
+            problem.levels(HIT, KEEP_PROOF),
             groups if groups is not None else [0] * len(names),
             self.attempts,
             self.worth,

@@ -13,8 +13,9 @@ from mmp_cli.benchmark.sources import Drawn
 from mmp_cli.machine import version
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists
-from mmp_env.files.reading import Place, check_schema, read_document, shown
+from mmp_env.files.reading import Place, check_schema, read_document
 from mmp_env.files.writing import json_text, plain, write_text
+from mmp_env.wording import shown
 
 SETTINGS = "settings.json"
 SCHEMA = "mmp-bench/1"

@@ -14,8 +14,8 @@ from pathlib import Path
 from mmp_cli.benchmark.result_line import LARGEST
 from mmp_cli.reporting.sections import Section
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.files.reading import shown
 from mmp_env.files.regular_files import read_bytes
+from mmp_env.wording import shown
 
 COLUMNS = ("instance", "planner", "solved", "planning_time_s", "cost_rad")
 NOTHING_KNOWN = "the file does not say on what machine and with what time limit it was made"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from mmp_env import _core
-from mmp_env.model.collision import HIT, PLAN_PROOF, levels
+from mmp_env.model.collision import HIT, PLAN_PROOF
 from mmp_planners.planning_context import Arms, Path
 
 
@@ -111,7 +111,7 @@ class EveryKind:
 def may_start(arms: Arms, arm: int, constraint: _core.Constraint) -> bool:
     """Whether the arm may stand at its start at time 0, as the low level sees it."""
     start = arms.problem.start[arms.names[arm]]
-    safe = _core.safe_intervals(arms.core, arm, start, [constraint], levels(arms.problem, HIT, PLAN_PROOF))
+    safe = _core.safe_intervals(arms.core, arm, start, [constraint], arms.problem.levels(HIT, PLAN_PROOF))
     return len(safe) > 0 and int(safe[0, 0]) == 0
 
 

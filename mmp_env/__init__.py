@@ -40,7 +40,8 @@ if TYPE_CHECKING:
     from mmp_env.view.search_tree import SearchTree
 
 _HOMES = {
-    "model.cell": ("Arm", "Cell", "Obstacle", "place_arm"),
+    "model.arm": ("Arm", "Obstacle", "place_arm"),
+    "model.cell": ("Cell",),
     "files.cell_file": ("load_cell",),
     "files.cell_source": ("find_cell",),
     "check": ("check_plan",),

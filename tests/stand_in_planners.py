@@ -11,6 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from mmp_env import plugins
 from mmp_env.events import NodeExpanded, SolutionFound
 from mmp_env.model.plan import Plan
 from mmp_planners import PlanResult, Status, StopPlanning, ignore
@@ -131,9 +132,9 @@ _KINDS = (Straight, Liar, Helpless, Interrupted, Deaf, Waiting, Faulty, Sorry)
 PLANNERS = {kind.__name__.lower(): kind for kind in _KINDS}
 
 
-def install(registry) -> None:
-    """Adds them, and one that does not import, to what the planners' registry finds."""
-    find = registry.entry_points
+def install() -> None:
+    """Adds them, and one that does not import, to the planners that are found."""
+    find = plugins.entry_points
     points = [EntryPoint(name, f"{__name__}:{kind.__name__}", GROUP) for name, kind in PLANNERS.items()]
     points.append(EntryPoint("absent", "no_such_package:Planner", GROUP))
-    registry.entry_points = lambda *, group: [*find(group=group), *(points if group == GROUP else [])]
+    plugins.entry_points = lambda *, group: [*find(group=group), *(points if group == GROUP else [])]

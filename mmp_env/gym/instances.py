@@ -16,6 +16,7 @@ from mmp_env.errors import MmpError
 from mmp_env.model.cell import Cell, given_cell
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
+from mmp_env.plugins import TASKS
 from mmp_env.wording import counted
 
 DEFAULT_TASK = "reach"
@@ -108,9 +109,7 @@ def find_task(task: str | Source) -> Source:
     Raises `UnknownNameError`, and `MmpError` for what is neither a name nor a task.
     """
     if isinstance(task, str):
-        from mmp_tasks import registry
-
-        return registry.make(task)
+        task = TASKS.load(task)()
     if isinstance(task, type) or not isinstance(task, Source):
         raise MmpError(f"task is {task!r}; it must be a name (`mmp list`) or an object with a method sample(cell, rng)")
     return task

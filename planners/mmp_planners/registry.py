@@ -7,16 +7,15 @@ import difflib
 import inspect
 import typing
 from collections.abc import Iterator
-from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 import numpy as np
 
-from mmp_env.errors import MmpError, UnknownNameError, in_words
+from mmp_env.errors import MmpError, in_words
 from mmp_env.events import ignore
+from mmp_env.plugins import PLANNERS
 from mmp_planners.planner import About, Planner
 
-GROUP = "mmp_env.planners"
 _TYPES = {
     "bool": (bool, "true or false"),
     "int": (int, "an integer"),
@@ -48,27 +47,20 @@ class Description:
 
 def names() -> list[str]:
     """Names of all installed planners, sorted; nothing is imported for it."""
-    return sorted(_points())
+    return PLANNERS.names()
 
 
 def is_foreign(name: str) -> bool:
     """Whether the planner comes from another package; nothing is imported for it. Raises `UnknownNameError`."""
-    return not _is_ours(_point(name))
+    return PLANNERS.is_foreign(name)
 
 
 def load(name: str) -> type:
     """The planner's class. Raises `UnknownNameError`, or `MmpError` that names a planner which is broken."""
-    point = _point(name)
-    whose = f"planner '{name}' ({point.value})"
-    try:
-        found = point.load()
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:
-        raise MmpError(f"{whose} does not load: {in_words(error)}") from error
+    found = PLANNERS.load(name)
     fault = signature_fault(found)
     if fault:
-        raise MmpError(f"{whose} {fault}")
+        raise MmpError(f"{PLANNERS.whose(name)} {fault}")
     return found
 
 
@@ -121,26 +113,6 @@ def _description(name: str, planner: type) -> Description:
     except BaseException as error:
         raise MmpError(f"planner '{name}' does not say its options: {in_words(error)}") from error
     return Description(name=name, summary=summary, options=options, about=about if isinstance(about, About) else None)
-
-
-def _points() -> dict[str, EntryPoint]:
-    """Name -> entry point; none can take the place of a planner of this package."""
-    points: dict[str, EntryPoint] = {}
-    for point in entry_points(group=GROUP):
-        if point.name not in points or _is_ours(point):
-            points[point.name] = point
-    return points
-
-
-def _point(name: str) -> EntryPoint:
-    points = _points()
-    if name not in points:
-        raise UnknownNameError("planner", name, points)
-    return points[name]
-
-
-def _is_ours(point: EntryPoint) -> bool:
-    return point.module.startswith("mmp_planners.")
 
 
 def _options(planner: type) -> Iterator[Option]:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.plugins import TASKS
 from mmp_tasks.task import Task
 
-GROUP = "mmp_env.tasks"
 _KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
 
 
@@ -25,7 +24,7 @@ class TaskDescription:
 
 def names() -> list[str]:
     """Names of all registered tasks, sorted."""
-    return sorted(_entry_points())
+    return TASKS.names()
 
 
 def make(name: str, **options: Any) -> Task:
@@ -34,7 +33,7 @@ def make(name: str, **options: Any) -> Task:
     Raises `UnknownNameError` for an unknown task or option, and `MmpError` for a task that cannot be loaded or a value
     that it refuses.
     """
-    kind = _load(name)
+    kind = TASKS.load(name)
     known = _fields(kind)
     for option, value in options.items():
         if option not in known:
@@ -48,29 +47,13 @@ def make(name: str, **options: Any) -> Task:
 
 def describe(name: str) -> TaskDescription:
     """What the task is and which options it has. Raises like `make`."""
-    kind = _load(name)
+    kind = TASKS.load(name)
     summary = (kind.__doc__ or "").strip().partition("\n")[0]
     defaults = {
         option: field.default if field.default is not dataclasses.MISSING else None
         for option, field in _fields(kind).items()
     }
     return TaskDescription(name=name, summary=summary, options=defaults)
-
-
-def _entry_points() -> dict[str, EntryPoint]:
-    return {point.name: point for point in entry_points(group=GROUP)}
-
-
-def _load(name: str) -> Any:
-    points = _entry_points()
-    if name not in points:
-        raise UnknownNameError("task", name, points)
-    try:
-        return points[name].load()
-    except Exception as error:  # whatever a stranger's module does while it is imported
-        raise MmpError(
-            f"task '{name}' ({points[name].value}) cannot be loaded: {type(error).__name__}: {error}"
-        ) from error
 
 
 def _check_kind(name: str, option: str, value: object, default: object) -> None:

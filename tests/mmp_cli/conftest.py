@@ -5,6 +5,7 @@ import pytest
 import stand_in_planners
 
 from mmp_cli.main import main
+from mmp_env import plugins
 from mmp_planners import registry
 
 
@@ -48,9 +49,9 @@ def figures_unrendered(monkeypatch):
 def stand_ins(monkeypatch):
     """The planners of `stand_in_planners` beside those that are installed, as if they were of this package."""
     monkeypatch.setattr(registry, "is_foreign", lambda name: False)
-    monkeypatch.setattr(registry, "entry_points", registry.entry_points)
+    monkeypatch.setattr(plugins, "entry_points", plugins.entry_points)
     monkeypatch.setattr(stand_in_planners.Straight, "seen", [])
-    stand_in_planners.install(registry)
+    stand_in_planners.install()
     return stand_in_planners
 
 

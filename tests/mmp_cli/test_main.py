@@ -79,8 +79,7 @@ def test_ctrl_c_ends_the_process_with_130_and_a_whole_plan(instances, tmp_path):
         f"import sys; sys.path.insert(0, {str(TESTS)!r})\n"
         "import stand_in_planners\n"
         "from mmp_cli.main import main\n"
-        "from mmp_planners import registry\n"
-        "stand_in_planners.install(registry)\n"
+        "stand_in_planners.install()\n"
         "raise SystemExit(main())"
     )
     out = tmp_path / "plan.json"

@@ -8,7 +8,9 @@ import pytest
 
 import mmp_env
 import mmp_planners
+from mmp_env import plugins
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.plugins import PLANNERS
 from mmp_planners import Planner, PlanResult, Status, registry
 
 OURS = {"ecbs", "apf-ecbs-nf", "apf-ecbs"}
@@ -103,8 +105,8 @@ VALUES = {name: f"strangers:{getattr(found, '__name__', 'it')}" for name, found 
 @pytest.fixture
 def strangers(monkeypatch):
     """Their planners as if they were installed beside ours."""
-    points = [EntryPoint(name, value, registry.GROUP) for name, value in VALUES.items()]
-    monkeypatch.setattr(registry, "entry_points", lambda group: [*entry_points(group=group), *points])
+    points = [EntryPoint(name, value, PLANNERS.group) for name, value in VALUES.items()]
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [*entry_points(group=group), *points])
     load = EntryPoint.load
     monkeypatch.setattr(EntryPoint, "load", lambda self: CLASSES[self.name] if self.name in CLASSES else load(self))
 
@@ -184,11 +186,21 @@ def test_a_planner_that_cannot_be_made_is_named_and_still_described():
 
 @pytest.mark.usefixtures("strangers")
 def test_no_stranger_takes_the_place_of_one_of_ours(monkeypatch):
-    find = registry.entry_points
-    ecbs = EntryPoint("ecbs", "no_such_package:Planner", registry.GROUP)
+    find = plugins.entry_points
+    ecbs = EntryPoint("ecbs", "no_such_package:Planner", PLANNERS.group)
     for points in (lambda group: [*find(group=group), ecbs], lambda group: [ecbs, *find(group=group)]):
-        monkeypatch.setattr(registry, "entry_points", points)
+        monkeypatch.setattr(plugins, "entry_points", points)
         assert registry.load("ecbs").__module__ == "mmp_planners.ecbs"
+
+
+def test_two_strangers_of_one_name_are_an_error_that_names_both(monkeypatch):
+    twins = [EntryPoint("twin", f"package_{k}:Planner", PLANNERS.group) for k in (1, 2)]
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [*entry_points(group=group), *twins])
+    assert "twin" in registry.names()
+    for call in (registry.make, registry.describe, registry.is_foreign):
+        with pytest.raises(MmpError, match=r"two packages have a planner 'twin': .*package_1:.*package_2:"):
+            call("twin")
+    assert registry.make("ecbs")
 
 
 @pytest.mark.usefixtures("strangers")

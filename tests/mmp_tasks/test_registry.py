@@ -2,14 +2,16 @@
 
 import re
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from mmp_env import plugins
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.rings import ring_cell
+from mmp_env.plugins import TASKS
 from mmp_tasks import registry
 
 DOCS = Path(__file__).parents[2] / "docs" / "tasks.md"
@@ -42,9 +44,9 @@ STRANGERS = {
 
 @pytest.fixture
 def strangers(monkeypatch):
-    points = {name: EntryPoint(name, value, registry.GROUP) for name, value in STRANGERS.items()}
+    points = [EntryPoint(name, value, TASKS.group) for name, value in STRANGERS.items()]
     own = {"nothing": Nothing, "plain": NoOptions}
-    monkeypatch.setattr(registry, "_entry_points", lambda: points)
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [*entry_points(group=group), *points])
     load = EntryPoint.load
     monkeypatch.setattr(EntryPoint, "load", lambda self: own.get(self.name) or load(self))
 
@@ -57,8 +59,15 @@ def test_an_unknown_task_is_answered_with_the_nearest_and_the_list():
 @pytest.mark.usefixtures("strangers")
 @pytest.mark.parametrize("name", ["missing", "empty"])
 def test_a_task_that_cannot_be_loaded_is_named_with_the_reason(name):
-    with pytest.raises(MmpError, match=rf"task '{name}' \(.*\) cannot be loaded: \w+Error"):
+    with pytest.raises(MmpError, match=rf"task '{name}' \(.*\) does not load: \w+Error"):
         registry.make(name)
+
+
+def test_no_stranger_takes_the_place_of_one_of_ours(monkeypatch):
+    reach = EntryPoint("reach", "no_such_package:Task", TASKS.group)
+    for order in (lambda ours: [*ours, reach], lambda ours: [reach, *ours]):
+        monkeypatch.setattr(plugins, "entry_points", lambda group, order=order: order(list(entry_points(group=group))))
+        assert type(registry.make("reach")).__module__ == "mmp_tasks.reach"
 
 
 @pytest.mark.usefixtures("strangers")
@@ -76,7 +85,7 @@ def test_a_task_need_not_be_a_dataclass_but_has_no_options_then():
 
 @pytest.mark.usefixtures("strangers")
 def test_a_description_is_the_first_line_of_the_docstring_and_the_defaults():
-    assert registry.names() == sorted(STRANGERS)
+    assert registry.names() == sorted({*registry.names(), *STRANGERS})
     description = registry.describe("nothing")
     assert (description.summary, description.options) == ("No task at all.", {"size": 3})
 

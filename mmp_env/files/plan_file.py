@@ -15,7 +15,7 @@ from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.files.file_kinds import PLAN, read_for
 from mmp_env.files.instance_file import check_arms, configurations_from_dict
-from mmp_env.files.reading import Place, check_schema, decode, numbers
+from mmp_env.files.reading import MAX_JSON_BYTES, Place, check_schema, decode, numbers
 from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import Margins
@@ -110,8 +110,12 @@ def plan_from_dict(data: Any, where: str | Place = "plan") -> Plan:
 
 
 def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
-    """Writes the whole file or nothing. Raises `MmpError` where it cannot be written."""
-    write_text(path, json_text(plan_to_dict(given_plan(plan, "save"))))
+    """Writes the whole file or nothing. Raises `MmpError` where it cannot be written, or would be too large to read."""
+    text = json_text(plan_to_dict(given_plan(plan, "save")))
+    if len(text) > MAX_JSON_BYTES:
+        size, most = len(text) / 2**20, MAX_JSON_BYTES / 2**20
+        raise MmpError(f"{path}: the plan takes {size:.0f} MB as a file; {most:.0f} MB is the most that is read")
+    write_text(path, text)
 
 
 def load_plan(path: str | PathLike[str]) -> Plan:

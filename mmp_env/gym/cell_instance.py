@@ -15,6 +15,7 @@ from mmp_env.brief import brief
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.gym.instances import Source, State, draw, find_task
 from mmp_env.model.cell import Cell
+from mmp_env.model.margins import Margins
 from mmp_env.model.problem import Problem, asked_velocity_limits, make_problem
 from mmp_env.wording import counted
 
@@ -30,6 +31,8 @@ class CellInstance:
     goal: State
     max_velocity: float
     name: str = ""
+    margins: Margins | None = None
+    """Margins that are kept; None: the default ones."""
 
     @brief
     def __repr__(self) -> str:
@@ -38,7 +41,9 @@ class CellInstance:
     @cached_property
     def problem(self) -> Problem:
         """The instance as planners take it. Raises `InvalidInstanceError` where a task has drawn a bad one."""
-        return make_problem(self.cell, self.start, self.goal, max_velocity=self.max_velocity, name=self.name)
+        return make_problem(
+            self.cell, self.start, self.goal, max_velocity=self.max_velocity, margin=self.margins, name=self.name
+        )
 
 
 class InstanceSource:
@@ -91,6 +96,9 @@ class InstanceSource:
         vars(instance)["problem"] = problem  # what is made already need not be made again
         return instance
 
-    def instance(self, cell: Cell, start: State, goal: State, name: str = "") -> CellInstance:
+    def instance(
+        self, cell: Cell, start: State, goal: State, name: str = "", margins: Margins | None = None
+    ) -> CellInstance:
         """An instance as it stands, at the speed of the environment."""
-        return CellInstance(cell=cell, start=start, goal=goal, max_velocity=self._max_velocity, name=name)
+        speed = self._max_velocity
+        return CellInstance(cell=cell, start=start, goal=goal, max_velocity=speed, name=name, margins=margins)

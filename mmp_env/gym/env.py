@@ -29,7 +29,7 @@ from mmp_env.gym.reward import step_reward
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import check_fit, given_plan
-from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
+from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, keeps_margins
 from mmp_env.sim.contacts import Contact
 from mmp_env.sim.execution import REACHED_RAD, SHOWN_STEPS, ExecutionReport, execute_plan
 from mmp_env.sim.monitor import Monitor
@@ -184,9 +184,9 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
     def execute(self, plan: Plan | None, *, monitor: Monitor | None = None) -> ExecutionReport:
         """Plays a plan through the actuators, see `execute_plan`; afterwards the arms stand where it ended.
 
-        The plan's start and goal become the environment's. A `monitor` stops all arms of a retimed plan while one lags.
-        Warns of a plan that moves and is not retimed (`UnretimedPlanWarning`). Raises `MmpError` for a plan of another
-        cell, and None, which is what a planner has that found no plan.
+        The plan's start, goal and margins become the environment's. A `monitor` stops all arms of a retimed plan while
+        one lags. Warns of a plan that moves and is not retimed (`UnretimedPlanWarning`). Raises `MmpError` for a plan
+        of another cell, and None, which is what a planner has that found no plan.
         """
         plan = given_plan(plan, "execute")
         if monitor is not None:
@@ -197,7 +197,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         # Arms that the plan's cell does not have stay where they are, and are to stay there.
         here, problem = self._simulation.split(self._simulation.positions), plan.problem
         start, goal = {**here, **problem.start}, {**here, **problem.goal}
-        self._instance = self._source.instance(self.cell, start, goal, problem.name)
+        margins = problem.margins if keeps_margins(self.cell, (start, goal), problem.margins) else None
+        self._instance = self._source.instance(self.cell, start, goal, problem.name, margins)
         report = execute_plan(self._simulation, plan, self._show_window, monitor)
         self._stand()
         return report

@@ -136,6 +136,12 @@ def make_problem(
     )
 
 
+def keeps_margins(cell: Cell, states: Sequence[Mapping[str, Float[np.ndarray, "dof"]]], margins: Margins) -> bool:
+    """Returns whether each state, arm name -> [dof] [rad], is so clear that a plan can keep the margins in it."""
+    clearances = _least_clearances(cell, states)
+    return all(margins[kind] <= largest_margin(clearances[kind]) for kind in KINDS)
+
+
 def _least_clearances(cell: Cell, states: Sequence[Mapping[str, Float[np.ndarray, "dof"]]]) -> dict[str, float]:
     """Kind of margin -> the least clearance [m] in any of the states."""
     found = [cell.collision.nearest(state) for state in states]

@@ -8,8 +8,11 @@ from gymnasium.utils.env_checker import check_env
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
 from mmp_env.files.cell_source import find_cell
 from mmp_env.gym.cell_instance import InstanceSource
+from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.gym.instances import draw_instance, draw_problem
 from mmp_env.model.rings import ring_cell
+from mmp_env.retime import retime
+from mmp_planners import make as make_planner
 
 
 def make(name="MultiArmCell-2", **options):
@@ -144,3 +147,13 @@ def test_a_task_with_objects_passes_gymnasiums_checker_and_works_in_vector_envir
     goal = draw_problem(find_cell("mixed-4"), "packing", 6).goal
     np.testing.assert_array_equal(observations["goal_positions"][1], np.concatenate(list(goal.values())))
     envs.close()
+
+
+def test_an_executed_plan_leaves_its_margins_to_the_environment():
+    env = MultiArmCellEnv(cell=ring_cell(2))
+    env.reset(seed=5)
+    asked = draw_problem(env.cell, "reach", 5, margin={"arms": 0.02})
+    plan = retime(make_planner("auto").plan(asked, seed=1).plan)
+    env.execute(plan)
+    assert env.problem.margins.arms == 0.02
+    env.close()

@@ -130,3 +130,11 @@ def test_a_plan_that_lacks_an_arm_is_neither_written_nor_valid(tmp_path):
     (violation,) = check_plan(lacking).violations
     assert violation.rule == "schema"
     assert "arm1" in violation.message
+
+
+def test_a_plan_that_no_command_could_read_is_not_written(tmp_path, monkeypatch):
+    monkeypatch.setattr("mmp_env.files.plan_file.MAX_JSON_BYTES", 1000)
+    rows = np.zeros((40, 6))
+    with pytest.raises(MmpError, match="the most that is read"):
+        save_plan(random_plan(np.arange(40.0), {"arm0": rows, "arm1": rows}), tmp_path / "plan.json")
+    assert not (tmp_path / "plan.json").exists()

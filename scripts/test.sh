@@ -45,8 +45,8 @@ fetch_older() {
 }
 
 with_oldest_mujoco() {
-  PYTHONPATH=$older pytest -n auto tests/mmp_env/test_{scene,env,simulation,execution,rendering,pictures,films}*.py \
-    tests/mmp_env/test_{robot_servos,check_exact,export_mjcf}*.py tests/mmp_tasks
+  PYTHONPATH=$older pytest -n auto tests/mmp_env/{sim,gym,view} \
+    tests/mmp_env/check/test_check_exact.py tests/mmp_env/export/test_export_mjcf.py tests/mmp_tasks
 }
 
 with_dm_control() { PYTHONPATH=$older pytest -n auto tests/dm; }

@@ -1,8 +1,9 @@
-"""Runs every test with checked signatures (shapes and types), and lets tests import `twins` from this folder.
+"""Runs every test with checked signatures (shapes and types); tests import `reference` and `support` from this folder.
 
 There is no `__init__.py` beside this file and no conftest at the root: the tests import the installed packages.
 """
 
+import importlib
 import sys
 from pathlib import Path
 
@@ -10,8 +11,9 @@ import hypothesis
 import jaxtyping
 
 sys.path.insert(0, str(Path(__file__).parent))
+importlib.import_module("support.typechecker")  # the hook looks it up in `support`
 # Before any of the packages is imported: the hook acts at import.
-jaxtyping.install_import_hook(["mmp_env", "mmp_planners", "mmp_tasks", "mmp_cli"], "typechecker.checked")
+jaxtyping.install_import_hook(["mmp_env", "mmp_planners", "mmp_tasks", "mmp_cli"], "support.typechecker.checked")
 
 # A busy machine makes no test fail; examples are the same in every run, so a failure seen once is seen again.
 hypothesis.settings.register_profile("mmp", deadline=None, derandomize=True, database=None)

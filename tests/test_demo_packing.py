@@ -2,9 +2,8 @@
 
 import json
 
-import bad_files
-import checkout_scripts
 import pytest
+from support import bad_files, checkout_scripts
 
 from mmp_env.check.episode import check_episode
 

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from picture_or_sentence import made
 from PIL import Image, ImageSequence
+from support.picture_or_sentence import made
 
 from mmp_env.files.episode_file import load_episode
 from mmp_env.sim.opengl import offscreen_backend

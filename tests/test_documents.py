@@ -3,8 +3,8 @@
 import re
 from pathlib import Path
 
-import checkout_scripts
 import pytest
+from support import checkout_scripts
 
 from mmp_cli.main import main
 from mmp_env import load_cell

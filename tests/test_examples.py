@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from picture_or_sentence import made
+from support.picture_or_sentence import made
 
 from mmp_env.sim.opengl import offscreen_backend
 

@@ -10,8 +10,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from picture_or_sentence import made, pixels_of_arm
 from PIL import Image
+from support.picture_or_sentence import made, pixels_of_arm
 
 from mmp_env import ring_cell
 from mmp_env.errors import MmpError

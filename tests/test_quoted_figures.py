@@ -5,8 +5,8 @@ import re
 import tomllib
 from pathlib import Path
 
-import checkout_scripts
 import pytest
+from support import checkout_scripts
 
 from mmp_env.errors import MmpError
 

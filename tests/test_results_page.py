@@ -6,8 +6,8 @@ import json
 import re
 from pathlib import Path
 
-import checkout_scripts
 import pytest
+from support import checkout_scripts
 
 from mmp_env.errors import MmpError
 

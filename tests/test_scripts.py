@@ -1,7 +1,7 @@
 """Scripts beside the command line: each explains itself, and answers what it does not know with a sentence."""
 
-import checkout_scripts
 import pytest
+from support import checkout_scripts
 
 COMMANDS = sorted(path.name for path in checkout_scripts.SCRIPTS.glob("*.py") if "__main__" in path.read_text())
 

@@ -1,8 +1,8 @@
-"""Clearances of the core against the twin: 1e-5 m in single precision, 1e-9 m in double."""
+"""Clearances of the core against the reference implementation: 1e-5 m in single precision, 1e-9 m in double."""
 
 import numpy as np
 import pytest
-from twins import clearance, toys
+from reference import clearance, toys
 
 from mmp_env.errors import MmpError
 from mmp_env.model.arm import place_arm

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-import two_arms
-from twins import clearance
+from reference import clearance
+from support import two_arms
 
 from mmp_env import _core
 from mmp_env.gym.instances import draw_instance

@@ -1,10 +1,10 @@
-"""Conflicts of a whole plan against what dense sampling by the twin finds."""
+"""Conflicts of a whole plan against what dense sampling by the reference implementation finds."""
 
 import dataclasses
 
 import numpy as np
 import pytest
-from twins import clearance, toys
+from reference import clearance, toys
 
 from mmp_env.errors import MmpError
 from mmp_env.model.plan import Plan

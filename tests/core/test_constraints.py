@@ -1,8 +1,8 @@
-"""Constraints, safe intervals and the single-arm planner of the core against the twin. Times are in steps."""
+"""Constraints, safe intervals and the single-arm planner against the reference implementation. Times are in steps."""
 
 import numpy as np
 import pytest
-from twins import clearance, intervals, kinematics, motion, toys
+from reference import clearance, intervals, kinematics, motion, toys
 
 from mmp_env import _core
 from mmp_env.model.rings import ring_cell
@@ -23,7 +23,7 @@ def near_states(rng, cell, count):
 
 
 def random_constraints(rng, cell, q, q_other):
-    """One of each kind about a configuration q of arm0, as the core takes it and as the twin does."""
+    """One of each kind about a configuration q of arm0, for the core and for the reference implementation."""
     begins = rng.integers(-4, 20, 3)
     windows = [(int(lo), int(max(lo, 0) + length)) for lo, length in zip(begins, rng.integers(1, 9, 3), strict=True)]
     if rng.random() < 0.2:
@@ -38,12 +38,12 @@ def random_constraints(rng, cell, q, q_other):
         _core.Constraint.ball(center, radius, *ball),
         _core.Constraint.sphere(point, ball_radius, first, *sphere),
     ]
-    twin = [
+    reference = [
         intervals.standing(cell, "arm1", q_other, *standing, MARGIN_M - shrink),
         intervals.BallConstraint(center, radius, *ball),
         intervals.CloudConstraint(point[None], np.array([ball_radius]), MARGIN_M, first, *sphere),
     ]
-    return native, twin
+    return native, reference
 
 
 def is_close_call(cell, q, constraint):
@@ -62,14 +62,14 @@ def test_safe_intervals_are_what_broken_constraints_leave(robots):
     cell = toys.random_cell(rng, robots, "28", obstacles=False)
     broken = 0
     for q, q_other in zip(*near_states(rng, cell, 40), strict=True):
-        native, twin = random_constraints(rng, cell, q, q_other)
-        assert not any(is_close_call(cell, q, constraint) for constraint in twin)
+        native, reference = random_constraints(rng, cell, q, q_other)
+        assert not any(is_close_call(cell, q, constraint) for constraint in reference)
         found = _core.safe_intervals(cell.collision.core, 0, q, native, LEVELS)
-        expected = intervals.safe_intervals(cell, "arm0", q, twin)
+        expected = intervals.safe_intervals(cell, "arm0", q, reference)
         # Windows are open: between two that touch there is an instant, which is of no use to anybody.
         found = [(lo, np.inf if hi == _core.FOREVER else hi) for lo, hi in found if lo < hi]
         assert found == [(lo, hi) for lo, hi in expected if lo < _core.FOREVER]
-        broken += sum(constraint.is_broken(cell, "arm0", q) for constraint in twin)
+        broken += sum(constraint.is_broken(cell, "arm0", q) for constraint in reference)
     assert 20 < broken < 100
 
 
@@ -87,11 +87,11 @@ def test_a_path_breaks_a_constraint_where_its_half_steps_do(robots):
         moves = rng.uniform(-0.1, 0.1, (rng.integers(1, 12), len(q)))
         path = np.vstack([q, q + np.cumsum(moves, axis=0)])
         moving = cell.collision.motion("arm0", path)
-        for native, twin in zip(*random_constraints(rng, cell, q, q_other), strict=True):
+        for native, reference in zip(*random_constraints(rng, cell, q, q_other), strict=True):
             looked_at = [motion.along(path[k], path[k + 1], 2) for k in range(len(path) - 1)]
-            if any(is_close_call(cell, at, twin) for ends in looked_at for at in ends):
+            if any(is_close_call(cell, at, reference) for ends in looked_at for at in ends):
                 continue
-            expected = intervals.is_path_breaking(cell, "arm0", path, twin, per_step=2)
+            expected = intervals.is_path_breaking(cell, "arm0", path, reference, per_step=2)
             assert _core.breaks_constraint(cell.collision.core, moving, [native], MARGIN_M) == expected
             verdicts.append(expected)
     assert min(sum(verdicts), len(verdicts) - sum(verdicts)) >= 10
@@ -112,7 +112,7 @@ def single_arm(cell, name, start, goal, seed=0):
 
 
 def assert_path_is_right(cell, name, path, start, goal, constraints):
-    """Everything that the planner promises, by the twin: ends, speed, limits, nothing touched, no constraint broken."""
+    """What the planner promises, by the reference implementation: ends, speed, limits, contacts, constraints."""
     np.testing.assert_allclose(path[[0, -1]], [start, goal], rtol=0, atol=FLOAT_RAD)
     assert np.abs(np.diff(path, axis=0)).max() <= STEP_RAD * (1 + 1e-3)
     robot = cell.arm(name).robot
@@ -133,15 +133,15 @@ def test_planned_paths_keep_all_that_they_promise(robot, spheres):
     proved = PROOF_M - FLOAT_M
     places = [("standing", start["arm1"], (0, 25)), ("standing", goal["arm1"], (10, _core.FOREVER))]
     native = [_core.Constraint.standing(cell.collision.core, 1, q, 0.0, *window) for _, q, window in places]
-    twin = [intervals.standing(cell, "arm1", q, *window, proved) for _, q, window in places]
+    reference = [intervals.standing(cell, "arm1", q, *window, proved) for _, q, window in places]
     # The way that it takes when it is free to is then closed for a while, halfway.
     free, _ = planner.plan([], 0, _core.Clock(60.0))
     assert_path_is_right(cell, "arm0", free, start["arm0"], goal["arm0"], [])
     halfway = free[len(free) // 2].copy()
     native.append(_core.Constraint.ball(halfway, 0.2, 0, len(free)))
-    twin.append(intervals.BallConstraint(halfway, 0.2 - FLOAT_RAD, 0, len(free)))
+    reference.append(intervals.BallConstraint(halfway, 0.2 - FLOAT_RAD, 0, len(free)))
     path, _ = planner.plan(native, 0, _core.Clock(60.0))
-    assert_path_is_right(cell, "arm0", path, start["arm0"], goal["arm0"], twin)
+    assert_path_is_right(cell, "arm0", path, start["arm0"], goal["arm0"], reference)
     assert len(path) != len(free) or not np.array_equal(path, free)
 
 
@@ -162,10 +162,10 @@ def test_an_arm_with_one_way_only_waits_as_long_as_it_must():
     path, _ = single_arm(cell, "a", start, goal).plan(
         [_core.Constraint.ball(np.zeros(2), 0.1, *window)], 0, _core.Clock(60.0)
     )
-    twin = intervals.BallConstraint(np.zeros(2), 0.1 - FLOAT_RAD, *window)
-    assert_path_is_right(cell, "a", path, start, goal, [twin])
+    reference = intervals.BallConstraint(np.zeros(2), 0.1 - FLOAT_RAD, *window)
+    assert_path_is_right(cell, "a", path, start, goal, [reference])
     duration = 0.6 / STEP_RAD
-    earliest = intervals.earliest_departure(cell, "a", start, goal, duration, [twin], (0, np.inf))
+    earliest = intervals.earliest_departure(cell, "a", start, goal, duration, [reference], (0, np.inf))
     # Whole steps for each piece of the way, and a blocked piece is known to 0.03 rad.
     assert earliest + duration <= len(path) - 1 <= earliest + duration + 3
 

@@ -7,9 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-import core_calls
 import numpy as np
 import pytest
+from support import core_calls
 
 from mmp_env import _core
 

@@ -1,8 +1,8 @@
-"""Sphere centres and tool points of the core against the twin, in double precision."""
+"""Sphere centres and tool points of the core against the reference implementation, in double precision."""
 
 import numpy as np
 import pytest
-from twins import clearance, kinematics, toys
+from reference import clearance, kinematics, toys
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.arm import place_arm

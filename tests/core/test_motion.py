@@ -1,4 +1,4 @@
-"""Edges, conflicts between trajectories and certificates of the core against dense sampling by the twin.
+"""Edges, conflicts and certificates of the core against dense sampling by the reference implementation.
 
 Sampling leaves a slack: the least clearance of a motion lies between that of its samples and the slack below that.
 Where that decides nothing, nothing is asked; each test sees to it that enough was decided.
@@ -6,7 +6,7 @@ Where that decides nothing, nothing is asked; each test sees to it that enough w
 
 import numpy as np
 import pytest
-from twins import clearance, motion, toys
+from reference import clearance, motion, toys
 
 from mmp_env import _core
 from mmp_env.errors import MmpError

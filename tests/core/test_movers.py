@@ -4,7 +4,7 @@ import gc
 
 import numpy as np
 import pytest
-from twins import clearance
+from reference import clearance
 
 from mmp_env import _core
 from mmp_env.model.rings import ring_cell
@@ -31,7 +31,7 @@ def sweep(cell, arm, turn, wait=0, far=1.3):
 
 
 def gap(cell, path_a, path_b, t):
-    """Clearance of the arms' moving parts at an instant, by the twin; both stay at their last rows."""
+    """Clearance of the arms' moving parts at an instant, by the reference; both stay at their last rows."""
     a, b = ([np.interp(t, np.arange(len(path)), joint) for joint in np.transpose(path)] for path in (path_a, path_b))
     return clearance.moving_clearance(cell, "arm0", a, "arm1", b)
 
@@ -171,9 +171,9 @@ def test_an_experience_of_nothing_changes_nothing(cell, rows):
 
 
 def test_what_is_no_motion_of_another_arm_of_the_cell_is_refused(cell):
-    own, twin = sweep(cell, "arm0", -1), ring_cell(2)
+    own, reference = sweep(cell, "arm0", -1), ring_cell(2)
     planner, clock = single_arm(cell, own), _core.Clock(1.0)
-    mine, theirs = cell.collision.motion("arm0", own), twin.collision.motion("arm1", own)
+    mine, theirs = cell.collision.motion("arm0", own), reference.collision.motion("arm1", own)
     with pytest.raises(ValueError, match="another cell"):
         planner.plan([], 0, clock, others=[theirs])
     with pytest.raises(ValueError, match="the arm itself"):

@@ -4,9 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
-import two_arms
-from twins import clearance, coordination
-from ways import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
+from reference import clearance, coordination
+from support import two_arms
+from support.ways import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
 
 from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan
@@ -25,7 +25,7 @@ def length(rows):
 
 
 def assert_driven(problem, found, *ways):
-    """Exact at the ends, no faster than allowed, each arm on one of its ways, and clear of the other by the twin."""
+    """Exact at the ends, no faster than allowed, each arm on one of its paths, and clear of the other."""
     assert len({len(rows) for rows in found}) == 1
     for k, name in enumerate(problem.cell.arm_names):
         given = [way[k] for way in ways]

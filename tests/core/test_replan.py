@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-import two_arms
-from twins import clearance
+from reference import clearance
+from support import two_arms
 
 from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan

@@ -1,10 +1,10 @@
-"""The force field of the core against the twin, and one iteration of ModifyMotion against its formula."""
+"""The force field of the core against the reference, and one iteration of ModifyMotion against its formula."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from twins import repulsion, toys
+from reference import repulsion, toys
 
 from mmp_env import _core
 

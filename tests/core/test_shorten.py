@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
-import two_arms
-from twins import clearance, motion, toys
+from reference import clearance, motion, toys
+from support import two_arms
 
 import mmp_planners
 from mmp_env import _core, draw_instance, ring_cell

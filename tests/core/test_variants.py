@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from twins import toys
+from reference import toys
 
 import mmp_env.model.collision
 from mmp_env import core_variants

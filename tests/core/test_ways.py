@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-import two_arms
-from ways import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
+from support import two_arms
+from support.ways import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
 
 from mmp_env import _core
 

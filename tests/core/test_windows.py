@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from twins import toys, windows
+from reference import toys, windows
 
 from mmp_env import _core
 

@@ -1,8 +1,7 @@
 import json
 
-import bad_files
 import pytest
-import stand_in_planners
+from support import bad_files, stand_in_planners
 
 from mmp_cli.main import main
 from mmp_env import plugins

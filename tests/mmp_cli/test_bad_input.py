@@ -1,8 +1,8 @@
 import json
 
-import bad_files
 import pytest
-from refusals import assert_refused
+from support import bad_files
+from support.refusals import assert_refused
 
 from mmp_env.files.plan_file import load_plan
 

@@ -1,10 +1,10 @@
 import json
 import types
 
-import bench_runs
 import numpy as np
 import pytest
 import yaml
+from support import bench_runs
 
 from mmp_env.check import check_plan
 from mmp_env.files.plan_file import load_plan

@@ -5,8 +5,8 @@ import json
 import multiprocessing
 import subprocess
 
-import bench_runs
 import pytest
+from support import bench_runs
 
 from mmp_cli.benchmark import worker_slot
 from mmp_cli.benchmark.job import Examination, Job, Verdict

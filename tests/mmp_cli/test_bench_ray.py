@@ -10,8 +10,8 @@ import sys
 import tempfile
 import time
 
-import bench_runs
 import pytest
+from support import bench_runs
 
 NOT_COMPARED = ("planning_time_s", "check_time_s", "machine")
 START = [sys.executable, "-m", "ray.scripts.scripts", "start", "--head", "--block", "--num-cpus=2"]

@@ -8,8 +8,8 @@ import signal
 import time
 from pathlib import Path
 
-import bench_runs
 import pytest
+from support import bench_runs
 
 COUNT = 6
 

@@ -1,6 +1,6 @@
 import json
 
-import bad_files
+from support import bad_files
 
 
 def test_a_valid_plan_is_one_line_with_the_proved_clearance(mmp, plan):

@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
-import tiny_plans
 import yaml
-from refusals import assert_refused
+from support import tiny_plans
+from support.refusals import assert_refused
 
 from mmp_env.export import load_joint_trajectory
 

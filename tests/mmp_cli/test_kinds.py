@@ -7,9 +7,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-import bad_files
 import pytest
-from refusals import assert_refused
+from support import bad_files
+from support.refusals import assert_refused
 
 from mmp_env.files.reading import MAX_JSON_BYTES
 

@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
-import tiny_plans
-from refusals import assert_refused
+from support import tiny_plans
+from support.refusals import assert_refused
 
 from mmp_env.errors import MmpError
 from mmp_env.sim.opengl import offscreen_backend

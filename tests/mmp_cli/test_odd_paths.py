@@ -5,9 +5,9 @@ import json
 import os
 from pathlib import Path
 
-import bad_files
 import pytest
-from refusals import assert_refused
+from support import bad_files
+from support.refusals import assert_refused
 
 from mmp_cli.reporting.folder import write_files
 

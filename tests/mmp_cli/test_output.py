@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-import report_folders
+from support import report_folders
 
 from mmp_cli.rows import print_rows
 from mmp_env.errors import MmpError

@@ -3,13 +3,11 @@ import os
 import re
 import signal
 
-import bad_files
 import gymnasium
 import numpy as np
 import pytest
-import tiny_plans
-import two_arms
 import yaml
+from support import bad_files, tiny_plans, two_arms
 
 import mmp_env  # noqa: F401  registers the environments
 import mmp_planners

@@ -2,9 +2,9 @@
 
 import json
 
-import bad_files
 import numpy as np
 import pytest
+from support import bad_files
 
 from mmp_env.files.plan_file import load_plan
 

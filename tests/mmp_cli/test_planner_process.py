@@ -10,8 +10,8 @@ import subprocess
 import sys
 import time
 
-import bench_runs
 import pytest
+from support import bench_runs
 
 from mmp_cli import planner_messages, planner_process
 from mmp_env.files.plan_file import load_plan

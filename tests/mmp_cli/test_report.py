@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from PIL import Image
-from report_folders import folder_of, line, row, settings
+from support.report_folders import folder_of, line, row, settings
 
 from mmp_cli.main import main
 

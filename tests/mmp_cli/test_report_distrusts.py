@@ -4,8 +4,8 @@ import json
 import os
 
 import pytest
-from refusals import assert_refused
-from report_folders import folder_of, line, settings
+from support.refusals import assert_refused
+from support.report_folders import folder_of, line, settings
 
 from mmp_cli.benchmark.folder import ResultsFolder
 from mmp_env.errors import MmpError

@@ -3,7 +3,7 @@
 import json
 
 import pytest
-from report_folders import folder_of, line, settings
+from support.report_folders import folder_of, line, settings
 
 pytestmark = pytest.mark.usefixtures("figures_unrendered")
 

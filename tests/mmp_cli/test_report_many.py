@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from report_folders import folder_of, line, row, settings
+from support.report_folders import folder_of, line, row, settings
 
 from mmp_cli.main import main
 from mmp_cli.reporting import cactus_figure, pairs_figure

@@ -5,11 +5,11 @@ import json
 import re
 from base64 import b64decode
 
-import bad_files
 import numpy as np
 import pytest
-from picture_or_sentence import made, pixels_of_arm
 from PIL import Image
+from support import bad_files
+from support.picture_or_sentence import made, pixels_of_arm
 
 from mmp_cli.reporting.choice import choose
 from mmp_cli.reporting.results import Line

@@ -6,7 +6,7 @@ import sys
 import webbrowser
 
 import pytest
-from refusals import assert_refused
+from support.refusals import assert_refused
 
 import mmp_cli.show
 from mmp_env.view import rendering

@@ -6,7 +6,7 @@ import sys
 import xml.etree.ElementTree as ElementTree
 
 import pytest
-from refusals import assert_refused
+from support.refusals import assert_refused
 
 import mmp_cli.showing
 from mmp_cli.showing import Together

@@ -3,7 +3,7 @@
 import gymnasium
 import numpy as np
 import pytest
-from unchecked import unchecked
+from support.unchecked import unchecked
 
 import mmp_env
 from mmp_env import (

@@ -5,8 +5,7 @@ import functools
 
 import numpy as np
 import pytest
-import straight_plans
-import tiny_plans
+from support import straight_plans, tiny_plans
 
 import mmp_env
 import mmp_planners

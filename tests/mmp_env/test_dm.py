@@ -7,7 +7,7 @@ import types
 import numpy as np
 import pytest
 from gymnasium.utils.seeding import np_random
-from unchecked import unchecked
+from support.unchecked import unchecked
 
 from mmp_env import dm
 from mmp_env.dm import control_suite

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-import two_arms
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support import two_arms
 
 from mmp_env import _core
 from mmp_env.check import check_plan

@@ -1,7 +1,19 @@
 """The conflict-tree search over arms on a line: what is branched, what becomes a solution, and when it ends."""
 
 import pytest
-from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, Push, ended, endless, proof, refusal, told, tree
+from support.arms_on_a_line import (
+    LATER,
+    MEETING,
+    ArmsOnALine,
+    OneConstraint,
+    Push,
+    ended,
+    endless,
+    proof,
+    refusal,
+    told,
+    tree,
+)
 
 from mmp_env.events import NodeCreated, NodeExpanded
 from mmp_planners.conflict_tree.search import Counts

@@ -8,9 +8,9 @@ from itertools import count, product
 
 import numpy as np
 import pytest
-from arms_on_a_line import PROVED, ArmsOnALine, path, tree
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from support.arms_on_a_line import PROVED, ArmsOnALine, path, tree
 
 from mmp_env import _core
 from mmp_planners.planning_context import Path

@@ -5,8 +5,8 @@ import weakref
 
 import numpy as np
 import pytest
-from first_conflicts import CASES, conflict
-from twins.clearance import cloud, gaps
+from reference.clearance import cloud, gaps
+from support.first_conflicts import CASES, conflict
 
 from mmp_env import _core
 from mmp_env.errors import MmpError, UnknownNameError

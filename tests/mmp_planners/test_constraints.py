@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-import two_arms
-from twins import intervals
+from reference import intervals
+from support import two_arms
 
 from mmp_env import _core
 from mmp_planners.conflict_tree.constraints import INSTANTS, AvoidState, Meeting, OneSided, Vertex
@@ -111,9 +111,9 @@ def test_the_ball_of_a_vertex_shrinks_towards_the_start_so_that_it_can_be_left(k
     assert not stays_in_ball(centre, radius + 1e-4, constraint)
     path, _ = ARMS.low_level(0, [constraint], 1)
     assert path is not None
-    twin = intervals.BallConstraint(centre, radius - FLOAT_RAD, k - 1, k + 1)
-    assert not intervals.is_path_breaking(ARMS.problem.cell, "left", path.q, twin, per_step=20)
-    assert intervals.is_path_breaking(ARMS.problem.cell, "left", PATHS[0].q, twin, per_step=20)
+    reference = intervals.BallConstraint(centre, radius - FLOAT_RAD, k - 1, k + 1)
+    assert not intervals.is_path_breaking(ARMS.problem.cell, "left", path.q, reference, per_step=20)
+    assert intervals.is_path_breaking(ARMS.problem.cell, "left", PATHS[0].q, reference, per_step=20)
 
 
 def test_the_ball_of_a_vertex_follows_the_option():

@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-import two_arms
+from support import two_arms
 
 from mmp_env import core_variants
 from mmp_env.check import check_plan
@@ -148,7 +148,7 @@ IN_ANOTHER_PROCESS = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-import two_arms
+from support import two_arms
 from mmp_env import make_problem, ring_cell, save_plan
 from mmp_env.gym.instances import draw_instance
 from mmp_planners import make, names

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-import two_arms
+from support import two_arms
 
 from mmp_env import events
 from mmp_planners import describe, make, names

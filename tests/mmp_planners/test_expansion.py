@@ -1,7 +1,7 @@
 """When children are replanned, and what the low level is given to begin with."""
 
 import pytest
-from arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, ended, endless, told, tree
+from support.arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, ended, endless, told, tree
 
 from mmp_env.events import NodeCreated, NodeExpanded, Replanned
 from mmp_planners.conflict_tree.constraints import EitherArm, EveryKind

@@ -1,7 +1,7 @@
 """The fast track: where one arm is in every conflict it alone is moved out of the way."""
 
 import pytest
-from arms_on_a_line import ArmsOnALine, Push, node, refusal, tree
+from support.arms_on_a_line import ArmsOnALine, Push, node, refusal, tree
 
 from mmp_env.events import FastTracked, NodeCreated, NodeExpanded
 from mmp_planners.conflict_tree.fast_track import NoFastTrack, RepulsiveFastTrack

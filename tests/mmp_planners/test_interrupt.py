@@ -13,8 +13,8 @@ TESTS = Path(__file__).parents[1]
 PLANNING = """
 import json, math, signal, sys
 sys.path.insert(0, sys.argv[1])
-import two_arms
-from twins import toys
+from support import two_arms
+from reference import toys
 from mmp_env import check_plan, make_problem
 from mmp_planners import StopPlanning, make
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from twins import toys
-from twins.clearance import cloud
+from reference import toys
+from reference.clearance import cloud
 
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import SPHERE_SETS

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-import two_arms
-from unchecked import unchecked
+from support import two_arms
+from support.unchecked import unchecked
 
 from mmp_env.check import check_plan
 from mmp_env.errors import MmpError

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 import pytest
-import two_arms
-from twins import toys
+from reference import toys
+from support import two_arms
 
 from mmp_env import _core
 from mmp_env.gym.instances import draw_instance

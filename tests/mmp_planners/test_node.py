@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from arms_on_a_line import ArmsOnALine, node, path
+from support.arms_on_a_line import ArmsOnALine, node, path
 
 from mmp_env import _core
 from mmp_planners.conflict_tree.constraints import Branch, Meeting

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-import two_arms
+from support import two_arms
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.events import NodeCreated, SearchStarted

@@ -3,8 +3,8 @@
 import json
 import re
 
-import plugin_page
 import pytest
+from support import plugin_page
 
 from mmp_env.check import check_plan
 from mmp_env.files.plan_file import load_plan, plan_to_dict

@@ -2,8 +2,8 @@
 
 import json
 
-import plugin_page
 import pytest
+from support import plugin_page
 
 MODULE = """
 import sys

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-import two_arms
+from support import two_arms
 
 from mmp_env import _core
 from mmp_env.check import check_plan

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-import two_arms
-from ways import lifted, recombination, shut_in
-from ways import run as run_of
+from support import two_arms
+from support.ways import lifted, recombination, shut_in
+from support.ways import run as run_of
 
 import mmp_planners
 from mmp_env import _core

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from arms_on_a_line import node
+from support.arms_on_a_line import node
 
 from mmp_planners.conflict_tree.constraints import Branch
 from mmp_planners.conflict_tree.selection import BestFirst, Focal, FocalPerKind

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
-import two_arms
 from hypothesis import given
 from hypothesis import strategies as st
+from support import two_arms
 
 import mmp_planners
 from mmp_env import _core

@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-import two_arms
-from first_conflicts import CASES, conflict
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from twins.clearance import Cloud, cloud, least_gap
+from reference.clearance import Cloud, cloud, least_gap
+from support import two_arms
+from support.first_conflicts import CASES, conflict
 
 from mmp_env import _core
 from mmp_planners.conflict_tree.constraints import Split

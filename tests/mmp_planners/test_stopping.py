@@ -3,7 +3,7 @@
 import sys
 
 import pytest
-import two_arms
+from support import two_arms
 
 from mmp_env.check import check_plan
 from mmp_env.files.plan_file import plan_to_dict

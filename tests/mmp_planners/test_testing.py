@@ -2,9 +2,9 @@
 
 import dataclasses
 
-import contract_breakers as breakers
 import pytest
-import two_arms
+from support import contract_breakers as breakers
+from support import two_arms
 
 from mmp_env.model.problem import Problem
 from mmp_planners import make

@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from twins import clearance, kinematics, toys
+from reference import clearance, kinematics, toys
 
 import mmp_tasks
 from mmp_env.errors import MmpError, UnknownNameError

@@ -1,0 +1,143 @@
+"""The checker, rule by rule: a plan with nothing wrong, and the same with one thing wrong."""
+
+import ast
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support import tiny_plans
+from support.tiny_plans import UPRIGHT
+
+import mmp_env.check
+from mmp_env.check import RULES, check_plan
+from mmp_env.files.plan_file import plan_from_dict
+
+
+def broken(plan, *, exact=False):
+    """The rules that a plan breaks."""
+    report = check_plan(plan, exact=exact)
+    assert all(violation.rule in RULES and violation.message for violation in report.violations)
+    json.dumps(report.as_dict(), allow_nan=False)
+    return {violation.rule for violation in report.violations}
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_a_good_plan_is_valid_and_its_clearance_is_proved(exact):
+    report = check_plan(tiny_plans.two_apart(), exact=exact)
+    assert report.valid
+    assert report.violations == ()
+    assert report.required_m < report.min_clearance_m <= report.found_clearance_m
+    assert report.spheres == ("geoms" if exact else "28")
+    assert " and " in report.where
+    assert "mm" in str(report)
+
+
+def test_a_plan_object_and_its_file_have_the_same_report():
+    plan = tiny_plans.two_apart()
+    plan["problem"]["margins"] = {"arms": 0.002, "obstacles": 0.001, "self": 0.0015}
+    assert check_plan(plan_from_dict(plan)).as_dict() == check_plan(plan).as_dict()
+
+
+def test_a_plan_of_one_configuration_is_valid_when_it_starts_at_its_goal():
+    plan = tiny_plans.plan([tiny_plans.arm("arm", [0.0, 0.0, 0.0])], {"arm": [UPRIGHT]}, times=[0.0])
+    assert check_plan(plan).valid
+
+
+def test_nothing_of_the_planners_geometry_is_imported_by_the_checker():
+    allowed = {
+        f"mmp_env.{name}"
+        for name in ("model.plan", "files.plan_file", "sim.mujoco_import", "model.cell_limits", "errors")
+    }
+    for file in Path(mmp_env.check.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module] if isinstance(node, ast.ImportFrom) else []
+            ours = {name for name in names if name.startswith("mmp_") and not name.startswith("mmp_env.check")}
+            assert ours <= allowed, f"{file.name} imports {ours - allowed}"
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("where", ["position", "time", "goal"])
+def test_a_number_that_is_none_is_a_violation(value, where):
+    plan = tiny_plans.two_apart()
+    rows = {
+        "position": plan["positions"]["left"][1],
+        "time": plan["times"],
+        "goal": plan["problem"]["goal"]["right"],
+    }
+    rows[where][2] = value
+    assert broken(plan) == {"finite"}
+
+
+@pytest.mark.parametrize(
+    "times", [[0.0, 2.0, 1.0], [0.0, 1.0, 1.0], [0.0, 0.0, 2.0], [0.1, 1.5, 3.0], [-1.0, 1.0, 3.0]]
+)
+def test_times_that_do_not_ascend_from_zero_are_a_violation(times):
+    assert "times" in broken(tiny_plans.two_apart() | {"times": times})
+
+
+def test_another_start_than_the_problems_is_a_violation():
+    plan = tiny_plans.two_apart()
+    plan["problem"]["start"]["right"][3] += 2e-6
+    assert broken(plan) == {"start"}
+
+
+def test_a_stop_short_of_the_goal_is_a_violation():
+    plan = tiny_plans.two_apart()
+    plan["positions"]["left"][-1][4] -= 2e-6
+    assert broken(plan) == {"goal"}
+    plan["positions"]["left"][-1][4] += 1.5e-6
+    assert broken(plan) == set()
+
+
+def test_a_plan_that_was_cut_off_stops_short_of_the_goal_of_every_arm():
+    plan = tiny_plans.two_apart()
+    plan["times"].pop()
+    for rows in plan["positions"].values():
+        rows.pop()
+    report = check_plan(plan)
+    assert {(violation.rule, *violation.arms) for violation in report.violations} == {
+        ("goal", "left"),
+        ("goal", "right"),
+    }
+
+
+def test_a_joint_beyond_its_limit_is_a_violation_that_names_it():
+    plan = tiny_plans.two_apart()
+    plan["positions"]["left"][1][2] = -3.1416
+    report = check_plan(plan | {"times": [0.0, 5.0, 10.0]})
+    (found,) = [violation for violation in report.violations if violation.rule == "limits"]
+    assert found.arms == ("left",)
+    assert found.values["joint"] == 3
+    assert found.time_s == 5.0
+
+
+def test_a_joint_that_is_too_fast_is_a_violation_that_names_it():
+    plan = tiny_plans.two_apart()
+    plan["times"][2] -= 1e-6
+    (found,) = check_plan(plan).violations
+    assert found.rule == "speed"
+    assert found.values["value"] == pytest.approx(0.8, rel=1e-5)
+    assert found.values["value"] > 0.8
+
+
+def test_the_robots_own_velocity_holds_where_the_problem_asks_for_more():
+    fast = tiny_plans.plan(
+        [tiny_plans.arm("arm", [0.0, 0.0, 0.0])], {"arm": [UPRIGHT, [0.5, *UPRIGHT[1:]]]}, times=[0.0, 0.155]
+    )
+    fast["problem"]["max_velocity"] = 10.0
+    assert broken(fast) == {"speed"}
+    assert broken(fast | {"times": [0.0, 0.16]}) == set()
+
+
+def test_velocities_may_be_given_for_every_joint():
+    plan = tiny_plans.two_apart()
+    plan["problem"]["max_velocity"] = {"left": [0.8] * 6, "right": [0.8, 0.8, 0.8, 0.8, 0.8, 0.2]}
+    (found,) = check_plan(plan).violations
+    assert (found.rule, found.arms, found.values["joint"]) == ("speed", ("right",), 6)
+
+
+def test_checking_twice_gives_the_same_report():
+    plan = tiny_plans.two_apart()
+    assert check_plan(plan).as_dict() == check_plan(plan).as_dict()

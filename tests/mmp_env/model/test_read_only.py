@@ -1,0 +1,78 @@
+"""Problems, plans and cells cannot be changed by whoever is given them; neither can copies of them."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support import stand_in_planners, two_arms
+
+from mmp_env.files.plan_file import plan_to_dict
+
+PLAN = replace(
+    stand_in_planners.straight_plan(two_arms.passing(1.0), {"name": "straight", "options": {"w": 1.0}}),
+    stats={"tries": 3},
+)
+HANDED_ON = {
+    "as it is": lambda value: value,
+    "copied": copy.copy,
+    "deep-copied": copy.deepcopy,
+    "pickled": lambda value: pickle.loads(pickle.dumps(value)),
+    "replaced": replace,
+}
+
+
+@pytest.fixture(params=HANDED_ON)
+def plan(request):
+    """The plan, handed on in every way."""
+    return HANDED_ON[request.param](PLAN)
+
+
+def mappings(plan):
+    problem, arm = plan.problem, plan.problem.cell.arms[0]
+    yield from (problem.start, problem.goal, problem.max_velocity, plan.positions, plan.planner, plan.stats)
+    yield from (plan.planner["options"], arm.robot.spheres, arm.robot.self_ignore)
+
+
+def arrays(plan):
+    problem, arm = plan.problem, plan.problem.cell.arms[0]
+    yield from (*problem.start.values(), *problem.goal.values(), *problem.max_velocity.values())
+    yield from (plan.times, *plan.positions.values(), arm.position, arm.quaternion, arm.robot.lower)
+    yield from (spheres.radii for spheres in arm.robot.spheres.values())
+
+
+def test_no_mapping_takes_another_value(plan):
+    for mapping in mappings(plan):
+        before, key = dict(mapping), next(iter(mapping))
+        for change in (
+            lambda mapping, key: mapping.__setitem__(key, 0),
+            lambda mapping, key: mapping.__delitem__(key),
+            lambda mapping, key: mapping.__ior__({key: 0}),
+            lambda mapping, key: mapping.update({key: 0}),
+            lambda mapping, key: mapping.setdefault("other", 0),
+            lambda mapping, key: mapping.pop(key),
+            lambda mapping, key: mapping.popitem(),
+            lambda mapping, key: mapping.clear(),
+        ):
+            with pytest.raises(TypeError, match="read-only"):
+                change(mapping, key)
+        assert list(mapping) == list(before)
+        assert all(mapping[name] is before[name] for name in before)
+
+
+def test_no_array_takes_another_number(plan):
+    for array in arrays(plan):
+        with pytest.raises(ValueError, match="read-only"):
+            array[...] = 0
+
+
+def test_what_is_handed_on_is_the_same_plan(plan):
+    assert plan_to_dict(plan) == plan_to_dict(PLAN)
+
+
+def test_what_is_made_of_a_mapping_can_be_changed():
+    start = PLAN.problem.start
+    for mine in (dict(start), start.copy(), start | {}):
+        mine["other"] = np.zeros(1)
+    assert "other" not in start

@@ -1,0 +1,174 @@
+"""A world for the conflict tree without geometry: arms on a line, and their paths are written down beforehand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from reference import toys
+
+from mmp_env import _core
+from mmp_env.events import ignore
+from mmp_env.model.certificate import Certificate
+from mmp_env.model.margins import Margins
+from mmp_env.model.problem import make_problem
+from mmp_planners.conflict_tree.constraints import EitherArm, OneSided
+from mmp_planners.conflict_tree.event_emitter import Teller
+from mmp_planners.conflict_tree.node import Node
+from mmp_planners.conflict_tree.repulsion import Modified
+from mmp_planners.conflict_tree.search import ConflictTree
+from mmp_planners.conflict_tree.selection import Focal
+from mmp_planners.planner import StopPlanning
+from mmp_planners.planning_context import Arms, Path
+
+_CELL = toys.toy_cell(toys.toy_arm("toy", [0, 0, 0]))
+_PROBLEM = make_problem(_CELL, {"toy": [0.0, 0.5]}, {"toy": [0.0, 0.5]})
+_MOTION = _CELL.collision.motion("toy", np.zeros((1, 2)))
+
+
+def _all(clearance: float) -> Margins:
+    return Margins(arms=clearance, obstacles=clearance, self=clearance)
+
+
+def proof(clearance: float) -> Certificate:
+    """A certificate of a plan that keeps the clearance [m]."""
+    return Certificate(valid=True, proved=_all(clearance), arms=(0, -1), instant=0.0)
+
+
+def refusal(*arms: int, instant: float) -> Certificate:
+    """What says that a plan is no good: there the arms touch, or one arm alone (the second is -1) touches something."""
+    return Certificate(valid=False, proved=_all(-0.1), arms=(arms[0], arms[1]), instant=instant)
+
+
+PROVED = proof(0.01)
+"""What certifying gives where nothing else is written down."""
+
+# Arms a and b go to each other's places and meet at place 1; a may go around by -5, at a cost of 12 instead of 2.
+MEETING = ([(0, 1, 2), (0, -5, 2)], [(2, 1, 0)])
+# As above, but b finds a cheap way as well, after its third constraint.
+LATER = (
+    lambda count: (0, 1, 2) if count == 0 else (0, -5, 2),
+    lambda count: (2, 1, 0) if count < 3 else (2, 1.5, 0.5, 0),
+)
+
+
+def endless(count):
+    """A path for any number of constraints; two arms that have it are in conflict from its first step on."""
+    return (0, 1)
+
+
+def path(*places: float) -> Path:
+    """A path through places, one a step; it costs the way from each to the next."""
+    q = np.array(places, dtype=float)[:, None]
+    return Path(q=q, motion=_MOTION, length=float(np.abs(np.diff(q, axis=0)).sum()))
+
+
+def conflicts(paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], np.ndarray]:
+    """The steps at which two arms are at one place; they stay at the end of their paths."""
+    found = {}
+    for a, b in pairs:
+        steps = range(max(paths[a].last, paths[b].last) + 1)
+        same = [k for k in steps if paths[a].at(k) == paths[b].at(k)]
+        if same:
+            found[a, b] = np.array(same, dtype=float)
+    return found
+
+
+def node(number: int, *places: Sequence[float], bounds: Sequence[float] | None = None) -> Node:
+    """A node of the tree with one path for each arm; without `bounds` [rad] the paths' lengths are the bounds."""
+    paths = tuple(path(*way) for way in places)
+    pairs = [(a, b) for a in range(len(paths)) for b in range(a + 1, len(paths))]
+    return Node(
+        id=number,
+        parent=None,
+        paths=paths,
+        constraints=tuple(() for _ in paths),
+        bounds=tuple(bounds) if bounds else tuple(p.length for p in paths),
+        conflicts=conflicts(paths, pairs),
+    )
+
+
+class ArmsOnALine(Arms):
+    """`ways[arm](n)` are the places of an arm that has n constraints to keep, None where it has no way.
+
+    A sequence will do for a function: beyond its end there is no way. `certificates` are what the first plans get.
+    """
+
+    def __init__(self, *ways: Sequence | Callable, certificates: Sequence[Certificate] = ()) -> None:
+        self.problem, self.names, self.dt, self.clock = (
+            _PROBLEM,
+            tuple("abcdef"[: len(ways)]),
+            0.1,
+            _core.Clock(math.inf),
+        )
+        self.max_step = [np.full(1, 100.0) for _ in ways]
+        self.certificates = list(certificates)
+        self.seeds: list[int] = []
+        self.calls: list[tuple[int, int, int, float]] = []  # arm, how many constraints, seed, budget
+        self.experiences: list[np.ndarray | None] = []
+        self._ways = ways
+
+    def reseed(self, seed):
+        self.seeds.append(seed)
+
+    def low_level(self, arm, constraints, seed, budget=1.0, others=(), experience=None):
+        count, ways = len(constraints), self._ways[arm]
+        self.calls.append((arm, count, seed, budget))
+        self.experiences.append(experience)
+        places = ways(count) if callable(ways) else ways[count] if count < len(ways) else None
+        return (None if places is None else path(*places)), 1
+
+    def conflicts(self, paths, pairs):
+        return conflicts(paths, pairs)
+
+    def certify(self, plan):
+        return self.certificates.pop(0) if self.certificates else PROVED
+
+
+@dataclass
+class OneConstraint:
+    """Forbids one thing, whatever it be, and keeps what it was asked: (meeting, arm, instant)."""
+
+    asked: list[tuple] = field(default_factory=list)
+
+    def forbid(self, arms, paths, meeting, arm, instant):
+        self.asked.append((meeting, arm, instant))
+        return [_core.Constraint.ball(np.zeros(1), 0.1, 0, 1)]
+
+    def words(self, arms, meeting, arm):
+        return f"{arms.names[arm]} does something else"
+
+
+@dataclass
+class Push:
+    """A modification that moves arm k to the places `to[k]`, and leaves the others as they are."""
+
+    to: dict[int, Sequence[float]]
+
+    def __call__(self, arms, paths, arm, constraints):
+        return Modified(path=path(*self.to[arm]), iterations=1) if arm in self.to else None
+
+
+def tree(
+    arms: ArmsOnALine, *, w: float = 1.0, watch: Callable = ignore, branching: OneSided | None = None, **parts
+) -> ConflictTree:
+    """A conflict tree over them: one tree, plain ECBS, unless `parts` say something else."""
+    plain = {"selection": Focal(w=w), "branching": EitherArm(kind=branching or OneConstraint()), "restarts": False}
+    return ConflictTree(arms=arms, tell=Teller(watch, arms), **(plain | parts))
+
+
+def ended(search: ConflictTree, seed: int = 0) -> bool:
+    """Runs a tree: whether it was exhausted; False as well where its watcher has stopped it."""
+    try:
+        return search.run(seed)
+    except StopPlanning:
+        return False
+
+
+def told(run, seed=0):
+    """A tree, whether it was exhausted and all that it told; `run` makes the tree from a watcher."""
+    events = []
+    search = run(events.append)
+    return search, ended(search, seed), events

@@ -1,0 +1,90 @@
+"""Running `mmp bench` in tests: its command line, with the strangers' planners installed, and what came of it."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from support import bad_files, bench_stand_ins
+
+from mmp_cli.main import main
+
+TESTS = Path(__file__).parents[1]
+_PROGRAM = "from mmp_cli.main import main; raise SystemExit(main())"
+
+
+class Ran(NamedTuple):
+    """What a command line came to."""
+
+    code: int
+    out: str
+    err: str
+
+
+def bench(path: Path, *argv: Any) -> Ran:
+    """Runs `mmp bench` in this process; `path` is where the strangers' planners are installed."""
+    with pytest.MonkeyPatch.context() as patch, io.StringIO() as out, io.StringIO() as err:
+        patch.syspath_prepend(site(path))
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            code = main(["bench", *map(str, argv)])
+        return Ran(code, out.getvalue(), err.getvalue())
+
+
+def started(path: Path, *argv: Any) -> subprocess.Popen[str]:
+    """Starts `mmp bench` as a process of its own, so that it can be interrupted and killed."""
+    return subprocess.Popen(
+        [sys.executable, "-c", _PROGRAM, "bench", *map(str, argv)],
+        env=environment(path),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def environment(path: Path) -> dict[str, str]:
+    """That of a process that finds the strangers' planners."""
+    folders = [str(site(path)), str(TESTS), os.environ.get("PYTHONPATH")]
+    return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, folders))}
+
+
+def lines(out: Path) -> list[dict[str, Any]]:
+    """The results in a folder."""
+    return [json.loads(row) for row in (out / "results.jsonl").read_text().splitlines()]
+
+
+def instances(path: Path) -> Path:
+    """An instance file with one that can be solved, `turn`, and one that is invalid, `outside`."""
+    file = path / "pairs.json"
+    file.write_text(json.dumps(bad_files.good_instances()))
+    return file
+
+
+def many_instances(path: Path, count: int) -> Path:
+    """An instance file with `count` that can be solved."""
+    data = bad_files.good_instances()
+    turn = data["instances"][0]
+    data["instances"] = [turn | {"name": f"turn{k}"} for k in range(count)]
+    file = path / "many.json"
+    file.write_text(json.dumps(data))
+    return file
+
+
+def cell(name: str) -> dict[str, Any]:
+    """A good cell of that name, as a file has it."""
+    return bad_files.good_cell() | {"name": name}
+
+
+def site(path: Path) -> Path:
+    """The folder below `path` in which the strangers' planners are installed."""
+    folder = path / "site"
+    if not folder.exists():
+        folder.mkdir()
+        bench_stand_ins.install(folder)
+    return folder

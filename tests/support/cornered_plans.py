@@ -1,0 +1,60 @@
+"""Plans of two UR5e with corners at random, out of each other's reach, and the rates of motions."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from support import two_arms
+
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import make_problem
+
+APART_M = 2.5
+
+
+def cornered_plan(seed, corners, *, turn=0.4, max_velocity=0.8):
+    """All joints go back and forth by up to `turn` [rad] about a pose in which the arms touch nothing."""
+    rng = np.random.default_rng(seed)
+    cell = two_arms.facing_cell(APART_M)
+    rows = {
+        name: two_arms.reaching(0.0) + rng.uniform(-turn, turn, (corners + 2, 6)) * (1, 0.5, 0.5, 1, 1, 1)
+        for name in cell.arm_names
+    }
+    start, goal = ({name: q[k] for name, q in rows.items()} for k in (0, -1))
+    return plan_through(make_problem(cell, start, goal, max_velocity=max_velocity), rows)
+
+
+def plan_through(problem, rows):
+    """Straight lines through `rows`, arm -> [k, dof], as fast as velocities allow."""
+    lasting = [np.abs(np.diff(q, axis=0)) / problem.max_velocity[name] for name, q in rows.items()]
+    times = np.concatenate([[0.0], np.cumsum(np.maximum(np.max([part.max(axis=1) for part in lasting], axis=0), 1e-3))])
+    return Plan(problem=problem, times=times, positions=rows)
+
+
+def side_by_side(plan, values):
+    """The joints of all arms in one array."""
+    return np.concatenate([np.asarray(values[name]) for name in plan.problem.cell.arm_names], axis=-1)
+
+
+def largest_shares(plan):
+    """Of velocity, acceleration and jerk limits, by differences of the positions alone, arms at rest at both ends."""
+    q, step = side_by_side(plan, plan.positions), plan.times[1] - plan.times[0]
+    rate, out = np.pad(q, ((3, 3), (0, 0)), mode="edge"), []
+    for limits in (plan.problem.max_velocity, plan.max_acceleration, plan.max_jerk):
+        rate = np.diff(rate, axis=0) / step
+        out.append(float((np.abs(rate) / side_by_side(plan, limits)).max()))
+    return out
+
+
+def distance_to_lines(q, corners):
+    """How far each row of `q` [t, n] is from the straight lines through `corners` [k, n]: [t], at most over joints.
+
+    An upper bound: of the nearest point in the Euclidean sense.
+    """
+    least = np.full(len(q), np.inf)
+    for a, b in itertools.pairwise(corners):
+        way = b - a
+        share = np.clip((q - a) @ way / (way @ way), 0.0, 1.0)
+        least = np.minimum(least, np.abs(q - a - share[:, None] * way).max(axis=1))
+    return least

@@ -18,7 +18,7 @@ from mmp_cli.standalone import run_script
 from mmp_env import InvalidInstanceError, _core, load_instances
 from mmp_env.model.problem import Problem
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 
 RUNS = 20
 LOW_LEVEL = SiRrtStar(iterations=2000, shortcuts=1000)
@@ -28,7 +28,7 @@ def shortest(problem: Problem) -> float:
     """Sum over the arms of the shortest path found [rad]."""
     lengths = np.full((RUNS, len(problem.cell.arms)), np.inf)
     for run in range(RUNS):
-        arms = Arms(problem, 0.1, LOW_LEVEL, _core.Clock(math.inf))
+        arms = PlanningContext(problem, 0.1, LOW_LEVEL, _core.Clock(math.inf))
         arms.reseed(run)
         for arm in range(len(problem.cell.arms)):
             path, _ = arms.low_level(arm, (), run)

@@ -24,7 +24,7 @@ from mmp_cli.standalone import run_script
 from mmp_env import _core, core_variants, draw_instance, make_problem, ring_cell
 from mmp_env.model.cell import Cell
 from mmp_env.model.certificate import SHARE
-from mmp_env.model.collision import HIT, KEEP_PROOF, REQUIRED_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, REQUIRED_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_env.sim.scene import compile_scene
@@ -118,7 +118,10 @@ def mujoco_check(cell: Cell, states: np.ndarray) -> Spent:
 def print_motions(cell: Cell, problems: Sequence[Problem]) -> None:
     """What a node of the conflict tree costs: spheres of eight motions, their conflicts, and the force on one arm."""
     model = cell.collision
-    paths, looked = [straight(problem) for problem in problems], problems[0].levels(HIT, KEEP_PROOF)
+    paths, looked = (
+        [straight(problem) for problem in problems],
+        problems[0].levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
+    )
     motions = [[model.motion(name, q) for name, q in path.items()] for path in paths]
     pairs = [(i, j) for i in range(ARMS) for j in range(i + 1, ARMS)]
     worked_out = measure(lambda: [model.motion(name, q) for path in paths for name, q in path.items()], 50)
@@ -157,7 +160,7 @@ def print_certificate(cell: Cell, plans: Sequence[Plan]) -> None:
 
     def prove() -> None:
         for plan, q in zip(plans, positions, strict=True):
-            required = plan.problem.levels(REQUIRED_PROOF, REQUIRED_PROOF)
+            required = plan.problem.levels(REQUIRED_MARGIN_FACTOR, REQUIRED_MARGIN_FACTOR)
             _core.certify(cell.collision.core, q, required, SHARE, clock)
 
     report("certificate_8_arms", measure(prove, 10).per(len(plans)), "ms", 1e3)

@@ -9,7 +9,7 @@ from mmp_env.check.distance import chord_minimum, solid_distance, tangent_minimu
 from mmp_env.check.fields import rotation
 from mmp_env.check.items import Items, Steps, Touch
 from mmp_env.check.model import CellModel, Parts, Poses
-from mmp_env.check.pairs import Pairs, Strays
+from mmp_env.check.pairs import ChordDeviation, Pairs
 from mmp_env.check.reading import Solid
 
 
@@ -22,9 +22,9 @@ class BallPairs:
         first, second, inner = pairs.first, pairs.second, pairs.inner[:, None]
         reach = parts.reach[second] + np.where(inner, 0.0, parts.reach[first])
         common = parts.moves[first] & inner
-        self._strays = Strays(model.cell, reach, common)
-        self._part_strays = Strays(model.cell, parts.reach)
-        self._inner_strays = Strays(model.cell, reach[pairs.inner], common[pairs.inner])
+        self._strays = ChordDeviation(model.cell, reach, common)
+        self._part_strays = ChordDeviation(model.cell, parts.reach)
+        self._inner_strays = ChordDeviation(model.cell, reach[pairs.inner], common[pairs.inner])
         self._radii = parts.radius[first] + parts.radius[second]
 
     def __len__(self) -> int:
@@ -76,7 +76,7 @@ class BallSolids:
         self._model, self._parts, self._moving, self._solids = model, parts, moving, solids
         self.part = np.tile(moving, len(solids))
         self.solid = np.repeat(np.arange(len(solids)), len(moving))
-        self._strays = Strays(model.cell, parts.reach)
+        self._strays = ChordDeviation(model.cell, parts.reach)
 
     def __len__(self) -> int:
         return len(self.part)

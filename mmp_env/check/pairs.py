@@ -69,7 +69,7 @@ def ignored_links(arm: Arm, spheres: str) -> set[frozenset[str]]:
     return out
 
 
-class Strays:
+class ChordDeviation:
     """Bounds on how far the points of pairs stray from their chords in a step, summed over both parts [m]."""
 
     def __init__(

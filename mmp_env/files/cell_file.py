@@ -14,7 +14,7 @@ from msgspec import UNSET, UnsetType
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.file_kinds import CELL, read_for
-from mmp_env.files.reading import Place, decode, named
+from mmp_env.files.reading import Location, decode, named
 from mmp_env.model.arm import NAMES, SHAPES, Arm, Obstacle, is_name
 from mmp_env.model.cell import Cell
 from mmp_env.model.cell_limits import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M
@@ -72,16 +72,16 @@ def load_cell(path: str | PathLike[str]) -> Cell:
     return cell_from_dict(read_for("load_cell", path, CELL), str(path), name=Path(path).stem)
 
 
-def cell_from_dict(data: Any, where: str | Place, *, name: str = "cell") -> Cell:
+def cell_from_dict(data: Any, where: str | Location, *, name: str = "cell") -> Cell:
     """The cell in a file's `data`; `where` begins the messages, `name` stands in where the data has none.
 
     Raises `MmpError` that names field and value.
     """
-    place = where if isinstance(where, Place) else Place(where)
+    place = where if isinstance(where, Location) else Location(where)
     return cell_from_data(decode(data, CellData, place), place, name=name)
 
 
-def cell_from_data(data: CellData, place: Place, *, name: str) -> Cell:
+def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
     """The cell in decoded data, see `cell_from_dict`."""
     for key, items, most in (("arms", data.arms, MAX_ARMS), ("obstacles", data.obstacles, MAX_OBSTACLES)):
         if len(items) > most:
@@ -130,13 +130,13 @@ def _solid_to_dict(solid: Obstacle) -> dict[str, Any]:
     } | {key: np.asarray(getattr(solid, key)).tolist() for key in MEASURES[solid.shape]}
 
 
-def check_name(name: str, place: Place) -> None:
+def check_name(name: str, place: Location) -> None:
     """Raises `MmpError` for what is no name, see `NAMES`."""
     if not is_name(name):
         raise place.wrong(name, NAMES)
 
 
-def name_or_stem(name: str | None, stem: str, place: Place) -> str:
+def name_or_stem(name: str | None, stem: str, place: Location) -> str:
     """Returns the name at `place`, or the file's own where it has none. Raises `MmpError` where that is no name."""
     if name is not None:
         check_name(name, place)
@@ -148,7 +148,7 @@ def name_or_stem(name: str | None, stem: str, place: Place) -> str:
     return stem
 
 
-def _arm(data: ArmData, place: Place) -> Arm:
+def _arm(data: ArmData, place: Location) -> Arm:
     check_name(data.name, place / "name")
     robot = _robot(data.robot, place / "robot")
     position, quaternion = _pose(data, place)
@@ -162,13 +162,13 @@ def _arm(data: ArmData, place: Place) -> Arm:
     )
 
 
-def _robot(name: str, place: Place) -> Robot:
+def _robot(name: str, place: Location) -> Robot:
     check_name(name, place)
     with named(place):
         return load_robot(name)
 
 
-def _tool(name: str | UnsetType | None, robot: Robot, place: Place) -> Tool | None:
+def _tool(name: str | UnsetType | None, robot: Robot, place: Location) -> Tool | None:
     if name is UNSET:
         name = robot.default_tool
     if name is None or name == NO_TOOL:
@@ -178,7 +178,7 @@ def _tool(name: str | UnsetType | None, robot: Robot, place: Place) -> Tool | No
         return load_tool(name)
 
 
-def _solid(data: ObstacleData | HeldData, place: Place) -> Obstacle:
+def _solid(data: ObstacleData | HeldData, place: Location) -> Obstacle:
     check_name(data.name, place / "name")
     if data.shape not in SHAPES:
         check_name(data.shape, place / "shape")
@@ -205,7 +205,7 @@ def _solid(data: ObstacleData | HeldData, place: Place) -> Obstacle:
     )
 
 
-def _pose(data: ArmData | SolidData, place: Place) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
+def _pose(data: ArmData | SolidData, place: Location) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
     position = frozen_array(data.position)
     if not np.all(np.abs(position) <= LARGEST_M):
         raise (place / "position").wrong(data.position, f"three numbers from {-LARGEST_M:g} to {LARGEST_M:g} m")
@@ -230,7 +230,7 @@ def _pose(data: ArmData | SolidData, place: Place) -> tuple[Float[np.ndarray, "3
     )
 
 
-def _refuse_overlapping_bases(cell: Cell, place: Place) -> None:
+def _refuse_overlapping_bases(cell: Cell, place: Location) -> None:
     """Raises `MmpError` where the base spheres of two arms intersect: nothing tests bases against each other later."""
     bases = [_base_spheres(arm, cell.spheres) for arm in cell.arms]
     for i, j in combinations(range(len(bases)), 2):

@@ -14,7 +14,7 @@ from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import name_or_stem
 from mmp_env.files.file_kinds import EPISODE, read_for
 from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
-from mmp_env.files.reading import Place, check_schema, decode
+from mmp_env.files.reading import Location, check_schema, decode
 from mmp_env.files.writing import json_text, write_text
 from mmp_env.model.plan import Plan
 from mmp_env.wording import counted, in_seconds
@@ -53,13 +53,13 @@ def episode_to_dict(episode: Episode) -> dict[str, Any]:
     }
 
 
-def episode_from_dict(data: Any, where: str | Place = "episode", *, name: str = "episode") -> Episode:
+def episode_from_dict(data: Any, where: str | Location = "episode", *, name: str = "episode") -> Episode:
     """The episode in a file's `data`; `where` begins the messages, `name` stands in where the data has none.
 
     The data must be well formed; whether the plans are right and fit together is left to the checker. Raises `MmpError`
     that names field and value.
     """
-    place = where if isinstance(where, Place) else Place(where)
+    place = where if isinstance(where, Location) else Location(where)
     check_schema(data, EPISODE_SCHEMA, place)
     decoded = decode(data, EpisodeData, place)
     name = name_or_stem(decoded.name, name, place / "name")
@@ -69,7 +69,7 @@ def episode_from_dict(data: Any, where: str | Place = "episode", *, name: str = 
     return Episode(name=name, plans=plans)
 
 
-def plans_from_dict(data: Any, where: str | Place, *, name: str = "episode") -> Plan | Episode:
+def plans_from_dict(data: Any, where: str | Location, *, name: str = "episode") -> Plan | Episode:
     """What a file's `data` mean to be by their schema: an episode, or else a plan. Raises `MmpError` like both."""
     in_a_row = isinstance(data, dict) and data.get("schema") == EPISODE_SCHEMA
     return episode_from_dict(data, where, name=name) if in_a_row else plan_from_dict(data, where)

@@ -18,7 +18,7 @@ from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.cell_file import CellData, cell_from_data, check_name
 from mmp_env.files.file_kinds import INSTANCES, read_for
-from mmp_env.files.reading import Place, check_schema, decode, named, numbers
+from mmp_env.files.reading import Location, check_schema, decode, named, numbers
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
@@ -49,7 +49,7 @@ class Instance:
     name: str
     start: Mapping[str, Float[np.ndarray, "dof"]]
     goal: Mapping[str, Float[np.ndarray, "dof"]]
-    place: Place
+    place: Location
     """Where it stands, for messages."""
 
     @brief
@@ -109,12 +109,12 @@ def load_instances(path: str | PathLike[str]) -> InstanceFile:
     return instances_from_dict(read_for("load_instances", path, INSTANCES), str(path), name=Path(path).stem)
 
 
-def instances_from_dict(data: Any, where: str | Place, *, name: str = "instances") -> InstanceFile:
+def instances_from_dict(data: Any, where: str | Location, *, name: str = "instances") -> InstanceFile:
     """The instances in a file's `data`; `where` begins the messages, `name` stands in where the data has none.
 
     Raises `MmpError` that names field and value.
     """
-    place = where if isinstance(where, Place) else Place(where)
+    place = where if isinstance(where, Location) else Location(where)
     check_schema(data, INSTANCES_SCHEMA, place)
     decoded = decode(data, InstancesData, place)
     if decoded.name is not None:
@@ -135,7 +135,7 @@ def instances_from_dict(data: Any, where: str | Place, *, name: str = "instances
     return InstanceFile(name=name, cell=cell, instances=instances)
 
 
-def configurations_from_dict(cell: Cell, data: Any, place: Place) -> dict[str, Float[np.ndarray, "dof"]]:
+def configurations_from_dict(cell: Cell, data: Any, place: Location) -> dict[str, Float[np.ndarray, "dof"]]:
     """One configuration [dof] [rad] for every arm of the cell. Raises `MmpError` that names arm, joint and value."""
     check_arms(cell, data, place)
     return {
@@ -144,7 +144,7 @@ def configurations_from_dict(cell: Cell, data: Any, place: Place) -> dict[str, F
     }
 
 
-def check_arms(cell: Cell, data: Any, place: Place) -> None:
+def check_arms(cell: Cell, data: Any, place: Location) -> None:
     """Raises `MmpError` unless `data` is an object with an entry for each arm of the cell and for nothing else."""
     if not isinstance(data, dict):
         raise place.wrong(data, "an object of arm name -> numbers")
@@ -156,7 +156,7 @@ def check_arms(cell: Cell, data: Any, place: Place) -> None:
             raise MmpError(f"{place} has no arm '{name}'; it must have {', '.join(cell.arm_names)}")
 
 
-def _instance(cell: Cell, data: InstanceData, place: Place) -> Instance:
+def _instance(cell: Cell, data: InstanceData, place: Location) -> Instance:
     return Instance(
         name=data.name,
         start=configurations_from_dict(cell, data.start, place / "start"),

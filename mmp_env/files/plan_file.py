@@ -15,7 +15,7 @@ from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.files.file_kinds import PLAN, read_for
 from mmp_env.files.instance_file import check_arms, configurations_from_dict
-from mmp_env.files.reading import MAX_JSON_BYTES, Place, check_schema, decode, numbers
+from mmp_env.files.reading import MAX_JSON_BYTES, Location, check_schema, decode, numbers
 from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import Margins
@@ -81,13 +81,13 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
     return plain(out | {"planner": plan.planner, "stats": plan.stats})
 
 
-def plan_from_dict(data: Any, where: str | Place = "plan") -> Plan:
+def plan_from_dict(data: Any, where: str | Location = "plan") -> Plan:
     """The plan in a file's `data`; `where` begins the messages.
 
     The data must be well formed, the plan need not be right: the margin is the one in the file, and starts out of their
     limits, contacts and times out of order are left to the checker. Raises `MmpError` that names field and value.
     """
-    place = where if isinstance(where, Place) else Place(where)
+    place = where if isinstance(where, Location) else Location(where)
     check_schema(data, PLAN_SCHEMA, place)
     decoded = decode(data, PlanData, place)
     problem = _problem(decoded.problem, place / "problem")
@@ -131,7 +131,7 @@ def _by_arm(cell: Cell, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
     return {name: values[name] for name in cell.arm_names}
 
 
-def _problem(data: ProblemData, place: Place) -> Problem:
+def _problem(data: ProblemData, place: Location) -> Problem:
     cell = cell_from_data(data.cell, place / "cell", name="cell")
     return Problem(
         cell=cell,
@@ -143,7 +143,7 @@ def _problem(data: ProblemData, place: Place) -> Problem:
     )
 
 
-def _margins(data: ProblemData, place: Place) -> Margins:
+def _margins(data: ProblemData, place: Location) -> Margins:
     """Older files have no `margins`: what was proved of their plans is half of `margin`."""
     margin = _positive(data.margin, place / "margin")
     if data.margins is None:
@@ -156,13 +156,13 @@ def _margins(data: ProblemData, place: Place) -> Margins:
     return margins
 
 
-def _positive(value: float, place: Place) -> float:
+def _positive(value: float, place: Location) -> float:
     if not (math.isfinite(value) and value > 0):
         raise place.wrong(value, "a positive number [m]")
     return value
 
 
-def _limits(cell: Cell, data: Any, place: Place) -> float | dict[str, Float[np.ndarray, "dof"]]:
+def _limits(cell: Cell, data: Any, place: Location) -> float | dict[str, Float[np.ndarray, "dof"]]:
     """A positive number for all joints, or one for each joint of each arm."""
     if not isinstance(data, dict):
         if not (math.isfinite(data) and data > 0):
@@ -175,7 +175,7 @@ def _limits(cell: Cell, data: Any, place: Place) -> float | dict[str, Float[np.n
     return by_arm
 
 
-def _by_joint(cell: Cell, data: Any, place: Place) -> dict[str, Float[np.ndarray, "dof"]]:
+def _by_joint(cell: Cell, data: Any, place: Location) -> dict[str, Float[np.ndarray, "dof"]]:
     """As `_limits`, with a number for each joint in any case."""
     limits = _limits(cell, data, place)
     if isinstance(limits, dict):
@@ -183,7 +183,7 @@ def _by_joint(cell: Cell, data: Any, place: Place) -> dict[str, Float[np.ndarray
     return {arm.name: frozen_array(np.full(arm.dof, limits)) for arm in cell.arms}
 
 
-def _matrices(cell: Cell, data: Any, count: int, place: Place) -> dict[str, Float[np.ndarray, "t dof"]]:
+def _matrices(cell: Cell, data: Any, count: int, place: Location) -> dict[str, Float[np.ndarray, "t dof"]]:
     """Per arm one row of joints for each of `count` times."""
     check_arms(cell, data, place)
     out = {}

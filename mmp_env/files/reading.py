@@ -52,15 +52,15 @@ class NotJsonError(MmpError):
 
 
 @dataclass(frozen=True)
-class Place:
+class Location:
     """Where a value stands, for messages: `cell.yaml: arms[2].yaw`."""
 
     file: str
     field: str = ""
 
-    def __truediv__(self, key: str | int) -> Place:
+    def __truediv__(self, key: str | int) -> Location:
         step = f"[{key}]" if isinstance(key, int) else f".{key}" if self.field else key
-        return Place(self.file, self.field + step)
+        return Location(self.file, self.field + step)
 
     def __str__(self) -> str:
         return f"{self.file}: {self.field}" if self.field else self.file
@@ -71,7 +71,7 @@ class Place:
 
 
 @contextmanager
-def named(place: Place | str) -> Iterator[None]:
+def named(place: Location | str) -> Iterator[None]:
     """Puts the place in front of the message of every `MmpError` from inside."""
     try:
         yield
@@ -95,7 +95,7 @@ def read_document(path: str | PathLike[str]) -> Any:
     suffix = Path(path).suffix.lower()
     is_yaml = suffix in _YAML_SUFFIXES
     limit = MAX_YAML_BYTES if is_yaml else MAX_JSON_BYTES
-    place = Place(str(path))
+    place = Location(str(path))
     content = read_bytes(path, limit, "YAML" if is_yaml else "JSON")
     try:
         text = content.decode("utf-8-sig")
@@ -110,7 +110,7 @@ def read_document(path: str | PathLike[str]) -> Any:
     return parse_yaml(text, place) if is_yaml else parse_json(text, place)
 
 
-def parse_json(text: str, place: Place) -> Any:
+def parse_json(text: str, place: Location) -> Any:
     """JSON, with NaN and infinities let through so that the field that holds them can be named.
 
     Raises `MmpError`, namely `NotJsonError` for text that is none.
@@ -130,7 +130,7 @@ def parse_json(text: str, place: Place) -> Any:
         raise MmpError(f"{place} is nested too deeply; the files of mmp-env need no more than ten levels") from None
 
 
-def parse_yaml(text: str, place: Place) -> Any:
+def parse_yaml(text: str, place: Location) -> Any:
     """The value of a YAML document, see `yaml_value`. Raises `MmpError`."""
     from mmp_env.files.yaml_reading import yaml_value
 
@@ -138,7 +138,7 @@ def parse_yaml(text: str, place: Place) -> Any:
         return yaml_value(text, unique)
 
 
-def check_schema(data: Any, wanted: str, place: Place) -> None:
+def check_schema(data: Any, wanted: str, place: Location) -> None:
     """Raises `MmpError` unless `data` is an object whose `schema` is `wanted`."""
     if not isinstance(data, dict):
         raise place.wrong(data, f"an object of schema '{wanted}'")
@@ -148,7 +148,7 @@ def check_schema(data: Any, wanted: str, place: Place) -> None:
         raise (place / "schema").wrong(data["schema"], f"'{wanted}'")
 
 
-def numbers(value: Any, count: int, place: Place, of: str) -> list[float]:
+def numbers(value: Any, count: int, place: Location, of: str) -> list[float]:
     """`value`, a list of `count` finite numbers; `of` says in messages what has that many. Raises `MmpError`."""
     if not isinstance(value, list):
         raise place.wrong(value, f"a list of {count} numbers")
@@ -161,7 +161,7 @@ def numbers(value: Any, count: int, place: Place, of: str) -> list[float]:
     return value
 
 
-def decode(data: Any, kind: type[T], place: Place) -> T:
+def decode(data: Any, kind: type[T], place: Location) -> T:
     """`data` as a `kind`, a msgspec `Struct`. Raises `MmpError` that names the field; for a typo, the nearest one."""
     try:
         return msgspec.convert(data, kind)
@@ -187,7 +187,7 @@ def decode(data: Any, kind: type[T], place: Place) -> T:
     raise place.wrong(value, words)
 
 
-def _beyond_floats(data: Any, place: Place) -> Iterator[tuple[Place, int]]:
+def _beyond_floats(data: Any, place: Location) -> Iterator[tuple[Location, int]]:
     """The whole numbers that no float can hold, with their places. Only data that Python code made has any."""
     if isinstance(data, int) and abs(data) > sys.float_info.max:
         yield place, data

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mmp_env import _core
-from mmp_env.model.collision import REQUIRED_PROOF
+from mmp_env.model.collision import REQUIRED_MARGIN_FACTOR
 from mmp_env.model.margins import KINDS, Margins
 from mmp_env.model.plan import Plan
 
@@ -38,7 +38,7 @@ class Certificate:
 
 def certify(plan: Plan, clock: _core.Clock, *, share: float = SHARE) -> Certificate:
     """The certificate of a plan; it is not valid either where the clock ends the proof."""
-    required = plan.problem.levels(REQUIRED_PROOF, REQUIRED_PROOF)
+    required = plan.problem.levels(REQUIRED_MARGIN_FACTOR, REQUIRED_MARGIN_FACTOR)
     q = [np.ascontiguousarray(plan.positions[name]) for name in plan.problem.cell.arm_names]
     core = plan.problem.cell.collision.core
     valid, clearance, a, b, segment, fraction = _core.certify(core, q, required, share, clock)

@@ -26,13 +26,13 @@ from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins
 from mmp_env.model.transforms import matrix_from_quaternion, transform
 from mmp_env.wording import counted
 
-HIT = 1.0
+SEARCH_MARGIN_FACTOR = 1.0
 """Share of the planning slack: surfaces closer than the margin and this are a conflict at the instants looked at."""
-PLAN_PROOF = 0.5
+PLAN_MARGIN_FACTOR = 0.5
 """Share of the planning slack that single-arm planning proves beyond the margin at every instant."""
-KEEP_PROOF = 0.2
+KEEP_MARGIN_FACTOR = 0.2
 """Share that motions are proved to keep between the instants looked at: between arms, and after repulsion."""
-REQUIRED_PROOF = 0.0
+REQUIRED_MARGIN_FACTOR = 0.0
 """Share that a certificate proves: the margin itself. The steps between these leave each later proof room to end."""
 
 

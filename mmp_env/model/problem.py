@@ -74,8 +74,8 @@ class Problem(ReadOnly):
         """Returns the clearances that the core looks for and proves: the margins and shares of the planning slack.
 
         Args:
-            looked: share of the slack at the instants looked at, such as `HIT`.
-            proved: share of the slack at every instant, such as `PLAN_PROOF`.
+            looked: share of the slack at the instants looked at, such as `SEARCH_MARGIN_FACTOR`.
+            proved: share of the slack at every instant, such as `PLAN_MARGIN_FACTOR`.
         """
         return levels_of(self.margins, looked * self.slack, proved * self.slack)
 

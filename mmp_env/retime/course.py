@@ -51,21 +51,21 @@ class Course:
 def course_of(plan: Plan, velocity: Float[np.ndarray, "n"]) -> Course:
     """The course of a plan at these velocities; waits of all arms, and knots where nothing turns, are left out."""
     q = joined(plan.problem.cell, plan.positions)
-    q = q[_kept(_lasting(q, velocity) > _STILL_S)]
+    q = q[_kept(_step_durations(q, velocity) > _STILL_S)]
     while len(q) > 2:  # once is enough but for what rounding hides
-        slopes = np.diff(q, axis=0) / _lasting(q, velocity)[:, None]
+        slopes = np.diff(q, axis=0) / _step_durations(q, velocity)[:, None]
         bends = (np.abs(np.diff(slopes, axis=0)) / velocity).max(axis=1) > _STRAIGHT
         # Of neighbours only every other one goes at once: many small bends are not a straight line.
         bends[1::2] |= ~bends[:-1:2][: len(bends[1::2])]
         if bends.all():
             break
         q = q[np.concatenate([[True], bends, [True]])]
-    lasting = _lasting(q, velocity)
+    lasting = _step_durations(q, velocity)
     slopes = np.diff(q, axis=0) / np.maximum(lasting, _STILL_S)[:, None]
     return Course(knots=np.concatenate([[0.0], np.cumsum(lasting)]), q=q, slopes=slopes)
 
 
-def _lasting(q: Float[np.ndarray, "k n"], velocity: Float[np.ndarray, "n"]) -> Float[np.ndarray, "s"]:
+def _step_durations(q: Float[np.ndarray, "k n"], velocity: Float[np.ndarray, "n"]) -> Float[np.ndarray, "s"]:
     return (np.abs(np.diff(q, axis=0)) / velocity).max(axis=1)
 
 

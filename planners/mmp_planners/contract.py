@@ -19,7 +19,7 @@ from mmp_env.files.writing import json_text, plain
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_planners.planner import PlanResult, StopPlanning
-from mmp_planners.result_validation import NUMBERS, WrongResultError, examined
+from mmp_planners.result_validation import NUMBERS, WrongResultError, validate_result
 
 
 class BrokenError(Exception):
@@ -44,7 +44,7 @@ class Subject:
         """The result of a new planner, seed 0 unless told otherwise."""
         planner, keywords = self.make(), {"seed": 0, "time_limit": self.time_limit} | more
         try:
-            return examined(planner.plan(problem, **keywords), problem)[0]
+            return validate_result(planner.plan(problem, **keywords), problem)[0]
         except StopPlanning:
             raise BrokenError("plan() lets StopPlanning through; it must return the best so far") from None
         except WrongResultError as error:

@@ -10,7 +10,7 @@ import numpy as np
 from mmp_planners.conflict_tree.bandit import DynamicThompsonSampling
 from mmp_planners.conflict_tree.constraints import EveryKind
 from mmp_planners.conflict_tree.constraints.named import constraint_kinds
-from mmp_planners.conflict_tree.expansion import WhenTaken
+from mmp_planners.conflict_tree.expansion import LazyExpansion
 from mmp_planners.conflict_tree.selection import FocalPerKind
 from mmp_planners.conflict_tree.tree_planner import Parts, TreePlanner, option
 from mmp_planners.planner import About
@@ -52,4 +52,4 @@ class GenEcbs(TreePlanner):
         branching = self.branching()
         bandit = DynamicThompsonSampling(len(branching.kinds) + 1, np.random.default_rng(seed))
         selection = FocalPerKind(w=self.w, bandit=bandit)
-        return Parts(selection=selection, branching=branching, expansion=WhenTaken())
+        return Parts(selection=selection, branching=branching, expansion=LazyExpansion())

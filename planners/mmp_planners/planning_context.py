@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from mmp_env import _core
 from mmp_env.model.certificate import Certificate, certify
-from mmp_env.model.collision import HIT, KEEP_PROOF, PLAN_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_planners.low_level import SiRrtStar
@@ -40,7 +40,7 @@ class Path:
         return self.q[k] + (step - k) * (self.q[k + 1] - self.q[k]) if k < self.last else self.q[self.last].copy()
 
 
-class Arms:
+class PlanningContext:
     """One run's view of a problem: integers for arms, whole steps of `dt` [s] for times."""
 
     def __init__(self, problem: Problem, dt: float, low_level: SiRrtStar, clock: _core.Clock) -> None:
@@ -62,7 +62,7 @@ class Arms:
                 np.ascontiguousarray(self.problem.start[name]),
                 np.ascontiguousarray(self.problem.goal[name]),
                 self.max_step[k],
-                self.problem.levels(HIT, PLAN_PROOF),
+                self.problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR),
                 seed + k,
                 self._low_level.eta,
             )
@@ -100,7 +100,9 @@ class Arms:
 
     def conflicts(self, paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> PairConflicts:
         """Instants of conflict for each of `pairs`; what is not in conflict is proved clear at every instant."""
-        found = self.model.conflict_instants([p.motion for p in paths], pairs, self.problem.levels(HIT, KEEP_PROOF))
+        found = self.model.conflict_instants(
+            [p.motion for p in paths], pairs, self.problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
+        )
         return {pair: instants for pair, instants in zip(pairs, found, strict=True) if len(instants)}
 
     def start_touches(self, arm: int, other: int, q: Float[np.ndarray, "dof"]) -> bool:
@@ -133,7 +135,7 @@ class Arms:
 
     def keep_levels(self) -> _core.Levels:
         """Static clearances that a modified path is tested at and proved to keep; every planned path passes."""
-        return self.problem.levels(PLAN_PROOF - 0.1, KEEP_PROOF)
+        return self.problem.levels(PLAN_MARGIN_FACTOR - 0.1, KEEP_MARGIN_FACTOR)
 
     def _limits(self, arm: int) -> tuple[np.ndarray, np.ndarray]:
         robot = self.problem.cell.arms[arm].robot

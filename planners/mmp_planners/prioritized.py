@@ -8,12 +8,12 @@ from typing import ClassVar
 
 from mmp_env.events import Watcher, ignore
 from mmp_env.model.problem import Problem
-from mmp_planners.conflict_tree.event_emitter import Teller
+from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.counts import ArmCounts
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 from mmp_planners.portfolio.run import Run
 from mmp_planners.priority_search import PrioritySearch
 
@@ -62,6 +62,6 @@ class Prioritized:
     def search(self, run: Run, counts: ArmCounts, watch: Watcher) -> PrioritySearch:
         """The search of a run, about to begin."""
         low_level = SiRrtStar(eta=self.eta, iterations=self.iterations, shortcuts=self.shortcuts)
-        arms = Arms(run.problem, self.dt, low_level, run.clock)
+        arms = PlanningContext(run.problem, self.dt, low_level, run.clock)
         wait = math.ceil(self.wait / self.dt)
-        return PrioritySearch(arms=arms, run=run, counts=counts, tell=Teller(watch, arms), wait=wait)
+        return PrioritySearch(arms=arms, run=run, counts=counts, tell=EventEmitter(watch, arms), wait=wait)

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.event_emitter import Teller
+from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.counts import ArmCounts
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.planning_context import Path, PlanningContext
 from mmp_planners.portfolio.run import Run
 from mmp_planners.seeds import quick_seed_of
 
@@ -34,10 +34,10 @@ DETOUR_RAD = (0.2, 0.5)
 class PrioritySearch:
     """One run: orders of the arms until one of them works."""
 
-    arms: Arms
+    arms: PlanningContext
     run: Run
     counts: ArmCounts
-    tell: Teller
+    tell: EventEmitter
     wait: int
     """Steps that arms which are not planned yet may count as parked at their start, at most."""
     alone: list[Path] = field(default_factory=list)

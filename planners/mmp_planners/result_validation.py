@@ -27,20 +27,20 @@ class WrongResultError(Exception):
     """A planner did not return what planners return; the message says what it did."""
 
 
-def examined(returned: Any, problem: Problem) -> tuple[PlanResult, dict[str, Any] | None]:
+def validate_result(returned: Any, problem: Problem) -> tuple[PlanResult, dict[str, Any] | None]:
     """The result, and its plan as plan.json has it. Raises `WrongResultError`. Whether it is safe the checker knows.
 
     The plan is a copy that the planner never had, of the `problem` that was set.
     """
     try:
-        return _examined(returned, problem)
+        return _validate_result(returned, problem)
     except (WrongResultError, StopPlanning, KeyboardInterrupt):
         raise
     except BaseException as error:  # a property, a mapping or an array of a stranger's may do anything
         raise WrongResultError(f"what plan() returned cannot be read: {in_words(error)}") from error
 
 
-def _examined(returned: Any, problem: Problem) -> tuple[PlanResult, dict[str, Any] | None]:
+def _validate_result(returned: Any, problem: Problem) -> tuple[PlanResult, dict[str, Any] | None]:
     status, plan, stats = (getattr(returned, name, dataclasses.MISSING) for name in ("status", "plan", "stats"))
     if dataclasses.MISSING in (status, plan, stats):
         raise WrongResultError(f"plan() returned {_a(returned)}; it must return a PlanResult(status, plan, stats)")

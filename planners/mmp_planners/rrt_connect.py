@@ -10,13 +10,13 @@ import numpy as np
 
 from mmp_env import _core
 from mmp_env.events import SearchStarted, Watcher, ignore
-from mmp_env.model.collision import HIT, KEEP_PROOF, PLAN_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.portfolio.run import Run
-from mmp_planners.portfolio.shortcutting import paced
+from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
 from mmp_planners.seeds import sub_seeds
 
 NODES = 200_000
@@ -41,8 +41,8 @@ class Composite:
             problem.cell.collision.core,
             np.concatenate([problem.start[name] for name in names]),
             np.concatenate([problem.goal[name] for name in names]),
-            problem.levels(HIT, HIT),
-            problem.levels(PLAN_PROOF, KEEP_PROOF),
+            problem.levels(SEARCH_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR),
+            problem.levels(PLAN_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
             self.range,
             self.step,
             seed,
@@ -54,7 +54,7 @@ class Composite:
         if way is None:
             return None
         ends = np.cumsum([arm.dof for arm in problem.cell.arms])[:-1]
-        return paced(problem, np.split(way, ends, axis=1))
+        return retime_to_velocity_limits(problem, np.split(way, ends, axis=1))
 
 
 @dataclass(frozen=True, kw_only=True)

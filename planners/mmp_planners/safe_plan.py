@@ -13,10 +13,10 @@ from mmp_env.files.writing import plain
 from mmp_env.model.problem import Problem
 from mmp_env.wording import shown
 from mmp_planners.planner import Planner, PlanResult, Status, StopPlanning
-from mmp_planners.result_validation import WrongResultError, examined
+from mmp_planners.result_validation import WrongResultError, validate_result
 
 
-def call(
+def run_planner(
     name: str, planner: Planner, problem: Problem, *, seed: int, time_limit: float, watch: Watcher = ignore
 ) -> PlanResult:
     """What `planner` makes of `problem`; its plan says by whom it was made, whether or not the planner wrote it there.
@@ -39,12 +39,12 @@ def call(
     except BaseException as error:
         return failed(name, f"raised {in_words(error)}{_place(error)}")
     try:
-        result, _ = examined(returned, problem)
+        result, _ = validate_result(returned, problem)
     except StopPlanning:  # Ctrl-C at this very moment; it comes so only once
-        result, _ = examined(returned, problem)
+        result, _ = validate_result(returned, problem)
     except WrongResultError as error:
         return failed(name, f"returned no result: {error}")
-    return signed(result, name, planner, seed)
+    return with_provenance(result, name, planner, seed)
 
 
 def failed(name: str, what: str) -> PlanResult:
@@ -52,7 +52,7 @@ def failed(name: str, what: str) -> PlanResult:
     return PlanResult(status=Status.ERROR, stats={"message": f"planner '{name}' {what}"})
 
 
-def signed(result: PlanResult, name: str, planner: Planner, seed: int) -> PlanResult:
+def with_provenance(result: PlanResult, name: str, planner: Planner, seed: int) -> PlanResult:
     """The result, its plan with the name, options and seed of the planner where it does not say them itself."""
     if result.plan is None or result.plan.planner:
         return result

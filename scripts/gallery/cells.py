@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw
 from gallery.fonts import INK, font
 from mmp_env import MmpError, draw_instance, find_cell
 from mmp_env.files.cell_file import cell_from_dict
-from mmp_env.files.reading import Place, parse_yaml
+from mmp_env.files.reading import Location, parse_yaml
 from mmp_env.files.writing import whole_file
 from mmp_env.model.cell import Cell
 from mmp_env.view.offscreen_renderer import Studio
@@ -50,7 +50,7 @@ def readme_cell() -> Cell:
     block = re.search(r"^```yaml\n(.*?)^```$", README.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     if block is None:
         raise MmpError(f"{README} has no cell in YAML")
-    place = Place(README.name)
+    place = Location(README.name)
     return cell_from_dict(parse_yaml(block[1], place), place)
 
 

@@ -150,7 +150,7 @@ def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Prob
     outcome = _planned(args, planner, label, problem, showing)
     plan = outcome.result.plan
     if plan is not None and not outcome.interrupted:
-        outcome = _examined(args, outcome, plan)
+        outcome = _validate_result(args, outcome, plan)
     showing.finish(plan, outcome.execution, interrupted=outcome.interrupted)
     return replace(outcome, shown=showing.told, failures=(*outcome.failures, *showing.failures))
 
@@ -194,7 +194,7 @@ def _retimed(outcome: Outcome, plan: Plan) -> Outcome:
     return replace(outcome, result=replace(outcome.result, plan=plan), retimed=report)
 
 
-def _examined(args: Namespace, outcome: Outcome, plan: Plan) -> Outcome:
+def _validate_result(args: Namespace, outcome: Outcome, plan: Plan) -> Outcome:
     """Checked and, where that is asked for, executed."""
     from mmp_cli.executing import execute
     from mmp_env.check import check_plan
@@ -218,11 +218,11 @@ def _plan(args: Namespace, planner: Planner, problem: Problem, showing: Showing)
 
     from mmp_cli.interrupt import stopping_on_interrupt
     from mmp_cli.progress import ProgressLine
-    from mmp_planners.safe_plan import call
+    from mmp_planners.safe_plan import run_planner
 
     with ProgressLine(args.planner, Console(stderr=True)) as line, stopping_on_interrupt() as interruption:
         watch = Together(interruption.check, line, *showing.watchers)
-        result = call(args.planner, planner, problem, seed=args.seed, time_limit=args.time_limit, watch=watch)
+        result = run_planner(args.planner, planner, problem, seed=args.seed, time_limit=args.time_limit, watch=watch)
     return result, interruption.happened
 
 

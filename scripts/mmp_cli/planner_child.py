@@ -17,7 +17,7 @@ from mmp_cli.planner_messages import is_known, result_to_data, written
 from mmp_env.errors import MmpError, in_words
 from mmp_env.model.problem import Problem
 from mmp_planners import Planner, PlanResult, Status, StopPlanning, make
-from mmp_planners.safe_plan import call, failed
+from mmp_planners.safe_plan import failed, run_planner
 
 MADE, MISUSE, EVENT, RESULT = "made", "misuse", "event", "result"
 """Kinds of messages. A process tells `MADE` or `MISUSE`; then events, and `RESULT` or `MISUSE`."""
@@ -73,7 +73,7 @@ def _planned(
             watch = _Forwarder(speaker, interruption, wants_iterates)
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
             try:
-                result = call(name, planner, problem, seed=seed, time_limit=time_limit, watch=watch)
+                result = run_planner(name, planner, problem, seed=seed, time_limit=time_limit, watch=watch)
             finally:
                 signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     except StopPlanning:

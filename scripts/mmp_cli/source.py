@@ -15,7 +15,7 @@ from mmp_env.files.cell_source import find_cell
 from mmp_env.files.file_kinds import CELL, INSTANCES, read_as
 from mmp_env.files.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
 from mmp_env.files.paths import exists
-from mmp_env.files.reading import NotJsonError, Place, named, names_file, parse_json
+from mmp_env.files.reading import Location, NotJsonError, named, names_file, parse_json
 from mmp_env.gym.registration import ANY_CELL, CELLS
 from mmp_env.model.cell import Cell
 from mmp_env.model.problem import Problem, make_problem
@@ -119,13 +119,13 @@ def _by_hand(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:
         if not path:
             raise MmpError(f"{option} is '{given}'; it must be JSON, or @FILE with the name of a JSON or YAML file")
         data = read_as(path, (), f"{option} takes a file of arm name -> configuration [rad]")
-        return configurations_from_dict(cell, data, Place(path))
+        return configurations_from_dict(cell, data, Location(path))
     try:
-        data = parse_json(given, Place(option))
+        data = parse_json(given, Location(option))
     except NotJsonError as error:
         hint = f"; for a file write {option} {_AT}{given}" if names_file(given) and "{" not in given else ""
         raise MmpError(f"{error}{hint}") from None
-    return configurations_from_dict(cell, data, Place(option))
+    return configurations_from_dict(cell, data, Location(option))
 
 
 def _refuse(args: Namespace, kind: str, *options: str) -> None:

@@ -10,8 +10,8 @@ from jaxtyping import Float
 
 from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
-from mmp_tasks.drawing import Missed
-from mmp_tasks.ik_candidates import Place
+from mmp_tasks.drawing import DrawFailed
+from mmp_tasks.ik_candidates import ToolTarget
 from mmp_tasks.stances import Posing, home
 from mmp_tasks.table import Table, turned
 from mmp_tasks.task import State
@@ -46,7 +46,7 @@ class Crossing(Posing):
         return self.first(cell, lambda _: self._draw(cell, table, rng))
 
     def _draw(self, cell: Cell, table: Table, rng: np.random.Generator) -> tuple[State, State]:
-        """Pair after pair, each beside those before it. Raises `Missed`."""
+        """Pair after pair, each beside those before it. Raises `DrawFailed`."""
         start: State = {}
         goal: State = {}
         points: list[Float[np.ndarray, " 3"]] = []
@@ -60,7 +60,7 @@ class Crossing(Posing):
                     left = [other for other in left if other not in pair]
                     break
             else:
-                raise Missed.at(arm)
+                raise DrawFailed.at(arm)
         return start, goal
 
     def _pair(
@@ -78,13 +78,13 @@ class Crossing(Posing):
             if points and min(np.linalg.norm(a - b) for a in sides for b in points) < _ROOM_M:
                 continue
             starts, goals = (
-                {arm.name: Place(point=p, upright=False) for arm, p in zip(pair, way, strict=False)}
+                {arm.name: ToolTarget(point=p, upright=False) for arm, p in zip(pair, way, strict=False)}
                 for way in (sides, sides[::-1])
             )
             try:
                 start = self.stance(cell, starts, rng, home(cell), beside[0])
                 goal = self.stance(cell, goals, rng, start, beside[1])
-            except Missed:
+            except DrawFailed:
                 continue
             points += sides
             return start, goal

@@ -16,11 +16,11 @@ from mmp_tasks.room import Room
 T = TypeVar("T")
 
 
-class Missed(Exception):
+class DrawFailed(Exception):
     """A draw that came to nothing, which is no error: the next begins. The message says at what it ended."""
 
     @classmethod
-    def at(cls, arm: Arm, why: str = "") -> Missed:
+    def at(cls, arm: Arm, why: str = "") -> DrawFailed:
         """A draw that ended at an arm."""
         return cls(f"arm '{arm.name}' ({arm.robot.name}){why}")
 
@@ -53,12 +53,12 @@ class Drawing:
         return Room(cell=cell, clearance=self.clearance, static_clearance=self.static_clearance)
 
     def first(self, cell: Cell, draw: Callable[[int], T]) -> T:
-        """What the first of draws 0, 1, ... gives that is not `Missed`. Raises `MmpError` after `draws` of them."""
+        """What the first of draws 0, 1, ... gives that is not `DrawFailed`. Raises `MmpError` after `draws` of them."""
         misses = Counter[str]()
         for number in range(self.draws):
             try:
                 return draw(number)
-            except Missed as miss:
+            except DrawFailed as miss:
                 misses[str(miss)] += 1
         hardest, times = misses.most_common(1)[0]
         raise MmpError(

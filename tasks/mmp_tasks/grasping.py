@@ -21,8 +21,8 @@ from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.transforms import quaternion_from_yaw
-from mmp_tasks.drawing import Missed
-from mmp_tasks.ik_candidates import Place
+from mmp_tasks.drawing import DrawFailed
+from mmp_tasks.ik_candidates import ToolTarget
 from mmp_tasks.inverse_kinematics import kinematics
 from mmp_tasks.stances import Posing, tucked
 from mmp_tasks.table import Sector, Table
@@ -81,11 +81,11 @@ class Deliverer(Protocol):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Handler(Posing):
+class GraspTask(Posing):
     """A task in which every arm has an object of its own."""
 
     def taken(self, room: Cell, rng: np.random.Generator, near: State) -> Handling:
-        """An object for each arm, somewhere on the table before it, and a grasp near to `near`. Raises `Missed`."""
+        """An object for each arm, somewhere on the table before it, and a grasp near to `near`. Raises `DrawFailed`."""
         table = Table(room)
         rise = OBJECT_M[2] + ABOVE_M
         spots, grasps = self.scattered(room, table, (OBJECT_M[2], rise), rng, near)
@@ -107,7 +107,7 @@ class Handler(Posing):
     ) -> Delivery:
         """The whole of it, with more `furniture`, and the undersides of objects coming to rest at `rest` [m].
 
-        Raises `Missed` where the arms are not clear, tucked before and after or at either end.
+        Raises `DrawFailed` where the arms are not clear, tucked before and after or at either end.
         """
         before, during = with_obstacles(drawn.empty, furniture), with_obstacles(drawn.full, furniture)
         half = np.array([0.0, 0.0, OBJECT_M[2] / 2])
@@ -137,7 +137,7 @@ class Handler(Posing):
         """A spot on the table for each arm, and stances with the tips over them.
 
         An arm tries the last of `sectors` first. `heights` [m] over the table: of what is to stand there, and of the
-        tips. Raises `Missed`.
+        tips. Raises `DrawFailed`.
         """
         thing, rise = heights
 
@@ -147,9 +147,9 @@ class Handler(Posing):
             for left in reversed(range(_SPOTS)):
                 spot = table.spot(arm, rng, taken, _ROOM_M, thing, sectors[left * len(sectors) // _SPOTS])
                 place = tip_place(arm, np.append(spot, table.height + rise))
-                with contextlib.suppress(Missed):
+                with contextlib.suppress(DrawFailed):
                     return _OverSpot(spot=spot, q=self.stance(cell, {arm.name: place}, rng, near, beside)[arm.name])
-            raise Missed.at(arm)
+            raise DrawFailed.at(arm)
 
         found = self.in_turn(cell, rng, over_a_spot)
         return {name: arm.spot for name, arm in found.items()}, {name: arm.q for name, arm in found.items()}
@@ -178,10 +178,10 @@ def tip(arm: Arm) -> float:
     return reach
 
 
-def tip_place(arm: Arm, point: Float[np.ndarray, "3"]) -> Place:
+def tip_place(arm: Arm, point: Float[np.ndarray, "3"]) -> ToolTarget:
     """The place of the tool point with the tool straight down and its tip at `point` [m]."""
     beyond = tip(arm) - (arm.tool.point[2] if arm.tool else 0.0)
-    return Place(point=point + np.array([0.0, 0.0, beyond]))
+    return ToolTarget(point=point + np.array([0.0, 0.0, beyond]))
 
 
 def solid_box(name: str, position: Float[np.ndarray, "3"], size: Sequence[float], yaw: float = 0.0) -> Obstacle:

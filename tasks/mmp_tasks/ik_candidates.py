@@ -27,7 +27,7 @@ _DOWN = np.array([0.0, 0.0, -1.0])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Place:
+class ToolTarget:
     """Where a tool point shall be in the world [m]; `upright`: the tool points straight down, not nearly so."""
 
     point: Float[np.ndarray, "3"]
@@ -40,7 +40,7 @@ class Ways:
     A way is `refused` when it turns out to lead to no solution, or to one without room.
     """
 
-    def __init__(self, arm: Arm, place: Place, room: Room, beside: State) -> None:
+    def __init__(self, arm: Arm, place: ToolTarget, room: Room, beside: State) -> None:
         self.arm, self._room, self._beside = arm, room, beside
         self._solver = kinematics(arm.robot, arm.tool)
         T_base_world = np.linalg.inv(arm.T_world_base)

@@ -15,7 +15,7 @@ from mmp_tasks.grasping import (
     GAP_M,
     OBJECT_M,
     Delivery,
-    Handler,
+    GraspTask,
     holding_any,
     refuse_holding,
     solid_box,
@@ -42,7 +42,7 @@ _LOWERED_M = 0.03
 
 
 @dataclass(frozen=True, kw_only=True)
-class Packing(Handler):
+class Packing(GraspTask):
     """From grasps into one box in the middle: all arms over it at once, each with an object in its tool.
 
     The box is made of obstacles named `box-...`. The objects end in a circle between its walls, each on its arm's side.

@@ -11,8 +11,8 @@ from jaxtyping import Float
 
 from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
-from mmp_tasks.drawing import Missed
-from mmp_tasks.ik_candidates import Place
+from mmp_tasks.drawing import DrawFailed
+from mmp_tasks.ik_candidates import ToolTarget
 from mmp_tasks.stances import Posing, home
 from mmp_tasks.table import Table, turned
 from mmp_tasks.task import State
@@ -56,7 +56,7 @@ class Parallel(Posing):
         return self.first(cell, lambda _: self._draw(cell, table, rng))
 
     def _draw(self, cell: Cell, table: Table, rng: np.random.Generator) -> tuple[State, State]:
-        """One move, and arm after arm a place for it. Raises `Missed`."""
+        """One move, and arm after arm a place for it. Raises `DrawFailed`."""
         turn, length, rise, height = rng.random(4)
         flat = (_LENGTH_M[0] + length * (_LENGTH_M[1] - _LENGTH_M[0])) * min(1.0, np.sqrt(_FEW / len(cell.arms)))
         angle = 2 * np.pi * turn
@@ -74,7 +74,7 @@ class Parallel(Posing):
         rng: np.random.Generator,
         others: Mapping[str, _Moved],
     ) -> _Moved:
-        """One arm beside others that make the same `move`: the vector, and its middle's height [m]. Raises `Missed`."""
+        """One arm beside others with the same `move` (vector, height of its middle [m]). Raises `DrawFailed`."""
         way, z = move
         points = [other.point for other in others.values()]
         starts = {name: other.start for name, other in others.items()}
@@ -87,11 +87,11 @@ class Parallel(Posing):
             point = np.append(arm.position[:2] + reach * forward, z) - way / 2
             if points and np.linalg.norm(np.array(points) - point, axis=1).min() < _ROOM_M:
                 continue
-            begin, end = ({arm.name: Place(point=p, upright=False)} for p in (point, point + way))
+            begin, end = ({arm.name: ToolTarget(point=p, upright=False)} for p in (point, point + way))
             try:
                 start = self.stance(cell, begin, rng, home(cell), starts)
                 goal = self.stance(cell, end, rng, start, goals)
-            except Missed:
+            except DrawFailed:
                 continue
             return _Moved(point=point, start=start[arm.name], goal=goal[arm.name])
-        raise Missed.at(arm)
+        raise DrawFailed.at(arm)

@@ -8,13 +8,13 @@ from typing import ClassVar
 import numpy as np
 
 from mmp_env.model.cell import Cell
-from mmp_tasks.grasping import Handler, refuse_holding
+from mmp_tasks.grasping import GraspTask, refuse_holding
 from mmp_tasks.stances import home, tucked
 from mmp_tasks.task import State
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pick(Handler):
+class Pick(GraspTask):
     """From the tucked poses to grasps above objects that lie on the table, one for each arm.
 
     The objects are obstacles named `object-<arm>`.

@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.model.cell import Cell
-from mmp_tasks.drawing import Missed
-from mmp_tasks.grasping import ABOVE_M, GAP_M, OBJECT_M, Delivery, Handler, Handling, refuse_holding, solid_box
+from mmp_tasks.drawing import DrawFailed
+from mmp_tasks.grasping import ABOVE_M, GAP_M, OBJECT_M, Delivery, GraspTask, Handling, refuse_holding, solid_box
 from mmp_tasks.stances import home
 from mmp_tasks.table import Sector, Table
 from mmp_tasks.task import State
@@ -27,7 +27,7 @@ _FEW = 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class Place(Handler):
+class Place(GraspTask):
     """From grasps to above trays, every arm with an object in its tool and a tray of its own.
 
     The trays are obstacles named `tray-<arm>`. The objects come from where `pick` leaves the arms.
@@ -58,9 +58,9 @@ class Place(Handler):
     def _trays(
         self, drawn: Handling, rise: float, sectors: Sequence[Sector], rng: np.random.Generator
     ) -> tuple[dict[str, Float[np.ndarray, " 2"]], State]:
-        """Places for the trays, tried several times: the objects were as hard to find. Raises `Missed`."""
+        """Places for the trays, tried several times: the objects were as hard to find. Raises `DrawFailed`."""
         table = Table(drawn.empty)
         for _ in range(_TRAYS - 1):
-            with contextlib.suppress(Missed):
+            with contextlib.suppress(DrawFailed):
                 return self.scattered(drawn.full, table, (TRAY_M[2], rise), rng, drawn.grasps, sectors)
         return self.scattered(drawn.full, table, (TRAY_M[2], rise), rng, drawn.grasps, sectors)

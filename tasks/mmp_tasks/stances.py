@@ -14,8 +14,8 @@ from jaxtyping import Bool, Float
 from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.robot import frozen_array
-from mmp_tasks.drawing import Drawing, Missed
-from mmp_tasks.ik_candidates import NEARLY_M, Place, Ways
+from mmp_tasks.drawing import DrawFailed, Drawing
+from mmp_tasks.ik_candidates import NEARLY_M, ToolTarget, Ways
 from mmp_tasks.room import Room
 from mmp_tasks.task import State
 
@@ -34,14 +34,14 @@ class Posing(Drawing):
     def stance(
         self,
         cell: Cell,
-        places: Mapping[str, Place],
+        places: Mapping[str, ToolTarget],
         rng: np.random.Generator,
         near: State,
         beside: State | None = None,
     ) -> State:
         """Configurations of the arms in `places`, each with its tool at its place, near to `near`.
 
-        They are clear of each other and of the arms `beside`, which come back with them. Raises `Missed`.
+        They are clear of each other and of the arms `beside`, which come back with them. Raises `DrawFailed`.
         """
         room = self.room(cell)
         standing = dict(beside or {})
@@ -49,7 +49,7 @@ class Posing(Drawing):
         for name, place in places.items():
             ways = Ways(cell.arm(name), place, room, standing)
             if not ways.find(near[name], self.tries, rng):
-                raise Missed.at(ways.arm)
+                raise DrawFailed.at(ways.arm)
             all_ways.append(ways)
         return {**standing, **_Company(room, all_ways).found()}
 
@@ -58,8 +58,8 @@ class Posing(Drawing):
     ) -> dict[str, T]:
         """What `attempt` makes of each arm, given what it made of those that had their turn.
 
-        Where it raises `Missed`, one of the two nearest arms loses what was made of it and waits for another turn: up
-        to `_GIVING_WAY` times for the sake of one arm. Raises `Missed` after that.
+        Where it raises `DrawFailed`, one of the nearest two loses what was made of it and waits for another turn: up
+        to `_GIVING_WAY` times for the sake of one arm. Raises `DrawFailed` after that.
         """
         made: dict[str, T] = {}
         waiting, asked = deque(cell.arms), Counter[str]()
@@ -67,7 +67,7 @@ class Posing(Drawing):
             arm = waiting.popleft()
             try:
                 made[arm.name] = attempt(arm, made)
-            except Missed:
+            except DrawFailed:
                 if asked[arm.name] == _GIVING_WAY or not made:
                     raise
                 asked[arm.name] += 1
@@ -79,12 +79,12 @@ class Posing(Drawing):
         return {name: made[name] for name in cell.arm_names}
 
     def require(self, cell: Cell, state: State, which: str) -> State:
-        """`state` itself. Raises `Missed` where it does not keep the clearances in the cell."""
+        """`state` itself. Raises `DrawFailed` where it does not keep the clearances in the cell."""
         room = self.room(cell)
         standing: dict[str, Float[np.ndarray, " dof"]] = {}
         for arm in cell.arms:
             if not room.has(arm.name, state[arm.name], standing):
-                raise Missed.at(arm, f" {which}")
+                raise DrawFailed.at(arm, f" {which}")
             standing[arm.name] = state[arm.name]
         return state
 
@@ -105,10 +105,10 @@ class _Company:
             self._clear[b, a] = self._clear[a, b].T  # a view of the same
 
     def found(self) -> State:
-        """A configuration of each arm. Raises `Missed` with the arm that the search never came beyond."""
+        """A configuration of each arm. Raises `DrawFailed` with the arm that the search never came beyond."""
         numbers = self._extended([])
         if numbers is None:
-            raise Missed.at(self._ways[self._farthest].arm)
+            raise DrawFailed.at(self._ways[self._farthest].arm)
         return {ways.arm.name: frozen_array(ways.q[k]) for ways, k in zip(self._ways, numbers, strict=True)}
 
     def _extended(self, numbers: list[int]) -> list[int] | None:

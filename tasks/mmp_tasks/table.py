@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.transforms import matrix_from_quaternion
-from mmp_tasks.drawing import Missed
+from mmp_tasks.drawing import DrawFailed
 
 _BASE_ROOM_M = 0.17
 _CROWD_M = 0.04
@@ -59,7 +59,7 @@ class Table:
     ) -> Float[np.ndarray, " 2"]:
         """A random place in a sector before an arm, `room` [m] from those `taken`, for what is up to `height` [m] high.
 
-        Raises `Missed` where there is none.
+        Raises `DrawFailed` where there is none.
         """
         far, aside = rng.random(_TRIES), rng.random(_TRIES)
         reach = (sector.nearest + far * (sector.farthest - sector.nearest)) * arm.robot.reach
@@ -70,7 +70,7 @@ class Table:
         spots = arm.position[:2] + reach[:, None] * ways
         free = np.flatnonzero(self._free(spots, taken, room, height))
         if not len(free):
-            raise Missed.at(arm, ", which has no free place on the table before it")
+            raise DrawFailed.at(arm, ", which has no free place on the table before it")
         return np.round(spots[free[0]], 4)
 
     def _free(

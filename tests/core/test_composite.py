@@ -11,7 +11,7 @@ from mmp_env import _core
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
-from mmp_env.model.collision import HIT, KEEP_PROOF, PLAN_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import frozen_array
@@ -25,7 +25,10 @@ LEVELS = _core.Levels(1e-3, 1e-3)
 def search_of(problem, seed=0, edge=RANGE_RAD, step=STEP_RAD):
     names = problem.cell.arm_names
     start, goal = (np.concatenate([q[name] for name in names]) for q in (problem.start, problem.goal))
-    sides = (problem.levels(HIT, HIT), problem.levels(PLAN_PROOF, KEEP_PROOF))
+    sides = (
+        problem.levels(SEARCH_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR),
+        problem.levels(PLAN_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
+    )
     return _core.CompositeSearch(problem.cell.collision.core, start, goal, *sides, edge, step, seed)
 
 
@@ -65,7 +68,7 @@ def test_a_way_is_clear_between_its_samples_by_the_twin(step):
     way = search_of(problem, step=step).grow(1_000_000, forever())
     for q in dense(way):
         between = clearance.moving_clearance(problem.cell, "left", q[:6], "right", q[6:])
-        assert between >= problem.levels(HIT, KEEP_PROOF).proof - FLOAT_M
+        assert between >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - FLOAT_M
 
 
 def obstacle_in_the_way():
@@ -126,7 +129,7 @@ def test_a_way_is_clear_of_obstacles_bases_and_the_arms_themselves_by_the_twin(k
         q = split(cell, row)
         least = min(clearance.static_clearance(cell, arm, q[arm]) for arm in q)
         least = min(least, clearance.moving_clearance(cell, "left", q["left"], "right", q["right"]))
-        assert least >= problem.levels(HIT, KEEP_PROOF).proof - FLOAT_M
+        assert least >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - FLOAT_M
 
 
 def test_an_edge_that_coarse_samples_let_through_falls_by_the_proof_and_the_search_goes_on():
@@ -154,7 +157,7 @@ def test_ways_of_coarse_samples_are_proved_all_the_same(seed):
 def assert_proved(problem, way):
     """The certificate, in double precision, of what the search proved in single precision."""
     rows = [np.ascontiguousarray(q) for q in np.split(way, len(problem.cell.arms), axis=1)]
-    required = problem.levels(KEEP_PROOF / 2, KEEP_PROOF / 2)
+    required = problem.levels(KEEP_MARGIN_FACTOR / 2, KEEP_MARGIN_FACTOR / 2)
     valid, least, *where = _core.certify(problem.cell.collision.core, rows, required, 0.5, forever())
     assert valid, where
     assert least > 0

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from reference import clearance, coordination
 from support import two_arms
-from support.ways import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
+from support.recombinations import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
 
 from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan
-from mmp_env.model.collision import HIT, KEEP_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.problem import make_problem
-from mmp_planners.portfolio.shortcutting import on_grid, paced
+from mmp_planners.portfolio.shortcutting import on_grid, retime_to_velocity_limits
 from mmp_planners.rrt_connect import RrtConnect
 
 
@@ -34,7 +34,7 @@ def assert_driven(problem, found, *ways):
         assert any(np.abs(found[k][:, None] - rows).max(axis=-1).min(axis=-1).max() < 1e-5 for rows in given)
     for (a, rows_a), (b, rows_b) in itertools.combinations(zip(problem.cell.arm_names, found, strict=True), 2):
         gap = clearance.clearance_of_motions(problem.cell, a, rows_a, b, rows_b)
-        assert gap >= problem.levels(HIT, KEEP_PROOF).proof - 1e-5
+        assert gap >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - 1e-5
 
 
 def test_one_arm_waits_where_the_hands_would_meet():
@@ -164,7 +164,7 @@ def test_of_many_arms_every_choice_is_thought_of(arms, seed):
     ways = [on_grid(plan, DT_S) for plan in plans]
     found = run(recombination(problem, *ways))
     assert_driven(problem, found, *ways)
-    assert check_plan(paced(problem, found)).valid
+    assert check_plan(retime_to_velocity_limits(problem, found)).valid
     assert length(found) < min(length(way) for way in ways) - 1e-3
     choices = [list(choice) for choice in itertools.product(*zip(*ways, strict=True))]
     possible = [length(choice) for choice in choices if run(recombination(problem, choice)) is not None]

@@ -1,4 +1,4 @@
-"""The reference implementation of constraints, safe intervals and departures, on a toy arm and times worked out by hand."""
+"""Reference of constraints, safe intervals and departures, on a toy arm and times worked out by hand."""
 
 import numpy as np
 import pytest

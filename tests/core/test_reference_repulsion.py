@@ -1,4 +1,4 @@
-"""The reference implementation of the repulsive force field: values by hand, and the field as the slope of its potential."""
+"""Reference repulsive force field: values by hand, and the field as the slope of a potential."""
 
 import numpy as np
 import pytest

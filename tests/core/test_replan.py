@@ -7,10 +7,10 @@ from support import two_arms
 
 from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan
-from mmp_env.model.collision import HIT, KEEP_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.problem import make_problem
 from mmp_planners.portfolio.lns import Replanning
-from mmp_planners.portfolio.shortcutting import paced
+from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
 from mmp_planners.rrt_connect import RrtConnect
 
 DT_S = 0.1
@@ -20,7 +20,7 @@ def replanned(problem, rows, attempts=40, seed=0, clock=None):
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
     clock = clock or _core.Clock(np.inf)
-    core, wanted = problem.cell.collision.core, problem.levels(HIT, KEEP_PROOF)
+    core, wanted = problem.cell.collision.core, problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
     return _core.replan(core, rows, speeds, wanted, attempts, seed, clock)
 
 
@@ -54,11 +54,11 @@ def in_the_way():
 
 def test_an_arm_comes_later_where_another_one_then_needs_no_detour():
     problem, rows = first_come()
-    assert check_plan(paced(problem, rows)).valid
+    assert check_plan(retime_to_velocity_limits(problem, rows)).valid
     found, kept = replanned(problem, rows)
     assert kept > 0
     assert length(found) == pytest.approx(problem.cost_lower_bound_rad, abs=1e-3)
-    assert check_plan(paced(problem, found)).valid
+    assert check_plan(retime_to_velocity_limits(problem, found)).valid
     left, right = found
     passed = np.flatnonzero(left[:, 0] < np.pi - 0.1)[0]  # the first axis beyond the middle
     assert right[passed, 0] > np.pi + 0.1
@@ -71,7 +71,7 @@ def test_a_shorter_way_round_keeps_clear_by_the_twin(seed):
     assert kept > 0
     assert problem.cost_lower_bound_rad < length(found) < length(rows)
     gap = clearance.clearance_of_motions(problem.cell, "left", found[0], "right", found[1])
-    assert gap >= problem.levels(HIT, KEEP_PROOF).proof - 1e-5
+    assert gap >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - 1e-5
 
 
 def test_the_ends_stay_and_nobody_drives_too_fast():

@@ -11,7 +11,7 @@ from support import two_arms
 
 import mmp_planners
 from mmp_env import _core, draw_instance, ring_cell
-from mmp_env.model.collision import HIT, KEEP_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.problem import make_problem
 from mmp_planners.portfolio.shortcutting import on_grid
 
@@ -22,7 +22,7 @@ def shortened(problem, rows, attempts=400, worth=math.inf, seed=0, clock=None, g
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
     clock = clock or _core.Clock(math.inf)
-    core, wanted = problem.cell.collision.core, problem.levels(HIT, KEEP_PROOF)
+    core, wanted = problem.cell.collision.core, problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
     return _core.shorten(core, rows, speeds, wanted, groups, attempts, worth, seed, clock)
 
 
@@ -89,7 +89,7 @@ def test_a_detour_about_an_arm_gets_shorter_and_stays_clear_by_the_twin():
     assert kept > 0
     assert length(found) < length(rows)
     gap = clearance.clearance_of_motions(problem.cell, "left", found[0], "right", found[1])
-    assert gap >= problem.levels(HIT, KEEP_PROOF).proof - 1e-5
+    assert gap >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - 1e-5
 
 
 def test_the_ends_stay_and_nobody_drives_too_fast():
@@ -151,7 +151,7 @@ def test_arms_of_one_group_keep_clear_of_each_other_and_of_no_other():
         lengths[groups] = length(found)
         for a, b in itertools.combinations(range(4), 2):
             if groups[a] == groups[b]:
-                assert gap(found, a, b) >= problem.levels(HIT, KEEP_PROOF).proof - 1e-5
+                assert gap(found, a, b) >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - 1e-5
     assert max(lengths, key=lengths.get) == (0, 0, 0, 0)
     assert lengths[0, 1, 2, 3] == pytest.approx(min(lengths.values()), abs=1e-2)
     assert lengths[0, 0, 0, 0] > lengths[0, 1, 2, 3] + 1
@@ -176,7 +176,7 @@ def test_as_if_alone_an_arm_still_keeps_clear_of_what_stands_still():
     assert length([left]) < length(rows) - 0.1
     steps = itertools.pairwise(left)
     gap = min(motion.edge_clearance(problem.cell, "left", a, b, samples=4) for a, b in steps)
-    assert gap >= problem.levels(HIT, KEEP_PROOF).proof - 1e-5
+    assert gap >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - 1e-5
 
 
 def test_attempts_are_made_again_as_long_as_they_are_worth_it():

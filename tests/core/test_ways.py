@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support import two_arms
-from support.ways import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
+from support.recombinations import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
 
 from mmp_env import _core
 

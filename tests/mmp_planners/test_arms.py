@@ -12,14 +12,14 @@ from mmp_env import _core
 from mmp_env.check import check_plan
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 
 DT_S, SPEED = 0.1, 0.8
 PROBLEM = two_arms.passing()
 
 
 def arms(problem=PROBLEM, seconds=math.inf, **options):
-    made = Arms(problem, DT_S, SiRrtStar(**options), _core.Clock(seconds))
+    made = PlanningContext(problem, DT_S, SiRrtStar(**options), _core.Clock(seconds))
     made.reseed(0)
     return made
 

@@ -16,7 +16,7 @@ from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners import Status, StopPlanning, auto
 from mmp_planners.portfolio.lns import Replanning
-from mmp_planners.portfolio.shortcutting import paced
+from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
 from mmp_planners.priority_search import PrioritySearch
 
 
@@ -132,7 +132,9 @@ def test_replanning_takes_a_detour_out_that_no_shortcut_can():
     via = start + np.array([0.0, -0.5, 0.4, 0.0, 0.0, 0.0])
     there = np.vstack([start + f * (via - start) for f in np.linspace(0, 1, 9)])
     back = np.vstack([via + f * (goal - via) for f in np.linspace(0, 1, 9)[1:]])
-    plan = paced(problem, [np.vstack([there, back]), problem.start["right"][None].repeat(17, axis=0)])
+    plan = retime_to_velocity_limits(
+        problem, [np.vstack([there, back]), problem.start["right"][None].repeat(17, axis=0)]
+    )
     better, kept = Replanning(attempts=1)(plan, 0, _core.Clock(math.inf))
     assert kept == 1
     assert better.cost_rad == pytest.approx(problem.cost_lower_bound_rad, abs=1e-4)

@@ -14,10 +14,10 @@ from mmp_planners.conflict_tree.constraints import (
     INSTANTS,
     AvoidPath,
     AvoidState,
+    ConflictInterval,
     ConstraintKind,
     EitherArm,
     EveryKind,
-    Meeting,
     PathPriority,
     Sphere,
     Split,
@@ -168,14 +168,14 @@ def test_a_contact_is_worked_out_once_for_all_who_ask_in_a_row_and_forgotten_wit
 
 def test_the_path_that_is_avoided_is_that_of_the_conflict_and_one_step_each_way():
     arms, paths, _ = conflict("passing")
-    inside = Meeting(a=0, b=1, first=9.0, last=12.0)
+    inside = ConflictInterval(a=0, b=1, first=9.0, last=12.0)
     made = AvoidPath().forbid(arms, paths, inside, 0, "begin")
     assert (made[0].start, made[-1].end) == (8, 13)
     made = StepPriority().forbid(arms, paths, inside, 0, "middle")
     assert (made[0].start, made[-1].end) == (9, 11)
     made = PathPriority().forbid(arms, paths, inside, 0, "begin")
     assert (made[0].start, made[-1].end) == (0, _core.FOREVER)
-    at_goal = Meeting(a=0, b=1, first=9.0, last=float(paths[1].last))
+    at_goal = ConflictInterval(a=0, b=1, first=9.0, last=float(paths[1].last))
     assert AvoidPath().forbid(arms, paths, at_goal, 0, "begin")[-1].end == _core.FOREVER
 
 
@@ -184,7 +184,7 @@ def test_a_part_that_ends_before_the_conflict_is_left_out_where_the_start_breaks
     arms, paths, meeting = conflict("in the first moments")
     assert meeting.first == 1
     assert AvoidPath().forbid(arms, paths, meeting, 0, "begin")[0].start == 1
-    later = Meeting(a=0, b=1, first=0.5, last=meeting.last)
+    later = ConflictInterval(a=0, b=1, first=0.5, last=meeting.last)
     assert AvoidPath().forbid(arms, paths, later, 0, "begin")[0].start == 0, "it is over after the conflict has begun"
 
 

@@ -8,23 +8,23 @@ from reference import intervals
 from support import two_arms
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.constraints import INSTANTS, AvoidState, Meeting, OneSided, Vertex
+from mmp_planners.conflict_tree.constraints import INSTANTS, AvoidState, ConflictInterval, OneSided, Vertex
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 
 DT_S, SPEED = 0.1, 0.8
 FLOAT_RAD = 1e-6  # configurations are single precision in the core
 
 
 def arms(problem):
-    made = Arms(problem, DT_S, SiRrtStar(iterations=4000), _core.Clock(math.inf))
+    made = PlanningContext(problem, DT_S, SiRrtStar(iterations=4000), _core.Clock(math.inf))
     made.reseed(0)
     return made
 
 
 ARMS = arms(two_arms.passing())
 PATHS = [ARMS.low_level(k, (), 0)[0] for k in (0, 1)]
-MEETING = Meeting(a=0, b=1, first=9.0, last=11.0)
+MEETING = ConflictInterval(a=0, b=1, first=9.0, last=11.0)
 
 
 def windows(constraints):
@@ -43,7 +43,7 @@ def test_both_kinds_are_constraint_kinds_and_say_in_words_what_they_forbid():
 @pytest.mark.parametrize(("first", "last"), [(9.0, 11.0), (9.0, 9.0), (9.5, 9.5), (8.5, 11.0)])
 def test_a_state_is_avoided_from_pad_before_the_conflict_to_pad_after_it(pad, first, last):
     """The conflict itself may begin up to a step before the first instant, and end up to a step after the last."""
-    meeting = Meeting(a=0, b=1, first=first, last=last)
+    meeting = ConflictInterval(a=0, b=1, first=first, last=last)
     ((start, end),) = windows(AvoidState(pad=pad).forbid(ARMS, PATHS, meeting, 0, "begin"))
     steps = pad / DT_S
     assert first - steps - 1 <= start <= first - steps + 1e-9
@@ -58,17 +58,17 @@ def test_there_is_one_constraint_for_each_instant_of_the_conflict(kind, instant)
 
 
 def test_a_window_does_not_begin_before_the_motion():
-    early = Meeting(a=0, b=1, first=1.0, last=2.0)
+    early = ConflictInterval(a=0, b=1, first=1.0, last=2.0)
     ((start, _),) = windows(AvoidState(pad=0.5).forbid(ARMS, PATHS, early, 0, "begin"))
     assert start == 0
-    ((start, end),) = windows(Vertex().forbid(ARMS, PATHS, Meeting(a=0, b=1, first=0.5, last=0.5), 0, "begin"))
+    ((start, end),) = windows(Vertex().forbid(ARMS, PATHS, ConflictInterval(a=0, b=1, first=0.5, last=0.5), 0, "begin"))
     assert (start, end) == (0, 1)
 
 
 def test_an_arm_that_is_parked_stays_there_and_so_does_the_constraint():
     last = PATHS[1].last
     for at, end in ((last - 1.0, last + 3), (float(last), _core.FOREVER), (last + 5.0, _core.FOREVER)):
-        meeting = Meeting(a=0, b=1, first=at, last=at)
+        meeting = ConflictInterval(a=0, b=1, first=at, last=at)
         (constraint,) = AvoidState(pad=0.3).forbid(ARMS, PATHS, meeting, 0, "begin")
         assert constraint.end == (end if end == _core.FOREVER else int(at) + 1 + 3)
 
@@ -80,7 +80,7 @@ def test_where_the_start_touches_the_state_the_window_opens_with_the_conflict():
     paths = [there.low_level(k, (), 0)[0] for k in (0, 1)]
     at_middle = int(np.argmin(np.abs(paths[1].q[:, 0] - two_arms.reaching(0.0)[0])))
     assert there.start_touches(0, 1, paths[1].at(at_middle))
-    meeting = Meeting(a=0, b=1, first=float(at_middle), last=at_middle + 1.0)
+    meeting = ConflictInterval(a=0, b=1, first=float(at_middle), last=at_middle + 1.0)
     (constraint,) = AvoidState(pad=0.3).forbid(there, paths, meeting, 0, "begin")
     assert (constraint.start, constraint.end) == (at_middle, at_middle + 5)
     assert there.low_level(0, [constraint], 0)[0] is not None
@@ -103,7 +103,7 @@ def stays_in_ball(centre, radius, constraint):
 @pytest.mark.parametrize(("k", "radius"), [(1, 0.04), (2, 0.08), (4, 0.16), (5, 0.2), (9, 0.2)])
 def test_the_ball_of_a_vertex_shrinks_towards_the_start_so_that_it_can_be_left(k, radius):
     """r = min(0.2 rad, v_max t / 2), with v_max 0.8 rad/s: the start is outside it at any time."""
-    meeting = Meeting(a=0, b=1, first=float(k), last=float(k))
+    meeting = ConflictInterval(a=0, b=1, first=float(k), last=float(k))
     (constraint,) = Vertex().forbid(ARMS, PATHS, meeting, 0, "begin")
     assert (constraint.start, constraint.end) == (k - 1, k + 1)
     centre = PATHS[0].at(float(k))
@@ -137,7 +137,7 @@ def test_a_child_does_not_touch_the_other_arm_as_it_stood(arm, instant):
     """Looked at ten times a step; before the constraint it did touch."""
     other = 1 - arm
     first, last = (float(k) for k in ARMS.conflicts(PATHS, ARMS.pairs())[0, 1][[0, -1]])
-    meeting = Meeting(a=0, b=1, first=first, last=last)
+    meeting = ConflictInterval(a=0, b=1, first=first, last=last)
     constraints = AvoidState().forbid(ARMS, PATHS, meeting, arm, instant)
     path, _ = ARMS.low_level(arm, constraints, 2)
     assert path is not None

@@ -5,7 +5,7 @@ from support.arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, e
 
 from mmp_env.events import NodeCreated, NodeExpanded, Replanned
 from mmp_planners.conflict_tree.constraints import EitherArm, EveryKind
-from mmp_planners.conflict_tree.expansion import AtOnce, FromParent, FromScratch, WhenTaken
+from mmp_planners.conflict_tree.expansion import EagerExpansion, FromParent, FromScratch, LazyExpansion
 from mmp_planners.planner import StopPlanning
 
 
@@ -27,7 +27,7 @@ def names(events):
 
 def test_at_once_both_children_are_replanned_before_any_node_is_taken():
     events, watch = until_expanded(2)
-    assert not ended(tree(ArmsOnALine(endless, endless), expansion=AtOnce(), watch=watch))
+    assert not ended(tree(ArmsOnALine(endless, endless), expansion=EagerExpansion(), watch=watch))
     assert names(events)[4:] == ["Replanned", "NodeCreated"] * 2 + ["NodeExpanded"]
 
 
@@ -35,7 +35,7 @@ def test_when_taken_a_child_waits_with_the_paths_of_its_parent_and_is_put_back()
     """Its parent's conflicts are its own until then, so the first child that has fewer is branched before the other."""
     arms = ArmsOnALine([(0, 1, 1, 2), (0, 1, 3, 2)], [(2, 1, 1, 0)], [(9,)])
     events, watch = until_expanded(2)
-    search = tree(arms, w=9.0, expansion=WhenTaken(), watch=watch)
+    search = tree(arms, w=9.0, expansion=LazyExpansion(), watch=watch)
     assert not ended(search)
     assert names(events) == ["Replanned"] * 3 + [
         "NodeCreated",
@@ -48,7 +48,7 @@ def test_when_taken_a_child_waits_with_the_paths_of_its_parent_and_is_put_back()
     assert search.counts.generated_nodes == 2, "the other child was never planned"
 
 
-@pytest.mark.parametrize("expansion", [AtOnce(), WhenTaken()])
+@pytest.mark.parametrize("expansion", [EagerExpansion(), LazyExpansion()])
 def test_both_find_the_same_solution_where_there_is_one_way(expansion):
     search, exhausted, _ = told(lambda watch: tree(ArmsOnALine(*MEETING), expansion=expansion, watch=watch))
     assert not exhausted
@@ -59,7 +59,7 @@ def test_both_find_the_same_solution_where_there_is_one_way(expansion):
 
 
 def test_a_lazy_child_without_a_way_is_dropped_when_it_is_taken():
-    search, _, events = told(lambda watch: tree(ArmsOnALine(*LATER), expansion=WhenTaken(), watch=watch, w=9.0))
+    search, _, events = told(lambda watch: tree(ArmsOnALine(*LATER), expansion=LazyExpansion(), watch=watch, w=9.0))
     created = [event for event in events if isinstance(event, NodeCreated)]
     assert len(created) + search.counts.dropped_children == search.counts.generated_nodes
     assert [event.node for event in created] == sorted(event.node for event in created)

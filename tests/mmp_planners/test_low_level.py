@@ -12,13 +12,13 @@ from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 
 DT_S = 0.1
 
 
 def arms(problem, seed=0, **options):
-    made = Arms(problem, DT_S, SiRrtStar(**options), _core.Clock(math.inf))
+    made = PlanningContext(problem, DT_S, SiRrtStar(**options), _core.Clock(math.inf))
     made.reseed(seed)
     return made
 

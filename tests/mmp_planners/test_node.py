@@ -5,10 +5,10 @@ import pytest
 from support.arms_on_a_line import ArmsOnALine, node, path
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.constraints import Branch, Meeting
+from mmp_planners.conflict_tree.constraints import Branch, ConflictInterval
 
 
-def meeting(found: Meeting):
+def meeting(found: ConflictInterval):
     return found.a, found.b, found.first, found.last
 
 
@@ -79,7 +79,7 @@ def test_another_path_is_looked_at_with_its_own_pairs_only():
 
 
 def test_an_instant_of_a_meeting_is_its_begin_its_middle_or_all_of_it():
-    long, short = Meeting(a=0, b=1, first=3.0, last=8.0), Meeting(a=0, b=1, first=2.5, last=2.5)
+    long, short = ConflictInterval(a=0, b=1, first=3.0, last=8.0), ConflictInterval(a=0, b=1, first=2.5, last=2.5)
     assert long.instants("begin") == [3.0]
     assert long.instants("middle") in ([5.0], [6.0])
     assert long.instants("all") == [3.0, *long.instants("middle"), 8.0]

@@ -14,10 +14,10 @@ from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners import Status, StopPlanning, make, priority_search
-from mmp_planners.conflict_tree.event_emitter import Teller
+from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.counts import ArmCounts
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 from mmp_planners.portfolio.run import Run
 from mmp_planners.prioritized import Prioritized
 
@@ -150,13 +150,13 @@ def test_some_arms_give_up_after_so_many_tries(monkeypatch):
 def test_given_ways_are_what_every_search_begins_with(monkeypatch):
     search = search_of(two_arms.passing())
     alone, begun = list(search.alone), []
-    low_level = Arms.low_level
+    low_level = PlanningContext.low_level
 
     def noted(arms, arm, *rest, experience=None, **more):
         begun.append((arm, experience))
         return low_level(arms, arm, *rest, experience=experience, **more)
 
-    monkeypatch.setattr(Arms, "low_level", noted)
+    monkeypatch.setattr(PlanningContext, "low_level", noted)
     search.given = True
     assert next(search.rounds(1), "over") == "over"
     assert search.run.best is not None
@@ -181,7 +181,7 @@ def test_a_plan_without_its_proof_is_counted_and_another_order_is_tried(monkeypa
 
 
 def test_an_arm_that_finds_no_way_even_alone_ends_the_run(monkeypatch):
-    monkeypatch.setattr(Arms, "low_level", lambda *_, **__: (None, 7))
+    monkeypatch.setattr(PlanningContext, "low_level", lambda *_, **__: (None, 7))
     result, events = planned(two_arms.passing())
     assert (result.status, result.plan) == (Status.EXHAUSTED, None)
     assert result.stats["low_level_calls"] == priority_search.ALONE_TRIES
@@ -222,10 +222,12 @@ def test_nothing_waits_for_arms_that_are_not_planned_yet_where_the_wait_is_zero(
 
 
 def test_a_detour_keeps_an_arm_from_its_own_way_but_never_from_its_ends():
-    there = Arms(two_arms.passing(), 0.1, SiRrtStar(), _core.Clock(math.inf))
+    there = PlanningContext(two_arms.passing(), 0.1, SiRrtStar(), _core.Clock(math.inf))
     there.reseed(0)
     run, counts = Run.begin("prioritized", None, there.problem, 0, math.inf), ArmCounts()
-    search = priority_search.PrioritySearch(arms=there, run=run, counts=counts, tell=Teller(ignore, there), wait=0)
+    search = priority_search.PrioritySearch(
+        arms=there, run=run, counts=counts, tell=EventEmitter(ignore, there), wait=0
+    )
     search.alone = [there.low_level(arm, (), 0)[0] for arm in (0, 1)]
     rng, found = np.random.default_rng(0), []
     for _ in range(60):
@@ -241,7 +243,7 @@ def test_a_detour_keeps_an_arm_from_its_own_way_but_never_from_its_ends():
 
 def test_paths_with_others_are_proved_clear_of_them():
     problem = ring(4, 1)
-    there = Arms(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
+    there = PlanningContext(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
     there.reseed(0)
     paths = [there.low_level(0, (), 0)[0]]
     for arm in (1, 2, 3):
@@ -251,7 +253,7 @@ def test_paths_with_others_are_proved_clear_of_them():
 
 
 def test_an_earlier_path_that_still_holds_is_taken_as_it_is():
-    there = Arms(two_arms.passing(), 0.1, SiRrtStar(shortcuts=0), _core.Clock(math.inf))
+    there = PlanningContext(two_arms.passing(), 0.1, SiRrtStar(shortcuts=0), _core.Clock(math.inf))
     there.reseed(0)
     start, goal = there.problem.start["left"], there.problem.goal["left"]
     ball = _core.Constraint.ball((start + goal) / 2, 0.2, 0, _core.FOREVER)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 from support import two_arms
-from support.ways import lifted, recombination, shut_in
-from support.ways import run as run_of
+from support.recombinations import lifted, recombination, shut_in
+from support.recombinations import run as run_of
 
 import mmp_planners
 from mmp_env import _core
@@ -21,7 +21,7 @@ from mmp_planners.portfolio import path_recombination
 from mmp_planners.portfolio.lns import Replanning
 from mmp_planners.portfolio.path_recombination import GAIN_RAD, MOST_STEPS, Recombining
 from mmp_planners.portfolio.run import Run, Step
-from mmp_planners.portfolio.shortcutting import Shortcutting, paced
+from mmp_planners.portfolio.shortcutting import Shortcutting, retime_to_velocity_limits
 from mmp_planners.priority_search import PrioritySearch
 
 OPTIONS = {"shorten": 20, "rounds": 4, "replan": 0}
@@ -89,7 +89,7 @@ def around_each_other():
     """Each arm's goal is in the way of the other one: one of them has to lift its hand over the other."""
     problem = shut_in()
     run = Run.begin("auto", None, problem, 0, math.inf)
-    assert run.offer(paced(problem, run_of(recombination(problem, lifted(problem, 1.4)))))
+    assert run.offer(retime_to_velocity_limits(problem, run_of(recombination(problem, lifted(problem, 1.4)))))
     return run
 
 
@@ -131,7 +131,11 @@ def test_arms_that_are_in_nobodys_way_are_planned_in_no_group(monkeypatch):
 def test_nothing_is_put_together_where_the_plan_is_as_short_as_can_be():
     problem = two_arms.one_moves()
     run = Run.begin("auto", None, problem, 0, math.inf)
-    assert run.offer(paced(problem, [np.vstack([problem.start[n], problem.goal[n]]) for n in problem.cell.arm_names]))
+    assert run.offer(
+        retime_to_velocity_limits(
+            problem, [np.vstack([problem.start[n], problem.goal[n]]) for n in problem.cell.arm_names]
+        )
+    )
     assert recombine(run) is None
 
 
@@ -148,7 +152,7 @@ def test_a_plan_that_takes_long_has_ways_of_longer_steps(monkeypatch):
     run = Run.begin("auto", None, problem, 0, math.inf)
     for times in (1, 400):
         rows = [np.vstack([[problem.start[n], problem.goal[n]] * times]) for n in problem.cell.arm_names]
-        first = paced(problem, rows)
+        first = retime_to_velocity_limits(problem, rows)
         Recombining(run, first, 0.1, ALONE, ALONE)
         np.testing.assert_allclose(steps.pop(), max(0.1, first.makespan_s / MOST_STEPS))
     assert first.makespan_s > 10 * 0.1 * MOST_STEPS
@@ -180,7 +184,7 @@ def of_two_kinds():
     start, goal, away = problem.start["left"], problem.goal["left"], np.array([0.2, 0.0, 0.1, 0.0, 0.0, 0.0])
     right = problem.start["right"]
     plans = [
-        paced(problem, [np.vstack(left), np.vstack([right] * len(left))])
+        retime_to_velocity_limits(problem, [np.vstack(left), np.vstack([right] * len(left))])
         for left in ([start, goal], [start, start + away, goal])
     ]
     return Run.begin("auto", None, problem, 0, math.inf), *plans
@@ -223,7 +227,9 @@ def test_a_start_that_is_not_safe_is_not_taken():
     run = Run.begin("auto", None, problem, 0, math.inf)
     assert run.offer(mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan)
     best = run.best
-    meeting = paced(problem, [np.vstack([problem.start[n], problem.goal[n]]) for n in problem.cell.arm_names])
+    meeting = retime_to_velocity_limits(
+        problem, [np.vstack([problem.start[n], problem.goal[n]]) for n in problem.cell.arm_names]
+    )
     assert meeting.cost_rad < best.cost
     assert run.improve(Step(part=Shortcutting(attempts=0), seed=0), start=meeting) == [0]
     assert run.best is best

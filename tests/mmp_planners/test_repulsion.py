@@ -13,14 +13,14 @@ from mmp_env.model.rings import ring_cell
 from mmp_planners.apf_ecbs import ApfEcbs
 from mmp_planners.conflict_tree.repulsion import Modification, RepulsiveModification, Unmodified
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 
 DT_S = 0.1
 STEPS, DISTANCES = ("gradient", "normalised"), ("surface", "centre")
 
 
 def arms(problem):
-    made = Arms(problem, DT_S, SiRrtStar(), _core.Clock(math.inf))
+    made = PlanningContext(problem, DT_S, SiRrtStar(), _core.Clock(math.inf))
     made.reseed(0)
     return made, [made.low_level(k, (), k)[0] for k in range(len(made.names))]
 

@@ -22,7 +22,7 @@ from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners.portfolio import run as run_module
 from mmp_planners.portfolio.run import Run
-from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid, paced
+from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid, retime_to_velocity_limits
 
 WAIT = np.array([0, 0, 1, 1])
 """Two rows at the start and two at the goal: both arms wait before and after."""
@@ -80,21 +80,21 @@ def test_steps_take_as_long_as_their_slowest_joint_and_no_longer():
         np.array([problem.start[n], (problem.start[n] + problem.goal[n]) / 2, problem.goal[n]])
         for n in problem.cell.arm_names
     ]
-    plan = paced(problem, rows)
+    plan = retime_to_velocity_limits(problem, rows)
     np.testing.assert_allclose(plan.times, [0.0, 1.0, 2.0], atol=1e-9)  # 0.8 rad each at 0.8 rad/s
 
 
 def test_steps_in_which_nothing_moves_are_left_out():
     problem = two_arms.passing()
     rows = [np.array([problem.start[n]] * 3 + [problem.goal[n]] * 3) for n in problem.cell.arm_names]
-    plan = paced(problem, rows)
+    plan = retime_to_velocity_limits(problem, rows)
     assert len(plan.times) == 2
     np.testing.assert_array_equal(plan.positions["left"], [problem.start["left"], problem.goal["left"]])
 
 
 def test_arms_that_never_move_have_a_plan_of_no_length():
     problem = two_arms.nothing_to_do()
-    plan = paced(problem, [np.array([problem.start[n]] * 4) for n in problem.cell.arm_names])
+    plan = retime_to_velocity_limits(problem, [np.array([problem.start[n]] * 4) for n in problem.cell.arm_names])
     assert plan.makespan_s == 0
     assert plan.cost_rad == 0
 
@@ -129,7 +129,7 @@ def waiting(seed):
 @given(seed=st.integers(0, 2**32))
 def test_plans_that_end_in_waits_of_all_arms_keep_every_limit(seed):
     problem, rows = waiting(seed)
-    plan = paced(problem, rows)
+    plan = retime_to_velocity_limits(problem, rows)
     assert len(plan.times) < len(rows[0])
     assert_exact(plan, problem)
 
@@ -137,7 +137,7 @@ def test_plans_that_end_in_waits_of_all_arms_keep_every_limit(seed):
 @pytest.mark.parametrize("seed", range(5))
 def test_plans_that_end_in_waits_of_all_arms_pass_the_checker(seed):
     problem, rows = waiting(seed)
-    report = check_plan(paced(problem, rows))
+    report = check_plan(retime_to_velocity_limits(problem, rows))
     assert report.valid, report
 
 
@@ -151,12 +151,12 @@ def test_the_last_hair_of_a_long_plan_is_not_too_fast(seed, turns):
         there = problem.goal[name] - problem.start[name]
         fractions = np.concatenate([np.arange(2 * turns) % 2, 1 - np.cumsum(hairs)[::-1], [1.0]])
         rows.append(problem.start[name] + fractions[:, None] * there)
-    assert_exact(paced(problem, rows), problem)
+    assert_exact(retime_to_velocity_limits(problem, rows), problem)
 
 
 def test_one_row_becomes_the_straight_way_or_nothing_at_all():
     for problem, expected in ((two_arms.one_moves(), 0.5), (two_arms.nothing_to_do(), 0.0)):
-        plan = paced(problem, [problem.start[name][None] for name in problem.cell.arm_names])
+        plan = retime_to_velocity_limits(problem, [problem.start[name][None] for name in problem.cell.arm_names])
         assert len(plan.times) == (2 if expected else 1)
         assert plan.makespan_s == pytest.approx(expected)
         assert_exact(plan, problem)
@@ -166,7 +166,7 @@ def test_what_is_given_is_not_written_to():
     problem = two_arms.one_moves()
     rows = [np.vstack([problem.start[n], problem.goal[n]])[WAIT] + 1e-8 for n in problem.cell.arm_names]
     before = [r.copy() for r in rows]
-    plan = paced(problem, rows)
+    plan = retime_to_velocity_limits(problem, rows)
     np.testing.assert_array_equal(rows, before)
     assert_exact(plan, problem)
 

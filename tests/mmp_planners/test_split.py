@@ -12,11 +12,11 @@ from support.first_conflicts import CASES, conflict
 
 from mmp_env import _core
 from mmp_planners.conflict_tree.constraints import Split
-from mmp_planners.conflict_tree.constraints.kind import Meeting
+from mmp_planners.conflict_tree.constraints.kind import ConflictInterval
 from mmp_planners.conflict_tree.constraints.split import deepest
 from mmp_planners.conflict_tree.lipschitz import lipschitz
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 
 every_case = pytest.mark.parametrize("case", CASES)
 FLOAT_M = 1e-5
@@ -124,8 +124,8 @@ def test_of_two_arms_that_are_alike_the_second_gets_the_ball():
 def barely(depth):
     """Two hands that meet at one instant, by no more than `depth` [m] nearer than the margin."""
     problem = two_arms.passing()
-    arms = Arms(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
-    meeting = Meeting(a=0, b=1, first=1.0, last=1.0)
+    arms = PlanningContext(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
+    meeting = ConflictInterval(a=0, b=1, first=1.0, last=1.0)
 
     def paths(pan):
         via = {"left": two_arms.reaching(pan), "right": two_arms.reaching(0.0)}

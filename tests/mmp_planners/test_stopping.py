@@ -56,7 +56,7 @@ def test_a_stop_before_the_search_begins_is_a_result_without_a_plan(name, monkey
         def __init__(self, *arguments):
             raise StopPlanning
 
-    monkeypatch.setattr(tree_planner, "Arms", Struck)
+    monkeypatch.setattr(tree_planner, "PlanningContext", Struck)
     result = make(name).plan(PROBLEM, seed=0)
     assert (result.status, result.plan) == (Status.TIMEOUT, None)
     assert {key: result.stats[key] for key in vars(Counts())} == vars(Counts())

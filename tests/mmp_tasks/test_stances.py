@@ -9,8 +9,8 @@ import pytest
 
 from mmp_env import find_cell
 from mmp_env.errors import MmpError
-from mmp_tasks.drawing import Missed
-from mmp_tasks.ik_candidates import Place, Ways
+from mmp_tasks.drawing import DrawFailed
+from mmp_tasks.ik_candidates import ToolTarget, Ways
 from mmp_tasks.inverse_kinematics import NEAR_M, NEAR_RAD, kinematics
 from mmp_tasks.room import Room
 from mmp_tasks.stances import Posing, home
@@ -29,7 +29,7 @@ def room_of(cell, clearance=0.01):
 
 def between_the_bases(cell, height, share=0.5):
     first, second = (cell.arms[k].position for k in (0, 1))
-    return Place(point=first + share * (second - first) + np.array([0.0, 0.0, height]))
+    return ToolTarget(point=first + share * (second - first) + np.array([0.0, 0.0, height]))
 
 
 @pytest.mark.parametrize("cell", ["ring-2", "ring-2-panda", "ring-2-fr5", "ring-2-piper"])
@@ -91,11 +91,11 @@ def test_a_solved_way_keeps_the_clearances_and_no_more_are_found_than_asked_for(
 
 def test_arms_over_the_same_spot_go_together_or_it_is_a_miss():
     cell, task = find_cell("ring-4"), Quick()
-    apart = {arm.name: Place(point=0.5 * arm.position + np.array([0.0, 0.0, 0.25])) for arm in cell.arms}
+    apart = {arm.name: ToolTarget(point=0.5 * arm.position + np.array([0.0, 0.0, 0.25])) for arm in cell.arms}
     found = task.stance(cell, apart, np.random.default_rng(0), home(cell))
     assert task.require(cell, found, "over its spot") is found
-    one = {name: Place(point=np.array([0.0, 0.0, 0.25])) for name in cell.arm_names}
-    with pytest.raises(Missed, match=r"arm 'arm\d' \(ur5e\)"):
+    one = {name: ToolTarget(point=np.array([0.0, 0.0, 0.25])) for name in cell.arm_names}
+    with pytest.raises(DrawFailed, match=r"arm 'arm\d' \(ur5e\)"):
         task.stance(cell, one, np.random.default_rng(0), home(cell))
 
 
@@ -105,7 +105,7 @@ def test_an_arm_that_misses_has_a_neighbour_give_way_a_few_times():
     def attempt(arm, made):
         turns.append(arm.name)
         if arm.name == "arm1" and "arm0" in made:
-            raise Missed.at(arm)
+            raise DrawFailed.at(arm)
         return len(turns)
 
     made = Quick().in_turn(cell, np.random.default_rng(0), attempt)
@@ -114,10 +114,10 @@ def test_an_arm_that_misses_has_a_neighbour_give_way_a_few_times():
 
     def hopeless(arm, made):
         if arm.name == "arm3":
-            raise Missed.at(arm, " at last")
+            raise DrawFailed.at(arm, " at last")
         return 0
 
-    with pytest.raises(Missed, match=r"arm 'arm3' .* at last"):
+    with pytest.raises(DrawFailed, match=r"arm 'arm3' .* at last"):
         Quick().in_turn(cell, np.random.default_rng(0), hopeless)
 
 
@@ -127,14 +127,14 @@ def test_the_first_draw_that_is_no_miss_counts_and_the_error_names_the_hardest()
     def third(number):
         numbers.append(number)
         if number < 2:
-            raise Missed.at(cell.arms[number % 2])
+            raise DrawFailed.at(cell.arms[number % 2])
         return "drawn"
 
     assert Quick().first(cell, third) == "drawn"
     assert numbers == [0, 1, 2]
 
     def never(number):
-        raise Missed.at(cell.arms[number % 3 > 0])
+        raise DrawFailed.at(cell.arms[number % 3 > 0])
 
     with pytest.raises(MmpError, match=r"task 'quick' found no instance for cell 'ring-2' in 7 draws: 4 .* arm 'arm1'"):
         Quick(draws=7).first(cell, never)
@@ -149,7 +149,7 @@ def test_spots_are_in_the_sector_and_keep_off_bases_obstacles_and_each_other():
         assert np.linalg.norm(table.bases - spot, axis=1).min() >= 0.17 - 1e-3
         assert all(np.linalg.norm(spot - other) >= 0.17 - 1e-3 for other in taken)
         taken.append(spot)
-    with pytest.raises(Missed, match="no free place on the table"):
+    with pytest.raises(DrawFailed, match="no free place on the table"):
         table.spot(arm, rng, taken, 5.0, 0.06, Sector())
 
 

@@ -15,13 +15,13 @@ from mmp_env.model.certificate import Certificate
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import make_problem
 from mmp_planners.conflict_tree.constraints import EitherArm, OneSided
-from mmp_planners.conflict_tree.event_emitter import Teller
+from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.conflict_tree.node import Node
 from mmp_planners.conflict_tree.repulsion import Modified
 from mmp_planners.conflict_tree.search import ConflictTree
 from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import StopPlanning
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.planning_context import Path, PlanningContext
 
 _CELL = toys.toy_cell(toys.toy_arm("toy", [0, 0, 0]))
 _PROBLEM = make_problem(_CELL, {"toy": [0.0, 0.5]}, {"toy": [0.0, 0.5]})
@@ -90,7 +90,7 @@ def node(number: int, *places: Sequence[float], bounds: Sequence[float] | None =
     )
 
 
-class ArmsOnALine(Arms):
+class ArmsOnALine(PlanningContext):
     """`ways[arm](n)` are the places of an arm that has n constraints to keep, None where it has no way.
 
     A sequence will do for a function: beyond its end there is no way. `certificates` are what the first plans get.
@@ -156,7 +156,7 @@ def tree(
 ) -> ConflictTree:
     """A conflict tree over them: one tree, plain ECBS, unless `parts` say something else."""
     plain = {"selection": Focal(w=w), "branching": EitherArm(kind=branching or OneConstraint()), "restarts": False}
-    return ConflictTree(arms=arms, tell=Teller(watch, arms), **(plain | parts))
+    return ConflictTree(arms=arms, tell=EventEmitter(watch, arms), **(plain | parts))
 
 
 def ended(search: ConflictTree, seed: int = 0) -> bool:

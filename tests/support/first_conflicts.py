@@ -11,7 +11,7 @@ from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners.conflict_tree.node import Node
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 
 
 def in_the_ring():
@@ -33,7 +33,7 @@ CASES = {
 def conflict(case):
     """Arms whose paths go straight for their goals, these paths, and their first conflict."""
     problem = CASES[case]()
-    arms = Arms(problem, 0.1, SiRrtStar(iterations=4000), _core.Clock(math.inf))
+    arms = PlanningContext(problem, 0.1, SiRrtStar(iterations=4000), _core.Clock(math.inf))
     arms.reseed(0)
     paths = [arms.low_level(k, (), 0)[0] for k in range(len(arms.names))]
     none = tuple(() for _ in paths)

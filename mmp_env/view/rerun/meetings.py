@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import _core
-from mmp_env.model.collision import HIT, KEEP_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.conflict import unbroken_runs
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun.clouds import cloud, sphere_gaps
@@ -40,7 +40,9 @@ class Meetings:
         names = list(paths)
         motions = [self._motion(name, paths[name]) for name in names]
         pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
-        found = self._model.conflict_instants(motions, pairs, self._problem.levels(HIT, KEEP_PROOF))
+        found = self._model.conflict_instants(
+            motions, pairs, self._problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
+        )
         out = [
             self._contact(names[i], names[j], paths, run)
             for (i, j), instants in zip(pairs, found, strict=True)

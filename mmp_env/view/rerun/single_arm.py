@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 
 from mmp_env import _core
 from mmp_env.errors import MmpError
-from mmp_env.model.collision import HIT, PLAN_PROOF
+from mmp_env.model.collision import PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun import timelines
@@ -79,7 +79,7 @@ def grow(
         start,
         goal,
         problem.max_velocity[arm] * dt_s,
-        problem.levels(HIT, PLAN_PROOF),
+        problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR),
         seed,
         ETA_RAD,
     )

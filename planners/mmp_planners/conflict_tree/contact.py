@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import _core
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.planning_context import Path, PlanningContext
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -26,12 +26,12 @@ class Contact:
     links: tuple[int, int]
 
 
-_ANSWERS: WeakKeyDictionary[Arms, tuple[Hashable, tuple[Contact, ...]]] = WeakKeyDictionary()
+_ANSWERS: WeakKeyDictionary[PlanningContext, tuple[Hashable, tuple[Contact, ...]]] = WeakKeyDictionary()
 """The last question of each run with its answer: both arms, and several constraint kinds, ask the same in a row."""
 
 
 def contacts(
-    arms: Arms, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]
+    arms: PlanningContext, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]
 ) -> tuple[Contact, ...]:
     """The contact of arms `a` and `b` at each of the instants; bases do not count, no path reaches another's."""
     question = (a, path_a, b, path_b, instants)
@@ -43,7 +43,7 @@ def contacts(
 
 
 def _contacts(
-    arms: Arms, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]
+    arms: PlanningContext, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]
 ) -> tuple[Contact, ...]:
     centers_a, radii_a, links_a = _moving_spheres(arms, a, path_a, instants)
     centers_b, radii_b, links_b = _moving_spheres(arms, b, path_b, instants)
@@ -61,7 +61,7 @@ def _contacts(
 
 
 def _moving_spheres(
-    arms: Arms, arm: int, path: Path, instants: tuple[float, ...]
+    arms: PlanningContext, arm: int, path: Path, instants: tuple[float, ...]
 ) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "s"], np.ndarray]:
     """Centres [m], radii [m] and links of the spheres that are not the base's."""
     q = np.array([path.at(k) for k in instants])

@@ -6,19 +6,19 @@ import time
 from typing import TYPE_CHECKING
 
 from mmp_env import events
-from mmp_planners.conflict_tree.constraints import Meeting
+from mmp_planners.conflict_tree.constraints import ConflictInterval
 from mmp_planners.conflict_tree.node import Node
 from mmp_planners.conflict_tree.repulsion import Modified
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.planning_context import Path, PlanningContext
 
 if TYPE_CHECKING:
     from mmp_planners.conflict_tree.fast_track import Attempt
 
 
-class Teller:
+class EventEmitter:
     """Makes events for one watcher."""
 
-    def __init__(self, watch: events.Watcher, arms: Arms) -> None:
+    def __init__(self, watch: events.Watcher, arms: PlanningContext) -> None:
         self._watch = None if watch is events.ignore else watch
         self._arms = arms
         self._began = time.perf_counter()
@@ -58,7 +58,7 @@ class Teller:
                 )
             )
 
-    def conflict(self, node: Node, meeting: Meeting) -> None:
+    def conflict(self, node: Node, meeting: ConflictInterval) -> None:
         if self._watch:
             self._watch(
                 events.ConflictChosen(

@@ -18,7 +18,7 @@ class Expansion(Protocol):
 
 
 @dataclass(frozen=True)
-class AtOnce:
+class EagerExpansion:
     """CBS as ever: each child is replanned when its parent is expanded."""
 
     def __call__(self, child: Node, open_nodes: list[Node], replan: Callable[[Node], None]) -> None:
@@ -26,7 +26,7 @@ class AtOnce:
 
 
 @dataclass(frozen=True)
-class WhenTaken:
+class LazyExpansion:
     """Lazy by one step: a child waits in OPEN with its parent's paths, and is replanned when it is first taken."""
 
     def __call__(self, child: Node, open_nodes: list[Node], replan: Callable[[Node], None]) -> None:

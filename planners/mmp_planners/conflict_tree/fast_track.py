@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 
 from mmp_planners.conflict_tree.node import Node
 from mmp_planners.conflict_tree.repulsion import Modification
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -27,14 +27,14 @@ class Attempt:
 class FastTrack(Protocol):
     """Tries on a node that is about to be branched."""
 
-    def __call__(self, arms: Arms, node: Node) -> Iterator[Attempt]: ...
+    def __call__(self, arms: PlanningContext, node: Node) -> Iterator[Attempt]: ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class NoFastTrack:
     """Every other planner: no try."""
 
-    def __call__(self, arms: Arms, node: Node) -> Iterator[Attempt]:
+    def __call__(self, arms: PlanningContext, node: Node) -> Iterator[Attempt]:
         return iter(())
 
 
@@ -48,7 +48,7 @@ class RepulsiveFastTrack:
     modification: Modification
     literal: bool = False
 
-    def __call__(self, arms: Arms, node: Node) -> Iterator[Attempt]:
+    def __call__(self, arms: PlanningContext, node: Node) -> Iterator[Attempt]:
         for arm in node.common_arms()[: 1 if self.literal else None]:
             modified = self.modification(arms, node.paths, arm, node.constraints[arm])
             if modified is None:

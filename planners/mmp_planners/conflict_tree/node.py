@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.constraints import Branch, Meeting
-from mmp_planners.planning_context import Arms, PairConflicts, Path
+from mmp_planners.conflict_tree.constraints import Branch, ConflictInterval
+from mmp_planners.planning_context import PairConflicts, Path, PlanningContext
 
 UNNUMBERED = -1
 
@@ -65,13 +65,13 @@ class Node:
         """Which part of the branches that led here are of that kind."""
         return self.kinds.count(kind) / len(self.kinds) if self.kinds else 0.0
 
-    def first_conflict(self) -> Meeting:
+    def first_conflict(self) -> ConflictInterval:
         """The earliest conflict (then the first pair): its unbroken run of instants."""
         a, b = min(self.conflicts, key=lambda pair: (float(self.conflicts[pair][0]), pair))
         instants = self.conflicts[a, b]
         breaks = np.flatnonzero(np.diff(instants) > 1)
         last = instants[breaks[0]] if len(breaks) else instants[-1]
-        return Meeting(a=a, b=b, first=float(instants[0]), last=float(last))
+        return ConflictInterval(a=a, b=b, first=float(instants[0]), last=float(last))
 
     def common_arms(self) -> list[int]:
         """The arms that are in every conflicting pair: two of them where there is one pair only, often none."""
@@ -93,7 +93,7 @@ class Node:
             pending=branch,
         )
 
-    def replaced(self, arms: Arms, arm: int, path: Path) -> tuple[tuple[Path, ...], PairConflicts]:
+    def replaced(self, arms: PlanningContext, arm: int, path: Path) -> tuple[tuple[Path, ...], PairConflicts]:
         """The paths with another one for `arm`, and their conflicts: only the pairs of that arm are looked at again."""
         paths = (*self.paths[:arm], path, *self.paths[arm + 1 :])
         kept = {pair: instants for pair, instants in self.conflicts.items() if arm not in pair}

@@ -9,12 +9,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.event_emitter import Teller
+from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.conflict_tree.expansion import Experience
 from mmp_planners.conflict_tree.node import Node
 from mmp_planners.conflict_tree.repulsion import Modification
 from mmp_planners.counts import Counts
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.planning_context import Path, PlanningContext
 from mmp_planners.seeds import seed_of
 
 REPLAN_TRIES = 3
@@ -22,14 +22,14 @@ REPLAN_GROWTH = 2.0
 
 
 @dataclass(kw_only=True)
-class Nursery:
+class NodeFactory:
     """Plans the paths of nodes, numbers, counts and tells of them. `seed` is that of the tree at hand."""
 
-    arms: Arms
+    arms: PlanningContext
     modification: Modification
     experience: Experience
     counts: Counts
-    tell: Teller
+    tell: EventEmitter
     seed: int = 0
 
     def root(self, seed: int) -> Node | None:

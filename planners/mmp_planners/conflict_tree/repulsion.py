@@ -14,7 +14,7 @@ import numpy as np
 
 from mmp_env import _core
 from mmp_env.events import ForceField
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.planning_context import Path, PlanningContext
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,7 +32,7 @@ class Modification(Protocol):
     """What happens to a path after replanning; None leaves it as it is."""
 
     def __call__(
-        self, arms: Arms, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+        self, arms: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
     ) -> Modified | None: ...
 
 
@@ -41,7 +41,7 @@ class Unmodified:
     """Plain ECBS: the path stays as the low level made it."""
 
     def __call__(
-        self, arms: Arms, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+        self, arms: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
     ) -> Modified | None:
         return None
 
@@ -70,7 +70,7 @@ class RepulsiveModification:
     trace: bool = False
 
     def __call__(
-        self, arms: Arms, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+        self, arms: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
     ) -> Modified | None:
         q, moved, iterations, _, iterates = _core.modify_motion(
             arms.core,

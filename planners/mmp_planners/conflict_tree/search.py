@@ -17,15 +17,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mmp_planners.conflict_tree.constraints import INSTANTS, ConstraintKind
-from mmp_planners.conflict_tree.event_emitter import Teller
-from mmp_planners.conflict_tree.expansion import AtOnce, Expansion, Experience, FromScratch
+from mmp_planners.conflict_tree.event_emitter import EventEmitter
+from mmp_planners.conflict_tree.expansion import EagerExpansion, Expansion, Experience, FromScratch
 from mmp_planners.conflict_tree.fast_track import FastTrack, NoFastTrack
 from mmp_planners.conflict_tree.node import Node
-from mmp_planners.conflict_tree.node_factory import Nursery
+from mmp_planners.conflict_tree.node_factory import NodeFactory
 from mmp_planners.conflict_tree.repulsion import Modification, Unmodified
 from mmp_planners.conflict_tree.selection import Selection
 from mmp_planners.counts import Counts, Incumbent
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 from mmp_planners.seeds import sub_seeds
 
 ROOT_TRIES = 3
@@ -37,11 +37,11 @@ RESTART_GROWTH = 1.2
 class ConflictTree:
     """One search. `best` stands after a stop in the middle as after a regular end."""
 
-    arms: Arms
+    arms: PlanningContext
     selection: Selection
     branching: ConstraintKind
-    tell: Teller
-    expansion: Expansion = field(default_factory=AtOnce)
+    tell: EventEmitter
+    expansion: Expansion = field(default_factory=EagerExpansion)
     experience: Experience = field(default_factory=FromScratch)
     modification: Modification = field(default_factory=Unmodified)
     fast_track: FastTrack = field(default_factory=NoFastTrack)
@@ -54,7 +54,7 @@ class ConflictTree:
     exhausted: bool = False
 
     def __post_init__(self) -> None:
-        self._nursery = Nursery(
+        self._nursery = NodeFactory(
             arms=self.arms,
             modification=self.modification,
             experience=self.experience,

@@ -12,8 +12,8 @@ from mmp_env.events import Watcher, ignore, wants_iterates
 from mmp_env.model.problem import Problem
 from mmp_planners.conflict_tree.constraints import ConstraintKind
 from mmp_planners.conflict_tree.constraints.named import KINDS, constraint_kind
-from mmp_planners.conflict_tree.event_emitter import Teller
-from mmp_planners.conflict_tree.expansion import AtOnce, Expansion, Experience, FromScratch
+from mmp_planners.conflict_tree.event_emitter import EventEmitter
+from mmp_planners.conflict_tree.expansion import EagerExpansion, Expansion, Experience, FromScratch
 from mmp_planners.conflict_tree.fast_track import FastTrack, NoFastTrack
 from mmp_planners.conflict_tree.repulsion import Modification, Unmodified, traced
 from mmp_planners.conflict_tree.search import ConflictTree
@@ -22,7 +22,7 @@ from mmp_planners.counts import Counts
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import PlanResult, StopPlanning
-from mmp_planners.planning_context import Arms
+from mmp_planners.planning_context import PlanningContext
 from mmp_planners.portfolio.run import Run
 
 
@@ -32,7 +32,7 @@ class Parts:
 
     selection: Selection
     branching: ConstraintKind
-    expansion: Expansion = field(default_factory=AtOnce)
+    expansion: Expansion = field(default_factory=EagerExpansion)
     experience: Experience = field(default_factory=FromScratch)
     modification: Modification = field(default_factory=Unmodified)
     fast_track: FastTrack = field(default_factory=NoFastTrack)
@@ -85,13 +85,13 @@ class TreePlanner(abc.ABC):
     def grow(self, run: Run, counts: Counts, watch: Watcher) -> ConflictTree:
         """The search of a run, about to begin; it counts in `counts`."""
         low_level = SiRrtStar(eta=self.eta, iterations=self.iterations, shortcuts=self.shortcuts)
-        arms = Arms(run.problem, self.dt, low_level, run.clock)
+        arms = PlanningContext(run.problem, self.dt, low_level, run.clock)
         parts = self.parts(run.seed)
         if wants_iterates(watch):
             parts = dataclasses.replace(parts, modification=traced(parts.modification))
         return ConflictTree(
             arms=arms,
-            tell=Teller(watch, arms),
+            tell=EventEmitter(watch, arms),
             restarts=self.restarts,
             patience=self.patience,
             counts=counts,

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_env.model.collision import HIT, KEEP_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
-from mmp_planners.portfolio.shortcutting import on_grid, paced, step_of_grid
+from mmp_planners.portfolio.shortcutting import on_grid, retime_to_velocity_limits, step_of_grid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,9 +29,9 @@ class Replanning:
             problem.cell.collision.core,
             on_grid(plan, dt),
             [problem.max_velocity[name] * dt for name in problem.cell.arm_names],
-            problem.levels(HIT, KEEP_PROOF),
+            problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
             self.attempts,
             seed,
             clock,
         )
-        return (paced(problem, rows) if kept else plan), kept
+        return (retime_to_velocity_limits(problem, rows) if kept else plan), kept

@@ -18,12 +18,12 @@ from collections.abc import Iterator, Sequence
 
 from mmp_env import _core
 from mmp_env.events import ignore
-from mmp_env.model.collision import HIT, KEEP_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_planners.counts import ArmCounts
 from mmp_planners.planning_context import Path
 from mmp_planners.portfolio.run import Run
-from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid, paced
+from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid, retime_to_velocity_limits
 from mmp_planners.prioritized import Prioritized
 from mmp_planners.seeds import quick_seed_of, seed_of
 
@@ -47,7 +47,7 @@ class Recombining:
         self._ways = _core.Recombination(
             run.problem.cell.collision.core,
             [run.problem.max_velocity[name] * self._grid for name in names],
-            run.problem.levels(HIT, KEEP_PROOF),
+            run.problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
         )
         self._each = range(len(names))
         self._paths: dict[int, Path] = {}
@@ -78,7 +78,7 @@ class Recombining:
             self._another(orders, seeds, clock)
         rows = self._ways.run(best.cost_rad - GAIN_RAD, clock)
         self._run.cut_short |= clock.expired
-        return None if rows is None else paced(best.problem, rows)
+        return None if rows is None else retime_to_velocity_limits(best.problem, rows)
 
     def _groups(self, seeds: Iterator[int], clock: _core.Clock) -> None:
         """Arms that shut each other in find ways among themselves, for as long as more of them do."""

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import _core
-from mmp_env.model.collision import HIT, KEEP_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 
@@ -49,14 +49,14 @@ class Shortcutting:
             problem.cell.collision.core,
             on_grid(plan, dt),
             [problem.max_velocity[name] * dt for name in names],
-            problem.levels(HIT, KEEP_PROOF),
+            problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
             groups if groups is not None else [0] * len(names),
             self.attempts,
             self.worth,
             seed,
             clock,
         )
-        return (paced(problem, rows) if kept else plan), kept
+        return (retime_to_velocity_limits(problem, rows) if kept else plan), kept
 
 
 def step_of_grid(plan: Plan, dt: float) -> float:
@@ -76,7 +76,7 @@ def on_grid(plan: Plan, dt: float) -> list[Rows]:
     return [q[before] + share * (q[after] - q[before]) for q in rows]
 
 
-def paced(problem: Problem, rows: Sequence[Rows]) -> Plan:
+def retime_to_velocity_limits(problem: Problem, rows: Sequence[Rows]) -> Plan:
     """A plan through `rows`, one array an arm, each step as short as the slowest of all joints allows.
 
     The ends are put exactly on start and goal. One clock for all arms, so what was clear of each other stays so.
@@ -87,18 +87,18 @@ def paced(problem: Problem, rows: Sequence[Rows]) -> Plan:
         q[arm.name] = np.repeat(inside, 2, axis=0) if len(inside) == 1 else inside
         q[arm.name][0], q[arm.name][-1] = problem.start[arm.name], problem.goal[arm.name]
     # Where nothing moves nobody waits for anything.
-    kept = np.concatenate([[True], _lasting(problem, q) > 1e-9])
+    kept = np.concatenate([[True], _step_durations(problem, q) > 1e-9])
     kept[-1] |= not kept[1:].any() and any((rows[0] != rows[-1]).any() for rows in q.values())
     q = {name: rows[kept] for name, rows in q.items()}
     for name, left in q.items():
         left[-1] = problem.goal[name]
-    lasting = np.maximum(_lasting(problem, q), 1e-9)
+    lasting = np.maximum(_step_durations(problem, q), 1e-9)
     # A hair more: late in a plan a step of nanoseconds would come out too short, for times are rounded.
     times = np.concatenate([[0.0], np.cumsum(lasting + np.spacing(lasting.sum()))])
     return Plan(problem=problem, times=times, positions=q)
 
 
-def _lasting(problem: Problem, q: Mapping[str, Rows]) -> Float[np.ndarray, "steps"]:
+def _step_durations(problem: Problem, q: Mapping[str, Rows]) -> Float[np.ndarray, "steps"]:
     """How long the slowest joint of all arms takes for each step [s]."""
     needed = [np.abs(np.diff(rows, axis=0)) / problem.max_velocity[name] for name, rows in q.items()]
     return np.max([joints.max(axis=1) for joints in needed], axis=0)

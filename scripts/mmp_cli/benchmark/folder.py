@@ -17,7 +17,7 @@ from mmp_cli.benchmark.result_line import read_line
 from mmp_cli.benchmark.settings import check_same, load_settings, save_settings
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_folder, real_path
-from mmp_env.files.reading import Place, parse_json
+from mmp_env.files.reading import Location, parse_json
 from mmp_env.files.writing import file_name, write_text
 from mmp_planners import Status
 
@@ -121,7 +121,7 @@ class ResultsFolder:
 
     def _read(self, content: bytes) -> None:
         for number, row in enumerate(content.split(b"\n")[:-1], 1):
-            place = Place(f"{self.results} line {number}")
+            place = Location(f"{self.results} line {number}")
             try:
                 text = row.decode()
             except UnicodeDecodeError:

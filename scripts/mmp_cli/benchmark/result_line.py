@@ -7,7 +7,7 @@ import math
 import msgspec
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.files.reading import Place, decode, parse_json
+from mmp_env.files.reading import Location, decode, parse_json
 from mmp_env.model.margins import KINDS
 from mmp_planners import Status
 
@@ -84,7 +84,7 @@ _NUMBERS = tuple(f.name for f in msgspec.structs.fields(Line) if f.type == float
 _TEXTS = tuple(f.name for f in msgspec.structs.fields(Line) if f.type in (str, str | None))
 
 
-def read_line(row: str, place: Place) -> Line:
+def read_line(row: str, place: Location) -> Line:
     """Returns the result in a line. Raises `MmpError` that names file, line and field."""
     data = parse_json(row, place)
     if not isinstance(data, dict):
@@ -105,6 +105,6 @@ def read_line(row: str, place: Place) -> Line:
     return msgspec.structs.replace(line, expanded_nodes=None) if line.generated_nodes == 0 else line
 
 
-def _check_number(value: float | None, place: Place, least: float) -> None:
+def _check_number(value: float | None, place: Location, least: float) -> None:
     if value is not None and not (math.isfinite(value) and least <= value <= LARGEST):
         raise place.wrong(value, f"a finite number from {least:g} to {LARGEST:g}, or null")

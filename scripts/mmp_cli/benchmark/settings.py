@@ -13,7 +13,7 @@ from mmp_cli.benchmark.sources import Drawn
 from mmp_cli.machine import version
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists
-from mmp_env.files.reading import Place, check_schema, read_document
+from mmp_env.files.reading import Location, check_schema, read_document
 from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.wording import shown
 
@@ -53,7 +53,7 @@ def load_settings(folder: Path) -> dict[str, Any] | None:
     if not exists(path):
         return None
     data = read_document(path)
-    check_schema(data, SCHEMA, Place(str(path)))
+    check_schema(data, SCHEMA, Location(str(path)))
     return data
 
 

@@ -18,12 +18,12 @@ from mmp_cli.benchmark.result_line import read_line
 from mmp_cli.outcome import Outcome
 from mmp_env.check import CheckReport, check_plan
 from mmp_env.errors import InvalidInstanceError, MmpError, in_words
-from mmp_env.files.reading import Place
+from mmp_env.files.reading import Location
 from mmp_env.files.writing import json_text, plain
 from mmp_env.model.problem import Problem
 from mmp_planners import Planner, PlanResult, Status, ignore, registry
-from mmp_planners.result_validation import WrongResultError, examined
-from mmp_planners.safe_plan import signed
+from mmp_planners.result_validation import WrongResultError, validate_result
+from mmp_planners.safe_plan import with_provenance
 
 PLANNING, CHECKING = "planning", "checking"
 """What a worker says when it begins with these; before the first it prepares."""
@@ -74,7 +74,7 @@ class Trials:
             return Result(line=line_of(self._job, unit, out, in_words(error)))
         try:
             result = self._planned(unit, out, planner)
-            read_line(json.dumps(result.line), Place("the result"))  # one that cannot be read would spoil all others
+            read_line(json.dumps(result.line), Location("the result"))  # one that cannot be read would spoil all others
             return result
         except MmpError as error:
             return Result(line=line_of(self._job, unit, out, in_words(error)))
@@ -99,9 +99,9 @@ class Trials:
         if fault:
             return Result(line=line_of(self._job, unit, out, fault))
         try:
-            result, document = examined(returned, problem)
+            result, document = validate_result(returned, problem)
             if document is not None:
-                result = signed(result, self._job.variants[unit.planner].name, planner, unit.seed)
+                result = with_provenance(result, self._job.variants[unit.planner].name, planner, unit.seed)
                 document["planner"] = plain(result.plan.planner if result.plan else {})
         except BaseException as error:
             told = str(error) if isinstance(error, WrongResultError) else in_words(error)

@@ -9,7 +9,7 @@ from mmp_cli.benchmark.folder import MOST_BYTES, RESULTS
 from mmp_cli.benchmark.result_line import Line, read_line
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_folder
-from mmp_env.files.reading import Place
+from mmp_env.files.reading import Location
 from mmp_env.files.regular_files import read_bytes
 
 
@@ -34,7 +34,7 @@ def read_results(folder: Path) -> Results:
     units: dict[tuple[str, str, int], Line] = {}
     filled = [(number, row) for number, row in enumerate(rows, 1) if row.strip()]
     for number, row in filled:
-        line = read_line(row, Place(f"{path} line {number}"))
+        line = read_line(row, Location(f"{path} line {number}"))
         units.setdefault((line.instance, line.planner, line.seed), line)
     if not units:
         raise MmpError(f"{path} holds no result yet; `mmp bench --out {folder}` writes them")

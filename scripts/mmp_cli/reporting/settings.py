@@ -17,7 +17,7 @@ from mmp_cli.benchmark.settings import SCHEMA, SETTINGS
 from mmp_cli.benchmark.sources import DRAWN_COUNT
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, real_path
-from mmp_env.files.reading import Place, check_schema, decode, named, names_file, read_document
+from mmp_env.files.reading import Location, check_schema, decode, named, names_file, read_document
 from mmp_env.gym.instances import DEFAULT_TASK
 from mmp_env.model.cell_limits import LARGEST_M
 from mmp_env.model.margins import asked_margins
@@ -65,7 +65,7 @@ def read_settings(folder: Path) -> Settings | None:
     path = folder / SETTINGS
     if not exists(path):
         return None
-    place = Place(str(path))
+    place = Location(str(path))
     data = read_document(path)
     check_schema(data, SCHEMA, place)
     settings = decode(data, Settings, place)
@@ -87,7 +87,7 @@ def may_be_read(source: str, folder: Path) -> bool:
         return False
 
 
-def _check(settings: Settings, place: Place) -> None:
+def _check(settings: Settings, place: Location) -> None:
     """Raises `MmpError` for numbers that no benchmark has."""
     with named(place):
         asked = asked_margins(settings.margin)

@@ -11,7 +11,7 @@ from support import tiny_plans
 from mmp_env.check.distance import chord_minimum, geom_support, solid_distance, tangent_minimum
 from mmp_env.check.items import Steps
 from mmp_env.check.model import CellModel, enclosing_ball
-from mmp_env.check.pairs import Strays
+from mmp_env.check.pairs import ChordDeviation
 from mmp_env.check.reading import read_cell
 
 few = settings(max_examples=20)  # each looks at twenty points or more
@@ -200,11 +200,11 @@ def test_a_point_strays_from_the_chord_no_farther_than_the_bound(robot, seed, le
     reach = model.reaches(second, point[None], np.zeros(1))[None]
     for path, common in ((world, np.zeros((1, dof), dtype=bool)), (inside, model.moves(first)[None])):
         chord = path[0] + shares[:, None] * (path[-1] - path[0])
-        bound = Strays(model.cell, reach, common)
+        bound = ChordDeviation(model.cell, reach, common)
         assert np.linalg.norm(path - chord, axis=1).max() <= bound.all(one_step(turn))[0, 0] + 1e-12
         only = np.array([0])
         assert bound.each(one_step(turn), only, only)[0] == pytest.approx(bound.all(one_step(turn))[0, 0])
-    assert bound.all(one_step(turn))[0, 0] <= Strays(model.cell, reach).all(one_step(turn))[0, 0]
+    assert bound.all(one_step(turn))[0, 0] <= ChordDeviation(model.cell, reach).all(one_step(turn))[0, 0]
 
 
 def test_the_bound_is_met_by_a_point_that_turns_about_one_axis():
@@ -214,5 +214,5 @@ def test_the_bound_is_met_by_a_point_that_turns_about_one_axis():
     poses = model.poses(np.arange(3.0), np.outer([0.0, 0.5, 1.0], turn))
     path = poses.positions[:, body] + poses.rotations[:, body] @ point
     stray = np.linalg.norm(path[1] - (path[0] + path[2]) / 2)
-    bound = Strays(model.cell, model.reaches(body, point[None], np.zeros(1))[None]).all(one_step(turn))[0, 0]
+    bound = ChordDeviation(model.cell, model.reaches(body, point[None], np.zeros(1))[None]).all(one_step(turn))[0, 0]
     assert stray == pytest.approx(bound, rel=1e-4)

@@ -14,7 +14,7 @@ from mmp_env.files.cell_source import find_cell
 from mmp_env.files.episode_file import load_episode
 from mmp_env.files.instance_file import instances_from_dict, load_instances
 from mmp_env.files.plan_file import load_plan, plan_from_dict
-from mmp_env.files.reading import MAX_JSON_BYTES, MAX_YAML_BYTES, Place, named, read_document
+from mmp_env.files.reading import MAX_JSON_BYTES, MAX_YAML_BYTES, Location, named, read_document
 from mmp_env.wording import shown
 
 
@@ -146,7 +146,7 @@ def test_a_file_of_countless_lists_is_refused_before_they_are_made(tmp_path, kin
 
 
 def test_a_place_puts_the_error_where_the_value_stands():
-    place = Place("a.json") / "arms" / 2 / "yaw"
+    place = Location("a.json") / "arms" / 2 / "yaw"
     with pytest.raises(MmpError, match=r"^a.json: arms\[2\].yaw: too far$"), named(place):
         raise MmpError("too far")
     with pytest.raises(InvalidInstanceError, match=r"^a.json: arms\[2\].yaw: in collision$"), named(place):

@@ -5,10 +5,10 @@ from mmp_planners.conflict_tree.constraints.avoid_state import AvoidState
 from mmp_planners.conflict_tree.constraints.kind import (
     INSTANTS,
     Branch,
+    ConflictInterval,
     ConstraintKind,
     EitherArm,
     EveryKind,
-    Meeting,
     OneSided,
 )
 from mmp_planners.conflict_tree.constraints.priority import PathPriority, StepPriority
@@ -21,10 +21,10 @@ __all__ = [
     "AvoidPath",
     "AvoidState",
     "Branch",
+    "ConflictInterval",
     "ConstraintKind",
     "EitherArm",
     "EveryKind",
-    "Meeting",
     "OneSided",
     "PathPriority",
     "Sphere",

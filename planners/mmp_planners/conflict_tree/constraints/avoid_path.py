@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.constraints.kind import Meeting, without_early
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.conflict_tree.constraints.kind import ConflictInterval, without_early
+from mmp_planners.planning_context import Path, PlanningContext
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,14 +22,14 @@ class AvoidPath:
     """
 
     def forbid(
-        self, arms: Arms, paths: Sequence[Path], meeting: Meeting, arm: int, instant: str
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]:
         path = paths[meeting.other(arm)]
         start = max(0, math.ceil(meeting.first) - 1)
         end = _core.FOREVER if meeting.last >= path.last else int(meeting.last) + 1
         return without_early(arms, arm, _core.Constraint.moving(path.motion, start, end), meeting)
 
-    def words(self, arms: Arms, meeting: Meeting, arm: int) -> str:
+    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str:
         other = arms.names[meeting.other(arm)]
         when = f"{meeting.first * arms.dt:.1f} to {meeting.last * arms.dt:.1f} s"
         return f"{arms.names[arm]} avoids the way of {other} from {when}"

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.constraints.kind import Meeting
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.conflict_tree.constraints.kind import ConflictInterval
+from mmp_planners.planning_context import Path, PlanningContext
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +25,7 @@ class AvoidState:
     pad: float = 0.25
 
     def forbid(
-        self, arms: Arms, paths: Sequence[Path], meeting: Meeting, arm: int, instant: str
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]:
         other = meeting.other(arm)
         pad = round(self.pad / arms.dt)
@@ -38,6 +38,6 @@ class AvoidState:
             out.append(_core.Constraint.standing(arms.core, other, q, 0.0, start, end))
         return out
 
-    def words(self, arms: Arms, meeting: Meeting, arm: int) -> str:
+    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str:
         other = arms.names[meeting.other(arm)]
         return f"{arms.names[arm]} avoids {other} at {meeting.first * arms.dt:.1f} s"

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from mmp_env import _core
-from mmp_env.model.collision import HIT, PLAN_PROOF
-from mmp_planners.planning_context import Arms, Path
+from mmp_env.model.collision import PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
+from mmp_planners.planning_context import Path, PlanningContext
 
 
 @dataclass(frozen=True, kw_only=True)
-class Meeting:
+class ConflictInterval:
     """The conflict that is branched on: arms `a` < `b` touch from `first` to `last`, instants in steps."""
 
     a: int
@@ -55,7 +55,9 @@ class ConstraintKind(Protocol):
     @property
     def complete(self) -> bool: ...
 
-    def branches(self, arms: Arms, paths: Sequence[Path], meeting: Meeting, instant: str) -> tuple[Branch, ...]: ...
+    def branches(
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, instant: str
+    ) -> tuple[Branch, ...]: ...
 
 
 @runtime_checkable
@@ -63,10 +65,10 @@ class OneSided(Protocol):
     """What either arm of a conflict may be forbidden, for the sake of the other one. None of them is complete."""
 
     def forbid(
-        self, arms: Arms, paths: Sequence[Path], meeting: Meeting, arm: int, instant: str
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]: ...
 
-    def words(self, arms: Arms, meeting: Meeting, arm: int) -> str: ...
+    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str: ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +81,9 @@ class EitherArm:
     def complete(self) -> bool:
         return False
 
-    def branches(self, arms: Arms, paths: Sequence[Path], meeting: Meeting, instant: str) -> tuple[Branch, ...]:
+    def branches(
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, instant: str
+    ) -> tuple[Branch, ...]:
         return tuple(
             Branch(
                 arm=arm,
@@ -100,7 +104,9 @@ class EveryKind:
     def complete(self) -> bool:
         return any(kind.complete for kind in self.kinds)
 
-    def branches(self, arms: Arms, paths: Sequence[Path], meeting: Meeting, instant: str) -> tuple[Branch, ...]:
+    def branches(
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, instant: str
+    ) -> tuple[Branch, ...]:
         return tuple(
             dataclasses.replace(branch, kind=number)
             for number, kind in enumerate(self.kinds)
@@ -108,15 +114,17 @@ class EveryKind:
         )
 
 
-def may_start(arms: Arms, arm: int, constraint: _core.Constraint) -> bool:
+def may_start(arms: PlanningContext, arm: int, constraint: _core.Constraint) -> bool:
     """Whether the arm may stand at its start at time 0, as the low level sees it."""
     start = arms.problem.start[arms.names[arm]]
-    safe = _core.safe_intervals(arms.core, arm, start, [constraint], arms.problem.levels(HIT, PLAN_PROOF))
+    safe = _core.safe_intervals(
+        arms.core, arm, start, [constraint], arms.problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR)
+    )
     return len(safe) > 0 and int(safe[0, 0]) == 0
 
 
 def without_early(
-    arms: Arms, arm: int, constraints: Sequence[_core.Constraint], meeting: Meeting
+    arms: PlanningContext, arm: int, constraints: Sequence[_core.Constraint], meeting: ConflictInterval
 ) -> list[_core.Constraint]:
     """Without those that are over when the conflict begins and that the arm's own start breaks at time 0.
 

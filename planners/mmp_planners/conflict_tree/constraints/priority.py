@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.constraints.kind import Meeting, without_early
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.conflict_tree.constraints.kind import ConflictInterval, without_early
+from mmp_planners.planning_context import Path, PlanningContext
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +20,7 @@ class StepPriority:
     """
 
     def forbid(
-        self, arms: Arms, paths: Sequence[Path], meeting: Meeting, arm: int, instant: str
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]:
         motion = paths[meeting.other(arm)].motion
         parts = []
@@ -28,7 +28,7 @@ class StepPriority:
             parts += _core.Constraint.moving(motion, max(0, math.ceil(k) - 1), int(k) + 1)
         return without_early(arms, arm, parts, meeting)
 
-    def words(self, arms: Arms, meeting: Meeting, arm: int) -> str:
+    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str:
         return f"{arms.names[arm]} lets {arms.names[meeting.other(arm)]} pass at {meeting.first * arms.dt:.1f} s"
 
 
@@ -42,10 +42,10 @@ class PathPriority:
     """
 
     def forbid(
-        self, arms: Arms, paths: Sequence[Path], meeting: Meeting, arm: int, instant: str
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]:
         motion = paths[meeting.other(arm)].motion
         return without_early(arms, arm, _core.Constraint.moving(motion, 0, _core.FOREVER), meeting)
 
-    def words(self, arms: Arms, meeting: Meeting, arm: int) -> str:
+    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str:
         return f"{arms.names[arm]} avoids all of the way of {arms.names[meeting.other(arm)]}"

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.constraints.kind import Meeting, may_start
+from mmp_planners.conflict_tree.constraints.kind import ConflictInterval, may_start
 from mmp_planners.conflict_tree.contact import contacts
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.planning_context import Path, PlanningContext
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,7 @@ class Sphere:
     radius: float = 0.1
 
     def forbid(
-        self, arms: Arms, paths: Sequence[Path], meeting: Meeting, arm: int, instant: str
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]:
         out = []
         a, b, instants = meeting.a, meeting.b, tuple(meeting.instants(instant))
@@ -37,6 +37,6 @@ class Sphere:
             out.append(constraint)
         return out
 
-    def words(self, arms: Arms, meeting: Meeting, arm: int) -> str:
+    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str:
         when = f"{meeting.first * arms.dt:.1f} s"
         return f"{arms.names[arm]} keeps {self.radius:g} m from where it met {arms.names[meeting.other(arm)]} at {when}"

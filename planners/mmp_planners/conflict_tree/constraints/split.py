@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.constraints.kind import Branch, Meeting
+from mmp_planners.conflict_tree.constraints.kind import Branch, ConflictInterval
 from mmp_planners.conflict_tree.contact import Contact, contacts
 from mmp_planners.conflict_tree.lipschitz import lipschitz
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.planning_context import Path, PlanningContext
 
 LEAST_DEPTH_M = 1e-5
 """What single precision may mistake a distance by: of a conflict that is less deep, the core takes up to all."""
@@ -36,7 +36,9 @@ class Split:
     def complete(self) -> bool:
         return True
 
-    def branches(self, arms: Arms, paths: Sequence[Path], meeting: Meeting, instant: str) -> tuple[Branch, ...]:
+    def branches(
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, instant: str
+    ) -> tuple[Branch, ...]:
         contact = deepest(arms, paths, meeting)
         cell = arms.problem.cell
         bounds = {arm: lipschitz(cell.arms[arm], cell.spheres) for arm in (meeting.a, meeting.b)}
@@ -59,7 +61,7 @@ class Split:
         return (out, off)
 
 
-def deepest(arms: Arms, paths: Sequence[Path], meeting: Meeting) -> Contact:
+def deepest(arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval) -> Contact:
     """The contact at the instant of the conflict at which the arms are nearest to each other."""
     steps = range(math.ceil(meeting.first), int(meeting.last) + 1)
     a, b, instants = meeting.a, meeting.b, sorted({meeting.first, meeting.last, *map(float, steps)})

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.constraints.kind import Meeting
-from mmp_planners.planning_context import Arms, Path
+from mmp_planners.conflict_tree.constraints.kind import ConflictInterval
+from mmp_planners.planning_context import Path, PlanningContext
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,7 @@ class Vertex:
     radius: float = 0.2
 
     def forbid(
-        self, arms: Arms, paths: Sequence[Path], meeting: Meeting, arm: int, instant: str
+        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]:
         out = []
         for k in meeting.instants(instant):
@@ -32,5 +32,5 @@ class Vertex:
             out.append(_core.Constraint.ball(paths[arm].at(k), radius, max(0, math.ceil(k) - 1), int(k) + 1))
         return out
 
-    def words(self, arms: Arms, meeting: Meeting, arm: int) -> str:
+    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str:
         return f"{arms.names[arm]} leaves its place at {meeting.first * arms.dt:.1f} s"

@@ -5,7 +5,7 @@ from support import two_arms
 from support.two_arms import along
 
 from mmp_env import _core
-from mmp_env.model.collision import HIT, KEEP_PROOF
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 
 DT_S = 0.1
 LIFT = np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])
@@ -16,7 +16,9 @@ def recombination(problem, *ways):
     """With `ways`, each of them one for every arm, added."""
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
-    out = _core.Recombination(problem.cell.collision.core, speeds, problem.levels(HIT, KEEP_PROOF))
+    out = _core.Recombination(
+        problem.cell.collision.core, speeds, problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
+    )
     for way in ways:
         out.add(way)
     return out

@@ -6,8 +6,8 @@ import difflib
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-HOW_TO_ADD = "docs/robots.md ('A robot of your own') says how to add another"
-"""What messages about unknown robots and tools end with."""
+HOW_TO_ADD = "docs/how-to/add-a-robot.md explains how to add another"
+"""Last words of the messages about unknown robots and tools."""
 _MISSPELLED = 0.8
 """Least likeness (`difflib` ratio) of a name and what is probably a misspelling of it."""
 

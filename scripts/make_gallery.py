@@ -1,8 +1,8 @@
-"""Makes the pictures of the README, docs/seeing.md and docs/tasks.md. Usage: make_gallery.py [--out FOLDER] [NAME...]
+"""Makes the pictures of the README and of the pages. Usage: make_gallery.py [--out FOLDER] [NAME...]
 
 `search`: eight arms and the conflict tree that their plan comes from, an animation. `trees`: the tree of `ecbs` beside
-that of `apf-ecbs`. `cells`: some of the cells. `ways`: for each planner the ways of the tools on one instance.
-`demonstrations`: films of the five tasks of docs/tasks.md on the mixed cell.
+that of `apf-ecbs`. `cells`: some of the cells. `paths`: the tool paths of each planner on one instance.
+`demonstrations`: films of the five tasks of docs/reference/tasks.md on the mixed cell.
 The instances are chosen by the rules in gallery/instances.py; the same program gives the same pictures.
 """
 
@@ -16,7 +16,7 @@ from gallery.cells import save_cells
 from gallery.comparison import save_comparison
 from gallery.demonstrations import save_demonstrations
 from gallery.film import save_search
-from gallery.ways import save_ways
+from gallery.tool_paths import save_tool_paths
 
 from mmp_cli.arguments import Parser
 from mmp_cli.standalone import run_script
@@ -27,7 +27,7 @@ PARTS: dict[str, Callable[[Path], None]] = {
     "search": lambda folder: save_search(folder / "search.webp"),
     "trees": lambda folder: save_comparison(folder / "trees.svg"),
     "cells": lambda folder: save_cells(folder / "cells.webp"),
-    "ways": lambda folder: save_ways(folder),
+    "paths": lambda folder: save_tool_paths(folder),
     "demonstrations": lambda folder: save_demonstrations(folder),
 }
 

@@ -71,8 +71,8 @@ def gallery_table(figures: Figures) -> str:
 
 
 def _gallery_rows(figures: Figures, planners: list[str]) -> Iterator[list[str]]:
-    yield [f"[`{name}`](docs/planners.md#{name})" for name in planners]
-    yield [f"![ways of the tools](docs/images/gallery/ways-{name}.svg)" for name in planners]
+    yield [f"[`{name}`](docs/reference/planners.md#{name})" for name in planners]
+    yield [f"![tool paths](docs/images/gallery/paths-{name}.svg)" for name in planners]
     yield [PLANNERS[name] for name in planners]
     abouts = [mmp_planners.describe(name).about for name in planners]
     yield [linked(about, short=True) if about and about.url else "a portfolio of others" for about in abouts]

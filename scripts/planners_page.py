@@ -1,4 +1,6 @@
-"""Writes docs/planners.md from the registered planners and the measured figures. Usage: planners_page.py [--check]
+"""Writes docs/reference/planners.md from the registered planners and the measured figures.
+
+Usage: planners_page.py [--check]
 
 What a planner is, where it is from, what it promises and which options it has comes from its class, the constraint
 kinds from theirs, the figures from docs/results (`measured.py`). With --check nothing is written, and the exit code
@@ -25,7 +27,7 @@ from mmp_planners.conflict_tree.constraints.named import KINDS as CONSTRAINTS
 from mmp_planners.conflict_tree.constraints.named import constraint_kind
 from mmp_planners.registry import Option, load
 
-PAGE = ROOT / "docs" / "planners.md"
+PAGE = ROOT / "docs" / "reference" / "planners.md"
 TREE = "conflict tree"
 KINDS = {
     "auto": "portfolio, then shortcutting",
@@ -39,9 +41,10 @@ HEAD = """# Planners
 
 <!-- Written by scripts/planners_page.py from the planners' classes and the figures in docs/results. Do not edit. -->
 
-`mmp plan --planner NAME --set option=value`, or `mmp_planners.make("NAME", option=value)` in Python. `mmp list` has the
-planners that are installed, those of [plug-ins](plugin.md) among them. A plan that one of these returns has been proved
-for every instant, and is proved again by an independent [checker](checking.md). The same seed gives the same plan.
+Call a planner with `mmp plan --planner NAME --set option=value`, or with `mmp_planners.make("NAME", option=value)` in
+Python. `mmp list` lists the installed planners, [plug-ins](../how-to/add-a-planner.md) included. Each planner certifies
+its plan at every instant, and the independent [checker](../explanation/checking.md) proves the plan again. The same
+seed gives the same plan.
 
 ## Which one
 
@@ -71,7 +74,7 @@ nodes; median cost as a multiple of the straight lines. Times, nodes and costs a
 in `mmp report`, so a planner that solves only the easy instances looks good in them.
 A dash alone is what was not measured, one for the nodes is a planner without a conflict tree. A dash for the times,
 where some instances are unsolved, is an older measurement: its times counted the unsolved ones too, and are left out.
-One core of: {cpu}. [docs/results](results/README.md#measuring) has commits, time limits, and the command that
+One core of: {cpu}. [docs/results](../results/README.md#measuring) has commits, time limits, and the command that
 measures again.
 
 """

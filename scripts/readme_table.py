@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from measured import ROOT, Figures, read_figures
+from measured import RESULTS, ROOT, Figures, read_figures
 from planner_tables import (
     NOT_MEASURED,
     TASKS,
@@ -26,8 +26,10 @@ from written_pages import bring_up_to_date, checking_parser, filled
 
 from mmp_cli.standalone import run_script
 
-PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*/*.md")))
 
+WRITTEN_ELSEWHERE = (ROOT / "docs" / "reference" / "planners.md", RESULTS / "README.md")
+"""Pages that planners_page.py and results_page.py write."""
 _DRAWN_CELLS = ("mixed-4", "ring-4", "ring-4-panda", "ring-6", "ring-8")
 _RINGS = tuple(f"MultiArmCell-{arms}" for arms in (2, 4, 6, 8))
 ENVIRONMENT = {
@@ -59,7 +61,7 @@ def main() -> None:
     pages = {
         page: quoted(filled(text, lambda name: TABLES[name](figures)), figures)
         for page, text in texts.items()
-        if page.name != "planners.md"  # written whole, by planners_page.py
+        if page not in WRITTEN_ELSEWHERE
     }
     bring_up_to_date(pages, check=check)
 

@@ -41,7 +41,7 @@ cells=(MultiArmCell-4 MultiArmCell-6 MultiArmCell-8)
 planners=cbs,ecbs,gen-ecbs,apf-ecbs-nf,apf-ecbs
 
 # What we rule instead of the paper's letter, each taken back alone ("gradient"), and the letter with one of them
-# given back ("letter-surface"). docs/paper.md explains each.
+# given back ("letter-surface"). docs/explanation/paper.md explains each.
 variants=(
   "apf-ecbs"
   "gradient: step=gradient"

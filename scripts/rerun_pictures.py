@@ -1,4 +1,4 @@
-"""The pictures of docs/rerun.md: recordings made anew, opened in a viewer without a display. Usage: rerun_pictures.py
+"""Makes the pictures of docs/how-to/rerun.md: opens new recordings in a viewer without a display.
 
 Needs a Vulkan driver; Mesa's runs on the processor: `apt-get install mesa-vulkan-drivers libvulkan1`.
 """

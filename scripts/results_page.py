@@ -65,7 +65,7 @@ def keep(source: Path, target: Path) -> None:
         raise MmpError(f"{source} has no table.md; `mmp report {source}` writes it")
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
-    kept = (".md", ".svg", ".png") if source.name in FOLDERS else ()
+    kept = (".md", ".svg") if source.name in FOLDERS else ()
     for path in sorted(source.iterdir()):
         if path.suffix in kept or path.name == "settings.json":
             shutil.copyfile(path, target / path.name)

@@ -11,7 +11,7 @@ from mmp_env import load_cell
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md")])
+PAGES = sorted([ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*/*.md")])
 
 
 def blocks(text: str, language: str) -> list[str]:
@@ -90,7 +90,7 @@ def test_the_page_of_planners_is_made_of_their_classes_and_the_figures():
 
 def test_the_line_numbers_in_the_conflict_tree_are_lines_of_the_algorithm_that_the_page_has():
     code = (ROOT / "planners" / "mmp_planners" / "conflict_tree" / "search.py").read_text(encoding="utf-8")
-    algorithm = blocks((ROOT / "docs" / "paper.md").read_text(encoding="utf-8"), "")[0]
+    algorithm = blocks((ROOT / "docs" / "explanation" / "paper.md").read_text(encoding="utf-8"), "")[0]
     lines = {int(number) for number in re.findall(r"^ *(\d+)  ", algorithm, re.MULTILINE)}
     named: set[int] = set()
     for first, last in re.findall(r"# l\. (\d+)(?:-(\d+))?", code):

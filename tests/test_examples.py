@@ -12,7 +12,7 @@ from support.picture_or_sentence import made
 
 from mmp_env.sim.opengl import offscreen_backend
 
-FOLDER = Path(__file__).parents[1] / "docs" / "examples"
+FOLDER = Path(__file__).parents[1] / "docs" / "tutorials"
 EXAMPLES = sorted(path for path in FOLDER.iterdir() if path.suffix in (".py", ".ipynb"))
 
 
@@ -61,21 +61,21 @@ def test_the_cells_of_an_example_run_and_show_something(path, tmp_path, monkeypa
 
 def test_the_programs_of_the_page_on_seeing_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    run_page("seeing.md")
+    run_page("how-to/watch-a-search.md")
     assert ElementTree.parse(tmp_path / "tree.svg").getroot().get("viewBox")
     assert "arm2 and arm3 meet at 1.9 s" in capsys.readouterr().out
 
 
 def test_the_programs_of_the_page_on_pictures_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    made(lambda: run_page("pictures.md") or True)
+    made(lambda: run_page("how-to/pictures.md") or True)
     if any(tmp_path.iterdir()):
         assert {path.name for path in tmp_path.iterdir()} == {"plan.png", "meeting.jpg", "plan.mp4"}
 
 
 def test_the_programs_of_the_page_on_recordings_run_from_top_to_bottom(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    names = run_page("rerun.md")
+    names = run_page("how-to/rerun.md")
     assert {path.name for path in tmp_path.iterdir()} == {"search.rrd", "tree.rrd", "episodes.rrd"}
     assert names["result"].plan is not None
 

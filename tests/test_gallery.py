@@ -94,8 +94,8 @@ def test_both_trees_are_drawn_whole_with_the_means_below(part, small):
     assert f"{other.expanded} nodes expanded" in text
 
 
-def test_the_ways_of_a_planner_are_one_line_for_each_arm(part, small):
-    (text,) = part("ways").ways([small])
+def test_a_planner_drawing_has_one_tool_path_for_each_arm(part, small):
+    (text,) = part("tool_paths").drawings([small])
     root = ET.fromstring(text)
     assert len(list(root.iter(f"{SVG}path"))) == 2 * 4
     numbers = [float(n) for path in root.iter(f"{SVG}path") for n in re.findall(r"[\d.]+", path.get("d", ""))]

@@ -99,10 +99,10 @@ def test_a_reproduction_is_kept_whole_and_always_as_the_same_bytes(results_page,
         (source / name).write_text(name)
     results_page.keep(source, target)
     first = {path.name: path.read_bytes() for path in target.iterdir()}
-    kept = {"table.md", "success.png", "success.svg", "settings.json", "condition.json", "results.jsonl.gz"}
+    kept = {"table.md", "success.svg", "settings.json", "condition.json", "results.jsonl.gz"}
     assert set(first) == kept
     assert gzip.decompress(first["results.jsonl.gz"]) == (source / "results.jsonl").read_bytes()
-    (target / "stale.png").touch()
+    (target / "stale.svg").touch()
     results_page.keep(source, target)
     assert {path.name: path.read_bytes() for path in target.iterdir()} == first
 

@@ -1,7 +1,7 @@
 """The checker: is a plan safe at every instant? Independent of the planners and of the native core.
 
 It shares no geometry with them: MuJoCo's kinematics from the robots' MJCF, distances and motion bounds of its own, and
-its own reading of plan.json. docs/checking.md says what is proved and how.
+its own reading of plan.json. docs/explanation/checking.md says what is proved and how.
 """
 
 from __future__ import annotations

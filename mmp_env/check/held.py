@@ -1,4 +1,4 @@
-"""Held objects as the checker sees them: the spheres of docs/files.md, worked out here once more, and a MuJoCo body."""
+"""Computes the covering spheres of held objects (docs/reference/files.md) independently, and their MuJoCo bodies."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 While the joints go straight and turn by dq, a point c(s), s in [0, 1], has
 |c''| <= sum_jk |dq_j| |dq_k| reach(max(j, k)), so it strays from the chord between its ends by an eighth of that at
-most (docs/checking.md has the derivation); where they bend off by e, by sum_k |e_k| reach(k) more. Two parts of one arm
-are compared in the frame of the inner one, where only the joints between them count.
+most (docs/explanation/checking.md has the derivation); where they bend off by e, by sum_k |e_k| reach(k) more. Two
+parts of one arm are compared in the frame of the inner one, where only the joints between them count.
 """
 
 from __future__ import annotations

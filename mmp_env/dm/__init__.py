@@ -3,7 +3,8 @@
     environment = mmp_env.dm.load("MultiArmCell-4", task="reach", random=7)  # the instance of env.reset(seed=7)
     time_step = environment.reset()
 
-dm_control is imported when an environment is loaded; importing this package costs nothing. docs/dm.md has it all.
+dm_control is imported when an environment is loaded; importing this package costs nothing.
+docs/how-to/dm-control.md explains the environments.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     export_plan(plan, "all.yaml")                                     # one JointTrajectory for all arms
     export_plan(plan, "{arm}.yaml", joint_names="{arm}_{joint}")      # one for each arm
 
-docs/export.md says what is in each of them and how to run them.
+docs/how-to/export.md says what is in each of them and how to run them.
 """
 
 from mmp_env.export.formats import FORMATS, check_target, export_plan

@@ -1,4 +1,4 @@
-"""Cells as files: the `cell` of instance and plan files, and cells alone as JSON or YAML. docs/files.md says it all."""
+"""Cells as files: the `cell` of instance and plan files, and cells alone as JSON or YAML (docs/reference/files.md)."""
 
 from __future__ import annotations
 

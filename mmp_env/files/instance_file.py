@@ -1,4 +1,4 @@
-"""Instance files, schema `mmp-instances/1`: a cell, and named pairs of start and goal. docs/files.md says it all."""
+"""Instance files, schema `mmp-instances/1`: a cell, and named pairs of start and goal (docs/reference/files.md)."""
 
 from __future__ import annotations
 

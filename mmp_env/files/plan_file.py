@@ -1,4 +1,4 @@
-"""Plan files, schema `mmp-plan/1`: self-contained; the same plan gives the same bytes. docs/files.md says it all."""
+"""Plan files, schema `mmp-plan/1`: self-contained; the same plan gives the same bytes (docs/reference/files.md)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """`MultiArmCell-*`: a crowded cell of robot arms as a Gymnasium environment, and a place to execute plans.
 
-docs/environment.md has the spaces, the reward and the constants in one place.
+docs/reference/environment.md has the spaces, the reward and the constants in one place.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Held objects: what an arm carries moves with its tool, and stands for itself as spheres that cover it.
 
-docs/files.md states the rule of the cover; the checker follows it with code of its own.
+docs/reference/files.md states the rule of the cover; the checker follows it with code of its own.
 """
 
 from __future__ import annotations

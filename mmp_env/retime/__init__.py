@@ -2,7 +2,7 @@
 
 All arms move along one common phase and only its clock changes, so a plan stays conflict free. `course` is the plan
 over its phase, `blends` and `smoothing` round its corners for a `pace`, `zones` says what limits leave the clock,
-`clock` runs it, `proof` proves what comes out. docs/motions.md says it all.
+`clock` runs it, `proof` proves what comes out. docs/how-to/retime.md says it all.
 """
 
 from mmp_env.retime.options import RetimeOptions

@@ -39,7 +39,7 @@ def rate_limits(problem: Problem, max_acceleration: Given = None, max_jerk: Give
     """The problem's velocities, and what is given, or the robots' own. Raises `MmpError`.
 
     What is given counts even above a robot's own: vendors publish acceleration limits for the Panda alone, and the
-    others' are our defaults (docs/robots.md).
+    others' are our defaults (docs/reference/robots.md).
     """
     cell = problem.cell
     return RateLimits(

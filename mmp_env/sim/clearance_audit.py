@@ -1,7 +1,7 @@
 """How close MuJoCo's bodies came to each other in an execution, against what is proved of its plan.
 
 The proof is about spheres around the bodies where the plan has them; a body lies inside its spheres but for `OUTSIDE_M`
-(docs/robots.md). So only where the spheres of the arms as they really were are close do bodies have to be measured.
+(docs/reference/robots.md). So bodies are measured only where the spheres of the executed configurations are close.
 """
 
 from __future__ import annotations

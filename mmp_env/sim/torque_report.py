@@ -13,8 +13,8 @@ from mmp_env.sim.simulation import Simulation
 class Load:
     """The joint (from 1) of an arm with the largest torque for its rating: `torque_nm` of `rated_nm`, a `share` of it.
 
-    The torque is all that the motor gives, gravity included. Servos here have no force limit (docs/robots.md), so the
-    share may be above 1, where a real arm could not have followed.
+    The torque is all that the motor gives, gravity included. Servos here have no force limit
+    (docs/reference/robots.md), so the share may be above 1, where a real arm could not have followed.
     """
 
     joint: int

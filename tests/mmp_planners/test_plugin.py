@@ -1,4 +1,4 @@
-"""The plug-in of docs/plugin.md, built and installed as it stands there: listed, planned with, benchmarked."""
+"""The plug-in of docs/how-to/add-a-planner.md, built and installed: it is listed, plans, and runs in a benchmark."""
 
 import json
 import re

@@ -122,7 +122,7 @@ def moved_by(**options):
 
 
 def test_by_the_letter_a_path_hardly_moves():
-    """Distances between centres and alpha = 1e-7: what docs/paper.md measures is reachable."""
+    """Distances between centres and alpha = 1e-7: what docs/explanation/paper.md measures is reachable."""
     assert moved_by(distance="centre") < 1e-5
     assert moved_by(distance="surface") > 1e-3
 

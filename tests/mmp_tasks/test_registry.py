@@ -14,7 +14,7 @@ from mmp_env.model.rings import ring_cell
 from mmp_env.plugins import TASKS
 from mmp_tasks import registry
 
-DOCS = Path(__file__).parents[2] / "docs" / "tasks.md"
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,9 @@ def test_a_description_is_the_first_line_of_the_docstring_and_the_defaults():
 
 def test_the_examples_of_the_documentation_run():
     names = {}
-    for code in re.findall(r"```python\n(.*?)```", DOCS.read_text(), re.DOTALL):
-        exec(code, names)
+    for page in ("reference/tasks.md", "how-to/add-a-task.md"):
+        for code in re.findall(r"```python\n(.*?)```", (DOCS / page).read_text(), re.DOTALL):
+            exec(code, names)
     assert set(names["start"]) == set(names["goal"]) == set(ring_cell(8).arm_names)
     start, goal = names["FromTucked"]().sample(ring_cell(2), np.random.default_rng(0))
     assert start.keys() == goal.keys() == {"arm0", "arm1"}

@@ -1,4 +1,4 @@
-"""The plug-in of docs/plugin.md: its files as they stand there, and folders on the path as an installer leaves them."""
+"""Builds and installs the plug-in that docs/how-to/add-a-planner.md shows."""
 
 import os
 import re
@@ -7,7 +7,7 @@ import sys
 import zipfile
 from pathlib import Path
 
-PAGE = (Path(__file__).parents[2] / "docs" / "plugin.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "add-a-planner.md").read_text(encoding="utf-8")
 _FILE = re.compile(r"^<!-- file: (\S+) -->\n```\w+\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 _BUILD = "import sys; from flit_core.buildapi import build_wheel; print(build_wheel(sys.argv[1]))"
 _MMP = "from mmp_cli.main import main; raise SystemExit(main())"

@@ -4,7 +4,7 @@
         result = mmp_planners.make("apf-ecbs").plan(problem, watch=watcher)
         watcher.show_plan(result.plan)
 
-rerun is imported when a recording begins, not with this package. docs/rerun.md says what one sees.
+rerun is imported when a recording begins, not with this package. docs/how-to/rerun.md says what one sees.
 """
 
 from mmp_env.view.rerun.recorder import RerunRecorder

@@ -1,6 +1,6 @@
 """Where the nodes of a conflict tree come from: its root, and its children once their arm is replanned.
 
-Numbers `l. n` are lines of Algorithm 1 of APF-ECBS as `docs/paper.md` gives them.
+Numbers `l. n` are lines of Algorithm 1 of APF-ECBS as `docs/explanation/paper.md` gives them.
 """
 
 from __future__ import annotations

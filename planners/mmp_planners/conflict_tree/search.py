@@ -2,7 +2,7 @@
 
 CBS (Sharon et al. 2015) and ECBS (Barer et al. 2014) with the parts handed in: which node is taken, what a branch
 forbids, when a child is replanned and from what, what happens to its path then, and what is tried before branching.
-Numbers `l. n` are lines of Algorithm 1 of APF-ECBS (arXiv 2509.13882) as `docs/paper.md` gives them.
+Numbers `l. n` are lines of Algorithm 1 of APF-ECBS (arXiv 2509.13882) as `docs/explanation/paper.md` gives them.
 
 Guarantee: a plan that is returned has a certificate. `exhausted` proves nothing, whatever the constraint kind: the low
 level samples. And the bounds are the planner's own path lengths, not the best that exist.

@@ -42,7 +42,7 @@ class Parts:
 class TreePlanner(abc.ABC):
     """A planner of the family is a name, options and the parts that they make; the search is the same for all.
 
-    The defaults of the options are the rulings of docs/paper.md.
+    The defaults of the options are the rulings of docs/explanation/paper.md.
     """
 
     name: ClassVar[str]

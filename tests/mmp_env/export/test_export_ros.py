@@ -139,7 +139,7 @@ def test_finite_differences_of_the_file_of_a_retimed_plan_keep_the_limits(plan, 
 
 
 def test_indented_under_trajectory_it_is_the_goal_of_an_action(plan, tmp_path):
-    """As docs/export.md does it with `sed` for `ros2 action send_goal --stdin`."""
+    """As docs/how-to/export.md does it with `sed` for `ros2 action send_goal --stdin`."""
     export_plan(plan, tmp_path / "all.yaml")
     text = (tmp_path / "all.yaml").read_text(encoding="utf-8")
     goal = yaml.safe_load("trajectory:\n" + "".join(f"  {line}\n" for line in text.splitlines()))

@@ -95,7 +95,7 @@ def test_yaml_and_json_say_the_same(tmp_path):
 
 
 def test_the_cell_in_the_documents_can_be_read(tmp_path):
-    page = Path(__file__).parents[3] / "docs" / "files.md"
+    page = Path(__file__).parents[3] / "docs" / "reference" / "files.md"
     path = tmp_path / "shop.yaml"
     path.write_text(page.read_text().partition("```yaml\n")[2].partition("```")[0])
     assert load_cell(path).arm_names == ("left", "right")

@@ -14,7 +14,7 @@ from mmp_env.model.transforms import matrix_from_quaternion
 OUTSIDE_M = 0.001
 """What is free for the spheres is free for the geoms: nothing of a geom lies further outside its link's spheres."""
 LEAST_FILL = 0.4
-PAGE = Path(__file__).parents[3] / "docs" / "robots.md"
+PAGE = Path(__file__).parents[3] / "docs" / "reference" / "robots.md"
 
 MODELS = {
     name: load(name) for load, names in ((load_robot, robot_names()), (load_tool, tool_names())) for name in names
@@ -128,7 +128,7 @@ def test_the_geoms_fill_each_link(name):
 
 
 def told_fills(name):
-    """What docs/robots.md says of a robot: link -> share."""
+    """What docs/reference/robots.md says of a robot: link -> share."""
     (table,) = re.findall(r"test_robot_geoms.py -->\n(.*?)<!-- end -->", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     head, _, *rows = ([cell.strip() for cell in line.split("|")[1:-1]] for line in table.splitlines())
     at = head.index(f"`{name}`")

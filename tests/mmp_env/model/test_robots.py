@@ -62,14 +62,16 @@ def test_another_arm_is_not_answered_with_one_that_is_spelled_alike(name):
     with pytest.raises(UnknownNameError) as error:
         load_robot(name)
     assert str(error.value) == (
-        f"unknown robot '{name}'. Known: fr5, panda, piper, ur5e. docs/robots.md ('A robot of your own') says how to"
-        " add another"
+        f"unknown robot '{name}'. Known: fr5, panda, piper, ur5e."
+        " docs/how-to/add-a-robot.md explains how to add another"
     )
     assert str(pickle.loads(pickle.dumps(error.value))) == str(error.value)
 
 
 def test_an_unknown_tool_is_not_answered_with_that_of_another_vendor():
-    with pytest.raises(UnknownNameError, match=r"unknown tool 'schunk-hand'\. Known: franka-hand\. docs/robots\.md"):
+    with pytest.raises(
+        UnknownNameError, match=r"unknown tool 'schunk-hand'\. Known: franka-hand\. docs/how-to/add-a-robot\.md"
+    ):
         load_tool("schunk-hand")
 
 

@@ -49,11 +49,13 @@ with_oldest_mujoco() {
     tests/mmp_env/check/test_check_exact.py tests/mmp_env/export/test_export_mjcf.py tests/mmp_tasks
 }
 
+clang_format() { git ls-files -z 'native/*.cpp' 'native/*.hpp' | xargs -0 clang-format --dry-run -Werror; }
+
 with_dm_control() { PYTHONPATH=$older pytest -n auto tests/dm; }
 
 step "python format" ruff format --check .
 step "python lint" ruff check .
-step "C++ format" clang-format --dry-run -Werror native/*.cpp native/*.hpp
+step "C++ format" clang_format
 step "types" basedpyright --pythonpath "$PYTHON"
 step "stub of the native core" scripts/core_stub.sh --check
 step "the installed package is under test" installed_from_the_wheel

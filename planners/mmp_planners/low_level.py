@@ -16,7 +16,7 @@ class SiRrtStar:
     """SI-RRT* (Sim, Kim, Nam 2024, arXiv 2404.01752): vertices are (configuration, safe interval), arrival is earliest.
 
     `eta` [rad] is the steering distance, `iterations` the cap without a solution, `shortcuts` the attempts to shorten
-    the path found. See `native/si_rrt.hpp` for what we add.
+    the path found. See `native/single_arm/si_rrt.hpp` for what we add.
     """
 
     eta: float = 0.8

@@ -28,7 +28,7 @@ SLICE = 2000
 class Composite:
     """Two trees over all joints of all arms that grow towards each other; edges are looked at every `step` [rad] and
     are `range` [rad, L2] long at most. A way is proved at every instant before it is believed; the edges that cannot be
-    proved fall, and the trees grow on (`native/composite.hpp`).
+    proved fall, and the trees grow on (`native/joint_space/composite_rrt.hpp`).
     """
 
     range: float = 2.0

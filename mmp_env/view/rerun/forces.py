@@ -1,4 +1,4 @@
-"""The forces of the repulsive field on the spheres of one arm, as `native/repulsion.hpp` has them."""
+"""The forces of the repulsive field on the spheres of one arm, as `native/repulsion/repulsion.hpp` has them."""
 
 from __future__ import annotations
 

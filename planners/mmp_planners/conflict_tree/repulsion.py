@@ -1,6 +1,6 @@
 """Repulsive trajectory modification (ModifyMotion of APF-ECBS, arXiv 2509.13882).
 
-The descent itself is native (`native/modify_motion.hpp`); its slow twin in the tests reads like the formula.
+The descent itself is native (`native/repulsion/modify_motion.hpp`); its slow twin in the tests reads like the formula.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Arms with detours planned anew among the others, for what shortcuts cannot find: another way round.
+"""Large-neighbourhood search: replans a few arms among the fixed others, where shortcuts find no shorter path.
 
-A large-neighbourhood search (Shaw 1998; for many robots MAPF-LNS, Li et al., IJCAI 2021), the neighbourhood one arm, or
-one that makes room for another (`native/replanner.hpp`). Ways are found by RRT in space and time that looks only where
-they can still become shorter (`native/informed.hpp`).
+A large-neighbourhood search (Shaw 1998; for many robots MAPF-LNS, Li et al., IJCAI 2021). The neighbourhood is one arm,
+or one more that makes room for it (`native/improve/replanner.hpp`). RRT in space and time finds the paths; it searches
+only where they can still become shorter (`native/single_arm/informed_rrt.hpp`).
 """
 
 from __future__ import annotations

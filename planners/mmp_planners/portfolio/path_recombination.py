@@ -4,7 +4,7 @@ Shortcuts and replanning end where no single arm finds a shorter way among the o
 in who passes whom, and on which side. So ways are collected: those of the best plan so far, each of them as short as it
 becomes if its arm is the only one, those that few arms find among each other, and those that other orders of the arms
 bring. Of the choices of one way for each arm the shortest that all arms can drive at once is taken
-(`native/recombination.hpp`). Waiting costs nothing, so all that has to be found is who waits for whom.
+(`native/improve/path_recombination.hpp`). Waiting costs nothing, so all that has to be found is who waits for whom.
 
 Most arms can keep the shortest way that they have alone: few pairs shut each other in. These are planned as if there
 were no others, and together with those that they then are in the way of: independence detection (Standley, AAAI 2010).

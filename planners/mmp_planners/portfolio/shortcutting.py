@@ -1,9 +1,9 @@
 """Shortcutting on the common clock: a part that any planner can be composed with.
 
-Stretches of one arm's path, of one of its joints, or of all arms at once are replaced by shorter ones and kept where
-they are proved clear of everything (`native/shortcut.hpp`). As the cost is L1, a way on which no joint turns back is as
-short as the straight one, and such ways are tried too (`native/cuts.hpp`). No order of passing is ever changed by being
-late: the clock is common, and only shorter ways are taken.
+Shortcuts replace motion windows of one arm, of one joint, or of all arms at once by shorter motions, if these are
+proved clear of everything (`native/improve/shortcutting.hpp`). The cost is L1, so a path on which no joint turns back
+is as short as the straight line; such paths are tried too (`native/improve/shortcut_moves.hpp`). Shortcuts keep the
+passing order: the clock is common, and only shorter motions are kept.
 """
 
 from __future__ import annotations

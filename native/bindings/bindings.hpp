@@ -1,0 +1,183 @@
+// Shared by all bindings: array types, checks of arguments that would crash the core, conversions.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include "geometry/cell.hpp"
+#include "single_arm/single_arm.hpp"
+
+namespace nb = nanobind;
+
+namespace mmp {
+
+void bind_cell(nb::module_& m);         // the cell: arms and obstacles
+void bind_queries(nb::module_& m);      // batch queries of a cell: kinematics, clearance, proofs
+void bind_motion(nb::module_& m);       // motions, their conflicts, and constraints
+void bind_single_arm(nb::module_& m);   // single-arm search and its tree
+void bind_repulsion(nb::module_& m);    // repulsive force and ModifyMotion
+void bind_joint_space(nb::module_& m);  // search in the joint space of all arms
+void bind_improve(nb::module_& m);      // shortcutting, replanning and path recombination
+
+using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Pairs = nb::ndarray<const int32_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+using Indices = nb::ndarray<const int32_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Out1 = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
+using Out2 = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
+using Out3 = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
+using Flags = nb::ndarray<nb::numpy, bool, nb::ndim<1>>;
+using Windows = nb::ndarray<nb::numpy, int32_t, nb::ndim<2>>;
+
+template <class Array, class From, class... Shape>
+Array to_numpy(std::vector<From> values, Shape... shape) {
+  using To = typename Array::Scalar;
+  auto* data = new To[values.size() + 1];
+  std::copy(values.begin(), values.end(), data);
+  nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<To*>(p); });
+  return Array(data, {static_cast<size_t>(shape)...}, owner);
+}
+
+inline void require(bool ok, const char* message) {
+  if (!ok) throw nb::value_error(message);
+}
+
+inline constexpr double kMostJoint = 1e4;      // [rad], the range of sincos()
+inline constexpr double kMostNumber = 1e9;     // its products stay finite in single precision
+inline constexpr int kMostCount = 1000000000;  // two of them fit an int
+inline constexpr size_t kMostRows = 1 << 26;   // with all joints of an arm they fit an int
+inline constexpr double kMaxSteps = 1e6;       // of a straight edge
+inline constexpr double kLeastStep = 1e-5;     // [rad]; with less the number of steps would not fit an int
+
+// NaN fails this check and all that follow: a comparison with NaN would count as far apart.
+inline bool all_within(const double* values, size_t n, double most) {
+  return std::all_of(values, values + n, [=](double x) { return std::abs(x) < most; });
+}
+
+inline double checked_number(double x) {
+  require(std::abs(x) < kMostNumber, "numbers must be finite, and smaller than 1e9");
+  return x;
+}
+inline double checked_size(double x) {
+  require(x >= 0, "a distance or a size must not be negative");
+  return checked_number(x);
+}
+inline double checked_positive(double x) {
+  require(x > 0, "a size must be positive");
+  return checked_number(x);
+}
+inline double checked_share(double x) {
+  require(x >= 0 && x <= 1, "a share must be from 0 to 1");
+  return x;
+}
+inline int checked_count(int n) {
+  require(n >= 0 && n <= kMostCount, "a count must be from 0 to 1e9");
+  return n;
+}
+
+// Holds the elements of a Python sequence: another thread may empty the list while the lock is released.
+template <class T>
+class Held {
+ public:
+  Held(nb::handle sequence, const char* expected) {
+    for (nb::handle item : sequence) {
+      // An object of Motion.__new__(Motion) is not initialised.
+      if (item.is_none() || !nb::isinstance<T>(item) || !nb::inst_ready(item)) throw nb::type_error(expected);
+      owners_.push_back(nb::borrow(item));
+      items_.push_back(nb::inst_ptr<T>(item));
+    }
+  }
+  const std::vector<T*>& items() const { return items_; }
+  std::vector<const T*> read_only() const { return {items_.begin(), items_.end()}; }
+
+ private:
+  std::vector<nb::object> owners_;
+  std::vector<T*> items_;
+};
+
+inline void require_configurations(const Matrix& q, int dof) {
+  require(q.shape(1) == static_cast<size_t>(dof), "wrong number of joints");
+  require(q.shape(0) <= kMostRows, "too many configurations");
+  require(all_within(q.data(), q.size(), kMostJoint), "configurations must be finite, and within 1e4 rad");
+}
+
+inline void require_frozen(const Cell& cell) { require(cell.frozen, "the cell is not frozen"); }
+
+inline const ArmModel<double>& arm_of(const Cell& cell, int arm) {
+  require_frozen(cell);
+  require(arm >= 0 && arm < static_cast<int>(cell.precise.arms.size()), "no such arm");
+  return cell.precise.arms[arm];
+}
+
+inline void require_rows(const Cell& cell, int arm, const Matrix& q) {
+  require_configurations(q, arm_of(cell, arm).dof);
+}
+
+inline void require_joints(const Cell& cell, int arm, const Vector& q) {
+  require(q.shape(0) == static_cast<size_t>(arm_of(cell, arm).dof), "wrong number of joints");
+  require(all_within(q.data(), q.size(), kMostJoint), "a configuration must be finite, and within 1e4 rad");
+}
+
+// Checks the largest move of each joint in one step.
+inline void require_steps(const Cell& cell, int arm, const Vector& steps) {
+  require(steps.shape(0) == static_cast<size_t>(arm_of(cell, arm).dof), "wrong number of joints");
+  require(std::all_of(steps.data(), steps.data() + steps.size(),
+                      [](double x) { return x >= kLeastStep && x < kMostJoint; }),
+          "steps must be from 1e-5 to 1e4 rad");
+}
+
+// Checks the number of such steps on a straight edge.
+inline void require_few_steps(const double* from, const double* to, const Vector& steps) {
+  for (size_t k = 0; k < steps.size(); ++k)
+    require(std::abs(to[k] - from[k]) <= kMaxSteps * steps.data()[k], "a straight way has 1e6 steps at most");
+}
+
+template <class T>
+std::vector<T> as(const Vector& v) {
+  return {v.data(), v.data() + v.size()};
+}
+
+using SearchMotion = Motion<Floats>;
+using SearchConstraint = Constraint<Floats>;
+using SearchArm = SingleArm<Floats>;
+
+inline void require_motion(const Cell& cell, const SearchMotion& m) {
+  const auto k = static_cast<size_t>(m.arm_index);
+  require(k < cell.single.arms.size() && m.arm == &cell.single.arms[k], "a motion of another cell");
+}
+
+// Accepts motions of this cell; with `arm`, only motions of other arms.
+inline Held<SearchMotion> held_motions(nb::handle sequence, const CellModel<float>& cell, int arm = -1) {
+  Held<SearchMotion> held(sequence, "a sequence of Motion is needed");
+  for (const auto* m : held.items()) {
+    const auto k = static_cast<size_t>(m->arm_index);
+    require(k < cell.arms.size() && m->arm == &cell.arms[k], "a motion of another cell");
+    require(m->arm_index != arm, "a motion of the arm itself");
+  }
+  return held;
+}
+
+inline Held<SearchConstraint> held_constraints(nb::handle sequence, int dof) {
+  Held<SearchConstraint> held(sequence, "a sequence of Constraint is needed");
+  for (const auto* c : held.items())
+    require(c->joints() == 0 || c->joints() == dof, "a ball constraint of another number of joints");
+  return held;
+}
+
+inline Window window_of(double start, double end) {
+  require(start <= end, "a window's start must not be after its end");
+  const auto capped = [](double t) { return std::clamp(t, -double(kForever), double(kForever)); };
+  return {capped(start), capped(end)};
+}
+
+inline Levels<float> as_float(const Levels<double>& l) {
+  return {float(l.margin), float(l.proof), float(l.obstacles), float(l.self)};
+}
+
+inline std::vector<double> rows_of(const std::vector<float>& values) { return {values.begin(), values.end()}; }
+
+}  // namespace mmp

@@ -1,0 +1,141 @@
+#include "bindings/bindings.hpp"
+
+namespace mmp {
+
+namespace {
+
+constexpr double kMostLength = 1e6;  // [m]
+
+template <class T>
+void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper,
+             const Indices& link_frames, const Matrix& spheres, const Indices& sphere_links, const Pairs& self_pairs) {
+  ArmModel<T> arm;
+  arm.dof = static_cast<int>(fixed.shape(0));
+  const auto transform = [](const double* p) {
+    Transform<T> t;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) t.r[3 * i + j] = T(p[4 * i + j]);
+      t.p[i] = T(p[4 * i + 3]);
+    }
+    return t;
+  };
+  for (int j = 0; j < arm.dof; ++j) arm.fixed.push_back(transform(fixed.data() + 12 * j));
+  arm.tool = transform(tool.data());
+  arm.lower = as<T>(lower);
+  arm.upper = as<T>(upper);
+  for (size_t l = 0; l < link_frames.shape(0); ++l) {
+    Link<T> link;
+    link.frame = link_frames.data()[l];
+    link.spheres.first = static_cast<int>(arm.spheres.size());
+    for (size_t s = 0; s < spheres.shape(0); ++s)
+      if (sphere_links.data()[s] == static_cast<int>(l)) {
+        const double* p = spheres.data() + 4 * s;
+        arm.spheres.push_back({T(p[0]), T(p[1]), T(p[2]), T(p[3])});
+      }
+    link.spheres.count = static_cast<int>(arm.spheres.size()) - link.spheres.first;
+    arm.links.push_back(link);
+  }
+  for (size_t k = 0; k < self_pairs.shape(0); ++k)
+    arm.self_pairs.emplace_back(self_pairs.data()[2 * k], self_pairs.data()[2 * k + 1]);
+  cell.arms.push_back(std::move(arm));
+}
+
+// Lengths [m] and entries of rotation matrices.
+void require_lengths(const double* values, size_t n) {
+  require(all_within(values, n, kMostLength), "poses and sizes must be finite, and within 1e6 m");
+}
+
+void require_chain(const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper) {
+  const size_t dof = fixed.shape(0);
+  require(dof > 0 && dof <= kMaxDof, "an arm has 1 to 16 joints");
+  require(fixed.shape(1) == 12 && tool.shape(0) == 12, "a pose of an arm has 12 numbers");
+  require_lengths(fixed.data(), fixed.size());
+  require_lengths(tool.data(), tool.size());
+  require(lower.shape(0) == dof && upper.shape(0) == dof, "limits for each joint");
+  for (size_t k = 0; k < dof; ++k) require(lower.data()[k] <= upper.data()[k], "a joint's limits must be in order");
+}
+
+void require_links(int dof, const Indices& frames, const Matrix& spheres, const Indices& sphere_links) {
+  const size_t links = frames.shape(0), count = spheres.shape(0);
+  require(links > 1 && links <= kMaxLinks, "an arm has a base, and 1 to 17 parts that move");
+  require(frames.data()[0] == 0, "the first link is the base, in frame 0");
+  for (size_t l = 1; l < links; ++l)
+    require(frames.data()[l] >= std::max(1, frames.data()[l - 1]) && frames.data()[l] <= dof,
+            "links move with frames 1 to the number of joints, in order");
+  require(spheres.shape(1) == 4 && sphere_links.shape(0) == count, "a sphere has 4 numbers and a link");
+  require_lengths(spheres.data(), spheres.size());
+  for (size_t s = 0; s < count; ++s) {
+    require(spheres.data()[4 * s + 3] >= 0, "a radius must not be negative");
+    require(sphere_links.data()[s] >= 0 && sphere_links.data()[s] < static_cast<int>(links), "a sphere of no link");
+  }
+}
+
+// A self-pair proof follows the chain from the first link to the second.
+void require_pairs(const Indices& frames, const Pairs& pairs) {
+  const int links = static_cast<int>(frames.shape(0));
+  for (size_t k = 0; k < pairs.shape(0); ++k) {
+    const int i = pairs.data()[2 * k], j = pairs.data()[2 * k + 1];
+    require(i >= 0 && i < j && j < links, "self_pairs are links of the arm, the one nearer to the base first");
+  }
+}
+
+template <class T>
+void add_obstacle(CellModel<T>& cell, int shape, const Vector& pose, const Vector& size) {
+  Obstacle<T> o;
+  o.shape = static_cast<Shape>(shape);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) o.pose.r[3 * i + j] = T(pose.data()[4 * i + j]);
+    o.pose.p[i] = T(pose.data()[4 * i + 3]);
+  }
+  o.a = T(size.data()[0]);
+  o.b = T(size.data()[1]);
+  o.c = T(size.data()[2]);
+  cell.obstacles.push_back(o);
+}
+
+}  // namespace
+
+void bind_cell(nb::module_& m) {
+  nb::class_<Cell>(m, "Cell", "Arms and obstacles; add all of them, then freeze.")
+      .def(nb::init<>())
+      .def(
+          "add_arm",
+          [](Cell& self, Matrix fixed, Vector tool, Vector lower, Vector upper, Indices link_frames, Matrix spheres,
+             Indices sphere_links, Pairs self_pairs) {
+            require(!self.frozen, "the cell is frozen");
+            require_chain(fixed, tool, lower, upper);
+            require_links(static_cast<int>(fixed.shape(0)), link_frames, spheres, sphere_links);
+            require_pairs(link_frames, self_pairs);
+            add_arm(self.single, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
+            add_arm(self.precise, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
+          },
+          nb::arg("fixed"), nb::arg("tool"), nb::arg("lower"), nb::arg("upper"), nb::arg("link_frames"),
+          nb::arg("spheres"), nb::arg("sphere_links"), nb::arg("self_pairs"),
+          "fixed [dof, 12]: rows of T_frame(k)_frame(k+1) at q = 0, joint axis z, the first one in the world; spheres "
+          "[s, 4] in the frame of their link, the base's (link 0) in the world; self_pairs [p, 2]: links that must not "
+          "evaluate, the one nearer to the base first.")
+      .def(
+          "add_obstacle",
+          [](Cell& self, int shape, Vector pose, Vector size) {
+            require(!self.frozen, "the cell is frozen");
+            require(shape >= 0 && shape <= static_cast<int>(Shape::capsule), "no such shape");
+            require(pose.shape(0) == 12 && size.shape(0) == 3, "an obstacle has a pose of 12 numbers and a size of 3");
+            require_lengths(pose.data(), 12);
+            require_lengths(size.data(), 3);
+            require(std::all_of(size.data(), size.data() + 3, [](double x) { return x >= 0; }),
+                    "the size of an obstacle must not be negative");
+            add_obstacle(self.single, shape, pose, size);
+            add_obstacle(self.precise, shape, pose, size);
+          },
+          nb::arg("shape"), nb::arg("pose"), nb::arg("size"),
+          "shape: 0 box, 1 sphere, 2 cylinder, 3 capsule; pose [12]: rows of T_world_obstacle; size [3] [m]: half "
+          "edges "
+          "of a box, radius and half length of others.")
+      .def("freeze", [](Cell& self) {
+        require(!self.frozen, "the cell is frozen");
+        require(!self.single.arms.empty(), "a cell has one arm at least");
+        self.freeze();
+      });
+}
+
+}  // namespace mmp

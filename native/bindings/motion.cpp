@@ -1,0 +1,106 @@
+#include "bindings/bindings.hpp"
+
+namespace mmp {
+
+void bind_motion(nb::module_& m) {
+  nb::class_<SearchMotion>(m, "Motion", "One arm's trajectory on the grid of steps, its spheres worked out.")
+      .def(
+          "__init__",
+          [](SearchMotion* self, const Cell& cell, int arm, Matrix q) {
+            require_rows(cell, arm, q);
+            require(q.shape(0) > 0, "a motion has one step at least");
+            nb::gil_scoped_release release;
+            new (self) SearchMotion(cell.single, arm, {q.data(), q.data() + q.size()});
+          },
+          nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::keep_alive<1, 2>())
+      .def_ro("arm", &SearchMotion::arm_index)
+      .def_ro("last", &SearchMotion::last, "Index of the last step.");
+
+  m.def(
+      "conflict_instants",
+      [](const Cell& cell, nb::handle motions, Pairs pairs, const Levels<double>& levels, bool bases) {
+        require_frozen(cell);
+        const auto held = held_motions(motions, cell.single);
+        const auto& of = held.items();
+        const int n = static_cast<int>(pairs.shape(0)), count = static_cast<int>(of.size());
+        const std::vector<int> numbers(pairs.data(), pairs.data() + pairs.size());
+        for (const int k : numbers) require(k >= 0 && k < count, "no such motion");
+        for (int k = 0; k < n; ++k)
+          require(of[numbers[2 * k]]->arm_index != of[numbers[2 * k + 1]]->arm_index, "a pair is motions of two arms");
+        std::vector<std::vector<double>> found(n);
+        {
+          nb::gil_scoped_release release;
+          PairCheck<Floats> check(cell.world<Floats>(), bases);
+          for (int k = 0; k < n; ++k) check(*of[numbers[2 * k]], *of[numbers[2 * k + 1]], as_float(levels), found[k]);
+        }
+        nb::list out;
+        for (auto& steps : found) {
+          const size_t size = steps.size();
+          out.append(to_numpy<Out1>(std::move(steps), size));
+        }
+        return out;
+      },
+      nb::arg("cell"), nb::arg("motions"), nb::arg("pairs"), nb::arg("levels"), nb::arg("bases") = false,
+      nb::sig(
+          "def conflict_instants(cell: Cell, motions: collections.abc.Sequence[Motion], pairs: numpy.ndarray, levels: "
+          "Levels, bases: bool = False) -> list[numpy.ndarray]"),
+      "For each pair of motions the instants of conflict, in steps, ascending: whole where surfaces are closer than "
+      "`margin` at a step, broken for a contact found between two. Elsewhere `proof` is proved to be kept at "
+      "every instant. A motion stays at its last step for ever. With `bases`, moving links against the other's base "
+      "too.");
+
+  nb::class_<SearchConstraint>(
+      m, "Constraint",
+      "What one arm must not do in the open window (start, end) of steps; where they are equal, at "
+      "that one instant.")
+      .def_static(
+          "ball",
+          [](Vector center, double radius, double start, double end) {
+            require(center.shape(0) > 0 && center.shape(0) <= kMaxDof, "a configuration");
+            require(all_within(center.data(), center.size(), kMostJoint), "a configuration must be finite");
+            return SearchConstraint::ball(as<float>(center), float(checked_size(radius)), window_of(start, end));
+          },
+          nb::arg("center"), nb::arg("radius"), nb::arg("start"), nb::arg("end"),
+          "Being within `radius` [rad] of a configuration in every joint.")
+      .def_static(
+          "standing",
+          [](const Cell& cell, int arm, Vector q, double shrink, double start, double end) {
+            require_joints(cell, arm, q);
+            return SearchConstraint::standing(cell.single.arms[arm], as<float>(q).data(), float(checked_number(shrink)),
+                                              window_of(start, end));
+          },
+          nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("shrink"), nb::arg("start"), nb::arg("end"),
+          nb::keep_alive<0, 1>(), "Touching another arm as it stands at q, its spheres smaller by `shrink` [m].")
+      .def_static(
+          "moving",
+          [](nb::handle_t<SearchMotion> motion, double start, double end) {
+            if (!nb::inst_ready(motion)) throw nb::type_error("a Motion is needed");
+            require(start == std::floor(start) && end == std::floor(end), "whole steps");
+            const Window window = window_of(start, end);
+            nb::list out;
+            for (auto& part :
+                 SearchConstraint::moving(nb::cast<const SearchMotion&>(motion), int(window.from), int(window.until))) {
+              nb::object object = nb::cast(std::move(part));
+              nb::keep_alive_obj(object, motion);
+              out.append(object);
+            }
+            return out;
+          },
+          nb::arg("motion"), nb::arg("start"), nb::arg("end"),
+          nb::sig("def moving(motion: Motion, start: float, end: float) -> list[Constraint]"),
+          "Touching another arm as it moves, from step `start` to `end`: a list of constraints, one a step.")
+      .def_static(
+          "sphere",
+          [](Vector center, double radius, int first_link, double start, double end) {
+            require(center.shape(0) == 3 && first_link > 0, "a point, and a link that moves");
+            for (int k = 0; k < 3; ++k) checked_number(center.data()[k]);
+            return SearchConstraint::ball_in_space(as<float>(center).data(), float(checked_size(radius)), first_link,
+                                                   window_of(start, end));
+          },
+          nb::arg("center"), nb::arg("radius"), nb::arg("first_link"), nb::arg("start"), nb::arg("end"),
+          "Links from `first_link` on touching a sphere in the world.")
+      .def_prop_ro("start", [](const SearchConstraint& c) { return c.window.from; })
+      .def_prop_ro("end", [](const SearchConstraint& c) { return c.window.until; });
+}
+
+}  // namespace mmp

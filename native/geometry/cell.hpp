@@ -1,0 +1,186 @@
+// The cell and its batch queries: configurations in, numbers out.
+#pragma once
+
+#include <memory>
+
+#include "geometry/collision.hpp"
+
+namespace mmp {
+
+// Two links of two arms: indices of their bounds in a flat array of all links, and the sum of the bounds' radii.
+struct LinkPair {
+  int at_a, at_b, a, i, b, j;
+  float radii, inverse2;  // sum of the radii, and its inverse square
+};
+
+// The same cell in both precisions: Floats for search, Doubles for instances and proofs.
+class Cell {
+ public:
+  CellModel<float> single, with_cores;
+  CellModel<double> precise;
+  std::unique_ptr<StaticWorld<Floats>> world_single, world_planning;
+  std::unique_ptr<StaticWorld<Doubles>> world_precise;
+  std::vector<LinkPair> link_pairs;
+  bool frozen = false;
+
+  void freeze() {
+    frozen = true;
+    with_cores = single;
+    for (auto& arm : with_cores.arms) add_core(arm);
+    for (auto* cell : {&single, &with_cores})
+      for (auto& arm : cell->arms) finish_arm(arm);
+    for (auto& arm : precise.arms) finish_arm(arm);
+    world_single = std::make_unique<StaticWorld<Floats>>(single, single);
+    world_planning = std::make_unique<StaticWorld<Floats>>(single, with_cores);
+    world_precise = std::make_unique<StaticWorld<Doubles>>(precise, precise);
+    const int arms = static_cast<int>(single.arms.size());
+    for (int a = 0; a < arms; ++a)
+      for (int b = a + 1; b < arms; ++b) pair_links(a, b);
+  }
+
+  template <class V>
+  StaticWorld<V>& world() const {
+    if constexpr (std::is_same_v<V, Floats>) return *world_single;
+    else return *world_precise;
+  }
+
+ private:
+  void pair_links(int a, int b) {
+    const auto &la = single.arms[a].links, &lb = single.arms[b].links;
+    for (int i = 0; i < static_cast<int>(la.size()); ++i)
+      for (int j = i == 0 ? 1 : 0; j < static_cast<int>(lb.size()); ++j) {
+        const float radii = la[i].bound.r + lb[j].bound.r;
+        link_pairs.push_back({a * kMaxLinks + i, b * kMaxLinks + j, a, i, b, j, radii, 1.0f / (radii * radii)});
+      }
+  }
+
+  // Adds to the base the volume that the first link fills at every angle: a sphere at distance d from the first joint's
+  // axis always covers the sphere of radius r - d on the axis. Only the base of such a model is used.
+  static void add_core(ArmModel<float>& arm) {
+    const auto& first = arm.fixed[0];
+    std::vector<Sphere<float>> spheres;
+    const auto base = arm.links[0].spheres, link = arm.links[1].spheres;
+    spheres.assign(arm.spheres.begin() + base.first, arm.spheres.begin() + base.first + base.count);
+    for (int i = link.first; i < link.first + link.count; ++i) {
+      const auto& s = arm.spheres[i];
+      const float r = s.r - std::sqrt(s.x * s.x + s.y * s.y);
+      if (arm.links[1].frame == 1 && r > 0.01f)
+        spheres.push_back(
+            {first.p[0] + first.r[2] * s.z, first.p[1] + first.r[5] * s.z, first.p[2] + first.r[8] * s.z, r});
+    }
+    arm.spheres = std::move(spheres);
+    arm.links.resize(1);
+    arm.links[0].spheres = {0, static_cast<int>(arm.spheres.size())};
+    arm.self_pairs.clear();
+  }
+};
+
+// Loads `width` rows [n][dof] of doubles into lanes. The last lanes repeat the last row.
+template <class V>
+void load_rows(const double* q, size_t n, size_t row, int dof, V* out) {
+  for (int lane = 0; lane < width<V>; ++lane) {
+    const double* p = q + std::min(row + lane, n - 1) * dof;
+    for (int j = 0; j < dof; ++j) out[j][lane] = static_cast<Scalar<V>>(p[j]);
+  }
+}
+
+template <class V>
+void store_lanes(V value, double* out, size_t n, size_t row) {
+  for (int lane = 0; lane < width<V> && row + lane < n; ++lane) out[row + lane] = value[lane];
+}
+
+inline constexpr double kFar = 1e3;  // clearance [m] of a body that has nothing to touch
+
+template <class V>
+void static_clearance(const Cell& cell, int a, const double* q, size_t n, double* out) {
+  auto& world = cell.world<V>();
+  Pose<V> pose(world.cell->arms[a]);
+  V joints[kMaxDof];
+  for (size_t k = 0; k < n; k += width<V>) {
+    load_rows(q, n, k, pose.arm->dof, joints);
+    forward(joints, pose);
+    V best = splat<V>(Scalar<V>(kFar));
+    world.lower(a, pose, {}, best);
+    store_lanes(best, out, n, k);
+  }
+}
+
+template <class V>
+void pair_clearance(const Cell& cell, int a, const double* qa, int b, const double* qb, size_t n, double* out) {
+  auto& world = cell.world<V>();
+  Pose<V> pa(world.cell->arms[a]), pb(world.cell->arms[b]);
+  V joints[kMaxDof];
+  for (size_t k = 0; k < n; k += width<V>) {
+    load_rows(qa, n, k, pa.arm->dof, joints);
+    forward(joints, pa);
+    load_rows(qb, n, k, pb.arm->dof, joints);
+    forward(joints, pb);
+    V best = splat<V>(Scalar<V>(kFar));
+    lower_pair_clearance(pa, pb, true, best);
+    store_lanes(best, out, n, k);
+  }
+}
+
+// Least clearance of whole states: all pairs of arms (bases included), and obstacles on request.
+//
+// The bounds of all link pairs come first. The pair with the closest bounds is computed at once, so that the bounds
+// rule out nearly all other pairs.
+class CellClearance {
+ public:
+  using V = Floats;
+  explicit CellClearance(const Cell& cell) : cell_(&cell), centers_(cell.single.arms.size() * kMaxLinks) {
+    for (const auto& arm : cell.single.arms) poses_.emplace_back(arm);
+    gaps2_.resize(cell.link_pairs.size());
+  }
+
+  V operator()(const std::vector<const double*>& q, size_t n, size_t row, bool obstacles) {
+    V joints[kMaxDof];
+    for (size_t a = 0; a < poses_.size(); ++a) {
+      load_rows(q[a], n, row, poses_[a].arm->dof, joints);
+      forward(joints, poses_[a]);
+      std::copy_n(poses_[a].link, poses_[a].arm->links.size(), centers_.begin() + a * kMaxLinks);
+    }
+    V best = closest_looking();
+    for (size_t k = 0; k < gaps2_.size(); ++k) {
+      const V limit = best + cell_->link_pairs[k].radii;
+      if (bits<V>(gaps2_[k] < limit * limit)) lower(cell_->link_pairs[k], best);
+    }
+    if (obstacles)
+      for (auto& pose : poses_)
+        for (size_t l = 1; l < pose.arm->links.size(); ++l)
+          for (const auto& o : cell_->single.obstacles) lower_clearance(pose, static_cast<int>(l), o, best);
+    return best;
+  }
+
+ private:
+  void lower(const LinkPair& p, V& best) { lower_clearance(poses_[p.a], p.i, poses_[p.b], p.j, best); }
+
+  V closest_looking() {
+    V best = splat<V>(float(kFar)), least = best, which{}, number{};
+    const auto* centers = centers_.data();
+    const auto* pairs = cell_->link_pairs.data();
+    V* gaps2 = gaps2_.data();
+    const size_t count = gaps2_.size();
+    for (size_t k = 0; k < count; ++k) {
+      const auto d = centers[pairs[k].at_a] - centers[pairs[k].at_b];
+      const V gap2 = dot(d, d);
+      gaps2[k] = gap2;
+      // Squared gap over squared radii: ranks pairs like the bound, without a square root.
+      const V looks = gap2 * pairs[k].inverse2;
+      const Mask<V> closer_now = looks < least;
+      least = select<V>(closer_now, looks, least);
+      which = select<V>(closer_now, number, which);
+      number += 1.0f;
+    }
+    if (count > 0)
+      for (int lane = 0; lane < width<V>; ++lane) lower(pairs[static_cast<size_t>(which[lane])], best);
+    return best;
+  }
+
+  const Cell* cell_;
+  std::vector<Pose<V>> poses_;
+  std::vector<Vec3<V>> centers_;  // of the bounds of all links, kMaxLinks per arm
+  std::vector<V> gaps2_;          // squared distances between the centres of each pair
+};
+
+}  // namespace mmp

@@ -1,0 +1,206 @@
+// Distances and contacts between sphere trees, and between sphere trees and obstacles.
+#pragma once
+
+#include "geometry/kinematics.hpp"
+
+namespace mmp {
+
+// Result of a contact test per lane. `touching`: surfaces closer than `margin`. `undecided`: surfaces closer than the
+// lane's `reach`, the distance that the caller needs to prove an interval around the lane's instant.
+template <class V>
+struct Contacts {
+  Mask<V> touching{}, undecided{};
+};
+
+template <class V>
+MMP_INLINE Mask<V> closer(const Vec3<V>& a, const Vec3<V>& b, V limit) {
+  const auto d = a - b;
+  return (dot(d, d) < limit * limit) & (limit > V{});
+}
+
+// Distances between surfaces [m]: closer than `margin` is a contact; a proof covers `proof` at every instant. Both hold
+// between two arms. `obstacles` and `self` are added for an arm and an obstacle, and for two parts of one arm.
+template <class T>
+struct Levels {
+  T margin, proof;
+  T obstacles{}, self{};
+};
+
+// Tests link la of pose a against link lb of pose b.
+template <class V>
+inline void contact(Pose<V>& a, int la, Pose<V>& b, int lb, Scalar<V> margin, V reach, Contacts<V>& out) {
+  const auto &ma = *a.arm, &mb = *b.arm;
+  const auto &A = ma.links[la], &B = mb.links[lb];
+  const V far = max(reach, splat<V>(margin));
+  if (!bits<V>(closer(a.link[la], b.link[lb], far + (A.bound.r + B.bound.r)))) return;
+  a.detail(la);
+  b.detail(lb);
+  for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
+    const auto ra = ma.groups[ga].r;
+    if (A.groups.count > 1 && !bits<V>(closer(a.groups[ga], b.link[lb], far + (ra + B.bound.r)))) continue;
+    for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
+      if (!bits<V>(closer(a.groups[ga], b.groups[gb], far + (ra + mb.groups[gb].r)))) continue;
+      const Range sa = ma.group_spheres[ga], sb = mb.group_spheres[gb];
+      for (int i = sa.first; i < sa.first + sa.count; ++i) {
+        const auto& p = a.spheres[i];
+        for (int j = sb.first; j < sb.first + sb.count; ++j) {
+          const auto d = p - b.spheres[j];
+          const V d2 = dot(d, d);
+          const auto radii = ma.spheres[i].r + mb.spheres[j].r;
+          const auto near = margin + radii;
+          const V wide = reach + radii;
+          out.touching |= (d2 < splat<V>(near * near)) & (splat<V>(near) > V{});
+          out.undecided |= (d2 < wide * wide) & (wide > V{});
+        }
+      }
+    }
+  }
+}
+
+// Lowers `best` to the clearance between two links where that is smaller.
+template <class V>
+inline void lower_clearance(Pose<V>& a, int la, Pose<V>& b, int lb, V& best) {
+  const auto &ma = *a.arm, &mb = *b.arm;
+  const auto &A = ma.links[la], &B = mb.links[lb];
+  if (!bits<V>(closer(a.link[la], b.link[lb], best + (A.bound.r + B.bound.r)))) return;
+  a.detail(la);
+  b.detail(lb);
+  for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
+    const auto ra = ma.groups[ga].r;
+    if (A.groups.count > 1 && !bits<V>(closer(a.groups[ga], b.link[lb], best + (ra + B.bound.r)))) continue;
+    for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
+      if (!bits<V>(closer(a.groups[ga], b.groups[gb], best + (ra + mb.groups[gb].r)))) continue;
+      const Range sa = ma.group_spheres[ga], sb = mb.group_spheres[gb];
+      for (int i = sa.first; i < sa.first + sa.count; ++i) {
+        const auto p = a.spheres[i];
+        if (!bits<V>(closer(p, b.groups[gb], best + (ma.spheres[i].r + mb.groups[gb].r)))) continue;
+        for (int j = sb.first; j < sb.first + sb.count; ++j) {
+          const auto d = p - b.spheres[j];
+          const auto radii = ma.spheres[i].r + mb.spheres[j].r;
+          const V d2 = dot(d, d), limit = best + radii;
+          if (bits<V>((d2 < limit * limit) & (limit > V{}))) best = min(best, sqrt<V>(d2) - radii);
+        }
+      }
+    }
+  }
+}
+
+// Returns the signed distance from points to the surface of an obstacle, negative inside.
+template <class V>
+inline V distance(const Obstacle<Scalar<V>>& o, const Vec3<V>& point) {
+  const auto& t = o.pose;
+  const V x = point.x - t.p[0], y = point.y - t.p[1], z = point.z - t.p[2];
+  const Vec3<V> p{x * t.r[0] + y * t.r[3] + z * t.r[6], x * t.r[1] + y * t.r[4] + z * t.r[7],
+                  x * t.r[2] + y * t.r[5] + z * t.r[8]};
+  const V zero{};
+  switch (o.shape) {
+    case Shape::box: {
+      const Vec3<V> q{abs(p.x) - o.a, abs(p.y) - o.b, abs(p.z) - o.c};
+      const V inside = min(max(q.x, max(q.y, q.z)), zero);
+      return norm(Vec3<V>{max(q.x, zero), max(q.y, zero), max(q.z, zero)}) + inside;
+    }
+    case Shape::sphere:
+      return norm(p) - o.a;
+    case Shape::cylinder: {
+      const V dr = sqrt<V>(p.x * p.x + p.y * p.y) - o.a, dz = abs(p.z) - o.b;
+      const V outer_r = max(dr, zero), outer_z = max(dz, zero);
+      return sqrt<V>(outer_r * outer_r + outer_z * outer_z) + min(max(dr, dz), zero);
+    }
+    case Shape::capsule:
+      return norm(Vec3<V>{p.x, p.y, p.z - max(min(p.z, splat<V>(o.b)), splat<V>(-o.b))}) - o.a;
+  }
+  return zero;
+}
+
+template <class V>
+inline void contact(Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, Scalar<V> margin, V reach, Contacts<V>& out) {
+  const auto& arm = *a.arm;
+  const auto& link = arm.links[la];
+  const V far = max(reach, splat<V>(margin));
+  if (!bits<V>(distance<V>(o, a.link[la]) < far + link.bound.r)) return;
+  a.detail(la);
+  for (int g = link.groups.first; g < link.groups.first + link.groups.count; ++g) {
+    if (link.groups.count > 1 && !bits<V>(distance<V>(o, a.groups[g]) < far + arm.groups[g].r)) continue;
+    const Range s = arm.group_spheres[g];
+    for (int i = s.first; i < s.first + s.count; ++i) {
+      const V d = distance<V>(o, a.spheres[i]) - arm.spheres[i].r;
+      out.touching |= d < splat<V>(margin);
+      out.undecided |= d < reach;
+    }
+  }
+}
+
+template <class V>
+inline void lower_clearance(Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, V& best) {
+  const auto& arm = *a.arm;
+  const auto& link = arm.links[la];
+  if (!bits<V>(distance<V>(o, a.link[la]) < best + link.bound.r)) return;
+  a.detail(la);
+  for (int i = link.spheres.first; i < link.spheres.first + link.spheres.count; ++i)
+    best = min(best, distance<V>(o, a.spheres[i]) - arm.spheres[i].r);
+}
+
+// Static bodies that one arm can touch: obstacles, the other arms' bases, itself.
+//
+// Planning uses bases with their cores. A core is the volume that an arm's first link fills at every angle of its first
+// joint. It blocks other arms like the base does, and without it only conflicts would reveal that.
+template <class V>
+struct StaticWorld {
+  const CellModel<Scalar<V>>* cell;
+  std::vector<Pose<V>> bases;
+
+  StaticWorld(const CellModel<Scalar<V>>& model, const CellModel<Scalar<V>>& standing) : cell(&model) {
+    for (const auto& arm : standing.arms) {
+      bases.emplace_back(arm);
+      bases.back().ready = 1;
+    }
+  }
+
+  // `reach(l)` and `reach_self(pair index)` return the lane reach of a link and of a self pair. `done(out)` ends the
+  // test early.
+  template <class Reach, class ReachSelf, class Done>
+  void contacts(int a, Pose<V>& pose, const Levels<Scalar<V>>& levels, const Reach& reach, const ReachSelf& reach_self,
+                const Done& done, Contacts<V>& out) {
+    const auto& arm = cell->arms[a];
+    const int links = static_cast<int>(arm.links.size());
+    for (int l = 1; l < links; ++l) {
+      const V r = reach(l);
+      for (const auto& o : cell->obstacles)
+        contact(pose, l, o, levels.margin + levels.obstacles, r + levels.obstacles, out);
+      for (size_t b = 0; b < bases.size(); ++b)
+        if (static_cast<int>(b) != a) contact(pose, l, bases[b], 0, levels.margin, r, out);
+      if (done(out)) return;
+    }
+    for (size_t k = 0; k < arm.self_pairs.size(); ++k) {
+      const auto [i, j] = arm.self_pairs[k];
+      contact(pose, i, pose, j, levels.margin + levels.self, reach_self(static_cast<int>(k)) + levels.self, out);
+      if (done(out)) return;
+    }
+  }
+
+  // Lowers `best` to the least clearance minus what `levels` adds for obstacles and self pairs.
+  void lower(int a, Pose<V>& pose, const Levels<Scalar<V>>& levels, V& best) {
+    const auto& arm = cell->arms[a];
+    best += levels.self;
+    for (const auto& [i, j] : arm.self_pairs) lower_clearance(pose, i, pose, j, best);
+    best += levels.obstacles - levels.self;
+    for (int l = static_cast<int>(arm.links.size()) - 1; l >= 1; --l)
+      for (const auto& o : cell->obstacles) lower_clearance(pose, l, o, best);
+    best -= levels.obstacles;
+    for (int l = static_cast<int>(arm.links.size()) - 1; l >= 1; --l)
+      for (size_t b = 0; b < bases.size(); ++b)
+        if (static_cast<int>(b) != a) lower_clearance(pose, l, bases[b], 0, best);
+  }
+};
+
+// Lowers `best` to the clearance between the moving links of two arms; with `bases`, also between moving links and
+// bases.
+template <class V>
+inline void lower_pair_clearance(Pose<V>& a, Pose<V>& b, bool bases, V& best) {
+  const int na = static_cast<int>(a.arm->links.size()), nb = static_cast<int>(b.arm->links.size());
+  for (int i = na - 1; i >= (bases ? 0 : 1); --i)
+    for (int j = nb - 1; j >= (bases ? 0 : 1); --j)
+      if (i > 0 || j > 0) lower_clearance(a, i, b, j, best);
+}
+
+}  // namespace mmp

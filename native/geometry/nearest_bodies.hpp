@@ -1,0 +1,57 @@
+// Nearest bodies of one state, in double precision: two arms, an arm and an obstacle, two parts of one arm.
+#pragma once
+
+#include <array>
+
+#include "geometry/cell.hpp"
+
+namespace mmp {
+
+struct Nearest {
+  double clearance = kFar;
+  int arm = -1, link = -1;
+  int other = -1, other_link = -1;  // other arm, or obstacle, which has no links
+};
+
+enum class BodyPairKind { arms, obstacles, self };
+
+// q[arm]: [dof]. Results are ordered as `BodyPairKind`.
+inline std::array<Nearest, 3> nearest_bodies(const Cell& cell, const std::vector<const double*>& q) {
+  using V = Doubles;
+  const auto& model = cell.precise;
+  std::vector<Pose<V>> poses;
+  for (size_t a = 0; a < model.arms.size(); ++a) {
+    poses.emplace_back(model.arms[a]);
+    V joints[kMaxDof];
+    for (int j = 0; j < model.arms[a].dof; ++j) joints[j] = splat<V>(q[a][j]);
+    forward(joints, poses[a]);
+  }
+  std::array<Nearest, 3> out;
+  V best[3]{splat<V>(kFar), splat<V>(kFar), splat<V>(kFar)};
+  const auto note = [&](BodyPairKind kind, int arm, int link, int other, int other_link) {
+    const auto k = static_cast<size_t>(kind);
+    if (best[k][0] < out[k].clearance) out[k] = {best[k][0], arm, link, other, other_link};
+  };
+  const int arms = static_cast<int>(poses.size());
+  for (int a = 0; a < arms; ++a) {
+    const int links = static_cast<int>(model.arms[a].links.size());
+    for (const auto& [i, j] : model.arms[a].self_pairs) {
+      lower_clearance(poses[a], i, poses[a], j, best[2]);
+      note(BodyPairKind::self, a, i, a, j);
+    }
+    for (int i = 1; i < links; ++i)
+      for (size_t o = 0; o < model.obstacles.size(); ++o) {
+        lower_clearance(poses[a], i, model.obstacles[o], best[1]);
+        note(BodyPairKind::obstacles, a, i, static_cast<int>(o), -1);
+      }
+    for (int b = a + 1; b < arms; ++b)
+      for (int i = 0; i < links; ++i)
+        for (int j = i > 0 ? 0 : 1; j < static_cast<int>(model.arms[b].links.size()); ++j) {
+          lower_clearance(poses[a], i, poses[b], j, best[0]);
+          note(BodyPairKind::arms, a, i, b, j);
+        }
+  }
+  return out;
+}
+
+}  // namespace mmp

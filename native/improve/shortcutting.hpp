@@ -1,0 +1,253 @@
+// Shortcutting on the common clock: replaces windows of a plan by shorter motions.
+//
+// A change of one arm keeps the duration of the window; a change of all arms may shorten it. Every new part is proved
+// clear at every instant before it is kept, so a safe plan stays safe.
+#pragma once
+
+#include <numeric>
+
+#include "improve/motion_window.hpp"
+#include "improve/shortcut_moves.hpp"
+#include "proof/pair_check.hpp"
+
+namespace mmp {
+
+template <class V>
+class Shortcutter {
+ public:
+  using T = Scalar<V>;
+  // rows[arm]: [steps + 1][dof] of a safe plan. Arms in different `groups` ignore each other.
+  Shortcutter(StaticWorld<V>& world, const std::vector<std::vector<T>>& rows, std::vector<std::vector<T>> max_step,
+              Levels<T> levels, const std::vector<int>& groups)
+      : cell_(world.cell), prover_(world), check_(world), levels_(levels), windows_(rows.size()) {
+    for (size_t a = 0; a < rows.size(); ++a) {
+      motions_.emplace_back(*cell_, static_cast<int>(a), rows[a]);
+      limits_.push_back({std::move(max_step[a])});
+      others_.emplace_back();
+      for (size_t b = 0; b < rows.size(); ++b)
+        if (b != a && groups[a] == groups[b]) others_[a].push_back(static_cast<int>(b));
+    }
+    measure();
+  }
+
+  const std::vector<T>& rows(int a) const { return motions_[a].q; }
+
+  // Returns the number of replaced windows. Repeats the attempts while a round saves at least the share `min_saving` of
+  // the length.
+  int run(int attempts, double worth, Random& random, const Clock& clock) {
+    clock_ = &clock;
+    int kept = 0;
+    for (;;) {
+      const double before = excess(), least = worth * (straight() + before);
+      kept += run(attempts, random);
+      const double saved = before - excess();
+      if (!(saved > 0 && saved >= least) || clock.expired()) return kept;
+    }
+  }
+
+ private:
+  static constexpr double kStraight = 1e-3;  // detour of the whole plan not worth an attempt [rad]
+  static constexpr double kGain = 1e-4;      // least saving of an attempt [rad]
+  // Shares of attempts: via point, backtracking; straight lines for the rest.
+  static constexpr double kVia = 0.7, kBacktracking = 0.2;
+  static constexpr double kByChance = 0.5;                                 // share of windows with a random schedule
+  static constexpr double kWholeArm = 0.2, kEven = 0.5, kAllTheWay = 0.5;  // shares of backtracking attempts
+  static constexpr int kPatience = 8, kTogether = 16, kDraws = 8;
+
+  int run(int attempts, Random& random) {
+    int kept = 0, in_vain = 0;
+    tries_ = 0;
+    // Windows without a possible gain do not count as attempts; kDraws bounds the number of draws.
+    for (int64_t it = 0; tries_ < attempts && it < int64_t{kDraws} * attempts && excess() > kStraight && last() > 1;
+         ++it) {
+      if ((it & 7) == 7 && clock_->expired()) break;
+      // All arms at once first, as long as it helps.
+      const bool together = in_vain < kPatience || it % kTogether == 0;
+      const bool better = together ? shortcut_all_arms(random, it) : shortcut_one_arm(random);
+      if (together) in_vain = better ? 0 : in_vain + 1;
+      kept += better;
+    }
+    return kept;
+  }
+
+  int arms() const { return static_cast<int>(motions_.size()); }
+  int last() const { return motions_[0].last; }
+  int dof(int a) const { return motions_[a].arm->dof; }
+  double l1_distance(int a, int i, int j) const {
+    return mmp::l1_distance(motions_[a].at(i), motions_[a].at(j), dof(a));
+  }
+  // Returns the largest possible saving between two steps.
+  double detour(int a, int i, int j) const { return along_[a][j] - along_[a][i] - l1_distance(a, i, j); }
+  double excess(int a) const { return along_[a].back() - straight_[a]; }
+  double straight() const { return std::accumulate(straight_.begin(), straight_.end(), 0.0); }
+  double excess() const {
+    double sum = 0;
+    for (int a = 0; a < arms(); ++a) sum += excess(a);
+    return sum;
+  }
+
+  void measure() {
+    along_.assign(arms(), {0.0});
+    straight_.clear();
+    for (int a = 0; a < arms(); ++a) measure(a);
+    for (int a = 0; a < arms(); ++a) straight_.push_back(l1_distance(a, 0, last()));
+  }
+
+  void measure(int a) {
+    along_[a].assign(1, 0.0);
+    for (int k = 0; k < last(); ++k) along_[a].push_back(along_[a].back() + l1_distance(a, k, k + 1));
+  }
+
+  // Tests `count` segments; at(k) returns the ends of one.
+  template <class Ends>
+  bool free_alone(int a, int count, Ends&& at) {
+    results_.assign(count, {});
+    prover_.alone(a, count, at, levels_, Stop::at_first_contact, results_.data(), clock_);
+    return std::all_of(results_.begin(), results_.end(), [](const auto& r) { return r.free; });
+  }
+  bool straight_is_free(int a, int i, int j) {
+    return free_alone(a, 1, [&](int) { return std::pair<const T*, const T*>(motions_[a].at(i), motions_[a].at(j)); });
+  }
+
+  bool shortcut_one_arm(Random& random) {
+    double at = random.uniform() * excess();
+    int a = 0;
+    while (a + 1 < arms() && at >= excess(a)) at -= excess(a++);
+    const auto [i, j] = random_window(last(), random);
+    if (detour(a, i, j) < kGain) return false;
+    const double u = random.uniform();
+    return u < kVia                   ? shortcut_via(a, i, j, random)
+           : u < kVia + kBacktracking ? shortcut_backtracking(a, i, j, random)
+                                      : shortcut_straight(a, i, j, random);
+  }
+
+  // Tries the straight line between steps i and j.
+  bool shortcut_straight(int a, int i, int j, Random& random) {
+    const T *p = motions_[a].at(i), *q = motions_[a].at(j);
+    const int length = j - i, drive = limits_[a].steps(p, q);
+    if (drive > length) return false;
+    const bool chance = random.uniform() < kByChance;
+    const DriveTiming timing =
+        chance ? DriveTiming::by_chance(length, drive, 0, random) : DriveTiming{length, 0, length};
+    ++tries_;
+    return straight_is_free(a, i, j) && put(a, i, drive_rows(p, q, q, dof(a), timing));
+  }
+
+  // Tries a path through a random via point with little or no detour.
+  bool shortcut_via(int a, int i, int j, Random& random) {
+    const T *p = motions_[a].at(i), *q = motions_[a].at(j);
+    const auto& arm = *motions_[a].arm;
+    const auto via = via_point(p, q, arm.lower, arm.upper, detour(a, i, j) - kGain, random);
+    const int length = j - i, first = std::max(1, limits_[a].steps(p, via.data())),
+              second = std::max(1, limits_[a].steps(via.data(), q));
+    if (first + second > length) return false;
+    ++tries_;
+    const std::pair<const T*, const T*> ends[2] = {{p, via.data()}, {via.data(), q}};
+    if (!free_alone(a, 2, [&](int k) { return ends[k]; })) return false;
+    const int drive = first + static_cast<int>(int64_t{length - first - second} * first / (first + second));
+    const bool chance = random.uniform() < kByChance;
+    const DriveTiming timing = chance ? DriveTiming::by_chance(length, first, second, random)
+                                      : DriveTiming{length, 0, drive, 0, length - drive};
+    return put(a, i, drive_rows(p, via.data(), q, dof(a), timing));
+  }
+
+  // Tries to remove the backtracking of one joint, or of all joints; the others move as before.
+  bool shortcut_backtracking(int a, int i, int j, Random& random) {
+    std::vector<T> rows(motions_[a].at(i), motions_[a].at(j) + dof(a));
+    const bool whole = random.uniform() < kWholeArm, even = !whole && random.uniform() < kEven;
+    const Profile profile = even ? Profile::even : random.uniform() < 0.5 ? Profile::early : Profile::late;
+    const T share = random.uniform() < kAllTheWay ? T(1) : T(random.uniform());
+    const int joint = random.below(dof(a));
+    double gain = 0;
+    for (int k = whole ? 0 : joint; k < (whole ? dof(a) : joint + 1); ++k)
+      gain += remove_backtracking(rows, dof(a), k, profile, share);
+    if (gain < kGain) return false;
+    ++tries_;
+    const auto row = [&](int k) { return rows.data() + static_cast<size_t>(k) * dof(a); };
+    if (!free_alone(a, j - i, [&](int k) { return std::pair<const T*, const T*>(row(k), row(k + 1)); })) return false;
+    return put(a, i, rows);
+  }
+
+  // Replaces the arm's motion from step i on if the rows are clear of all other arms.
+  bool put(int a, int i, const std::vector<T>& rows) {
+    const int length = static_cast<int>(rows.size()) / dof(a) - 1;
+    const bool clear = all_windows<V>(length, [&](int n, int from, int steps) {
+      window(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
+      for (auto& b : others_[a]) {
+        if (check_.is_clear(window(a, n), motions_[b], i + from, levels_, clock_)) continue;
+        std::swap(b, others_[a][0]);  // likely in the way again
+        return false;
+      }
+      return true;
+    });
+    if (!clear) return false;
+    all_windows<V>(length, [&](int n, int from, int) {
+      window(a, n).need_all();
+      motions_[a].take_over(i + from, window(a, n));
+      return true;
+    });
+    measure(a);
+    return true;
+  }
+
+  MotionWindow<V>& window(int a, int n) {
+    while (static_cast<int>(windows_[a].size()) <= n) windows_[a].emplace_back(*cell_, a);
+    return windows_[a][n];
+  }
+
+  // Tries straight lines of all arms at once, in the time of the slowest.
+  bool shortcut_all_arms(Random& random, int64_t it) {
+    const auto [i, j] = it == 0 ? std::pair(0, last()) : random_window(last(), random);
+    double gain = 0;
+    int length = 0;
+    for (int a = 0; a < arms(); ++a) {
+      gain += detour(a, i, j);
+      length = std::max(length, limits_[a].steps(motions_[a].at(i), motions_[a].at(j)));
+    }
+    if (gain < kGain || length > j - i) return false;
+    ++tries_;
+    for (int a = 0; a < arms(); ++a)
+      if (!straight_is_free(a, i, j)) return false;
+    std::vector<std::vector<T>> parts;
+    for (int a = 0; a < arms(); ++a) {
+      const T *p = motions_[a].at(i), *q = motions_[a].at(j);
+      parts.push_back(drive_rows(p, q, q, dof(a), {length, 0, length}));
+    }
+    const bool clear = all_windows<V>(length, [&](int, int from, int steps) {
+      for (int a = 0; a < arms(); ++a) {
+        window(a, 0).set(parts[a].data() + static_cast<size_t>(from) * dof(a), steps);
+        for (const int b : others_[a])
+          if (b < a && !check_.is_clear(window(b, 0), window(a, 0), 0, levels_, clock_)) return false;
+      }
+      return true;
+    });
+    if (!clear) return false;
+    for (int a = 0; a < arms(); ++a) splice(a, i, j, parts[a]);
+    measure();
+    return true;
+  }
+
+  void splice(int a, int i, int j, const std::vector<T>& part) {
+    const auto& old = motions_[a].q;
+    std::vector<T> rows(old.begin(), old.begin() + static_cast<ptrdiff_t>(i) * dof(a));
+    rows.insert(rows.end(), part.begin(), part.end());
+    rows.insert(rows.end(), old.begin() + static_cast<ptrdiff_t>(j + 1) * dof(a), old.end());
+    motions_[a] = Motion<V>(*cell_, a, std::move(rows));
+  }
+
+  const CellModel<T>* cell_;
+  Prover<V> prover_;
+  PairCheck<V> check_;
+  Levels<T> levels_;
+  std::vector<StepLimits<T>> limits_;
+  std::vector<Motion<V>> motions_;
+  std::vector<std::vector<int>> others_;    // per arm, in test order
+  std::vector<std::vector<double>> along_;  // length from the start to each step [rad]
+  std::vector<double> straight_;
+  std::vector<std::vector<MotionWindow<V>>> windows_;  // per arm, reused
+  std::vector<SegmentResult<T>> results_;
+  int tries_ = 0;
+  const Clock* clock_ = nullptr;  // segments that it cuts short count as not free
+};
+
+}  // namespace mmp

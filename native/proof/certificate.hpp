@@ -1,0 +1,129 @@
+// Certificate of a plan: a clearance that all bodies keep at every instant, in double precision.
+#pragma once
+
+#include "proof/segments.hpp"
+
+namespace mmp {
+
+struct Proof {
+  bool valid = false;
+  double clearance = 0;        // proved between arms [m]; if not valid, a clearance that is not kept
+  int arm_a = -1, arm_b = -1;  // arm_b -1: arm_a alone (obstacles, bases, itself)
+  int step = 0;                // segment of the violation, or of the least sampled clearance
+  double fraction = 0;
+};
+
+template <class V>
+class Certifier {
+ public:
+  using T = Scalar<V>;
+  // positions[arm]: [n][dof] at n common times. `required.proof` is the clearance to prove.
+  Certifier(StaticWorld<V>& world, std::vector<const T*> positions, int n, Levels<T> required)
+      : world_(&world), prover_(world), positions_(std::move(positions)), n_(n), required_(required) {}
+
+  // Proves the required clearance at least, and all but a `share` of what the sampled minimum has beyond it. Clearances
+  // are those between arms; `required` shifts the others.
+  Proof run(T share, const Clock& clock) {
+    Proof out = sample();
+    const T required = required_.proof;
+    if (out.clearance < required) return out;
+    T beyond = (T(out.clearance) - required) * (T(1) - share);
+    while (!clock.expired()) {
+      Proof found;
+      const T target = required + beyond;
+      if (prove(target, found, clock)) {
+        out.valid = true;
+        out.clearance = target;
+        return out;
+      }
+      if (clock.expired()) break;
+      if (beyond == T(0)) return found;
+      // Some instant is closer than all samples: aim lower.
+      beyond = beyond > required / 8 ? beyond / 4 : T(0);
+    }
+    out.clearance = 0;
+    return out;
+  }
+
+ private:
+  int dof(int a) const { return world_->cell->arms[a].dof; }
+  int arms() const { return static_cast<int>(positions_.size()); }
+
+  // Samples the clearance at the given times and halfway between them.
+  Proof sample() {
+    Proof out;
+    out.clearance = 1e9;
+    std::vector<Pose<V>> poses;
+    for (const auto& arm : world_->cell->arms) poses.emplace_back(arm);
+    const int halves = 2 * n_ - 1;
+    for (int h = 0; h < halves; h += width<V>) {
+      for (int a = 0; a < arms(); ++a) {
+        V q[kMaxDof];
+        for (int lane = 0; lane < width<V>; ++lane) {
+          const int k = std::min(h + lane, halves - 1);
+          const T *lo = positions_[a] + (k / 2) * dof(a), *hi = positions_[a] + ((k + 1) / 2) * dof(a);
+          for (int j = 0; j < dof(a); ++j) q[j][lane] = (lo[j] + hi[j]) / 2;
+        }
+        forward(q, poses[a]);
+      }
+      for (int a = 0; a < arms(); ++a) {
+        V best = splat<V>(T(out.clearance));
+        world_->lower(a, poses[a], required_, best);
+        note(best, a, -1, h, out);
+        for (int b = a + 1; b < arms(); ++b) {
+          best = splat<V>(T(out.clearance));
+          lower_pair_clearance(poses[a], poses[b], false, best);
+          note(best, a, b, h, out);
+        }
+      }
+    }
+    return out;
+  }
+
+  void note(V best, int a, int b, int h, Proof& out) const {
+    for (int lane = 0; lane < width<V>; ++lane) {
+      if (best[lane] >= out.clearance) continue;
+      const int k = std::min(h + lane, 2 * n_ - 2);
+      out = {false, best[lane], a, b, k / 2, (k % 2) / 2.0};
+    }
+  }
+
+  bool prove(T target, Proof& found, const Clock& clock) {
+    const Levels<T> levels{target, target, required_.obstacles, required_.self};
+    const int segments = n_ - 1;
+    std::vector<SegmentResult<T>> results;
+    const auto of = [&](int a) {
+      return [this, a](int s) {
+        const T* p = positions_[a] + static_cast<size_t>(s) * dof(a);
+        return std::pair<const T*, const T*>(p, p + dof(a));
+      };
+    };
+    const auto free = [&](int a, int b) {
+      for (int s = 0; s < segments; ++s)
+        if (!results[s].free) {
+          found = {false, target, a, b, s, double(results[s].contact)};
+          return false;
+        }
+      return true;
+    };
+    for (int a = 0; a < arms(); ++a) {
+      results.assign(segments, {});
+      prover_.alone(a, segments, of(a), levels, Stop::at_first_contact, results.data(), &clock);
+      if (!free(a, -1)) return false;
+      for (int b = a + 1; b < arms(); ++b) {
+        results.assign(segments, {});
+        prover_.pair(a, b, segments, of(a), of(b), levels, false, results.data(), &clock);
+        if (!free(a, b)) return false;
+      }
+    }
+    return true;
+  }
+
+  StaticWorld<V>* world_;
+  Prover<V> prover_;
+  std::vector<const T*> positions_;
+  int n_;
+  Levels<T> required_;
+};
+
+}  // namespace mmp

@@ -1,0 +1,134 @@
+// Conflicts of two motions on the common grid of steps.
+#pragma once
+
+#include <vector>
+
+#include "geometry/swept_distance.hpp"
+#include "proof/segments.hpp"
+
+namespace mmp {
+
+// Lists the instants of conflict of two motions, in steps, ascending, at most one per step.
+//
+// At a step, surfaces closer than `margin` are a conflict. Between steps the test uses the chords of all sphere pairs,
+// minus the deviation of the true arcs. The prover decides undecided steps; a contact that it finds is an instant
+// between two steps. Outside conflicts `proof` is proved at every instant.
+template <class V>
+class PairCheck {
+ public:
+  using T = Scalar<V>;
+  // `bases` also tests one arm's moving links against the other's base. Paths that are free alone never touch it.
+  explicit PairCheck(StaticWorld<V>& world, bool bases = false) : prover_(world), first_(bases ? 0 : 1) {}
+
+  void operator()(const Motion<V>& a, const Motion<V>& b, Levels<T> levels, std::vector<double>& instants) {
+    const int last = std::max(a.last, b.last);
+    instants.clear();
+    undecided_.clear();
+    for (int k = 0; k <= last; k += width<V>) block(a, b, k, last, levels, instants);
+    refine(a, b, levels, last, instants);
+  }
+
+  // Returns whether `part` of a motion, which begins at step `offset` of the other motion, is clear of it.
+  template <class Part, class Other>
+  bool is_clear(Part& part, Other& other, int offset, Levels<T> levels, const Clock* clock = nullptr) {
+    undecided_.clear();
+    for (int k = 0; k < part.last; k += width<V>) {
+      Mask<V> touching{}, undecided{};
+      const unsigned lanes = part.last - k >= width<V> ? all_bits<V> : (1u << (part.last - k)) - 1u;
+      chords(part, other, k, k + offset, levels, touching, undecided, lanes);
+      if (bits<V>(touching) & lanes) return false;
+      for (int lane = 0; lane < width<V>; ++lane)
+        if (bits<V>(undecided) & lanes & (1u << lane)) undecided_.push_back(k + lane);
+    }
+    if (undecided_.empty()) return true;
+    std::vector<SegmentResult<T>> results(undecided_.size());
+    const auto of = [&](const Motion<V>& m, int from) {
+      return [&, from](int s) {
+        return std::pair<const T*, const T*>(m.at(from + undecided_[s]), m.at(from + undecided_[s] + 1));
+      };
+    };
+    prover_.pair(part.arm_index, other.arm_index, static_cast<int>(undecided_.size()), of(part, 0), of(other, offset),
+                 levels, first_ == 0, results.data(), clock);
+    return std::all_of(results.begin(), results.end(), [](const auto& r) { return r.free; });
+  }
+
+ private:
+  void block(const Motion<V>& a, const Motion<V>& b, int k, int last, Levels<T> levels, std::vector<double>& instants) {
+    Mask<V> touching{}, undecided{};
+    chords(a, b, k, k, levels, touching, undecided);
+    const unsigned h = bits<V>(touching), o = bits<V>(undecided);
+    for (int lane = 0; lane < width<V> && k + lane <= last; ++lane) {
+      if (h >> lane & 1u) instants.push_back(k + lane);
+      if (o >> lane & 1u) undecided_.push_back(k + lane);
+    }
+  }
+
+  // Tests chords from step ka of one motion and step kb of the other: surfaces that touch at the step, and chords too
+  // close for a proof. Ends early when a lane of `stop_at` touches.
+  template <class A, class B>
+  void chords(A& a, B& b, int ka, int kb, Levels<T> levels, Mask<V>& touching, Mask<V>& undecided,
+              unsigned stop_at = 0) {
+    for (size_t i = first_; i < a.arm->links.size(); ++i) {
+      const int la = static_cast<int>(i);
+      const auto a0 = a.centers(a.links, la, ka), a1 = a.centers(a.links, la, ka + 1);
+      const V deviation_a = a.deviation_at(la, ka) + levels.proof;
+      for (size_t j = i == 0 ? 1 : first_; j < b.arm->links.size(); ++j) {
+        const int lb = static_cast<int>(j);
+        const V slack = deviation_a + b.deviation_at(lb, kb);
+        const V far = max(slack, splat<V>(levels.margin)) + (a.arm->links[i].bound.r + b.arm->links[j].bound.r);
+        const V d2 = chord_distance2<V>(a0 - b.centers(b.links, lb, kb), a1 - b.centers(b.links, lb, kb + 1));
+        if (!bits<V>(d2 < far * far)) continue;
+        a.need(la);
+        b.need(lb);
+        links(a, la, b, lb, ka, kb, slack, levels, touching, undecided);
+        if (bits<V>(touching) & stop_at) return;
+      }
+    }
+  }
+
+  void links(const Motion<V>& a, int la, const Motion<V>& b, int lb, int ka, int kb, V slack, Levels<T> levels,
+             Mask<V>& touching, Mask<V>& undecided) {
+    const auto &A = a.arm->links[la], &B = b.arm->links[lb];
+    const V far = max(slack, splat<V>(levels.margin));
+    for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
+      const auto a0 = a.centers(a.groups, ga, ka), a1 = a.centers(a.groups, ga, ka + 1);
+      for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
+        const V limit = far + (a.arm->groups[ga].r + b.arm->groups[gb].r);
+        const V d2 = chord_distance2<V>(a0 - b.centers(b.groups, gb, kb), a1 - b.centers(b.groups, gb, kb + 1));
+        if (!bits<V>(d2 < limit * limit)) continue;
+        const Range sa = a.arm->group_spheres[ga], sb = b.arm->group_spheres[gb];
+        for (int i = sa.first; i < sa.first + sa.count; ++i) {
+          const auto p0 = a.centers(a.spheres, i, ka), p1 = a.centers(a.spheres, i, ka + 1);
+          for (int j = sb.first; j < sb.first + sb.count; ++j) {
+            const T radii = a.arm->spheres[i].r + b.arm->spheres[j].r;
+            const auto d0 = p0 - b.centers(b.spheres, j, kb), d1 = p1 - b.centers(b.spheres, j, kb + 1);
+            const V wide = slack + radii;
+            touching |= dot(d0, d0) < splat<V>((levels.margin + radii) * (levels.margin + radii));
+            undecided |= chord_distance2<V>(d0, d1) < wide * wide;
+          }
+        }
+      }
+    }
+  }
+
+  void refine(const Motion<V>& a, const Motion<V>& b, Levels<T> levels, int last, std::vector<double>& instants) {
+    const auto touching = [&](int k) { return std::binary_search(instants.begin(), instants.end(), double(k)); };
+    std::erase_if(undecided_, [&](int k) { return k == last || touching(k) || touching(k + 1); });
+    if (undecided_.empty()) return;
+    std::vector<SegmentResult<T>> results(undecided_.size());
+    const auto of = [&](const Motion<V>& m) {
+      return [&](int s) { return std::pair<const T*, const T*>(m.at(undecided_[s]), m.at(undecided_[s] + 1)); };
+    };
+    prover_.pair(a.arm_index, b.arm_index, static_cast<int>(undecided_.size()), of(a), of(b), levels, first_ == 0,
+                 results.data());
+    for (size_t s = 0; s < undecided_.size(); ++s)
+      if (!results[s].free) instants.push_back(undecided_[s] + double(results[s].contact));
+    std::sort(instants.begin(), instants.end());
+  }
+
+  Prover<V> prover_;
+  size_t first_;
+  std::vector<int> undecided_;
+};
+
+}  // namespace mmp

@@ -1,0 +1,152 @@
+// Repulsive trajectory modification: gradient descent of APF-ECBS along its force field (ModifyMotion).
+#pragma once
+
+#include <memory>
+
+#include "proof/pair_check.hpp"
+#include "repulsion/repulsion.hpp"
+#include "single_arm/constraints.hpp"
+
+namespace mmp {
+
+struct DescentOptions {
+  double alpha;
+  int max_iterations;
+  bool normalised;  // fixed largest step, forces smoothed over time
+  double normalised_step;
+  double max_step;  // cap per joint and iteration [rad]
+  double comfort;   // early stop once this clearance is reached [m]; negative: run all iterations
+};
+
+template <class V>
+class ModifyMotion {
+ public:
+  using T = Scalar<V>;
+  ModifyMotion(StaticWorld<V>& world, const RepulsionOptions& force, const DescentOptions& options)
+      : repulsion_(force), options_(options), prover_(world), pairs_(world) {}
+
+  struct Result {
+    std::vector<T> positions;  // last trajectory that broke no constraint
+    int iterations = 0;
+    bool moved = false, input_breaks_constraint = false;
+    std::vector<std::vector<T>> trace;  // every accepted iterate, on request
+  };
+
+  // `max_step`: v_max dt per joint [rad]. `keep`: levels of the proof against static bodies. A constraint is broken
+  // when surfaces are closer than `constraint_margin` at a step or half-step.
+  Result run(const Motion<V>& input, const std::vector<const Motion<V>*>& others,
+             const std::vector<Constraint<V>*>& constraints, const T* max_step, Levels<T> keep, T constraint_margin,
+             bool trace, const Clock& clock) {
+    Result out;
+    const auto& arm = *input.arm;
+    const int dof = arm.dof, last = input.last;
+    out.positions = input.q;
+    out.input_breaks_constraint = breaks(input, constraints, constraint_margin);
+    std::vector<T> current = input.q, next, forces;
+    auto motion = std::make_unique<Motion<V>>(input);
+    for (int it = 0; it < options_.max_iterations && !clock.expired(); ++it) {
+      repulsion_.force(*motion, others, forces);
+      step_of(forces, last, dof);
+      next = current;
+      bool any = false;
+      for (int k = 1; k < last; ++k)
+        for (int j = 0; j < dof; ++j) {
+          T& q = next[static_cast<size_t>(k) * dof + j];
+          const T to = std::clamp(q + forces[static_cast<size_t>(k) * dof + j], arm.lower[j], arm.upper[j]);
+          any |= std::abs(to - q) > T(1e-7);
+          q = to;
+        }
+      if (!any || !near_neighbours(next, last, dof, max_step)) break;
+      if (!static_free(input.arm_index, current, next, last, dof, keep, clock)) break;
+      current = next;
+      motion = std::make_unique<Motion<V>>(*prover_.world().cell, input.arm_index, current);
+      ++out.iterations;
+      if (trace) out.trace.push_back(current);
+      if (breaks(*motion, constraints, constraint_margin)) continue;
+      out.positions = current;
+      out.moved = true;
+      if (options_.comfort >= 0 && comfortable(*motion, others)) break;
+    }
+    return out;
+  }
+
+ private:
+  // Converts forces to joint steps, in place.
+  void step_of(std::vector<T>& f, int last, int dof) {
+    if (options_.normalised) {
+      smooth(f, last, dof);
+      T largest = 0;
+      for (const T x : f) largest = std::max(largest, std::abs(x));
+      const T scale = largest > 0 ? T(options_.normalised_step) / largest : T(0);
+      for (T& x : f) x *= scale;
+    } else {
+      for (T& x : f) x *= T(options_.alpha);
+    }
+    const T cap = T(options_.max_step);
+    for (T& x : f) x = std::clamp(x, -cap, cap);
+  }
+
+  // Gaussian over time, sigma = 3 steps; the ends stay. The weights exp(-d^2 / 18) are literals: exp() differs in the
+  // last bit between C libraries, and plans must not.
+  static void smooth(std::vector<T>& f, int last, int dof) {
+    constexpr int radius = 9;
+    constexpr T weight[radius + 1] = {T(1),           T(0.945959469), T(0.800737403), T(0.606530660), T(0.411112291),
+                                      T(0.249352209), T(0.135335283), T(0.065728528), T(0.028565500), T(0.011108997)};
+    T total = weight[0];
+    for (int d = 1; d <= radius; ++d) total += 2 * weight[d];
+    const std::vector<T> in = f;
+    for (int k = 1; k < last; ++k)
+      for (int j = 0; j < dof; ++j) {
+        T sum = 0;
+        for (int d = -radius; d <= radius; ++d)
+          if (k + d >= 0 && k + d <= last) sum += weight[std::abs(d)] * in[static_cast<size_t>(k + d) * dof + j];
+        f[static_cast<size_t>(k) * dof + j] = sum / total;
+      }
+  }
+
+  static bool near_neighbours(const std::vector<T>& q, int last, int dof, const T* max_step) {
+    for (int k = 0; k < last; ++k)
+      for (int j = 0; j < dof; ++j)
+        if (std::abs(q[static_cast<size_t>(k + 1) * dof + j] - q[static_cast<size_t>(k) * dof + j]) > 3 * max_step[j])
+          return false;
+    return true;
+  }
+
+  // Steps with unchanged ends are known to be free.
+  bool static_free(int a, const std::vector<T>& before, const std::vector<T>& after, int last, int dof, Levels<T> keep,
+                   const Clock& clock) {
+    changed_.clear();
+    const auto same = [&](int k) {
+      return std::equal(before.begin() + k * dof, before.begin() + (k + 1) * dof, after.begin() + k * dof);
+    };
+    for (int k = 0; k < last; ++k)
+      if (!same(k) || !same(k + 1)) changed_.push_back(k);
+    std::vector<SegmentResult<T>> results(changed_.size());
+    const auto at = [&](int s) {
+      const T* p = after.data() + static_cast<size_t>(changed_[s]) * dof;
+      return std::pair<const T*, const T*>(p, p + dof);
+    };
+    prover_.alone(a, static_cast<int>(changed_.size()), at, keep, Stop::at_first_contact, results.data(), &clock);
+    for (const auto& r : results)
+      if (!r.free) return false;
+    return true;
+  }
+
+  bool comfortable(const Motion<V>& m, const std::vector<const Motion<V>*>& others) {
+    const T wanted = T(options_.comfort);
+    for (const auto* o : others) {
+      pairs_(m, *o, {wanted, wanted * T(0.6)}, instants_);
+      if (!instants_.empty()) return false;
+    }
+    return true;
+  }
+
+  Repulsion<V> repulsion_;
+  DescentOptions options_;
+  Prover<V> prover_;
+  PairCheck<V> pairs_;
+  std::vector<int> changed_;
+  std::vector<double> instants_;
+};
+
+}  // namespace mmp

@@ -1,0 +1,120 @@
+// Repulsive force field of APF-ECBS: forces between the spheres of two arms, and the resulting joint torques.
+#pragma once
+
+#include <vector>
+
+#include "geometry/collision.hpp"
+#include "geometry/motion.hpp"
+
+namespace mmp {
+
+struct RepulsionOptions {
+  double k_rep, d0;      // d0 [m]: range of the force
+  bool centre_distance;  // paper-literal: distances between centres instead of surfaces
+};
+
+inline constexpr double kDistanceFloor = 0.01;  // distance below which the force is constant [m]
+
+template <class V>
+class Repulsion {
+ public:
+  using T = Scalar<V>;
+  explicit Repulsion(const RepulsionOptions& options) : options_(options) {}
+
+  // Computes joint forces J^T F at every inner step of `motion`, [last + 1][dof], zero at the ends.
+  void force(const Motion<V>& motion, const std::vector<const Motion<V>*>& others, std::vector<T>& out) {
+    const int dof = motion.arm->dof;
+    out.assign(static_cast<size_t>(motion.last + 1) * dof, T(0));
+    Pose<V> pose(*motion.arm);
+    for (int k = 0; k <= motion.last; k += width<V>) {
+      Vec3<V> push[kMaxDof + 1], moment[kMaxDof + 1];
+      for (int f = 0; f <= dof; ++f) push[f] = moment[f] = {V{}, V{}, V{}};
+      bool any = false;
+      for (const auto* other : others) any |= push_from(motion, *other, k, push, moment);
+      if (any) transpose_jacobian(motion, pose, k, push, moment, out);
+    }
+    std::fill_n(out.begin(), dof, T(0));
+    std::fill_n(out.end() - dof, dof, T(0));
+  }
+
+ private:
+  // Adds one other arm's forces to the frames of this one. Moments are about the world's origin.
+  bool push_from(const Motion<V>& m, const Motion<V>& o, int k, Vec3<V>* push, Vec3<V>* moment) {
+    const V d0 = splat<V>(T(options_.d0));
+    bool any = false;
+    for (size_t i = 1; i < m.arm->links.size(); ++i) {
+      const auto& A = m.arm->links[i];
+      const auto ca = m.centers(m.links, static_cast<int>(i), k);
+      for (size_t j = 0; j < o.arm->links.size(); ++j) {
+        const auto& B = o.arm->links[j];
+        const auto cb = j == 0 ? fixed(B.bound) : o.centers(o.links, static_cast<int>(j), k);
+        if (!bits<V>(closer(ca, cb, d0 + (A.bound.r + B.bound.r)))) continue;
+        for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
+          const auto pa = m.centers(m.groups, ga, k);
+          for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
+            const auto pb = j == 0 ? fixed(o.arm->groups[gb]) : o.centers(o.groups, gb, k);
+            if (!bits<V>(closer(pa, pb, d0 + (m.arm->groups[ga].r + o.arm->groups[gb].r)))) continue;
+            any |= spheres(m, ga, o, gb, j == 0, k, push[A.frame], moment[A.frame]);
+          }
+        }
+      }
+    }
+    return any;
+  }
+
+  bool spheres(const Motion<V>& m, int ga, const Motion<V>& o, int gb, bool base, int k, Vec3<V>& push,
+               Vec3<V>& moment) {
+    const Range sa = m.arm->group_spheres[ga], sb = o.arm->group_spheres[gb];
+    const T d0 = T(options_.d0), k_rep = T(options_.k_rep);
+    bool any = false;
+    for (int i = sa.first; i < sa.first + sa.count; ++i) {
+      const auto p = m.centers(m.spheres, i, k);
+      Vec3<V> sum{V{}, V{}, V{}};
+      bool mine = false;
+      for (int j = sb.first; j < sb.first + sb.count; ++j) {
+        const auto away = p - (base ? fixed(o.arm->spheres[j]) : o.centers(o.spheres, j, k));
+        const V d2 = dot(away, away);
+        const T radii = options_.centre_distance ? T(0) : m.arm->spheres[i].r + o.arm->spheres[j].r;
+        const Mask<V> near = d2 <= splat<V>((d0 + radii) * (d0 + radii));
+        if (!bits<V>(near)) continue;
+        const V centres = max(sqrt<V>(d2), splat<V>(T(1e-6)));
+        const V d = max(centres - radii, splat<V>(T(kDistanceFloor)));
+        const V inverse = T(1) / d;
+        const V size = max(k_rep * (inverse - T(1) / d0) * inverse * inverse, V{});
+        sum = sum + away * select<V>(near, size / centres, V{});
+        mine = true;
+      }
+      if (!mine) continue;
+      push = push + sum;
+      moment = moment + cross(p, sum);
+      any = true;
+    }
+    return any;
+  }
+
+  void transpose_jacobian(const Motion<V>& m, Pose<V>& pose, int k, const Vec3<V>* push, const Vec3<V>* moment,
+                          std::vector<T>& out) {
+    const int dof = m.arm->dof;
+    V joints[kMaxDof];
+    for (int lane = 0; lane < width<V>; ++lane)
+      for (int j = 0; j < dof; ++j) joints[j][lane] = m.at(k + lane)[j];
+    forward(joints, pose);
+    // From the tip inwards: a joint feels all forces beyond it.
+    Vec3<V> total{V{}, V{}, V{}}, turn = total;
+    for (int j = dof; j >= 1; --j) {
+      total = total + push[j];
+      turn = turn + moment[j];
+      const auto& f = pose.frames[j];
+      const Vec3<V> axis{f.r[2], f.r[5], f.r[8]};
+      const V torque = dot(axis, turn - cross(f.p, total));
+      for (int lane = 0; lane < width<V> && k + lane <= m.last; ++lane)
+        out[static_cast<size_t>(k + lane) * dof + (j - 1)] = torque[lane];
+    }
+  }
+
+  static Vec3<V> fixed(const Sphere<T>& s) { return {splat<V>(s.x), splat<V>(s.y), splat<V>(s.z)}; }
+
+  RepulsionOptions options_;
+};
+
+}  // namespace mmp

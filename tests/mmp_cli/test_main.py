@@ -77,7 +77,7 @@ def test_output_that_finds_no_room_is_one_sentence_and_no_verdict(argv):
 def test_ctrl_c_ends_the_process_with_130_and_a_whole_plan(instances, tmp_path):
     code = (
         f"import sys; sys.path.insert(0, {str(TESTS)!r})\n"
-        "import stand_in_planners\n"
+        "from support import stand_in_planners\n"
         "from mmp_cli.main import main\n"
         "stand_in_planners.install()\n"
         "raise SystemExit(main())"

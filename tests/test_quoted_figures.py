@@ -13,9 +13,9 @@ from mmp_env.errors import MmpError
 ROOT = Path(__file__).parents[1]
 PAGES = [
     ROOT / "README.md",
-    *(
-        page for page in sorted((ROOT / "docs").glob("*/*.md")) if page.name != "planners.md"
-    ),  # written whole by a script
+    *sorted((ROOT / "docs").glob("*.md")),
+    # planners.md is written whole by a script
+    *(page for page in sorted((ROOT / "docs").glob("*/*.md")) if page.name != "planners.md"),
 ]
 CONSTANTS = tomllib.loads((ROOT / "tests" / "quoted_constants.toml").read_text(encoding="utf-8"))
 UNITS = {"s": 1, "ms": 1e-3, "minutes": 60, "mm": 1e-3, "rad": 1, "mrad": 1e-3, "%": 1e-2, "MB": 2**20, "times": 1}

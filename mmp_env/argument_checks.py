@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import math
+import os
+from collections.abc import Callable
 from numbers import Real
-from typing import Any, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from mmp_env.errors import MmpError
+from mmp_env.errors import MmpError, UnknownArgumentError
 from mmp_env.wording import shown
 
+P = ParamSpec("P")
 T = TypeVar("T")
 
 
@@ -54,6 +59,28 @@ def number(name: str, value: object, allowed: str, *, zero: bool = False, infini
     if (out > 0 or (zero and out == 0)) and (infinite or out < math.inf):
         return out
     raise refused(name, value, allowed)
+
+
+def path(name: str, value: object) -> str | os.PathLike[str]:
+    """Returns the value. Raises `MmpError` where it is neither text nor a path of text."""
+    if isinstance(value, str) or (isinstance(value, os.PathLike) and isinstance(os.fspath(value), str)):
+        return value
+    raise refused(name, value, "the path of a file")
+
+
+def known_keywords(function: Callable[P, T]) -> Callable[P, T]:
+    """Makes a function raise `UnknownArgumentError`, with the nearest name, for a keyword that it does not have."""
+    named = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    parameters = inspect.signature(function).parameters.values()
+    known = [each.name for each in parameters if each.kind in named and each.name != "self"]
+
+    @functools.wraps(function)
+    def checked(*args: P.args, **keywords: P.kwargs) -> T:
+        for name in keywords.keys() - known:
+            raise UnknownArgumentError(f"argument of {function.__name__}()", name, known)
+        return function(*args, **keywords)
+
+    return checked
 
 
 def as_numbers(value: Any) -> np.ndarray | None:

@@ -78,6 +78,10 @@ class UnknownNameError(MmpError):
         return _restored, (type(self), str(self)), vars(self)  # worker processes hand their errors on
 
 
+class UnknownArgumentError(UnknownNameError, TypeError):
+    """A keyword that a function does not have; the message names the one that was probably meant."""
+
+
 class InvalidInstanceError(MmpError):
     """A start or goal that is out of limits or in collision: the instance is `invalid`, no planner can solve it."""
 

@@ -3,7 +3,8 @@
 import math
 import reprlib
 
-_MOST_DEGREES = 3600.0
+_LEAST_DEGREES, _MOST_DEGREES = 10.0, 3600.0
+"""Bounds of a number that was probably meant in degrees."""
 _LONG_S = 1e6
 
 
@@ -20,7 +21,7 @@ def counted(count: int, noun: str) -> str:
 
 def degrees_hint(angle: float) -> str:
     """Returns the end of a message about an angle that must be in radians; empty where degrees explain nothing."""
-    return f"; {angle:g} looks like degrees" if 2 * math.pi < abs(angle) <= _MOST_DEGREES else ""
+    return f"; {angle:g} looks like degrees" if _LEAST_DEGREES <= abs(angle) <= _MOST_DEGREES else ""
 
 
 class _Short(reprlib.Repr):

@@ -30,7 +30,11 @@ class EpisodeReport:
 
     @property
     def valid(self) -> bool:
+        """Whether every plan is valid and they fit together; also what the report is as a truth value."""
         return not self.violations and all(plan.valid for plan in self.plans)
+
+    def __bool__(self) -> bool:
+        return self.valid
 
     @property
     def sentences(self) -> list[str]:

@@ -84,7 +84,11 @@ class CheckReport:
 
     @property
     def valid(self) -> bool:
+        """Whether the plan breaks no rule; also what the report is as a truth value."""
         return not self.violations
+
+    def __bool__(self) -> bool:
+        return self.valid
 
     @property
     def sentences(self) -> list[str]:

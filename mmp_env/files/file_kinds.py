@@ -6,18 +6,22 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from mmp_env import argument_checks
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import is_file
 from mmp_env.files.reading import NotJsonError, read_document
+from mmp_env.files.regular_files import TooLargeError
 
 INSTANCES, PLAN, EPISODE, CELL = "an instance file", "a plan", "an episode", "a cell file"
-_RESULT_FIELD = "planning_time_s"
+_TRAJECTORY = "a ROS 2 trajectory"
+_RESULT_FIELD, _TRAJECTORY_FIELD = "planning_time_s", "joint_names"
 _BY_FIELD = {
     "instances": INSTANCES,
     "positions": PLAN,
     "plans": EPISODE,
     "arms": CELL,
     _RESULT_FIELD: "a file of results",
+    _TRAJECTORY_FIELD: _TRAJECTORY,
 }
 """A field that only files of this kind have."""
 
@@ -33,6 +37,10 @@ def read_as(path: str | PathLike[str], kinds: tuple[str, ...], takes: str) -> An
         if Path(path).suffix.lower() != ".jsonl":
             raise
         data = {_RESULT_FIELD: None}  # a line of JSON for each result, which together are none
+    except TooLargeError as error:
+        if f"\n{_TRAJECTORY_FIELD}:".encode() not in b"\n" + error.beginning:
+            raise
+        data = {_TRAJECTORY_FIELD: None}
     kind = _kind(data)
     if kind is not None and kind not in kinds:
         raise MmpError(f"{path} is {kind}; {takes}")
@@ -53,6 +61,7 @@ def check_replaceable(path: str | PathLike[str], option: str) -> None:
 
 def read_for(loader: str, path: str | PathLike[str], *kinds: str) -> Any:
     """The content of a file, see `read_as`, for a function that reads these `kinds`."""
+    argument_checks.path("path", path)
     return read_as(path, kinds, f"{loader} takes {' or '.join(kinds)}")
 
 

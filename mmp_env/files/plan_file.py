@@ -17,6 +17,7 @@ from mmp_env.files.file_kinds import PLAN, read_for
 from mmp_env.files.instance_file import check_arms, configurations_from_dict
 from mmp_env.files.reading import MAX_JSON_BYTES, Location, check_schema, decode, numbers
 from mmp_env.files.writing import json_text, plain, write_text
+from mmp_env.model.arm import INSTANCE_NAMES, is_instance_name
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import Margins
 from mmp_env.model.plan import Plan
@@ -111,11 +112,24 @@ def plan_from_dict(data: Any, where: str | Location = "plan") -> Plan:
 
 def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
     """Writes the whole file or nothing. Raises `MmpError` where it cannot be written, or would be too large to read."""
-    text = json_text(plan_to_dict(given_plan(plan, "save")))
+    given_plan(plan, "save")
+    _check_finite(plan)
+    text = json_text(plan_to_dict(plan))
     if len(text) > MAX_JSON_BYTES:
         size, most = len(text) / 2**20, MAX_JSON_BYTES / 2**20
         raise MmpError(f"{path}: the plan takes {size:.0f} MB as a file; {most:.0f} MB is the most that is read")
     write_text(path, text)
+
+
+def _check_finite(plan: Plan) -> None:
+    """Raises `MmpError` for NaN and infinity, which JSON does not have."""
+    arrays = {"times": plan.times}
+    for key in ("positions", "velocities", "accelerations"):
+        by_arm: Mapping[str, np.ndarray] = getattr(plan, key) or {}
+        arrays |= {f"{key} of arm '{name}'": rows for name, rows in by_arm.items()}
+    for what, values in arrays.items():
+        if not np.isfinite(values).all():
+            raise MmpError(f"the plan cannot be saved: its {what} hold a number that is not finite")
 
 
 def load_plan(path: str | PathLike[str]) -> Plan:
@@ -139,8 +153,14 @@ def _problem(data: ProblemData, place: Location) -> Problem:
         goal=configurations_from_dict(cell, data.goal, place / "goal"),
         max_velocity=velocity_limits(cell, _limits(cell, data.max_velocity, place / "max_velocity")),
         margins=_margins(data, place),
-        name=data.name,
+        name=_name(data.name, place / "name"),
     )
+
+
+def _name(name: str, place: Location) -> str:
+    if not is_instance_name(name):
+        raise place.wrong(name, INSTANCE_NAMES)
+    return name
 
 
 def _margins(data: ProblemData, place: Location) -> Margins:

@@ -105,7 +105,7 @@ def read_document(path: str | PathLike[str]) -> Any:
             "it must be a JSON or YAML file"
         ) from None
     if not suffix and not text.lstrip().startswith(("{", "[")):
-        check_size(path, len(content), MAX_YAML_BYTES, "YAML")
+        check_size(path, content, MAX_YAML_BYTES, "YAML")
         is_yaml = True
     return parse_yaml(text, place) if is_yaml else parse_json(text, place)
 

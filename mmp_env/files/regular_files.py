@@ -10,6 +10,16 @@ from os import PathLike
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import refusal
 
+_BEGINNING_BYTES = 2**16
+
+
+class TooLargeError(MmpError):
+    """A file of more bytes than are read; `beginning` holds the first of them."""
+
+    def __init__(self, message: str, beginning: bytes) -> None:
+        super().__init__(message)
+        self.beginning = beginning
+
 
 def read_bytes(path: str | PathLike[str], limit: int, kind: str) -> bytes:
     """The content of a file of at most `limit` bytes; `kind` is its format in messages. Raises `MmpError`."""
@@ -20,14 +30,15 @@ def read_bytes(path: str | PathLike[str], limit: int, kind: str) -> bytes:
             content = file.read(limit + 1)
     except (OSError, ValueError) as error:
         raise refusal(path, "read", error) from None
-    check_size(path, len(content), limit, kind)
+    check_size(path, content, limit, kind)
     return content
 
 
-def check_size(path: str | PathLike[str], size: int, limit: int, kind: str) -> None:
-    """Raises `MmpError` for a file of more than `limit` bytes."""
-    if size > limit:
-        raise MmpError(f"{path} is larger than {limit / 2**20:g} MB, the most that is read of a {kind} file")
+def check_size(path: str | PathLike[str], content: bytes, limit: int, kind: str) -> None:
+    """Raises `TooLargeError` for a file of more than `limit` bytes."""
+    if len(content) > limit:
+        message = f"{path} is larger than {limit / 2**20:g} MB, the most that is read of a {kind} file"
+        raise TooLargeError(message, content[:_BEGINNING_BYTES])
 
 
 def _may_never_end(path: str | PathLike[str]) -> bool:

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from mmp_env import argument_checks
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_file, real_path, refusal
 from mmp_env.files.temporaries import beside
@@ -115,7 +116,7 @@ def _target(path: str | PathLike[str]) -> Path:
 
     Moving would replace also a file that nobody may write to: that is refused, as writing into it would be.
     """
-    target = real_path(path)
+    target = real_path(argument_checks.path("path", path))
     if not exists(target):
         return target
     if not is_file(target):

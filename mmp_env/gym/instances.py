@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from mmp_env.argument_checks import whole
+from mmp_env.argument_checks import known_keywords, whole
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.cell import Cell, given_cell
@@ -67,6 +67,7 @@ def draw(cell: Cell, source: Source, rng: np.random.Generator) -> Drawn:
     return Drawn(start=start, goal=goal, cell=meant)
 
 
+@known_keywords
 def draw_problem(
     cell: Cell,
     task: str | Source = DEFAULT_TASK,

@@ -18,12 +18,21 @@ from mmp_env.model.transforms import matrix_from_quaternion, transform
 SHAPES = ("box", "sphere", "cylinder", "capsule")
 NAMES = "1 to 100 printable characters without '/'"
 """What may be a name: it stands in paths such as `<cell>/<instance>` and `<arm>/joint1`, and in files."""
-_LONGEST_NAME = 100
+_LONGEST_NAME, _LONGEST_INSTANCE_NAME = 100, 250
 
 
 def is_name(text: str) -> bool:
     """Returns whether a cell, an arm, an obstacle or an instance may have this name, see `NAMES`."""
     return 0 < len(text) <= _LONGEST_NAME and text.isprintable() and "/" not in text
+
+
+INSTANCE_NAMES = f"names joined by '/', each {NAMES}; {_LONGEST_INSTANCE_NAME} characters at most"
+"""What may be the name of a problem, such as `<cell>/<instance>`."""
+
+
+def is_instance_name(text: str) -> bool:
+    """Returns whether a problem may have this name, see `INSTANCE_NAMES`; it may also have none."""
+    return not text or (len(text) <= _LONGEST_INSTANCE_NAME and all(map(is_name, text.split("/"))))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

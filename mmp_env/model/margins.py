@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
 
-from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.argument_checks import given, number, refused
+from mmp_env.errors import UnknownNameError
 from mmp_env.model.cell_limits import LARGEST_M
-from mmp_env.wording import shown
 
 DEFAULT_MARGIN_M = 0.002
 """Margin [m] where none is asked for; smaller where start or goal is tighter."""
@@ -23,6 +22,7 @@ SLACK_FACTOR = 0.5
 """Slack of the planners, relative to the smallest margin."""
 LEAST_SLACK_M, MOST_SLACK_M = 1e-4, 1e-3
 """Bounds of the slack [m], where start and goal leave that much room."""
+_ALLOWED = f"a finite number of metres above 0, {LARGEST_M:g} at most"
 _END_FACTOR = 0.9
 """Largest slack, relative to the room between the margin and the clearance of start and goal."""
 _LEAST_ROOM_M = 2e-5 / _END_FACTOR
@@ -81,21 +81,18 @@ def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[st
     for kind, value in asked.items():
         if kind not in KINDS:
             raise UnknownNameError("margin", str(kind), KINDS)
-        if value is None:
-            continue
-        out[kind] = _metres(value)
-        if not 0 < out[kind] <= LARGEST_M:
-            allowed = f"a finite number of metres above 0, {LARGEST_M:g} at most"
-            raise MmpError(f"margin {KIND_WORDS[kind]} is {shown(value)}; it must be {allowed}")
+        if value is not None:
+            out[kind] = number(f"margin {KIND_WORDS[kind]}", value, _ALLOWED)
+            if out[kind] > LARGEST_M:
+                raise refused(f"margin {KIND_WORDS[kind]}", value, _ALLOWED)
     return {kind: out[kind] for kind in KINDS if kind in out}
 
 
-def _metres(value: object) -> float:
-    """Returns a number of Python or NumPy as a float; NaN for anything else, and for what no float can hold."""
-    try:
-        return float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
-    except OverflowError:
-        return math.nan
+def check_margins(margins: object) -> None:
+    """Raises `MmpError` unless these are `Margins`, and each of them is a number above 0."""
+    each = given("margins", margins, Margins, "Margins(arms=..., obstacles=..., self=...), each in metres")
+    for kind in KINDS:
+        number(f"margin {KIND_WORDS[kind]}", each[kind], "a finite number of metres above 0")
 
 
 def margin_in_force(kind: str, asked: Mapping[str, float], clearance: float) -> float:

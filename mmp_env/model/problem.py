@@ -11,9 +11,10 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from mmp_env import _core
-from mmp_env.argument_checks import as_numbers, refused
+from mmp_env.argument_checks import as_numbers, known_keywords, refused, text
 from mmp_env.brief import brief
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+from mmp_env.model.arm import INSTANCE_NAMES, is_instance_name
 from mmp_env.model.cell import Cell, given_cell
 from mmp_env.model.collision import Nearest, levels_of
 from mmp_env.model.margins import (
@@ -21,6 +22,7 @@ from mmp_env.model.margins import (
     KINDS,
     Margins,
     asked_margins,
+    check_margins,
     largest_margin,
     margin_in_force,
     millimetres,
@@ -51,6 +53,12 @@ class Problem(ReadOnly):
     max_velocity: Mapping[str, Float[np.ndarray, "dof"]]
     margins: Margins
     name: str = ""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_margins(self.margins)
+        if not is_instance_name(text("name", self.name)):
+            raise refused("name", self.name, INSTANCE_NAMES)
 
     @brief
     def __repr__(self) -> str:
@@ -90,6 +98,7 @@ class Problem(ReadOnly):
         return float(sum(np.abs(self.goal[a] - self.start[a]).sum() for a in self.cell.arm_names))
 
 
+@known_keywords
 def make_problem(
     cell: Cell,
     start: Mapping[str, ArrayLike],

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, UInt8
 
-from mmp_env.argument_checks import given
+from mmp_env.argument_checks import given, known_keywords, number, refused
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.writing import check_writable, whole_file
 from mmp_env.model.plan import Plan
@@ -43,6 +43,7 @@ def check_film(path: str | PathLike[str]) -> None:
     offscreen_backend()
 
 
+@known_keywords
 def save_film(
     plan: Plan,
     path: str | PathLike[str],
@@ -104,8 +105,9 @@ def frames(
 
 def frame_times(duration_s: float, fps: float) -> Float[np.ndarray, "n"]:
     """When the frames of a film are [s]: from 0 on at equal steps, the last one not before `duration_s`."""
-    if not 0 < fps <= _MOST_FPS:
-        raise MmpError(f"fps is {fps}; a film has more than 0 and at most {_MOST_FPS:g} frames a second")
+    allowed = f"more than 0 and at most {_MOST_FPS:g} frames a second"
+    if number("fps", fps, allowed) > _MOST_FPS:
+        raise refused("fps", fps, allowed)
     count = duration_s * fps
     if not count <= MOST_FRAMES:
         raise MmpError(

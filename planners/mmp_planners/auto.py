@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
+from mmp_env.argument_checks import known_keywords
 from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.model.problem import Problem
 from mmp_planners.apf_ecbs import ApfEcbs
@@ -80,6 +81,7 @@ class Auto:
     def __post_init__(self) -> None:
         check_options(self)
 
+    @known_keywords
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from mmp_env.argument_checks import known_keywords
 from mmp_env.events import Watcher, ignore
 from mmp_env.model.problem import Problem
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
@@ -43,6 +44,7 @@ class Prioritized:
     def __post_init__(self) -> None:
         check_options(self)
 
+    @known_keywords
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:

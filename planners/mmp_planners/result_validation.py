@@ -133,13 +133,15 @@ def _by_arm(values: Any) -> dict[str, np.ndarray] | None:
 
 
 def _numbers(given: Any) -> np.ndarray:
-    """The numbers as a read-only array of floats. Text is none, not even '0.5'. Raises `WrongResultError`."""
+    """Returns the finite numbers as a read-only array of floats. Raises `WrongResultError`, for the text '0.5' too."""
     try:
         array = np.asarray(given)
     except ValueError:  # rows of different lengths
         array = None
     if array is None or array.dtype.kind not in "iuf":
         raise WrongResultError(f"the plan holds {shown(given)} where numbers are wanted")
+    if not np.isfinite(array).all():
+        raise WrongResultError(f"the plan holds {array[~np.isfinite(array)][0]} where finite numbers are wanted")
     return frozen_array(array)
 
 

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from mmp_env import _core
+from mmp_env.argument_checks import known_keywords
 from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
@@ -76,6 +77,7 @@ class RrtConnect:
     def __post_init__(self) -> None:
         check_options(self)
 
+    @known_keywords
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:

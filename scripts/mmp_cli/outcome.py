@@ -90,9 +90,9 @@ class Outcome:
                 "makespan_s": plan.makespan_s if plan else None,
                 "root_conflicts": stats.get("root_conflicts"),
                 "cost_lower_bound_rad": self.problem.cost_lower_bound_rad if self.problem else None,
-                "min_clearance_m": self.check.min_clearance_m if self.check else None,
+                "min_clearance_m": self.check.min_clearance_m if self.check is not None else None,
                 "margins_asked": {kind: self.asked.get(kind) for kind in KINDS},
-                "margins_proved": self.check.proved_m if self.check else None,
+                "margins_proved": self.check.proved_m if self.check is not None else None,
                 "bound_met": stats.get("bound_met"),
                 "deadline_hit": stats.get("deadline_hit"),
                 "plan": self.plan_path,
@@ -105,13 +105,13 @@ class Outcome:
         """What `mmp plan --json` says beyond the line: `valid`, of an error the `message`; if asked for `retimed` and
         `execution`.
         """
-        out: dict[str, Any] = {"valid": self.check.valid if self.check else None}
+        out: dict[str, Any] = {"valid": self.check.valid if self.check is not None else None}
         if self.message is not None:
             out["message"] = self.message
         if retime:
             out["retimed"] = plain(dataclasses.asdict(self.retimed)) if self.retimed else None
         if execute:
-            out["execution"] = execution_fields(self.execution) if self.execution else None
+            out["execution"] = execution_fields(self.execution) if self.execution is not None else None
         return out
 
 

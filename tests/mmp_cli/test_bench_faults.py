@@ -39,6 +39,7 @@ DEEDS = {
     "guarded": ["what plan() returned cannot be read: Unusual: hands off"],
     "no_options": ["the planner of the plan has the options null; they must be a mapping"],
     "text": ["where numbers are wanted"],
+    "no_number": ["the plan holds nan where finite numbers are wanted"],
     "all_text": ["the plan's numbers are of type str"],
     "meddle": ["THE CHECKER REFUTES THE PLAN: start"],
     "other_problem": ["THE CHECKER REFUTES THE PLAN: start"],

@@ -11,16 +11,18 @@ import pytest
 from support import bad_files
 from support.refusals import assert_refused
 
-from mmp_env.files.reading import MAX_JSON_BYTES
+from mmp_env.files.reading import MAX_JSON_BYTES, MAX_YAML_BYTES
 
 MMP = [sys.executable, "-c", "from mmp_cli.main import main; raise SystemExit(main())"]
 RESULT = json.dumps({"instance": "pair/turn", "planner": "ecbs", "status": "solved", "planning_time_s": 0.1})
+TRAJECTORY = "header: {frame_id: ''}\njoint_names: [arm0/joint1]\npoints: []\n"
 FILES = {
     "an instance file": ("pairs.json", json.dumps(bad_files.good_instances())),
     "a cell file": ("pair.json", json.dumps(bad_files.good_cell())),
     "a plan": ("plan.json", json.dumps(bad_files.good_plan())),
     "an episode": ("episode.json", json.dumps({"schema": "mmp-episode/1", "plans": [bad_files.good_plan()]})),
     "a file of results": ("results.jsonl", f"{RESULT}\n{RESULT}\n"),
+    "a ROS 2 trajectory": ("plan.yaml", TRAJECTORY),
 }
 TAKEN = {
     "plan": ("an instance file", "a cell file"),
@@ -47,6 +49,14 @@ def test_a_file_of_another_kind_is_called_by_its_name(mmp, tmp_path, command, ki
     path.write_text(text)
     more = ["--to", tmp_path / "out.csv"] if command == "export" else []
     assert_refused(mmp(command, path, *more), f"mmp: {path} is {kind}; {WORDS[command]}\n")
+
+
+def test_a_trajectory_that_is_too_long_for_a_cell_is_called_by_its_name(mmp, tmp_path):
+    path = tmp_path / "plan.yaml"
+    path.write_text(TRAJECTORY + "# more points\n" * (MAX_YAML_BYTES // 10))
+    assert_refused(mmp("check", path), f"mmp: {path} is a ROS 2 trajectory; {WORDS['check']}\n")
+    path.write_text("# a cell\n" * (MAX_YAML_BYTES // 8))
+    assert_refused(mmp("plan", path), f"{path} is larger than 0.25 MB")
 
 
 def test_one_line_of_results_is_results_too(mmp, tmp_path):

@@ -29,6 +29,7 @@ DEEDS = {
     "no_options": "returned no result: the planner of the plan has the options null; they must be a mapping",
     "no_name": "returned no result: the planner of the plan has the name 3; it must be text",
     "text": "where numbers are wanted",
+    "no_number": "returned no result: the plan holds nan where finite numbers are wanted",
     "all_text": "returned no result: the plan's numbers are of type str; they must be a mapping, arm -> numbers",
 }
 UNMADE = {

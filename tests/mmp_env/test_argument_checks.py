@@ -1,5 +1,7 @@
 """Arguments of the Python API that are of the wrong type or out of range: one sentence that says what is allowed."""
 
+import dataclasses
+
 import gymnasium
 import numpy as np
 import pytest
@@ -11,6 +13,9 @@ from mmp_env import (
     draw_instance,
     draw_problem,
     find_cell,
+    load_cell,
+    load_instances,
+    load_plan,
     make_problem,
     place_arm,
     ring_cell,
@@ -20,7 +25,8 @@ from mmp_env import (
 )
 from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.files.instance_file import instances_from_dict
-from mmp_planners import PlanResult, Status
+from mmp_env.model.margins import Margins
+from mmp_planners import PlanResult, Status, make
 
 
 @pytest.fixture(autouse=True)
@@ -32,6 +38,7 @@ def without_the_type_checker():
 FLAG = "it must be True or False"
 PIXELS = "it must be .*1 or more, and 4096 at most"
 CELL = ring_cell(2)
+TUCKED = {arm.name: arm.robot.tucked for arm in CELL.arms}
 SOME = {"arm0": [0.0] * 6, "arm1": [0.0] * 6}
 
 
@@ -81,6 +88,16 @@ def a_problem():
     return draw_problem(CELL, seed=3)
 
 
+def a_plan():
+    problem = a_problem()
+    here = {arm: np.tile(q, (2, 1)) for arm, q in problem.start.items()}
+    return mmp_env.Plan(problem=problem, times=np.array([0.0, 1.0]), positions=here)
+
+
+def margins(obstacles):
+    return Margins(arms=0.001, obstacles=obstacles, self=0.001)
+
+
 def a_file():
     return instances_from_dict(
         {
@@ -111,6 +128,17 @@ def a_file():
         (lambda: Monitor(lag_rad="x"), "lag_rad is 'x'; it must be a finite number above 0"),
         (lambda: place_arm("a", "ur5e", "xyz", [1, 0, 0, 0]), "arm 'a' stands at nan.*three finite numbers"),
         (lambda: a_file().problem("t1"), "unknown instance 't1'. Did you mean 't0'"),
+        (lambda: load_plan(None), "path is None; it must be the path of a file"),
+        (lambda: load_cell(0), "path is 0; it must be the path of a file"),
+        (lambda: load_instances(b"a.json"), "path is b'a.json'; it must be the path of a file"),
+        (lambda: save_film(a_plan(), "a.gif", fps="x"), "fps is 'x'; it must be more than 0 and at most 60 frames"),
+        (lambda: save_plan(a_plan(), None), "path is None; it must be the path of a file"),
+        (lambda: make_problem(CELL, SOME, SOME, name=None), "name is None; it must be text"),
+        (lambda: make_problem(CELL, TUCKED, TUCKED, name="a\nb"), r"name is 'a\\nb'; it must be names joined by '/'"),
+        (lambda: make_problem(CELL, TUCKED, TUCKED, name="a//b"), "name is 'a//b'; it must be names joined by '/'"),
+        (lambda: dataclasses.replace(a_problem(), margins=0.02), r"margins is 0\.02; it must be Margins\(arms=\.\.\."),
+        (lambda: dataclasses.replace(a_problem(), margins=margins(-0.1)), "margin to obstacles is -0.1; it must be"),
+        (lambda: dataclasses.replace(a_problem(), margins=margins(None)), "margin to obstacles is None; it must be"),
         (lambda: a_file().problem(0), "instance is 0; it must be an Instance of this file"),
     ],
 )
@@ -120,6 +148,24 @@ def test_what_a_function_cannot_take_is_answered_with_what_it_can(call, said, tm
         call()
     assert not isinstance(caught.value, InvalidInstanceError)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: make_problem(CELL, SOME, SOME, margins=0.02), "make_problem().*'margins'. Did you mean 'margin'"),
+        (lambda: draw_problem(CELL, sed=3), "draw_problem().*'sed'. Did you mean 'seed'"),
+        (lambda: save_film(None, "a.gif", fsp=3), "save_film().*'fsp'. Did you mean 'fps'"),
+        *[
+            (lambda name=name: make(name).plan(None, timelimit=1), "plan().*'timelimit'. Did you mean 'time_limit'")
+            for name in ("auto", "ecbs", "prioritized", "rrt-connect")
+        ],
+    ],
+)
+def test_a_misspelt_keyword_is_answered_with_the_nearest_one(call, said):
+    with pytest.raises(TypeError, match=f"^unknown argument of {said}") as caught:
+        call()
+    assert isinstance(caught.value, MmpError)
 
 
 def test_a_planners_result_in_the_place_of_a_plan_is_answered_with_its_plan(tmp_path):

@@ -96,8 +96,8 @@ CELLS = {
     ),
     "the yaw of a held object in degrees": (
         ["arms", 0, "held"],
-        {"shape": "sphere", "radius": 0.01, "position": [0, 0, 0.1], "yaw": 7},
-        ["arms[0].held.yaw is 7", "7 looks like degrees"],
+        {"shape": "sphere", "radius": 0.01, "position": [0, 0, 0.1], "yaw": 70},
+        ["arms[0].held.yaw is 70", "70 looks like degrees"],
     ),
     "a yaw of a list": (["arms", 0, "yaw"], [1.0], ["arms[0].yaw is [1.0]", "a number or null"]),
     "a number beyond all bounds": (["arms", 0, "yaw"], 10**400, ["arms[0].yaw is", "number"]),

@@ -235,6 +235,7 @@ DEEDS = {
     "no_options": lambda problem, plan: _sound(plan, planner={"options": None}),
     "no_name": lambda problem, plan: _sound(plan, planner={"name": 3}),
     "text": lambda problem, plan: _forged(plan, positions={a: q.astype(str) for a, q in plan.positions.items()}),
+    "no_number": lambda problem, plan: _forged(plan, positions={a: np.nan * q for a, q in plan.positions.items()}),
     "all_text": lambda problem, plan: _forged(plan, positions="left, then right"),
     "move": _leave_the_folder,
     "fork": _fork,

@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from mmp_env.argument_checks import known_keywords
 from mmp_env.events import Watcher, ignore, wants_iterates
 from mmp_env.model.problem import Problem
 from mmp_planners.conflict_tree.constraints import ConstraintKind
@@ -63,6 +64,7 @@ class TreePlanner(abc.ABC):
     def parts(self, seed: int) -> Parts:
         """What the search is composed of; `seed` is for parts that draw."""
 
+    @known_keywords
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:

@@ -11,6 +11,7 @@ from support.tiny_plans import UPRIGHT
 
 import mmp_env.check
 from mmp_env.check import RULES, check_plan
+from mmp_env.check.episode import check_episode
 from mmp_env.files.plan_file import plan_from_dict
 
 
@@ -31,6 +32,16 @@ def test_a_good_plan_is_valid_and_its_clearance_is_proved(exact):
     assert report.spheres == ("geoms" if exact else "28")
     assert " and " in report.where
     assert "mm" in str(report)
+
+
+def test_a_report_is_true_where_its_plan_is_valid():
+    good = tiny_plans.two_apart()
+    bad = good | {"times": [t + 1.0 for t in good["times"]]}
+    assert check_plan(good)
+    assert not check_plan(bad)
+    episode = {"schema": "mmp-episode/1", "plans": [good]}
+    assert check_episode(episode)
+    assert not check_episode(episode | {"plans": [bad]})
 
 
 def test_a_plan_object_and_its_file_have_the_same_report():

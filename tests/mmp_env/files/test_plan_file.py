@@ -73,6 +73,25 @@ def test_a_plan_file_stands_on_its_own(tmp_path):
     assert data["stats"] == {"expanded_nodes": 3, "deadline_hit": False, "ratio": None}
 
 
+@pytest.mark.parametrize(
+    ("times", "last", "said"), [([0.0, np.inf], 1.0, "times"), ([0.0, 1.0], np.nan, "positions of arm 'arm1'")]
+)
+def test_a_plan_that_could_not_be_read_back_is_not_saved(tmp_path, times, last, said):
+    rows = np.linspace(0, 1, 12).reshape(2, 6)
+    plan = random_plan(np.array(times), {"arm0": rows, "arm1": np.append(rows[:, :5], [[0.0], [last]], axis=1)})
+    with pytest.raises(MmpError, match=f"cannot be saved: its {said} hold a number that is not finite"):
+        save_plan(plan, tmp_path / "plan.json")
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_name_of_a_problem_in_a_file_is_that_of_an_instance():
+    data = bad_files.good_plan()
+    for name in ("two\nlines", "a//b", "x" * 251):
+        data["problem"]["name"] = name
+        with pytest.raises(MmpError, match=r"^plan: problem\.name is .*; it must be names joined by '/'"):
+            plan_from_dict(data)
+
+
 def test_every_configuration_has_a_line_of_its_own():
     rows = np.linspace(0, 1, 60).reshape(10, 6) + 1 / 3
     text = json_text(plan_to_dict(random_plan(np.arange(10.0), {"arm0": rows, "arm1": rows})))

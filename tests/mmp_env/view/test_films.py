@@ -230,8 +230,9 @@ def test_what_ffmpeg_complains_of_is_passed_on_and_nothing_is_left(plan, tmp_pat
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        ({"fps": 0}, "fps is 0; a film has more than 0 and at most 60"),
+        ({"fps": 0}, "fps is 0; it must be more than 0 and at most 60"),
         ({"fps": float("nan")}, "fps is nan"),
+        ({"fps": 61}, "fps is 61; it must be more than 0 and at most 60"),
         ({"width": 97}, "width is 97; an MP4 film has an even number"),
         ({"height": 5000}, "height is 5000"),
     ],

@@ -46,7 +46,8 @@ fetch_older() {
 
 with_oldest_mujoco() {
   PYTHONPATH=$older pytest -n auto tests/mmp_env/{sim,gym,view} \
-    tests/mmp_env/check/test_check_exact.py tests/mmp_env/export/test_export_mjcf.py tests/mmp_tasks
+    tests/mmp_env/test_opengl_children.py tests/mmp_env/check/test_check_exact.py \
+    tests/mmp_env/export/test_export_mjcf.py tests/mmp_tasks
 }
 
 clang_format() { git ls-files -z 'native/*.cpp' 'native/*.hpp' | xargs -0 clang-format --dry-run -Werror; }

@@ -10,7 +10,7 @@ from PIL import Image, ImageSequence
 from support.picture_or_sentence import made
 
 from mmp_env.files.episode_file import load_episode
-from mmp_env.sim.opengl import offscreen_backend
+from mmp_env.opengl import offscreen_backend
 
 SCRIPTS = str(Path(__file__).parents[1] / "scripts")
 SIZE, FPS = (64, 48), 0.5

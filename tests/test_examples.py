@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from support.picture_or_sentence import made
 
-from mmp_env.sim.opengl import offscreen_backend
+from mmp_env.opengl import offscreen_backend
 
 FOLDER = Path(__file__).parents[1] / "docs" / "tutorials"
 EXAMPLES = sorted(path for path in FOLDER.iterdir() if path.suffix in (".py", ".ipynb"))

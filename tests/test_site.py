@@ -13,7 +13,7 @@ DOCS = ROOT / "docs"
 PACKAGES = ("mmp_env", "planners/mmp_planners", "tasks/mmp_tasks")
 PROGRAMS = {"tutorials/plan_and_look.md", "tutorials/compare_trees.md"}
 """Pages that scripts/site_hooks.py makes from programs."""
-UNLISTED = {"mmp_env.sim.mujoco_import"}
+UNLISTED = {"mmp_env.mujoco_import"}
 """Modules with `__all__` that are not for users."""
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco
 
 Array = np.ndarray
 GEOM_KINDS = SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = tuple(

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from mmp_env.check.report import Violation
 from mmp_env.model.cell_limits import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M
-from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco
 
 
 class UnreadableError(Exception):

@@ -11,7 +11,7 @@ from mmp_env.check.convex import Convex, separation
 from mmp_env.check.distance import geom_support
 from mmp_env.check.fields import rotation
 from mmp_env.check.model import CellModel, Poses
-from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco
 
 _FAR_M = 100.0
 _DOUBT_M = 1e-8

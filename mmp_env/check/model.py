@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 from mmp_env.check.fields import UnreadableError
 from mmp_env.check.held import BODY, held_spheres
 from mmp_env.check.reading import DATA, Arm, CellData, Solid, robot_data
-from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco
 
 _GEOMS = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 
 from mmp_env.errors import MmpError
-from mmp_env.sim.opengl import asked_for, has_display, offscreen_backend
+from mmp_env.opengl import asked_for, has_display, offscreen_backend
 
 INSTALL = "pip install 'mmp-env[dm]'"
 NO_WHEELS_FROM = (3, 13)

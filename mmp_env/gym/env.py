@@ -30,10 +30,10 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import check_fit, given_plan
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, keeps_margins
+from mmp_env.opengl import check_render_mode, possible_render_modes
 from mmp_env.sim.contacts import Contact
 from mmp_env.sim.execution import REACHED_RAD, SHOWN_STEPS, ExecutionReport, execute_plan
 from mmp_env.sim.monitor import Monitor
-from mmp_env.sim.opengl import check_render_mode, possible_render_modes
 from mmp_env.sim.simulation import Simulation
 from mmp_env.view.rendering import Camera, Window
 

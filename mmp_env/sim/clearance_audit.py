@@ -17,8 +17,8 @@ from jaxtyping import Float
 from mmp_env import _core
 from mmp_env.model.certificate import certify
 from mmp_env.model.plan import Plan
+from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.contacts import names_and_owners
-from mmp_env.sim.mujoco_import import mujoco
 from mmp_env.sim.simulation import Simulation
 
 OUTSIDE_M = 0.001

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.transforms import matrix_from_quaternion
-from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco
 
 CAMERA = "overview"
 TABLE_RGBA = (0.79, 0.79, 0.78, 1.0)

@@ -11,8 +11,8 @@ from jaxtyping import Float
 
 from mmp_env.errors import MmpError
 from mmp_env.model.cell import Cell
+from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.contacts import ContactLog
-from mmp_env.sim.mujoco_import import mujoco
 from mmp_env.sim.scene import compile_scene
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION

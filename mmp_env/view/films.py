@@ -16,8 +16,8 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.writing import check_writable, whole_file
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import given_plan
+from mmp_env.opengl import offscreen_backend
 from mmp_env.sim.execution import ExecutionReport
-from mmp_env.sim.opengl import offscreen_backend
 from mmp_env.view.animation import Encoder, GifEncoder, WebpEncoder
 from mmp_env.view.ffmpeg import Mp4Encoder, find_ffmpeg
 from mmp_env.view.offscreen_renderer import HEIGHT, WIDTH, State, Studio, standing, tool_ways

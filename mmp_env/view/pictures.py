@@ -19,7 +19,7 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.writing import check_writable, whole_file
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import given_plan
-from mmp_env.sim.opengl import offscreen_backend
+from mmp_env.opengl import offscreen_backend
 from mmp_env.view.offscreen_renderer import HEIGHT, WIDTH, Studio, standing, tool_ways
 from mmp_env.view.plan_outline import plan_outline
 from mmp_env.wording import in_seconds

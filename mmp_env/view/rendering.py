@@ -17,8 +17,8 @@ from jaxtyping import Float, UInt8
 from mmp_env.argument_checks import whole
 from mmp_env.errors import MmpError
 from mmp_env.gym.environment_options import MOST_PIXELS
-from mmp_env.sim.mujoco_import import mujoco
-from mmp_env.sim.opengl import check_render_mode, display_answers, open_context
+from mmp_env.mujoco_import import mujoco
+from mmp_env.opengl import check_render_mode, display_answers, open_context
 from mmp_env.sim.scene_appearance import CAMERA, camera_pose, frame, outline
 from mmp_env.sim.simulation import Simulation
 

@@ -136,7 +136,7 @@ def _open_page(path: Path) -> None:
 
 
 def _check_display(path: Path, instead: str) -> None:
-    from mmp_env.sim.opengl import has_display
+    from mmp_env.opengl import has_display
 
     if not has_display():
         raise MmpError(f"{path} cannot be opened in a window, as there is no display here; {instead}")

@@ -9,7 +9,7 @@ from dm_control.viewer import runtime
 import mmp_planners
 from mmp_env import dm
 from mmp_env.errors import MmpError
-from mmp_env.sim.opengl import offscreen_backend
+from mmp_env.opengl import offscreen_backend
 
 OBJECTS = {"pick": "obstacle/object-arm0", "place": "obstacle/tray-arm0", "packing": "obstacle/box-north"}
 

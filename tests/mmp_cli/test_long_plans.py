@@ -8,7 +8,7 @@ from support import tiny_plans
 from support.refusals import assert_refused
 
 from mmp_env.errors import MmpError
-from mmp_env.sim.opengl import offscreen_backend
+from mmp_env.opengl import offscreen_backend
 
 
 @pytest.fixture(params=[1e10, 1e300])

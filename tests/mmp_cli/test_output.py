@@ -10,7 +10,7 @@ from support import report_folders
 
 from mmp_cli.rows import print_rows
 from mmp_env.errors import MmpError
-from mmp_env.sim.opengl import offscreen_backend
+from mmp_env.opengl import offscreen_backend
 
 MMP = f'{shlex.quote(sys.executable)} -c "from mmp_cli.main import main; raise SystemExit(main())"'
 COMMANDS = {

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from mmp_env.errors import MmpError
-from mmp_env.sim.opengl import offscreen_backend
+from mmp_env.opengl import offscreen_backend
 
 MMP = 'ulimit -f 1; exec "$0" -c \'from mmp_cli.main import main; raise SystemExit(main())\' "$@"'
 FULL = "cannot be written: File too large"

@@ -14,7 +14,7 @@ from support.picture_or_sentence import made, pixels_of_arm
 from mmp_cli.reporting.choice import choose
 from mmp_cli.reporting.results import Line
 from mmp_cli.reporting.sections import sections
-from mmp_env.sim.opengl import offscreen_backend
+from mmp_env.opengl import offscreen_backend
 
 pytestmark = pytest.mark.usefixtures("figures_unrendered")
 

@@ -9,8 +9,8 @@ from typing import TypeVar
 import numpy as np
 import pytest
 
+from mmp_env import opengl
 from mmp_env.errors import MmpError
-from mmp_env.sim import opengl
 from mmp_env.sim.arm_colors import arm_color
 
 T = TypeVar("T")

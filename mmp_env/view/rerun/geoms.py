@@ -25,7 +25,7 @@ class CellGeoms:
     """
 
     def __init__(self, stream: Any, cell: Cell, model: Any = None, *, static: bool = True) -> None:
-        from mmp_env.sim.mujoco_import import mujoco
+        from mmp_env.mujoco_import import mujoco
         from mmp_env.sim.scene import compile_scene
 
         self._mujoco, self._stream, self._static = mujoco, stream, static

@@ -15,7 +15,7 @@ from typing import Any
 
 from mmp_env.errors import MmpError
 from mmp_env.files.writing import check_writable, whole_file
-from mmp_env.sim.opengl import has_display
+from mmp_env.opengl import has_display
 
 SPAWN = "spawn"
 """Instead of a file: opens the viewer."""

@@ -17,7 +17,7 @@ from mmp_cli.reporting.sections import Section
 from mmp_cli.reporting.settings import Settings, may_be_read, without_place
 from mmp_env.errors import MmpError
 from mmp_env.gym.instances import DEFAULT_TASK
-from mmp_env.sim.opengl import offscreen_backend
+from mmp_env.opengl import offscreen_backend
 from mmp_env.wording import counted
 
 WIDTH, HEIGHT = 400, 300

@@ -10,7 +10,7 @@ import pytest
 import mmp_env
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.model.rings import ring_cell
-from mmp_env.sim.opengl import possible_render_modes
+from mmp_env.opengl import possible_render_modes
 from mmp_env.sim.simulation import Simulation
 
 COPIES = {"deepcopy": copy.deepcopy, "pickle": lambda value: pickle.loads(pickle.dumps(value))}

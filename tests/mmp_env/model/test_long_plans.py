@@ -9,9 +9,9 @@ from support import tiny_plans
 from mmp_env.errors import MmpError
 from mmp_env.files.plan_file import plan_from_dict
 from mmp_env.model.plan_fit import LONGEST_EXECUTION_S
+from mmp_env.opengl import offscreen_backend
 from mmp_env.retime import retime
 from mmp_env.sim.execution import execute_plan
-from mmp_env.sim.opengl import offscreen_backend
 from mmp_env.sim.simulation import Simulation
 from mmp_env.view.films import frame_times, save_film
 

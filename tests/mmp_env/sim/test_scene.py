@@ -13,8 +13,8 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import frozen_array, load_robot, robot_names
 from mmp_env.model.transforms import quaternion_from_yaw
+from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.arm_colors import PALETTE
-from mmp_env.sim.mujoco_import import mujoco
 from mmp_env.sim.scene import TIMESTEP_S, compile_scene
 from mmp_env.sim.scene_appearance import CAMERA
 from mmp_env.sim.simulation import Simulation

@@ -9,8 +9,8 @@ from PIL import Image
 from support import tiny_plans
 from support.picture_or_sentence import NONE_HERE, made
 
+from mmp_env import opengl
 from mmp_env.files.plan_file import plan_from_dict
-from mmp_env.sim import opengl
 from mmp_env.view import notebook
 from mmp_env.view.films import frame_times
 

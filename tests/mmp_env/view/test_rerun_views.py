@@ -195,7 +195,7 @@ def test_the_plan_has_the_spheres_of_the_core_at_each_frame(search):
 
 def test_the_bodies_of_the_cell_move_along_the_plan(search):
     rows, _, plan = search
-    from mmp_env.sim.mujoco_import import mujoco
+    from mmp_env.mujoco_import import mujoco
     from mmp_env.sim.scene import compile_scene
 
     model = compile_scene(CELL)

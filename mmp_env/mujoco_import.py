@@ -5,7 +5,7 @@ MuJoCo loads the OpenGL library that `MUJOCO_GL` names while it is imported; som
 
 from __future__ import annotations
 
-from mmp_env.sim.opengl import asked_for, silent_children
+from mmp_env.opengl import asked_for, silent_children
 
 try:
     with silent_children():

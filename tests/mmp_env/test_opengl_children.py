@@ -14,8 +14,8 @@ init = bool
 """
 """A stand-in for glfw, which starts a process that the terminal interrupts."""
 IMPORTS = {
-    "MuJoCo": "from mmp_env.sim.mujoco_import import mujoco",
-    "glfw": "from mmp_env.sim.opengl import display_answers; assert not display_answers()",
+    "MuJoCo": "from mmp_env.mujoco_import import mujoco",
+    "glfw": "from mmp_env.opengl import display_answers; assert not display_answers()",
 }
 
 

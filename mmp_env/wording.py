@@ -1,6 +1,7 @@
 """Words that go with numbers in messages."""
 
 import math
+import re
 import reprlib
 
 _LEAST_DEGREES, _MOST_DEGREES = 10.0, 3600.0
@@ -22,6 +23,14 @@ def counted(count: int, noun: str) -> str:
 def degrees_hint(angle: float) -> str:
     """Returns the end of a message about an angle that must be in radians; empty where degrees explain nothing."""
     return f"; {angle:g} looks like degrees" if _LEAST_DEGREES <= abs(angle) <= _MOST_DEGREES else ""
+
+
+def markdown_escaped(text: str) -> str:
+    """Returns text on one line in which no character has a meaning in Markdown or HTML."""
+    line = " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    line = re.sub(r"([\\`*\[\]|~$#@]|:(?=//)|(?<=www)[.])", r"\\\1", line, flags=re.IGNORECASE)
+    # An underscore inside a word is text as it is; at its edge it would begin emphasis.
+    return re.sub(r"(?<!\w)_|_(?!\w)", r"\\_", line)
 
 
 class _Short(reprlib.Repr):

@@ -19,7 +19,7 @@ from mmp_env.view.rerun.colors import AFTER, BEFORE, CONTACT, FORCE, arm_colors,
 from mmp_env.view.rerun.record import Record
 from mmp_env.view.rerun.repulsion_steps import Steps, work_out
 from mmp_env.view.rerun.sdk import require
-from mmp_env.wording import counted
+from mmp_env.wording import counted, markdown_escaped
 
 REPULSION = "/repulsion"
 ARM, OTHERS, FORCES = f"{REPULSION}/arm", f"{REPULSION}/others", f"{REPULSION}/forces"
@@ -57,12 +57,12 @@ def describe(steps: Steps, k: int) -> str:
     told, count = steps.push.told, steps.push.expansion
     title = "as the low level made it" if k == 0 else f"iteration {k} of {len(steps.paths) - 1}"
     clear, force = 1e3 * steps.nearest[k], float(np.linalg.norm(steps.forces[k], axis=1).max())
-    by = f" by {', '.join(sorted(steps.pushing))}" if steps.pushing else ""
+    by = f" by {markdown_escaped(', '.join(sorted(steps.pushing)))}" if steps.pushing else ""
     lines = [
-        f"## {steps.arm}: {title}",
+        f"## {markdown_escaped(steps.arm)}: {title}",
         "",
         f"- for node {told.node}, made after {counted(count, 'expansion')}",
-        *([f"- branch: **{told.constraint}**"] if told.constraint else []),
+        *([f"- branch: **{markdown_escaped(told.constraint)}**"] if told.constraint else []),
         f"- shown at {steps.instant * told.dt_s:.1f} s, where it came nearest to another arm; pushed{by}",
         f"- the whole path is {clear:.0f} mm clear" if clear > 0 else f"- the whole path: {-clear:.0f} mm in contact",
         f"- largest force on a sphere: {force:.2g}" if force else "- no force",

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
-
 from mmp_cli.output import one_line, printable
 from mmp_cli.reporting.report import Report
 from mmp_cli.reporting.tables import Table
+from mmp_env.wording import markdown_escaped
 
 
 def as_markdown(report: Report) -> str:
@@ -32,7 +31,4 @@ def table_text(table: Table, *, level: int) -> str:
 
 def escaped(text: str) -> str:
     """Text that means nothing to Markdown: one line, no tags, no columns, no emphasis, no headings, no links."""
-    line = one_line(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
-    line = re.sub(r"([\\`*\[\]|~$#@]|:(?=//)|(?<=www)[.])", r"\\\1", line, flags=re.IGNORECASE)
-    # An underscore inside a word is text as it is; at its edge it would begin emphasis.
-    return re.sub(r"(?<!\w)_|_(?!\w)", r"\\_", line)
+    return markdown_escaped(one_line(text))

@@ -177,6 +177,17 @@ def test_the_clearance_of_a_solution_is_said_to_be_what_the_planner_has_proved(t
     assert [proof in text for (text,) in words.values()] == [False, True]
 
 
+def test_no_text_of_a_planner_is_read_as_markdown(tmp_path):
+    strange = "**left** <b>avoids</b>\n# [right](http://x.y)"
+    with RerunWatcher(PROBLEM, tmp_path / "strange.rrd") as watcher:
+        watcher(created(0, parent=None))
+        watcher(replace(created(1, parent=0), constraint=strange))
+        watcher(events.NodeExpanded(elapsed_s=0.0, node=1, open_nodes=0, expanded_nodes=1, conflicts=1))
+    text = Rows(tmp_path / "strange.rrd").at("/node/words", "TextDocument:text", "expansion")[1][0]
+    shown = r"\*\*left\*\* &lt;b&gt;avoids&lt;/b&gt; \# \[right\](http\://x.y)"
+    assert f"- branch: **{shown}**\n" in text
+
+
 def created(node, parent):
     paths = {arm: np.array([q, PROBLEM.goal[arm]]) for arm, q in PROBLEM.start.items()}
     return events.NodeCreated(

@@ -10,6 +10,8 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+PREFIX = ".mmp-"
+"""Beginning of the name of every temporary file."""
 _THERE: dict[Path, int] = {}
 """What may be there -> the process that has made it."""
 
@@ -17,7 +19,7 @@ _THERE: dict[Path, int] = {}
 @contextlib.contextmanager
 def beside(target: Path) -> Iterator[Path]:
     """A name in the folder of `target` for a file or a folder, which is removed in the end if it is still there."""
-    path = target.with_name(f".mmp-{os.getpid()}-{secrets.token_hex(4)}.tmp")
+    path = target.with_name(f"{PREFIX}{os.getpid()}-{secrets.token_hex(4)}.tmp")
     _THERE[path] = os.getpid()  # before it is made: an interrupt at any instant leaves it in the list or removed
     try:
         yield path

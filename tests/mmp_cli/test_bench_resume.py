@@ -62,6 +62,24 @@ def assert_goes_on(path, words):
     assert all((out / line["plan"]).is_file() for line in lines)
 
 
+def test_a_folder_that_holds_anything_else_is_refused_and_stays_as_it_is(tmp_path):
+    source, out = bench_runs.instances(tmp_path), tmp_path / "thesis"
+    out.mkdir()
+    (out / "chapter.tex").write_text("mine")
+    ran = bench_runs.bench(tmp_path, source, "--planners", "quick", "--out", out)
+    assert ran.code == 2
+    assert f"{out} is no benchmark folder and is not empty: chapter.tex is in it" in ran.err
+    assert os.listdir(out) == ["chapter.tex"]
+
+
+def test_a_folder_of_a_run_that_was_ended_at_its_very_beginning_is_taken(tmp_path):
+    source, out = bench_runs.instances(tmp_path), tmp_path / "out"
+    out.mkdir()
+    for name in ("results.jsonl", ".mmp-1-ab.tmp"):
+        (out / name).touch()
+    assert bench_runs.bench(tmp_path, source, "--planners", "quick", "--workers", 1, "--out", out).code == 0
+
+
 def test_killed_without_a_word_it_leaves_no_process_and_goes_on(held, tmp_path):
     process, words = held
     until(lambda: len(marks(tmp_path)) > len(bench_runs.lines(tmp_path / "out")))

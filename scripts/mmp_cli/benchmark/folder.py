@@ -18,6 +18,7 @@ from mmp_cli.benchmark.settings import check_same, load_settings, save_settings
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_folder, real_path
 from mmp_env.files.reading import Location, parse_json
+from mmp_env.files.temporaries import PREFIX as TEMPORARY
 from mmp_env.files.writing import file_name, write_text
 from mmp_planners import Status
 
@@ -51,6 +52,11 @@ class ResultsFolder:
         there = load_settings(self.path)
         if there is not None:
             check_same(there, self._settings, self.path)
+        elif standing == target and (name := _foreign_file(target)):
+            raise MmpError(
+                f"{self.path} is no benchmark folder and is not empty: {name} is in it; give an empty or a new folder "
+                "(--out)"
+            )
         return there is not None
 
     def __enter__(self) -> ResultsFolder:
@@ -145,6 +151,15 @@ def plan_path(unit: Unit) -> Path:
     """Where the plan of a unit goes: plans/<instance>/<label>-<seed>.json, in the folder."""
     parts = [file_name(part) for part in unit.instance.split("/")]
     return Path(PLANS, *parts, f"{file_name(unit.planner)}-{unit.seed}.json")
+
+
+def _foreign_file(folder: Path) -> str | None:
+    """Returns the name of an entry that no run of `mmp bench` has left before it wrote its settings, or None."""
+    try:
+        names = sorted(entry.name for entry in folder.iterdir())
+    except OSError as error:
+        raise MmpError(f"{folder} cannot be read: {error.strerror}") from None
+    return next((name for name in names if name != RESULTS and not name.startswith(TEMPORARY)), None)
 
 
 def _content(file: int) -> bytes:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 import json
 from argparse import Namespace
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from mmp_cli.arguments import Parser
-from mmp_cli.output import one_line
-from mmp_env.errors import MmpError
+from mmp_cli.child_call import call_in_child
+from mmp_cli.output import one_line, shortened
+from mmp_env.errors import MmpError, in_words
 from mmp_env.files.writing import plain
 
 
@@ -39,14 +40,24 @@ def inventory() -> dict[str, list[dict[str, Any]]]:
     import mmp_tasks
     from mmp_env.gym.registration import CELLS
     from mmp_env.model.robot import load_robot, robot_names
+    from mmp_env.plugins import TASKS
+    from mmp_planners import registry
 
     robots = [load_robot(name) for name in robot_names()]
     return {
         "robots": [{"name": r.name, "title": r.title, "joints": r.dof, "tool": r.default_tool} for r in robots],
         "cells": [_cell(name, cell) for name, cell in CELLS.items()],
-        "tasks": [_task(name) for name in mmp_tasks.names()],
-        "planners": [_planner(name) for name in mmp_planners.names()],
+        "tasks": [_plugin(_task, name, TASKS.is_foreign) for name in mmp_tasks.names()],
+        "planners": [_plugin(_planner, name, registry.is_foreign) for name in mmp_planners.names()],
     }
+
+
+def _plugin(describe: Callable[[str], dict[str, Any]], name: str, is_foreign: Callable[[str], bool]) -> dict[str, Any]:
+    """Describes a plug-in; one of another package is imported by a child process and not by this one."""
+    try:
+        return call_in_child(describe, name) if is_foreign(name) else describe(name)
+    except MmpError as error:
+        return {"name": name, "error": in_words(error)}
 
 
 def _cell(name: str, cell: str) -> dict[str, Any]:
@@ -61,10 +72,7 @@ def _cell(name: str, cell: str) -> dict[str, Any]:
 def _task(name: str) -> dict[str, Any]:
     import mmp_tasks
 
-    try:
-        found = mmp_tasks.describe(name)
-    except MmpError as error:
-        return {"name": name, "error": str(error)}
+    found = mmp_tasks.describe(name)
     options = [{"name": key, "default": _value(default)} for key, default in found.options.items()]
     return {"name": name, "summary": found.summary, "options": options}
 
@@ -72,10 +80,7 @@ def _task(name: str) -> dict[str, Any]:
 def _planner(name: str) -> dict[str, Any]:
     import mmp_planners
 
-    try:
-        found = mmp_planners.describe(name)
-    except MmpError as error:
-        return {"name": name, "error": str(error)}
+    found = mmp_planners.describe(name)
     options = [{"name": o.name, "type": o.type, "default": _value(o.default), "doc": o.doc} for o in found.options]
     about = dataclasses.asdict(found.about) if found.about else {}
     return {"name": name, "summary": found.summary, **about, "options": options}
@@ -104,7 +109,7 @@ def _rows(found: dict[str, list[dict[str, Any]]]) -> Iterator[tuple[str, str, st
 
 def _words(kind: str, item: dict[str, Any]) -> str:
     if "error" in item:
-        return one_line(item["error"])
+        return shortened(one_line(item["error"]))
     if kind == "robots":
         tool = f", with {item['tool']}" if item["tool"] else ""
         return f"{item['title']}, {item['joints']} joints{tool}"

@@ -21,7 +21,7 @@ from typing import Any
 from mmp_cli.pipe_reader import PipeReader
 from mmp_cli.planner_child import EVENT, MISUSE, held_back, serve
 from mmp_cli.planner_messages import read, result_from_data
-from mmp_cli.process_end import how_it_ended
+from mmp_cli.process_status import how_it_ended, memory_mb
 from mmp_env.errors import MmpError
 from mmp_env.events import Event, Watcher, ignore, wants_iterates
 from mmp_env.model.problem import Problem
@@ -41,12 +41,15 @@ def grace_s(time_limit: float) -> float:
 class PlannerProcess:
     """A planner in a process of its own, as a `Planner` that plans once; a context.
 
-    Entering it makes the planner. Raises `MmpError` where that fails.
+    Entering it makes the planner. Raises `MmpError` where that fails. A process that uses more than `memory_limit_mb`
+    is ended.
     """
 
-    def __init__(self, name: str, options: Mapping[str, Any]) -> None:
+    def __init__(self, name: str, options: Mapping[str, Any], *, memory_limit_mb: int | None = None) -> None:
         self._name, self._phase = name, "loading"
+        self._memory_limit_mb = math.inf if memory_limit_mb is None else memory_limit_mb
         self._asked_to_stop, self._limit_s, self._until = False, math.inf, math.inf
+        self._next_look = 0.0
         self._inbox: tuple[str, Any] | None = None
         self._connection, theirs = multiprocessing.Pipe()
         self._messages = PipeReader(self._connection.fileno())
@@ -111,12 +114,22 @@ class PlannerProcess:
             silent = self._inbox is None and not wait([self._connection], timeout=_TICK_S if ended is None else 0)
             if silent and ended is not None:
                 raise _LostError(f"its process {how_it_ended(ended)} while {self._phase}")
+            self._check_memory()
             # An event is no answer: a planner that tells of them for ever is late as well.
             if time.monotonic() > self._until and (self._inbox is None or self._inbox[0] == EVENT):
                 self._inbox = None
                 grace = f"{grace_s(self._limit_s):g} s after its time limit of {self._limit_s:g} s"
                 raise _LostError(f"its process was ended, still planning {grace}")
         return self._inbox
+
+    def _check_memory(self) -> None:
+        if self._process.pid is None or self._memory_limit_mb == math.inf or time.monotonic() < self._next_look:
+            return
+        self._next_look = time.monotonic() + _TICK_S
+        if (used_mb := memory_mb(self._process.pid)) > self._memory_limit_mb:
+            self._inbox = None
+            used = f"it used {used_mb:.0f} MB while {self._phase}, over the memory limit of {self._memory_limit_mb} MB"
+            raise _LostError(f"its process was ended: {used}")
 
     def _receive(self) -> None:
         try:

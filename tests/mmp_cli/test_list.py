@@ -1,7 +1,13 @@
 import json
+import sys
+import time
 
 import gymnasium
+import pytest
+from support import bench_runs
 
+from mmp_cli import child_call
+from mmp_env.errors import MmpError
 from mmp_env.model.robot import robot_names
 
 
@@ -38,3 +44,23 @@ def test_a_planner_that_does_not_load_is_named_and_harms_no_other(mmp, stand_ins
     (absent,) = [one for one in mmp("list", "--json").result["planners"] if one["name"] == "absent"]
     assert "no_such_package" in absent["error"]
     assert json.dumps(absent)
+
+
+def test_planners_of_other_packages_are_not_imported_by_the_program(mmp, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(bench_runs.site(tmp_path))
+    before = set(sys.modules)
+    ran = mmp("list", "--json")
+    assert (ran.code, ran.err) == (0, "")
+    found = {planner["name"]: planner for planner in ran.result["planners"]}
+    assert found["quick"]["summary"] == "Goes straight, and remembers nothing."
+    assert found["gone"]["error"] == "its process ended by itself with exit code 0"
+    assert found["deadly"]["error"] == "its process was killed by SIGSEGV (it crashed)"
+    assert "SystemExit: bye" in found["leaving"]["error"]
+    assert "no_such_package" in found["absent"]["error"]
+    assert not {"deadly_import", "leaving_import", "gone_import"} & (set(sys.modules) - before)
+
+
+def test_an_answer_that_never_comes_is_not_waited_for(monkeypatch):
+    monkeypatch.setattr(child_call, "LIMIT_S", 0.05)
+    with pytest.raises(MmpError, match="did not answer within"):
+        child_call.call_in_child(lambda _: time.sleep(60), "")

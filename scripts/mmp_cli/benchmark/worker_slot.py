@@ -21,7 +21,7 @@ from mmp_cli.benchmark.job import Answer, Failure, Job, Task
 from mmp_cli.benchmark.worker import ONE_THREAD, READY
 from mmp_cli.machine import machine
 from mmp_cli.pipe_reader import PipeReader
-from mmp_cli.process_end import how_it_ended
+from mmp_cli.process_status import how_it_ended, memory_mb
 
 TICK_S = 0.05
 """How often a worker is looked at [s]."""
@@ -32,7 +32,6 @@ _STARTS = 2
 """How often a worker is started for a task: the first may have been killed by hand, or for want of memory."""
 _PROGRAM = "import sys; sys.path[:] = {path!r}; from mmp_cli.benchmark.worker import main; main({fd}, {parent}, {core})"
 _FRAME = re.compile(r'File "([^<].*)", line (\d+) in (\S+)')
-_MB = 2**20
 _TAIL_BYTES = 65536
 
 
@@ -173,13 +172,8 @@ class Seat:
         return os.pread(descriptor, _TAIL_BYTES, begin).decode(errors="replace")
 
     def _memory_mb(self) -> float:
-        """What the worker has in memory; 0 where the system does not tell."""
         assert self._process is not None
-        try:
-            pages = int(Path(f"/proc/{self._process.pid}/statm").read_text().split()[1])
-        except (OSError, IndexError):
-            return 0.0
-        return pages * os.sysconf("SC_PAGE_SIZE") / _MB
+        return memory_mb(self._process.pid)
 
     def _kill(self) -> None:
         if self._process is None:

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 from argparse import Namespace
+from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser
 from mmp_env.errors import MmpError
 from mmp_env.files.file_kinds import EPISODE, PLAN, read_as
 from mmp_env.wording import counted
+
+if TYPE_CHECKING:
+    from mmp_env.check import CheckReport
 
 
 def parser() -> Parser:
@@ -29,7 +33,7 @@ def run(args: Namespace) -> int:
 
 def _check(path: str, args: Namespace) -> int:
     from mmp_cli.output import complain, say
-    from mmp_env.check import check_plan
+    from mmp_env.check import CheckReport, check_plan
     from mmp_env.check.episode import check_episode
     from mmp_env.files.episode_file import Episode, plans_from_dict
 
@@ -45,8 +49,21 @@ def _check(path: str, args: Namespace) -> int:
         print(json.dumps({"plan": path, "exact": args.exact} | report.as_dict()))
     elif not report.valid:
         say(f"{path}: {counted(len(report.sentences), 'violation')}", *(f"  {x}" for x in report.sentences))
-    elif in_a_row:
-        say(f"{path}: valid", *(f"  {x}" for x in str(report).splitlines()))
+    elif isinstance(report, CheckReport):
+        say(f"{path}: {report}{margins_in_words(report)}")
     else:
-        say(f"{path}: {report}")
+        say(f"{path}: valid", *(f"  {x}" for x in str(report).splitlines()))
     return 0 if report.valid else 1
+
+
+def margins_in_words(report: CheckReport) -> str:
+    """Returns the margins of a valid plan and what was proved of each kind, to follow the words of the report."""
+    from mmp_env.model.margins import KIND_WORDS, Margins, millimetres
+
+    if report.spheres == "geoms" or not report.margins_m or not report.proved_m:
+        return ""
+    proved = [f"{millimetres(m)} mm {KIND_WORDS[kind]}" for kind, m in report.proved_m.items() if m is not None]
+    words = f"; margin {Margins(**report.margins_m)}"
+    return words + (
+        f", proved {', '.join(proved)}" if proved and "clearance at every instant" not in str(report) else ""
+    )

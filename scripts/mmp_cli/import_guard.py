@@ -32,9 +32,11 @@ def signal_of(interrupt: BaseException | None) -> signal.Signals:
     return signal.Signals(interrupt.signum if isinstance(interrupt, Ended) else signal.SIGINT)
 
 
-def said(signum: signal.Signals) -> str:
-    """What is said of a command that this signal has ended."""
-    return "interrupted" if signum == signal.SIGINT else f"ended by {signum.name}"
+def describe_interrupt(interrupt: KeyboardInterrupt) -> str:
+    """Returns in words which signal has ended the command, followed by the notes of the exception."""
+    signum = signal_of(interrupt)
+    words = "interrupted" if signum == signal.SIGINT else f"ended by {signum.name}"
+    return "; ".join([words, *filter(None, getattr(interrupt, "__notes__", ()))])
 
 
 class ImportGuard:
@@ -46,11 +48,12 @@ class ImportGuard:
 
     def handle(self, signum: int, frame: FrameType | None) -> None:
         """Handles SIGINT, SIGTERM and SIGHUP."""
+        interrupt = KeyboardInterrupt() if signum == signal.SIGINT else Ended(signum)
         if not _is_importing(frame):
-            raise KeyboardInterrupt if signum == signal.SIGINT else Ended(signum)
+            raise interrupt
         if self._waiting is not None:
             with suppress(OSError):
-                os.write(2, f"mmp: {said(signal.Signals(signum))}\n".encode())
+                os.write(2, f"mmp: {describe_interrupt(interrupt)}\n".encode())
             end_at_once(128 + signum)
         self._wait(signum)
 

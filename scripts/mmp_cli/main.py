@@ -51,11 +51,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             ignore_interrupts()  # the process ends, and what its modules do then is not to be interrupted
             return code
     except KeyboardInterrupt as interrupt:
-        from mmp_cli.import_guard import said, signal_of
+        from mmp_cli.import_guard import describe_interrupt, signal_of
 
-        signum = signal_of(interrupt)
-        print(f"mmp: {said(signum)}", file=sys.stderr, flush=True)
-        return 128 + signum
+        print(f"mmp: {describe_interrupt(interrupt)}", file=sys.stderr, flush=True)
+        return 128 + signal_of(interrupt)
 
 
 def _of_process() -> int:
@@ -97,11 +96,10 @@ def _guarded(argv: list[str]) -> int:
         sys.stdout.flush()
         raise
     except KeyboardInterrupt as interrupt:
-        from mmp_cli.import_guard import said, signal_of
+        from mmp_cli.import_guard import describe_interrupt, signal_of
 
-        signum = signal_of(interrupt)
-        complain(said(signum))
-        return 128 + signum
+        complain(describe_interrupt(interrupt))
+        return 128 + signal_of(interrupt)
     except ValueError as error:
         from mmp_env.errors import MmpError
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from mmp_cli.machine import machine, version
 from mmp_cli.main import INTERRUPTED
+from mmp_cli.output import shortened
 from mmp_env.check import CheckReport
 from mmp_env.files.writing import plain
 from mmp_env.model.margins import KINDS
@@ -25,7 +26,8 @@ _RECORDED = ("times", "positions", "phases")
 class Outcome:
     """One run. What it did not come to is None: an invalid instance has no problem, no plan has no check.
 
-    `asked`: kind of margin -> metres, those that were asked for.
+    `asked`: kind of margin -> metres, those that were asked for. `steps`: which of `retime`, `out` and `execute` were
+    asked for.
     `shown`: option -> file of its picture, film, tree or recording. `failures`: sentences on what could not be done:
     to write the plan or one of these files, to retime, to execute.
     """
@@ -35,6 +37,7 @@ class Outcome:
     seed: int
     result: PlanResult
     asked: Mapping[str, float] = field(default_factory=dict)
+    steps: frozenset[str] = frozenset()
     problem: Problem | None = None
     planning_time_s: float | None = None
     interrupted: bool = False
@@ -68,7 +71,22 @@ class Outcome:
     def message(self) -> str | None:
         """What the planner did wrong, where the status is `error`."""
         message = self.result.stats.get("message") if self.result.status is Status.ERROR else None
-        return None if message is None else str(message)
+        return None if message is None else shortened(str(message))
+
+    @property
+    def interruption(self) -> str | None:
+        """Returns a sentence on what Ctrl-C has left: the plan file and the steps it lacks. None if there was none."""
+        if not self.interrupted:
+            return None
+        if self.plan_path is None:
+            return "interrupted; no plan file was written" if "out" in self.steps else "interrupted"
+        lacking = {
+            "retimed": "retime" in self.steps and self.retimed is None,
+            "checked": self.check is None,
+            "executed": "execute" in self.steps and self.execution is None,
+        }
+        words = [f"not {word}" for word, is_lacking in lacking.items() if is_lacking]
+        return f"interrupted; {self.plan_path} holds the plan, {', '.join(words) or 'checked'}"
 
     def failed(self, sentence: str) -> Outcome:
         """Returns this outcome with one more failure, something that was asked for and could not be done."""
@@ -101,16 +119,16 @@ class Outcome:
             }
         )
 
-    def verdict(self, *, retime: bool, execute: bool) -> dict[str, Any]:
+    def verdict(self) -> dict[str, Any]:
         """What `mmp plan --json` says beyond the line: `valid`, of an error the `message`; if asked for `retimed` and
         `execution`.
         """
         out: dict[str, Any] = {"valid": self.check.valid if self.check is not None else None}
         if self.message is not None:
             out["message"] = self.message
-        if retime:
+        if "retime" in self.steps:
             out["retimed"] = plain(dataclasses.asdict(self.retimed)) if self.retimed else None
-        if execute:
+        if "execute" in self.steps:
             out["execution"] = execution_fields(self.execution) if self.execution is not None else None
         return out
 

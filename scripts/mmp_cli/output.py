@@ -11,6 +11,9 @@ import os
 import sys
 from typing import Any, TextIO
 
+LONGEST_MESSAGE = 1000
+"""Characters of a message that are shown; a plug-in may write as many as it likes."""
+
 
 class OutputError(Exception):
     """Standard output took no more. `is_unread`: its reader has gone, as `head` does."""
@@ -26,8 +29,14 @@ def say(*lines: object) -> None:
 
 
 def complain(message: BaseException | str, *, program: str = "mmp") -> None:
-    """Prints one sentence on standard error."""
-    print(f"{program}: {one_line(message)}", file=sys.stderr)
+    """Prints one sentence on standard error, shortened where it is very long."""
+    print(f"{program}: {shortened(one_line(message))}", file=sys.stderr)
+
+
+def shortened(text: str) -> str:
+    """Returns the text, or its beginning with `...` and its length if it is longer than `LONGEST_MESSAGE`."""
+    end = f"... ({len(text)} characters in all)"
+    return text if len(text) <= LONGEST_MESSAGE else text[: LONGEST_MESSAGE - len(end)] + end
 
 
 def one_line(message: BaseException | str) -> str:

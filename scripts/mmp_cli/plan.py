@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import time
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, output, setting
+from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, output, setting, whole
+from mmp_cli.import_guard import Ended
 from mmp_cli.output import complain
 from mmp_cli.showing import SPAWN, Showing, Together, add_showing, check_showing
 from mmp_env.errors import InvalidInstanceError, MmpError
@@ -43,6 +45,8 @@ def parser() -> Parser:
         help="an option of the planner (see mmp list); may be given several times",
     )
     add_time_limit(out, "planning")
+    help = "end a planner that uses more, in a process of its own; default: no limit"
+    out.add_argument("--memory-limit", type=whole, metavar="MB", help=help)
     out.add_argument("--retime", action="store_true", help="smooth the plan and keep acceleration and jerk limits")
     out.add_argument("--out", type=_plan_file, metavar="FILE", help="write the plan to this file (schema mmp-plan/1)")
     out.add_argument("--execute", action="store_true", help="play the plan through the actuators in MuJoCo")
@@ -55,28 +59,30 @@ def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
     if args.planner is None:
         args.planner = default_planner()
-    with ready(args.planner, _options(args.settings)) as planner:
+    with ready(args.planner, _options(args.settings), args.memory_limit) as planner:
         return _run(args, planner)
 
 
 @contextmanager
-def ready(name: str, options: Mapping[str, Any]) -> Iterator[Planner]:
-    """The planner; one of another package in a process of its own, which ends with the context. Raises `MmpError`."""
+def ready(name: str, options: Mapping[str, Any], memory_limit_mb: int | None = None) -> Iterator[Planner]:
+    """Makes the planner. If it is from another package, or has a memory limit, it gets a process of its own.
+
+    That process ends with the context. Raises `MmpError`.
+    """
     import mmp_planners
     from mmp_planners import registry
 
-    if not registry.is_foreign(name):
+    if memory_limit_mb is None and not registry.is_foreign(name):
         yield mmp_planners.make(name, **options)
         return
     from mmp_cli.planner_process import PlannerProcess
 
-    with PlannerProcess(name, options) as planner:
+    with PlannerProcess(name, options, memory_limit_mb=memory_limit_mb) as planner:
         yield planner
 
 
 def _run(args: Namespace, planner: Planner) -> int:
     import mmp_planners
-    from mmp_cli.outcome import Outcome
     from mmp_cli.source import files_read, read_source
     from mmp_env.files.writing import check_writable, left_alone
 
@@ -90,11 +96,9 @@ def _run(args: Namespace, planner: Planner) -> int:
     try:
         problem = _problem(source)
     except InvalidInstanceError:
-        result = mmp_planners.PlanResult(status=mmp_planners.Status.INVALID)
-        asked = asked_margins(args.margin)
-        outcome = Outcome(instance=source.label, planner=args.planner, seed=args.seed, result=result, asked=asked)
         if args.json:
-            _report(args, outcome)
+            result = mmp_planners.PlanResult(status=mmp_planners.Status.INVALID)
+            _report(args, _outcome(args, source.label, result))
         raise
     with Showing(args, problem, _title(args, source.label)) as showing:
         outcome = _run_to_the_end(args, planner, source.label, problem, showing)
@@ -146,70 +150,105 @@ def _title(args: Namespace, label: str) -> str:
 
 
 def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Problem, showing: Showing) -> Outcome:
-    """Plans, writes the plan, checks, executes and shows it. After Ctrl-C what there is so far is written, no more."""
+    """Plans, and then retimes, writes, checks, executes and shows the plan, as far as that is asked for.
+
+    The first Ctrl-C ends the step that is running and leaves out those after it, except writing what there is. The
+    second one raises `KeyboardInterrupt`.
+    """
     outcome = _planned(args, planner, label, problem, showing)
-    plan = outcome.result.plan
-    if plan is not None and not outcome.interrupted:
-        outcome = _validate_result(args, outcome, plan)
-    showing.finish(plan, outcome.execution, interrupted=outcome.interrupted)
+    steps = {"retime": _retimed, "out": _written, "check": _checked, "execute": _executed}
+    for name, step in steps.items() if outcome.result.plan is not None else ():
+        is_asked = name == "check" or name in outcome.steps
+        if is_asked and (name == "out" or not outcome.interrupted):
+            outcome = _interruptible(outcome, partial(step, args, outcome))
+    outcome = _interruptible(outcome, partial(_shown, outcome, showing))
     return replace(outcome, shown=showing.told, failures=(*outcome.failures, *showing.failures))
 
 
-def _planned(args: Namespace, planner: Planner, label: str, problem: Problem, showing: Showing) -> Outcome:
-    from mmp_cli.outcome import Outcome
-    from mmp_env.files.plan_file import save_plan
+def _interruptible(outcome: Outcome, step: Callable[[], Outcome]) -> Outcome:
+    """Returns the outcome after a step, or the one before it, marked as interrupted, if Ctrl-C is pressed meanwhile."""
+    try:
+        return step()
+    except KeyboardInterrupt as interrupt:
+        stopped = replace(outcome, interrupted=True)
+        if outcome.interrupted or isinstance(interrupt, Ended):
+            interrupt.add_note((stopped.interruption or "").partition("; ")[2])
+            raise
+        return stopped
 
+
+def _planned(args: Namespace, planner: Planner, label: str, problem: Problem, showing: Showing) -> Outcome:
     started = time.perf_counter()
     result, interrupted = _plan(args, planner, problem, showing)
-    outcome = Outcome(
+    return replace(
+        _outcome(args, label, result),
+        problem=problem,
+        planning_time_s=time.perf_counter() - started,
+        interrupted=interrupted,
+    )
+
+
+def _outcome(args: Namespace, label: str, result: PlanResult) -> Outcome:
+    """Returns the outcome of a run that has come to `result` and to nothing else yet."""
+    from mmp_cli.outcome import Outcome
+
+    return Outcome(
         instance=label,
         planner=args.planner,
         seed=args.seed,
         result=result,
         asked=asked_margins(args.margin),
-        problem=problem,
-        planning_time_s=time.perf_counter() - started,
-        interrupted=interrupted,
+        steps=frozenset(name for name in ("retime", "out", "execute") if getattr(args, name)),
     )
-    if result.plan is not None and args.retime and not interrupted:
-        outcome = _retimed(outcome, result.plan)
-    plan = outcome.result.plan
-    if plan is not None and args.out is not None:
-        try:
-            save_plan(plan, args.out)
-        except MmpError as error:  # the disk is full: the result is worth telling all the same
-            return outcome.failed(f"--out: {error}")
-        outcome = replace(outcome, plan_path=args.out)
-    return outcome
 
 
-def _retimed(outcome: Outcome, plan: Plan) -> Outcome:
-    """With the retimed plan in the place of the planner's; what speaks against it is a failure."""
+def _retimed(args: Namespace, outcome: Outcome) -> Outcome:
     from mmp_env.retime import retime_with_report
 
     try:
-        plan, report = retime_with_report(plan)
+        plan, report = retime_with_report(_plan_of(outcome))
     except MmpError as error:
         return outcome.failed(f"--retime: {error}")
     return replace(outcome, result=replace(outcome.result, plan=plan), retimed=report)
 
 
-def _validate_result(args: Namespace, outcome: Outcome, plan: Plan) -> Outcome:
-    """Checked and, where that is asked for, executed."""
-    from mmp_cli.executing import execute
+def _written(args: Namespace, outcome: Outcome) -> Outcome:
+    from mmp_env.files.plan_file import save_plan
+
+    try:
+        save_plan(_plan_of(outcome), args.out)
+    except MmpError as error:  # the disk is full, say: the other steps do not need the file
+        return outcome.failed(f"--out: {error}")
+    return replace(outcome, plan_path=args.out)
+
+
+def _checked(args: Namespace, outcome: Outcome) -> Outcome:
     from mmp_env.check import check_plan
     from mmp_env.files.plan_file import plan_to_dict
 
     started = time.perf_counter()
     # The file's content rather than the object: the checker shall read the cell for itself.
-    report = check_plan(plan_to_dict(plan))
-    outcome = replace(outcome, check=report, check_time_s=time.perf_counter() - started)
-    if not args.execute:
-        return outcome
+    report = check_plan(plan_to_dict(_plan_of(outcome)))
+    return replace(outcome, check=report, check_time_s=time.perf_counter() - started)
+
+
+def _executed(args: Namespace, outcome: Outcome) -> Outcome:
+    from mmp_cli.execution import execute
+
     try:
-        return replace(outcome, execution=execute(plan))
+        return replace(outcome, execution=execute(_plan_of(outcome)))
     except MmpError as error:
         return outcome.failed(f"--execute: {error}")
+
+
+def _shown(outcome: Outcome, showing: Showing) -> Outcome:
+    showing.finish(outcome.result.plan, outcome.execution, interrupted=outcome.interrupted)
+    return outcome
+
+
+def _plan_of(outcome: Outcome) -> Plan:
+    assert outcome.result.plan is not None
+    return outcome.result.plan
 
 
 def _plan(args: Namespace, planner: Planner, problem: Problem, showing: Showing) -> tuple[PlanResult, bool]:
@@ -245,12 +284,11 @@ def _report(args: Namespace, outcome: Outcome) -> None:
             f"THE CHECKER REFUTES THIS PLAN, which {outcome.planner} returned as solved. Do not run it. This is a "
             "fault of the planner: please report it to its authors with the plan file (--out)."
         )
-    if outcome.message is not None:
-        complain(outcome.message)
-    for failure in outcome.failures:
-        complain(failure)
+    for sentence in (outcome.message, *outcome.failures, outcome.interruption):
+        if sentence is not None:
+            complain(sentence)
     if args.json:
-        print(json.dumps(outcome.line() | outcome.verdict(retime=args.retime, execute=args.execute)))
+        print(json.dumps(outcome.line() | outcome.verdict()))
         return
     from mmp_cli.summary import print_summary
 

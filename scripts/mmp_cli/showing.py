@@ -91,17 +91,27 @@ class Showing:
             self._recording.close()
 
     def finish(self, plan: Plan | None, execution: ExecutionReport | None, *, interrupted: bool) -> None:
-        """Tree and recording always; picture and film where there is a plan, and time. A film needs an execution."""
-        self._make("tree", lambda path: self._draw(plan, path))
-        self._make("rerun", lambda path: self._record(plan))
-        if plan is None or interrupted:
-            left_out = "left out, the run was interrupted"
-            left_out += "; mmp show makes it from the plan file" if self._is_saved else ""
-            why = "none, as there is no plan" if plan is None else left_out
-            self.told |= {_ROWS[name]: why for name in ("image", "video") if name in self._wanted}
-            return
-        self._make("image", lambda path: save_image(plan, path, self._moments))
-        self._make("video", lambda path: save_video(plan, path, execution))
+        """Tree and recording always; picture and film where there is a plan, and time. A film needs an execution.
+
+        Ctrl-C leaves out what is not made yet, and is passed on.
+        """
+        try:
+            self._make("tree", lambda path: self._draw(plan, path))
+            self._make("rerun", lambda path: self._record(plan))
+            if plan is not None and not interrupted:
+                self._make("image", lambda path: save_image(plan, path, self._moments))
+                self._make("video", lambda path: save_video(plan, path, execution))
+        finally:
+            self._say_what_is_missing(plan)
+
+    def _say_what_is_missing(self, plan: Plan | None) -> None:
+        failed = {failure.partition(":")[0].removeprefix("--") for failure in self.failures}
+        for name in self._wanted:
+            if _ROWS[name] in self.told or name in failed:
+                continue
+            instead = "; mmp show makes it from the plan file" if self._is_saved and name != "tree" else ""
+            why = "none, as there is no plan" if plan is None else f"left out, the run was interrupted{instead}"
+            self.told[_ROWS[name]] = why
 
     def _draw(self, plan: Plan | None, path: str) -> None:
         assert self._tree is not None
@@ -174,7 +184,7 @@ def save_video(plan: Plan, path: str, report: ExecutionReport | None = None) -> 
     """
     from rich.console import Console
 
-    from mmp_cli.executing import execute
+    from mmp_cli.execution import execute
     from mmp_env.view.films import save_film
 
     report = report or execute(plan)

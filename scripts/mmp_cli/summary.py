@@ -42,6 +42,7 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
         yield from zip(chain(["check"], repeat("")), sentences, strict=False)
     elif plan:
         yield "check", "left out, the run was interrupted; mmp check does it"
+    yield from _not_done(outcome)
     if outcome.execution is not None:
         yield "execution", _execution(outcome.execution)
         if plan and plan.steps_in_velocity:
@@ -49,6 +50,18 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
     if outcome.plan_path is not None:
         yield "plan file", outcome.plan_path
     yield from outcome.shown.items()
+
+
+def _not_done(outcome: Outcome) -> Iterator[tuple[str, str]]:
+    """Yields a row for each step that was asked for and not done: there is no plan, or the run was interrupted."""
+    if outcome.result.plan is not None and not outcome.interrupted:
+        return
+    why = "there is no plan" if outcome.result.plan is None else "the run was interrupted"
+    results = {"retime": outcome.retimed, "execute": outcome.execution, "out": outcome.plan_path}
+    rows = {"retime": ("retiming", "done"), "execute": ("execution", "done"), "out": ("plan file", "written")}
+    for step, (name, verb) in rows.items():
+        if step in outcome.steps and results[step] is None:
+            yield name, f"not {verb}: {why}"
 
 
 def _status(outcome: Outcome) -> str:
@@ -105,7 +118,8 @@ def _cost(result: PlanResult, cost: float, bound: float) -> str:
 
 def _margin(outcome: Outcome, problem: Problem) -> str:
     """The margins in force, and why the default is not."""
-    text = f"{problem.margins}, at every instant" if outcome.result.plan else f"{problem.margins} asked of a plan"
+    when = ", at every instant" if outcome.result.plan else "" if outcome.asked else ", the default"
+    text = f"{problem.margins}{when}"
     tight = [kind for kind in KINDS if kind not in outcome.asked and problem.margins[kind] < DEFAULT_MARGIN_M]
     if tight:
         words = " and ".join(KIND_WORDS[kind] for kind in tight)

@@ -1,4 +1,5 @@
 import json
+import re
 
 from support import bad_files
 
@@ -8,6 +9,18 @@ def test_a_valid_plan_is_one_line_with_the_proved_clearance(mmp, plan):
     assert (ran.code, ran.err) == (0, "")
     assert ran.out.startswith(f"{plan}: valid; clearance >= ")
     assert ran.out.count("\n") == 1
+
+
+def test_the_margins_and_what_is_proved_of_each_are_told(mmp, tmp_path):
+    equal, each = tmp_path / "equal.json", tmp_path / "each.json"
+    words = ["plan", "MultiArmCell-2", "--planner", "ecbs", "--seed", 3, "--out"]
+    assert mmp(*words, equal).code == 0
+    assert mmp(*words, each, "--margin", "arms=0.02,obstacles=0.01").code == 0
+    number = r"[\d.]+ mm"
+    kinds = f"{number} between arms, {number} to obstacles, {number} between parts of one arm"
+    assert re.search(f"; margin 2 mm, proved {kinds}$", mmp("check", equal).out.strip())
+    asked = "margin 20 mm between arms, 10 mm to obstacles, 2 mm between parts of one arm"
+    assert re.search(f"clearance at every instant >= {kinds}; {asked}$", mmp("check", each).out.strip())
 
 
 def test_the_exact_check_measures_the_mujoco_geoms(mmp, plan):

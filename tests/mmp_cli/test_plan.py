@@ -244,6 +244,63 @@ def test_a_second_ctrl_c_ends_at_once(mmp, stand_ins, instances, tmp_path):
     assert os.listdir(tmp_path) == ["pairs.json"]
 
 
+STEPS = {
+    "retiming": ("mmp_env.retime.retime_with_report", ["not retimed", "not checked", "not executed"]),
+    "checking": ("mmp_env.check.check_plan", ["not checked", "not executed"]),
+    "execution": ("mmp_cli.execution.execute", ["not executed"]),
+}
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_ctrl_c_after_the_planning_names_the_plan_file_and_what_it_lacks(
+    mmp, stand_ins, instances, tmp_path, monkeypatch, step
+):
+    function, lacking = STEPS[step]
+    monkeypatch.setattr(function, lambda *_, **__: signal.raise_signal(signal.SIGINT))
+    out = tmp_path / "plan.json"
+    ran = mmp("plan", instances, "--planner", "straight", "--retime", "--execute", "--out", out)
+    assert ran.code == 130
+    assert ran.err == f"mmp: interrupted; {out} holds the plan, {', '.join(lacking)}\n"
+    assert load_plan(out).retimed == (step != "retiming")
+    assert re.search(r"^execution +not done: the run was interrupted$", ran.out, re.MULTILINE)
+    assert bool(re.search(r"^retiming +not done", ran.out, re.MULTILINE)) == (step == "retiming")
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_the_signal_that_ends_the_program_after_the_plan_was_written_leads_to_the_same_sentence(
+    mmp, stand_ins, instances, tmp_path, monkeypatch, number
+):
+    def check_plan(plan):
+        signal.raise_signal(number)
+
+    monkeypatch.setattr("mmp_env.check.check_plan", check_plan)
+    out = tmp_path / "plan.json"
+    ran = mmp("plan", instances, "--planner", "straight", "--out", out)
+    how = "interrupted" if number == signal.SIGINT else "ended by SIGTERM"
+    assert (ran.code, ran.err) == (128 + number, f"mmp: {how}; {out} holds the plan, not checked\n")
+
+
+def test_without_a_plan_the_summary_says_which_steps_were_not_done(mmp, stand_ins, instances, tmp_path):
+    asked = ["--retime", "--execute", "--out", tmp_path / "plan.json"]
+    rows = dict(
+        line.split(maxsplit=1) for line in mmp("plan", instances, "--planner", "helpless", *asked).out.splitlines()
+    )
+    assert rows["retiming"] == rows["execution"] == "not done: there is no plan"
+    assert rows["plan"] == "file  not written: there is no plan"
+    assert rows["margin"] == "2 mm, the default"
+    bare = mmp("plan", instances, "--planner", "helpless", "--margin", "arms=0.001").out
+    assert "not done" not in bare
+    assert "the default" not in bare
+
+
+def test_a_message_of_20_kilobytes_is_cut(mmp, stand_ins, instances, monkeypatch):
+    monkeypatch.setattr(stand_ins.Sorry, "message", "a" * 20_000)
+    ran = mmp("plan", instances, "--planner", "sorry", "--json")
+    assert re.fullmatch(r"a{900,}\.\.\. \(20000 characters in all\)", ran.result["message"])
+    assert len(ran.result["message"]) == 1000
+    assert ran.err == f"mmp: {ran.result['message']}\n"
+
+
 def test_ctrl_c_that_the_planner_did_not_hear_reaches_it_with_the_next_event(mmp, stand_ins, instances):
     ran = mmp("plan", instances, "--planner", "deaf", "--json")
     assert (ran.code, ran.result["status"]) == (130, "timeout")

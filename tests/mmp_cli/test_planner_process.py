@@ -103,6 +103,23 @@ def test_one_that_does_not_end_is_ended_after_the_grace_time(plan, monkeypatch):
     assert ran.err == f"mmp: planner 'rogue' {told}\n"
 
 
+@pytest.mark.parametrize("name", ["rogue", "ecbs"])
+def test_one_that_uses_too_much_memory_is_ended(mmp, instances, tmp_path, monkeypatch, name):
+    monkeypatch.syspath_prepend(bench_runs.site(tmp_path))
+    deed = ["--set", "deed=eat"] if name == "rogue" else []
+    limit = 700 if deed else 1
+    ran = mmp("plan", instances, "--planner", name, *deed, "--memory-limit", limit, "--json")
+    told = rf"mmp: planner '{name}' .*its process was ended: it used \d+ MB while (planning|loading), "
+    assert re.match(told + f"over the memory limit of {limit} MB", ran.err)
+    assert ran.code in (1, 2)
+
+
+def test_a_memory_limit_that_is_kept_changes_no_plan(mmp, instances, tmp_path):
+    for name, more in (("free", []), ("limited", ["--memory-limit", 10**5])):
+        assert mmp("plan", instances, "--planner", "ecbs", "--out", tmp_path / name, *more).code == 0
+    assert (tmp_path / "free").read_bytes() == (tmp_path / "limited").read_bytes()
+
+
 def test_one_that_writes_half_a_message_is_ended_as_well(tmp_path, instances):
     command = [sys.executable, "-c", "from mmp_cli.main import main; raise SystemExit(main())", "plan", str(instances)]
     ran = subprocess.run(

@@ -124,8 +124,10 @@ class Faulty:
 class Sorry:
     """Knows what went wrong."""
 
+    message: ClassVar[str] = "my\nfault"
+
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
-        return PlanResult(status=Status.ERROR, stats={"message": "my\nfault"})
+        return PlanResult(status=Status.ERROR, stats={"message": self.message})
 
 
 _KINDS = (Straight, Liar, Helpless, Interrupted, Deaf, Waiting, Faulty, Sorry)

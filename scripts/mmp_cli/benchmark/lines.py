@@ -7,16 +7,15 @@ from typing import Any
 
 from mmp_cli.benchmark.job import Failure, Job, Unit
 from mmp_cli.outcome import Outcome
+from mmp_cli.output import shortened
 from mmp_env.model.margins import asked_margins
 from mmp_planners import PlanResult, Status
-
-_LONGEST_MESSAGE = 1000
 
 
 def line_of(job: Job, unit: Unit, outcome: Outcome, message: str | None = None) -> dict[str, Any]:
     """The line of a unit; `message` says why there is no plan where the status alone does not."""
     source = job.sources[unit.source]
-    told = None if message is None else " ".join(message.split())[:_LONGEST_MESSAGE]
+    told = None if message is None else shortened(" ".join(message.split()))
     outcome = replace(outcome, asked=asked_margins(source.margin))
     return outcome.line() | {"cell": source.title, "arms": len(source.cell.arms), "message": told}
 

@@ -16,11 +16,12 @@ from mmp_env.dm.control_suite import require
 from mmp_env.errors import UnknownNameError
 from mmp_env.gym.control import CONTROL_RATE_HZ
 from mmp_env.gym.environment_options import check_options
-from mmp_env.gym.instances import DEFAULT_TASK, Source
+from mmp_env.gym.instances import DEFAULT_TASK
 from mmp_env.gym.registration import ANY_CELL, CELLS
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan_fit import given_plan
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY
+from mmp_env.model.task import Task
 
 if TYPE_CHECKING:
     import dm_env
@@ -36,7 +37,7 @@ TIME_LIMIT_S = 20.0
 
 def load(
     source: Cell | str | PathLike[str] = "MultiArmCell-4",
-    task: str | Source = DEFAULT_TASK,
+    task: str | Task = DEFAULT_TASK,
     random: Any = None,
     *,
     robot: str | None = None,

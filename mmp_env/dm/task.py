@@ -13,11 +13,11 @@ from mmp_env.dm.physics import CellPhysics
 from mmp_env.errors import MmpError
 from mmp_env.gym.cell_instance import CellInstance, InstanceSource
 from mmp_env.gym.control import checked_action, find_control_mode, steps_per_action
-from mmp_env.gym.instances import State
 from mmp_env.gym.observation import Observer, joint_limits
 from mmp_env.gym.reward import step_reward
 from mmp_env.model.cell import Cell
 from mmp_env.model.problem import Problem
+from mmp_env.model.task import State
 from mmp_env.sim.contacts import Contact
 from mmp_env.sim.execution import REACHED_RAD
 from mmp_env.sim.simulation import Simulation

@@ -13,10 +13,11 @@ from numpy.typing import ArrayLike
 
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.gym.instances import Source, State, draw, find_task
+from mmp_env.gym.instances import draw, find_task
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import Problem, asked_velocity_limits, make_problem
+from mmp_env.model.task import State, Task
 from mmp_env.wording import counted
 
 _ENDS = ("start", "goal")
@@ -52,7 +53,7 @@ class InstanceSource:
     Raises `MmpError` for an unknown task, and a `max_velocity` [rad/s] that is not positive, or looks like degrees.
     """
 
-    def __init__(self, cell: Cell, task: str | Source, max_velocity: float) -> None:
+    def __init__(self, cell: Cell, task: str | Task, max_velocity: float) -> None:
         self.cell, self._task, self._max_velocity = cell, find_task(task), max_velocity
         limits = asked_velocity_limits(cell, max_velocity)
         self.fastest: Float[np.ndarray, "n"] = np.concatenate([limits[name] for name in cell.arm_names])

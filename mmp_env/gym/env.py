@@ -22,7 +22,7 @@ from mmp_env.files.cell_source import cell_names, find_cell
 from mmp_env.gym.cell_instance import CellInstance, InstanceSource
 from mmp_env.gym.control import CONTROL_RATE_HZ, checked_action, find_control_mode, steps_per_action
 from mmp_env.gym.environment_options import check_options
-from mmp_env.gym.instances import DEFAULT_TASK, Source
+from mmp_env.gym.instances import DEFAULT_TASK
 from mmp_env.gym.observation import Observer, joint_limits
 from mmp_env.gym.registration import ANY_CELL
 from mmp_env.gym.reward import step_reward
@@ -30,6 +30,7 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import check_fit, given_plan
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, keeps_margins
+from mmp_env.model.task import Task
 from mmp_env.opengl import check_render_mode, possible_render_modes
 from mmp_env.sim.contacts import Contact
 from mmp_env.sim.execution import REACHED_RAD, SHOWN_STEPS, ExecutionReport, execute_plan
@@ -64,7 +65,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         *,
         cell: Cell | str | PathLike[str] | None = None,
         robot: str | None = None,
-        task: str | Source = DEFAULT_TASK,
+        task: str | Task = DEFAULT_TASK,
         spheres: str | int | None = None,
         control_mode: str = "position",
         terminate_on_contact: bool = True,

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
-from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from mmp_env.argument_checks import known_keywords, whole
@@ -16,23 +14,11 @@ from mmp_env.errors import MmpError
 from mmp_env.model.cell import Cell, given_cell
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
+from mmp_env.model.task import State, Task
 from mmp_env.plugins import TASKS
 from mmp_env.wording import counted
 
 DEFAULT_TASK = "reach"
-
-
-State: TypeAlias = Mapping[str, Float[np.ndarray, " _dof"]]
-
-
-@runtime_checkable
-class Source(Protocol):
-    """What instances are drawn from; every task is one.
-
-    What `sample` gives is a start and a goal, and as a third the cell they are for, where that is not `cell` itself.
-    """
-
-    def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State] | tuple[State, State, Cell]: ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,10 +34,10 @@ class Drawn:
         return f"start and goal of {counted(len(self.start), 'arm')} in cell {self.cell.name}"
 
 
-def draw(cell: Cell, source: Source, rng: np.random.Generator) -> Drawn:
+def draw(cell: Cell, task: Task, rng: np.random.Generator) -> Drawn:
     """What a task draws in a cell. Raises `MmpError` for a cell without room, and a task that draws something else."""
-    sample = source.sample(given_cell(cell), rng)
-    whose = f"task {type(source).__name__}"
+    sample = task.sample(given_cell(cell), rng)
+    whose = f"task {type(task).__name__}"
     if not (isinstance(sample, tuple) and len(sample) in (2, 3)):
         kind = type(sample).__name__
         raise MmpError(f"{whose} gives a {kind}; sample must give (start, goal) or (start, goal, cell)")
@@ -70,7 +56,7 @@ def draw(cell: Cell, source: Source, rng: np.random.Generator) -> Drawn:
 @known_keywords
 def draw_problem(
     cell: Cell,
-    task: str | Source = DEFAULT_TASK,
+    task: str | Task = DEFAULT_TASK,
     seed: int = 0,
     *,
     max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
@@ -85,7 +71,7 @@ def draw_problem(
     return make_problem(drawn.cell, drawn.start, drawn.goal, max_velocity=max_velocity, margin=margin, name=name)
 
 
-def draw_instance(cell: Cell, task: str | Source = DEFAULT_TASK, seed: int = 0) -> tuple[State, State]:
+def draw_instance(cell: Cell, task: str | Task = DEFAULT_TASK, seed: int = 0) -> tuple[State, State]:
     """Start and goal, arm name -> [dof] [rad]: the instance of `env.reset(seed=seed)` in an environment of this cell.
 
     Raises `MmpError` for an unknown task, a seed that is not a whole number from 0, a cell without room, or a task that
@@ -104,13 +90,13 @@ def _generator(seed: int) -> np.random.Generator:
     return np_random(checked)[0]
 
 
-def find_task(task: str | Source) -> Source:
+def find_task(task: str | Task) -> Task:
     """The task of that name with its default options, or the given one itself.
 
     Raises `UnknownNameError`, and `MmpError` for what is neither a name nor a task.
     """
     if isinstance(task, str):
         task = TASKS.load(task)()
-    if isinstance(task, type) or not isinstance(task, Source):
+    if isinstance(task, type) or not isinstance(task, Task):
         raise MmpError(f"task is {task!r}; it must be a name (`mmp list`) or an object with a method sample(cell, rng)")
     return task

@@ -1,8 +1,8 @@
-"""Inverse kinematics of one arm: configurations that bring its tool point to a place, found with mink.
+"""Inverse kinematics of one arm with mink: configurations that bring its tool point to a target.
 
 mink (https://github.com/kevinzakka/mink) moves a MuJoCo model in steps that a quadratic program chooses, within the
-joint limits. Where it arrives depends on where it begins: at those of some thousand fixed configurations whose tools
-are nearest to the target.
+joint limits. The solution depends on the initial guess. Initial guesses are those of 8000 fixed random configurations
+whose tools are nearest to the target.
 """
 
 from __future__ import annotations
@@ -19,28 +19,30 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.robot import Robot, Tool, frozen_array
 from mmp_env.model.transforms import transform
 
-NEAR_M, NEAR_RAD = 5e-4, 5e-3
-"""A configuration is a solution when its tool point is this close to the target, and its tool points down like this."""
-_STEPS, _LONGEST_STEP_RAD = 12, 0.5
-_SLOWEST = 0.75
-"""A step that leaves more of the way than this is the beginning of many: an unreachable target, as a rule."""
-_BEGINNINGS, _NEAREST, _SEED = 8000, 60, 0
-_HOPELESS = 0.8
-"""Where even the nearest beginning is as far as this, an arm does not reach."""
+POSITION_TOLERANCE_M, DIRECTION_TOLERANCE_RAD = 5e-4, 5e-3
+"""Largest errors of the tool point and of the direction of the tool in a solution."""
+_MAX_STEPS, _MAX_STEP_RAD = 12, 0.5
+"""Largest number of steps, and largest motion of a joint in one step."""
+_MAX_REMAINING = 0.75
+"""Largest share of the error that may remain after a step. Slower steps usually mean an unreachable target."""
+_GUESSES, _NEAREST, _SEED = 8000, 60, 0
+"""Number of fixed random configurations, number of initial guesses for a target, and seed of the configurations."""
+_MAX_ERROR_RAD = 0.8
+"""Largest error of an initial guess. The arm does not reach a target if all guesses are farther away."""
 _RAD_PER_M = 4.0
-"""How a wrong direction counts beside a wrong place where beginnings are chosen."""
+"""Weight of a position error relative to a direction error."""
 _DIGITS = 5
-"""Solutions are rounded to so many: the last bits of a quadratic program are not the same on every machine."""
+"""Decimal places of solutions. The last bits of a quadratic program are not the same on every machine."""
 _NAME = "arm"
 
 
 class Kinematics:
-    """A robot with a tool, alone, its base at the origin."""
+    """The inverse kinematics of a robot with a tool, its base at the origin."""
 
     def __init__(self, robot: Robot, tool: Tool | None) -> None:
         self._mink, self._robot = require(), robot
         upright = (robot.origins[0][:3, :3] @ robot.axes[0])[2]
-        self._sense = float(np.sign(upright)) if abs(upright) > 1 - 1e-9 else 0.0
+        self._turn_sign = float(np.sign(upright)) if abs(upright) > 1 - 1e-9 else 0.0
         from mmp_env.sim.scene import compile_scene
 
         unturned = frozen_array([1.0, 0.0, 0.0, 0.0])
@@ -52,71 +54,76 @@ class Kinematics:
         # The third axis of the tool is its own: a grasp from above may turn about it.
         self._task: Any = self._mink.FrameTask(self._site, "site", 1.0, [0.3, 0.3, 0.0], lm_damping=1e-4)
         self._limits = [self._mink.ConfigurationLimit(model)]
-        share = np.random.default_rng(_SEED).random((_BEGINNINGS, robot.dof))
-        # Beginnings stay off the limits, near which a step of a joint is cut short.
-        room = 0.05 * (robot.draw_upper - robot.draw_lower)
-        self._beginnings = robot.draw_lower + room + share * (robot.draw_upper - robot.draw_lower - 2 * room)
+        share = np.random.default_rng(_SEED).random((_GUESSES, robot.dof))
+        # Guesses keep away from the joint limits, which would cut short the steps of a joint.
+        inset = 0.05 * (robot.draw_upper - robot.draw_lower)
+        self._guesses = robot.draw_lower + inset + share * (robot.draw_upper - robot.draw_lower - 2 * inset)
         points, directions = self._tools(model)
-        # Where the first joint turns about the upright axis, a beginning faces anything: only its profile counts.
-        self._azimuths = abs(self._sense) * np.arctan2(points[:, 1], points[:, 0])
+        # If the first joint turns about the upright axis, a guess can face any direction: only its profile counts.
+        self._azimuths = abs(self._turn_sign) * np.arctan2(points[:, 1], points[:, 0])
         self._points, self._directions = (_about_z(rows, -self._azimuths) for rows in (points, directions))
 
     def tool_pose(self, q: Float[np.ndarray, " dof"]) -> Float[np.ndarray, "4 4"]:
-        """Pose of the tool frame (the flange's without a tool) in the base frame."""
+        """Returns the pose of the tool frame (the flange without a tool) in the base frame."""
         return self._site_pose(q) @ transform(np.eye(3), -self._point)
 
-    def beginnings(self, point: Float[np.ndarray, "3"], down: Float[np.ndarray, "3"]) -> Float[np.ndarray, "n dof"]:
-        """Where to begin for the tool point at `point` [m] and the tool pointing along `down`, in the base frame.
+    def initial_guesses(
+        self, point: Float[np.ndarray, "3"], direction: Float[np.ndarray, "3"]
+    ) -> Float[np.ndarray, "n dof"]:
+        """Returns initial guesses [rad] for a target, the nearest first; none if the arm does not reach it.
 
-        At most `_NEAREST` of the fixed configurations, the nearest first, turned by their first joint to face the
-        point; none where the arm does not reach.
+        These are up to `_NEAREST` of the fixed configurations, turned by their first joint to face the target.
+
+        Args:
+            point: target of the tool point in the base frame [m].
+            direction: unit vector in the base frame along which the tool points.
         """
-        azimuth = abs(self._sense) * np.arctan2(point[1], point[0])
-        here, way = _about_z(np.array([point, down]), np.full(2, -azimuth))
-        away = np.linalg.norm(self._points - here, axis=1) * _RAD_PER_M
-        close = np.flatnonzero(away < _HOPELESS)
-        away = away[close] + np.arccos(np.clip(self._directions[close] @ way, -1.0, 1.0))
+        azimuth = abs(self._turn_sign) * np.arctan2(point[1], point[0])
+        here, toward = _about_z(np.array([point, direction]), np.full(2, -azimuth))
+        error = np.linalg.norm(self._points - here, axis=1) * _RAD_PER_M
+        close = np.flatnonzero(error < _MAX_ERROR_RAD)
+        error = error[close] + np.arccos(np.clip(self._directions[close] @ toward, -1.0, 1.0))
         turn = (azimuth - self._azimuths[close] + np.pi) % (2 * np.pi) - np.pi
-        first = self._beginnings[close, 0] + self._sense * turn
-        usable = (away < _HOPELESS) & (first > self._robot.draw_lower[0]) & (first < self._robot.draw_upper[0])
-        nearest = np.flatnonzero(usable)[np.argsort(away[usable], kind="stable")[:_NEAREST]]
-        q = self._beginnings[close[nearest]]
+        first = self._guesses[close, 0] + self._turn_sign * turn
+        usable = (error < _MAX_ERROR_RAD) & (first > self._robot.draw_lower[0]) & (first < self._robot.draw_upper[0])
+        nearest = np.flatnonzero(usable)[np.argsort(error[usable], kind="stable")[:_NEAREST]]
+        q = self._guesses[close[nearest]]
         q[:, 0] = first[nearest]
         return q
 
-    def solved(
-        self, q: Float[np.ndarray, " dof"], point: Float[np.ndarray, "3"], down: Float[np.ndarray, "3"]
+    def solve(
+        self, q: Float[np.ndarray, " dof"], point: Float[np.ndarray, "3"], direction: Float[np.ndarray, "3"]
     ) -> Float[np.ndarray, " dof"] | None:
-        """The configuration [rad] with the tool at the target of `beginnings` where mink arrives from `q`, if any."""
+        """Returns the solution [rad] that mink finds from the initial guess `q`, or None. Targets as above."""
         here, limits = self._configuration, self._limits
         here.update(q)
-        # As the turn about the tool's axis is free, the present one will do for the target.
+        # The turn about the axis of the tool is free, so the target takes that of the guess.
         x = self._site_pose(q)[:3, 0]
-        x = x - (x @ down) * down
+        x = x - (x @ direction) * direction
         x /= max(np.linalg.norm(x), 1e-9)
-        target = transform(np.column_stack([x, np.cross(down, x), down]), point)
+        target = transform(np.column_stack([x, np.cross(direction, x), direction]), point)
         self._task.set_target(self._mink.SE3.from_matrix(target))
-        away = np.inf
-        for _ in range(_STEPS):
-            off = self._task.compute_error(here)
-            wrong, turned = np.linalg.norm(off[:3]), np.linalg.norm(off[3:5])
-            if wrong < NEAR_M and turned < NEAR_RAD:
+        error = np.inf
+        for _ in range(_MAX_STEPS):
+            twist = self._task.compute_error(here)
+            distance, angle = np.linalg.norm(twist[:3]), np.linalg.norm(twist[3:5])
+            if distance < POSITION_TOLERANCE_M and angle < DIRECTION_TOLERANCE_RAD:
                 return np.round(here.q, _DIGITS)
-            before, away = away, wrong * _RAD_PER_M + turned
-            if away > _SLOWEST * before:
+            before, error = error, distance * _RAD_PER_M + angle
+            if error > _MAX_REMAINING * before:
                 return None
             step = self._mink.solve_ik(here, [self._task], 1.0, "daqp", damping=1e-6, limits=limits)
             longest = np.abs(step).max()
-            here.integrate_inplace(step * min(1.0, _LONGEST_STEP_RAD / max(longest, 1e-12)), 1.0)
+            here.integrate_inplace(step * min(1.0, _MAX_STEP_RAD / max(longest, 1e-12)), 1.0)
         return None
 
     def _tools(self, model: Any) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:
-        """Where the tool points are in all beginnings, and along what the tools point."""
+        """Returns the tool point [m] and the direction of the tool in every fixed configuration."""
         import mujoco
 
         data, site = mujoco.MjData(model), model.site(self._site).id
-        points, directions = np.empty((2, _BEGINNINGS, 3))
-        for k, q in enumerate(self._beginnings):
+        points, directions = np.empty((2, _GUESSES, 3))
+        for k, q in enumerate(self._guesses):
             data.qpos[:] = q
             mujoco.mj_kinematics(model, data)
             points[k], directions[k] = data.site_xpos[site], data.site_xmat[site].reshape(3, 3)[:, 2]
@@ -134,12 +141,12 @@ def _about_z(rows: Float[np.ndarray, "n 3"], turn: Float[np.ndarray, " n"]) -> F
 
 @functools.cache
 def kinematics(robot: Robot, tool: Tool | None) -> Kinematics:
-    """One of each robot and tool in a process. Raises `MmpError` where mink is not installed."""
+    """Returns the inverse kinematics of a robot with a tool. Raises `MmpError` if mink is not installed."""
     return Kinematics(robot, tool)
 
 
 def require() -> Any:
-    """The module `mink`. Raises `MmpError` with what to do where it is not installed."""
+    """Returns the module `mink`. Raises `MmpError` with the command that installs it."""
     try:
         import mink
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""Tasks by name: the entry points of the group `mmp_env.tasks`, of this and other distributions, loaded lazily."""
+"""Tasks by name: the entry points of the group `mmp_env.tasks`, loaded on first use."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.model.task import Task
 from mmp_env.plugins import TASKS
-from mmp_tasks.task import Task
 
 _KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class TaskDescription:
-    """A task as `mmp list` shows it: the first line of its docstring, and its options with their defaults."""
+    """A task in `mmp list`: the first line of its docstring as `summary`, and its options with their defaults."""
 
     name: str
     summary: str
@@ -23,15 +23,20 @@ class TaskDescription:
 
 
 def names() -> list[str]:
-    """Names of all registered tasks, sorted."""
+    """Returns the names of all registered tasks, sorted."""
     return TASKS.names()
 
 
 def make(name: str, **options: Any) -> Task:
-    """The task of that name with these options.
+    """Returns the task of that name.
 
-    Raises `UnknownNameError` for an unknown task or option, and `MmpError` for a task that cannot be loaded or a value
-    that it refuses.
+    Args:
+        name: a registered task.
+        **options: fields of the task, such as `clearance=0.02`; `describe` lists them.
+
+    Raises:
+        UnknownNameError: for an unknown task or option.
+        MmpError: for a task that does not load, or a value that the task refuses.
     """
     kind = TASKS.load(name)
     known = _fields(kind)
@@ -46,7 +51,7 @@ def make(name: str, **options: Any) -> Task:
 
 
 def describe(name: str) -> TaskDescription:
-    """What the task is and which options it has. Raises like `make`."""
+    """Returns the summary and the options of a task. Raises like `make`."""
     kind = TASKS.load(name)
     summary = (kind.__doc__ or "").strip().partition("\n")[0]
     defaults = {
@@ -57,7 +62,7 @@ def describe(name: str) -> TaskDescription:
 
 
 def _check_kind(name: str, option: str, value: object, default: object) -> None:
-    """An option takes what its default is; a whole number will do for a number."""
+    """Raises `MmpError` if the value has another type than the default. A whole number is also a number."""
     kind = type(default)
     if kind in _KINDS and type(value) is not kind and not (kind is float and type(value) is int):
         raise MmpError(f"{option} of task '{name}' is {value!r}; it must be {_KINDS[kind]}")

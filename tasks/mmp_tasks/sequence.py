@@ -1,24 +1,34 @@
-"""Tasks in a row: pick, deliver, and home; each begins where the one before it ends."""
+"""Several tasks in a row: pick, deliver, and home. Each begins where the one before it ends."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.cell import Cell
+from mmp_env.model.task import State
 from mmp_env.wording import counted
 from mmp_tasks import registry
-from mmp_tasks.grasping import Deliverer
-from mmp_tasks.stances import tucked
-from mmp_tasks.task import State
+from mmp_tasks.configuration_search import tucked
+from mmp_tasks.grasping import Delivery
+
+
+@runtime_checkable
+class Deliverer(Protocol):
+    """A task that delivers objects."""
+
+    def deliver(self, cell: Cell, rng: np.random.Generator) -> Delivery:
+        """Returns a delivery. Raises `MmpError` if no draw succeeds."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stage:
-    """One of the row: its name, the cell as it is meanwhile, and where the arms come from and go to."""
+    """One task of the row: its name, its cell, and the start and goal of the arms."""
 
     name: str
     cell: Cell
@@ -31,10 +41,17 @@ class Stage:
 
 
 def stages(cell: Cell, rng: np.random.Generator, task: str = "packing") -> tuple[Stage, ...]:
-    """`pick` the objects from the table, `task` (`place` or `packing`), and `home`: back to the tucked poses.
+    """Returns three stages: `pick` the objects from the table, deliver them, and `home` to the tucked poses.
 
-    Between two stages nothing moves but the grippers: what was over its object has it in the tool, and what was held
-    is let down. Raises `MmpError` for a task that delivers nothing, and where no draw succeeds.
+    Only the grippers move between two stages: they take the objects, and let them down.
+
+    Args:
+        cell: a cell whose arms hold nothing.
+        rng: the source of all random numbers.
+        task: the delivering task, `place` or `packing`.
+
+    Raises:
+        MmpError: for a task that delivers nothing, or if no draw succeeds.
     """
     deliverer = registry.make(task)
     if not isinstance(deliverer, Deliverer):

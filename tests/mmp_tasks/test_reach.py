@@ -13,8 +13,7 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.margins import DEFAULT_MARGIN_M
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import load_robot, robot_names
-from mmp_tasks.reach import Reach
-from mmp_tasks.shared_space import shared_space
+from mmp_tasks.reach import Reach, shared_space
 
 CELLS = [
     (8, "ur5e", "28"),
@@ -58,7 +57,7 @@ def test_every_tool_point_lies_in_the_shared_space_and_every_joint_in_its_draw_l
 def test_draw_limits_are_the_limits_cut_to_half_a_turn_each_way(name):
     robot = load_robot(name)
     lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
-    if name == "ur5e":  # the way past a quarter turn points the upper arm into the table
+    if name == "ur5e":  # a quarter turn and more points the upper arm into the table
         lower[1], upper[1] = -1.5 * np.pi, np.pi / 2
     np.testing.assert_allclose(robot.draw_lower, lower, atol=1e-6)
     np.testing.assert_allclose(robot.draw_upper, upper, atol=1e-6)
@@ -79,7 +78,7 @@ def test_the_same_state_of_the_generator_gives_the_same_instance_and_leaves_the_
 
 
 def test_a_seed_gives_the_same_instance_for_ever():
-    """The last goal hangs on every draw before it. Should it change, instances of published results are others."""
+    """The last goal depends on every draw before it. Published results refer to these instances."""
     _, goal = Reach().sample(ring_cell(8), np.random.default_rng(7))
     assert goal["arm7"].tolist() == [
         1.8694056194528224,
@@ -129,7 +128,7 @@ def test_points_on_the_surface_of_the_shared_space_are_in_it():
 
 
 class FakeQueries:
-    """Stands in for the collision queries: `arm1` is refused until it was tried `refused` times."""
+    """Collision queries that refuse the first `refused` configurations of `arm1`."""
 
     def __init__(self, refused):
         self.refused, self.tried, self.first = refused, {"arm0": 0, "arm1": 0}, []
@@ -158,7 +157,7 @@ def cell_with(queries):
     return cell
 
 
-def test_after_its_tries_the_whole_draw_starts_anew():
+def test_a_new_draw_begins_after_all_tries_of_one_arm():
     queries = FakeQueries(refused=300)
     start, goal = Reach().sample(cell_with(queries), np.random.default_rng(0))
     assert len(queries.first) == 3  # arm0 in the failed draw, in the second one, and for the goal
@@ -179,11 +178,12 @@ def test_after_its_draws_it_gives_up_and_names_the_cell_and_the_arm():
     assert queries.tried["arm1"] == 100 * 300
 
 
-def test_a_cell_without_room_is_a_clear_error():
+def test_a_cell_without_room_is_an_error_that_names_the_obstructing_bodies():
     filled = toys.solid("box", [0, 0, 0.5], size=[1.2, 1.2, 1.0])
     ring = ring_cell(2)
     cell = Cell(name="filled", arms=ring.arms, obstacles=(filled,))
-    with pytest.raises(MmpError, match="no start for cell 'filled' in 3 draws: 3 of them ended at arm 'arm0'"):
+    message = r"'filled' in 3 draws: 3 of them ended at arm 'arm0'.*too close are arm0/\w+ and obstacle/solid"
+    with pytest.raises(MmpError, match=message):
         Reach(draws=3).sample(cell, np.random.default_rng(0))
 
 

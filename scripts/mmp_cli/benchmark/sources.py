@@ -15,9 +15,9 @@ from mmp_env.files.cell_file import cell_to_dict
 from mmp_env.files.instance_file import InstanceFile
 from mmp_env.files.writing import json_text
 from mmp_env.gym.instances import DEFAULT_TASK, draw_problem, find_task
-from mmp_env.gym.instances import Source as TaskSource
 from mmp_env.model.cell import Cell
 from mmp_env.model.problem import Problem, make_problem
+from mmp_env.model.task import Task
 
 DRAWN_COUNT = 50
 """How many instances of an id or a cell file, unless the count is given."""
@@ -125,7 +125,7 @@ def _read(args: Namespace) -> Listed | Drawn:
 
 
 @functools.cache
-def _task(name: str) -> TaskSource:
+def _task(name: str) -> Task:
     """The task, looked for once in a process."""
     return find_task(name)
 

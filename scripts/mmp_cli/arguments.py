@@ -117,7 +117,10 @@ def _metres(number: str, text: str) -> float:
 def add_margin(parser: Parser) -> None:
     """The clearances that plans keep."""
     help = "clearance [m] between arms and to obstacles, or arms=A,obstacles=B,self=C, kept at every instant or refused"
-    parser.add_argument("--margin", type=margins, metavar="M", help=f"{help}; default: 0.002, less at tight ends")
+    drawn = "start and goal of a seed are the same for every margin"
+    parser.add_argument(
+        "--margin", type=margins, metavar="M", help=f"{help}; {drawn}; default: 0.002, less at tight ends"
+    )
 
 
 def output(text: str) -> str:

@@ -12,18 +12,18 @@ import mmp_planners
 from mmp_planners.planner import About
 
 PLANNERS = {
-    "auto": "the default: a cheap plan, soon",
-    "rrt-connect": "a first plan at once, at any cost",
-    "prioritized": "one arm after the other: short ways, no tree",
-    "apf-ecbs": "the paper's planner: repulsion keeps its tree small",
-    "apf-ecbs-nf": "the same without the fast track",
-    "ecbs": "the paper's baseline: no repulsion, a larger tree",
-    "xecbs": "`ecbs` that plans on from its parent's paths",
-    "gen-ecbs": "constraints of several kinds in one search",
-    "cbs": "the cheapest plan of its tree, for few arms",
-    "cbs-mp": "`cbs` with the constraints of its paper",
+    "auto": "default: a cheap plan in short time",
+    "rrt-connect": "the fastest first plan",
+    "prioritized": "short paths, one arm after the other",
+    "apf-ecbs": "planner of the paper: repulsion keeps its tree small",
+    "apf-ecbs-nf": "`apf-ecbs` without the fast track",
+    "ecbs": "baseline of the paper: no repulsion, a larger tree",
+    "xecbs": "`ecbs` that reuses the paths of the parent node",
+    "gen-ecbs": "several constraint kinds in one search",
+    "cbs": "cheapest plan of its tree, for few arms",
+    "cbs-mp": "`cbs` with the constraints of CBS-MP",
 }
-"""Planner -> what it is good at."""
+"""Use of each planner."""
 _GALLERY_COLUMNS = 5
 OPTIONS = {
     "apf-ecbs": "the defaults",
@@ -64,39 +64,43 @@ _OUTCOME = ("solved", "planning_time_median", "planning_time_p90", "expanded_nod
 
 
 def gallery_table(figures: Figures) -> str:
-    """The planners in rows of five: a drawing, what each is good at, its paper, and how it does with eight arms."""
+    """Returns the planners in tables of five columns: drawing, use, paper and results with eight arms."""
     names = list(PLANNERS)
     parts = [names[k : k + _GALLERY_COLUMNS] for k in range(0, len(names), _GALLERY_COLUMNS)]
     return "\n".join(as_table(_gallery_rows(figures, part)).replace("---", ":---:") for part in parts)
 
 
 def _gallery_rows(figures: Figures, planners: list[str]) -> Iterator[list[str]]:
-    yield [f"[`{name}`](docs/reference/planners.md#{name})" for name in planners]
-    yield [f"![tool paths](docs/images/gallery/paths-{name}.svg)" for name in planners]
-    yield [PLANNERS[name] for name in planners]
+    yield ["", *(f"[`{name}`](docs/reference/planners.md#{name})" for name in planners)]
+    yield ["**tool paths**", *(f"![tool paths](docs/images/gallery/paths-{name}.svg)" for name in planners)]
+    yield ["**use**", *(PLANNERS[name] for name in planners)]
     abouts = [mmp_planners.describe(name).about for name in planners]
-    yield [linked(about, short=True) if about and about.url else "a portfolio of others" for about in abouts]
-    yield [_brief(figures, name) for name in planners]
+    papers = [linked(about, short=True) if about and about.url else "a portfolio of others" for about in abouts]
+    yield ["**paper**", *papers]
+    outcomes = [_on_largest_ring(figures, name) for name in planners]
+    for row, label in enumerate(("solved", "median time", "median cost ratio")):
+        yield [f"**{label}**", *(outcome[row] for outcome in outcomes)]
 
 
-def _brief(figures: Figures, planner: str) -> str:
-    """Solved, median time and cost on the largest ring that it was measured on."""
+def _on_largest_ring(figures: Figures, planner: str) -> tuple[str, str, str]:
+    """Returns solved, median time and median cost on the largest ring that the planner was measured on."""
     for ring in ("MultiArmCell-8", "MultiArmCell-6", "MultiArmCell-4"):
         if f"{ring}/{planner}/solved" in figures:
             solved, time, _, cost = outcome(figures, ring, planner)
-            text = f"{solved}, {time.partition(' / ')[0]}, {cost}"
-            return text if ring == "MultiArmCell-8" else f"`{ring}`: {text}"
-    return NOT_MEASURED
+            named = solved if ring == "MultiArmCell-8" else f"{solved} on `{ring}`"
+            return named, time.partition(" / ")[0], cost
+    return (NOT_MEASURED,) * 3
 
 
 def linked(about: About | None, *, short: bool = False) -> str:
-    """Where a planner is from; `short`: the first author and the year."""
+    """Returns the paper of a planner with its link; `short`: the authors' names, or the first of many, and the year."""
     if about is None:
         return "–"
     paper = about.paper
     if short:
         authors, year = paper.partition(":")[0].split(", "), re.search(r"\b\d{4}\b", paper)
-        paper = " ".join([authors[0], *(["et al."] if len(authors) > 1 else []), *([year[0]] if year else [])])
+        names = f"{authors[0]} et al." if len(authors) > 2 else " and ".join(authors)
+        paper = f"{names} {year[0]}" if year else names
     return f"[{paper}]({about.url})" if about.url else paper
 
 

@@ -28,10 +28,10 @@ def shortest(problem: Problem) -> float:
     """Sum over the arms of the shortest path found [rad]."""
     lengths = np.full((RUNS, len(problem.cell.arms)), np.inf)
     for run in range(RUNS):
-        arms = PlanningContext(problem, 0.1, LOW_LEVEL, _core.Clock(math.inf))
-        arms.reseed(run)
+        context = PlanningContext(problem, 0.1, LOW_LEVEL, _core.Clock(math.inf))
+        context.reseed(run)
         for arm in range(len(problem.cell.arms)):
-            path, _ = arms.low_level(arm, (), run)
+            path, _ = context.low_level(arm, (), run)
             lengths[run, arm] = math.inf if path is None else path.length
     return float(lengths.min(axis=0).sum())
 

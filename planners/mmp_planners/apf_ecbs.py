@@ -1,4 +1,9 @@
-"""APF-ECBS: repulsive trajectory modification and conflict resolution (arXiv 2509.13882, 2025), Algorithm 1."""
+"""APF-ECBS: Hong, Lee, Lee, Nam: Repulsive trajectory modification and conflict resolution for efficient
+multi-manipulator motion planning, arXiv 2509.13882, 2025, Algorithm 1.
+
+Guarantee: w times the planner's own path lengths before repulsion if `bound_met`. Not complete with the default
+constraint.
+"""
 
 from __future__ import annotations
 
@@ -22,24 +27,28 @@ ABOUT = About(
 
 @dataclass(frozen=True, kw_only=True)
 class RepulsivePlanner(OneKindPlanner):
-    """A planner that repels."""
+    """Options of repulsion, common to the planners that have it."""
 
     w: float = option(1.5, "suboptimality factor of the focal list", least=1.0)
     alpha: float = option(1e-7, "step size of the gradient descent", positive=True)
     k_rep: float = option(0.05, "gain of the repulsive potential", positive=True)
-    d0: float = option(0.10, "distance beyond which nothing repels [m]", positive=True)
+    d0: float = option(0.10, "largest distance of the repulsive potential [m]", positive=True)
     max_iterations: int = option(50, "iterations of ModifyMotion", positive=True)
     distance: str = option(
         "surface",
-        "surface: of the spheres' surfaces; centre (the letter): of their centres",
+        "distance between spheres, surface: of their surfaces; centre (paper-literal): of their centres",
         choices=("surface", "centre"),
     )
-    step: str = option("normalised", "normalised steps, or gradient (the paper)", choices=("gradient", "normalised"))
-    early_stop: bool = option(True, "stop repelling at 2 cm of clearance; off (the letter): run all iterations")
-    trace: bool = option(False, "tell watchers every iterate of ModifyMotion; changes no plan")
+    step: str = option(
+        "normalised",
+        "normalised: steps of 0.02 rad; gradient (paper-literal): alpha times the force",
+        choices=("gradient", "normalised"),
+    )
+    early_stop: bool = option(True, "stop at 2 cm of clearance; off (paper-literal): run all iterations")
+    trace: bool = option(False, "give watchers every iterate of ModifyMotion; changes no plan")
 
     def modification(self) -> RepulsiveModification:
-        """ModifyMotion with these options."""
+        """Returns ModifyMotion with these options."""
         return RepulsiveModification(
             alpha=self.alpha,
             k_rep=self.k_rep,
@@ -54,7 +63,7 @@ class RepulsivePlanner(OneKindPlanner):
 
 @dataclass(frozen=True, kw_only=True)
 class ApfEcbsNf(RepulsivePlanner):
-    """APF-ECBS without the fast track: ECBS that pushes every replanned path away from the other arms."""
+    """APF-ECBS without the fast track: ECBS that repels every replanned path from the other arms."""
 
     name: ClassVar[str] = "apf-ecbs-nf"
     about: ClassVar[About] = ABOUT
@@ -65,13 +74,15 @@ class ApfEcbsNf(RepulsivePlanner):
 
 @dataclass(frozen=True, kw_only=True)
 class ApfEcbs(RepulsivePlanner):
-    """APF-ECBS: repulsion after every replanning, and the fast track when one arm is in every conflict."""
+    """APF-ECBS: repulsion after every replanning, and a fast track if one arm is in every conflict."""
 
     name: ClassVar[str] = "apf-ecbs"
     about: ClassVar[About] = ABOUT
 
     fast_track: str = option(
-        "sound", "sound: the node stays branchable; literal: it takes the modified path", choices=("sound", "literal")
+        "sound",
+        "sound: the node stays branchable; literal (paper-literal): it takes the modified path",
+        choices=("sound", "literal"),
     )
 
     def parts(self, seed: int) -> Parts:

@@ -13,11 +13,11 @@ from mmp_env.argument_checks import known_keywords
 from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.model.problem import Problem
 from mmp_planners.apf_ecbs import ApfEcbs
-from mmp_planners.counts import Counts
+from mmp_planners.counts import TreeCounts
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
-from mmp_planners.portfolio.lns import Replanning
-from mmp_planners.portfolio.path_recombination import Recombining
+from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
+from mmp_planners.portfolio.path_recombination import PathRecombination
 from mmp_planners.portfolio.run import Run, Step
 from mmp_planners.portfolio.shortcutting import Shortcutting
 from mmp_planners.prioritized import Prioritized
@@ -46,7 +46,7 @@ MOST_ORDERS = 8
 
 
 @dataclass(kw_only=True)
-class PortfolioCounts(Counts):
+class PortfolioCounts(TreeCounts):
     """What the members of a portfolio count together, and which of them found the first plan."""
 
     found_by: str | None = None
@@ -93,15 +93,15 @@ class Auto:
             self._first_plan(run, counts, watch)
             run.exhausted = counts.found_by is None and not run.clock.expired
             first = counts.generated_nodes  # nodes of the tree have the numbers before
-            run.tell(watch, node=first, parent=None, dt=self.dt)
+            run.emit_plan(watch, node=first, parent=None, dt=self.dt)
             if self._improve(run, counts):
-                run.tell(watch, node=first + 1, parent=first, dt=self.dt)
+                run.emit_plan(watch, node=first + 1, parent=first, dt=self.dt)
         except StopPlanning:
             pass
         return run.result()
 
     def _first_plan(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> None:
-        """Counts who found a plan; nobody when time is up, or where an arm finds no way even alone."""
+        """TreeCounts who found a plan; nobody when time is up, or where an arm finds no way even alone."""
         members = {
             "rrt-connect": self._composite(run),
             "prioritized": _doubling(Prioritized(dt=self.dt).search(run, counts, watch).rounds(run.seed), ORDERS),
@@ -141,7 +141,7 @@ class Auto:
                 yield
         finally:  # after a stop too
             if tree.best is not None:
-                run.take(dataclasses.replace(tree.best, bound_met=None), tree.found_at)
+                run.take(dataclasses.replace(tree.best, bound_met=None), tree.found_s)
 
     def _improve(self, run: Run, counts: PortfolioCounts) -> bool:
         """Whether the plan got any shorter."""
@@ -149,15 +149,15 @@ class Auto:
             return False
         dt, bound, first, in_vain = COARSE * self.dt, run.problem.cost_lower_bound_rad, run.best.cost, 0
         shorten = Shortcutting(attempts=self.shorten, dt=dt, worth=WORTH)
-        replan = Replanning(attempts=self.replan, dt=dt)
+        replan = LargeNeighbourhoodSearch(attempts=self.replan, dt=dt)
         alone = Shortcutting(attempts=ALONE, dt=dt, worth=ALONE_WORTH)
-        recombine: Recombining | None = None
+        recombine: PathRecombination | None = None
         for turn in range(self.rounds):
             before, other = run.best.cost, None
             if before <= GOOD * bound or in_vain == PATIENCE or run.clock.expired:
                 break
             if turn > 0:
-                recombine = recombine or Recombining(run, run.best.plan, self.dt, shorten, alone)
+                recombine = recombine or PathRecombination(run, run.best.plan, self.dt, shorten, alone)
                 other = recombine(run.best.plan, min(2 ** max(in_vain - 1, 0), MOST_ORDERS), turn)
             if other is not None or in_vain < STUCK:
                 cut = Step(part=shorten, seed=seed_of(run.seed, turn))

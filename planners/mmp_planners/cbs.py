@@ -1,4 +1,8 @@
-"""Conflict-based search (Sharon, Stern, Felner, Sturtevant 2015), over a sampling single-arm planner."""
+"""CBS: Sharon, Stern, Felner, Sturtevant: Conflict-based search for optimal multi-agent pathfinding,
+Artificial Intelligence 219, 2015, Algorithm 1; here over a sampling single-arm planner.
+
+Guarantee: the cheapest solution of its own tree if `bound_met`. Not complete with the default constraint.
+"""
 
 from __future__ import annotations
 
@@ -14,8 +18,8 @@ from mmp_planners.planner import About
 class Cbs(OneKindPlanner):
     """CBS: best first by cost, w = 1, with the same constraint kinds, low level and restarts as `ecbs`.
 
-    Departure: the low level samples, so its paths are not the shortest, and a solution that is not yet proved to be the
-    cheapest of the tree is waited upon for `patience` expansions only. `bound_met` says that no open node is cheaper.
+    Departure: the low level samples, so its paths are not the shortest. After a solution the search goes on for
+    `patience` expansions at most, even if it may not be the cheapest of the tree. `bound_met`: no open node is cheaper.
     """
 
     name: ClassVar[str] = "cbs"

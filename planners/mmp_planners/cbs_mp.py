@@ -1,4 +1,8 @@
-"""CBS-MP (Solis, Motes, Sandström, Amato 2021): conflict-based search for robots with many joints."""
+"""CBS-MP: Solis, Motes, Sandström, Amato: Representation-optimal multi-robot motion planning using conflict-based
+search, IEEE Robotics and Automation Letters 6(3), 2021, Algorithm 1.
+
+Guarantee: the cheapest solution of its own tree if `bound_met`. Not complete.
+"""
 
 from __future__ import annotations
 
@@ -13,10 +17,10 @@ from mmp_planners.planner import About
 
 @dataclass(frozen=True, kw_only=True)
 class CbsMp(TreePlanner):
-    """CBS-MP: best first by cost, and each branch avoids the state in which the other arm was met.
+    """CBS-MP: best first by cost; each branch avoids the other arm's configuration at the conflict.
 
-    Departure: its low level is a search on one roadmap an arm, ours samples anew for each node; with that it is `cbs`
-    with its default constraint.
+    Departure: its low level searches one roadmap per arm, ours samples new paths for each node. So it is `cbs` with the
+    default constraint.
     """
 
     name: ClassVar[str] = "cbs-mp"

@@ -50,8 +50,8 @@ class Subject:
         except WrongResultError as error:
             raise BrokenError(f"on {_name(problem)} {error}") from error
         except (Exception, SystemExit) as error:
-            told = ", ".join(f"{key}={value}" for key, value in keywords.items() if key != "watch")
-            raise BrokenError(f"plan() raised {in_words(error)} on {_name(problem)}, {told}") from error
+            arguments = ", ".join(f"{key}={value}" for key, value in keywords.items() if key != "watch")
+            raise BrokenError(f"plan() raised {in_words(error)} on {_name(problem)}, {arguments}") from error
 
 
 Rule = Callable[[Subject], Iterator[str]]
@@ -78,9 +78,9 @@ def _same(subject: Subject) -> Iterator[str]:
 
 def _watched(subject: Subject) -> Iterator[str]:
     for problem, first in zip(subject.problems, subject.first, strict=True):
-        told: list[Any] = []
-        yield from _compared(problem, first, subject.plan(problem, watch=told.append), "being watched")
-        for event in told:
+        emitted: list[Any] = []
+        yield from _compared(problem, first, subject.plan(problem, watch=emitted.append), "being watched")
+        for event in emitted:
             if not isinstance(event, Event):
                 yield f"its watcher is told a {type(event).__name__}, which is no Event"
 
@@ -88,17 +88,17 @@ def _watched(subject: Subject) -> Iterator[str]:
 def _stopped(subject: Subject) -> Iterator[str]:
     for problem in subject.problems:
         for kind in (Event, SolutionFound):
-            told: list[Event] = []
-            result = subject.plan(problem, watch=functools.partial(_stop, kind, told))
-            stopped = [k for k, event in enumerate(told) if isinstance(event, kind)]
-            if stopped and len(told) > stopped[0] + 1:
-                yield f"its watcher is told a {type(told[-1]).__name__} after it raised StopPlanning"
-            if stopped and isinstance(told[-1], SolutionFound) and result.plan is None:
+            emitted: list[Event] = []
+            result = subject.plan(problem, watch=functools.partial(_stop, kind, emitted))
+            stopped = [k for k, event in enumerate(emitted) if isinstance(event, kind)]
+            if stopped and len(emitted) > stopped[0] + 1:
+                yield f"its watcher is told a {type(emitted[-1]).__name__} after it raised StopPlanning"
+            if stopped and isinstance(emitted[-1], SolutionFound) and result.plan is None:
                 yield f"stopped after it had told of a plan, it ended with '{result.status}' and none"
 
 
-def _stop(kind: type[Event], told: list[Event], event: Event) -> None:
-    told.append(event)
+def _stop(kind: type[Event], emitted: list[Event], event: Event) -> None:
+    emitted.append(event)
     if isinstance(event, kind):
         raise StopPlanning
 

@@ -1,4 +1,4 @@
-"""What a run counts, and its best solution."""
+"""Counts of a run, and its best solution."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mmp_env.model.plan import Plan
 
 @dataclass(kw_only=True)
 class RunCounts:
-    """What every planner counts; the same run gives the same counts."""
+    """Counts of every planner. The same run gives the same counts."""
 
     restarts: int = 0
     failed_certificates: int = 0
@@ -17,16 +17,16 @@ class RunCounts:
 
 
 @dataclass(kw_only=True)
-class ArmCounts(RunCounts):
-    """What planners count that plan one arm at a time."""
+class SingleArmCounts(RunCounts):
+    """Counts of planners that plan one arm at a time."""
 
     low_level_calls: int = 0
     root_conflicts: int | None = None
 
 
 @dataclass(kw_only=True)
-class Counts(ArmCounts):
-    """What a conflict tree counts. A node is generated when its paths are planned."""
+class TreeCounts(SingleArmCounts):
+    """Counts of a conflict tree. A node is generated when its paths are planned."""
 
     expanded_nodes: int = 0
     generated_nodes: int = 0
@@ -36,19 +36,20 @@ class Counts(ArmCounts):
     fast_track_hits: int = 0
 
     def next_node(self) -> int:
-        """The number of a node that is generated now."""
+        """Counts a generated node and returns its number."""
         self.generated_nodes += 1
         return self.generated_nodes - 1
 
 
-@dataclass(kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Incumbent:
-    """The best solution so far: its plan and what was proved of it. `node` is that of the tree that it is from."""
+    """The best solution so far: its plan, cost [rad], proved clearance [m], and its node if it is from a tree."""
 
     plan: Plan
     cost: float
     clearance: float
-    found_at: int = 0
-    """Nodes that were expanded before it."""
+    found_expansion: int = 0
+    """Number of nodes that were expanded before it."""
     node: int | None = None
-    bound_met: bool | None = None  # None: the planner knows no bound
+    bound_met: bool | None = None
+    """Whether the cost is within the planner's bound; None if it has no bound."""

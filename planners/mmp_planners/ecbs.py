@@ -1,4 +1,8 @@
-"""Enhanced conflict-based search (Barer, Sharon, Stern, Felner 2014), over a sampling single-arm planner."""
+"""ECBS: Barer, Sharon, Stern, Felner: Suboptimal variants of the conflict-based search algorithm for the multi-agent
+pathfinding problem, SoCS 2014, section on enhanced CBS; here over a sampling single-arm planner.
+
+Guarantee: w times the planner's own path lengths if `bound_met`. Not complete with the default constraint.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +18,9 @@ from mmp_planners.planner import About
 class Ecbs(OneKindPlanner):
     """ECBS: a focal list over the conflict tree, fewest conflicts first within w times the bound.
 
-    Departure: in Barer's ECBS the low level is a focal search as well and its bound is f_min; with a sampling planner
-    only the high level is focal and lb_i is the length of arm i's own path. So w is relative to the planner's own
-    costs, unless `cost_ratio` (to the straight lines) is at most w: that is a true bound.
+    Departure: in the paper the low level is a focal search as well, and its bound is f_min. Here only the high level is
+    focal, and lb_i is the length of arm i's own path. So w bounds the cost relative to the planner's own paths. The
+    bound is a true one if `cost_ratio`, relative to the straight lines, is at most w.
     """
 
     name: ClassVar[str] = "ecbs"

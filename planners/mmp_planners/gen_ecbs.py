@@ -1,4 +1,9 @@
-"""Generalized ECBS (Shaoul, Veerapaneni, Likhachev, Li 2024, arXiv 2405.01772): constraints of many kinds at once."""
+"""Gen-ECBS: Shaoul, Veerapaneni, Likhachev, Li: Unconstraining multi-robot manipulation: enabling arbitrary
+constraints in ECBS with bounded sub-optimality, SoCS 2024 (arXiv 2405.01772), Algorithm 1.
+
+Guarantee: w times the planner's own path lengths if `bound_met`. The branching loses no solution while `split` is among
+the kinds; the sampling low level and restarts may.
+"""
 
 from __future__ import annotations
 
@@ -18,10 +23,10 @@ from mmp_planners.planner import About
 
 @dataclass(frozen=True, kw_only=True)
 class GenEcbs(TreePlanner):
-    """Gen-ECBS: branches of every constraint kind, a focal list for each, and a bandit that picks the list.
+    """Gen-ECBS: branches of every constraint kind, a focal list for each kind, and a bandit that picks the list.
 
-    Children are made without replanning and replanned when they are first taken. LB is the least bound of all open
-    nodes; as one kind is complete, what the others cut away stays reachable.
+    Children are replanned when they are first selected. LB is the least bound of all open nodes. One kind is complete,
+    so solutions that the other kinds cut off stay reachable.
     Departure: bounds are as in `ecbs`, the lengths of the planner's own paths.
     """
 
@@ -37,7 +42,7 @@ class GenEcbs(TreePlanner):
     w: float = option(1.5, "suboptimality factor of the focal lists", least=1.0)
     kinds: str = option(
         "split+avoid-state+sphere-0.05+sphere-0.1+sphere-0.2+priority",
-        "constraint kinds, joined by +; sphere-0.1 has a radius of 0.1 m, vertex-0.2 one of 0.2 rad",
+        "constraint kinds, joined by +; sphere-0.1 has a radius of 0.1 m, vertex-0.2 a radius of 0.2 rad",
     )
 
     def __post_init__(self) -> None:
@@ -45,7 +50,7 @@ class GenEcbs(TreePlanner):
         self.branching()
 
     def branching(self) -> EveryKind:
-        """Raises `MmpError` for a kind that does not exist."""
+        """Returns the constraint kinds that `kinds` names. Raises `MmpError` if a kind does not exist."""
         return EveryKind(kinds=constraint_kinds(self.kinds, pad=self.pad))
 
     def parts(self, seed: int) -> Parts:

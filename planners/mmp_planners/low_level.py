@@ -1,4 +1,4 @@
-"""The single-arm planner as the conflict tree calls it."""
+"""The single-arm planner SI-RRT*, the low level of the multi-arm planners."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from mmp_env import _core
 
 @dataclass(frozen=True, kw_only=True)
 class SiRrtStar:
-    """SI-RRT* (Sim, Kim, Nam 2024, arXiv 2404.01752): vertices are (configuration, safe interval), arrival is earliest.
+    """SI-RRT*: vertices are (configuration, safe interval) with the earliest arrival (Sim, Kim, Nam: Safe interval
+    RRT* for scalable multi-robot path planning in continuous space, arXiv 2404.01752, 2024).
 
-    `eta` [rad] is the steering distance, `iterations` the cap without a solution, `shortcuts` the attempts to shorten
-    the path found. See `native/single_arm/si_rrt.hpp` for what we add.
+    `eta` [rad] is the steering distance, `iterations` the limit without a solution, `shortcuts` the number of attempts
+    to shorten the path. See `native/single_arm/si_rrt.hpp` for what we add.
     """
 
     eta: float = 0.8
@@ -34,10 +35,19 @@ class SiRrtStar:
         others: Sequence[_core.Motion] = (),
         experience: Float[np.ndarray, "known dof"] | None = None,
     ) -> tuple[Float[np.ndarray, "k dof"] | None, int]:
-        """Configurations on the grid, or None, and the iterations used.
+        """Plans one arm from its start to its goal.
 
-        `others` are motions of other arms that are kept clear of; `experience` is an earlier path on the grid, of which
-        the search takes what still holds.
+        Args:
+            arm: the arm's single-arm planner.
+            constraints: constraints that the path satisfies.
+            seed: seed of the samples.
+            budget: factor of `iterations`.
+            clock: deadline of the call.
+            others: motions of other arms that the path keeps clear of.
+            experience: an earlier path [known, dof] [rad] on the grid; the search begins with what is still valid.
+
+        Returns:
+            The configurations [k, dof] [rad] on the grid, or None, and the number of iterations.
         """
         return arm.plan(
             constraints,

@@ -1,4 +1,4 @@
-"""Options of planners, and what every planner refuses before it begins."""
+"""Options of planners, and the checks of arguments that every planner begins with."""
 
 from __future__ import annotations
 
@@ -13,23 +13,32 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.problem import Problem
 
 LARGEST_SEED = 2**63 - 1
+"""Upper bound of seeds: 63 bits."""
 LARGEST_COUNT = 10**8
-"""Of attempts, iterations and the like: more than that never ends, and does not fit the core's counters."""
+"""Upper bound of options that count. Larger values overflow the native counters."""
 MOST_STEPS = 10_000
-"""Steps that the straight way of one arm may take; a finer grid or slower joints are a mistake in the units."""
+"""Upper bound of the grid steps of an arm's straight path. More means a mistake in the units."""
 
 
 def option(
     default: Any, doc: str, *, positive: bool = False, least: float | None = None, choices: tuple[str, ...] = ()
 ) -> Any:
-    """A planner's option: a dataclass field with its documentation and what it allows."""
+    """Returns a dataclass field for a planner's option.
+
+    Args:
+        default: default value.
+        doc: documentation, for `mmp list` and the docs.
+        positive: whether the value must be positive.
+        least: least value.
+        choices: allowed values, for text.
+    """
     positive = positive or (least is not None and least > 0)
     metadata = {"doc": doc, "positive": positive, "least": least, "choices": choices}
     return dataclasses.field(default=default, metadata=metadata)
 
 
 def check_options(planner: Any) -> None:
-    """Raises `MmpError` for a value that its field does not allow."""
+    """Raises `MmpError` if an option has a value that its field does not allow."""
     for f in dataclasses.fields(planner):
         value = getattr(planner, f.name)
         if f.metadata.get("choices") and value not in f.metadata["choices"]:
@@ -44,13 +53,13 @@ def check_options(planner: Any) -> None:
 
 
 def check_steps(problem: Problem, dt: float) -> None:
-    """Raises `MmpError` where the straight way of an arm would take more steps than anything can hold.
+    """Raises `MmpError` if the straight path of an arm has more than `MOST_STEPS` steps of `dt` [s].
 
-    A radian counts for arms that hardly move too: they may have to give way.
+    The path counts as 1 rad at least, because an arm that hardly moves may have to avoid another one.
     """
     for name, v_max in problem.max_velocity.items():
-        way = np.maximum(np.abs(problem.goal[name] - problem.start[name]), 1.0)
-        steps = float((way / (v_max * dt)).max())
+        distance = np.maximum(np.abs(problem.goal[name] - problem.start[name]), 1.0)
+        steps = float((distance / (v_max * dt)).max())
         if steps > MOST_STEPS:
             raise MmpError(
                 f"arm '{name}' needs {steps:.3g} steps of dt {dt} s to its goal, or for 1 rad; allowed: {MOST_STEPS}. "
@@ -59,7 +68,7 @@ def check_steps(problem: Problem, dt: float) -> None:
 
 
 def check_run(problem: Problem, seed: int, time_limit: float) -> tuple[int, float]:
-    """Returns seed and time limit [s]. Raises `MmpError` for what is no problem, no seed of 63 bits or no time."""
+    """Returns seed and time limit [s]. Raises `MmpError` for a wrong problem, seed or time limit."""
     given("problem", problem, Problem, "a Problem, such as make_problem, draw_problem or env.unwrapped.problem gives")
     allowed = "a number of seconds, 0 or more, inf for none"
     return whole("seed", seed, 0, LARGEST_SEED), number("time_limit", time_limit, allowed, zero=True, infinite=True)

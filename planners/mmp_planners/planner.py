@@ -1,4 +1,4 @@
-"""What every planner is: one signature, one kind of result."""
+"""The interface of every planner: one signature, one kind of result."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mmp_env.model.problem import Problem
 
 @dataclass(frozen=True, kw_only=True)
 class About:
-    """Where a planner comes from and what it promises: the class attribute `about`, for `mmp list` and the docs."""
+    """Paper, guarantee and link of a planner: its class attribute `about`, for `mmp list` and the docs."""
 
     paper: str
     guarantee: str
@@ -24,7 +24,7 @@ class About:
 
 
 class StopPlanning(Exception):
-    """Raised by a watcher, or by a signal handler: ends the run with the best plan so far."""
+    """Ends a run with the best plan so far. A watcher or a signal handler raises it."""
 
 
 class Status(enum.StrEnum):
@@ -39,7 +39,13 @@ class Status(enum.StrEnum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PlanResult:
-    """A plan, or why there is none, and counts and times of the run (keys as in `results.jsonl`)."""
+    """Result of a run.
+
+    Attributes:
+        status: how the run ended.
+        plan: the certified plan, or None unless the status is `solved`.
+        stats: counts, costs [rad] and times [s] of the run, with the keys of `results.jsonl`.
+    """
 
     status: Status
     plan: Plan | None = None
@@ -53,10 +59,23 @@ class PlanResult:
 
 @runtime_checkable
 class Planner(Protocol):
-    """Options are the fields of the planner itself; `plan` takes the problem and nothing else to tune."""
+    """A planner. Its options are its own fields."""
 
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
-        """Plans `problem` within `time_limit` [s]. The same seed gives the same plan unless the limit is hit."""
+        """Plans a problem.
+
+        Args:
+            problem: the problem to solve.
+            seed: seed of all random numbers. The same seed gives the same plan, unless the time limit is hit.
+            time_limit: time limit [s].
+            watch: watcher that gets the events of the run. It may raise `StopPlanning`.
+
+        Returns:
+            The result, with the best plan so far if the time limit is hit.
+
+        Raises:
+            MmpError: if an argument or option is not allowed.
+        """
         ...

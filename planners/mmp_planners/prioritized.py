@@ -10,7 +10,7 @@ from mmp_env.argument_checks import known_keywords
 from mmp_env.events import Watcher, ignore
 from mmp_env.model.problem import Problem
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
-from mmp_planners.counts import ArmCounts
+from mmp_planners.counts import SingleArmCounts
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
@@ -50,21 +50,21 @@ class Prioritized:
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
         run = Run.begin("prioritized", self, problem, seed, time_limit)
-        run.counts = counts = ArmCounts()
+        run.counts = counts = SingleArmCounts()
         check_steps(problem, self.dt)
         try:
             search = self.search(run, counts, watch)
             for _ in search.rounds(run.seed):
                 pass
             run.exhausted = search.exhausted
-            run.tell_and_shorten(watch, self.shorten, self.dt)
+            run.emit_and_shorten(watch, self.shorten, self.dt)
         except StopPlanning:
             pass
         return run.result()
 
-    def search(self, run: Run, counts: ArmCounts, watch: Watcher) -> PrioritySearch:
+    def search(self, run: Run, counts: SingleArmCounts, watch: Watcher) -> PrioritySearch:
         """The search of a run, about to begin."""
         low_level = SiRrtStar(eta=self.eta, iterations=self.iterations, shortcuts=self.shortcuts)
-        arms = PlanningContext(run.problem, self.dt, low_level, run.clock)
+        context = PlanningContext(run.problem, self.dt, low_level, run.clock)
         wait = math.ceil(self.wait / self.dt)
-        return PrioritySearch(arms=arms, run=run, counts=counts, tell=EventEmitter(watch, arms), wait=wait)
+        return PrioritySearch(context=context, run=run, counts=counts, emitter=EventEmitter(watch, context), wait=wait)

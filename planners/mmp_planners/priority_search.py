@@ -10,7 +10,7 @@ import numpy as np
 
 from mmp_env import _core
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
-from mmp_planners.counts import ArmCounts
+from mmp_planners.counts import SingleArmCounts
 from mmp_planners.planning_context import Path, PlanningContext
 from mmp_planners.portfolio.run import Run
 from mmp_planners.seeds import quick_seed_of
@@ -34,10 +34,10 @@ DETOUR_RAD = (0.2, 0.5)
 class PrioritySearch:
     """One run: orders of the arms until one of them works."""
 
-    arms: PlanningContext
+    context: PlanningContext
     run: Run
-    counts: ArmCounts
-    tell: EventEmitter
+    counts: SingleArmCounts
+    emitter: EventEmitter
     wait: int
     """Steps that arms which are not planned yet may count as parked at their start, at most."""
     alone: list[Path] = field(default_factory=list)
@@ -50,16 +50,16 @@ class PrioritySearch:
     def rounds(self, seed: int) -> Iterator[None]:
         """One order of the arms each, until there is a plan, time is up, or an arm finds no way even alone."""
         if not self.given and not self.each_alone(seed):
-            self.exhausted = not self.arms.clock.expired
+            self.exhausted = not self.context.clock.expired
             return
         rng = np.random.default_rng(seed)
         order, parked, budget, detours = self._first_order(), [0] * len(self.alone), 1.0, self._no_detours()
         for restart in itertools.count():
-            if self.arms.clock.expired:
+            if self.context.clock.expired:
                 return
-            self.tell.search_started(restart, seed)
+            self.emitter.search_started(restart, seed)
             paths, failed = self._one_after_the_other(order, parked, detours, budget, (seed, ALONE_TRIES + restart))
-            if failed is None and self.run.offer(self.arms.plan([paths[arm] for arm in sorted(paths)])):
+            if failed is None and self.run.offer(self.context.plan([paths[arm] for arm in sorted(paths)])):
                 return
             yield
             self.counts.restarts += 1
@@ -77,7 +77,7 @@ class PrioritySearch:
             paths, failed = self._one_after_the_other(order, parked, self._no_detours(), SOME_BUDGET, (seed, attempt))
             if failed is None:
                 return paths
-            if self.arms.clock.expired:
+            if self.context.clock.expired:
                 return None
             order = _next_order(order, failed, rng)
             parked = [int(k) for k in rng.integers(0, self.wait + 1, len(parked))]
@@ -86,9 +86,9 @@ class PrioritySearch:
     def each_alone(self, seed: int) -> bool:
         """Whether every arm finds a way as if it were the only one."""
         for attempt in range(ALONE_TRIES):
-            self.arms.reseed(quick_seed_of(seed, attempt))
+            self.context.reseed(quick_seed_of(seed, attempt))
             self.alone = []
-            for arm in range(len(self.arms.names)):
+            for arm in range(len(self.context.names)):
                 path = self._plan(arm, (), (), ALONE_BUDGET, quick_seed_of(seed, attempt, arm))
                 if path is None:
                     break
@@ -99,7 +99,7 @@ class PrioritySearch:
 
     def _first_order(self) -> list[int]:
         """Those in most conflicts come first and keep their ways; ties as the cell has them."""
-        conflicts = self.arms.conflicts(self.alone, self.arms.pairs())
+        conflicts = self.context.conflicts(self.alone, self.context.pairs())
         self.counts.root_conflicts = sum(len(instants) for instants in conflicts.values())
         mine = [sum(len(c) for pair, c in conflicts.items() if arm in pair) for arm in range(len(self.alone))]
         return sorted(range(len(self.alone)), key=lambda arm: (-mine[arm], arm))
@@ -130,14 +130,14 @@ class PrioritySearch:
         """The arm's way as if it were alone, if nobody is in it."""
         own = self.alone[arm]
         pairs = [(0, k) for k in range(1, len(before) + 1)]
-        return None if self.arms.conflicts([own, *before], pairs) else own
+        return None if self.context.conflicts([own, *before], pairs) else own
 
     def _no_detours(self) -> list[list[_core.Constraint]]:
         return [[] for _ in self.alone]
 
     def _parked(self, arm: int, steps: int) -> _core.Constraint:
-        start = self.arms.problem.start[self.arms.names[arm]]
-        return _core.Constraint.standing(self.arms.core, arm, start, 0.0, 0, steps)
+        start = self.context.problem.start[self.context.names[arm]]
+        return _core.Constraint.standing(self.context.core, arm, start, 0.0, 0, steps)
 
     def _detour(self, arm: int, rng: np.random.Generator) -> list[_core.Constraint]:
         """A place on the arm's own way that it keeps out of; none where that would take in its start or its goal."""
@@ -153,8 +153,8 @@ class PrioritySearch:
     ) -> Path | None:
         self.counts.low_level_calls += 1
         experience = self.alone[arm].q if self.given else None
-        path, iterations = self.arms.low_level(arm, constraints, seed, budget, others=others, experience=experience)
-        self.tell.replanned(arm, len(constraints), path is not None, iterations, 1)
+        path, iterations = self.context.low_level(arm, constraints, seed, budget, others=others, experience=experience)
+        self.emitter.replanned(arm, len(constraints), path is not None, iterations, 1)
         return path
 
 

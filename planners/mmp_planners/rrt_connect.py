@@ -95,7 +95,7 @@ class RrtConnect:
                 if found or run.clock.expired:
                     break
                 run.counts.restarts += 1
-            run.tell_and_shorten(watch, self.shorten, self.dt)
+            run.emit_and_shorten(watch, self.shorten, self.dt)
         except StopPlanning:
             pass
         return run.result()

@@ -1,4 +1,8 @@
-"""xECBS (Shaoul, Mishani, Likhachev, Li, ICAPS 2024): ECBS that learns from its own earlier paths."""
+"""xECBS: Shaoul, Mishani, Likhachev, Li: Accelerating search-based planning for multi-robot manipulation by leveraging
+online-generated experiences, ICAPS 2024, Algorithm 1.
+
+Guarantee: w times the planner's own path lengths if `bound_met`. Not complete with the default constraint.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +17,9 @@ from mmp_planners.planner import About
 
 @dataclass(frozen=True, kw_only=True)
 class Xecbs(OneKindPlanner):
-    """xECBS: ECBS whose low level begins with the parent's path, up to where it first breaks a constraint.
+    """xECBS: ECBS whose low level begins with the parent's path, up to its first violation of a constraint.
 
-    Departure: its low level is a search on a lattice that is seeded with the experience, ours is a sampled tree; bounds
+    Departure: its low level searches a lattice that is seeded with the experience, ours grows a sampled tree. Bounds
     are as in `ecbs`.
     """
 

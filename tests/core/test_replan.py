@@ -9,7 +9,7 @@ from mmp_env import _core, draw_instance, ring_cell
 from mmp_env.check import check_plan
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.problem import make_problem
-from mmp_planners.portfolio.lns import Replanning
+from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
 from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
 from mmp_planners.rrt_connect import RrtConnect
 
@@ -95,7 +95,7 @@ def test_plans_of_four_crowded_arms_get_shorter_and_stay_valid():
     cell = ring_cell(4, "panda")
     problem = make_problem(cell, *draw_instance(cell, seed=2))
     plan = RrtConnect(shorten=100).plan(problem, seed=0).plan
-    shorter, kept = Replanning(attempts=40)(plan, 0, _core.Clock(np.inf))
+    shorter, kept = LargeNeighbourhoodSearch(attempts=40)(plan, 0, _core.Clock(np.inf))
     assert kept > 0
     assert shorter.cost_rad < plan.cost_rad
     assert check_plan(shorter).valid

@@ -15,7 +15,7 @@ from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners import Status, StopPlanning, auto
-from mmp_planners.portfolio.lns import Replanning
+from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
 from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
 from mmp_planners.priority_search import PrioritySearch
 
@@ -60,16 +60,16 @@ def test_the_next_member_finds_a_plan_where_one_finds_none(monkeypatch, left_out
 
 def test_a_watcher_that_stops_on_the_plan_of_the_tree_gets_that_plan(monkeypatch):
     leave_out(monkeypatch, "rrt-connect", "prioritized")
-    told = []
+    emitted = []
 
     def watch(event):
-        told.append(event)
+        emitted.append(event)
         if isinstance(event, SolutionFound):
             raise StopPlanning
 
     result = mmp_planners.make("auto").plan(ring(4, 5), seed=0, watch=watch)
     assert result.status is Status.SOLVED
-    assert result.plan.cost_rad == pytest.approx(told[-1].cost_rad)
+    assert result.plan.cost_rad == pytest.approx(emitted[-1].cost_rad)
     assert (result.stats["shortcuts"], result.stats["bound_met"]) == (0, None)
     assert result.stats["found_by"] == "apf-ecbs"
     assert 0 < result.stats["first_plan_s"] <= result.stats["planning_time_s"]
@@ -85,9 +85,9 @@ def test_no_node_of_a_tree_counts_where_the_composite_search_finds_the_plan():
 
 def test_the_numbers_of_the_plans_come_after_those_of_the_nodes_of_the_tree(monkeypatch):
     leave_out(monkeypatch, "rrt-connect", "prioritized")
-    told = []
-    result = mmp_planners.make("auto").plan(ring(4, 5), seed=0, watch=told.append)
-    nodes = [event.node for event in told if isinstance(event, NodeCreated)]
+    emitted = []
+    result = mmp_planners.make("auto").plan(ring(4, 5), seed=0, watch=emitted.append)
+    nodes = [event.node for event in emitted if isinstance(event, NodeCreated)]
     assert len(nodes) == len(set(nodes))
     assert result.stats["generated_nodes"] in nodes
     assert nodes[-1] > result.stats["generated_nodes"] or result.stats["shortcuts"] == 0
@@ -135,7 +135,7 @@ def test_replanning_takes_a_detour_out_that_no_shortcut_can():
     plan = retime_to_velocity_limits(
         problem, [np.vstack([there, back]), problem.start["right"][None].repeat(17, axis=0)]
     )
-    better, kept = Replanning(attempts=1)(plan, 0, _core.Clock(math.inf))
+    better, kept = LargeNeighbourhoodSearch(attempts=1)(plan, 0, _core.Clock(math.inf))
     assert kept == 1
     assert better.cost_rad == pytest.approx(problem.cost_lower_bound_rad, abs=1e-4)
     assert check_plan(better).valid

@@ -70,14 +70,14 @@ class Pebbles(ArmsOnALine):
 class NotThere:
     """The place at that step, or that move where two change places: each solution keeps it for one of the two."""
 
-    def forbid(self, arms, paths, meeting, arm, instant):
-        step = int(meeting.first)
-        places = [tuple(paths[arm].at(k)) for k in ((step,) if meeting.first == step else (step, step + 1))]
+    def forbid(self, context, paths, interval, arm, instant):
+        step = int(interval.first)
+        places = [tuple(paths[arm].at(k)) for k in ((step,) if interval.first == step else (step, step + 1))]
         constraint = _core.Constraint.ball(np.zeros(1), 0.1, 0, 1)
-        arms.forbidden[constraint] = (step, *places)
+        context.forbidden[constraint] = (step, *places)
         return [constraint]
 
-    def words(self, arms, meeting, arm):
+    def describe(self, context, interval, arm):
         return "not there"
 
 

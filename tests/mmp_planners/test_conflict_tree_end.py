@@ -4,16 +4,16 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 import pytest
-from support.arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, ended, endless, told, tree
+from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, emitted, ended, endless, tree
 
 from mmp_env.events import NodeExpanded, SearchStarted
-from mmp_planners.conflict_tree.search import Counts
+from mmp_planners.conflict_tree.search import TreeCounts
 from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import StopPlanning
 
 
 def test_a_single_tree_that_runs_dry_is_exhausted():
-    search, exhausted, events = told(lambda watch: tree(ArmsOnALine([(0, 1)], [(2, 1)]), watch=watch))
+    search, exhausted, events = emitted(lambda watch: tree(ArmsOnALine([(0, 1)], [(2, 1)]), watch=watch))
     assert exhausted
     assert search.best is None
     assert search.counts.dropped_children == 2
@@ -21,14 +21,14 @@ def test_a_single_tree_that_runs_dry_is_exhausted():
 
 
 def test_a_single_tree_without_a_root_is_exhausted():
-    search, exhausted, _ = told(lambda watch: tree(ArmsOnALine([None], [(0, 1)]), watch=watch))
+    search, exhausted, _ = emitted(lambda watch: tree(ArmsOnALine([None], [(0, 1)]), watch=watch))
     assert exhausted
-    assert search.counts == Counts(low_level_calls=3)
+    assert search.counts == TreeCounts(low_level_calls=3)
 
 
 def trees(restarts, started):
     """Runs until that many trees have started or 75 nodes are expanded; expansions of each tree, and the parts."""
-    arms, kind, expanded = ArmsOnALine(endless, endless), OneConstraint(), []
+    context, kind, expanded = ArmsOnALine(endless, endless), OneConstraint(), []
 
     def watch(event):
         if isinstance(event, SearchStarted):
@@ -40,16 +40,16 @@ def trees(restarts, started):
             if event.expanded_nodes == 75:
                 raise StopPlanning
 
-    search = tree(arms, branching=kind, restarts=restarts, watch=watch)
+    search = tree(context, branching=kind, restarts=restarts, watch=watch)
     assert not ended(search)
-    return expanded, arms, kind, search
+    return expanded, context, kind, search
 
 
 def test_a_tree_that_does_not_get_on_is_given_up_for_another_with_more_patience():
-    expanded, arms, kind, search = trees(restarts=True, started=3)
+    expanded, context, kind, search = trees(restarts=True, started=3)
     assert expanded == [20, 24, 28]
     assert search.counts.restarts == 3
-    assert len(set(arms.seeds)) == 3, "each tree has its own sub-seed"
+    assert len(set(context.seeds)) == 3, "each tree has its own sub-seed"
     asked = [instant for _, _, instant in kind.asked]
     ends = [2 * sum(expanded[:k]) for k in range(4)]
     each = [set(asked[begin:end]) for begin, end in pairwise(ends)]
@@ -57,9 +57,9 @@ def test_a_tree_that_does_not_get_on_is_given_up_for_another_with_more_patience(
 
 
 def test_without_restarts_there_is_one_tree_however_long_it_takes():
-    expanded, arms, _, search = trees(restarts=False, started=3)
+    expanded, context, _, search = trees(restarts=False, started=3)
     assert expanded == [75]
-    assert (search.counts.restarts, len(arms.seeds)) == (0, 1)
+    assert (search.counts.restarts, len(context.seeds)) == (0, 1)
 
 
 def test_the_bound_is_the_least_of_the_open_nodes_and_never_falls():
@@ -74,8 +74,8 @@ def test_the_bound_is_the_least_of_the_open_nodes_and_never_falls():
             return super().__call__(open_nodes, lower_bound)
 
     # Sampled paths: with one constraint more they may well be shorter.
-    arms = ArmsOnALine(lambda count: (0, 1 + 7 * count % 5), lambda count: (0, 3 + 3 * count % 7))
-    assert not ended(tree(arms, selection=Seen(w=1.5)))
+    context = ArmsOnALine(lambda count: (0, 1 + 7 * count % 5), lambda count: (0, 3 + 3 * count % 7))
+    assert not ended(tree(context, selection=Seen(w=1.5)))
     bounds, least, most = zip(*seen, strict=True)
     assert list(bounds) == list(accumulate(least, max))
     assert list(least) != sorted(least)
@@ -83,7 +83,7 @@ def test_the_bound_is_the_least_of_the_open_nodes_and_never_falls():
 
 
 def test_a_solution_within_w_times_the_bound_ends_the_search():
-    search, exhausted, _ = told(lambda watch: tree(ArmsOnALine(*MEETING), w=4.0, watch=watch))
+    search, exhausted, _ = emitted(lambda watch: tree(ArmsOnALine(*CROSSING), w=4.0, watch=watch))
     assert not exhausted
     assert (search.best.cost, search.best.bound_met) == (14.0, True)
 
@@ -91,25 +91,25 @@ def test_a_solution_within_w_times_the_bound_ends_the_search():
 def test_a_dearer_solution_is_waited_upon_for_as_many_expansions_as_patience_says():
     """The first expansion gives a solution that costs 14 where 4 is the bound, the third one that costs 4."""
     for patience, cost, expanded, met in ((1, 14.0, 2, False), (2, 4.0, 3, True), (20, 4.0, 3, True)):
-        search, exhausted, _ = told(lambda watch, n=patience: tree(ArmsOnALine(*LATER), patience=n, watch=watch))
+        search, exhausted, _ = emitted(lambda watch, n=patience: tree(ArmsOnALine(*LATER), patience=n, watch=watch))
         assert not exhausted
         assert (search.best.cost, search.best.bound_met) == (cost, met)
         assert search.counts.expanded_nodes == expanded
 
 
 def test_the_deadline_ends_the_search_with_the_best_so_far():
-    arms = ArmsOnALine(*MEETING)
+    context = ArmsOnALine(*CROSSING)
 
     def at_the_solution(event):
         if type(event).__name__ == "SolutionFound":
-            arms.clock.cancel()
+            context.clock.cancel()
 
-    search = tree(arms, watch=at_the_solution)
+    search = tree(context, watch=at_the_solution)
     assert not search.run(0), "a search that was cut short is not exhausted"
     assert search.best.cost == 14.0
-    search = tree(arms)
+    search = tree(context)
     assert not search.run(0)
-    assert (search.best, search.counts) == (None, Counts())
+    assert (search.best, search.counts) == (None, TreeCounts())
 
 
 def test_a_watcher_ends_the_search_with_the_best_so_far():
@@ -121,7 +121,7 @@ def test_a_watcher_ends_the_search_with_the_best_so_far():
             if type(event).__name__ == until:
                 raise StopPlanning
 
-        search = tree(ArmsOnALine(*MEETING), watch=watch)
+        search = tree(ArmsOnALine(*CROSSING), watch=watch)
         with pytest.raises(StopPlanning):
             search.run(0)
         assert (search.best and search.best.cost) == cost

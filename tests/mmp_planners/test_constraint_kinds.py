@@ -38,16 +38,16 @@ def branches(name, case, instant="begin"):
     return constraint_kind(name, pad=0.25).branches(*conflict(case), instant)
 
 
-def breaks(arms, path, constraints):
-    return _core.breaks_constraint(arms.core, path.motion, list(constraints), arms.conflict_distance)
+def breaks(context, path, constraints):
+    return _core.breaks_constraint(context.core, path.motion, list(constraints), context.conflict_distance)
 
 
 def test_the_cases_are_what_they_are_called():
     assert conflict("between two steps")[2].first % 1 > 0
     assert conflict("in the first moments")[2].first == 1
-    _, paths, meeting = conflict("parked")
+    _, paths, interval = conflict("parked")
     assert paths[1].last == 0
-    assert meeting.first > 0
+    assert interval.first > 0
     assert len(conflict("in the ring")[0].names) == 4
 
 
@@ -55,28 +55,28 @@ def test_the_cases_are_what_they_are_called():
 @every_case
 @every_instant
 def test_each_branch_forbids_its_arm_the_conflict_it_was_made_from(name, case, instant):
-    arms, paths, meeting = conflict(case)
+    context, paths, interval = conflict(case)
     made = branches(name, case, instant)
-    assert {branch.arm for branch in made} == {meeting.a, meeting.b}
+    assert {branch.arm for branch in made} == {interval.a, interval.b}
     for branch in made:
-        assert breaks(arms, paths[branch.arm], branch.constraints)
+        assert breaks(context, paths[branch.arm], branch.constraints)
 
 
 @every_kind
 @pytest.mark.parametrize("case", ["passing", "parked", "in the ring"])
 def test_a_child_has_a_path_that_keeps_its_constraints(name, case):
-    arms, _, _ = conflict(case)
-    found = [arms.low_level(branch.arm, branch.constraints, 1)[0] for branch in branches(name, case)]
+    context, _, _ = conflict(case)
+    found = [context.low_level(branch.arm, branch.constraints, 1)[0] for branch in branches(name, case)]
     assert any(found)
     for branch, path in zip(branches(name, case), found, strict=True):
         assert path is None or not _core.breaks_constraint(
-            arms.core, path.motion, list(branch.constraints), 0.5 * arms.conflict_distance
+            context.core, path.motion, list(branch.constraints), 0.5 * context.conflict_distance
         )
 
 
 @every_kind
 def test_a_branch_says_in_words_who_is_forbidden_something_and_when_it_was(name):
-    said = [branch.words for branch in branches(name, "passing")]
+    said = [branch.description for branch in branches(name, "passing")]
     assert len(set(said)) == 2
     assert {words.split()[0] for words in said} == {"left", "right"}
     assert name == "priority-path" or all(" s" in words for words in said)
@@ -119,7 +119,7 @@ def test_several_kinds_are_named_with_plus_and_radii_with_a_dash():
     [
         ("splitt", UnknownNameError, "unknown constraint kind 'splitt'. Did you mean 'split'"),
         ("split+", UnknownNameError, "unknown constraint kind ''"),
-        ("split+split", MmpError, "'split\\+split' name one twice"),
+        ("split+split", MmpError, "'split\\+split' name one kind twice"),
         ("sphere-big", MmpError, "'sphere-big': the radius must be a positive number"),
         ("vertex--1", MmpError, "'vertex--1': the radius"),
         ("sphere-inf", MmpError, "'sphere-inf': the radius"),
@@ -140,13 +140,13 @@ def test_branches_of_several_kinds_come_side_by_side_with_the_numbers_of_their_k
 
 @pytest.mark.parametrize("case", ["passing", "parked", "in the ring"])
 def test_the_point_of_contact_is_within_the_margin_of_both_arms(case):
-    arms, paths, meeting = conflict(case)
-    (contact,) = contacts(arms, meeting.a, paths[meeting.a], meeting.b, paths[meeting.b], (meeting.first,))
-    cell = arms.problem.cell
-    own = [cloud(cell, cell.arms[arm], paths[arm].at(meeting.first)).moving for arm in (meeting.a, meeting.b)]
+    context, paths, interval = conflict(case)
+    (contact,) = contacts(context, interval.a, paths[interval.a], interval.b, paths[interval.b], (interval.first,))
+    cell = context.problem.cell
+    own = [cloud(cell, cell.arms[arm], paths[arm].at(interval.first)).moving for arm in (interval.a, interval.b)]
     between = gaps(*own)
     assert contact.gap == pytest.approx(between.min(), abs=1e-9)
-    assert contact.gap < arms.conflict_distance
+    assert contact.gap < context.conflict_distance
     s, t = np.unravel_index(between.argmin(), between.shape)
     assert contact.links == (own[0].parts[s], own[1].parts[t])
     for arm, k in zip(own, (s, t), strict=True):
@@ -155,41 +155,43 @@ def test_the_point_of_contact_is_within_the_margin_of_both_arms(case):
 
 
 def test_a_contact_is_worked_out_once_for_all_who_ask_in_a_row_and_forgotten_with_the_run():
-    arms, paths, meeting = conflict.__wrapped__("passing")  # which nobody else keeps
-    question = (meeting.a, paths[meeting.a], meeting.b, paths[meeting.b], (meeting.first,))
-    first = contacts(arms, *question)
-    assert contacts(arms, *question) is first
-    assert contacts(arms, *question[:-1], (meeting.first, meeting.first + 1))[0].gap == first[0].gap
-    run, path = weakref.ref(arms), weakref.ref(paths[meeting.a])
-    del arms, paths, question
+    context, paths, interval = conflict.__wrapped__("passing")  # which nobody else keeps
+    question = (interval.a, paths[interval.a], interval.b, paths[interval.b], (interval.first,))
+    first = contacts(context, *question)
+    assert contacts(context, *question) is first
+    assert contacts(context, *question[:-1], (interval.first, interval.first + 1))[0].gap == first[0].gap
+    run, path = weakref.ref(context), weakref.ref(paths[interval.a])
+    del context, paths, question
     gc.collect()
     assert (run(), path()) == (None, None)
 
 
 def test_the_path_that_is_avoided_is_that_of_the_conflict_and_one_step_each_way():
-    arms, paths, _ = conflict("passing")
+    context, paths, _ = conflict("passing")
     inside = ConflictInterval(a=0, b=1, first=9.0, last=12.0)
-    made = AvoidPath().forbid(arms, paths, inside, 0, "begin")
+    made = AvoidPath().forbid(context, paths, inside, 0, "begin")
     assert (made[0].start, made[-1].end) == (8, 13)
-    made = StepPriority().forbid(arms, paths, inside, 0, "middle")
+    made = StepPriority().forbid(context, paths, inside, 0, "middle")
     assert (made[0].start, made[-1].end) == (9, 11)
-    made = PathPriority().forbid(arms, paths, inside, 0, "begin")
+    made = PathPriority().forbid(context, paths, inside, 0, "begin")
     assert (made[0].start, made[-1].end) == (0, _core.FOREVER)
     at_goal = ConflictInterval(a=0, b=1, first=9.0, last=float(paths[1].last))
-    assert AvoidPath().forbid(arms, paths, at_goal, 0, "begin")[-1].end == _core.FOREVER
+    assert AvoidPath().forbid(context, paths, at_goal, 0, "begin")[-1].end == _core.FOREVER
 
 
 def test_a_part_that_ends_before_the_conflict_is_left_out_where_the_start_breaks_it():
     """The arms begin almost in contact: what they sweep in the first step alone would leave no child."""
-    arms, paths, meeting = conflict("in the first moments")
-    assert meeting.first == 1
-    assert AvoidPath().forbid(arms, paths, meeting, 0, "begin")[0].start == 1
-    later = ConflictInterval(a=0, b=1, first=0.5, last=meeting.last)
-    assert AvoidPath().forbid(arms, paths, later, 0, "begin")[0].start == 0, "it is over after the conflict has begun"
+    context, paths, interval = conflict("in the first moments")
+    assert interval.first == 1
+    assert AvoidPath().forbid(context, paths, interval, 0, "begin")[0].start == 1
+    later = ConflictInterval(a=0, b=1, first=0.5, last=interval.last)
+    assert AvoidPath().forbid(context, paths, later, 0, "begin")[0].start == 0, (
+        "it is over after the conflict has begun"
+    )
 
 
 def test_the_sphere_opens_with_the_conflict_where_the_start_touches_it():
-    arms, paths, meeting = conflict("in the first moments")
-    ((wide,), (narrow,)) = (Sphere(radius=r).forbid(arms, paths, meeting, 0, "begin") for r in (0.2, 0.001))
+    context, paths, interval = conflict("in the first moments")
+    ((wide,), (narrow,)) = (Sphere(radius=r).forbid(context, paths, interval, 0, "begin") for r in (0.2, 0.001))
     assert (wide.start, narrow.start) == (1, 0)
     assert wide.end == narrow.end == 2

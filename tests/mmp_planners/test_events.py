@@ -21,44 +21,44 @@ PROBLEM = two_arms.passing(1.0)
 @pytest.fixture(scope="module", params=TREE_PLANNERS)
 def run(request):
     """What a run told, and its result."""
-    told = []
-    result = make(request.param).plan(PROBLEM, seed=0, time_limit=60.0, watch=told.append)
+    emitted = []
+    result = make(request.param).plan(PROBLEM, seed=0, time_limit=60.0, watch=emitted.append)
     assert result.plan is not None
-    return told, result
+    return emitted, result
 
 
-def of(told, kind):
-    return [event for event in told if isinstance(event, kind)]
+def of(emitted, kind):
+    return [event for event in emitted if isinstance(event, kind)]
 
 
 def test_what_is_told_is_what_is_counted(run):
-    told, result = run
-    assert {kind.__name__: len(of(told, kind)) for kind in COUNTED} == {
+    emitted, result = run
+    assert {kind.__name__: len(of(emitted, kind)) for kind in COUNTED} == {
         kind.__name__: result.stats[key] for kind, key in COUNTED.items()
     }
-    assert len(of(told, events.SearchStarted)) == result.stats["restarts"] + 1
-    assert sum(event.solved for event in of(told, events.FastTracked)) == result.stats["fast_track_hits"]
-    created = of(told, events.NodeCreated)
+    assert len(of(emitted, events.SearchStarted)) == result.stats["restarts"] + 1
+    assert sum(event.solved for event in of(emitted, events.FastTracked)) == result.stats["fast_track_hits"]
+    created = of(emitted, events.NodeCreated)
     assert len(created) + result.stats["dropped_children"] == result.stats["generated_nodes"]
     assert created[0].conflicts == result.stats["root_conflicts"]
-    assert result.stats["expanded_nodes"] == 0 or of(told, events.NodeExpanded)[-1].expanded_nodes == len(
-        of(told, events.NodeExpanded)
+    assert result.stats["expanded_nodes"] == 0 or of(emitted, events.NodeExpanded)[-1].expanded_nodes == len(
+        of(emitted, events.NodeExpanded)
     )
 
 
 def test_times_and_node_numbers_ascend(run):
-    told, _ = run
-    times = [event.elapsed_s for event in told]
+    emitted, _ = run
+    times = [event.elapsed_s for event in emitted]
     assert times == sorted(times)
-    numbers = [event.node for event in of(told, events.NodeCreated)]
+    numbers = [event.node for event in of(emitted, events.NodeCreated)]
     assert numbers == sorted(set(numbers))
 
 
 def test_the_nodes_make_one_tree_for_each_search(run):
     """Roots have no parent; a child is made of an expanded node of the same tree, a fast-tracked one of an open one."""
-    told, result = run
+    emitted, result = run
     tree, expanded, roots = {}, set(), 0
-    for event in told:
+    for event in emitted:
         if isinstance(event, events.SearchStarted):
             tree, expanded = {}, set()
         elif isinstance(event, events.NodeExpanded):
@@ -84,8 +84,8 @@ def test_the_nodes_make_one_tree_for_each_search(run):
 
 
 def test_a_child_differs_from_its_parent_in_the_path_of_one_arm(run):
-    told, _ = run
-    nodes = {event.node: event for event in of(told, events.NodeCreated)}
+    emitted, _ = run
+    nodes = {event.node: event for event in of(emitted, events.NodeCreated)}
     for event in nodes.values():
         cost = sum(float(np.abs(np.diff(q, axis=0)).sum()) for q in event.paths.values())
         assert event.cost_rad == pytest.approx(cost)
@@ -96,22 +96,22 @@ def test_a_child_differs_from_its_parent_in_the_path_of_one_arm(run):
 
 
 def test_solutions_become_cheaper_and_the_last_one_is_returned(run):
-    told, result = run
-    found = of(told, events.SolutionFound)
+    emitted, result = run
+    found = of(emitted, events.SolutionFound)
     costs = [event.cost_rad for event in found]
     assert costs == sorted(set(costs), reverse=True)
     assert costs[-1] == pytest.approx(result.plan.cost_rad)
     assert found[-1].clearance_m == result.stats["min_clearance_m"]
-    (node,) = (event for event in of(told, events.NodeCreated) if event.node == found[-1].node)
+    (node,) = (event for event in of(emitted, events.NodeCreated) if event.node == found[-1].node)
     for arm, q in node.paths.items():
         np.testing.assert_array_equal(result.plan.positions[arm][: len(q)], q)
         assert (result.plan.positions[arm][len(q) :] == q[-1]).all(), "an arm that is there first waits"
 
 
 def test_a_replanned_path_is_tried_for_three_times_at_most(run):
-    told, _ = run
+    emitted, _ = run
     before = None
-    for event in of(told, events.Replanned):
+    for event in of(emitted, events.Replanned):
         again = before is not None and not before.found
         assert event.tries == (before.tries % 3 + 1 if again else 1)
         assert not again or event.tries == 1 or (event.arm, event.constraints) == (before.arm, before.constraints)
@@ -121,9 +121,9 @@ def test_a_replanned_path_is_tried_for_three_times_at_most(run):
 def test_the_iterates_of_repulsion_are_told_where_they_are_asked_for_and_change_no_plan():
     plans, repelled = [], []
     for trace in (False, True):
-        told = []
-        plans.append(make("apf-ecbs-nf", trace=trace).plan(two_arms.passing(), seed=0, watch=told.append).plan)
-        repelled.append(of(told, events.Repelled))
+        emitted = []
+        plans.append(make("apf-ecbs-nf", trace=trace).plan(two_arms.passing(), seed=0, watch=emitted.append).plan)
+        repelled.append(of(emitted, events.Repelled))
     for arm, q in plans[0].positions.items():
         np.testing.assert_array_equal(q, plans[1].positions[arm])
     assert [event.iterates for event in repelled[0]] == [()] * len(repelled[0])

@@ -1,7 +1,7 @@
 """When children are replanned, and what the low level is given to begin with."""
 
 import pytest
-from support.arms_on_a_line import LATER, MEETING, ArmsOnALine, OneConstraint, ended, endless, told, tree
+from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, emitted, ended, endless, tree
 
 from mmp_env.events import NodeCreated, NodeExpanded, Replanned
 from mmp_planners.conflict_tree.constraints import EitherArm, EveryKind
@@ -33,9 +33,9 @@ def test_at_once_both_children_are_replanned_before_any_node_is_taken():
 
 def test_when_taken_a_child_waits_with_the_paths_of_its_parent_and_is_put_back():
     """Its parent's conflicts are its own until then, so the first child that has fewer is branched before the other."""
-    arms = ArmsOnALine([(0, 1, 1, 2), (0, 1, 3, 2)], [(2, 1, 1, 0)], [(9,)])
+    context = ArmsOnALine([(0, 1, 1, 2), (0, 1, 3, 2)], [(2, 1, 1, 0)], [(9,)])
     events, watch = until_expanded(2)
-    search = tree(arms, w=9.0, expansion=LazyExpansion(), watch=watch)
+    search = tree(context, w=9.0, expansion=LazyExpansion(), watch=watch)
     assert not ended(search)
     assert names(events) == ["Replanned"] * 3 + [
         "NodeCreated",
@@ -50,16 +50,18 @@ def test_when_taken_a_child_waits_with_the_paths_of_its_parent_and_is_put_back()
 
 @pytest.mark.parametrize("expansion", [EagerExpansion(), LazyExpansion()])
 def test_both_find_the_same_solution_where_there_is_one_way(expansion):
-    search, exhausted, _ = told(lambda watch: tree(ArmsOnALine(*MEETING), expansion=expansion, watch=watch))
+    search, exhausted, _ = emitted(lambda watch: tree(ArmsOnALine(*CROSSING), expansion=expansion, watch=watch))
     assert not exhausted
     assert search.best.cost == 14.0
-    search, exhausted, _ = told(lambda watch: tree(ArmsOnALine([(0, 1)], [(2, 1)]), expansion=expansion, watch=watch))
+    search, exhausted, _ = emitted(
+        lambda watch: tree(ArmsOnALine([(0, 1)], [(2, 1)]), expansion=expansion, watch=watch)
+    )
     assert exhausted
     assert search.counts.dropped_children == 2
 
 
 def test_a_lazy_child_without_a_way_is_dropped_when_it_is_taken():
-    search, _, events = told(lambda watch: tree(ArmsOnALine(*LATER), expansion=LazyExpansion(), watch=watch, w=9.0))
+    search, _, events = emitted(lambda watch: tree(ArmsOnALine(*LATER), expansion=LazyExpansion(), watch=watch, w=9.0))
     created = [event for event in events if isinstance(event, NodeCreated)]
     assert len(created) + search.counts.dropped_children == search.counts.generated_nodes
     assert [event.node for event in created] == sorted(event.node for event in created)
@@ -75,10 +77,10 @@ def test_branches_of_two_kinds_make_four_children():
 
 
 def test_from_the_parent_the_low_level_is_given_the_path_that_is_to_be_replaced():
-    arms = ArmsOnALine([(0, 1, 2), (0, 5, 2)], [(2, 1, 0), (2, 7, 0)])
-    tree(arms, w=9.0, experience=FromParent()).run(0)
-    given = [known if known is None else known[:, 0].tolist() for known in arms.experiences]
+    context = ArmsOnALine([(0, 1, 2), (0, 5, 2)], [(2, 1, 0), (2, 7, 0)])
+    tree(context, w=9.0, experience=FromParent()).run(0)
+    given = [known if known is None else known[:, 0].tolist() for known in context.experiences]
     assert given == [None, None, [0, 1, 2], [2, 1, 0]]
-    arms = ArmsOnALine([(0, 1, 2), (0, 5, 2)], [(2, 1, 0), (2, 7, 0)])
-    tree(arms, w=9.0, experience=FromScratch()).run(0)
-    assert arms.experiences == [None] * 4
+    context = ArmsOnALine([(0, 1, 2), (0, 5, 2)], [(2, 1, 0), (2, 7, 0)])
+    tree(context, w=9.0, experience=FromScratch()).run(0)
+    assert context.experiences == [None] * 4

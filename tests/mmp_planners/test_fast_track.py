@@ -11,8 +11,8 @@ SWAP = [(0, 1, 2), (2, 1, 0)]
 
 
 def tries(fast_track, n):
-    arms = {2: TWO, 3: THREE}[len(n.paths)]
-    return [(attempt.arm, attempt.solved) for attempt in fast_track(arms, n)]
+    context = {2: TWO, 3: THREE}[len(n.paths)]
+    return [(attempt.arm, attempt.solved) for attempt in fast_track(context, n)]
 
 
 def test_of_a_single_pair_the_lower_arm_is_tried_first_and_then_the_other():
@@ -55,9 +55,9 @@ def test_a_literal_try_gives_the_node_the_path_of_the_first_common_arm_whatever_
 
 def searched(push, ways, *, literal=False, w=1.0, **parts):
     events = []
-    arms = ArmsOnALine(*ways, **{key: parts.pop(key) for key in ("certificates",) if key in parts})
+    context = ArmsOnALine(*ways, **{key: parts.pop(key) for key in ("certificates",) if key in parts})
     fast_track = RepulsiveFastTrack(modification=Push(push), literal=literal)
-    search = tree(arms, w=w, watch=events.append, fast_track=fast_track, **parts)
+    search = tree(context, w=w, watch=events.append, fast_track=fast_track, **parts)
     return search, search.run(0), events
 
 

@@ -17,7 +17,7 @@ from mmp_planners.planning_context import PlanningContext
 DT_S = 0.1
 
 
-def arms(problem, seed=0, **options):
+def context(problem, seed=0, **options):
     made = PlanningContext(problem, DT_S, SiRrtStar(**options), _core.Clock(math.inf))
     made.reseed(seed)
     return made
@@ -40,7 +40,7 @@ def assert_sound(there, arm, path):
 
 @pytest.mark.parametrize("robot", ["ur5e", "panda", "piper"])
 def test_a_path_keeps_what_an_arm_alone_must_keep(robot):
-    there = arms(ring(robot, 5))
+    there = context(ring(robot, 5))
     for arm in range(4):
         path, _ = there.low_level(arm, (), 7)
         assert path is not None
@@ -48,7 +48,7 @@ def test_a_path_keeps_what_an_arm_alone_must_keep(robot):
 
 
 def test_a_way_that_is_free_is_straight_and_at_full_speed_without_any_search():
-    there = arms(two_arms.passing())
+    there = context(two_arms.passing())
     path, iterations = there.low_level(0, (), 0)
     assert iterations == 0
     assert path.length == pytest.approx(1.6)
@@ -60,7 +60,7 @@ def test_a_slower_arm_takes_more_steps():
     slow = make_problem(
         fast.cell, fast.start, fast.goal, max_velocity={"left": np.full(6, 0.2), "right": np.full(6, 0.8)}
     )
-    there = arms(slow)
+    there = context(slow)
     paths = [there.low_level(k, (), 0)[0] for k in (0, 1)]
     assert paths[0].last == pytest.approx(1.6 / 0.2 / DT_S, abs=3)
     assert paths[1].last == pytest.approx(1.6 / 0.8 / DT_S, abs=3)
@@ -73,15 +73,15 @@ def detour(there, seed):
 
 
 def test_the_same_seed_finds_the_same_path_in_the_same_iterations():
-    (first, n), (again, m) = (detour(arms(two_arms.passing()), 1) for _ in range(2))
+    (first, n), (again, m) = (detour(context(two_arms.passing()), 1) for _ in range(2))
     np.testing.assert_array_equal(first.q, again.q)
     assert n == m > 0
-    other, _ = detour(arms(two_arms.passing()), 2)
+    other, _ = detour(context(two_arms.passing()), 2)
     assert other.q.shape != first.q.shape or not np.array_equal(other.q, first.q)
 
 
 def test_what_was_asked_before_changes_no_path():
-    fresh, used = arms(two_arms.passing()), arms(two_arms.passing())
+    fresh, used = context(two_arms.passing()), context(two_arms.passing())
     for seed in range(5):
         detour(used, seed)
     used.low_level(1, (), 3)
@@ -89,7 +89,7 @@ def test_what_was_asked_before_changes_no_path():
 
 
 def test_a_goal_that_is_blocked_for_ever_has_no_path_and_one_that_is_blocked_for_a_while_is_waited_for():
-    there = arms(two_arms.passing(), iterations=50)
+    there = context(two_arms.passing(), iterations=50)
     goal = there.problem.goal["left"]
     for end, found in ((_core.FOREVER, False), (60, True)):
         path, _ = there.low_level(0, [_core.Constraint.ball(goal, 0.1, 5, end)], 0)
@@ -100,7 +100,7 @@ def test_a_goal_that_is_blocked_for_ever_has_no_path_and_one_that_is_blocked_for
 
 def test_an_arm_at_its_goal_gives_way_and_comes_back():
     """It stands where it may not stand for a while; to stay there is no path."""
-    there = arms(two_arms.nothing_to_do())
+    there = context(two_arms.nothing_to_do())
     ball = _core.Constraint.ball(there.problem.goal["left"], 0.2, 10, 40)
     path, _ = there.low_level(0, [ball], 0)
     assert path is not None
@@ -111,7 +111,7 @@ def test_an_arm_at_its_goal_gives_way_and_comes_back():
 
 
 def test_a_start_that_is_forbidden_at_once_has_no_path():
-    there = arms(two_arms.passing(), iterations=50)
+    there = context(two_arms.passing(), iterations=50)
     start = there.problem.start["left"]
     assert there.low_level(0, [_core.Constraint.ball(start, 0.3, 0, 20)], 0)[0] is None
 
@@ -120,7 +120,7 @@ def test_a_larger_budget_searches_longer():
     """A toy arm whose elbow hardly moves has one way only, and that is closed for good."""
     limits = {"lower": np.array([-np.pi, -1e-3]), "upper": np.array([np.pi, 1e-3])}
     cell = toys.toy_cell(toys.toy_arm("a", [0, 0, 0], **limits))
-    there = arms(make_problem(cell, {"a": [-1.0, 0.0]}, {"a": [1.0, 0.0]}), iterations=10)
+    there = context(make_problem(cell, {"a": [-1.0, 0.0]}, {"a": [1.0, 0.0]}), iterations=10)
     closed = _core.Constraint.ball(np.zeros(2), 0.3, 0, _core.FOREVER)
     found = [there.low_level(0, [closed], 0, budget) for budget in (1.0, 2.0, 4.0)]
     assert found == [(None, 10), (None, 20), (None, 40)]

@@ -90,7 +90,7 @@ def test_a_child_has_the_paths_of_its_parent_and_a_branch_that_is_pending():
     parent = node(7, (0, 1), (2, 1), bounds=[1.0, 0.5])
     old, new = (_core.Constraint.ball(np.zeros(1), 0.1, k, k + 1) for k in (0, 5))
     parent.constraints, parent.kinds = ((old,), ()), (2,)
-    branch = Branch(arm=0, constraints=(new,), words="", kind=3)
+    branch = Branch(arm=0, constraints=(new,), description="", kind=3)
     child = parent.child(branch)
     assert (child.parent, child.id, child.pending, child.kinds) == (7, -1, branch, (2, 3))
     assert child.constraints == ((old, new), ())

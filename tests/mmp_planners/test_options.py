@@ -134,13 +134,13 @@ def test_a_finer_grid_has_more_steps_for_the_same_way():
 
 def test_without_restarts_a_search_that_runs_dry_is_exhausted_and_proves_nothing():
     """One iteration of the single-arm planner finds no way around a parked arm, with restarts or without."""
-    told = []
+    emitted = []
     hopeless = {"iterations": 1, "shortcuts": 1, "eta": 0.05}
     problem = two_arms.one_in_the_way()
-    result = make("ecbs", restarts=False, **hopeless).plan(problem, time_limit=60.0, watch=told.append)
+    result = make("ecbs", restarts=False, **hopeless).plan(problem, time_limit=60.0, watch=emitted.append)
     assert (str(result.status), result.plan) == ("exhausted", None)
     assert result.stats["dropped_children"] > 0
-    assert sum(isinstance(event, SearchStarted) for event in told) == 1
+    assert sum(isinstance(event, SearchStarted) for event in emitted) == 1
     assert not result.stats["deadline_hit"]
     result = make("ecbs", restarts=True, **hopeless).plan(problem, time_limit=0.3)
     assert (str(result.status), result.stats["deadline_hit"]) == ("timeout", True)

@@ -15,7 +15,7 @@ from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners import Status, StopPlanning, make, priority_search
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
-from mmp_planners.counts import ArmCounts
+from mmp_planners.counts import SingleArmCounts
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext
 from mmp_planners.portfolio.run import Run
@@ -113,7 +113,7 @@ def test_the_arm_that_failed_goes_first_in_most_of_the_next_orders():
 
 def search_of(problem):
     run = Run.begin("prioritized", None, problem, 0, math.inf)
-    search = Prioritized().search(run, ArmCounts(), ignore)
+    search = Prioritized().search(run, SingleArmCounts(), ignore)
     assert search.each_alone(0)
     return search
 
@@ -122,11 +122,11 @@ def test_some_arms_find_paths_as_if_there_were_no_others():
     cell = ring_cell(6, "panda")
     problem = make_problem(cell, *draw_instance(cell, seed=5))
     search = search_of(problem)
-    conflicts = search.arms.conflicts(search.alone, search.arms.pairs())
+    conflicts = search.context.conflicts(search.alone, search.context.pairs())
     pair = next(iter(conflicts))
     paths = search.some(pair, 20, 0)
     assert set(paths) == set(pair)
-    assert not search.arms.conflicts([paths[arm] for arm in pair], [(0, 1)])
+    assert not search.context.conflicts([paths[arm] for arm in pair], [(0, 1)])
     again = search_of(problem).some(pair, 20, 0)
     for arm in pair:
         np.testing.assert_array_equal(paths[arm].q, again[arm].q)
@@ -142,7 +142,7 @@ def test_some_arms_give_up_after_so_many_tries(monkeypatch):
     monkeypatch.setattr(search, "_one_after_the_other", fails)
     assert search.some([0, 1], 5, 0) is None
     assert len(orders) == 5
-    search.arms.clock.cancel()
+    search.context.clock.cancel()
     assert search.some([0, 1], 5, 0) is None
     assert len(orders) == 6, "no more once time is up"
 
@@ -152,9 +152,9 @@ def test_given_ways_are_what_every_search_begins_with(monkeypatch):
     alone, begun = list(search.alone), []
     low_level = PlanningContext.low_level
 
-    def noted(arms, arm, *rest, experience=None, **more):
+    def noted(context, arm, *rest, experience=None, **more):
         begun.append((arm, experience))
-        return low_level(arms, arm, *rest, experience=experience, **more)
+        return low_level(context, arm, *rest, experience=experience, **more)
 
     monkeypatch.setattr(PlanningContext, "low_level", noted)
     search.given = True
@@ -224,9 +224,9 @@ def test_nothing_waits_for_arms_that_are_not_planned_yet_where_the_wait_is_zero(
 def test_a_detour_keeps_an_arm_from_its_own_way_but_never_from_its_ends():
     there = PlanningContext(two_arms.passing(), 0.1, SiRrtStar(), _core.Clock(math.inf))
     there.reseed(0)
-    run, counts = Run.begin("prioritized", None, there.problem, 0, math.inf), ArmCounts()
+    run, counts = Run.begin("prioritized", None, there.problem, 0, math.inf), SingleArmCounts()
     search = priority_search.PrioritySearch(
-        arms=there, run=run, counts=counts, tell=EventEmitter(ignore, there), wait=0
+        context=there, run=run, counts=counts, emitter=EventEmitter(ignore, there), wait=0
     )
     search.alone = [there.low_level(arm, (), 0)[0] for arm in (0, 1)]
     rng, found = np.random.default_rng(0), []

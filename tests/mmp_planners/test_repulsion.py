@@ -11,7 +11,7 @@ from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners.apf_ecbs import ApfEcbs
-from mmp_planners.conflict_tree.repulsion import Modification, RepulsiveModification, Unmodified
+from mmp_planners.conflict_tree.repulsion import Modification, NoModification, RepulsiveModification
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext
 
@@ -19,26 +19,26 @@ DT_S = 0.1
 STEPS, DISTANCES = ("gradient", "normalised"), ("surface", "centre")
 
 
-def arms(problem):
+def context(problem):
     made = PlanningContext(problem, DT_S, SiRrtStar(), _core.Clock(math.inf))
     made.reseed(0)
     return made, [made.low_level(k, (), k)[0] for k in range(len(made.names))]
 
 
-ARMS, PATHS = arms(two_arms.passing())
+CONTEXT, PATHS = context(two_arms.passing())
 # The left hand passes the parked right arm: through 2 cm of it, and 3 cm away from it.
-GRAZING = arms(two_arms.turning((0.8, -0.8), (0.0, 0.0), distance_m=1.6))
-NEAR = arms(two_arms.turning((0.8, -0.8), (0.0, 0.0), distance_m=1.65))
+GRAZING = context(two_arms.turning((0.8, -0.8), (0.0, 0.0), distance_m=1.6))
+NEAR = context(two_arms.turning((0.8, -0.8), (0.0, 0.0), distance_m=1.65))
 
 
 def crowded():
     cell = ring_cell(4)
-    return arms(make_problem(cell, *draw_instance(cell, seed=2)))
+    return context(make_problem(cell, *draw_instance(cell, seed=2)))
 
 
 def test_a_planner_that_does_not_repel_leaves_paths_as_they_are():
-    assert Unmodified()(ARMS, PATHS, 0, ()) is None
-    assert isinstance(Unmodified(), Modification)
+    assert NoModification()(CONTEXT, PATHS, 0, ()) is None
+    assert isinstance(NoModification(), Modification)
     assert isinstance(RepulsiveModification(), Modification)
 
 
@@ -47,8 +47,8 @@ def test_a_planner_that_does_not_repel_leaves_paths_as_they_are():
     [
         ("gradient", GRAZING, 0),
         ("normalised", GRAZING, 0),
-        ("normalised", (ARMS, PATHS), 0),
-        ("normalised", (ARMS, PATHS), 1),
+        ("normalised", (CONTEXT, PATHS), 0),
+        ("normalised", (CONTEXT, PATHS), 1),
     ],
 )
 def test_repulsion_resolves_a_conflict_of_two_arms(step, where, arm):
@@ -102,12 +102,12 @@ def test_constraints_are_kept(step):
 
 
 def test_far_from_others_nothing_is_moved():
-    there, paths = arms(two_arms.one_moves())
+    there, paths = context(two_arms.one_moves())
     assert RepulsiveModification()(there, paths, 0, ()) is None
 
 
 def test_an_arm_that_stands_still_is_not_moved():
-    there, paths = arms(two_arms.one_in_the_way())
+    there, paths = context(two_arms.one_in_the_way())
     assert paths[1].last == 0
     assert RepulsiveModification()(there, paths, 1, ()) is None
 
@@ -165,8 +165,8 @@ def test_repulsion_stops_once_there_are_two_centimetres_unless_told_to_go_on(ste
 
 @pytest.mark.parametrize("step", STEPS)
 def test_a_trace_shows_every_iterate_and_changes_nothing(step):
-    plain = RepulsiveModification(step=step)(ARMS, PATHS, 0, ())
-    traced = RepulsiveModification(step=step, trace=True)(ARMS, PATHS, 0, ())
+    plain = RepulsiveModification(step=step)(CONTEXT, PATHS, 0, ())
+    traced = RepulsiveModification(step=step, trace=True)(CONTEXT, PATHS, 0, ())
     assert plain.iterates == ()
     assert len(traced.iterates) == traced.iterations == plain.iterations
     np.testing.assert_array_equal(traced.path.q, plain.path.q)
@@ -178,6 +178,6 @@ def test_a_trace_shows_every_iterate_and_changes_nothing(step):
 
 
 def test_repulsion_ends_with_the_clock():
-    there, paths = arms(two_arms.passing())
+    there, paths = context(two_arms.passing())
     there.clock.cancel()
     assert RepulsiveModification()(there, paths, 0, ()) is None

@@ -91,7 +91,7 @@ def test_a_list_wins_where_replanning_the_node_it_gave_leaves_fewer_conflicts(le
     bandit = Told(2, 1, 1)
     select = FocalPerKind(w=9.0, bandit=bandit)
     waiting = node(0, *CHEAP)
-    waiting.pending = Branch(arm=0, constraints=(), words="")
+    waiting.pending = Branch(arm=0, constraints=(), description="")
     assert select([waiting], 4.0) is waiting
     waiting.pending = None
     waiting.update(conflicts={(0, 1): np.arange(float(left))} if left else {})

@@ -24,53 +24,53 @@ FLOAT_M = 1e-5
 
 def split(case, **options):
     """The ball of arm j, what arm i must stay off, and the numbers that both are made of."""
-    arms, paths, meeting = conflict(case)
-    out, off = Split(**options).branches(arms, paths, meeting, "begin")
-    contact = deepest(arms, paths, meeting)
-    bound = lipschitz(arms.problem.cell.arms[out.arm], arms.problem.cell.spheres)
-    radius = Split(**options).share * (arms.conflict_distance - contact.gap) / bound
-    return arms, paths, out, off, contact, bound, radius
+    context, paths, interval = conflict(case)
+    out, off = Split(**options).branches(context, paths, interval, "begin")
+    contact = deepest(context, paths, interval)
+    bound = lipschitz(context.problem.cell.arms[out.arm], context.problem.cell.spheres)
+    radius = Split(**options).share * (context.conflict_distance - contact.gap) / bound
+    return context, paths, out, off, contact, bound, radius
 
 
-def moving(arms, arm, q):
-    return cloud(arms.problem.cell, arms.problem.cell.arms[arm], q).moving
+def moving(context, arm, q):
+    return cloud(context.problem.cell, context.problem.cell.arms[arm], q).moving
 
 
 def smaller(spheres, by):
     return Cloud(spheres.parts, spheres.centers, spheres.radii - by)
 
 
-def is_broken(arms, arm, q, constraint):
+def is_broken(context, arm, q, constraint):
     """Whether an arm that stands at q all the time breaks a constraint."""
-    motion = arms.model.motion(arms.names[arm], q[None])
-    return _core.breaks_constraint(arms.core, motion, [constraint], arms.conflict_distance)
+    motion = context.model.motion(context.names[arm], q[None])
+    return _core.breaks_constraint(context.core, motion, [constraint], context.conflict_distance)
 
 
 @every_case
 def test_both_branches_are_of_the_one_deepest_instant(case):
-    arms, paths, out, off, contact, _, _ = split(case)
+    context, paths, out, off, contact, _, _ = split(case)
     (ball,), (core,) = out.constraints, off.constraints
     assert ball.start == ball.end == core.start == core.end == contact.instant
-    meeting = conflict(case)[2]
-    assert {out.arm, off.arm} == {meeting.a, meeting.b}
-    for k in np.arange(np.ceil(meeting.first), meeting.last + 1):
+    interval = conflict(case)[2]
+    assert {out.arm, off.arm} == {interval.a, interval.b}
+    for k in np.arange(np.ceil(interval.first), interval.last + 1):
         gap = least_gap(
-            moving(arms, meeting.a, paths[meeting.a].at(k)), moving(arms, meeting.b, paths[meeting.b].at(k))
+            moving(context, interval.a, paths[interval.a].at(k)), moving(context, interval.b, paths[interval.b].at(k))
         )
         assert gap >= contact.gap - 1e-9
 
 
 @every_case
 def test_the_ball_is_as_large_as_the_depth_allows_and_the_core_still_in_contact(case):
-    arms, paths, out, off, contact, bound, radius = split(case)
+    context, paths, out, off, contact, bound, radius = split(case)
     q_j, q_i = (paths[arm].at(contact.instant) for arm in (out.arm, off.arm))
-    assert 0 < radius * bound < arms.conflict_distance - contact.gap
-    core = smaller(moving(arms, out.arm, q_j), radius * bound)
-    assert least_gap(moving(arms, off.arm, q_i), core) < arms.conflict_distance
-    assert is_broken(arms, off.arm, q_i, off.constraints[0])
-    assert is_broken(arms, out.arm, q_j, out.constraints[0])
-    assert is_broken(arms, out.arm, q_j + 0.99 * radius, out.constraints[0])
-    assert not is_broken(arms, out.arm, q_j + 1.02 * radius, out.constraints[0])
+    assert 0 < radius * bound < context.conflict_distance - contact.gap
+    core = smaller(moving(context, out.arm, q_j), radius * bound)
+    assert least_gap(moving(context, off.arm, q_i), core) < context.conflict_distance
+    assert is_broken(context, off.arm, q_i, off.constraints[0])
+    assert is_broken(context, out.arm, q_j, out.constraints[0])
+    assert is_broken(context, out.arm, q_j + 0.99 * radius, out.constraints[0])
+    assert not is_broken(context, out.arm, q_j + 1.02 * radius, out.constraints[0])
 
 
 def signs(dof):
@@ -83,12 +83,12 @@ def test_no_pair_of_configurations_with_the_margin_is_lost(case, where, away, sh
 
     Found by halving, so that the configurations are the hardest ones: with the margin and hardly more.
     """
-    arms, paths, out, off, contact, bound, radius = split(case, share=share)
+    context, paths, out, off, contact, bound, radius = split(case, share=share)
     q_j, q_i = paths[out.arm].at(contact.instant) + radius * where, paths[off.arm].at(contact.instant)
-    there = moving(arms, out.arm, q_j)
+    there = moving(context, out.arm, q_j)
 
     def clear(s):
-        return least_gap(moving(arms, off.arm, q_i + s * away), there) >= arms.conflict_distance + FLOAT_M
+        return least_gap(moving(context, off.arm, q_i + s * away), there) >= context.conflict_distance + FLOAT_M
 
     assume(clear(1.0))
     low, high = 0.0, 1.0
@@ -96,22 +96,24 @@ def test_no_pair_of_configurations_with_the_margin_is_lost(case, where, away, sh
         middle = (low + high) / 2
         low, high = (low, middle) if clear(middle) else (middle, high)
     free = q_i + high * away
-    core = smaller(moving(arms, out.arm, paths[out.arm].at(contact.instant)), radius * bound)
-    assert least_gap(moving(arms, off.arm, free), core) >= arms.conflict_distance
-    assert not is_broken(arms, off.arm, free, off.constraints[0])
+    core = smaller(moving(context, out.arm, paths[out.arm].at(contact.instant)), radius * bound)
+    assert least_gap(moving(context, off.arm, free), core) >= context.conflict_distance
+    assert not is_broken(context, off.arm, free, off.constraints[0])
 
 
 def test_without_the_shrinking_such_pairs_would_be_lost():
     """What the property above is worth: the whole arm in place of its core forbids some of them."""
-    arms, paths, out, off, contact, _, radius = split("passing")
+    context, paths, out, off, contact, _, radius = split("passing")
     q_j, q_i = paths[out.arm].at(contact.instant), paths[off.arm].at(contact.instant)
     lost = 0
     for pan in (-1.0, 1.0):
         moved = q_j + radius * pan * np.eye(6)[0]
         for s in np.linspace(0, 0.6, 2000):
             free = q_i + s * np.eye(6)[0]
-            if least_gap(moving(arms, off.arm, free), moving(arms, out.arm, moved)) >= arms.conflict_distance:
-                lost += least_gap(moving(arms, off.arm, free), moving(arms, out.arm, q_j)) < arms.conflict_distance
+            if least_gap(moving(context, off.arm, free), moving(context, out.arm, moved)) >= context.conflict_distance:
+                lost += (
+                    least_gap(moving(context, off.arm, free), moving(context, out.arm, q_j)) < context.conflict_distance
+                )
                 break
     assert lost > 0
 
@@ -124,28 +126,28 @@ def test_of_two_arms_that_are_alike_the_second_gets_the_ball():
 def barely(depth):
     """Two hands that meet at one instant, by no more than `depth` [m] nearer than the margin."""
     problem = two_arms.passing()
-    arms = PlanningContext(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
-    meeting = ConflictInterval(a=0, b=1, first=1.0, last=1.0)
+    context = PlanningContext(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
+    interval = ConflictInterval(a=0, b=1, first=1.0, last=1.0)
 
     def paths(pan):
         via = {"left": two_arms.reaching(pan), "right": two_arms.reaching(0.0)}
-        rows = [np.vstack([problem.start[name], via[name], problem.goal[name]]) for name in arms.names]
-        return [arms.path(arm, q) for arm, q in enumerate(rows)]
+        rows = [np.vstack([problem.start[name], via[name], problem.goal[name]]) for name in context.names]
+        return [context.path(arm, q) for arm, q in enumerate(rows)]
 
     near, far = 0.0, 0.8
     for _ in range(60):
         pan = (near + far) / 2
-        deep = deepest(arms, paths(pan), meeting).gap < arms.conflict_distance - depth
+        deep = deepest(context, paths(pan), interval).gap < context.conflict_distance - depth
         near, far = (pan, far) if deep else (near, pan)
-    return arms, paths(near), meeting
+    return context, paths(near), interval
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.9])
 @pytest.mark.parametrize("depth", [1e-3, 1e-4, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 1e-7])
 def test_of_a_shallow_conflict_each_branch_still_forbids_its_side(depth, share):
-    arms, paths, meeting = barely(depth)
-    contact = deepest(arms, paths, meeting)
-    assert contact.gap == pytest.approx(arms.conflict_distance - depth, abs=1e-9)
-    for branch in Split(share=share).branches(arms, paths, meeting, "begin"):
+    context, paths, interval = barely(depth)
+    contact = deepest(context, paths, interval)
+    assert contact.gap == pytest.approx(context.conflict_distance - depth, abs=1e-9)
+    for branch in Split(share=share).branches(context, paths, interval, "begin"):
         q = paths[branch.arm].at(contact.instant)
-        assert is_broken(arms, branch.arm, q, branch.constraints[0]), branch.words
+        assert is_broken(context, branch.arm, q, branch.constraints[0]), branch.description

@@ -9,7 +9,7 @@ from mmp_env.check import check_plan
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_planners import Status, StopPlanning, make
 from mmp_planners.conflict_tree import tree_planner
-from mmp_planners.counts import Counts
+from mmp_planners.counts import TreeCounts
 from mmp_planners.portfolio import run as run_module
 
 PROBLEM = two_arms.one_moves()
@@ -59,5 +59,5 @@ def test_a_stop_before_the_search_begins_is_a_result_without_a_plan(name, monkey
     monkeypatch.setattr(tree_planner, "PlanningContext", Struck)
     result = make(name).plan(PROBLEM, seed=0)
     assert (result.status, result.plan) == (Status.TIMEOUT, None)
-    assert {key: result.stats[key] for key in vars(Counts())} == vars(Counts())
+    assert {key: result.stats[key] for key in vars(TreeCounts())} == vars(TreeCounts())
     assert result.stats["cost_lower_bound_rad"] == PROBLEM.cost_lower_bound_rad

@@ -46,7 +46,7 @@ PROVED = proof(0.01)
 """What certifying gives where nothing else is written down."""
 
 # Arms a and b go to each other's places and meet at place 1; a may go around by -5, at a cost of 12 instead of 2.
-MEETING = ([(0, 1, 2), (0, -5, 2)], [(2, 1, 0)])
+CROSSING = ([(0, 1, 2), (0, -5, 2)], [(2, 1, 0)])
 # As above, but b finds a cheap way as well, after its third constraint.
 LATER = (
     lambda count: (0, 1, 2) if count == 0 else (0, -5, 2),
@@ -133,12 +133,12 @@ class OneConstraint:
 
     asked: list[tuple] = field(default_factory=list)
 
-    def forbid(self, arms, paths, meeting, arm, instant):
-        self.asked.append((meeting, arm, instant))
+    def forbid(self, context, paths, interval, arm, instant):
+        self.asked.append((interval, arm, instant))
         return [_core.Constraint.ball(np.zeros(1), 0.1, 0, 1)]
 
-    def words(self, arms, meeting, arm):
-        return f"{arms.names[arm]} does something else"
+    def describe(self, context, interval, arm):
+        return f"{context.names[arm]} does something else"
 
 
 @dataclass
@@ -147,16 +147,16 @@ class Push:
 
     to: dict[int, Sequence[float]]
 
-    def __call__(self, arms, paths, arm, constraints):
+    def __call__(self, context, paths, arm, constraints):
         return Modified(path=path(*self.to[arm]), iterations=1) if arm in self.to else None
 
 
 def tree(
-    arms: ArmsOnALine, *, w: float = 1.0, watch: Callable = ignore, branching: OneSided | None = None, **parts
+    context: ArmsOnALine, *, w: float = 1.0, watch: Callable = ignore, branching: OneSided | None = None, **parts
 ) -> ConflictTree:
     """A conflict tree over them: one tree, plain ECBS, unless `parts` say something else."""
     plain = {"selection": Focal(w=w), "branching": EitherArm(kind=branching or OneConstraint()), "restarts": False}
-    return ConflictTree(arms=arms, tell=EventEmitter(watch, arms), **(plain | parts))
+    return ConflictTree(context=context, emitter=EventEmitter(watch, context), **(plain | parts))
 
 
 def ended(search: ConflictTree, seed: int = 0) -> bool:
@@ -167,7 +167,7 @@ def ended(search: ConflictTree, seed: int = 0) -> bool:
         return False
 
 
-def told(run, seed=0):
+def emitted(run, seed=0):
     """A tree, whether it was exhausted and all that it told; `run` makes the tree from a watcher."""
     events = []
     search = run(events.append)

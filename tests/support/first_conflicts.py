@@ -33,9 +33,9 @@ CASES = {
 def conflict(case):
     """Arms whose paths go straight for their goals, these paths, and their first conflict."""
     problem = CASES[case]()
-    arms = PlanningContext(problem, 0.1, SiRrtStar(iterations=4000), _core.Clock(math.inf))
-    arms.reseed(0)
-    paths = [arms.low_level(k, (), 0)[0] for k in range(len(arms.names))]
+    context = PlanningContext(problem, 0.1, SiRrtStar(iterations=4000), _core.Clock(math.inf))
+    context.reseed(0)
+    paths = [context.low_level(k, (), 0)[0] for k in range(len(context.names))]
     none = tuple(() for _ in paths)
     root = Node(
         id=0,
@@ -43,6 +43,6 @@ def conflict(case):
         paths=tuple(paths),
         constraints=none,
         bounds=tuple(path.length for path in paths),
-        conflicts=arms.conflicts(paths, arms.pairs()),
+        conflicts=context.conflicts(paths, context.pairs()),
     )
-    return arms, paths, root.first_conflict()
+    return context, paths, root.first_conflict()

@@ -1,4 +1,4 @@
-"""Which of several ways pays off at the moment."""
+"""Multi-armed bandits: which of several choices pays off at the moment."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ import numpy as np
 
 @runtime_checkable
 class Bandit(Protocol):
-    """Draws a way, and learns what came of it."""
+    """Draws a choice, and learns its outcome."""
 
     def draw(self) -> int: ...
 
-    def learn(self, way: int, won: bool) -> None: ...
+    def learn(self, choice: int, won: bool) -> None: ...
 
 
 class DynamicThompsonSampling:
-    """Dynamic Thompson Sampling (Gupta, Granmo, Agrawala 2011).
+    """Dynamic Thompson Sampling (Gupta, Granmo, Agrawala, ICMLA 2011).
 
-    A Beta(alpha, beta) for each way: the way with the largest sample is drawn, and its outcome counts as a success or a
-    failure. alpha + beta is `memory` at most; from then on what is older weighs less with each outcome.
+    Each choice has a distribution Beta(alpha, beta). The choice with the largest sample is drawn, and its outcome
+    counts as a success or a failure. alpha + beta is `memory` at most; from then on older outcomes weigh less.
     """
 
     def __init__(
-        self, ways: int, random: np.random.Generator, *, alpha: float = 1.0, beta: float = 2.0, memory: float = 10.0
+        self, choices: int, random: np.random.Generator, *, alpha: float = 1.0, beta: float = 2.0, memory: float = 10.0
     ) -> None:
-        self.alpha, self.beta = np.full(ways, alpha), np.full(ways, beta)
+        self.alpha, self.beta = np.full(choices, alpha), np.full(choices, beta)
         self._random, self._memory = random, memory
 
     def draw(self) -> int:
-        """The way to go."""
+        """Returns the choice with the largest sample."""
         return int(np.argmax(self._random.beta(self.alpha, self.beta)))
 
-    def learn(self, way: int, won: bool) -> None:
-        """What came of it."""
-        alpha, beta = self.alpha[way] + won, self.beta[way] + (not won)
+    def learn(self, choice: int, won: bool) -> None:
+        """Counts the outcome of a choice."""
+        alpha, beta = self.alpha[choice] + won, self.beta[choice] + (not won)
         fade = min(1.0, self._memory / (alpha + beta))
-        self.alpha[way], self.beta[way] = alpha * fade, beta * fade
+        self.alpha[choice], self.beta[choice] = alpha * fade, beta * fade

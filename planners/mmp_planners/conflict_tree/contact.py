@@ -31,22 +31,22 @@ _ANSWERS: WeakKeyDictionary[PlanningContext, tuple[Hashable, tuple[Contact, ...]
 
 
 def contacts(
-    arms: PlanningContext, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]
+    context: PlanningContext, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]
 ) -> tuple[Contact, ...]:
     """The contact of arms `a` and `b` at each of the instants; bases do not count, no path reaches another's."""
     question = (a, path_a, b, path_b, instants)
-    asked, answer = _ANSWERS.get(arms, (None, ()))
+    asked, answer = _ANSWERS.get(context, (None, ()))
     if asked != question:
-        answer = _contacts(arms, a, path_a, b, path_b, instants)
-        _ANSWERS[arms] = question, answer
+        answer = _contacts(context, a, path_a, b, path_b, instants)
+        _ANSWERS[context] = question, answer
     return answer
 
 
 def _contacts(
-    arms: PlanningContext, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]
+    context: PlanningContext, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]
 ) -> tuple[Contact, ...]:
-    centers_a, radii_a, links_a = _moving_spheres(arms, a, path_a, instants)
-    centers_b, radii_b, links_b = _moving_spheres(arms, b, path_b, instants)
+    centers_a, radii_a, links_a = _moving_spheres(context, a, path_a, instants)
+    centers_b, radii_b, links_b = _moving_spheres(context, b, path_b, instants)
     apart = centers_b[:, None, :, :] - centers_a[:, :, None, :]
     distance = np.linalg.norm(apart, axis=3)
     gaps = distance - radii_a[:, None] - radii_b[None, :]
@@ -61,11 +61,11 @@ def _contacts(
 
 
 def _moving_spheres(
-    arms: PlanningContext, arm: int, path: Path, instants: tuple[float, ...]
+    context: PlanningContext, arm: int, path: Path, instants: tuple[float, ...]
 ) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "s"], np.ndarray]:
     """Centres [m], radii [m] and links of the spheres that are not the base's."""
     q = np.array([path.at(k) for k in instants])
-    centers, radii = arms.model.spheres(arms.names[arm], q)
-    links = _core.sphere_table(arms.core, arm)[:, 0].astype(int)
+    centers, radii = context.model.spheres(context.names[arm], q)
+    links = _core.sphere_table(context.core, arm)[:, 0].astype(int)
     moving = links > 0
     return centers[:, moving], radii[moving], links[moving]

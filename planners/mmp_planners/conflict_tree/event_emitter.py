@@ -1,4 +1,4 @@
-"""Turns what the search does into events; costs nothing where nobody watches."""
+"""Emits the events of a search to its watcher. It costs nothing without a watcher."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ if TYPE_CHECKING:
 
 
 class EventEmitter:
-    """Makes events for one watcher."""
+    """Makes events for one watcher from nodes, intervals and paths of a planning context."""
 
-    def __init__(self, watch: events.Watcher, arms: PlanningContext) -> None:
+    def __init__(self, watch: events.Watcher, context: PlanningContext) -> None:
         self._watch = None if watch is events.ignore else watch
-        self._arms = arms
+        self._context = context
         self._began = time.perf_counter()
 
     def search_started(self, restart: int, sub_seed: int) -> None:
         if self._watch:
             self._watch(events.SearchStarted(elapsed_s=self._elapsed(), restart=restart, sub_seed=sub_seed))
 
-    def created(self, node: Node, arm: int | None, constraint: str | None) -> None:
+    def node_created(self, node: Node, arm: int | None, constraint: str | None) -> None:
         if self._watch:
             self._watch(
                 events.NodeCreated(
                     elapsed_s=self._elapsed(),
                     node=node.id,
                     parent=node.parent,
-                    arm=None if arm is None else self._arms.names[arm],
+                    arm=None if arm is None else self._context.names[arm],
                     constraint=constraint,
-                    paths={name: path.q for name, path in zip(self._arms.names, node.paths, strict=True)},
+                    paths={name: path.q for name, path in zip(self._context.names, node.paths, strict=True)},
                     cost_rad=node.cost,
                     lower_bound_rad=node.lower_bound,
                     conflicts=node.conflict_count,
                     conflicting_pairs=len(node.conflicts),
                     fast_track=arm is not None and constraint is None,
-                    dt_s=self._arms.dt,
+                    dt_s=self._context.dt,
                 )
             )
 
-    def expanded(self, node: Node, open_nodes: int, expanded: int) -> None:
+    def node_expanded(self, node: Node, open_nodes: int, expanded: int) -> None:
         if self._watch:
             self._watch(
                 events.NodeExpanded(
@@ -58,16 +58,16 @@ class EventEmitter:
                 )
             )
 
-    def conflict(self, node: Node, meeting: ConflictInterval) -> None:
+    def conflict_chosen(self, node: Node, interval: ConflictInterval) -> None:
         if self._watch:
             self._watch(
                 events.ConflictChosen(
                     elapsed_s=self._elapsed(),
                     node=node.id,
-                    arm_a=self._arms.names[meeting.a],
-                    arm_b=self._arms.names[meeting.b],
-                    start_s=meeting.first * self._arms.dt,
-                    end_s=meeting.last * self._arms.dt,
+                    arm_a=self._context.names[interval.a],
+                    arm_b=self._context.names[interval.b],
+                    start_s=interval.first * self._context.dt,
+                    end_s=interval.last * self._context.dt,
                 )
             )
 
@@ -76,7 +76,7 @@ class EventEmitter:
             self._watch(
                 events.Replanned(
                     elapsed_s=self._elapsed(),
-                    arm=self._arms.names[arm],
+                    arm=self._context.names[arm],
                     constraints=constraints,
                     found=found,
                     iterations=iterations,
@@ -89,7 +89,7 @@ class EventEmitter:
             self._watch(
                 events.Repelled(
                     elapsed_s=self._elapsed(),
-                    arm=self._arms.names[arm],
+                    arm=self._context.names[arm],
                     before=before.q,
                     after=modified.path.q,
                     iterations=modified.iterations,
@@ -102,11 +102,11 @@ class EventEmitter:
         if self._watch:
             self._watch(
                 events.FastTracked(
-                    elapsed_s=self._elapsed(), node=node.id, arm=self._arms.names[attempt.arm], solved=attempt.solved
+                    elapsed_s=self._elapsed(), node=node.id, arm=self._context.names[attempt.arm], solved=attempt.solved
                 )
             )
 
-    def solved(self, node: Node, clearance: float) -> None:
+    def solution_found(self, node: Node, clearance: float) -> None:
         if self._watch:
             self._watch(
                 events.SolutionFound(elapsed_s=self._elapsed(), node=node.id, cost_rad=node.cost, clearance_m=clearance)

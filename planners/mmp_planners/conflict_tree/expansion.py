@@ -1,4 +1,4 @@
-"""When the children of a node are replanned, and what the low level is given to begin with."""
+"""When the children of a node are replanned, and which earlier path the low level begins with."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from mmp_planners.planning_context import Path
 
 @runtime_checkable
 class Expansion(Protocol):
-    """Takes a child that is made but not replanned; `replan` does that and puts it where it belongs."""
+    """Takes a child that is not replanned yet; `replan` plans it and puts it into the open list."""
 
     def __call__(self, child: Node, open_nodes: list[Node], replan: Callable[[Node], None]) -> None: ...
 
 
 @dataclass(frozen=True)
 class EagerExpansion:
-    """CBS as ever: each child is replanned when its parent is expanded."""
+    """Replans each child when its parent is expanded, as CBS does."""
 
     def __call__(self, child: Node, open_nodes: list[Node], replan: Callable[[Node], None]) -> None:
         replan(child)
@@ -27,7 +27,7 @@ class EagerExpansion:
 
 @dataclass(frozen=True)
 class LazyExpansion:
-    """Lazy by one step: a child waits in OPEN with its parent's paths, and is replanned when it is first taken."""
+    """Puts each child into OPEN with its parent's paths. The search replans it when it first selects it."""
 
     def __call__(self, child: Node, open_nodes: list[Node], replan: Callable[[Node], None]) -> None:
         open_nodes.append(child)
@@ -35,14 +35,14 @@ class LazyExpansion:
 
 @runtime_checkable
 class Experience(Protocol):
-    """Which path of the parent the low level begins with, if any."""
+    """Returns the path that the low level begins with, or None."""
 
     def __call__(self, before: Path) -> Path | None: ...
 
 
 @dataclass(frozen=True)
 class FromScratch:
-    """The low level knows of no earlier path."""
+    """Gives the low level no earlier path."""
 
     def __call__(self, before: Path) -> Path | None:
         return None
@@ -50,7 +50,7 @@ class FromScratch:
 
 @dataclass(frozen=True)
 class FromParent:
-    """xECBS: the parent's path as far as it keeps the constraints of the child."""
+    """Gives the low level the parent's path, of which it keeps what satisfies the child's constraints (xECBS)."""
 
     def __call__(self, before: Path) -> Path | None:
         return before

@@ -1,4 +1,4 @@
-"""The fast track of APF-ECBS: one arm in every conflict, all of them resolved at once by moving that arm away."""
+"""The fast track of APF-ECBS: if one arm is in every conflict, repulsion of that arm may resolve all of them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mmp_planners.planning_context import PlanningContext
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attempt:
-    """Node M: N with the path of `arm` modified; `solved` if no conflict is left."""
+    """Node M: node N with the path of `arm` modified; `solved` if no conflict is left."""
 
     node: Node
     arm: int
@@ -25,35 +25,36 @@ class Attempt:
 
 @runtime_checkable
 class FastTrack(Protocol):
-    """Tries on a node that is about to be branched."""
+    """Makes attempts on a node that is about to be branched."""
 
-    def __call__(self, arms: PlanningContext, node: Node) -> Iterator[Attempt]: ...
+    def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]: ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class NoFastTrack:
-    """Every other planner: no try."""
+    """Makes no attempt: the part of every other planner."""
 
-    def __call__(self, arms: PlanningContext, node: Node) -> Iterator[Attempt]:
+    def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]:
         return iter(())
 
 
 @dataclass(frozen=True, kw_only=True)
 class RepulsiveFastTrack:
-    """The arms in every conflicting pair, in turn, until one try leaves no conflict.
+    """Repels each arm that is in every conflicting pair, in turn, until one attempt leaves no conflict.
 
-    `literal` (the paper): the first common arm alone, and the node itself takes the modified path whatever is left.
+    `literal` is the paper-literal setting: it tries the first such arm only, and the node itself takes the modified
+    path whatever conflicts are left.
     """
 
     modification: Modification
     literal: bool = False
 
-    def __call__(self, arms: PlanningContext, node: Node) -> Iterator[Attempt]:
+    def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]:
         for arm in node.common_arms()[: 1 if self.literal else None]:
-            modified = self.modification(arms, node.paths, arm, node.constraints[arm])
+            modified = self.modification(context, node.paths, arm, node.constraints[arm])
             if modified is None:
                 continue
-            paths, conflicts = node.replaced(arms, arm, modified.path)
+            paths, conflicts = node.replaced(context, arm, modified.path)
             attempt = Attempt(
                 arm=arm,
                 node=Node(

@@ -1,4 +1,4 @@
-"""How far a joint can carry a point of an arm."""
+"""Lipschitz constant of an arm: how far its joints can move a point of it."""
 
 from __future__ import annotations
 
@@ -12,29 +12,28 @@ from mmp_env.model.robot import Robot, Tool
 
 
 def lipschitz(arm: Arm, sphere_set: str) -> float:
-    """How far any sphere centre moves at most [m] when no joint moves more than one rad, wherever the arm is.
+    """Returns L [m/rad] with |c(q') - c(q)| <= L max_j |q'_j - q_j| for every sphere centre c.
 
-    A joint that turns by x rad moves a point by x times its distance from the axis at most. That distance is at most
-    the way to the point along the chain, from one joint's origin to the next; of the first piece, which is fixed to the
-    joint, only what is off the axis counts. So L is the largest, over the spheres, of the sum of these levers, and
-    |c(q') - c(q)| <= L max_j |q'_j - q_j|.
+    A joint that turns by x rad moves a point by at most x times its distance from the axis. That distance is at most
+    the length of the chain from the joint to the point, origin by origin; the first piece is fixed to the joint, so
+    only its part off the axis counts. L is the largest sum of these distances over the spheres.
     """
-    return _sum_of_levers(arm.robot, arm.tool, sphere_set)
+    return _lipschitz(arm.robot, arm.tool, sphere_set)
 
 
 @functools.lru_cache(maxsize=64)
-def _sum_of_levers(robot: Robot, tool: Tool | None, sphere_set: str) -> float:
+def _lipschitz(robot: Robot, tool: Tool | None, sphere_set: str) -> float:
     spheres = robot.spheres[sphere_set]
     points = [(int(k), center) for k, center in zip(spheres.links, spheres.centers, strict=True) if k > 0]
     if tool is not None:
         on_flange = robot.flange @ tool.mount
         centers = tool.spheres[sphere_set].centers
         points += [(robot.dof, on_flange[:3, :3] @ center + on_flange[:3, 3]) for center in centers]
-    return max(sum(_lever(robot, joint, link, center) for joint in range(link)) for link, center in points)
+    return max(sum(_axis_distance(robot, joint, link, center) for joint in range(link)) for link, center in points)
 
 
-def _lever(robot: Robot, joint: int, link: int, center: Float[np.ndarray, "3"]) -> float:
-    """A bound [m] on the distance of a point on `link` (in the frame of that link's joint) from the axis of a joint."""
+def _axis_distance(robot: Robot, joint: int, link: int, center: Float[np.ndarray, "3"]) -> float:
+    """Returns a bound [m] on the distance of a point on `link` (in that link's joint frame) from a joint's axis."""
     pieces = [robot.origins[k][:3, 3] for k in range(joint + 1, link)] + [center]
     axis = robot.axes[joint] / np.linalg.norm(robot.axes[joint])
     off_axis = pieces[0] - (pieces[0] @ axis) * axis

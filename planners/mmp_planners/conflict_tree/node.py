@@ -1,4 +1,4 @@
-"""Nodes of the conflict tree."""
+"""Nodes of the conflict tree: paths, constraints, bounds and conflicts."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ UNNUMBERED = -1
 
 @dataclass(kw_only=True, eq=False)
 class Node:
-    """N: one path T_i per arm, the constraints that they keep, and the conflicts that are left.
+    """N: one path T_i per arm, the constraints that the paths satisfy, and the conflicts that are left.
 
-    `bounds` holds each arm's lb_i [rad]: the length of its planned path before repulsion. `kinds` are the numbers of
-    the constraint kinds on the way from the root. While a branch is `pending` its constraints are among those of the
-    node, but paths, bounds and conflicts are still the parent's, and the node has no number yet. What changes in a node
-    changes by `update`.
+    `bounds` holds each arm's lb_i [rad]: the length of its planned path before repulsion. `kinds` holds the numbers of
+    the constraint kinds from the root to this node. While a branch is `pending`, the node has its constraints and no
+    number; paths, bounds and conflicts are still the parent's. Only `update` changes paths, bounds and conflicts.
     """
 
     id: int
@@ -45,7 +44,7 @@ class Node:
 
     @cached_property
     def conflict_count(self) -> int:
-        """Conflicts as triples (i, j, k), k over whole steps."""
+        """Number of conflicts as triples (i, j, k), k over whole steps."""
         return sum(len(instants) for instants in self.conflicts.values())
 
     def update(
@@ -55,18 +54,18 @@ class Node:
         bounds: tuple[float, ...] | None = None,
         conflicts: PairConflicts | None = None,
     ) -> None:
-        """Other paths, bounds or conflicts; what is known of the old ones is forgotten."""
+        """Replaces paths, bounds or conflicts, and drops what was computed from the old ones."""
         new = {"paths": paths, "bounds": bounds, "conflicts": conflicts}
         vars(self).update({key: value for key, value in new.items() if value is not None})
         for known in ("cost", "lower_bound", "conflict_count"):
             vars(self).pop(known, None)
 
     def share(self, kind: int) -> float:
-        """Which part of the branches that led here are of that kind."""
+        """Returns the share of the branches from the root to this node that are of that kind."""
         return self.kinds.count(kind) / len(self.kinds) if self.kinds else 0.0
 
     def first_conflict(self) -> ConflictInterval:
-        """The earliest conflict (then the first pair): its unbroken run of instants."""
+        """Returns the earliest conflict, then that of the first pair: its unbroken run of instants."""
         a, b = min(self.conflicts, key=lambda pair: (float(self.conflicts[pair][0]), pair))
         instants = self.conflicts[a, b]
         breaks = np.flatnonzero(np.diff(instants) > 1)
@@ -74,12 +73,12 @@ class Node:
         return ConflictInterval(a=a, b=b, first=float(instants[0]), last=float(last))
 
     def common_arms(self) -> list[int]:
-        """The arms that are in every conflicting pair: two of them where there is one pair only, often none."""
+        """Returns the arms that are in every conflicting pair: both arms of a single pair, often none."""
         pairs = list(self.conflicts)
         return [arm for arm in sorted(set(pairs[0])) if all(arm in pair for pair in pairs)] if pairs else []
 
     def child(self, branch: Branch) -> Node:
-        """A copy that has the constraints of a branch, and whose arm is still to be replanned."""
+        """Returns a child with the constraints of a branch, whose arm is still to be replanned."""
         arm = branch.arm
         kept = (*self.constraints[arm], *branch.constraints)
         return Node(
@@ -93,8 +92,8 @@ class Node:
             pending=branch,
         )
 
-    def replaced(self, arms: PlanningContext, arm: int, path: Path) -> tuple[tuple[Path, ...], PairConflicts]:
-        """The paths with another one for `arm`, and their conflicts: only the pairs of that arm are looked at again."""
+    def replaced(self, context: PlanningContext, arm: int, path: Path) -> tuple[tuple[Path, ...], PairConflicts]:
+        """Returns the paths with a new path of `arm`, and their conflicts. Only pairs of that arm are tested again."""
         paths = (*self.paths[:arm], path, *self.paths[arm + 1 :])
         kept = {pair: instants for pair, instants in self.conflicts.items() if arm not in pair}
-        return paths, {**kept, **arms.conflicts(paths, arms.pairs(arm))}
+        return paths, {**kept, **context.conflicts(paths, context.pairs(arm))}

@@ -1,6 +1,7 @@
 """Repulsive trajectory modification (ModifyMotion of APF-ECBS, arXiv 2509.13882).
 
-The descent itself is native (`native/repulsion/modify_motion.hpp`); its slow twin in the tests reads like the formula.
+The descent itself is native (`native/repulsion/modify_motion.hpp`); the tests have its slow reference
+implementation, which reads like the formula.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from mmp_planners.planning_context import Path, PlanningContext
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Modified:
-    """A path after repulsion, how many iterations were accepted, the iterates if they were asked for, what pushed."""
+    """A path after repulsion, the number of accepted iterations, the traced iterates, and the force field."""
 
     path: Path
     iterations: int = 0
@@ -29,35 +30,35 @@ class Modified:
 
 @runtime_checkable
 class Modification(Protocol):
-    """What happens to a path after replanning; None leaves it as it is."""
+    """Modifies the path of an arm after replanning; None leaves it as it is."""
 
     def __call__(
-        self, arms: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+        self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
     ) -> Modified | None: ...
 
 
 @dataclass(frozen=True, kw_only=True)
-class Unmodified:
-    """Plain ECBS: the path stays as the low level made it."""
+class NoModification:
+    """Leaves the path as the low level made it, as plain ECBS does."""
 
     def __call__(
-        self, arms: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+        self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
     ) -> Modified | None:
         return None
 
 
 @dataclass(frozen=True, kw_only=True)
 class RepulsiveModification:
-    """Gradient descent away from the other arms.
+    """Moves a path away from the other arms by gradient descent.
 
-    force on step k: sum over sphere pairs with d <= d0 of J_p^T k_rep (1/d - 1/d0) / d^2 (p - o)/|p - o|;
-    q_{n+1} = q_n + alpha * force, at most `max_iterations` times, ends fixed; an iterate in static or self collision
-    ends it, one that breaks a constraint is passed through but not returned.
+    Force on step k: sum over sphere pairs with d <= d0 of J_p^T k_rep (1/d - 1/d0) / d^2 (p - o)/|p - o|;
+    q_{n+1} = q_n + alpha * force, at most `max_iterations` times, with fixed ends. The descent ends at an iterate in
+    static or self collision. It passes through iterates that violate a constraint, but does not return them.
 
-    `alpha`, `k_rep`, `d0` [m], `max_iterations` as in the paper. `distance`: d between sphere `surface`s (ours; with
-    `centre`s, the letter, the paper's alpha moves arms by 1e-4 rad). `step`: `gradient` as in the paper, or
-    `normalised` to 0.02 rad with forces smoothed over time. `early_stop` ends once there is no conflict and 2 cm of
-    clearance. `trace` keeps every iterate for watchers.
+    `alpha`, `k_rep`, `d0` [m] and `max_iterations` are the paper's. `distance`: d is measured between sphere surfaces
+    (`surface`), or between centres (`centre`, paper-literal; the paper's alpha then moves arms by 1e-4 rad only).
+    `step`: `gradient` (paper-literal), or `normalised` to 0.02 rad with forces smoothed over time. `early_stop` ends
+    the descent without conflicts and at 2 cm of clearance. `trace` keeps every iterate for watchers.
     """
 
     alpha: float = 1e-7
@@ -70,17 +71,17 @@ class RepulsiveModification:
     trace: bool = False
 
     def __call__(
-        self, arms: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+        self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
     ) -> Modified | None:
         q, moved, iterations, _, iterates = _core.modify_motion(
-            arms.core,
+            context.core,
             paths[arm].motion,
             [path.motion for k, path in enumerate(paths) if k != arm],
             constraints,
-            arms.max_step[arm],
-            arms.keep_levels(),
-            arms.problem.margin,
-            arms.clock,
+            context.max_step[arm],
+            context.keep_levels(),
+            context.problem.margin,
+            context.clock,
             alpha=self.alpha,
             k_rep=self.k_rep,
             d0=self.d0,
@@ -95,11 +96,11 @@ class RepulsiveModification:
         if not moved:
             return None
         field = ForceField(k_rep=self.k_rep, d0=self.d0, centres=self.distance == "centre")
-        return Modified(path=arms.path(arm, q), iterations=iterations, iterates=tuple(iterates), field=field)
+        return Modified(path=context.path(arm, q), iterations=iterations, iterates=tuple(iterates), field=field)
 
 
 def traced(modification: Modification) -> Modification:
-    """The same, keeping every iterate where it has any."""
+    """Returns the modification with `trace` on, if it has iterates."""
     if isinstance(modification, RepulsiveModification):
         return dataclasses.replace(modification, trace=True)
     return modification

@@ -1,15 +1,18 @@
-"""The conflict-tree search that every planner of the CBS family is a composition of.
+"""The conflict-tree search of every planner of the CBS family.
 
-CBS (Sharon et al. 2015) and ECBS (Barer et al. 2014) with the parts handed in: which node is taken, what a branch
-forbids, when a child is replanned and from what, what happens to its path then, and what is tried before branching.
-Numbers `l. n` are lines of Algorithm 1 of APF-ECBS (arXiv 2509.13882) as `docs/explanation/paper.md` gives them.
+The search is CBS (Sharon, Stern, Felner, Sturtevant: Conflict-based search for optimal multi-agent pathfinding,
+Artificial Intelligence 219, 2015) with a focal list (ECBS: Barer, Sharon, Stern, Felner: Suboptimal variants of the
+conflict-based search algorithm, SoCS 2014). Its parts are handed in: selection, constraint kind, expansion, experience,
+modification and fast track. Numbers `l. n` are lines of Algorithm 1 of APF-ECBS (Hong, Lee, Lee, Nam, arXiv 2509.13882,
+2025) as `docs/explanation/paper.md` gives them.
 
-Guarantee: a plan that is returned has a certificate. `exhausted` proves nothing, whatever the constraint kind: the low
-level samples. And the bounds are the planner's own path lengths, not the best that exist.
+Guarantee: every returned plan has a certificate. The bounds are the planner's own path lengths, not the least that
+exist. `exhausted` proves nothing with any constraint kind, because the low level samples.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -22,91 +25,102 @@ from mmp_planners.conflict_tree.expansion import EagerExpansion, Expansion, Expe
 from mmp_planners.conflict_tree.fast_track import FastTrack, NoFastTrack
 from mmp_planners.conflict_tree.node import Node
 from mmp_planners.conflict_tree.node_factory import NodeFactory
-from mmp_planners.conflict_tree.repulsion import Modification, Unmodified
+from mmp_planners.conflict_tree.repulsion import Modification, NoModification
 from mmp_planners.conflict_tree.selection import Selection
-from mmp_planners.counts import Counts, Incumbent
+from mmp_planners.counts import Incumbent, TreeCounts
 from mmp_planners.planning_context import PlanningContext
 from mmp_planners.seeds import sub_seeds
 
 ROOT_TRIES = 3
+"""Number of trees in a row without a root before the search is exhausted."""
 RESTART_EXPANSIONS = 20
+"""Number of expansions before the first restart."""
 RESTART_GROWTH = 1.2
+"""Growth of the number of expansions from one restart to the next."""
 
 
 @dataclass(kw_only=True)
 class ConflictTree:
-    """One search. `best` stands after a stop in the middle as after a regular end."""
+    """One search. `best` is the cheapest certified solution so far, also after a watcher stops the search."""
 
-    arms: PlanningContext
+    context: PlanningContext
     selection: Selection
     branching: ConstraintKind
-    tell: EventEmitter
+    emitter: EventEmitter
     expansion: Expansion = field(default_factory=EagerExpansion)
     experience: Experience = field(default_factory=FromScratch)
-    modification: Modification = field(default_factory=Unmodified)
+    modification: Modification = field(default_factory=NoModification)
     fast_track: FastTrack = field(default_factory=NoFastTrack)
     restarts: bool = True
     patience: int = 20
-    counts: Counts = field(default_factory=Counts)
+    counts: TreeCounts = field(default_factory=TreeCounts)
     best: Incumbent | None = None
-    found_at: float | None = None
-    """When the first solution was found, by `time.perf_counter()`."""
+    began: float = field(default_factory=time.perf_counter)
+    """Start of the run by `time.perf_counter()` [s]."""
+    found_s: float | None = None
+    """Time from the start of the run to the first solution [s]."""
     exhausted: bool = False
 
     def __post_init__(self) -> None:
-        self._nursery = NodeFactory(
-            arms=self.arms,
+        self._factory = NodeFactory(
+            context=self.context,
             modification=self.modification,
             experience=self.experience,
             counts=self.counts,
-            tell=self.tell,
+            emitter=self.emitter,
         )
 
     def run(self, seed: int) -> bool:
-        """Searches until a solution is good enough, constraints are used up, or time is; True if used up in time.
+        """Searches until a solution is good enough, the search is exhausted, or time is up.
 
-        What a watcher raises goes through.
+        Returns:
+            Whether the search was exhausted.
+
+        Raises:
+            StopPlanning: if a watcher raises it.
         """
         for _ in self.rounds(seed):
             pass
         return self.exhausted
 
     def rounds(self, seed: int) -> Iterator[None]:
-        """One tree each, until a solution is good enough, the constraints are used up (`exhausted`), or time is."""
+        """Yields after each tree, until a solution is good enough, the search is exhausted, or time is up."""
         budget, rootless = float(RESTART_EXPANSIONS), 0
         for restart, sub_seed in enumerate(sub_seeds(seed)):
-            if self.arms.clock.expired:
+            if self.context.clock.expired:
                 return
-            self.tell.search_started(restart, sub_seed)
+            self.emitter.search_started(restart, sub_seed)
             instant = INSTANTS[restart % len(INSTANTS)]
-            root = self._nursery.root(sub_seed)
+            root = self._factory.root(sub_seed)
             rootless = rootless + 1 if root is None else 0
-            if rootless >= (ROOT_TRIES if self.restarts else 1):  # an arm that finds no way even alone
-                self.exhausted = not self.arms.clock.expired
+            if rootless >= (ROOT_TRIES if self.restarts else 1):  # an arm finds no path even alone
+                self.exhausted = not self.context.clock.expired
                 return
             if root is not None and self._search(root, instant, int(budget) if self.restarts else None):
-                self.exhausted = self.best is None and not self.arms.clock.expired
+                self.exhausted = self.best is None and not self.context.clock.expired
                 return
             yield
             self.counts.restarts += 1
             budget *= RESTART_GROWTH
 
     def _search(self, root: Node, instant: str, budget: int | None) -> bool:
-        """One tree, at most `budget` expansions unless it has a solution; True if the whole run is done with it."""
+        """Searches one tree, at most `budget` expansions without a solution. Returns whether the whole run is done."""
         open_nodes, bound, first = [root], root.lower_bound, self.counts.expanded_nodes  # l. 1-4
         if not root.conflicts:
             open_nodes.clear()
-            self._offer(root, open_nodes)  # comes back if it cannot be proved
-        while not self.arms.clock.expired:  # l. 5
+            self._offer(root, open_nodes)  # returns to the open list if its plan cannot be proved
+        while not self.context.clock.expired:  # l. 5
             bound = max(bound, min((n.lower_bound for n in open_nodes), default=bound))
-            if self.best and self._good_enough(self.best, bound, open_nodes):  # l. 7-8
-                return True
+            if self.best is not None:  # l. 7-8
+                self.best = dataclasses.replace(self.best, bound_met=self.best.cost <= self.selection.w * bound)
+                if self._is_good_enough(self.best, open_nodes):
+                    return True
             if not open_nodes:
                 return budget is None
             if self.best is None and budget is not None and self.counts.expanded_nodes - first >= budget:
                 return False
             node = self.selection(open_nodes, bound)  # l. 6
-            if node.pending:  # generated before, replanned now, and put back
+            if node.pending:  # lazy expansion: replanned now, and put back
                 open_nodes.remove(node)
                 self._replan(node, open_nodes)
                 continue
@@ -114,24 +128,23 @@ class ConflictTree:
                 continue
             open_nodes.remove(node)  # l. 25
             self.counts.expanded_nodes += 1
-            self.tell.expanded(node, len(open_nodes), self.counts.expanded_nodes)
+            self.emitter.node_expanded(node, len(open_nodes), self.counts.expanded_nodes)
             self._branch(node, instant, open_nodes)  # l. 15-24
         return True
 
-    def _good_enough(self, best: Incumbent, bound: float, open_nodes: Sequence[Node]) -> bool:
-        best.bound_met = best.cost <= self.selection.w * bound
-        waited = self.counts.expanded_nodes - best.found_at >= self.patience
-        return best.bound_met or waited or not open_nodes
+    def _is_good_enough(self, best: Incumbent, open_nodes: Sequence[Node]) -> bool:
+        waited = self.counts.expanded_nodes - best.found_expansion >= self.patience
+        return bool(best.bound_met) or waited or not open_nodes
 
     def _branch(self, node: Node, instant: str, open_nodes: list[Node]) -> None:
-        meeting = node.first_conflict()  # l. 15
-        self.tell.conflict(node, meeting)
-        for branch in self.branching.branches(self.arms, node.paths, meeting, instant):  # l. 16
+        interval = node.first_conflict()  # l. 15
+        self.emitter.conflict_chosen(node, interval)
+        for branch in self.branching.branches(self.context, node.paths, interval, instant):  # l. 16
             child = node.child(branch)  # l. 17-18
             self.expansion(child, open_nodes, lambda child: self._replan(child, open_nodes))
 
     def _replan(self, child: Node, open_nodes: list[Node]) -> None:
-        if not self._nursery.replan(child):  # l. 19-23
+        if not self._factory.replan(child):  # l. 19-23
             return
         if child.conflicts:
             open_nodes.append(child)  # l. 24
@@ -139,39 +152,40 @@ class ConflictTree:
             self._offer(child, open_nodes)
 
     def _try_fast_track(self, node: Node, open_nodes: list[Node]) -> bool:
-        """True if it gave a solution; the node stays open, and is branched only if that is not good enough."""
+        """Returns whether it gave a solution. The node stays open, and is branched if that is not good enough."""
         node.fast_tracked = True
-        for attempt in self.fast_track(self.arms, node):
+        for attempt in self.fast_track(self.context, node):
             self.counts.fast_track_tries += 1
-            self.tell.fast_tracked(node, attempt)
+            self.emitter.fast_tracked(node, attempt)
             if attempt.solved:
                 self.counts.fast_track_hits += 1
-                if not node.conflicts:  # literal: the node is the solution, nothing is left to branch
+                if not node.conflicts:  # literal: the node is the solution itself
                     open_nodes.remove(node)
                 attempt.node.id, attempt.node.parent = self.counts.next_node(), node.id
-                self.tell.created(attempt.node, attempt.arm, None)
+                self.emitter.node_created(attempt.node, attempt.arm, None)
                 self._offer(attempt.node, open_nodes)
                 return True
         return False
 
     def _offer(self, node: Node, open_nodes: list[Node]) -> None:
-        """A node without conflicts: the incumbent, if it is cheaper and its plan can be proved safe."""
+        """Makes a node without conflicts the incumbent, if it is cheaper and its plan can be certified."""
         if self.best is not None and node.cost >= self.best.cost:
             return
-        plan = self.arms.plan(node.paths)
-        proof = self.arms.certify(plan)
+        plan = self.context.plan(node.paths)
+        proof = self.context.certify(plan)
         if proof.valid:
-            self.found_at = self.found_at or time.perf_counter()
+            if self.found_s is None:
+                self.found_s = time.perf_counter() - self.began
             self.best = Incumbent(
                 plan=plan,
                 cost=node.cost,
                 clearance=proof.clearance,
-                found_at=self.counts.expanded_nodes,
+                found_expansion=self.counts.expanded_nodes,
                 node=node.id,
             )
-            self.tell.solved(node, proof.clearance)
-        elif not self.arms.clock.expired:
-            # Something that the planner's own checks missed: between arms it is a conflict like any other.
+            self.emitter.solution_found(node, proof.clearance)
+        elif not self.context.clock.expired:
+            # The planner's own tests missed it: between arms it is a conflict like any other.
             self.counts.failed_certificates += 1
             if proof.arms[1] >= 0:
                 node.update(conflicts={proof.arms: np.array([proof.instant])})

@@ -1,4 +1,4 @@
-"""Which node of the open list is taken next."""
+"""Selects the next node of the open list."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mmp_planners.conflict_tree.node import Node
 
 @runtime_checkable
 class Selection(Protocol):
-    """Picks a node of OPEN; `lower_bound` is LB, the least bound seen over OPEN so far [rad]."""
+    """Selects a node of OPEN. `lower_bound` is LB [rad], the largest value so far of the least bound in OPEN."""
 
     @property
     def w(self) -> float: ...
@@ -22,7 +22,7 @@ class Selection(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class BestFirst:
-    """CBS (Sharon et al. 2015): the cheapest node; of equals the one with the fewest conflicts."""
+    """Selects the cheapest node, and among equals the one with the fewest conflicts (CBS, Sharon et al. 2015)."""
 
     @property
     def w(self) -> float:
@@ -34,9 +34,9 @@ class BestFirst:
 
 @dataclass(frozen=True, kw_only=True)
 class Focal:
-    """ECBS (Barer et al. 2014): the fewest conflicts among the nodes that cost no more than w LB.
+    """Selects the fewest conflicts among the nodes that cost at most w LB (ECBS, Barer et al. 2014).
 
-    Repulsion raises costs above the bounds, so FOCAL can be empty: then the node with the least bound.
+    Repulsion raises costs above the bounds, so FOCAL can be empty. Then the node with the least bound is selected.
     """
 
     w: float = 1.5
@@ -49,12 +49,13 @@ class Focal:
 
 
 class FocalPerKind:
-    """Gen-ECBS (Shaoul et al. 2024): a focal list for each constraint kind, and the anchor list; a bandit picks one.
+    """Keeps one focal list per constraint kind and an anchor list; a bandit picks the list (Gen-ECBS, Shaoul et al.
+    2024).
 
-    The anchor list (way 0) has all of OPEN by bound. The list of kind k (way k + 1) has the nodes that cost no more
-    than w LB, by conflicts, then those first whose branches are mostly of that kind, then by cost. Of equals the oldest
-    is taken. A pending node that is taken counts as a success for its list where replanning it leaves fewer conflicts;
-    one that is branched counts for nothing, for its children are not planned yet.
+    List 0, the anchor, orders all of OPEN by bound. List k + 1, of kind k, holds the nodes that cost at most w LB. It
+    orders them by conflicts, then by their share of branches of that kind, then by cost; the oldest comes first among
+    equals. A pending node counts as a success of its list if replanning leaves fewer conflicts. A branched node counts
+    for nothing, because its children are not planned yet.
     """
 
     def __init__(self, *, w: float, bandit: Bandit) -> None:
@@ -63,21 +64,21 @@ class FocalPerKind:
 
     def __call__(self, open_nodes: Sequence[Node], lower_bound: float) -> Node:
         self._learn()
-        way = self._bandit.draw()
-        node = self._first(way, open_nodes, lower_bound)
+        choice = self._bandit.draw()
+        node = self._first(choice, open_nodes, lower_bound)
         if node.pending:
-            self._tried = way, node, node.conflict_count
+            self._tried = choice, node, node.conflict_count
         return node
 
-    def _first(self, way: int, open_nodes: Sequence[Node], lower_bound: float) -> Node:
-        focal = [node for node in open_nodes if node.cost <= self.w * lower_bound] if way else []
+    def _first(self, choice: int, open_nodes: Sequence[Node], lower_bound: float) -> Node:
+        focal = [node for node in open_nodes if node.cost <= self.w * lower_bound] if choice else []
         if not focal:
             return min(open_nodes, key=lambda n: n.lower_bound)
-        return min(focal, key=lambda n: (n.conflict_count, -n.share(way - 1), n.cost))
+        return min(focal, key=lambda n: (n.conflict_count, -n.share(choice - 1), n.cost))
 
     def _learn(self) -> None:
-        """A node without a path keeps its parent's conflicts, one that is the solution has none."""
+        """Tells the bandit the outcome: a node without a path keeps its parent's conflicts, a solution has none."""
         if self._tried is not None:
-            way, node, conflicts = self._tried
-            self._bandit.learn(way, node.conflict_count < conflicts)
+            choice, node, conflicts = self._tried
+            self._bandit.learn(choice, node.conflict_count < conflicts)
             self._tried = None

@@ -1,4 +1,4 @@
-"""What the planners of the CBS family have in common: their options, and how a search becomes a result."""
+"""Common part of the planners of the CBS family: their options, and how a search becomes a result."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from mmp_planners.conflict_tree.constraints.named import KINDS, constraint_kind
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.conflict_tree.expansion import EagerExpansion, Expansion, Experience, FromScratch
 from mmp_planners.conflict_tree.fast_track import FastTrack, NoFastTrack
-from mmp_planners.conflict_tree.repulsion import Modification, Unmodified, traced
+from mmp_planners.conflict_tree.repulsion import Modification, NoModification, traced
 from mmp_planners.conflict_tree.search import ConflictTree
 from mmp_planners.conflict_tree.selection import Selection
-from mmp_planners.counts import Counts
+from mmp_planners.counts import TreeCounts
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import check_options, check_steps, option
 from mmp_planners.planner import PlanResult, StopPlanning
@@ -29,71 +29,82 @@ from mmp_planners.portfolio.run import Run
 
 @dataclass(frozen=True, kw_only=True)
 class Parts:
-    """What a conflict-tree planner is composed of; what is left out is that of plain CBS."""
+    """Parts of a conflict-tree planner. The defaults are those of plain CBS."""
 
     selection: Selection
     branching: ConstraintKind
     expansion: Expansion = field(default_factory=EagerExpansion)
     experience: Experience = field(default_factory=FromScratch)
-    modification: Modification = field(default_factory=Unmodified)
+    modification: Modification = field(default_factory=NoModification)
     fast_track: FastTrack = field(default_factory=NoFastTrack)
 
 
 @dataclass(frozen=True, kw_only=True)
 class TreePlanner(abc.ABC):
-    """A planner of the family is a name, options and the parts that they make; the search is the same for all.
+    """A planner of the family: a name, options, and the parts that it makes of them. The search is the same for all.
 
-    The defaults of the options are the rulings of docs/explanation/paper.md.
+    `docs/explanation/paper.md` lists the design decisions behind the defaults.
     """
 
     name: ClassVar[str]
 
     dt: float = option(0.1, "length of a step of the time grid [s]", positive=True)
-    restarts: bool = option(True, "start anew with another sub-seed when a tree does not get on; off: one tree")
-    patience: int = option(20, "expansions that a cheaper solution is waited for", positive=True)
+    restarts: bool = option(True, "begin a new tree with another sub-seed when a tree makes no progress; off: one tree")
+    patience: int = option(20, "expansions after a solution in which a cheaper one may still be found", positive=True)
     eta: float = option(0.8, "steering distance of the single-arm planner [rad]", least=0.01)
-    iterations: int = option(200, "single-arm iterations without a path before a try is given up", positive=True)
+    iterations: int = option(200, "single-arm iterations without a path before a call fails", positive=True)
     shortcuts: int = option(40, "attempts to shorten each single-arm path", positive=True)
-    shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: as it was found", least=0)
-    pad: float = option(0.25, "avoid-state: seconds that the window reaches beyond the conflict", positive=True)
+    shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: keep it as found", least=0)
+    pad: float = option(0.25, "avoid-state: time that the constraint reaches beyond the conflict [s]", positive=True)
 
     def __post_init__(self) -> None:
         check_options(self)
 
     @abc.abstractmethod
     def parts(self, seed: int) -> Parts:
-        """What the search is composed of; `seed` is for parts that draw."""
+        """Returns the parts of the search; `seed` is for parts that draw random numbers."""
 
     @known_keywords
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
-        """Runs the search. Raises `MmpError` like `check_run`."""
+        """Runs the search.
+
+        Args:
+            problem: the problem to solve.
+            seed: seed of all random numbers. The same seed gives the same plan, unless the time limit is hit.
+            time_limit: time limit [s].
+            watch: watcher that gets the events of the search.
+
+        Raises:
+            MmpError: if an argument is not allowed.
+        """
         run = Run.begin(self.name, self, problem, seed, time_limit)
-        run.counts = counts = Counts()
+        run.counts = counts = TreeCounts()
         check_steps(problem, self.dt)
         tree: ConflictTree | None = None
-        try:  # a signal handler may stop the run at any moment, before the search begins and after it has ended too
+        try:  # a signal handler may stop the run at any moment, also before the search begins and after it ends
             tree = self.grow(run, counts, watch)
             run.exhausted = tree.run(run.seed)
-            run.take(tree.best, tree.found_at)
+            run.take(tree.best, tree.found_s)
             if run.shorten(self.shorten, self.dt) and tree.best is not None:
-                run.tell(watch, node=counts.generated_nodes, parent=tree.best.node, dt=self.dt)
+                run.emit_plan(watch, node=counts.generated_nodes, parent=tree.best.node, dt=self.dt)
         except StopPlanning:
             if tree is not None and run.best is None:
-                run.take(tree.best, tree.found_at)
+                run.take(tree.best, tree.found_s)
         return run.result()
 
-    def grow(self, run: Run, counts: Counts, watch: Watcher) -> ConflictTree:
-        """The search of a run, about to begin; it counts in `counts`."""
+    def grow(self, run: Run, counts: TreeCounts, watch: Watcher) -> ConflictTree:
+        """Returns the search of a run, about to begin; it counts in `counts`."""
         low_level = SiRrtStar(eta=self.eta, iterations=self.iterations, shortcuts=self.shortcuts)
-        arms = PlanningContext(run.problem, self.dt, low_level, run.clock)
+        context = PlanningContext(run.problem, self.dt, low_level, run.clock)
         parts = self.parts(run.seed)
         if wants_iterates(watch):
             parts = dataclasses.replace(parts, modification=traced(parts.modification))
         return ConflictTree(
-            arms=arms,
-            tell=EventEmitter(watch, arms),
+            context=context,
+            emitter=EventEmitter(watch, context),
+            began=run.began,
             restarts=self.restarts,
             patience=self.patience,
             counts=counts,
@@ -103,12 +114,12 @@ class TreePlanner(abc.ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class OneKindPlanner(TreePlanner):
-    """A planner that branches with one constraint kind, whichever is named."""
+    """A planner that branches with one constraint kind, chosen by the option `constraint`."""
 
     constraint: str = option("avoid-state", f"what a branch forbids: {', '.join(KINDS)}", choices=KINDS)
     radius: float = option(0.2, "vertex: radius of the forbidden ball [rad]", positive=True)
     sphere_radius: float = option(0.1, "sphere: radius of the forbidden sphere [m]", positive=True)
 
     def branching(self) -> ConstraintKind:
-        """The kind that `constraint` names."""
+        """Returns the constraint kind that the option `constraint` names."""
         return constraint_kind(self.constraint, pad=self.pad, radius=self.radius, sphere_radius=self.sphere_radius)

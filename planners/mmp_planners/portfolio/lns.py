@@ -16,7 +16,7 @@ from mmp_planners.portfolio.shortcutting import on_grid, retime_to_velocity_limi
 
 
 @dataclass(frozen=True, kw_only=True)
-class Replanning:
+class LargeNeighbourhoodSearch:
     """`attempts` to give arms shorter ways on a grid of `dt` [s]; the same seed gives the same plan."""
 
     attempts: int

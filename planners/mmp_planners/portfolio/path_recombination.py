@@ -20,7 +20,7 @@ from mmp_env import _core
 from mmp_env.events import ignore
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
-from mmp_planners.counts import ArmCounts
+from mmp_planners.counts import SingleArmCounts
 from mmp_planners.planning_context import Path
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid, retime_to_velocity_limits
@@ -37,7 +37,7 @@ TRIES = 6
 """Orders of a group's arms, at most."""
 
 
-class Recombining:
+class PathRecombination:
     """The ways of one run, on a grid of `dt` [s]; `shorten` is for plans, `alone` for ways without regard to others."""
 
     def __init__(self, run: Run, first: Plan, dt: float, shorten: Shortcutting, alone: Shortcutting) -> None:
@@ -51,8 +51,8 @@ class Recombining:
         )
         self._each = range(len(names))
         self._paths: dict[int, Path] = {}
-        self._search = Prioritized(dt=self._grid).search(run, ArmCounts(), ignore)
-        self._search.arms.reseed(quick_seed_of(run.seed, 0))
+        self._search = Prioritized(dt=self._grid).search(run, SingleArmCounts(), ignore)
+        self._search.context.reseed(quick_seed_of(run.seed, 0))
         self._seen: Plan | None = None
         self._calls = 0
 
@@ -63,7 +63,7 @@ class Recombining:
         its own seeds.
         """
         clock = self._run.early_clock()
-        self._search.arms.clock = clock
+        self._search.context.clock = clock
         seeds = (seed_of(self._run.seed, turn, 2 + k) for k in itertools.count())
         if best is not self._seen:
             self._seen = best
@@ -106,18 +106,18 @@ class Recombining:
         paths = self._search.some(arms, TRIES, next(seeds))
         if paths is None or clock.expired:
             return None
-        plan = self._search.arms.plan([paths.get(arm, self._path(arm, choice[arm])) for arm in self._each])
+        plan = self._search.context.plan([paths.get(arm, self._path(arm, choice[arm])) for arm in self._each])
         groups = [0 if arm in arms else 1 + arm for arm in self._each]
         found = self._add(self._shorten(plan, next(seeds), clock, groups=groups)[0])
         return None if any(found[arm] < 0 for arm in arms) else found
 
     def _another(self, orders: int, seeds: Iterator[int], clock: _core.Clock) -> None:
         """The ways of a plan that another order of the arms brings, which begin with new ways of each arm alone."""
-        run = dataclasses.replace(self._run, clock=clock, counts=ArmCounts(), best=None, found_s=None)
+        run = dataclasses.replace(self._run, clock=clock, counts=SingleArmCounts(), best=None, found_s=None)
         search = self._search
         search.run, search.given = run, False
         if search.each_alone(next(seeds)):
-            self._add_alone(search.arms.plan(search.alone), next(seeds), clock)
+            self._add_alone(search.context.plan(search.alone), next(seeds), clock)
         self._begin_with(self._ways.shortest())
         for _ in itertools.islice(search.rounds(next(seeds)), orders):
             pass
@@ -132,7 +132,7 @@ class Recombining:
 
     def _path(self, arm: int, number: int) -> Path:
         if number not in self._paths:
-            self._paths[number] = self._search.arms.path(arm, self._ways.way(arm, number))
+            self._paths[number] = self._search.context.path(arm, self._ways.way(arm, number))
         return self._paths[number]
 
     def _add_alone(self, plan: Plan, seed: int, clock: _core.Clock) -> None:

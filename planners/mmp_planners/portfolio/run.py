@@ -15,7 +15,7 @@ from mmp_env.model.problem import Problem
 from mmp_planners.counts import Incumbent, RunCounts
 from mmp_planners.options import check_run
 from mmp_planners.planner import PlanResult, Status, StopPlanning
-from mmp_planners.portfolio.lns import Replanning
+from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
 from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid
 from mmp_planners.result_validation import NUMBERS
 from mmp_planners.seeds import seed_of
@@ -30,7 +30,7 @@ PROOFS, LEAST_PROOF_S = 8, 0.005
 class Step:
     """A part that makes plans shorter, with its seed; only for plans that are longer than `above` [rad]."""
 
-    part: Shortcutting | Replanning
+    part: Shortcutting | LargeNeighbourhoodSearch
     seed: int
     above: float = 0.0
 
@@ -77,16 +77,16 @@ class Run:
             self.found_s = self.elapsed_s
         return True
 
-    def take(self, best: Incumbent | None, found_at: float | None) -> None:
-        """The best of a search that proves its plans itself, the first of which it found at `found_at` [s]."""
-        if best is not None and found_at is not None:
-            self.best, self.found_s = best, found_at - self.began
+    def take(self, best: Incumbent | None, found_s: float | None) -> None:
+        """The best of a search that proves its plans itself, the first of which it found after `found_s` [s]."""
+        if best is not None and found_s is not None:
+            self.best, self.found_s = best, found_s
 
     @property
     def elapsed_s(self) -> float:
         return time.perf_counter() - self.began
 
-    def tell(self, watch: Watcher, node: int, parent: int | None, dt: float) -> None:
+    def emit_plan(self, watch: Watcher, node: int, parent: int | None, dt: float) -> None:
         """The best plan as a node of its own and a solution, for planners that have no tree to show."""
         if self.best is None or watch is ignore:
             return
@@ -148,11 +148,11 @@ class Run:
             kept = min(kept, max(PROOFS * self.proof_s, LEAST_PROOF_S))
         return _core.Clock(max(0.0, remaining - kept))
 
-    def tell_and_shorten(self, watch: Watcher, attempts: int, dt: float) -> None:
+    def emit_and_shorten(self, watch: Watcher, attempts: int, dt: float) -> None:
         """The end of a planner without a tree: its plan is told, and told again where `attempts` have shortened it."""
-        self.tell(watch, node=0, parent=None, dt=dt)
+        self.emit_plan(watch, node=0, parent=None, dt=dt)
         if self.shorten(attempts, dt):
-            self.tell(watch, node=1, parent=0, dt=dt)
+            self.emit_plan(watch, node=1, parent=0, dt=dt)
 
     def result(self) -> PlanResult:
         """What came of it. A signal handler may raise `StopPlanning` even here, so it is made again."""

@@ -1,4 +1,4 @@
-"""Constraint kinds: what the branches of a conflict forbid. One file each; `KINDS` names them."""
+"""Constraint kinds: what the branches of a conflict forbid, one file each. `named.py` finds them by name."""
 
 from mmp_planners.conflict_tree.constraints.avoid_path import AvoidPath
 from mmp_planners.conflict_tree.constraints.avoid_state import AvoidState

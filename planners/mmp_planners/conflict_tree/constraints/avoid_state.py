@@ -1,4 +1,6 @@
-"""`avoid-state`: the constraint of CBS-MP (Solis, Motes, Sandström, Amato 2021)."""
+"""`avoid-state`: the constraint of CBS-MP (Solis, Motes, Sandström, Amato: Representation-optimal multi-robot motion
+planning using conflict-based search, IEEE Robotics and Automation Letters 6(3), 2021).
+"""
 
 from __future__ import annotations
 
@@ -13,31 +15,31 @@ from mmp_planners.planning_context import Path, PlanningContext
 
 @dataclass(frozen=True, kw_only=True)
 class AvoidState:
-    """Do not touch the other arm as it stands at the conflict, from `pad` [s] before it begins to `pad` after it ends.
+    """Forbids contact with the other arm's configuration at the conflict.
 
-    The window is in whole steps, `pad` rounded to them.
-    Where the other arm is at its goal already it stays there, and so does the constraint. Where the arm's own start
-    touches that state the window opens at the state's instant, not before: else a conflict in the first moments would
-    leave both children without a solution.
-    Not complete: the other arm need not stand there in every solution.
+    The constraint holds from `pad` [s] before the conflict begins to `pad` after it ends, rounded to whole steps. If
+    the other arm has reached its goal, the constraint holds for good. If the arm's own start touches that
+    configuration, the constraint begins at the conflict: else an early conflict would leave both children without a
+    solution.
+    Not complete: the other arm need not be there in every solution.
     """
 
     pad: float = 0.25
 
     def forbid(
-        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
+        self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]:
-        other = meeting.other(arm)
-        pad = round(self.pad / arms.dt)
+        other = interval.other(arm)
+        pad = round(self.pad / context.dt)
         out = []
-        for k in meeting.instants(instant):
+        for k in interval.instants(instant):
             q = paths[other].at(k)
-            first, last = int(meeting.first), math.ceil(meeting.last)
-            start = int(k) if arms.start_touches(arm, other, q) else max(0, first - pad)
+            first, last = int(interval.first), math.ceil(interval.last)
+            start = int(k) if context.start_touches(arm, other, q) else max(0, first - pad)
             end = _core.FOREVER if k >= paths[other].last else last + 1 + pad
-            out.append(_core.Constraint.standing(arms.core, other, q, 0.0, start, end))
+            out.append(_core.Constraint.standing(context.core, other, q, 0.0, start, end))
         return out
 
-    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str:
-        other = arms.names[meeting.other(arm)]
-        return f"{arms.names[arm]} avoids {other} at {meeting.first * arms.dt:.1f} s"
+    def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str:
+        other = context.names[interval.other(arm)]
+        return f"{context.names[arm]} avoids {other} at {interval.first * context.dt:.1f} s"

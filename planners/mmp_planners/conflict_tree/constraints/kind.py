@@ -1,4 +1,4 @@
-"""What a constraint kind is: it turns the conflict that a node is branched on into branches."""
+"""Constraint kinds: each turns the conflict interval that a node is branched on into branches."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mmp_planners.planning_context import Path, PlanningContext
 
 @dataclass(frozen=True, kw_only=True)
 class ConflictInterval:
-    """The conflict that is branched on: arms `a` < `b` touch from `first` to `last`, instants in steps."""
+    """Two arms `a` < `b` that are in conflict from instant `first` to instant `last` [steps]."""
 
     a: int
     b: int
@@ -22,11 +22,11 @@ class ConflictInterval:
     last: float
 
     def other(self, arm: int) -> int:
-        """The arm that `arm` meets."""
+        """Returns the arm that `arm` is in conflict with."""
         return self.a + self.b - arm
 
     def instants(self, where: str) -> list[float]:
-        """Instants that stand for the conflict: its `begin`, its `middle`, or `all` of it (begin, middle, end)."""
+        """Returns instants that stand for the interval: its `begin`, its `middle`, or `all` (begin, middle, end)."""
         middle = float(round((self.first + self.last) / 2)) if self.last > self.first else self.first
         return {"begin": [self.first], "middle": [middle], "all": sorted({self.first, middle, self.last})}[where]
 
@@ -36,11 +36,11 @@ INSTANTS = ("begin", "middle", "all")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Branch:
-    """One child of a node: the constraints that `arm` gets, in words too, and the number of the kind they are of."""
+    """One child of a node: the new constraints of `arm`, their description, and the number of their kind."""
 
     arm: int
     constraints: tuple[_core.Constraint, ...]
-    words: str
+    description: str
     kind: int = 0
 
 
@@ -48,32 +48,32 @@ class Branch:
 class ConstraintKind(Protocol):
     """Makes the branches of a conflict.
 
-    `complete`: whatever two configurations free of conflict the arms have at the instant, one of the branches allows
-    them, so that the branching loses no solution.
+    `complete`: one of the branches allows each pair of configurations that is free of conflict at the instant. Then
+    the branching loses no solution.
     """
 
     @property
     def complete(self) -> bool: ...
 
     def branches(
-        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, instant: str
+        self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, instant: str
     ) -> tuple[Branch, ...]: ...
 
 
 @runtime_checkable
 class OneSided(Protocol):
-    """What either arm of a conflict may be forbidden, for the sake of the other one. None of them is complete."""
+    """Makes constraints for one arm of a conflict, for the sake of the other arm. No such kind is complete."""
 
     def forbid(
-        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
+        self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]: ...
 
-    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str: ...
+    def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str: ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class EitherArm:
-    """A branch for each of the two arms, the same kind of constraint in both."""
+    """Makes one branch for each of the two arms, with the same kind of constraint."""
 
     kind: OneSided
 
@@ -82,21 +82,21 @@ class EitherArm:
         return False
 
     def branches(
-        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, instant: str
+        self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, instant: str
     ) -> tuple[Branch, ...]:
         return tuple(
             Branch(
                 arm=arm,
-                constraints=tuple(self.kind.forbid(arms, paths, meeting, arm, instant)),
-                words=self.kind.words(arms, meeting, arm),
+                constraints=tuple(self.kind.forbid(context, paths, interval, arm, instant)),
+                description=self.kind.describe(context, interval, arm),
             )
-            for arm in (meeting.a, meeting.b)
+            for arm in (interval.a, interval.b)
         )
 
 
 @dataclass(frozen=True, kw_only=True)
 class EveryKind:
-    """The branches of several kinds side by side, numbered by kind; complete if one of the kinds is."""
+    """Makes the branches of several kinds side by side, numbered by kind. It is complete if one of the kinds is."""
 
     kinds: tuple[ConstraintKind, ...]
 
@@ -105,29 +105,29 @@ class EveryKind:
         return any(kind.complete for kind in self.kinds)
 
     def branches(
-        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, instant: str
+        self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, instant: str
     ) -> tuple[Branch, ...]:
         return tuple(
             dataclasses.replace(branch, kind=number)
             for number, kind in enumerate(self.kinds)
-            for branch in kind.branches(arms, paths, meeting, instant)
+            for branch in kind.branches(context, paths, interval, instant)
         )
 
 
-def may_start(arms: PlanningContext, arm: int, constraint: _core.Constraint) -> bool:
-    """Whether the arm may stand at its start at time 0, as the low level sees it."""
-    start = arms.problem.start[arms.names[arm]]
+def allows_start(context: PlanningContext, arm: int, constraint: _core.Constraint) -> bool:
+    """Returns whether the single-arm planner may leave the arm at its start at time 0."""
+    start = context.problem.start[context.names[arm]]
     safe = _core.safe_intervals(
-        arms.core, arm, start, [constraint], arms.problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR)
+        context.core, arm, start, [constraint], context.problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR)
     )
     return len(safe) > 0 and int(safe[0, 0]) == 0
 
 
-def without_early(
-    arms: PlanningContext, arm: int, constraints: Sequence[_core.Constraint], meeting: ConflictInterval
+def without_start_violations(
+    context: PlanningContext, arm: int, constraints: Sequence[_core.Constraint], interval: ConflictInterval
 ) -> list[_core.Constraint]:
-    """Without those that are over when the conflict begins and that the arm's own start breaks at time 0.
+    """Drops constraints that end before the conflict begins and that the arm violates at its start at time 0.
 
-    They would leave the child without a solution, and what they forbid was no conflict.
+    Such a constraint would leave the child without a solution, and what it forbids was no conflict.
     """
-    return [c for c in constraints if c.start > 0 or c.end > meeting.first or may_start(arms, arm, c)]
+    return [c for c in constraints if c.start > 0 or c.end > interval.first or allows_start(context, arm, c)]

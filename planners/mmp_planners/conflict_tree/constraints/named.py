@@ -1,4 +1,4 @@
-"""Constraint kinds by the names that options give them."""
+"""Finds constraint kinds by the names that planner options use."""
 
 from __future__ import annotations
 
@@ -17,9 +17,16 @@ KINDS = ("avoid-state", "vertex", "avoid-path", "sphere", "priority", "priority-
 
 
 def constraint_kind(name: str, *, pad: float, radius: float = 0.2, sphere_radius: float = 0.1) -> ConstraintKind:
-    """The constraint kind of that name; `pad` [s], `radius` [rad] and `sphere_radius` [m] for those that have one.
+    """Returns the constraint kind of a name.
 
-    Raises `UnknownNameError`.
+    Args:
+        name: one of `KINDS`.
+        pad: time [s] that `avoid-state` reaches beyond the conflict.
+        radius: radius [rad] of `vertex`.
+        sphere_radius: radius [m] of `sphere`.
+
+    Raises:
+        UnknownNameError: if there is no such kind.
     """
     one_sided = {
         "avoid-state": AvoidState(pad=pad),
@@ -37,13 +44,14 @@ def constraint_kind(name: str, *, pad: float, radius: float = 0.2, sphere_radius
 
 
 def constraint_kinds(names: str, *, pad: float) -> tuple[ConstraintKind, ...]:
-    """Several kinds, their names joined by `+`; a number after `sphere-` or `vertex-` is its radius.
+    """Returns several kinds, their names joined by `+`; a number after `sphere-` or `vertex-` is its radius.
 
-    Raises `MmpError` for a kind that does not exist, for one that is named twice and for a radius that is none.
+    Raises:
+        MmpError: if a kind does not exist or is named twice, or if a radius is not a positive number.
     """
     parts = names.split("+")
     if len(set(parts)) < len(parts):
-        raise MmpError(f"constraint kinds '{names}' name one twice")
+        raise MmpError(f"constraint kinds '{names}' name one kind twice")
     return tuple(_with_radius(part, pad) for part in parts)
 
 

@@ -1,4 +1,6 @@
-"""`priority` and `priority-path`: the other arm goes first (Shaoul et al. 2024, arXiv 2405.01772)."""
+"""`priority` and `priority-path`: the other arm goes first (Shaoul, Veerapaneni, Likhachev, Li: Unconstraining
+multi-robot manipulation, SoCS 2024, arXiv 2405.01772).
+"""
 
 from __future__ import annotations
 
@@ -7,45 +9,46 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mmp_env import _core
-from mmp_planners.conflict_tree.constraints.kind import ConflictInterval, without_early
+from mmp_planners.conflict_tree.constraints.kind import ConflictInterval, without_start_violations
 from mmp_planners.planning_context import Path, PlanningContext
 
 
 @dataclass(frozen=True, kw_only=True)
 class StepPriority:
-    """Do not touch the other arm as it moves on its path about the instant of the conflict, one step each way.
+    """Forbids contact with the other arm as it moves on its path, from one step before the conflict to one step after.
 
-    The path is that of the node that is branched; what the other arm does in later nodes does not change it.
+    The path is that of the branched node. Later changes of the other arm's path do not change the constraint.
     Not complete: the other arm need not move like that in every solution.
     """
 
     def forbid(
-        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
+        self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]:
-        motion = paths[meeting.other(arm)].motion
+        motion = paths[interval.other(arm)].motion
         parts = []
-        for k in meeting.instants(instant):
+        for k in interval.instants(instant):
             parts += _core.Constraint.moving(motion, max(0, math.ceil(k) - 1), int(k) + 1)
-        return without_early(arms, arm, parts, meeting)
+        return without_start_violations(context, arm, parts, interval)
 
-    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str:
-        return f"{arms.names[arm]} lets {arms.names[meeting.other(arm)]} pass at {meeting.first * arms.dt:.1f} s"
+    def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str:
+        other = context.names[interval.other(arm)]
+        return f"{context.names[arm]} lets {other} pass at {interval.first * context.dt:.1f} s"
 
 
 @dataclass(frozen=True, kw_only=True)
 class PathPriority:
-    """Do not touch the other arm anywhere along its path, nor where that path ends.
+    """Forbids contact with the other arm all along its path, and at its end for good.
 
-    The path is that of the node that is branched; what the other arm does in later nodes does not change it. A part of
-    it is left out where the arm's own start would break it before the conflict begins.
+    The path is that of the branched node. Later changes of the other arm's path do not change the constraint. Parts
+    that the arm's own start violates before the conflict begins are left out.
     Not complete: the other arm need not move like that in every solution.
     """
 
     def forbid(
-        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, arm: int, instant: str
+        self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
     ) -> list[_core.Constraint]:
-        motion = paths[meeting.other(arm)].motion
-        return without_early(arms, arm, _core.Constraint.moving(motion, 0, _core.FOREVER), meeting)
+        motion = paths[interval.other(arm)].motion
+        return without_start_violations(context, arm, _core.Constraint.moving(motion, 0, _core.FOREVER), interval)
 
-    def words(self, arms: PlanningContext, meeting: ConflictInterval, arm: int) -> str:
-        return f"{arms.names[arm]} avoids all of the way of {arms.names[meeting.other(arm)]}"
+    def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str:
+        return f"{context.names[arm]} avoids the whole path of {context.names[interval.other(arm)]}"

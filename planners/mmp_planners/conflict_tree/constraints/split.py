@@ -1,4 +1,4 @@
-"""`split`: the one kind whose two branches lose no solution."""
+"""`split`: the only kind whose two branches lose no solution."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from mmp_planners.conflict_tree.lipschitz import lipschitz
 from mmp_planners.planning_context import Path, PlanningContext
 
 LEAST_DEPTH_M = 1e-5
-"""What single precision may mistake a distance by: of a conflict that is less deep, the core takes up to all."""
+"""Largest error of a distance in single precision [m]. A shallower conflict may be forbidden to its full depth."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Split:
-    """At one instant t_k: arm j stays out of a ball B about q_j, or arm i stays off what all of B shares.
+    """At one instant t_k: arm j stays out of a ball B about q_j, or arm i keeps clear of what all of B shares.
 
     Let L [m/rad] bound how far any sphere centre of arm j moves when no joint moves more than one rad. Every
     configuration within r of q_j holds each sphere of arm j at q_j made smaller by L r: that is the core of B. At the
     conflict arm i is nearer to arm j than the margin, by the depth delta = margin - gap; with L r = `share` delta,
     0 < `share` < 1, it is nearer than the margin to the core too, so that each branch forbids its side of the conflict.
     Complete: in a solution arm j is outside B at t_k, or inside; then its spheres hold the core, and arm i, which keeps
-    the margin from them, keeps it from the core. t_k is the deepest instant of the conflict, for the largest ball; that
-    is 0.02 rad or so, which is why completeness is slow. The margin is here the one between arms and the planning
-    slack: planners take anything closer as a conflict. Solutions are the plans that keep it.
+    the margin from them, keeps it from the core. t_k is the deepest instant of the conflict and gives the largest ball,
+    about 0.02 rad. So small a ball makes completeness slow. The margin here is the one between arms plus the planning
+    slack: planners take anything closer as a conflict.
     """
 
     share: float = 0.5
@@ -37,32 +37,32 @@ class Split:
         return True
 
     def branches(
-        self, arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval, instant: str
+        self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, instant: str
     ) -> tuple[Branch, ...]:
-        contact = deepest(arms, paths, meeting)
-        cell = arms.problem.cell
-        bounds = {arm: lipschitz(cell.arms[arm], cell.spheres) for arm in (meeting.a, meeting.b)}
+        contact = deepest(context, paths, interval)
+        cell = context.problem.cell
+        bounds = {arm: lipschitz(cell.arms[arm], cell.spheres) for arm in (interval.a, interval.b)}
         j = min(bounds, key=lambda arm: (bounds[arm], -arm))
-        i = meeting.other(j)
+        i = interval.other(j)
         q, k = paths[j].at(contact.instant), contact.instant
-        depth = max(arms.conflict_distance - contact.gap, 0.0)
+        depth = max(context.conflict_distance - contact.gap, 0.0)
         shrink = min(self.share * max(depth, LEAST_DEPTH_M), depth)
-        at = f"{contact.instant * arms.dt:.2f} s"
+        at = f"{contact.instant * context.dt:.2f} s"
         out = Branch(
             arm=j,
             constraints=(_core.Constraint.ball(q, shrink / bounds[j], k, k),),
-            words=f"{arms.names[j]} leaves its place at {at}",
+            description=f"{context.names[j]} leaves its configuration at {at}",
         )
         off = Branch(
             arm=i,
-            constraints=(_core.Constraint.standing(arms.core, j, q, shrink, k, k),),
-            words=f"{arms.names[i]} leaves room for {arms.names[j]} at {at}",
+            constraints=(_core.Constraint.standing(context.core, j, q, shrink, k, k),),
+            description=f"{context.names[i]} leaves room for {context.names[j]} at {at}",
         )
         return (out, off)
 
 
-def deepest(arms: PlanningContext, paths: Sequence[Path], meeting: ConflictInterval) -> Contact:
-    """The contact at the instant of the conflict at which the arms are nearest to each other."""
-    steps = range(math.ceil(meeting.first), int(meeting.last) + 1)
-    a, b, instants = meeting.a, meeting.b, sorted({meeting.first, meeting.last, *map(float, steps)})
-    return min(contacts(arms, a, paths[a], b, paths[b], tuple(instants)), key=lambda contact: contact.gap)
+def deepest(context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval) -> Contact:
+    """Returns the contact at the instant of the conflict at which the arms are nearest to each other."""
+    steps = range(math.ceil(interval.first), int(interval.last) + 1)
+    a, b, instants = interval.a, interval.b, sorted({interval.first, interval.last, *map(float, steps)})
+    return min(contacts(context, a, paths[a], b, paths[b], tuple(instants)), key=lambda contact: contact.gap)

@@ -18,8 +18,8 @@ from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners import Status
 from mmp_planners.portfolio import path_recombination
-from mmp_planners.portfolio.lns import Replanning
-from mmp_planners.portfolio.path_recombination import GAIN_RAD, MOST_STEPS, Recombining
+from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
+from mmp_planners.portfolio.path_recombination import GAIN_RAD, MOST_STEPS, PathRecombination
 from mmp_planners.portfolio.run import Run, Step
 from mmp_planners.portfolio.shortcutting import Shortcutting, retime_to_velocity_limits
 from mmp_planners.priority_search import PrioritySearch
@@ -41,7 +41,7 @@ def begun(problem):
 
 
 def recombining_of(run):
-    return Recombining(run, run.best.plan, 0.1, Shortcutting(attempts=20, dt=0.2), ALONE)
+    return PathRecombination(run, run.best.plan, 0.1, Shortcutting(attempts=20, dt=0.2), ALONE)
 
 
 def recombine(run, orders=1, turn=1, calls=1):
@@ -56,7 +56,7 @@ def test_a_crowded_cell_is_recombined_and_the_rounds_that_helped_are_counted(mon
     result = mmp_planners.make("auto", **OPTIONS).plan(problem, seed=0)
     assert result.stats["recombined"] > 0
     assert check_plan(result.plan).valid
-    monkeypatch.setattr(Recombining, "__call__", lambda *_: None)
+    monkeypatch.setattr(PathRecombination, "__call__", lambda *_: None)
     without = mmp_planners.make("auto", **OPTIONS).plan(problem, seed=0)
     assert without.stats["recombined"] == 0
     assert result.plan.cost_rad < without.plan.cost_rad
@@ -97,9 +97,9 @@ def test_arms_that_shut_each_other_in_find_ways_by_themselves(monkeypatch):
     run, asked = around_each_other(), []
     some = PrioritySearch.some
 
-    def noted(search, arms, *rest):
-        asked.append(list(arms))
-        return some(search, arms, *rest)
+    def noted(search, context, *rest):
+        asked.append(list(context))
+        return some(search, context, *rest)
 
     monkeypatch.setattr(PrioritySearch, "some", noted)
     plan = recombine(run)
@@ -118,9 +118,9 @@ def test_arms_that_are_in_nobodys_way_are_planned_in_no_group(monkeypatch):
     run, asked = begun(crowded()), []
     some = PrioritySearch.some
 
-    def noted(search, arms, *rest):
-        asked.append(set(arms))
-        return some(search, arms, *rest)
+    def noted(search, context, *rest):
+        asked.append(set(context))
+        return some(search, context, *rest)
 
     monkeypatch.setattr(PrioritySearch, "some", noted)
     recombine(run)
@@ -153,7 +153,7 @@ def test_a_plan_that_takes_long_has_ways_of_longer_steps(monkeypatch):
     for times in (1, 400):
         rows = [np.vstack([[problem.start[n], problem.goal[n]] * times]) for n in problem.cell.arm_names]
         first = retime_to_velocity_limits(problem, rows)
-        Recombining(run, first, 0.1, ALONE, ALONE)
+        PathRecombination(run, first, 0.1, ALONE, ALONE)
         np.testing.assert_allclose(steps.pop(), max(0.1, first.makespan_s / MOST_STEPS))
     assert first.makespan_s > 10 * 0.1 * MOST_STEPS
 
@@ -161,7 +161,7 @@ def test_a_plan_that_takes_long_has_ways_of_longer_steps(monkeypatch):
 def test_a_run_whose_time_is_up_while_it_recombines_ends_with_the_plan_that_it_has(monkeypatch):
     turns = []
 
-    begin = Recombining.__init__
+    begin = PathRecombination.__init__
 
     def late(self, run, *rest):
         """All the time that is left is spent before anything is put together."""
@@ -169,7 +169,7 @@ def test_a_run_whose_time_is_up_while_it_recombines_ends_with_the_plan_that_it_h
         run.clock.cancel()
         begin(self, run, *rest)
 
-    monkeypatch.setattr(Recombining, "__init__", late)
+    monkeypatch.setattr(PathRecombination, "__init__", late)
     monkeypatch.setattr(Run, "early_clock", lambda run: run.clock)
     result = mmp_planners.make("auto", shorten=20, rounds=10**6).plan(crowded(), seed=0)
     assert len(turns) == 1
@@ -196,7 +196,7 @@ def test_a_start_that_becomes_no_shorter_than_the_best_plan_is_not_taken():
     best = run.best
     for attempts in (0, 200):
         assert run.improve(Step(part=Shortcutting(attempts=attempts), seed=0), start=long) == [0]
-        assert run.improve(Step(part=Replanning(attempts=attempts), seed=0), start=short) == [0]
+        assert run.improve(Step(part=LargeNeighbourhoodSearch(attempts=attempts), seed=0), start=short) == [0]
     assert run.best is best
     assert run.counts.shortcuts == 0
 
@@ -204,10 +204,14 @@ def test_a_start_that_becomes_no_shorter_than_the_best_plan_is_not_taken():
 def test_a_start_that_is_shorter_is_taken_though_no_part_improves_it():
     run, short, long = of_two_kinds()
     assert run.offer(long)
-    assert run.improve(Step(part=Shortcutting(attempts=0), seed=0), Step(part=Replanning(attempts=0), seed=1)) == [0, 0]
+    assert run.improve(
+        Step(part=Shortcutting(attempts=0), seed=0), Step(part=LargeNeighbourhoodSearch(attempts=0), seed=1)
+    ) == [0, 0]
     assert run.best.plan is long
     assert run.improve(
-        Step(part=Shortcutting(attempts=0), seed=0), Step(part=Replanning(attempts=0), seed=1), start=short
+        Step(part=Shortcutting(attempts=0), seed=0),
+        Step(part=LargeNeighbourhoodSearch(attempts=0), seed=1),
+        start=short,
     ) == [0, 0]
     assert run.best.plan is short
 
@@ -227,9 +231,9 @@ def test_a_start_that_is_not_safe_is_not_taken():
     run = Run.begin("auto", None, problem, 0, math.inf)
     assert run.offer(mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan)
     best = run.best
-    meeting = retime_to_velocity_limits(
+    interval = retime_to_velocity_limits(
         problem, [np.vstack([problem.start[n], problem.goal[n]]) for n in problem.cell.arm_names]
     )
-    assert meeting.cost_rad < best.cost
-    assert run.improve(Step(part=Shortcutting(attempts=0), seed=0), start=meeting) == [0]
+    assert interval.cost_rad < best.cost
+    assert run.improve(Step(part=Shortcutting(attempts=0), seed=0), start=interval) == [0]
     assert run.best is best

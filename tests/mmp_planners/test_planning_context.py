@@ -18,19 +18,19 @@ DT_S, SPEED = 0.1, 0.8
 PROBLEM = two_arms.passing()
 
 
-def arms(problem=PROBLEM, seconds=math.inf, **options):
+def context(problem=PROBLEM, seconds=math.inf, **options):
     made = PlanningContext(problem, DT_S, SiRrtStar(**options), _core.Clock(seconds))
     made.reseed(0)
     return made
 
 
-ARMS = arms()
+CONTEXT = context()
 
 
 def straight(arm, steps):
     """A path of equal steps from start to goal."""
-    start, goal = PROBLEM.start[ARMS.names[arm]], PROBLEM.goal[ARMS.names[arm]]
-    return ARMS.path(arm, start + np.linspace(0, 1, steps + 1)[:, None] * (goal - start))
+    start, goal = PROBLEM.start[CONTEXT.names[arm]], PROBLEM.goal[CONTEXT.names[arm]]
+    return CONTEXT.path(arm, start + np.linspace(0, 1, steps + 1)[:, None] * (goal - start))
 
 
 def test_a_path_knows_its_length_and_stays_at_its_end():
@@ -45,14 +45,14 @@ def test_a_path_knows_its_length_and_stays_at_its_end():
 def test_a_path_ends_exactly_where_it_should_and_keeps_the_limits():
     robot = PROBLEM.cell.arm("left").robot
     given_q = np.array([PROBLEM.start["left"] + 1e-7, robot.upper + 1e-6, PROBLEM.goal["left"] - 1e-7])
-    path = ARMS.path(0, given_q)
+    path = CONTEXT.path(0, given_q)
     np.testing.assert_array_equal(path.q[[0, -1]], [PROBLEM.start["left"], PROBLEM.goal["left"]])
     assert (path.q <= robot.upper).all()
     assert (given_q[1] > robot.upper).all(), "what was given is left as it was"
 
 
 def test_pairs_are_all_of_them_or_those_of_one_arm():
-    four = arms(two_arms.passing())
+    four = context(two_arms.passing())
     four.names = ("a", "b", "c", "d")
     assert four.pairs() == [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]
     assert four.pairs(1) == [(0, 1), (1, 2), (1, 3)]
@@ -60,7 +60,7 @@ def test_pairs_are_all_of_them_or_those_of_one_arm():
 
 def test_conflicts_are_the_steps_at_which_surfaces_are_nearer_than_the_margin():
     paths = [straight(0, 20), straight(1, 26)]
-    found = ARMS.conflicts(paths, ARMS.pairs())
+    found = CONTEXT.conflicts(paths, CONTEXT.pairs())
     steps = np.arange(27)
     rows = [np.array([path.at(int(k)) for k in steps]) for path in paths]
     gaps = PROBLEM.cell.collision.pair_clearance("left", rows[0], "right", rows[1])
@@ -73,14 +73,14 @@ def test_conflicts_are_the_steps_at_which_surfaces_are_nearer_than_the_margin():
 def test_pairs_without_conflict_are_left_out():
     paths = [
         straight(0, 20),
-        ARMS.path(1, np.vstack([np.repeat(PROBLEM.start["right"][None], 40, 0), straight(1, 20).q])),
+        CONTEXT.path(1, np.vstack([np.repeat(PROBLEM.start["right"][None], 40, 0), straight(1, 20).q])),
     ]
-    assert ARMS.conflicts(paths, ARMS.pairs()) == {}
+    assert CONTEXT.conflicts(paths, CONTEXT.pairs()) == {}
 
 
 def test_one_clock_for_all_and_who_is_there_first_waits():
     paths = [straight(0, 20), straight(1, 26)]
-    plan = ARMS.plan(paths)
+    plan = CONTEXT.plan(paths)
     np.testing.assert_allclose(plan.times, DT_S * np.arange(27))
     np.testing.assert_array_equal(plan.positions["left"][20:], [PROBLEM.goal["left"]] * 7)
     np.testing.assert_array_equal(plan.positions["right"], paths[1].q)
@@ -90,7 +90,7 @@ def test_one_clock_for_all_and_who_is_there_first_waits():
 def test_a_step_too_fast_for_one_arm_is_stretched_for_all():
     """Ten steps for 1.6 rad are 0.16 rad each, twice of what 0.8 rad/s allow; so the other arm slows down as well."""
     paths = [straight(0, 10), straight(1, 26)]
-    plan = ARMS.plan(paths)
+    plan = CONTEXT.plan(paths)
     np.testing.assert_allclose(np.diff(plan.times), [2 * DT_S] * 10 + [DT_S] * 16)
     np.testing.assert_array_equal(plan.positions["right"], paths[1].q)
     assert plan.cost_rad == pytest.approx(sum(path.length for path in paths))
@@ -104,25 +104,25 @@ def test_speeds_are_within_limits_whatever_the_paths_and_no_step_is_slower_than_
     paths = []
     for arm, last in enumerate(lengths):
         moves = rng.normal(scale=0.1, size=(last + 1, 6)) * (rng.random((last + 1, 1)) < 0.7)
-        paths.append(ARMS.path(arm, PROBLEM.start[ARMS.names[arm]] + np.cumsum(moves, axis=0)))
-    plan = ARMS.plan(paths)
+        paths.append(CONTEXT.path(arm, PROBLEM.start[CONTEXT.names[arm]] + np.cumsum(moves, axis=0)))
+    plan = CONTEXT.plan(paths)
     durations = np.diff(plan.times)
-    needed = [np.abs(np.diff(plan.positions[name], axis=0)).max(axis=1) / SPEED for name in ARMS.names]
+    needed = [np.abs(np.diff(plan.positions[name], axis=0)).max(axis=1) / SPEED for name in CONTEXT.names]
     np.testing.assert_allclose(durations, np.maximum(DT_S, np.max(needed, axis=0)), rtol=1e-9)
     assert plan.cost_rad == pytest.approx(sum(path.length for path in paths))
 
 
 def test_a_plan_that_is_clear_has_its_proof_and_one_that_is_not_says_where():
     apart = two_arms.one_moves()
-    there = arms(apart)
+    there = context(apart)
     paths = [there.low_level(k, (), 0)[0] for k in (0, 1)]
     proof = there.certify(there.plan(paths))
     assert proof.valid
     assert proof.clearance >= apart.margin
     assert check_plan(plan_to_dict(there.plan(paths))).found_clearance_m >= proof.clearance - 1e-6
 
-    plan = ARMS.plan([straight(0, 20), straight(1, 20)])
-    proof = ARMS.certify(plan)
+    plan = CONTEXT.plan([straight(0, 20), straight(1, 20)])
+    proof = CONTEXT.certify(plan)
     assert not proof.valid
     assert (proof.clearance < PROBLEM.margin, proof.arms) == (True, (0, 1))
     at = plan.at(proof.instant * DT_S)
@@ -132,16 +132,16 @@ def test_a_plan_that_is_clear_has_its_proof_and_one_that_is_not_says_where():
 
 def test_whether_the_start_of_an_arm_touches_another_one_somewhere():
     near = two_arms.turning((0.0, 1.0), (1.0, -1.0))
-    there = arms(near)
+    there = context(near)
     assert there.start_touches(0, 1, two_arms.reaching(0.0))
     assert not there.start_touches(0, 1, two_arms.reaching(1.0))
 
 
 def test_a_run_out_of_time_proves_nothing():
-    late = arms(two_arms.one_moves(), seconds=0.0)
+    late = context(two_arms.one_moves(), seconds=0.0)
     paths = [
         late.path(k, np.array([late.problem.start[name], late.problem.goal[name]])) for k, name in enumerate(late.names)
     ]
     plan = late.plan(paths)
     assert not late.certify(plan).valid
-    assert arms(two_arms.one_moves()).certify(plan).valid
+    assert context(two_arms.one_moves()).certify(plan).valid

@@ -14,6 +14,8 @@ from typing import Any
 
 from mmp_env.errors import MmpError, UnknownNameError
 
+MAX_PIXELS = 4096
+"""Largest width and height of a picture."""
 _LIBRARIES = {"egl": ("EGL", "GL"), "osmesa": ("OSMesa",)}
 _PACKAGES = {"egl": "libegl1 libgl1", "osmesa": "libosmesa6"}
 _WINDOWED = ("glfw", "glx", "on", "true", "1", "enable", "enabled")

@@ -35,8 +35,8 @@ from mmp_env.opengl import check_render_mode, possible_render_modes
 from mmp_env.sim.contacts import Contact
 from mmp_env.sim.execution import REACHED_RAD, SHOWN_STEPS, ExecutionReport, execute_plan
 from mmp_env.sim.monitor import Monitor
+from mmp_env.sim.rendering import Camera, Window
 from mmp_env.sim.simulation import Simulation
-from mmp_env.view.rendering import Camera, Window
 
 Observation = dict[str, np.ndarray]
 _UNRETIMED = (

@@ -7,9 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from mmp_env.argument_checks import flag, number, refused, text, whole
-
-MOST_PIXELS = 4096
-"""Largest width and height of a picture."""
+from mmp_env.opengl import MAX_PIXELS
 
 
 def check_options(options: Mapping[str, object]) -> None:
@@ -33,7 +31,7 @@ def _sphere_set(name: str, value: object) -> None:
 
 
 def _pixels(name: str, value: object) -> None:
-    whole(name, value, 1, MOST_PIXELS)
+    whole(name, value, 1, MAX_PIXELS)
 
 
 def _rate(name: str, value: object) -> None:

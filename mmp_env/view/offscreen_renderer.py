@@ -10,8 +10,8 @@ from jaxtyping import Float, UInt8
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.sim.arm_colors import arm_color
+from mmp_env.sim.rendering import Camera, Line
 from mmp_env.sim.simulation import Simulation
-from mmp_env.view.rendering import Camera, Line
 
 WIDTH, HEIGHT = 640, 480
 _STEP_RAD = 0.05

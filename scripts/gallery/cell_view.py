@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from mmp_env.model.cell import Cell
+from mmp_env.sim.rendering import Camera, Line
 from mmp_env.sim.scene_appearance import CAMERA, TABLE_RGBA, frame, outline
 from mmp_env.sim.simulation import Simulation
-from mmp_env.view.rendering import Camera, Line
 
 _PALE = 0.8
 """So much of a pale arm's colour is that of the table."""

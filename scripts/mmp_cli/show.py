@@ -85,8 +85,8 @@ def _play(plan: Plan, path: Path) -> None:
     instead = f"`mmp show {path} --image FILE.png` makes a picture of it, --video a film, --rerun a recording"
     _check_display(path, instead)
     from mmp_env.sim.execution import execute_plan
+    from mmp_env.sim.rendering import Window
     from mmp_env.sim.simulation import Simulation
-    from mmp_env.view.rendering import Window
 
     simulation = Simulation(plan.problem.cell)
     start, goal = (simulation.joined(q) for q in (plan.problem.start, plan.problem.goal))

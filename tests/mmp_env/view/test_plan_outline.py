@@ -8,11 +8,11 @@ from support.straight_plans import elsewhere, everyone, straight
 
 from mmp_env import draw_problem, find_cell
 from mmp_env.sim.arm_colors import arm_color
+from mmp_env.sim.rendering import Camera
 from mmp_env.sim.scene import compile_scene
 from mmp_env.sim.scene_appearance import CAMERA, frame, outline
 from mmp_env.sim.simulation import Simulation
 from mmp_env.view.plan_outline import plan_outline
-from mmp_env.view.rendering import Camera
 from mmp_env.view.tree_drawing.colors import contrast
 from mmp_tasks.grasping import solid_box
 

@@ -16,9 +16,8 @@ from jaxtyping import Float, UInt8
 
 from mmp_env.argument_checks import whole
 from mmp_env.errors import MmpError
-from mmp_env.gym.environment_options import MOST_PIXELS
 from mmp_env.mujoco_import import mujoco
-from mmp_env.opengl import check_render_mode, display_answers, open_context
+from mmp_env.opengl import MAX_PIXELS, check_render_mode, display_answers, open_context
 from mmp_env.sim.scene_appearance import CAMERA, camera_pose, frame, outline
 from mmp_env.sim.simulation import Simulation
 
@@ -59,7 +58,7 @@ class Camera:
         shown: Float[np.ndarray, "p 3"] | None = None,
     ) -> None:
         for name, value in (("width", width), ("height", height)):
-            whole(name, value, 1, MOST_PIXELS)
+            whole(name, value, 1, MAX_PIXELS)
         self._simulation = simulation
         self._finer = _FINER if fine and max(width, height) <= _MOST_FINE_PIXELS else 1
         self._rectangle = mujoco.MjrRect(0, 0, self._finer * width, self._finer * height)

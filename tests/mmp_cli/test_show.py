@@ -9,7 +9,7 @@ import pytest
 from support.refusals import assert_refused
 
 import mmp_cli.show
-from mmp_env.view import rendering
+from mmp_env.sim import rendering
 
 
 @pytest.fixture

@@ -15,11 +15,11 @@ from support.picture_or_sentence import without_libraries
 from mmp_env import opengl, ring_cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.mujoco_import import mujoco
+from mmp_env.sim import rendering
 from mmp_env.sim.arm_colors import PALETTE
 from mmp_env.sim.rendering import Window, _frame_cell
 from mmp_env.sim.scene_appearance import outline
 from mmp_env.sim.simulation import Simulation
-from mmp_env.view import rendering
 
 
 def make(name="MultiArmCell-2", **options):

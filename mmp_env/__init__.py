@@ -14,11 +14,11 @@ from mmp_env import checkout
 from mmp_env.gym.registration import register_environments
 
 if TYPE_CHECKING:
-    from mmp_env.check import check_plan
     from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError, UnretimedPlanWarning
     from mmp_env.files.cell_file import load_cell
     from mmp_env.files.cell_source import find_cell
     from mmp_env.files.instance_file import load_instances
+    from mmp_env.files.plan_check import check_plan
     from mmp_env.files.plan_file import load_plan, save_plan
     from mmp_env.gym.env import MultiArmCellEnv
     from mmp_env.gym.instances import draw_instance, draw_problem
@@ -44,7 +44,6 @@ _HOMES = {
     "model.cell": ("Cell",),
     "files.cell_file": ("load_cell",),
     "files.cell_source": ("find_cell",),
-    "check": ("check_plan",),
     "model.collision": ("CollisionModel",),
     "model.conflict": ("Conflict",),
     "sim.contacts": ("Contact",),
@@ -58,6 +57,7 @@ _HOMES = {
     "view.notebook": ("PlanView",),
     "view.pictures": ("save_picture",),
     "model.plan": ("Plan",),
+    "files.plan_check": ("check_plan",),
     "files.plan_file": ("load_plan", "save_plan"),
     "model.problem": ("Problem", "make_problem"),
     "model.rings": ("ring_cell",),

@@ -1,4 +1,4 @@
-"""The broad phase: one ball a part, whatever is in it."""
+"""The broad phase: one bounding sphere for each part."""
 
 from __future__ import annotations
 
@@ -7,31 +7,31 @@ from jaxtyping import Float
 
 from mmp_env.check.distance import chord_minimum, solid_distance, tangent_minimum
 from mmp_env.check.fields import rotation
-from mmp_env.check.items import Items, Steps, Touch
-from mmp_env.check.model import CellModel, Parts, Poses
+from mmp_env.check.items import Items, MotionSteps, Touch
+from mmp_env.check.model import CellModel, Poses, RigidParts
 from mmp_env.check.pairs import ChordDeviation, Pairs
 from mmp_env.check.reading import Solid
 
 
-class BallPairs:
-    """Balls of parts against each other: of different arms, or of one arm."""
+class BoundingSpherePairs:
+    """Bounding spheres of parts against each other: of different arms, or of one arm."""
 
-    def __init__(self, model: CellModel, parts: Parts, pairs: Pairs) -> None:
+    def __init__(self, model: CellModel, parts: RigidParts, pairs: Pairs) -> None:
         self._model, self._parts, self._pairs = model, parts, pairs
         self.rule = "self" if pairs.inner.any() else "arm-arm"
         first, second, inner = pairs.first, pairs.second, pairs.inner[:, None]
         reach = parts.reach[second] + np.where(inner, 0.0, parts.reach[first])
         common = parts.moves[first] & inner
-        self._strays = ChordDeviation(model.cell, reach, common)
-        self._part_strays = ChordDeviation(model.cell, parts.reach)
-        self._inner_strays = ChordDeviation(model.cell, reach[pairs.inner], common[pairs.inner])
+        self._deviation = ChordDeviation(model.cell, reach, common)
+        self._part_deviation = ChordDeviation(model.cell, parts.reach)
+        self._inner_deviation = ChordDeviation(model.cell, reach[pairs.inner], common[pairs.inner])
         self._radii = parts.radius[first] + parts.radius[second]
 
     def __len__(self) -> int:
         return len(self._pairs)
 
-    def coarse(self, poses: Poses, steps: Steps) -> Float[np.ndarray, "u p"]:
-        """Lower bounds on the clearance [m] of all pairs; the steps are those between consecutive poses."""
+    def coarse(self, poses: Poses, steps: MotionSteps) -> Float[np.ndarray, "u p"]:
+        """Returns lower bounds on the clearance [m] of all pairs in the steps between consecutive poses."""
         parts, first, second, inner = self._parts, self._pairs.first, self._pairs.second, self._pairs.inner
         balls = ball_centers(parts, poses)
         body = parts.body[first[inner]]
@@ -46,17 +46,17 @@ class BallPairs:
             dot += start * step
             length += step * step
         least = chord_minimum(square, dot, length)
-        stray = self._part_strays.all(steps)
-        stray = stray[:, first] + stray[:, second]
-        stray[:, inner] = self._inner_strays.all(steps)
-        return least - self._radii - stray
+        deviation = self._part_deviation.all(steps)
+        deviation = deviation[:, first] + deviation[:, second]
+        deviation[:, inner] = self._inner_deviation.all(steps)
+        return least - self._radii - deviation
 
-    def strays(self, items: Items) -> Float[np.ndarray, "i"]:
-        """How far the points of each item may stray from chords [m]."""
-        return self._strays.each(items.steps, items.step, items.pair)
+    def deviations(self, items: Items) -> Float[np.ndarray, "i"]:
+        """Returns a bound on how far the points of each item deviate from chords [m]."""
+        return self._deviation.each(items.steps, items.step, items.pair)
 
     def names(self, pair: int) -> Touch:
-        """What a pair is called."""
+        """Returns the names of a pair."""
         (arm, one), (other_arm, other) = (
             (self._model.cell.arms[self._parts.arm[k]].name, self._parts.links[k])
             for k in (self._pairs.first[pair], self._pairs.second[pair])
@@ -65,52 +65,52 @@ class BallPairs:
         return Touch(rule=self.rule, arms=(arm,) if self.rule == "self" else (arm, other_arm), things=things)
 
 
-class BallSolids:
-    """Balls of moving parts against obstacles: pairs of parts `part` [p] and solids `solid` [p]."""
+class BoundingSphereSolids:
+    """Bounding spheres of moving parts against obstacles: pairs of `part` [p] and `solid` [p], by index."""
 
     rule = "arm-obstacle"
 
-    def __init__(self, model: CellModel, parts: Parts) -> None:
+    def __init__(self, model: CellModel, parts: RigidParts) -> None:
         moving = np.flatnonzero(parts.moves.any(axis=1))
         solids = model.cell.solids
         self._model, self._parts, self._moving, self._solids = model, parts, moving, solids
         self.part = np.tile(moving, len(solids))
         self.solid = np.repeat(np.arange(len(solids)), len(moving))
-        self._strays = ChordDeviation(model.cell, parts.reach)
+        self._deviation = ChordDeviation(model.cell, parts.reach)
 
     def __len__(self) -> int:
         return len(self.part)
 
-    def coarse(self, poses: Poses, steps: Steps) -> Float[np.ndarray, "u p"]:
-        """Lower bounds on the clearance [m] of all pairs; the steps are those between consecutive poses."""
+    def coarse(self, poses: Poses, steps: MotionSteps) -> Float[np.ndarray, "u p"]:
+        """Returns lower bounds on the clearance [m] of all pairs in the steps between consecutive poses."""
         balls = ball_centers(self._parts, poses)[:, self._moving]
         least = np.empty((len(balls) - 1, len(self._solids), len(self._moving)))
         for k, solid in enumerate(self._solids):
             least[:, k] = step_minimum(solid, balls[:-1], balls[1:])[0]
-        stray = self._strays.all(steps)
-        return least.reshape(len(least), -1) - (self._parts.radius + stray)[:, self.part]
+        deviation = self._deviation.all(steps)
+        return least.reshape(len(least), -1) - (self._parts.radius + deviation)[:, self.part]
 
-    def strays(self, items: Items) -> Float[np.ndarray, "i"]:
-        """How far the points of each item may stray from chords [m]."""
-        return self._strays.each(items.steps, items.step, self.part[items.pair])
+    def deviations(self, items: Items) -> Float[np.ndarray, "i"]:
+        """Returns a bound on how far the points of each item deviate from chords [m]."""
+        return self._deviation.each(items.steps, items.step, self.part[items.pair])
 
     def names(self, pair: int) -> Touch:
-        """What a pair is called."""
+        """Returns the names of a pair."""
         part = self.part[pair]
         arm = self._model.cell.arms[self._parts.arm[part]].name
         things = (f"{arm}/{self._parts.links[part]}", f"obstacle/{self._solids[self.solid[pair]].name}")
         return Touch(rule=self.rule, arms=(arm,), things=things)
 
 
-def ball_centers(parts: Parts, poses: Poses) -> Float[np.ndarray, "m p 3"]:
-    """Centres of all parts' balls in the world."""
+def ball_centers(parts: RigidParts, poses: Poses) -> Float[np.ndarray, "m p 3"]:
+    """Returns the centres of all parts' bounding spheres in the world [m]."""
     return poses.positions[:, parts.body] + np.einsum("mpij,pj->mpi", poses.rotations[:, parts.body], parts.center)
 
 
 def step_minimum(
     solid: Solid, start: Float[np.ndarray, "*n 3"], end: Float[np.ndarray, "*n 3"]
 ) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
-    """Signed distance [m] to a solid of points on chords: a lower bound over the chord, and the values at both ends."""
+    """Returns signed distances [m] of points on chords to a solid: a lower bound on the chord, those at both ends."""
     turn = rotation(solid.quaternion)
     start, end = (start - solid.position) @ turn, (end - solid.position) @ turn
     first, slope = solid_distance(solid.shape, solid.size, start)

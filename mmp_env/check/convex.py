@@ -1,6 +1,6 @@
-"""How far two convex geoms are apart, from their farthest points alone (the algorithm of Gilbert, Johnson and Keerthi).
+"""The distance of two convex geoms by the algorithm of Gilbert, Johnson and Keerthi.
 
-For where MuJoCo's answer proves nothing: it takes a capsule that sticks out of a box on both sides for clear of it.
+It takes over where MuJoCo is wrong: MuJoCo reports a capsule that sticks out of a box on both sides as clear of it.
 E. G. Gilbert, D. W. Johnson, S. S. Keerthi: A fast procedure for computing the distance between complex objects in
 three-dimensional space. IEEE Journal of Robotics and Automation 4 (2), 1988.
 """
@@ -24,7 +24,7 @@ _PARALLEL = 1e-9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Convex:
-    """A placed geom, `kind` and `size` [m] as MuJoCo has them: all within `round` [m] of a core."""
+    """A placed geom with MuJoCo's `kind` and `size` [m]: everything within `round` [m] of its core."""
 
     kind: int
     size: Float[np.ndarray, "3"]
@@ -33,11 +33,11 @@ class Convex:
 
     @property
     def round(self) -> float:
-        """How far a sphere or capsule reaches beyond its core, a point or a line [m]."""
+        """Radius [m] around the core; above 0 for a sphere or capsule, whose core is a point or a line."""
         return float(self.size[0]) if self.kind in (SPHERE, CAPSULE) else 0.0
 
     def farthest(self, direction: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
-        """A point of the core that lies farthest along a direction, which need not be of length 1 [m]."""
+        """Returns the point [m] of the core that lies farthest along a direction of any length."""
         local, size = direction @ self.rotation, self.size
         sign = np.where(local < 0, -1.0, 1.0)
         out = np.zeros(3)
@@ -55,12 +55,12 @@ class Convex:
 
 
 def separation(first: Convex, second: Convex) -> tuple[float, Float[np.ndarray, "3"]]:
-    """By how much a direction keeps two geoms apart at most [m], and that unit direction, from the first on.
+    """Returns the signed distance [m] of two geoms, and the unit direction from the first to the second that shows it.
 
-    This is their distance. Of geoms that overlap it is the depth, negative; if their cores do as well, the least along
-    the axes of the geoms and what is at right angles to two of them: exact for boxes, else the depth may be less.
+    The distance of geoms that overlap is minus their depth. If their cores overlap, it is the least depth along the
+    axes of the geoms and the normals of two axes. That is exact for boxes; other geoms may be less deep.
     """
-    # The differences of their points are a convex set: `nearest` to the origin is this of what `corners` of it span.
+    # The differences of their points form a convex set; `corners` span a part of it, with `nearest` to the origin.
     nearest = second.center - first.center
     corners, best = nearest[None], (-np.inf, nearest)
     for _ in range(_MOST_ROUNDS):
@@ -77,13 +77,13 @@ def separation(first: Convex, second: Convex) -> tuple[float, Float[np.ndarray, 
 
 
 def _gap(first: Convex, second: Convex, along: Float[np.ndarray, "3"]) -> float:
-    """By how much a unit direction keeps two geoms apart [m]."""
+    """Returns the gap [m] that a unit direction shows between two geoms."""
     apart = float((second.farthest(-along) - first.farthest(along)) @ along)
     return apart - first.round - second.round
 
 
 def _axes(first: Convex, second: Convex) -> Iterator[Float[np.ndarray, "3"]]:
-    """Unit directions both ways: the axes of both geoms, and what is at right angles to one of each."""
+    """Yields unit directions and their opposites: the axes of both geoms, and the normals of one axis of each."""
     own = [*first.rotation.T, *second.rotation.T]
     for axis in [*own, *(np.cross(one, other) for one in own[:3] for other in own[3:])]:
         length = np.linalg.norm(axis)
@@ -93,9 +93,9 @@ def _axes(first: Convex, second: Convex) -> Iterator[Float[np.ndarray, "3"]]:
 
 
 def _nearest_to_origin(corners: Float[np.ndarray, "k 3"]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "c 3"]]:
-    """Of the simplex of up to four corners the point nearest to the origin, and the corners that it lies between.
+    """Returns the point of a simplex of up to four corners nearest to the origin, and the corners that span it.
 
-    The last corner, which is new, is one of those.
+    The last corner is new, and one of these.
     """
     last, others = corners[-1], corners[:-1]
     nearest, between = last, corners[-1:]

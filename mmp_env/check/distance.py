@@ -1,4 +1,4 @@
-"""Distances the checker measures with: points to convex solids, moving points to each other, supports of MuJoCo geoms.
+"""The checker's distances: points to convex solids, moving points to each other, support functions of MuJoCo geoms.
 
 Signed distances are positive outside and negative inside. Every function is vectorised over leading axes.
 """
@@ -20,7 +20,7 @@ GEOM_KINDS = SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = tuple(
 def solid_distance(
     shape: str, size: Float[Array, "3"], points: Float[Array, "*n 3"]
 ) -> tuple[Float[Array, "*n"], Float[Array, "*n 3"]]:
-    """Signed distance [m] of `points` to a solid about the origin, and a subgradient of it.
+    """Returns the signed distance [m] of `points` to a solid about the origin, and a subgradient of it.
 
     `size` [m]: half edges of a `box`; radius and half length without caps of the others. Signed distance to a convex
     set is convex, so d(y) >= d(x) + g(x) . (y - x) for all y.
@@ -52,7 +52,7 @@ def _unit_x(points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
 
 
 def _box(half: Float[Array, "d"], points: Float[Array, "*n d"]) -> tuple[Float[Array, "*n"], Float[Array, "*n d"]]:
-    """Signed distance to a box of any dimension; `half` edges."""
+    """Returns the signed distance to a box of any dimension with `half` edges, and a subgradient."""
     beyond = np.abs(points) - half
     sign = np.where(points < 0, -1.0, 1.0)
     outside = np.maximum(beyond, 0.0)
@@ -78,7 +78,7 @@ def tangent_minimum(
 
 
 def chord_minimum(square: Float[Array, "*n"], dot: Float[Array, "*n"], step: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    """Least length over s in [0, 1] of d + s e, from d.d, d.e and e.e: how close two points come on straight lines."""
+    """Returns the least length over s in [0, 1] of d + s e, from d.d, d.e and e.e: two points on straight lines."""
     s = np.clip(np.divide(-dot, step, out=np.zeros_like(dot), where=step > 0), 0.0, 1.0)
     return np.sqrt(np.maximum(square + s * (2.0 * dot + s * step), 0.0))
 
@@ -86,7 +86,7 @@ def chord_minimum(square: Float[Array, "*n"], dot: Float[Array, "*n"], step: Flo
 def geom_support(
     kind: Float[Array, "n"] | Array, size: Float[Array, "n 3"], direction: Float[Array, "n 3"]
 ) -> Float[Array, "n"]:
-    """Largest n . x over the points x of MuJoCo geoms about the origin, for unit directions n in the geom's frame [m].
+    """Returns the largest n . x [m] over the points x of MuJoCo geoms about the origin, for unit directions n.
 
     All these shapes are symmetric about their centre, so the support of -n is the same.
     """

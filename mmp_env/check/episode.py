@@ -10,20 +10,25 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.check import check_plan
+from mmp_env.check import check_document
 from mmp_env.check.fields import UnreadableError, known, listed, member, rotation, shown
-from mmp_env.check.reading import Arm, PlanData, read_plan
+from mmp_env.check.reading import CheckedArm, CheckedPlan, read_plan
 from mmp_env.check.report import CheckReport, Violation, in_short
 from mmp_env.check.rules import END_TOLERANCE_RAD
 
 SCHEMA = "mmp-episode/1"
 SAME_PLACE = 1e-9
-"""Two bases stand at one place where their positions [m] and rotation matrices differ by no more."""
+"""Largest difference between the positions [m] and rotation matrices of a base in two plans."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EpisodeReport:
-    """A report for each plan, and what is wrong between them or with the whole."""
+    """A report for each plan, and the violations between plans or of the whole. It is true if all are valid.
+
+    Attributes:
+        plans: the reports of the plans, in their order.
+        violations: faults between two plans, or of the file.
+    """
 
     plans: tuple[CheckReport, ...] = ()
     violations: tuple[Violation, ...] = ()
@@ -38,13 +43,13 @@ class EpisodeReport:
 
     @property
     def sentences(self) -> list[str]:
-        """Every violation in words; plans are numbered from 0, as in the file."""
+        """A sentence for every violation; plans are numbered from 0, as in the file."""
         inside = [f"plan {k}: {sentence}" for k, plan in enumerate(self.plans) for sentence in plan.sentences]
         return [*inside, *map(str, self.violations)]
 
     @property
     def min_clearance_m(self) -> float | None:
-        """The least that was proved [m]; None where a proof failed."""
+        """The least clearance [m] proved of any plan; None if a proof failed."""
         proved = [plan.min_clearance_m for plan in self.plans]
         return min((p for p in proved if p is not None), default=None) if None not in proved else None
 
@@ -67,7 +72,15 @@ class EpisodeReport:
 
 
 def check_episode(data: Any, *, exact: bool = False) -> EpisodeReport:
-    """Checks the content of an episode file; never raises for what is wrong with it. `exact` as in `check_plan`."""
+    """Checks the content of an episode file: every plan, and that each begins where the one before it ends.
+
+    Args:
+        data: content of an episode file, schema `mmp-episode/1`.
+        exact: as in `check_document`.
+
+    Returns:
+        A report for the episode. Nothing in the data raises.
+    """
     try:
         if member(data, "schema", "the episode") != SCHEMA:
             raise UnreadableError(f"schema is {shown(data['schema'])}; this checker reads '{SCHEMA}'")
@@ -79,13 +92,13 @@ def check_episode(data: Any, *, exact: bool = False) -> EpisodeReport:
             raise UnreadableError("the episode has no plans")
     except UnreadableError as error:
         return EpisodeReport(violations=(error.violation,))
-    reports = tuple(check_plan(document, exact=exact) for document in documents)
+    reports = tuple(check_document(document, exact=exact) for document in documents)
     seams = [v for k, pair in enumerate(pairwise(documents)) for v in _seam(k, pair)]
     return EpisodeReport(plans=reports, violations=tuple(seams))
 
 
 def _seam(number: int, pair: tuple[Mapping[str, Any], Mapping[str, Any]]) -> Iterator[Violation]:
-    """What does not fit between plan `number` and the next; nothing where one cannot be read, which its report says."""
+    """Yields the faults between plan `number` and the next; none if one cannot be read, which its own report says."""
     try:
         before, after = map(read_plan, pair)
     except UnreadableError:
@@ -105,12 +118,12 @@ def _seam(number: int, pair: tuple[Mapping[str, Any], Mapping[str, Any]]) -> Ite
         )
 
 
-def _same_arms(before: PlanData, after: PlanData) -> bool:
-    """Whether two plans are for the same arms with the same tools at the same places."""
+def _same_arms(before: CheckedPlan, after: CheckedPlan) -> bool:
+    """Returns whether two plans have the same arms with the same tools at the same places."""
     one, other = ([(arm.name, arm.model, arm.tool) for arm in plan.cell.arms] for plan in (before, after))
     bases = zip(before.cell.arms, after.cell.arms, strict=False)
     return one == other and all(np.abs(_place(base) - _place(moved)).max() <= SAME_PLACE for base, moved in bases)
 
 
-def _place(arm: Arm) -> Float[np.ndarray, "3 4"]:
+def _place(arm: CheckedArm) -> Float[np.ndarray, "3 4"]:
     return np.column_stack([rotation(arm.quaternion), arm.position])

@@ -1,4 +1,4 @@
-"""Fields of a JSON document, taken with the suspicion that a checker owes them."""
+"""Fields of a JSON document. Every function refuses a value that the checker cannot use."""
 
 from __future__ import annotations
 
@@ -9,12 +9,16 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.check.report import Violation
-from mmp_env.model.cell_limits import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M
 from mmp_env.mujoco_import import mujoco
+
+SMALLEST_M, LARGEST_M = 1e-6, 100.0
+"""Bounds [m] of edges, radii and lengths. Positions lie within the larger one of the origin of their frame."""
+LARGEST_YAW_RAD = 2 * np.pi + 1e-4
+"""Largest yaw [rad]: a full turn, with room for rounding."""
 
 
 class UnreadableError(Exception):
-    """The document says something that the checker cannot take at its word; `rule` is `schema` or `shape`."""
+    """A document that the checker cannot read; `rule` is `schema` or `shape`."""
 
     def __init__(self, message: str, rule: str = "schema") -> None:
         super().__init__(message)
@@ -22,7 +26,7 @@ class UnreadableError(Exception):
 
 
 def shown(value: Any) -> str:
-    """A value in a message. Python refuses to write out whole numbers of more than 4300 digits."""
+    """Returns a value as text. Python refuses to write whole numbers of more than 4300 digits."""
     try:
         return repr(value)
     except ValueError:
@@ -30,7 +34,7 @@ def shown(value: Any) -> str:
 
 
 def member(data: Any, key: str, where: str) -> Any:
-    """`data[key]` of a JSON object. Raises `UnreadableError`."""
+    """Returns `data[key]` of a JSON object. Raises `UnreadableError`."""
     if not isinstance(data, Mapping):
         raise UnreadableError(f"{where} is not a JSON object")
     if key not in data:
@@ -39,7 +43,7 @@ def member(data: Any, key: str, where: str) -> Any:
 
 
 def known(data: Any, keys: Collection[str], where: str) -> None:
-    """Refuses keys that the checker does not know, unless null: they might say something about the geometry."""
+    """Raises `UnreadableError` for unknown keys that are not null, since they may change the geometry."""
     if not isinstance(data, Mapping):
         raise UnreadableError(f"{where} is not a JSON object")
     for key, value in data.items():
@@ -50,7 +54,7 @@ def known(data: Any, keys: Collection[str], where: str) -> None:
 
 
 def listed(data: Any, key: str, where: str, *, optional: bool = False) -> list[Any]:
-    """A list of a JSON object, empty where it is optional and absent. Raises `UnreadableError`."""
+    """Returns a list of a JSON object, empty if it is optional and absent. Raises `UnreadableError`."""
     value = data.get(key, []) if optional else member(data, key, where)
     if not isinstance(value, list | tuple):
         raise UnreadableError(f"{key} of {where} is not a list")
@@ -58,7 +62,7 @@ def listed(data: Any, key: str, where: str, *, optional: bool = False) -> list[A
 
 
 def text(data: Any, key: str, where: str, allowed: Collection[str] | None = None) -> str:
-    """A string of a JSON object, one of `allowed`. Raises `UnreadableError`."""
+    """Returns a string of a JSON object, one of `allowed`. Raises `UnreadableError`."""
     value = member(data, key, where)
     if not isinstance(value, str):
         raise UnreadableError(f"{key} of {where} is not a string")
@@ -68,7 +72,7 @@ def text(data: Any, key: str, where: str, allowed: Collection[str] | None = None
 
 
 def name(data: Any, where: str) -> str:
-    """The `name` of an arm or obstacle; no slash, for MuJoCo's names have some. Raises `UnreadableError`."""
+    """Returns the `name` of an arm or obstacle, without a slash. Raises `UnreadableError`."""
     value = text(data, "name", where)
     if not value or "/" in value:
         raise UnreadableError(f"name of {where} is '{value}'; it must have letters and no slash")
@@ -76,14 +80,14 @@ def name(data: Any, where: str) -> str:
 
 
 def numbers(value: Any, shape: tuple[int | None, ...], where: str) -> Float[np.ndarray, "..."]:
-    """An array of that shape (None: any length), NaN and infinity among its values. Raises `UnreadableError`."""
+    """Returns an array of that shape (None: any length), which may hold NaN and infinity. Raises `UnreadableError`."""
     try:
         array = np.asarray(value)
     except ValueError:
         raise UnreadableError(f"{where} is ragged", "shape") from None
     if array.size == 0 and array.dtype.kind != "O":
         array = array.astype(float)
-    # A string among the numbers changes the kind; null does, and so does a whole number of more than 64 bits.
+    # A string, a null, or a whole number of more than 64 bits among the numbers changes the kind.
     is_number = array.dtype.kind in "iuf" or (array.dtype.kind == "O" and all(map(_is_number, array.flat)))
     if not is_number or _holds_truth(value):
         raise UnreadableError(f"{where} does not hold numbers only")
@@ -101,7 +105,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _holds_truth(value: Any) -> bool:
-    """Whether a boolean is among the numbers, which NumPy takes for 0 or 1."""
+    """Returns whether a boolean is among the numbers, which NumPy takes for 0 or 1."""
     if not isinstance(value, list | tuple):
         return isinstance(value, bool) or (isinstance(value, np.ndarray | np.generic) and value.dtype.kind == "b")
     types = set(map(type, value))
@@ -109,7 +113,7 @@ def _holds_truth(value: Any) -> bool:
 
 
 def positive(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.ndarray, "..."]:
-    """Finite numbers above zero. Raises `UnreadableError`."""
+    """Returns finite numbers above zero. Raises `UnreadableError`."""
     array = numbers(value, shape, where)
     if not (np.isfinite(array) & (array > 0)).all():
         raise UnreadableError(f"{where} must be finite and above zero")
@@ -117,7 +121,7 @@ def positive(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.nd
 
 
 def lengths(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.ndarray, "..."]:
-    """Lengths [m]. Raises `UnreadableError`."""
+    """Returns lengths [m] within bounds. Raises `UnreadableError`."""
     array = numbers(value, shape, where)
     if not ((array >= SMALLEST_M) & (array <= LARGEST_M)).all():
         raise UnreadableError(f"{where} must be from {SMALLEST_M} to {LARGEST_M:g} m")
@@ -125,7 +129,7 @@ def lengths(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.nda
 
 
 def pose(data: Any, where: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
-    """`position` [m], and `yaw` [rad] or `quaternion` as a unit quaternion (wxyz). Raises `UnreadableError`."""
+    """Returns `position` [m], and `yaw` [rad] or `quaternion` as a unit quaternion (wxyz). Raises `UnreadableError`."""
     position = numbers(member(data, "position", where), (3,), f"position of {where}")
     quaternion = np.array([1.0, 0.0, 0.0, 0.0])
     if data.get("yaw") is not None and data.get("quaternion") is not None:
@@ -142,12 +146,12 @@ def pose(data: Any, where: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarra
         raise UnreadableError(
             f"the pose of {where} must be numbers, its position within {LARGEST_M:g} m, its quaternion not zero"
         )
-    quaternion = quaternion / largest  # so that neither tiny nor huge numbers are lost in the squares
+    quaternion = quaternion / largest  # keeps tiny and huge numbers out of the squares
     return position, quaternion / np.linalg.norm(quaternion)
 
 
 def rotation(quaternion: Float[np.ndarray, "4"]) -> Float[np.ndarray, "3 3"]:
-    """Rotation matrix of a unit quaternion (wxyz)."""
+    """Returns the rotation matrix of a unit quaternion (wxyz)."""
     out = np.empty(9)
     mujoco.mju_quat2Mat(out, quaternion)
     return out.reshape(3, 3)

@@ -1,4 +1,4 @@
-"""Pairs of MuJoCo geoms over steps: directions that keep them apart all the way."""
+"""Distances of MuJoCo geoms, and directions that separate them during a whole step."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from mmp_env.mujoco_import import mujoco
 
 _FAR_M = 100.0
 _DOUBT_M = 1e-8
-"""MuJoCo is believed that geoms are apart if its direction keeps them apart as far as it says, but for this."""
+"""Tolerance [m]: we trust MuJoCo's distance only if its direction certifies it within this."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GeomSteps:
-    """Pairs of geoms, by id, in steps from pose `start` to pose `end`; `inner` pairs move as seen from `first`."""
+    """Pairs of geoms, by id, in steps from pose `start` to pose `end`; `inner` ones are seen from `first`."""
 
     start: Int[np.ndarray, "g"]
     end: Int[np.ndarray, "g"]
@@ -29,8 +29,8 @@ class GeomSteps:
     inner: Bool[np.ndarray, "g"]
 
 
-class Ruler:
-    """Measures geoms of one model."""
+class GeomDistance:
+    """Measures the clearances of the geoms of one model."""
 
     def __init__(self, model: CellModel) -> None:
         self._model = model
@@ -39,9 +39,9 @@ class Ruler:
     def measure(
         self, poses: Poses, steps: GeomSteps
     ) -> tuple[Float[np.ndarray, "g"], Float[np.ndarray, "g"], Float[np.ndarray, "g"]]:
-        """Clearances [m] on the whole way, were all points to move along chords, at the start and at the end.
+        """Returns clearances [m]: during the whole step if all points moved along chords, at the start, and at the end.
 
-        A direction that keeps two geoms apart by some gap at both ends keeps them apart by the smaller one between.
+        A direction that separates two geoms at both ends separates them in between by the smaller gap.
         """
         ends = [np.stack([at, steps.first, steps.second], axis=1) for at in (steps.start, steps.end)]
         keys, place = np.unique(np.concatenate(ends), axis=0, return_inverse=True)
@@ -59,9 +59,9 @@ class Ruler:
     def _distances(
         self, poses: Poses, keys: Int[np.ndarray, "k 3"]
     ) -> tuple[Float[np.ndarray, "k"], Float[np.ndarray, "k 3"]]:
-        """Signed distances at (pose, geom, geom), and unit directions from the first geom to the second.
+        """Returns signed distances [m] at (pose, geom, geom), and unit directions from the first geom to the second.
 
-        They are MuJoCo's, but where it says that geoms are apart and its direction does not show it.
+        They are MuJoCo's, unless its direction does not certify its distance.
         """
         distance, line = np.empty(len(keys)), np.zeros((len(keys), 6))
         placed, data = -1, None
@@ -81,7 +81,7 @@ class Ruler:
     def _turned(
         self, poses: Poses, steps: GeomSteps, seen: int, end: int, direction: Float[np.ndarray, "g 3"]
     ) -> Float[np.ndarray, "g 3"]:
-        """Directions seen at one end (0: start, 1: end), at another: of inner pairs they turn with the first geom."""
+        """Returns directions of one end (0: start, 1: end) at another; inner ones turn with the first geom."""
         if seen == end:
             return direction
         body = self._model.mujoco.geom_bodyid[steps.first]
@@ -93,14 +93,14 @@ class Ruler:
     def _gap(
         self, poses: Poses, keys: Int[np.ndarray, "k 3"], direction: Float[np.ndarray, "k 3"]
     ) -> Float[np.ndarray, "k"]:
-        """How far directions separate geoms at (pose, geom, geom) [m]: never more than their distance."""
+        """Returns the gap [m] that directions show between geoms at (pose, geom, geom), at most their distance."""
         at, first, second = keys.T
         center, support = self._extent(poses, at, first, direction)
         other, other_support = self._extent(poses, at, second, direction)
         return other - center - support - other_support
 
     def _convex(self, poses: Poses, at: int, geom: int) -> Convex:
-        """A geom in the world at a pose."""
+        """Returns a geom in the world at a pose."""
         mj = self._model.mujoco
         body = mj.geom_bodyid[geom]
         turn = poses.rotations[at, body]
@@ -114,7 +114,7 @@ class Ruler:
     def _extent(
         self, poses: Poses, at: Int[np.ndarray, "g"], geom: Int[np.ndarray, "g"], direction: Float[np.ndarray, "g 3"]
     ) -> tuple[Float[np.ndarray, "g"], Float[np.ndarray, "g"]]:
-        """Of geoms along directions: where the centre lies, and how far the geom reaches from it [m]."""
+        """Returns where the centres of geoms lie along directions, and how far the geoms reach from there [m]."""
         mj = self._model.mujoco
         body = mj.geom_bodyid[geom]
         turn = poses.rotations[at, body]

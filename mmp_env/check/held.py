@@ -1,4 +1,4 @@
-"""Computes the covering spheres of held objects (docs/reference/files.md) independently, and their MuJoCo bodies."""
+"""The covering spheres of held objects, computed independently by the rule of docs/reference/files.md."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.check.fields import rotation
-from mmp_env.check.reading import Arm, Solid
+from mmp_env.check.reading import CheckedArm, Solid
 
 BODY = "held"
 _CELL_M, _GROWTH, _MOST = 0.02, 1.25, 64
 
 
 def held_spheres(solid: Solid) -> Float[np.ndarray, "s 4"]:
-    """x, y, z and radius [m] of spheres around all of a solid, in the frame that its pose is in."""
+    """Returns x, y, z and radius [m] of spheres that cover a solid, in the frame of its pose."""
     radius, half = solid.size[0], solid.size[1]
     if solid.shape == "box":
         rows = _grid(solid.size)
@@ -32,8 +32,8 @@ def held_spheres(solid: Solid) -> Float[np.ndarray, "s 4"]:
     return table
 
 
-def holders(arm: Arm) -> list[str]:
-    """The last link and the tool, which touch what is held."""
+def holders(arm: CheckedArm) -> list[str]:
+    """Returns the names of the last link and the tool, which touch the held object."""
     return [arm.robot["links"][-1], *([arm.tool] if arm.tool else [])]
 
 

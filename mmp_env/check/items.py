@@ -1,4 +1,4 @@
-"""What is measured: pairs of things in steps of time."""
+"""Items of measurement: pairs of things in steps of a motion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mmp_env.check.model import Poses
 
 @dataclass(frozen=True, kw_only=True)
 class Touch:
-    """A pair in words: the rule that keeps it apart, the arms, the two `things` (`arm0/forearm`)."""
+    """Names of a pair: the rule that keeps it apart, its arms, and the two `things`, such as `arm0/forearm`."""
 
     rule: str
     arms: tuple[str, ...]
@@ -22,10 +22,10 @@ class Touch:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Steps:
-    """Stretches of a motion between poses `start` and `end` [u], by index.
+class MotionSteps:
+    """Motion windows from poses `start` to poses `end` [u], by index.
 
-    Every joint turns by `turn` [u, n] [rad] in all, and is never farther than `bend` [u, n] [rad] from going straight.
+    Every joint turns by `turn` [u, n] [rad] and stays within `bend` [u, n] [rad] of a straight line.
     """
 
     start: Int[np.ndarray, "u"]
@@ -38,7 +38,7 @@ class Steps:
 class Items:
     """Pairs in steps: `step` [i] is an index into `steps`, `pair` [i] into the pairs of a family."""
 
-    steps: Steps
+    steps: MotionSteps
     step: Int[np.ndarray, "i"]
     pair: Int[np.ndarray, "i"]
 
@@ -61,7 +61,7 @@ class Items:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Bounds:
-    """Clearances of items [m]: `lower` [i] holds at every instant of the step, `found` [i] at its end `at` [i]."""
+    """Clearances [m] of items: `lower` [i] during the whole step, `found` [i] at the pose `at` [i], one of its ends."""
 
     lower: Float[np.ndarray, "i"]
     found: Float[np.ndarray, "i"]
@@ -75,7 +75,7 @@ class Bounds:
         at_start: Float[np.ndarray, "i"],
         at_end: Float[np.ndarray, "i"],
     ) -> Bounds:
-        """From a lower bound and the clearances at both ends of the steps."""
+        """Returns the bounds of a lower bound and the clearances at both ends of the steps [m]."""
         return cls(
             lower=lower,
             found=np.minimum(at_start, at_end),
@@ -85,7 +85,7 @@ class Bounds:
 
 @runtime_checkable
 class Family(Protocol):
-    """Pairs that one rule keeps apart (clouds and clouds, clouds and obstacles, geoms ...) and how to measure them."""
+    """Pairs that one rule keeps apart, such as clouds and obstacles, and their measurement."""
 
     @property
     def rule(self) -> str:
@@ -96,21 +96,21 @@ class Family(Protocol):
         """The number of pairs."""
         ...
 
-    def coarse(self, poses: Poses, steps: Steps) -> Float[np.ndarray, "u p"]:
-        """Lower bounds on the clearance [m] of all pairs; the steps are those between consecutive poses."""
+    def coarse(self, poses: Poses, steps: MotionSteps) -> Float[np.ndarray, "u p"]:
+        """Returns lower bounds on the clearance [m] of all pairs in the steps between consecutive poses."""
         ...
 
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
-        """Good bounds for a few pairs and steps; no better than `target` [m] where that is enough."""
+        """Returns good bounds for a few pairs and steps. A bound of `target` [m] is good enough."""
         ...
 
     def names(self, pair: int) -> Touch:
-        """What the pair is called."""
+        """Returns the names of a pair."""
         ...
 
 
 def by_pair(items: Items) -> Iterator[tuple[int, Int[np.ndarray, "k"]]]:
-    """Each pair among the items, and which items are its."""
+    """Yields each pair among the items with its items."""
     order = np.argsort(items.pair, kind="stable")
     pairs, first = np.unique(items.pair[order], return_index=True)
     for pair, chosen in zip(pairs, np.split(order, first[1:]), strict=True):

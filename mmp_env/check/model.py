@@ -1,4 +1,4 @@
-"""The cell in MuJoCo, composed here from the robots' MJCF, and what moves rigidly in it."""
+"""The cell in MuJoCo, composed from the robots' MJCF, and its rigid parts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.fields import UnreadableError
 from mmp_env.check.held import BODY, held_spheres
-from mmp_env.check.reading import DATA, Arm, CellData, Solid, robot_data
+from mmp_env.check.reading import DATA, CheckedArm, CheckedCell, Solid, robot_data
 from mmp_env.mujoco_import import mujoco
 
 _GEOMS = {
@@ -24,7 +24,7 @@ _GEOMS = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Poses:
-    """The cell at some instants: `times` [m] [s], `q` [m, n] [rad], and the pose of every body in the world."""
+    """The cell at instants: `times` [m] [s], `q` [m, n] [rad], and the poses of all bodies in the world."""
 
     times: Float[np.ndarray, "m"]
     q: Float[np.ndarray, "m n"]
@@ -41,12 +41,12 @@ class Poses:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Parts:
+class RigidParts:
     """Rigid parts, each carried by one body: the sphere cloud of a link or tool, or one geom.
 
-    `arm` [p] is the index of the arm; `moves` [p, k] says that joint k moves the part. A part lies in the ball about
-    `center` [p, 3] (in its body's frame) of `radius` [p], and none of its points (the centres of its spheres, or all
-    points of a geom) ever comes farther from the axis of joint k than `reach` [p, k], 0 where k does not move it.
+    `arm` [p] is the index of the arm; `moves` [p, k] says whether joint k moves the part. A part lies in the ball about
+    `center` [p, 3] [m] (in its body's frame) of `radius` [p] [m]. No point of it (centre of a sphere, or any point of a
+    geom) comes farther from the axis of joint k than `reach` [p, k] [m], which is 0 if k does not move it.
     """
 
     links: tuple[str, ...]
@@ -59,9 +59,9 @@ class Parts:
 
 
 class CellModel:
-    """MuJoCo's model of a cell and its kinematics; joints side by side, arm after arm."""
+    """MuJoCo's model of a cell and its kinematics. Joints are side by side, arm after arm."""
 
-    def __init__(self, cell: CellData) -> None:
+    def __init__(self, cell: CheckedCell) -> None:
         self.cell = cell
         self.mujoco = _compile(cell)
         joints = [self.mujoco.joint(f"{arm.name}/joint{k + 1}") for arm in cell.arms for k in range(arm.dof)]
@@ -71,19 +71,19 @@ class CellModel:
         self._column = {int(joint.id): k for k, joint in enumerate(joints)}
         self._data = mujoco.MjData(self.mujoco)
         self.place(np.zeros(len(joints)))
-        # Anchors and axes of all joints in a reference configuration: `reaches` does not depend on which one.
+        # Anchors and axes of all joints in a reference configuration; `reaches` does not depend on the choice.
         self._anchors = np.array([self._data.xanchor[joint.id] for joint in joints])
         self._axes = np.array([self._data.xaxis[joint.id] for joint in joints])
         self._reference = self.poses(np.zeros(1), np.zeros((1, len(joints))))
 
     def place(self, q: Float[np.ndarray, "n"]) -> mujoco.MjData:
-        """MuJoCo's data with all bodies and geoms where `q` [rad] puts them; valid until the next call."""
+        """Returns MuJoCo's data with all bodies and geoms placed at `q` [rad]; valid until the next call."""
         self._data.qpos[self._address] = q
         mujoco.mj_kinematics(self.mujoco, self._data)
         return self._data
 
     def poses(self, times: Float[np.ndarray, "m"], q: Float[np.ndarray, "m n"]) -> Poses:
-        """The cell at configurations `q` [rad]."""
+        """Returns the cell at configurations `q` [rad]."""
         positions = np.empty((len(q), self.mujoco.nbody, 3))
         rotations = np.empty((len(q), self.mujoco.nbody, 9))
         for k, row in enumerate(q):
@@ -92,7 +92,7 @@ class CellModel:
         return Poses(times=times, q=q, positions=positions, rotations=rotations.reshape(*positions.shape, 3))
 
     def moves(self, body: int) -> Bool[np.ndarray, "n"]:
-        """Which joints move a body."""
+        """Returns which joints move a body."""
         out = np.zeros(len(self._address), dtype=bool)
         while body:
             first, count = self.mujoco.body_jntadr[body], self.mujoco.body_jntnum[body]
@@ -103,7 +103,7 @@ class CellModel:
     def reaches(
         self, body: int, points: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]
     ) -> Float[np.ndarray, "n"]:
-        """Largest distance [m] from each joint's axis of balls on a body, at any configuration.
+        """Returns the largest distance [m] of balls on a body from each joint's axis, at any configuration.
 
         Turned about the axis of the joint that carries it, a ball sweeps a set inside the ball about the foot of its
         centre on that axis, the distance of the two added to its radius. That ball is fixed in the next link inwards.
@@ -121,8 +121,8 @@ class CellModel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Cloud:
-    """The spheres of one link or tool, in its frame, and a ball around them (`center`, `radius`) [m]."""
+class SphereCloud:
+    """The spheres of one link or tool in its frame, and a ball around them (`center`, `radius`) [m]."""
 
     link: str
     centers: Float[np.ndarray, "s 3"]
@@ -131,8 +131,8 @@ class Cloud:
     radius: float
 
 
-def sphere_parts(model: CellModel) -> tuple[Parts, tuple[Cloud, ...]]:
-    """One part and its cloud for every link or tool that has spheres, and for what is held."""
+def sphere_parts(model: CellModel) -> tuple[RigidParts, tuple[SphereCloud, ...]]:
+    """Returns a part and its cloud for every link or tool that has spheres, and for held objects."""
     rows, clouds = [], []
     for index, arm in enumerate(model.cell.arms):
         mine = _clouds("robots", arm.model, model.cell.spheres)
@@ -147,22 +147,22 @@ def sphere_parts(model: CellModel) -> tuple[Parts, tuple[Cloud, ...]]:
 
 
 @functools.cache
-def _clouds(folder: str, name: str, spheres: str) -> tuple[Cloud, ...]:
+def _clouds(folder: str, name: str, spheres: str) -> tuple[SphereCloud, ...]:
     rows = robot_data(folder, name, "spheres.json")[spheres]
     by_link = rows if isinstance(rows, dict) else {name: rows}
     return tuple(_cloud(link, np.array(table, dtype=float)) for link, table in by_link.items())
 
 
-def _cloud(link: str, table: Float[np.ndarray, "s 4"]) -> Cloud:
+def _cloud(link: str, table: Float[np.ndarray, "s 4"]) -> SphereCloud:
     centers, radii = table[:, :3], table[:, 3]
     center, radius = enclosing_ball(centers, radii)
-    return Cloud(link=link, centers=centers, radii=radii, center=center, radius=radius)
+    return SphereCloud(link=link, centers=centers, radii=radii, center=center, radius=radius)
 
 
-def stack_parts(rows: Sequence[tuple]) -> Parts:
-    """Parts from rows (link, arm, body, moves, centre, radius, reach)."""
+def stack_parts(rows: Sequence[tuple]) -> RigidParts:
+    """Returns parts from rows (link, arm, body, moves, centre, radius, reach)."""
     links, arm, body, moves, center, radius, reach = zip(*rows, strict=True)
-    return Parts(
+    return RigidParts(
         links=links,
         arm=np.array(arm),
         body=np.array(body),
@@ -176,14 +176,14 @@ def stack_parts(rows: Sequence[tuple]) -> Parts:
 def enclosing_ball(
     centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]
 ) -> tuple[Float[np.ndarray, "3"], float]:
-    """A ball around spheres, close to the smallest: its centre moves towards the farthest sphere in shrinking steps."""
+    """Returns a small ball around spheres. Its centre moves to the farthest sphere in shrinking steps."""
     center = centers.mean(axis=0)
     for k in range(100):
         center = center + (centers[np.argmax(np.linalg.norm(centers - center, axis=1) + radii)] - center) / (k + 2)
     return center, float((np.linalg.norm(centers - center, axis=1) + radii).max())
 
 
-def _compile(cell: CellData) -> mujoco.MjModel:
+def _compile(cell: CheckedCell) -> mujoco.MjModel:
     spec = mujoco.MjSpec()
     for solid in cell.solids:
         spec.worldbody.add_geom(
@@ -206,8 +206,8 @@ def _compile(cell: CellData) -> mujoco.MjModel:
         raise UnreadableError(f"MuJoCo does not take the cell: {error}") from None
 
 
-def _hold(spec: mujoco.MjSpec, arm: Arm, held: Solid) -> None:
-    """A body that stands still in the tool's frame, or in the flange's, which is given as the pose of a site."""
+def _hold(spec: mujoco.MjSpec, arm: CheckedArm, held: Solid) -> None:
+    """Adds a body that is fixed in the tool's frame, or in the flange's, which is the pose of a site."""
     if arm.tool:
         body = spec.body(f"{arm.name}/{arm.tool}").add_body()
     else:

@@ -1,7 +1,7 @@
-"""Pairs of parts that must keep apart, and how far their points may stray from straight lines during a step.
+"""Pairs of parts that must keep apart, and how far their points deviate from straight lines during a step.
 
 While the joints go straight and turn by dq, a point c(s), s in [0, 1], has
-|c''| <= sum_jk |dq_j| |dq_k| reach(max(j, k)), so it strays from the chord between its ends by an eighth of that at
+|c''| <= sum_jk |dq_j| |dq_k| reach(max(j, k)), so it deviates from the chord between its ends by an eighth of that at
 most (docs/explanation/checking.md has the derivation); where they bend off by e, by sum_k |e_k| reach(k) more. Two
 parts of one arm are compared in the frame of the inner one, where only the joints between them count.
 """
@@ -15,14 +15,17 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.held import BODY, holders
-from mmp_env.check.items import Steps
-from mmp_env.check.model import Parts
-from mmp_env.check.reading import Arm, CellData, robot_data
+from mmp_env.check.items import MotionSteps
+from mmp_env.check.model import RigidParts
+from mmp_env.check.reading import CheckedArm, CheckedCell, robot_data
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pairs:
-    """Parts `first` [p] against parts `second` [p]. `inner` [p]: both of one arm, compared in the frame of `first`."""
+    """Parts `first` [p] against parts `second` [p], by index.
+
+    Both parts of an `inner` [p] pair belong to one arm; they are compared in the frame of `first`.
+    """
 
     first: Int[np.ndarray, "p"]
     second: Int[np.ndarray, "p"]
@@ -36,14 +39,15 @@ class Pairs:
 
     @property
     def by_rule(self) -> tuple[Pairs, Pairs]:
-        """Pairs of different arms, and pairs within one arm."""
+        """The pairs of different arms, and the pairs within one arm."""
         return self[~self.inner], self[self.inner]
 
 
-def part_pairs(cell: CellData, parts: Parts) -> Pairs:
-    """Parts of different arms unless both are bases, and parts of one arm unless its data say that they may overlap.
+def part_pairs(cell: CheckedCell, parts: RigidParts) -> Pairs:
+    """Returns the pairs that must keep apart.
 
-    Two parts on one link of an arm are no pair.
+    These are parts of different arms unless both are bases, and parts on different links of one arm unless its data say
+    that they may overlap.
     """
     ignored = [ignored_links(arm, cell.spheres) for arm in cell.arms]
     rows = []
@@ -58,8 +62,8 @@ def part_pairs(cell: CellData, parts: Parts) -> Pairs:
     return Pairs(first=table[:, 0], second=table[:, 1], inner=table[:, 2].astype(bool))
 
 
-def ignored_links(arm: Arm, spheres: str) -> set[frozenset[str]]:
-    """Pairs of links (and the tool, and what it holds) that are left out of the self test with a sphere set."""
+def ignored_links(arm: CheckedArm, spheres: str) -> set[frozenset[str]]:
+    """Returns the pairs of links, tool and held object that may overlap with a sphere set."""
     out = {frozenset(pair) for pair in arm.robot["self_collision_ignore"][spheres]}
     if arm.tool:
         links = robot_data("tools", arm.tool, "tool.json")["self_collision_ignore"][spheres]
@@ -70,31 +74,36 @@ def ignored_links(arm: Arm, spheres: str) -> set[frozenset[str]]:
 
 
 class ChordDeviation:
-    """Bounds on how far the points of pairs stray from their chords in a step, summed over both parts [m]."""
+    """Bounds [m] on how far the points of both parts of a pair together deviate from their chords in a step."""
 
     def __init__(
-        self, cell: CellData, reach: Float[np.ndarray, "p n"], common: Bool[np.ndarray, "p n"] | None = None
+        self, cell: CheckedCell, reach: Float[np.ndarray, "p n"], common: Bool[np.ndarray, "p n"] | None = None
     ) -> None:
-        """`reach` of a pair is the sum over its parts; joints that move both parts of an inner pair are `common`."""
+        """Args:
+        reach: sum over both parts of their reach [m] from each joint.
+        common: the joints that move both parts of an inner pair.
+        """
         arm = np.repeat(np.arange(len(cell.arms)), [arm.dof for arm in cell.arms])
         joint = np.arange(len(arm))
         self._before = ((arm[:, None] == arm) & (joint[:, None] < joint)).astype(float)
         self._common = np.zeros_like(reach) if common is None else common.astype(float)
         self._reach = reach * (1.0 - self._common)
 
-    def all(self, steps: Steps) -> Float[np.ndarray, "u p"]:
-        """All pairs in all steps."""
+    def all(self, steps: MotionSteps) -> Float[np.ndarray, "u p"]:
+        """Returns the bounds of all pairs in all steps [m]."""
         turn, reach = steps.turn, self._reach.T
         shared = turn @ self._common.T
         return (self._weight(turn) @ reach - 2.0 * shared * (turn @ reach)) / 8.0 + steps.bend @ reach
 
-    def each(self, steps: Steps, step: Int[np.ndarray, "i"], pair: Int[np.ndarray, "i"]) -> Float[np.ndarray, "i"]:
-        """One step and one pair at a time."""
+    def each(
+        self, steps: MotionSteps, step: Int[np.ndarray, "i"], pair: Int[np.ndarray, "i"]
+    ) -> Float[np.ndarray, "i"]:
+        """Returns the bound [m] of each pair in its step."""
         turn, reach = steps.turn[step], self._reach[pair]
         shared = np.einsum("in,in->i", turn, self._common[pair])
         weight = self._weight(steps.turn)[step] - 2.0 * shared[:, None] * turn
         return np.einsum("in,in->i", weight / 8.0 + steps.bend[step], reach)
 
     def _weight(self, turn: Float[np.ndarray, "u n"]) -> Float[np.ndarray, "u n"]:
-        """What each joint's reach counts for in the sum over j and k: |dq_k| (|dq_k| + 2 sum_{j < k} |dq_j|)."""
+        """Returns the weight of each joint's reach in the sum over j and k: |dq_k| (|dq_k| + 2 sum_{j < k} |dq_j|)."""
         return turn * (turn + 2.0 * turn @ self._before)

@@ -1,7 +1,7 @@
 """The rules for retimed plans: acceleration and jerk, and the rates that the file states beside its positions.
 
 Divided differences of a motion are means of its derivatives over a few samples, so they keep every limit that the
-motion keeps: a plan that breaks one here breaks it for certain. The arms rest before and after.
+motion keeps. A plan that breaks a limit here certainly breaks it. The arms rest before and after the plan.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.check.reading import PlanData
+from mmp_env.check.reading import CheckedPlan
 from mmp_env.check.report import Violation
 from mmp_env.check.rules import exceeded
 
 RATE_TOLERANCE = 1e-6
-"""Relative."""
+"""Relative tolerance of accelerations, jerks and stated rates."""
 _ROUNDING = 8 * np.finfo(float).eps
 
 
-def derivatives(plan: PlanData) -> Iterator[Violation]:
+def derivatives(plan: CheckedPlan) -> Iterator[Violation]:
     """Acceleration and jerk stay within the problem's limits, where it has any; stated rates fit the positions."""
     if (np.diff(plan.times) <= 0).any():
         return
@@ -35,11 +35,11 @@ def derivatives(plan: PlanData) -> Iterator[Violation]:
         yield from _stated(plan, plan.velocities)
 
 
-def _stated(plan: PlanData, v: Float[np.ndarray, "t n"]) -> Iterator[Violation]:
+def _stated(plan: CheckedPlan, v: Float[np.ndarray, "t n"]) -> Iterator[Violation]:
     """Stated rates, velocities `v` [rad/s] and maybe accelerations, are within the limits and fit the motion.
 
-    In a step of h [s] the mean of a rate's two ends is off that which the positions (or the velocities) show by a h / 4
-    at most if the rate grows by a at most, and by j h^2 / 12 if that grows by j at most.
+    In a step of h [s], the mean of a rate at both ends differs from the rate of the positions (or velocities) by at
+    most a h / 4 if the rate changes by at most a per second, and j h^2 / 12 if a changes by at most j per second.
     """
     speed = np.minimum(plan.max_velocity, plan.of_robots("velocity"))
     growth = plan.of_robots("acceleration") if plan.max_acceleration is None else plan.max_acceleration
@@ -59,7 +59,7 @@ def _stated(plan: PlanData, v: Float[np.ndarray, "t n"]) -> Iterator[Violation]:
 def _off(
     step: Float[np.ndarray, "m 1"], integral: Float[np.ndarray, "t n"], stated: Float[np.ndarray, "t n"]
 ) -> Float[np.ndarray, "m n"]:
-    """By how much the mean of both ends of each step is off what the integral shows, rounding left out."""
+    """Returns the difference between the mean of both ends of each step and that of the integral, less rounding."""
     noise = _ROUNDING * np.maximum(np.abs(integral[1:]), 1.0) / step
     return np.maximum(np.abs(np.diff(integral, axis=0) / step - (stated[1:] + stated[:-1]) / 2) - noise, 0.0)
 
@@ -67,7 +67,7 @@ def _off(
 def divided_differences(
     times: Float[np.ndarray, "t"], q: Float[np.ndarray, "t n"], order: int
 ) -> tuple[Float[np.ndarray, "u n"], Float[np.ndarray, "u"]]:
-    """Means of the derivative of that order [rad/s^order], less what rounding may add, and when they begin [s]."""
+    """Returns means of the derivative of that order [rad/s^order], less rounding, and when they begin [s]."""
     first, last = (times[1] - times[0], times[-1] - times[-2]) if len(times) > 1 else (1.0, 1.0)
     beyond = np.arange(1, order + 1)
     clock = np.concatenate([times[0] - first * beyond[::-1], times, times[-1] + last * beyond])

@@ -1,4 +1,4 @@
-"""The checker's own reading of a plan.json: it shares no code with the cell and problem files that planners read."""
+"""The checker's own reading of a plan.json. It shares no code with the readers of `mmp_env.files`."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ _MARGIN_KEYS = ("arms", "obstacles", "self")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Arm:
-    """An arm as the file names it; `robot` is the content of robot.json, `position` [m] and `quaternion` its base.
+class CheckedArm:
+    """An arm of the file. `robot` is the content of robot.json, `position` [m] and `quaternion` (wxyz) its base.
 
-    The pose of what is `held` is in the tool's frame, or the flange's.
+    The pose of the `held` object is in the tool's frame, or in the flange's without a tool.
     """
 
     name: str
@@ -58,10 +58,7 @@ class Arm:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solid:
-    """An obstacle, or what an arm holds.
-
-    `size` [m] is as MuJoCo has it: half edges, or radius and half length without caps.
-    """
+    """An obstacle, or a held object. `size` [m] follows MuJoCo: half edges, or radius and half length without caps."""
 
     name: str
     shape: str
@@ -71,23 +68,23 @@ class Solid:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CellData:
+class CheckedCell:
     """Arms, obstacles and the sphere set (`28` or `fine`) that stands for the arms."""
 
-    arms: tuple[Arm, ...]
+    arms: tuple[CheckedArm, ...]
     solids: tuple[Solid, ...]
     spheres: str
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PlanData:
-    """What a plan.json says. Joint data are [n] or [t, n]: the joints of all arms side by side, as the cell has them.
+class CheckedPlan:
+    """The content of a plan.json. Joint data are [n] or [t, n]: the joints of all arms side by side, in order.
 
-    `margins`: kind -> clearance [m] that the plan keeps at every instant; `margin` as the file has it.
-    What only retimed plans have is None elsewhere.
+    `margins`: kind -> clearance [m] that the plan keeps at every instant; `margin` [m] is that of the file. Fields that
+    only retimed plans have are None otherwise.
     """
 
-    cell: CellData
+    cell: CheckedCell
     margin: float
     margins: Mapping[str, float]
     times: Float[np.ndarray, "t"]
@@ -106,12 +103,12 @@ class PlanData:
         return [(arm.name, k + 1) for arm in self.cell.arms for k in range(arm.dof)]
 
     def of_robots(self, key: str) -> Float[np.ndarray, "n"]:
-        """A property of all joints, as robot.json has it."""
+        """Returns a property of all joints from robot.json."""
         return np.array([joint[key] for arm in self.cell.arms for joint in arm.robot["joints"]], dtype=float)
 
 
-def read_plan(data: Any) -> PlanData:
-    """The plan in `data`, the content of a plan.json. Raises `UnreadableError`."""
+def read_plan(data: Any) -> CheckedPlan:
+    """Returns the plan in `data`, the content of a plan.json. Raises `UnreadableError`."""
     if member(data, "schema", "the plan") != SCHEMA:
         raise UnreadableError(f"schema is {shown(data['schema'])}; this checker reads '{SCHEMA}'")
     problem = member(data, "problem", "the plan")
@@ -138,7 +135,7 @@ def read_plan(data: Any) -> PlanData:
     max_velocity = limit("max_velocity")
     if max_velocity is None:
         raise UnreadableError("problem has no 'max_velocity'")
-    return PlanData(
+    return CheckedPlan(
         cell=cell,
         margin=margin,
         margins=_margins(problem.get("margins"), margin),
@@ -154,8 +151,8 @@ def read_plan(data: Any) -> PlanData:
     )
 
 
-def read_cell(data: Any) -> CellData:
-    """The cell of a plan.json. Raises `UnreadableError`."""
+def read_cell(data: Any) -> CheckedCell:
+    """Returns the cell of a plan.json. Raises `UnreadableError`."""
     known(data, _CELL_KEYS, "cell")
     arms = tuple(_arm(entry, f"arm {k}") for k, entry in enumerate(listed(data, "arms", "cell")))
     solids = tuple(
@@ -170,12 +167,12 @@ def read_cell(data: Any) -> CellData:
     spheres = spheres if isinstance(spheres, str) else shown(spheres)
     if spheres not in ("28", "fine"):
         raise UnreadableError(f"spheres of the cell is '{spheres}'; known: 28, fine")
-    return CellData(arms=arms, solids=solids, spheres=spheres)
+    return CheckedCell(arms=arms, solids=solids, spheres=spheres)
 
 
 @functools.cache
 def robot_data(folder: str, name: str, file: str) -> Any:
-    """The content of a JSON file of a robot or tool. Raises `UnreadableError` where there is no such robot."""
+    """Returns the content of a JSON file of a robot or tool. Raises `UnreadableError` for an unknown one."""
     names = sorted(path.parent.name for path in (DATA / folder).glob(f"*/{file}"))
     if name not in names:
         raise UnreadableError(f"'{name}' is not among the {folder}: {', '.join(names)}. {HOW_TO_ADD}")
@@ -183,7 +180,7 @@ def robot_data(folder: str, name: str, file: str) -> Any:
 
 
 def _margins(data: Any, margin: float) -> dict[str, float]:
-    """What has to be kept [m], by kind: of an older plan without margins, half of its `margin`."""
+    """Returns the clearances [m] to keep, by kind: half of `margin` for an older plan without margins."""
     if data is None:
         return dict.fromkeys(_MARGIN_KEYS, margin / 2)
     known(data, _MARGIN_KEYS, "margins")
@@ -193,7 +190,7 @@ def _margins(data: Any, margin: float) -> dict[str, float]:
     return out
 
 
-def _arm(data: Any, where: str) -> Arm:
+def _arm(data: Any, where: str) -> CheckedArm:
     known(data, ("name", "robot", "tool", "held", *_POSE_KEYS), where)
     arm = name(data, where)
     model = text(data, "robot", f"arm '{arm}'")
@@ -206,7 +203,9 @@ def _arm(data: Any, where: str) -> Arm:
     held = data.get("held")
     if held is not None:
         held = _solid({"name": "held", **held} if isinstance(held, Mapping) else held, f"held of arm '{arm}'")
-    return Arm(name=arm, model=model, robot=robot, tool=tool, position=position, quaternion=quaternion, held=held)
+    return CheckedArm(
+        name=arm, model=model, robot=robot, tool=tool, position=position, quaternion=quaternion, held=held
+    )
 
 
 def _solid(data: Any, where: str) -> Solid:
@@ -225,8 +224,8 @@ def _solid(data: Any, where: str) -> Solid:
     return Solid(name=solid, shape=shape, size=size, position=position, quaternion=quaternion)
 
 
-def _by_arm(cell: CellData, data: Any, key: str, rows: int | None = None) -> np.ndarray:
-    """Arm name -> configuration (or one per time), side by side."""
+def _by_arm(cell: CheckedCell, data: Any, key: str, rows: int | None = None) -> np.ndarray:
+    """Returns the configurations of all arms side by side, or one row of them for each time."""
     known(data, [arm.name for arm in cell.arms], key)
     columns = []
     for arm in cell.arms:

@@ -1,4 +1,4 @@
-"""What a check found: violations, and the proof where there is one."""
+"""The report of a check: violations, and the proved clearances."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ RULES = (
     "self",
     "arm-arm",
 )
-"""Every rule that a violation may name, in the order in which they are looked at."""
+"""Names of all rules, in the order of their checks."""
 
 
 _KINDS = {"arms": "between arms", "obstacles": "to obstacles", "self": "between parts of one arm"}
@@ -33,7 +33,10 @@ _KINDS = {"arms": "between arms", "obstacles": "to obstacles", "self": "between 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Violation:
-    """One broken rule: `message` is a sentence, `time_s` [s] where it is worst, `values` the numbers behind it."""
+    """One broken rule.
+
+    `message` is a sentence, `time_s` [s] the worst instant, `arms` the arms involved, `values` the numbers behind it.
+    """
 
     rule: str
     message: str
@@ -60,14 +63,20 @@ class Violation:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CheckReport:
-    """The result of `check_plan`. A plan is `valid` when it breaks no rule, at any instant.
+    """The result of `check_plan` and `check_document`. The report is true if the plan is valid.
 
-    `min_clearance_m` [m] is the least clearance that was proved for all instants, None where the proof failed or was
-    not tried. The true least clearance lies between it and `found_clearance_m`, the least met at an instant that was
-    looked at: between what `where` names, at `time_s` [s]. `spheres` is the sphere set, or `geoms` in an exact check;
-    `margins_m` are the margins of the plan by kind (`arms`, `obstacles`, `self`), `proved_m` what was proved of each,
-    None where there is nothing of that kind. `required_m` [m] is the least that had to be proved, `instants` how many
-    configurations of the whole cell were looked at.
+    Attributes:
+        violations: the broken rules.
+        min_clearance_m: the least clearance [m] proved for all instants; None if the proof failed or was not tried.
+        found_clearance_m: the least clearance [m] found at an instant. The true least clearance lies between these two.
+        where: the two bodies of the least clearance found.
+        time_s: the time [s] of the least clearance found.
+        spheres: the sphere set of the check, or `geoms` for an exact check.
+        margin_m: `problem.margin` of the file [m].
+        margins_m: the margins [m] that the plan must keep: `arms`, `obstacles`, `self`.
+        proved_m: the clearances [m] proved, by kind of margin; None for a kind without pairs.
+        required_m: the least clearance [m] that had to be proved.
+        instants: number of configurations of the whole cell that were placed.
     """
 
     violations: tuple[Violation, ...]
@@ -92,7 +101,7 @@ class CheckReport:
 
     @property
     def sentences(self) -> list[str]:
-        """Every violation in words."""
+        """A sentence for every violation."""
         return list(map(str, self.violations))
 
     def as_dict(self) -> dict[str, Any]:
@@ -132,11 +141,11 @@ class CheckReport:
 
 
 def in_short(sentences: list[str]) -> str:
-    """Returns the first of some violations, and how many there are besides."""
+    """Returns the first violation, and how many others there are."""
     more = f" (and {len(sentences) - 1} more)" if len(sentences) > 1 else ""
     return f"invalid; {sentences[0]}{more}"
 
 
 def _number(value: Any) -> Any:
-    """A value for JSON, which knows no infinity and no NaN: None."""
+    """Returns a value for JSON, which has no infinity and no NaN: None instead."""
     return None if isinstance(value, float) and not np.isfinite(value) else value

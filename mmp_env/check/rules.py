@@ -7,19 +7,19 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.check.reading import PlanData
+from mmp_env.check.reading import CheckedPlan
 from mmp_env.check.report import Violation
 
-END_TOLERANCE_RAD = 1e-6
-LIMIT_TOLERANCE_RAD = 1e-9
+END_TOLERANCE_RAD, LIMIT_TOLERANCE_RAD = 1e-6, 1e-9
+"""Tolerances [rad] of start and goal, and of joint limits."""
 SPEED_TOLERANCE = 1e-9
-"""Relative; the rounding of a file's decimals, not a licence."""
+"""Relative tolerance of velocities, for the rounding of a file's decimals."""
 MOST_TURN_RAD = 10_000.0
-"""The farthest-turning joint of each step, summed up: a motion of hours. The work of a proof grows with it."""
+"""Longest motion that is proved [rad]: the largest turn of a joint in each step, summed up. That is hours of motion."""
 
 
-def finite(plan: PlanData) -> Iterator[Violation]:
-    """Every number of the plan is one. Nothing else can be checked where this fails."""
+def finite(plan: CheckedPlan) -> Iterator[Violation]:
+    """Every number of the plan is finite. Nothing else can be checked otherwise."""
     for what, values in (("times", plan.times), ("start", plan.start), ("goal", plan.goal)):
         if not np.isfinite(values).all():
             yield Violation(rule="finite", message=f"{what} holds {values[~np.isfinite(values)][0]}")
@@ -32,7 +32,7 @@ def finite(plan: PlanData) -> Iterator[Violation]:
             yield Violation(rule="finite", message=message, arms=(arm,))
 
 
-def times(plan: PlanData) -> Iterator[Violation]:
+def times(plan: CheckedPlan) -> Iterator[Violation]:
     """Times start at 0 and ascend."""
     if plan.times[0] != 0.0:
         yield Violation(
@@ -45,15 +45,15 @@ def times(plan: PlanData) -> Iterator[Violation]:
         yield Violation(rule="times", message=message, time_s=float(plan.times[k + 1]), values={"samples": len(late)})
 
 
-def length(plan: PlanData) -> Iterator[Violation]:
-    """The motion is short enough to be looked at from end to end."""
+def length(plan: CheckedPlan) -> Iterator[Violation]:
+    """The motion is short enough for a proof from end to end."""
     turn = float(np.abs(np.diff(plan.positions, axis=0)).max(axis=1).sum())
     if turn > MOST_TURN_RAD:
         message = f"not proved: joints turn by {turn:.6g} rad one after another; allowed: {MOST_TURN_RAD:g} in one plan"
         yield Violation(rule="length", message=message, values={"turn_rad": turn, "allowed_rad": MOST_TURN_RAD})
 
 
-def ends(plan: PlanData) -> Iterator[Violation]:
+def ends(plan: CheckedPlan) -> Iterator[Violation]:
     """The first configuration is the problem's start, the last its goal."""
     for rule, given, row in (("start", plan.start, 0), ("goal", plan.goal, -1)):
         off = np.abs(plan.positions[row] - given)
@@ -68,12 +68,12 @@ def ends(plan: PlanData) -> Iterator[Violation]:
             )
 
 
-def beyond_limits(plan: PlanData) -> Float[np.ndarray, "t n"]:
+def beyond_limits(plan: CheckedPlan) -> Float[np.ndarray, "t n"]:
     """How far each joint is out of its robot's limits [rad]; negative within."""
     return np.maximum(plan.of_robots("lower") - plan.positions, plan.positions - plan.of_robots("upper"))
 
 
-def limits(plan: PlanData) -> Iterator[Violation]:
+def limits(plan: CheckedPlan) -> Iterator[Violation]:
     """Joints stay within the robot's limits; a straight line between two samples inside is inside."""
     lower, upper, beyond = plan.of_robots("lower"), plan.of_robots("upper"), beyond_limits(plan)
     for column in np.flatnonzero(beyond.max(axis=0) > LIMIT_TOLERANCE_RAD):
@@ -89,17 +89,17 @@ def limits(plan: PlanData) -> Iterator[Violation]:
         )
 
 
-def speed(plan: PlanData) -> Iterator[Violation]:
+def speed(plan: CheckedPlan) -> Iterator[Violation]:
     """|dq| / dt stays within the problem's velocities and the robot's own."""
     allowed = np.minimum(plan.max_velocity, plan.of_robots("velocity"))
     step = np.diff(plan.times)
-    forward = step > 0  # what does not ascend is a matter of `times`
+    forward = step > 0  # the rule `times` reports the others
     rate = np.diff(plan.positions, axis=0)[forward] / step[forward, None]
     yield from exceeded(plan, "speed", "moves at", "rad/s", rate, allowed, plan.times[:-1][forward], SPEED_TOLERANCE)
 
 
 def exceeded(
-    plan: PlanData,
+    plan: CheckedPlan,
     rule: str,
     does: str,
     unit: str,
@@ -125,5 +125,5 @@ def exceeded(
 
 
 def _unlike(value: float, limit: float) -> str:
-    """A value in as many digits as show that it is not the limit."""
+    """Returns a value with enough digits to differ from the limit."""
     return next((text for digits in (6, 9, 12) if (text := f"{value:.{digits}g}") != f"{limit:.{digits}g}"), str(value))

@@ -1,29 +1,29 @@
-"""Sphere clouds against each other and against obstacles, over steps."""
+"""Sphere clouds against each other and against obstacles, in steps."""
 
 from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from mmp_env.check.bounding_spheres import BallPairs, BallSolids, step_minimum
+from mmp_env.check.bounding_spheres import BoundingSpherePairs, BoundingSphereSolids, step_minimum
 from mmp_env.check.distance import chord_minimum
 from mmp_env.check.items import Bounds, Items, by_pair
-from mmp_env.check.model import CellModel, Cloud, Parts, Poses
+from mmp_env.check.model import CellModel, Poses, RigidParts, SphereCloud
 from mmp_env.check.pairs import Pairs
 
 _BATCH = 400_000
-"""Sphere pairs measured at once: bounds the memory of a check."""
+"""Number of sphere pairs measured at once; bounds the memory of a check."""
 
 
-class CloudPairs(BallPairs):
+class SpherePairs(BoundingSpherePairs):
     """Clouds of different arms, and of different links of one arm."""
 
-    def __init__(self, model: CellModel, parts: Parts, clouds: tuple[Cloud, ...], pairs: Pairs) -> None:
+    def __init__(self, model: CellModel, parts: RigidParts, clouds: tuple[SphereCloud, ...], pairs: Pairs) -> None:
         super().__init__(model, parts, pairs)
         self._clouds = clouds
 
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
-        """Bounds from every pair of spheres: their closest approach on the chords, less what they stray from them."""
+        """Returns bounds from every pair of spheres: the closest approach on chords, less the deviation from them."""
         lower, at_start, at_end = np.empty((3, len(items)))
         for pair, chosen in by_pair(items):
             first, second = (self._clouds[part[pair]] for part in (self._pairs.first, self._pairs.second))
@@ -34,10 +34,10 @@ class CloudPairs(BallPairs):
                 ends = [self.ends(poses, which[some], pair) for which in (items.start, items.end)]
                 lengths = closest(ends[0], ends[1])
                 lower[some], at_start[some], at_end[some] = ((d - radii).min(axis=(1, 2)) for d in lengths)
-        return Bounds.of(items, lower - self.strays(items), at_start, at_end)
+        return Bounds.of(items, lower - self.deviations(items), at_start, at_end)
 
     def ends(self, poses: Poses, at: Int[np.ndarray, "m"], pair: int) -> tuple[np.ndarray, np.ndarray]:
-        """Sphere centres [m, s, 3] of both parts of a pair at poses, in the frame in which they are compared."""
+        """Returns the sphere centres [m, s, 3] [m] of both parts of a pair, in the frame that compares them."""
         first, second = int(self._pairs.first[pair]), int(self._pairs.second[pair])
         centers = cloud_centers(poses, at, int(self._parts.body[second]), self._clouds[second])
         body = int(self._parts.body[first])
@@ -47,15 +47,15 @@ class CloudPairs(BallPairs):
         return np.broadcast_to(self._clouds[first].centers, (len(at), *self._clouds[first].centers.shape)), inside
 
 
-class CloudSolids(BallSolids):
+class SphereSolids(BoundingSphereSolids):
     """Clouds of moving links against obstacles."""
 
-    def __init__(self, model: CellModel, parts: Parts, clouds: tuple[Cloud, ...]) -> None:
+    def __init__(self, model: CellModel, parts: RigidParts, clouds: tuple[SphereCloud, ...]) -> None:
         super().__init__(model, parts)
         self._clouds = clouds
 
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
-        """Bounds from every sphere."""
+        """Returns bounds from every sphere."""
         lower, at_start, at_end = np.empty((3, len(items)))
         for pair, chosen in by_pair(items):
             cloud = self._clouds[self.part[pair]]
@@ -63,18 +63,18 @@ class CloudSolids(BallSolids):
             ends = [cloud_centers(poses, which[chosen], body, cloud) for which in (items.start, items.end)]
             parts = step_minimum(self._solids[self.solid[pair]], *ends)
             lower[chosen], at_start[chosen], at_end[chosen] = ((part - cloud.radii).min(axis=1) for part in parts)
-        return Bounds.of(items, lower - self.strays(items), at_start, at_end)
+        return Bounds.of(items, lower - self.deviations(items), at_start, at_end)
 
 
-def cloud_centers(poses: Poses, at: Int[np.ndarray, "m"], body: int, cloud: Cloud) -> Float[np.ndarray, "m s 3"]:
-    """Sphere centres of a cloud on a body, in the world, at some of the poses."""
+def cloud_centers(poses: Poses, at: Int[np.ndarray, "m"], body: int, cloud: SphereCloud) -> Float[np.ndarray, "m s 3"]:
+    """Returns the sphere centres [m] of a cloud on a body in the world, at some of the poses."""
     return poses.positions[at, body][:, None] + cloud.centers @ poses.rotations[at, body].transpose(0, 2, 1)
 
 
 def closest(
     start: tuple[np.ndarray, np.ndarray], end: tuple[np.ndarray, np.ndarray]
 ) -> tuple[Float[np.ndarray, "m a b"], Float[np.ndarray, "m a b"], Float[np.ndarray, "m a b"]]:
-    """Distances [m] between the centres [m, s, 3] of two clouds, which go straight: least, at the start, at the end.
+    """Returns distances [m] between the centres of two clouds that go straight: the least, at the start, at the end.
 
     With d the difference of two centres and e its change, d.d, d.e and e.e for all pairs come from matrix products.
     """

@@ -1,4 +1,4 @@
-"""Proof over time: steps are bisected until the clearance of every pair is proved or found too small."""
+"""The proof over time: bisects steps until the clearance of every pair is proved, or found too small."""
 
 from __future__ import annotations
 
@@ -9,22 +9,25 @@ import numpy as np
 
 from mmp_env.check.items import Bounds, Family, Items, Touch
 from mmp_env.check.model import CellModel
-from mmp_env.check.path import Path, Track
+from mmp_env.check.trajectory import PlacedTrajectory, Trajectory
 
 RESOLUTION_M = 1e-7
-"""A step is not bisected when its bound is this close to a clearance met in it: it is proved as it stands, or not."""
+"""Resolution [m]. A step whose bound is this close to a clearance met in it is not bisected further."""
 ROUNDING_M = 1e-9
-"""What floating point may add up to in a bound, with room to spare."""
+"""Upper bound of the rounding errors in a bound [m]."""
 MOST_MEASURED, MOST_PER_ITEM = 10_000, 10
-"""A check measures this often, and so often for each pair in a step that the broad phase leaves; then it gives up."""
-_BLOCK = 400_000  # pairs times steps at once: bounds the memory of a check
+"""Measurements after which a check gives up: this many, and this many for each pair that the broad phase leaves."""
+_BLOCK = 400_000
+"""Pairs times steps in one block; bounds the memory of a check."""
 _SEED_ITEMS = 128
-_SLACK_M, _SLACK_SHARE = 1e-4, 0.02  # how far the proved clearance may stay behind the one found
+"""Nearest pairs that each block measures first."""
+_SLACK_M, _SLACK_SHARE = 1e-4, 0.02
+"""Largest distance of the proved clearance from the one found: [m], and relative."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contact:
-    """A clearance [m] below what is required, met at an instant (`found`) or not excluded around it."""
+class Shortfall:
+    """A clearance [m] below the `required` one, found at an instant (`found`) or not excluded around it."""
 
     touch: Touch
     time: float
@@ -35,9 +38,9 @@ class Contact:
 
 @dataclass(kw_only=True)
 class Clearance:
-    """The running result of one rule [m]: `required`, the `least` met at an instant, the least `proved`.
+    """The running result of one rule [m]: the `required` clearance, the `least` one found, the least `proved` one.
 
-    The least was met at `time` [s] between the things of `touch`.
+    The least one was found at `time` [s], between the things of `touch`.
     """
 
     required: float
@@ -48,54 +51,60 @@ class Clearance:
 
     @property
     def enough(self) -> float:
-        """The least bound that proves the clearance required."""
+        """The least bound [m] that proves the required clearance."""
         return self.required + ROUNDING_M
 
 
 @dataclass(kw_only=True)
 class Sweep:
-    """The running result: rule -> clearance, and the contacts.
+    """The running result: the clearance of each rule, and the shortfalls.
 
-    `measured` counts pairs in steps; there are no more than `allowed`, which grows with the motion and with the cell.
+    `measured` counts measurements of a pair in a step. At most `allowed` are made, which grows with motion and cell.
     """
 
     clearances: Mapping[str, Clearance]
     instants: int = 0
     measured: int = 0
     allowed: int = MOST_MEASURED
-    contacts: list[Contact] = field(default_factory=list)
+    shortfalls: list[Shortfall] = field(default_factory=list)
 
     def target(self, rule: str) -> float:
-        """What to prove [m]: the clearance required, or more where more was found, so that the report says how much."""
+        """Returns the clearance to prove [m]: the required one, or nearly the least found, for the report."""
         here = self.clearances[rule]
         return max(here.enough, (1 - _SLACK_SHARE) * here.least - _SLACK_M)
 
     @property
     def proved(self) -> float:
-        """The least clearance proved of any rule [m]."""
+        """The least clearance [m] proved of any rule."""
         return min(clearance.proved for clearance in self.clearances.values())
 
     @property
     def nearest(self) -> Clearance:
-        """The rule with the least clearance met."""
+        """The clearance of the rule with the least one found."""
         return min(self.clearances.values(), key=lambda clearance: clearance.least)
 
 
-def prove_apart(model: CellModel, families: Sequence[Family], path: Path, required: Mapping[str, float]) -> Sweep:
-    """Proves that every pair keeps what its rule requires [m] all along a path."""
+def prove_apart(
+    model: CellModel, families: Sequence[Family], trajectory: Trajectory, required: Mapping[str, float]
+) -> Sweep:
+    """Proves that every pair keeps the clearance that its rule requires along a trajectory.
+
+    Args:
+        required: rule -> clearance [m].
+    """
     state = Sweep(clearances={rule: Clearance(required=metres) for rule, metres in required.items()})
-    places = path.grid()
+    places = trajectory.grid()
     size = max(_BLOCK // max(sum(map(len, families)), 1), 1)
     for first in range(0, len(places) - 1, size):
-        track = Track(model, path, places[first : first + size + 1])
+        track = PlacedTrajectory(model, trajectory, places[first : first + size + 1])
         _prove(families, track, state)
         state.instants += len(track.poses.times) - (first > 0)  # blocks meet in a pose
     return state
 
 
-def _prove(families: Sequence[Family], track: Track, state: Sweep) -> None:
+def _prove(families: Sequence[Family], track: PlacedTrajectory, state: Sweep) -> None:
     coarse = [family.coarse(track.poses, track.steps) for family in families]
-    # The closest few first: what they show decides how much of the rest has to be looked at.
+    # The closest few first: their clearance decides how many of the others must be measured.
     for family, lower in zip(families, coarse, strict=True):
         flat = lower.ravel()
         nearest = np.argpartition(flat, _SEED_ITEMS)[:_SEED_ITEMS] if flat.size > _SEED_ITEMS else np.arange(flat.size)
@@ -116,8 +125,8 @@ def _prove(families: Sequence[Family], track: Track, state: Sweep) -> None:
         todo = _halve(track, todo)
 
 
-def _halve(track: Track, todo: list[Items]) -> list[Items]:
-    """Every item becomes its two halves; the cell is placed once for all items of a step."""
+def _halve(track: PlacedTrajectory, todo: list[Items]) -> list[Items]:
+    """Returns two halves for every item; places the cell once for all items of a step."""
     steps, place = np.unique(np.concatenate([items.step for items in todo]), return_inverse=True)
     track.halve(steps)
     places = np.split(place, np.cumsum([len(items) for items in todo])[:-1])
@@ -127,25 +136,25 @@ def _halve(track: Track, todo: list[Items]) -> list[Items]:
     ]
 
 
-def _items(track: Track, shape: tuple[int, ...], flat: np.ndarray) -> Items:
+def _items(track: PlacedTrajectory, shape: tuple[int, ...], flat: np.ndarray) -> Items:
     step, pair = np.unravel_index(flat, shape)
     return Items(steps=track.steps, step=step, pair=pair)
 
 
-def _narrow(family: Family, track: Track, items: Items, state: Sweep, *, last: bool) -> Items:
-    """Measures the items, and returns those that are neither proved nor violated: none if this is the `last` time."""
+def _narrow(family: Family, track: PlacedTrajectory, items: Items, state: Sweep, *, last: bool) -> Items:
+    """Measures the items. Returns those that are neither proved nor violated, none if this is the `last` time."""
     if not len(items):
         return items
     bounds, clearance = _measure(family, track, items, state), state.clearances[family.rule]
-    # Comparisons are such that a NaN proves nothing, and what is not finite will not become so by bisection.
+    # A NaN proves nothing in these comparisons. Bisection does not help where a bound is not finite.
     bad = ~(bounds.found >= clearance.required)
     final = ~(bounds.found - bounds.lower > RESOLUTION_M) | ~np.isfinite(bounds.lower) | last
     unproved = final & ~bad & ~(bounds.lower >= clearance.enough)
     done = (bounds.lower >= state.target(family.rule)) | final | bad
     clearance.proved = min(clearance.proved, bounds.lower[done & ~bad & ~unproved].min(initial=np.inf))
     for k in np.flatnonzero(bad | unproved):
-        state.contacts.append(
-            Contact(
+        state.shortfalls.append(
+            Shortfall(
                 touch=family.names(int(items.pair[k])),
                 time=float(track.poses.times[bounds.at[k]]),
                 clearance=float(bounds.found[k] if bad[k] else bounds.lower[k]),
@@ -156,8 +165,8 @@ def _narrow(family: Family, track: Track, items: Items, state: Sweep, *, last: b
     return items[~done]
 
 
-def _measure(family: Family, track: Track, items: Items, state: Sweep) -> Bounds:
-    """The bounds of items, one at least; remembers the least clearance found."""
+def _measure(family: Family, track: PlacedTrajectory, items: Items, state: Sweep) -> Bounds:
+    """Returns the bounds of one item or more, and keeps the least clearance found."""
     bounds, clearance = family.narrow(track.poses, items, state.target(family.rule)), state.clearances[family.rule]
     k = int(np.argmin(bounds.found))
     if bounds.found[k] < clearance.least:

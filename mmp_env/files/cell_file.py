@@ -15,9 +15,8 @@ from msgspec import UNSET, UnsetType
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.file_kinds import CELL, read_for
 from mmp_env.files.reading import Location, decode, named
-from mmp_env.model.arm import NAMES, SHAPES, Arm, Obstacle, is_name
+from mmp_env.model.arm import LARGEST_M, LARGEST_YAW_RAD, NAMES, SHAPES, SMALLEST_M, Arm, Obstacle, is_name
 from mmp_env.model.cell import Cell
-from mmp_env.model.cell_limits import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M
 from mmp_env.model.held import HELD
 from mmp_env.model.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.model.transforms import quaternion_from_yaw

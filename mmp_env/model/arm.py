@@ -16,6 +16,10 @@ from mmp_env.model.robot import Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.model.transforms import matrix_from_quaternion, transform
 
 SHAPES = ("box", "sphere", "cylinder", "capsule")
+SMALLEST_M, LARGEST_M = 1e-6, 100.0
+"""Bounds [m] of edges, radii and lengths. Positions lie within the larger one of the origin of their frame."""
+LARGEST_YAW_RAD = 2 * np.pi + 1e-4
+"""Largest yaw [rad]: a full turn, with room for rounding. A larger number is probably in degrees."""
 NAMES = "1 to 100 printable characters without '/'"
 """What may be a name: it stands in paths such as `<cell>/<instance>` and `<arm>/joint1`, and in files."""
 _LONGEST_NAME, _LONGEST_INSTANCE_NAME = 100, 250

@@ -9,7 +9,7 @@ from typing import Any
 
 from mmp_env.argument_checks import given, number, refused
 from mmp_env.errors import UnknownNameError
-from mmp_env.model.cell_limits import LARGEST_M
+from mmp_env.model.arm import LARGEST_M
 
 DEFAULT_MARGIN_M = 0.002
 """Margin [m] where none is asked for; smaller where start or goal is tighter."""

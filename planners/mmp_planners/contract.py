@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.errors import in_words
 from mmp_env.events import Event, SolutionFound
 from mmp_env.files.plan_file import plan_to_dict
@@ -67,7 +67,7 @@ def _easy(subject: Subject) -> Iterator[str]:
 def _valid(subject: Subject) -> Iterator[str]:
     for problem, result in zip(subject.problems, subject.first, strict=True):
         if result.plan is not None:
-            for violation in check_plan(plan_to_dict(result.plan)).violations:
+            for violation in check_plan(result.plan).violations:
                 yield f"the checker refutes the plan of {_name(problem)}: {violation}"
 
 
@@ -136,7 +136,7 @@ def _of_plan(problem: Problem, plan: Plan | None, stats: Mapping[str, Any]) -> I
         if not same:
             yield f"{key} is {said}, but that of {_name(problem)} {'is ' + str(value) if plan else 'does not exist'}"
     said = stats.get("min_clearance_m")
-    met = check_plan(plan_to_dict(plan)).found_clearance_m if plan and said is not None else None
+    met = check_plan(plan).found_clearance_m if plan and said is not None else None
     if met is not None and not (isinstance(said, int | float) and said <= met + 1e-6):
         yield f"min_clearance_m is {said}, but {_name(problem)} comes as close as {met} m"
 

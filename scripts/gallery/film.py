@@ -15,7 +15,7 @@ from gallery.cell_view import CellView
 from gallery.fonts import ALARM, FAINT, INK, PAPER, font
 from gallery.instances import Search, first_small
 from gallery.tree_panel import TreePanel
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.events import ConflictChosen, NodeCreated
 from mmp_env.files.writing import whole_file
 from mmp_env.model.conflict import Conflict, plan_conflicts

@@ -33,7 +33,7 @@ def run(args: Namespace) -> int:
 
 def _check(path: str, args: Namespace) -> int:
     from mmp_cli.output import complain, say
-    from mmp_env.check import CheckReport, check_plan
+    from mmp_env.check import CheckReport, check_document
     from mmp_env.check.episode import check_episode
     from mmp_env.files.episode_file import Episode, plans_from_dict
 
@@ -44,7 +44,7 @@ def _check(path: str, args: Namespace) -> int:
         complain(error)
         return 2
     # Its content, not the plan that was made of it: the checker shall read the cell for itself.
-    report = (check_episode if in_a_row else check_plan)(data, exact=args.exact)
+    report = (check_episode if in_a_row else check_document)(data, exact=args.exact)
     if args.json:
         print(json.dumps({"plan": path, "exact": args.exact} | report.as_dict()))
     elif not report.valid:

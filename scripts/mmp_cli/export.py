@@ -39,7 +39,7 @@ def parser() -> Parser:
 
 def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is written."""
-    from mmp_env.check import check_plan
+    from mmp_env.check import check_document
     from mmp_env.check.episode import check_episode
     from mmp_env.export import check_target, export_plan
     from mmp_env.export.formats import of_arm
@@ -56,7 +56,7 @@ def run(args: Namespace) -> int:
     written = export_plan(plans, args.to, joint_names=args.joint_names)
     for path, motion in written.items():
         say(f"{path}: {_content(path, plans[0], motion)}")
-    report = (check_episode if in_a_row else check_plan)(data)
+    report = (check_episode if in_a_row else check_document)(data)
     if not report.valid:
         # What leaves this program may well move real arms: a refusal is loud.
         complain(f"THE CHECKER REFUTES {args.plan}: {report.sentences[0]}. Do not run it.")

@@ -8,8 +8,7 @@ from reference import clearance, coordination
 from support import two_arms
 from support.recombinations import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
 
-from mmp_env import _core, draw_instance, ring_cell
-from mmp_env.check import check_plan
+from mmp_env import _core, check_plan, draw_instance, ring_cell
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.problem import make_problem
 from mmp_planners.portfolio.shortcutting import on_grid, retime_to_velocity_limits

@@ -5,8 +5,7 @@ import pytest
 from reference import clearance
 from support import two_arms
 
-from mmp_env import _core, draw_instance, ring_cell
-from mmp_env.check import check_plan
+from mmp_env import _core, check_plan, draw_instance, ring_cell
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.problem import make_problem
 from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch

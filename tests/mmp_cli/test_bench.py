@@ -6,7 +6,7 @@ import pytest
 import yaml
 from support import bench_runs
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.files.plan_file import load_plan
 from mmp_env.files.reading import read_document
 from mmp_env.gym.instances import draw_instance

@@ -73,8 +73,8 @@ def test_the_checker_reads_the_file_and_not_what_was_made_of_it(mmp, plan, monke
 
     import mmp_env.check
 
-    real = mmp_env.check.check_plan
-    monkeypatch.setattr(mmp_env.check, "check_plan", check)
+    real = mmp_env.check.check_document
+    monkeypatch.setattr(mmp_env.check, "check_document", check)
     assert mmp("check", plan).code == 0
     assert given == [json.loads(plan.read_text())]
 

@@ -7,8 +7,7 @@ import pytest
 from support import two_arms
 
 import mmp_planners
-from mmp_env import _core
-from mmp_env.check import check_plan
+from mmp_env import _core, check_plan
 from mmp_env.events import NodeCreated, SolutionFound
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.gym.instances import draw_instance

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from mmp_env.check import check_plan
-from mmp_env.files.plan_file import plan_to_dict
+from mmp_env import check_plan
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
@@ -52,6 +51,6 @@ def test_every_kind_of_cell_is_planned(name, kind, seed):
     result = make(name, shorten=100).plan(problem, seed=0, time_limit=60.0)
     assert result.status is Status.SOLVED
     assert [q.shape[1] for q in result.plan.positions.values()] == [arm.dof for arm in cell.arms]
-    report = check_plan(plan_to_dict(result.plan))
+    report = check_plan(result.plan)
     assert report.valid, report
     assert result.stats["cost_ratio"] < 3

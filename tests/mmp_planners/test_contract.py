@@ -10,11 +10,10 @@ from pathlib import Path
 import pytest
 from support import two_arms
 
-from mmp_env import core_variants
-from mmp_env.check import check_plan
+from mmp_env import check_plan, core_variants
 from mmp_env.errors import MmpError
 from mmp_env.events import Event, SolutionFound
-from mmp_env.files.plan_file import plan_to_dict, save_plan
+from mmp_env.files.plan_file import save_plan
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
@@ -50,7 +49,7 @@ def test_a_small_problem_is_solved_and_the_checker_agrees(name, problem):
     result = planned(name, problem)
     assert isinstance(result, PlanResult)
     assert result.status is Status.SOLVED
-    report = check_plan(plan_to_dict(result.plan))
+    report = check_plan(result.plan)
     assert report.valid, report
     assert problem.margin <= result.stats["min_clearance_m"] <= report.found_clearance_m + 1e-6
 
@@ -191,7 +190,7 @@ def test_a_watcher_that_stops_the_run_gets_the_best_so_far(name, until):
     has_plan = isinstance(events[-1], SolutionFound)
     assert (result.plan is not None) == has_plan
     assert result.status is (Status.SOLVED if has_plan else Status.TIMEOUT)
-    assert result.plan is None or check_plan(plan_to_dict(result.plan)).valid
+    assert result.plan is None or check_plan(result.plan).valid
     assert result.stats.keys() >= OWNED
     json.dumps(dict(result.stats), allow_nan=False)
 

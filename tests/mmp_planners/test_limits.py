@@ -5,7 +5,7 @@ import pytest
 from support import two_arms
 from support.unchecked import unchecked
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.errors import MmpError
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.model.problem import make_problem

@@ -9,8 +9,7 @@ from support.recombinations import lifted, recombination, shut_in
 from support.recombinations import run as run_of
 
 import mmp_planners
-from mmp_env import _core
-from mmp_env.check import check_plan
+from mmp_env import _core, check_plan
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.certificate import certify

@@ -6,7 +6,7 @@ import re
 import pytest
 from support import plugin_page
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.files.plan_file import load_plan, plan_to_dict
 from mmp_planners.testing import RULES
 

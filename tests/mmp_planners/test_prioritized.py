@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from support import two_arms
 
-from mmp_env import _core
-from mmp_env.check import check_plan
+from mmp_env import _core, check_plan
 from mmp_env.events import NodeCreated, Replanned, SearchStarted, SolutionFound, ignore
-from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
@@ -52,7 +50,7 @@ def test_one_arm_keeps_its_way_and_the_other_goes_round_or_waits():
     lengths = {name: np.abs(np.diff(q, axis=0)).sum() for name, q in result.plan.positions.items()}
     assert lengths["left"] == pytest.approx(1.6, abs=1e-3), "both are in the only conflict; the first one goes first"
     assert result.stats["root_conflicts"] > 0
-    assert check_plan(plan_to_dict(result.plan)).valid
+    assert check_plan(result.plan).valid
 
 
 def test_an_arm_that_stands_in_the_way_gives_way_and_comes_back():
@@ -70,7 +68,7 @@ def test_crowded_rings_are_solved_and_the_checker_agrees(arms, robot):
         problem = ring(arms, seed, robot)
         result, events = planned(problem, seed)
         assert result.status is Status.SOLVED
-        report = check_plan(plan_to_dict(result.plan))
+        report = check_plan(result.plan)
         assert report.valid, report
         assert report.found_clearance_m + 1e-6 >= result.stats["min_clearance_m"] >= problem.margin
         assert [e.restart for e in of(events, SearchStarted)] == list(range(result.stats["restarts"] + 1))

@@ -7,8 +7,7 @@ import pytest
 
 import mmp_env  # noqa: F401  registers the environments
 import mmp_planners
-from mmp_env.check import check_plan
-from mmp_env.files.plan_file import plan_to_dict
+from mmp_env import check_plan
 from mmp_env.retime import retime_with_report
 
 CASES = [
@@ -32,7 +31,7 @@ def retimed(case):
 @pytest.mark.parametrize("case", range(len(CASES)))
 def test_it_is_valid_for_the_independent_checker_and_hardly_longer(case):
     _, plan, report = retimed(case)
-    assert check_plan(plan_to_dict(plan)).violations == ()
+    assert check_plan(plan).violations == ()
     assert report.corners > 0
     assert report.ratio < 1.5
 

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from support import two_arms
 
 import mmp_planners
-from mmp_env import _core
-from mmp_env.check import check_plan
+from mmp_env import _core, check_plan
 from mmp_env.check.reading import read_plan
 from mmp_env.check.rules import ends, limits, speed, times
 from mmp_env.events import NodeCreated, SolutionFound

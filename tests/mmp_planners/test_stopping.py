@@ -5,8 +5,7 @@ import sys
 import pytest
 from support import two_arms
 
-from mmp_env.check import check_plan
-from mmp_env.files.plan_file import plan_to_dict
+from mmp_env import check_plan
 from mmp_planners import Status, StopPlanning, make
 from mmp_planners.conflict_tree import tree_planner
 from mmp_planners.counts import TreeCounts
@@ -46,7 +45,7 @@ def test_a_stop_while_the_result_is_made_loses_nothing():
         result, seen = stopped_at_line(number)
         assert seen == number, "the run was stopped there"
         assert result.status is Status.SOLVED
-        assert check_plan(plan_to_dict(result.plan)).valid
+        assert check_plan(result.plan).valid
         assert result.plan.stats == whole.plan.stats
 
 

@@ -16,7 +16,7 @@ from mmp_cli.benchmark.job import Job, Result, Unit, Variant, Verdict
 from mmp_cli.benchmark.lines import line_of
 from mmp_cli.benchmark.result_line import read_line
 from mmp_cli.outcome import Outcome
-from mmp_env.check import CheckReport, check_plan
+from mmp_env.check import CheckReport, check_document
 from mmp_env.errors import InvalidInstanceError, MmpError, in_words
 from mmp_env.files.reading import Location
 from mmp_env.files.writing import json_text, plain
@@ -116,9 +116,11 @@ class Trials:
 
     def _checked(self, unit: Unit, out: Outcome, document: dict[str, Any]) -> Result:
         begin = time.perf_counter()
-        report = check_plan(document)
+        report = check_document(document)
         out = dataclasses.replace(out, check=report, check_time_s=time.perf_counter() - begin)
-        reports = [("", report), *([(" by the geoms", check_plan(document, exact=True))] if self._job.exact else [])]
+        reports = [("", report)]
+        if self._job.exact:
+            reports.append((" by the geoms", check_document(document, exact=True)))
         refuted = [_refuted(how, found) for how, found in reports if not found.valid]
         if refuted:
             # It is no result, with no cost and no clearance; but its file shows what was wrong with it.

@@ -19,7 +19,7 @@ from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, real_path
 from mmp_env.files.reading import Location, check_schema, decode, named, names_file, read_document
 from mmp_env.gym.instances import DEFAULT_TASK
-from mmp_env.model.cell_limits import LARGEST_M
+from mmp_env.model.arm import LARGEST_M
 from mmp_env.model.margins import asked_margins
 
 

@@ -5,7 +5,7 @@ import pytest
 from support import tiny_plans
 from support.tiny_plans import REACHING, UPRIGHT
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.check.reading import robot_data
 
 
@@ -126,7 +126,7 @@ def test_what_is_still_open_at_the_resolution_is_not_proved(monkeypatch):
     plan = facing({"left": [UPRIGHT, [1.0, *UPRIGHT[1:]]], "right": [UPRIGHT, UPRIGHT]}, distance=0.45)
     assert check_plan(plan).valid
     monkeypatch.setattr("mmp_env.check.sweep.RESOLUTION_M", 1.0)
-    monkeypatch.setattr("mmp_env.check.path._STEP_RAD", 10.0)
+    monkeypatch.setattr("mmp_env.check.trajectory._STEP_RAD", 10.0)
     found = check_plan(plan).violations
     assert found
     assert all("not proved" in violation.message for violation in found)

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from support import tiny_plans
 from support.tiny_plans import UPRIGHT
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.check.convex import Convex, separation
 from mmp_env.check.distance import BOX, CAPSULE, CYLINDER, ELLIPSOID, SPHERE, geom_support
 from mmp_env.check.fields import rotation
-from mmp_env.check.geom_distance import Ruler
+from mmp_env.check.geom_distance import GeomDistance
 
 KINDS = {"sphere": SPHERE, "capsule": CAPSULE, "ellipsoid": ELLIPSOID, "cylinder": CYLINDER, "box": BOX}
 
@@ -109,14 +109,14 @@ def with_a_rod(**more):
 def measured(monkeypatch):
     """Counts pairs of geoms; a check that does not end is stopped."""
     counts = [0]
-    measure = Ruler.measure
+    measure = GeomDistance.measure
 
     def counted(self, poses, steps):
         counts[0] += len(steps.first)
         assert counts[0] < 50_000
         return measure(self, poses, steps)
 
-    monkeypatch.setattr(Ruler, "measure", counted)
+    monkeypatch.setattr(GeomDistance, "measure", counted)
     return counts
 
 

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from support import tiny_plans
 
 from mmp_env.check.distance import chord_minimum, geom_support, solid_distance, tangent_minimum
-from mmp_env.check.items import Steps
+from mmp_env.check.items import MotionSteps
 from mmp_env.check.model import CellModel, enclosing_ball
 from mmp_env.check.pairs import ChordDeviation
 from mmp_env.check.reading import read_cell
@@ -182,7 +182,7 @@ def test_no_point_of_a_link_comes_farther_from_an_axis_than_its_reach(robot, see
 def one_step(turn):
     """A straight step of joints that turn by `turn` [n] [rad]."""
     turn = np.abs(turn)[None]
-    return Steps(start=np.array([0]), end=np.array([1]), turn=turn, bend=np.zeros_like(turn))
+    return MotionSteps(start=np.array([0]), end=np.array([1]), turn=turn, bend=np.zeros_like(turn))
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

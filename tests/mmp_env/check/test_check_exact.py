@@ -11,12 +11,12 @@ from reference.kinematics import link_frames
 from support import tiny_plans
 from support.tiny_plans import REACHING
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.check.geoms import GeomPairs, colliding_pairs, geom_parts
 from mmp_env.check.items import Items
 from mmp_env.check.model import CellModel
-from mmp_env.check.path import Path, Track
 from mmp_env.check.reading import read_cell
+from mmp_env.check.trajectory import PlacedTrajectory, Trajectory
 from mmp_env.files.cell_file import cell_from_dict
 from mmp_env.sim.scene import compile_scene
 
@@ -122,7 +122,7 @@ def test_a_separating_direction_proves_what_mujoco_measures(seed):
     parts, clouds, ids = geom_parts(model)
     family = GeomPairs(model, parts, clouds, colliding_pairs(model, parts), ids)
     q = np.random.default_rng(seed).uniform(-1.5, 1.5, 14)
-    track = Track(model, Path(np.zeros(1), q[None]), np.array([0.0, 1.0]))
+    track = PlacedTrajectory(model, Trajectory(np.zeros(1), q[None]), np.array([0.0, 1.0]))
     items = Items(steps=track.steps, step=np.zeros(len(family), dtype=int), pair=np.arange(len(family)))
     bounds = family.narrow(track.poses, items, np.inf)
     apart = bounds.found > 1e-4

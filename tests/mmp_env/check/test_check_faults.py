@@ -4,7 +4,7 @@ import pytest
 from support import tiny_plans
 from support.tiny_plans import REACHING, UPRIGHT
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 
 EXACT = pytest.mark.parametrize("exact", [False, True])
 

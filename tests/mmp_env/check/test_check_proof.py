@@ -12,9 +12,9 @@ from mmp_env.check.geoms import GeomPairs, GeomSolids, colliding_pairs, geom_par
 from mmp_env.check.items import Items
 from mmp_env.check.model import CellModel, sphere_parts
 from mmp_env.check.pairs import ignored_links, part_pairs
-from mmp_env.check.path import Path, Track
 from mmp_env.check.reading import read_cell, robot_data
-from mmp_env.check.spheres import CloudPairs, CloudSolids
+from mmp_env.check.spheres import SpherePairs, SphereSolids
+from mmp_env.check.trajectory import PlacedTrajectory, Trajectory
 
 OBSTACLES = [
     {"name": "ground", "shape": "box", "size": [3.0, 3.0, 0.1], "position": [0.3, 0.0, -0.05]},
@@ -38,10 +38,10 @@ GEOMS = geom_parts(MODEL)
 RULES = ("arms", "self")
 FAMILIES = {
     **{
-        f"clouds, {rule}": CloudPairs(MODEL, PARTS, CLOUDS, pairs)
+        f"clouds, {rule}": SpherePairs(MODEL, PARTS, CLOUDS, pairs)
         for rule, pairs in zip(RULES, part_pairs(MODEL.cell, PARTS).by_rule, strict=True)
     },
-    "clouds and obstacles": CloudSolids(MODEL, PARTS, CLOUDS),
+    "clouds and obstacles": SphereSolids(MODEL, PARTS, CLOUDS),
     **{
         f"geoms, {rule}": GeomPairs(MODEL, *GEOMS[:2], pairs, GEOMS[2])
         for rule, pairs in zip(RULES, colliding_pairs(MODEL, GEOMS[0]).by_rule, strict=True)
@@ -58,7 +58,7 @@ def random_path(seed, length, bent):
     line = np.linspace(0.0, 1.0, 6 if bent else 2)[:, None]
     move = length * rng.uniform(-1.0, 1.0, DOF) * (rng.random(DOF) < 0.7)
     q = rng.uniform(-2.5, 2.5, DOF) + line * move + bent * length * rng.uniform(-0.05, 0.05, (len(line), DOF))
-    return Path(np.arange(float(len(q))), q), float(len(q) - 1)
+    return Trajectory(np.arange(float(len(q))), q), float(len(q) - 1)
 
 
 def items(track, pairs):
@@ -79,9 +79,9 @@ def test_no_instant_of_a_step_has_less_clearance_than_both_bounds_say(name, bent
     family = FAMILIES[name]
     pairs = some_pairs(family, seed)
     path, last = random_path(seed, length, bent)
-    dense = Track(MODEL, path, np.linspace(0.0, last, 9))
+    dense = PlacedTrajectory(MODEL, path, np.linspace(0.0, last, 9))
     met = family.narrow(dense.poses, items(dense, pairs), np.inf).found.reshape(8, -1).min(axis=0)
-    whole = Track(MODEL, path, np.array([0.0, last]))
+    whole = PlacedTrajectory(MODEL, path, np.array([0.0, last]))
     narrow = family.narrow(whole.poses, items(whole, pairs), np.inf)
     enough = family.narrow(whole.poses, items(whole, pairs), 0.05)
     assert (family.coarse(whole.poses, whole.steps)[0, pairs] <= met + 1e-9).all()
@@ -96,7 +96,7 @@ def test_no_instant_of_a_step_has_less_clearance_than_both_bounds_say(name, bent
 def test_the_bound_of_a_short_step_is_close_to_what_is_met_in_it(name, seed):
     family = FAMILIES[name]
     path, last = random_path(seed, 1e-4, False)
-    track = Track(MODEL, path, np.array([0.0, last]))
+    track = PlacedTrajectory(MODEL, path, np.array([0.0, last]))
     narrow = family.narrow(track.poses, items(track, some_pairs(family, seed)), np.inf)
     apart = narrow.found > 1e-3
     assert (narrow.found - narrow.lower)[apart].max() < 1e-3
@@ -111,7 +111,7 @@ def test_links_that_only_turn_together_keep_exactly_the_clearance_that_they_have
     start = np.random.default_rng(seed).uniform(-1.0, 1.0, DOF)
     end = start.copy()
     end[bases] += 1.5
-    track = Track(MODEL, Path(np.arange(2.0), np.stack([start, end])), np.array([0.0, 1.0]))
+    track = PlacedTrajectory(MODEL, Trajectory(np.arange(2.0), np.stack([start, end])), np.array([0.0, 1.0]))
     still = np.array(
         [k for k in range(len(family)) if not any(thing.endswith(BASES) for thing in family.names(k).things)]
     )
@@ -125,9 +125,9 @@ def test_links_that_only_turn_together_keep_exactly_the_clearance_that_they_have
 @given(seed=st.integers(0, 2**32))
 def test_the_balls_of_the_broad_phase_are_bounded_all_the_way(name, seed):
     path, last = random_path(seed, 0.7, False)
-    dense = Track(MODEL, path, np.linspace(0.0, last, 65))
+    dense = PlacedTrajectory(MODEL, path, np.linspace(0.0, last, 65))
     met = FAMILIES[name].coarse(dense.poses, dense.steps).min(axis=0)  # of short steps: as good as exact
-    whole = Track(MODEL, path, np.array([0.0, last]))
+    whole = PlacedTrajectory(MODEL, path, np.array([0.0, last]))
     assert (FAMILIES[name].coarse(whole.poses, whole.steps)[0] <= met + 2e-3).all()
 
 
@@ -135,7 +135,7 @@ def test_the_balls_of_the_broad_phase_are_bounded_all_the_way(name, seed):
 @given(seed=st.integers(0, 2**32))
 def test_every_step_turns_and_bends_as_it_says_however_often_it_is_halved(seed):
     path, last = random_path(seed, 1.0, True)
-    track = Track(MODEL, path, np.array([0.0, last]))
+    track = PlacedTrajectory(MODEL, path, np.array([0.0, last]))
     for _ in range(4):
         shares = np.linspace(0.0, 1.0, 41)[:, None]
         steps, times = track.steps, track.poses.times
@@ -150,7 +150,7 @@ def test_every_step_turns_and_bends_as_it_says_however_often_it_is_halved(seed):
 def test_the_first_steps_are_short_and_cover_the_path_with_all_its_corners(seed, length):
     rng = np.random.default_rng(seed)
     q = np.cumsum(length * rng.uniform(-1.0, 1.0, (12, 4)) * (rng.random((12, 1)) < 0.8), axis=0)
-    path = Path(np.arange(12.0), q)
+    path = Trajectory(np.arange(12.0), q)
     places = path.grid()
     assert places[0] == 0.0
     assert places[-1] == 11.0
@@ -169,13 +169,13 @@ def test_the_first_steps_are_short_and_cover_the_path_with_all_its_corners(seed,
 @given(seed=st.integers(0, 2**32))
 def test_no_sample_of_a_step_bends_off_farther_than_is_said(seed):
     q = np.random.default_rng(seed).normal(size=(9, 3))
-    bend = Path(np.arange(9.0), q).bend(2, 7)
+    bend = Trajectory(np.arange(9.0), q).bend(2, 7)
     line = np.linspace(0.0, 1.0, 101)[:, None]
-    at = Path(np.arange(9.0), q).at(2.0 + 5.0 * line[:, 0])[1]
+    at = Trajectory(np.arange(9.0), q).at(2.0 + 5.0 * line[:, 0])[1]
     off = np.abs(at - (q[2] * (1 - line) + q[7] * line)).max(axis=0)
     assert (off <= bend + 1e-12).all()
     assert bend == pytest.approx(off, rel=0.05)
-    assert (Path(np.arange(9.0), q).bend(3, 4) == 0.0).all()
+    assert (Trajectory(np.arange(9.0), q).bend(3, 4) == 0.0).all()
 
 
 @settings(max_examples=3)
@@ -183,7 +183,7 @@ def test_no_sample_of_a_step_bends_off_farther_than_is_said(seed):
 def test_the_clearance_of_clouds_is_that_of_all_their_spheres(seed):
     q = np.random.default_rng(seed).uniform(-2.5, 2.5, DOF)
     found = brute_force(q)
-    track = Track(MODEL, Path(np.zeros(1), q[None]), np.array([0.0, 1.0]))
+    track = PlacedTrajectory(MODEL, Trajectory(np.zeros(1), q[None]), np.array([0.0, 1.0]))
     for name in ("clouds, arms", "clouds, self", "clouds and obstacles"):
         family = FAMILIES[name]
         bounds = family.narrow(track.poses, items(track, np.arange(len(family))), np.inf)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from support import tiny_plans
 from support.tiny_plans import UPRIGHT
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.check.rates import divided_differences
 
 TURN_RAD, DURATION_S, RATE_HZ = 0.4, 1.5, 250

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from support import tiny_plans
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
+from mmp_env.check import fields
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import cell_from_dict
-from mmp_env.model.cell_limits import LARGEST_M
+from mmp_env.model import arm as arm_model
+from mmp_env.model.arm import LARGEST_M
 
 
 def broken(plan):
@@ -15,6 +17,11 @@ def broken(plan):
     report = check_plan(plan)
     assert report.min_clearance_m is None
     return {violation.rule for violation in report.violations}
+
+
+def test_the_checker_and_the_reader_of_files_have_the_same_bounds():
+    for name in ("SMALLEST_M", "LARGEST_M", "LARGEST_YAW_RAD"):
+        assert getattr(fields, name) == getattr(arm_model, name)
 
 
 def held_at(height):

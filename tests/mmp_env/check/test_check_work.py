@@ -5,18 +5,18 @@ import pytest
 from support import tiny_plans
 from support.tiny_plans import UPRIGHT
 
-from mmp_env.check import check_plan
-from mmp_env.check.contacts import contact_violations
+from mmp_env import check_plan
 from mmp_env.check.items import Bounds, Touch
 from mmp_env.check.model import CellModel
-from mmp_env.check.path import Path
 from mmp_env.check.reading import read_cell
 from mmp_env.check.rules import MOST_TURN_RAD
+from mmp_env.check.shortfalls import shortfall_violations
 from mmp_env.check.sweep import MOST_MEASURED, MOST_PER_ITEM, prove_apart
+from mmp_env.check.trajectory import Trajectory
 
 MODEL = CellModel(read_cell({"arms": [tiny_plans.arm("arm", [0.0, 0.0, 0.0])]}))
 STEPS = 10
-PATH = Path(np.array([0.0, 1.0]), np.outer([0.0, 1.0], 0.1 * STEPS * np.eye(6)[0]))
+PATH = Trajectory(np.array([0.0, 1.0]), np.outer([0.0, 1.0], 0.1 * STEPS * np.eye(6)[0]))
 
 
 class Undecided:
@@ -48,15 +48,15 @@ def test_what_no_bisection_decides_is_given_up_and_not_called_proved(lower):
     family = Undecided(lower)
     sweep = prove_apart(MODEL, [family], PATH, {"self": 0.001})
     assert STEPS < family.measured <= MOST_MEASURED + (MOST_PER_ITEM + 1) * STEPS
-    assert not any(contact.found for contact in sweep.contacts)
-    (violation,) = contact_violations(sweep)
+    assert not any(short.found for short in sweep.shortfalls)
+    (violation,) = shortfall_violations(sweep)
     said = "overlap by 500.00 mm" if lower < 0 else "come as close as 0.5000 mm"
     assert violation.message.startswith(f"not proved: arm/one and arm/other may {said}")
 
 
 def test_what_suffices_is_proved_though_better_could_not_be():
     sweep = prove_apart(MODEL, [Undecided(0.002)], PATH, {"self": 0.001})
-    assert sweep.contacts == []
+    assert sweep.shortfalls == []
     assert sweep.proved == 0.002
 
 

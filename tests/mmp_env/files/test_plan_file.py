@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 from support import bad_files
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.errors import MmpError
 from mmp_env.files.plan_file import load_plan, plan_from_dict, plan_to_dict, save_plan
 from mmp_env.files.writing import json_text

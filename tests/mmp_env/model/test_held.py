@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support import tiny_plans, two_arms
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.check.held import held_spheres
 from mmp_env.check.model import CellModel, sphere_parts
 from mmp_env.check.reading import read_cell

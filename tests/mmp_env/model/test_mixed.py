@@ -70,7 +70,7 @@ def test_arms_of_six_and_seven_joints_are_planned_checked_and_executed_together(
         "arm3": 6,
         "panda": 7,
     }
-    assert check_plan(plan_to_dict(plan)).valid
+    assert check_plan(plan).valid
     again = plan_from_dict(plan_to_dict(plan))
     env = gymnasium.make("MultiArmCell", cell=cell).unwrapped
     env.reset(options={"start": problem.start, "goal": problem.goal})
@@ -84,7 +84,7 @@ def test_planners_take_arms_of_different_numbers_of_joints(with_panda, planner):
     problem = draw_problem(with_panda, "reach", 1)
     result = mmp_planners.make(planner).plan(problem, seed=1, time_limit=30)
     assert result.plan is not None
-    assert check_plan(plan_to_dict(result.plan)).valid
+    assert check_plan(result.plan).valid
 
 
 def test_a_task_that_furnishes_the_cell_obeys_gymnasium():

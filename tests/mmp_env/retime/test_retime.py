@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support import cornered_plans, two_arms
 from support.cornered_plans import cornered_plan, largest_shares, side_by_side
 
-from mmp_env.check import check_plan
+from mmp_env import check_plan
 from mmp_env.errors import MmpError
 from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
 from mmp_env.model.arm import place_arm
@@ -38,7 +38,7 @@ def test_every_limit_holds_by_differences_of_the_samples(seed, corners, speed, r
 def test_limits_that_are_given_hold_too_and_the_checker_finds_no_fault(seed, corners, acceleration, ramp_s):
     plan = retime(cornered_plan(seed, corners), max_acceleration=acceleration, max_jerk=acceleration / ramp_s)
     assert max(largest_shares(plan)) <= 1 + ROUNDING
-    assert check_plan(plan_to_dict(plan)).violations == ()
+    assert check_plan(plan).violations == ()
 
 
 @settings(max_examples=25)
@@ -216,7 +216,7 @@ def test_one_arm_may_move_by_as_little_as_it_likes(way):
     problem = make_problem(cell, {"only": q}, {"only": q + way})
     plan = retime(cornered_plans.plan_through(problem, {"only": np.array([q, q + way])}))
     assert max(largest_shares(plan)) <= 1 + ROUNDING
-    assert check_plan(plan_to_dict(plan)).violations == ()
+    assert check_plan(plan).violations == ()
     assert plan.makespan_s < 0.5
 
 
@@ -249,7 +249,7 @@ def test_a_motion_by_nothing_to_speak_of_is_no_motion():
     problem = dataclasses.replace(plan.problem, goal=plan.problem.start)
     found = retime(dataclasses.replace(plan, problem=problem, times=np.array([0.0, 5.0, 6.0, 9.0]), positions=still))
     assert found.makespan_s < 0.1
-    assert check_plan(plan_to_dict(found)).violations == ()
+    assert check_plan(found).violations == ()
 
 
 def test_a_plan_of_one_sample_and_too_low_a_rate_are_refused_with_a_sentence():

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from support import two_arms
 from support.cornered_plans import cornered_plan, distance_to_lines, plan_through, side_by_side
 
-from mmp_env.check import check_plan
-from mmp_env.files.plan_file import plan_to_dict
+from mmp_env import check_plan
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.problem import make_problem
@@ -162,7 +161,7 @@ def test_a_path_that_stops_at_every_corner_is_the_course_itself():
     speeds = np.abs(np.concatenate(list(still.velocities.values()), axis=1)).max(axis=1)
     rests = [list(group) for resting, group in itertools.groupby(speeds < 1e-9) if resting]
     assert len(rests) == 7
-    assert check_plan(plan_to_dict(still)).valid
+    assert check_plan(still).valid
 
 
 def with_ball(where, radius):
@@ -201,7 +200,7 @@ def test_a_blend_gives_way_to_what_stands_in_it():
     assert len(troubles(plan.problem, wide, [look], 1.0)) > 0
     narrow, report = retime_with_report(plan, tolerance=1.0, max_acceleration=3.0)
     assert 0 < report.deviation_rad < 0.2 * deviation(wide, look).max()
-    assert check_plan(plan_to_dict(narrow)).valid
+    assert check_plan(narrow).valid
 
 
 def test_what_a_quick_look_misses_the_proof_of_the_result_finds(monkeypatch):
@@ -209,4 +208,4 @@ def test_what_a_quick_look_misses_the_proof_of_the_result_finds(monkeypatch):
     plan = hooking(0.0011)
     narrow, report = retime_with_report(plan, tolerance=1.0, max_acceleration=3.0)
     assert report.deviation_rad < 0.5 * wide_blends(plan).miss.max()
-    assert check_plan(plan_to_dict(narrow)).valid
+    assert check_plan(narrow).valid

@@ -1,26 +1,26 @@
-"""Contacts as violations: one for every two arms, arm and obstacle, or arm by itself, at its worst."""
+"""Shortfalls as violations: one for every two arms, arm and obstacle, or single arm, at its worst instant."""
 
 from __future__ import annotations
 
 from mmp_env.check.report import Violation
-from mmp_env.check.sweep import Contact, Sweep
+from mmp_env.check.sweep import Shortfall, Sweep
 
 
-def contact_violations(result: Sweep) -> list[Violation]:
-    """What a sweep found too close, or could not prove apart."""
-    groups: dict[tuple, list[Contact]] = {}
-    for contact in result.contacts:
-        touch = contact.touch
+def shortfall_violations(result: Sweep) -> list[Violation]:
+    """Returns a violation for each group of pairs that a sweep found too close, or could not prove apart."""
+    groups: dict[tuple, list[Shortfall]] = {}
+    for shortfall in result.shortfalls:
+        touch = shortfall.touch
         solid = touch.things[1] if touch.rule == "arm-obstacle" else ""
-        groups.setdefault((touch.rule, touch.arms, solid), []).append(contact)
-    # What was met at an instant tells more than what was only not excluded.
-    worst = [min(group, key=lambda contact: (not contact.found, contact.clearance)) for group in groups.values()]
+        groups.setdefault((touch.rule, touch.arms, solid), []).append(shortfall)
+    # A clearance found at an instant says more than one that was only not excluded.
+    worst = [min(group, key=lambda shortfall: (not shortfall.found, shortfall.clearance)) for group in groups.values()]
     pairs = zip(worst, groups.values(), strict=True)
-    return [_violation(contact, group) for contact, group in sorted(pairs, key=lambda p: p[0].time)]
+    return [_violation(shortfall, group) for shortfall, group in sorted(pairs, key=lambda p: p[0].time)]
 
 
-def _violation(worst: Contact, group: list[Contact]) -> Violation:
-    first, last = (edge(contact.time for contact in group) for edge in (min, max))
+def _violation(worst: Shortfall, group: list[Shortfall]) -> Violation:
+    first, last = (edge(shortfall.time for shortfall in group) for edge in (min, max))
     one, other = worst.touch.things
     span = "" if first == last else f" (too close from {first:.3f} to {last:.3f} s)"
     if not worst.found and worst.clearance < 0:

@@ -246,7 +246,7 @@ def test_a_second_ctrl_c_ends_at_once(mmp, stand_ins, instances, tmp_path):
 
 STEPS = {
     "retiming": ("mmp_env.retime.retime_with_report", ["not retimed", "not checked", "not executed"]),
-    "checking": ("mmp_env.check.check_plan", ["not checked", "not executed"]),
+    "checking": ("mmp_env.check.check_document", ["not checked", "not executed"]),
     "execution": ("mmp_cli.execution.execute", ["not executed"]),
 }
 
@@ -273,7 +273,7 @@ def test_the_signal_that_ends_the_program_after_the_plan_was_written_leads_to_th
     def check_plan(plan):
         signal.raise_signal(number)
 
-    monkeypatch.setattr("mmp_env.check.check_plan", check_plan)
+    monkeypatch.setattr("mmp_env.check.check_document", check_plan)
     out = tmp_path / "plan.json"
     ran = mmp("plan", instances, "--planner", "straight", "--out", out)
     how = "interrupted" if number == signal.SIGINT else "ended by SIGTERM"

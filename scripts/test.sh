@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Format, lint, types, the native core's stub and the tests, these against the installed wheel and not the checkout.
+# Format, lint, import rules, types, the native core's stub and the tests, these against the installed wheel and not the checkout.
 # On a fresh machine it first makes .venv in the checkout. Usage: scripts/test.sh [arguments for pytest]
 # Without arguments, the tests that touch MuJoCo run with the oldest supported version too, and those of mmp_env.dm.
 # shellcheck source=scripts/environment.sh
@@ -57,6 +57,7 @@ with_dm_control() { PYTHONPATH=$older pytest -n auto tests/dm; }
 step "python format" ruff format --check .
 step "python lint" ruff check .
 step "C++ format" clang_format
+step "import rules" lint-imports --no-cache --no-logo
 step "types" basedpyright --pythonpath "$PYTHON"
 step "stub of the native core" scripts/core_stub.sh --check
 step "the installed package is under test" installed_from_the_wheel

@@ -7,5 +7,5 @@ source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 prepare docs
 cd "$root"
 export NO_MKDOCS_2_WARNING=1 # pyproject.toml keeps MkDocs 1
-"$venv/bin/mkdocs" build --strict --quiet "$@"
+"$venv/bin/mkdocs" build --strict "$@"
 say "Done: site/index.html"

@@ -1,4 +1,4 @@
-"""Tables of how planners do, from the measured figures, which README and docs show."""
+"""Makes the tables of planner results on README and docs from the measured figures."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ PLANNERS = {
 _GALLERY_COLUMNS = 5
 OPTIONS = {
     "apf-ecbs": "the defaults",
-    "gradient": "gradient steps of `alpha`, as in the paper",
-    "centre": "and distances between sphere centres",
+    "gradient": "gradient steps of size `alpha`, as in the paper",
+    "centre": "the same, and distances between sphere centres",
     "all-iterations": "all 50 iterations of ModifyMotion",
-    "literal-track": "the fast track as in the paper",
+    "literal-track": "paper-literal fast track",
     "one-tree": "one tree, as in the paper",
-    "vertex": "the paper's vertex constraint, with a radius",
+    "vertex": "vertex constraint of the paper, with a radius",
 }
-"""Variant of `scripts/reproduce_paper.sh` -> what it takes back."""
-_LETTER = "letter/MultiArmCell-4"
+"""Decision that each variant of `scripts/reproduce_paper.sh` reverts."""
+_PAPER_LITERAL = "literal/MultiArmCell-4"
 KINDS = ("avoid-state", "vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
 _TASK_PLANNERS = ("auto", "apf-ecbs", "prioritized")
@@ -43,13 +43,13 @@ NOT_MEASURED = "–"
 
 
 def sources(figures: Figures, *, rings: bool) -> list[str]:
-    """What planners were run on, in the order of the file: environment ids, or instance files."""
+    """Returns the environment ids, or the instance files, that planners were run on, in the order of the file."""
     names = dict.fromkeys(name.split("/")[0] for name in figures if name.endswith("/solved") and name.count("/") == 2)
     return [name for name in names if name.startswith("MultiArmCell") == rings]
 
 
 def outcome(figures: Figures, source: str, planner: str) -> list[str]:
-    """Of a planner: solved; median and 90th percentile of the time, mean of expanded nodes, median of the cost."""
+    """Returns solved; median and 90th percentile of the time; mean of expanded nodes; median of the cost ratio."""
     solved, median, p90, nodes, cost = (figures.get(f"{source}/{planner}/{key}") for key in _OUTCOME)
     if solved is None:
         return [NOT_MEASURED] * 4
@@ -105,22 +105,22 @@ def linked(about: About | None, *, short: bool = False) -> str:
 
 
 def option_table(figures: Figures) -> Iterator[list[str]]:
-    """What the rulings are worth: apf-ecbs with the paper's letter instead."""
-    yield ["variant", "what", "solved", "time", "expanded nodes", "cost"]
+    """Yields the effect of each published parameter on `apf-ecbs`."""
+    yield ["variant", "setting", "solved", "time", "expanded nodes", "cost"]
     for variant, words in OPTIONS.items():
-        yield [f"`{variant}`", words, *outcome(figures, _LETTER, variant)]
+        yield [f"`{variant}`", words, *outcome(figures, _PAPER_LITERAL, variant)]
 
 
 def kind_table(figures: Figures) -> Iterator[list[str]]:
-    """`ecbs` with each constraint kind."""
-    yield ["`constraint`", "solved", "mean of expanded nodes where solved"]
+    """Yields the results of `ecbs` with each constraint kind."""
+    yield ["`constraint`", "solved", "mean expanded nodes of solved instances"]
     for kind in KINDS:
         solved, _, nodes, _ = outcome(figures, "kinds/MultiArmCell-4", kind)
         yield [f"`{kind}`", solved, nodes]
 
 
 def task_table(figures: Figures) -> Iterator[list[str]]:
-    """The demonstrations: solved, time and cost of three planners."""
+    """Yields solved, time and cost of three planners on the demonstrations."""
     yield ["task", *(f"`{planner}`" for planner in _TASK_PLANNERS)]
     for task in TASKS:
         cell = f"task-{task}/MultiArmCell-mixed-4"
@@ -135,7 +135,7 @@ def _solved_time_cost(figures: Figures, name: str) -> str:
 
 
 def node_table(figures: Figures) -> Iterator[list[str]]:
-    """Expanded nodes of ecbs and apf-ecbs where both solve."""
+    """Yields the expanded nodes of ecbs and apf-ecbs on instances that both solve."""
     yield ["instances", "solved by both", "`ecbs`", "`apf-ecbs`", "ratio"]
     for name in sources(figures, rings=True) + sources(figures, rings=False):
         figure = figures.get(f"{name}/ecbs/expanded_nodes_where_both_solve")
@@ -145,7 +145,7 @@ def node_table(figures: Figures) -> Iterator[list[str]]:
 
 
 def as_table(rows: Iterator[list[str]]) -> str:
-    """Markdown, the first row being the head."""
+    """Returns the rows as a Markdown table; the first row is the head."""
     head, *body = rows
     lines = [head, ["---"] * len(head), *body]
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)

@@ -16,7 +16,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from measured import ROOT, Figures, read_figures
-from planner_tables import as_table, linked, outcome, sources
+from planner_tables import as_table, kind_table, linked, outcome, sources
+from quoted import shown as shown_figure
 from readme_table import cpu_line
 from written_pages import bring_up_to_date, checking_parser
 
@@ -30,12 +31,12 @@ from mmp_planners.registry import Option, load
 PAGE = ROOT / "docs" / "reference" / "planners.md"
 TREE = "conflict tree"
 KINDS = {
-    "auto": "portfolio, then shortcutting",
-    "rrt-connect": "all joints as one space",
-    "prioritized": "one arm after the other",
+    "auto": "portfolio and improvement",
+    "rrt-connect": "composite planning",
+    "prioritized": "prioritized planning",
     **dict.fromkeys(("apf-ecbs", "apf-ecbs-nf", "ecbs", "gen-ecbs", "xecbs", "cbs", "cbs-mp"), TREE),
 }
-"""Planner -> what kind of search it is; in the order of the page."""
+"""Kind of search of each planner, in the order of the page."""
 
 HEAD = """# Planners
 
@@ -48,46 +49,53 @@ seed gives the same plan.
 
 ## Which one
 
-| you want | take |
+| you want | use |
 | --- | --- |
-| a good plan, and not to think about it | {default} |
+| a good plan without choosing | {default} |
 {choices}
 
-None of them is complete in practice: one that finds nothing has not shown that there is nothing. They fail on different
-instances, so where one gives up another may do.
+No planner here is complete. If a planner fails, a solution may still exist. They fail on different instances, so try
+another one.
 
 """
 
 CHOICES = {
-    "rrt-connect": "the first plan as soon as there can be one (`shorten=0`: as it was found, and long)",
-    "prioritized": "short ways in crowded cells, and nobody needs a tree",
-    "apf-ecbs": "the paper's planner: few nodes, a bound relative to its own path lengths",
-    "ecbs": "the baseline of the paper, the same search without repulsion",
-    "gen-ecbs": "constraints of every kind in one search",
-    "cbs": "the cheapest plan of the tree, where the tree is small",
+    "rrt-connect": "the fastest first plan (`shorten=0` returns it unshortened, and long)",
+    "prioritized": "short paths in crowded cells, without a conflict tree",
+    "apf-ecbs": "the planner of the paper: few nodes, and a bound relative to its own path lengths",
+    "ecbs": "the baseline of the paper: the same search without repulsion",
+    "gen-ecbs": "several constraint kinds in one search",
+    "cbs": "the cheapest plan of the tree, for few arms",
 }
 
 MEASURED = """## Measured
 
-In the columns: solved; median / 90th percentile of the planning time, certificate included; mean number of expanded
-nodes; median cost as a multiple of the straight lines. Times, nodes and costs are over the solved instances alone, as
-in `mmp report`, so a planner that solves only the easy instances looks good in them.
-A dash alone is what was not measured, one for the nodes is a planner without a conflict tree. A dash for the times,
-where some instances are unsolved, is an older measurement: its times counted the unsolved ones too, and are left out.
-One core of: {cpu}. [docs/results](../results/README.md#measuring) has commits, time limits, and the command that
-measures again.
+Each entry has four parts: instances solved; median / 90th percentile of the planning time, certificate included; mean
+number of expanded nodes; median cost ratio (cost divided by the straight lines from start to goal). Times, nodes and
+costs count solved instances only, as in `mmp report`. A planner that solves only easy instances therefore looks good.
 
+A dash alone means: not measured. A dash for the nodes means: no conflict tree. A dash for the times replaces an older
+measurement that counted unsolved instances too. One core of: {cpu}.
+[Results](../results/README.md#measuring) names commits, time limits, and the command that repeats the measurement.
+
+"""
+
+CONSTRAINT_KINDS = """A constraint kind says what a branch of the conflict tree forbids an arm. Choose it with
+`--set constraint=NAME` for `cbs`, `ecbs`, `xecbs`, `apf-ecbs-nf` and `apf-ecbs`. All kinds but `split` treat both arms
+alike. A kind is complete if its branches together lose no solution
+([proof for `split`](../explanation/proofs.md#completeness-of-split)); the sampling low level may still lose some. The
+instant of a conflict is its begin in the first tree, its middle in the second, and all of it in the third, and so on.
 """
 
 
 def main() -> None:
-    """Brings the page up to date, or says that it is not."""
+    """Writes the page, or reports that it is out of date."""
     check = checking_parser("planners_page.py", __doc__).parse().check
     bring_up_to_date({PAGE: "".join(page(read_figures()))}, check=check)
 
 
 def page(figures: Figures) -> Iterator[str]:
-    """The page in parts."""
+    """Yields the page in parts."""
     names = ours()
     choices = "\n".join(f"| {words} | `{name}` |" for name, words in CHOICES.items() if name in names)
     yield HEAD.format(default="`auto`" if "auto" in names else "`apf-ecbs`", choices=choices)
@@ -98,16 +106,16 @@ def page(figures: Figures) -> Iterator[str]:
     yield from beside_published(figures, names)
     yield from failures(figures, names)
     shared = shared_options(names)
-    yield "## Each of them\n\n"
+    yield "## Each planner\n\n"
     for name in names:
         yield from section(name, shared if KINDS[name] == TREE else ())
     yield "## Options of every conflict-tree planner\n\n"
     yield as_table(option_rows(shared)) + "\n"
-    yield from constraint_kinds()
+    yield from constraint_kinds(figures)
 
 
 def ours() -> list[str]:
-    """The planners of this package that are registered, in the order of the page; all must have a kind."""
+    """Returns the registered planners of this package in the order of the page; each must have a kind."""
     found = {name for name in mmp_planners.names() if load(name).__module__.startswith("mmp_planners.")}
     if found - KINDS.keys():
         sys.exit(f"planners_page.py: KINDS does not say what {', '.join(sorted(found - KINDS.keys()))} is")
@@ -115,7 +123,7 @@ def ours() -> list[str]:
 
 
 def origins(names: Iterable[str]) -> Iterator[list[str]]:
-    """Where they are from, and what they promise."""
+    """Yields the rows of the table of papers and guarantees."""
     yield ["planner", "kind", "paper", "guarantee"]
     for name in names:
         about = mmp_planners.describe(name).about
@@ -123,7 +131,7 @@ def origins(names: Iterable[str]) -> Iterator[list[str]]:
 
 
 def measured(figures: Figures, names: Iterable[str], where: list[str]) -> Iterator[list[str]]:
-    """What came of them."""
+    """Yields the rows of the table of outcomes."""
     yield ["planner", *(f"`{source}`" for source in where)]
     for name in names:
         yield [f"`{name}`", *(_told(outcome(figures, source, name)) for source in where)]
@@ -134,7 +142,7 @@ def _told(parts: list[str]) -> str:
 
 
 def beside_published(figures: Figures, names: list[str]) -> Iterator[str]:
-    """Costs beside those that were published for the same instances."""
+    """Yields the table of costs beside the costs published for the same instances."""
     rows = []
     for key, figure in figures.items():
         source, _, rest = key.partition("/")
@@ -144,12 +152,12 @@ def beside_published(figures: Figures, names: list[str]) -> Iterator[str]:
             rows.append([f"`{source}`", f"`{planner}`", str(figure["instances"]), f"{figure['value']:.2f} rad"])
             rows[-1].append(f"{theirs:.2f} rad ({figure['ratio_to']})")
     if rows:
-        yield "Mean cost on the instances that a published planner solved as well:\n\n"
+        yield "Mean cost on the instances that a published planner solved, too:\n\n"
         yield as_table(iter([["instances", "planner", "solved by both", "cost", "published"], *rows])) + "\n"
 
 
 def failures(figures: Figures, names: list[str]) -> Iterator[str]:
-    """The instances that were not solved, by name, and the plans that a check refuted."""
+    """Yields the names of unsolved instances, and the number of refuted plans."""
     yield "Not solved within the time limit:\n\n"
     lines = []
     for name in names:
@@ -160,11 +168,11 @@ def failures(figures: Figures, names: list[str]) -> Iterator[str]:
     yield "".join(lines) or "- none\n"
     keys = ("/errors", "/plans_failing_check", "/plans_failing_exact_check")
     wrong = sum(figure["value"] for key, figure in figures.items() if key.endswith(keys))
-    yield f"\nRuns that ended in an error, as one does whose plan the checker refutes: {wrong}.\n\n"
+    yield f"\nRuns with status `error`, which includes plans that the checker refutes: {wrong}.\n\n"
 
 
 def section(name: str, shared: tuple[Option, ...]) -> Iterator[str]:
-    """One planner."""
+    """Yields the section of one planner."""
     found = mmp_planners.describe(name)
     yield f"### {name}\n\n{prose(load(name))}\n\n"
     if found.about:
@@ -173,39 +181,46 @@ def section(name: str, shared: tuple[Option, ...]) -> Iterator[str]:
     if own:
         yield as_table(option_rows(own)) + "\n"
     if shared:
-        yield "And the [options of every conflict-tree planner](#options-of-every-conflict-tree-planner).\n\n"
+        yield "Also the [options of every conflict-tree planner](#options-of-every-conflict-tree-planner).\n\n"
 
 
 def shared_options(names: Iterable[str]) -> tuple[Option, ...]:
-    """Options that all conflict-tree planners have, with the same default."""
+    """Returns the options that all conflict-tree planners have with the same default."""
     trees = [mmp_planners.describe(name).options for name in names if KINDS[name] == TREE]
     return tuple(option for option in trees[0] if all(option in options for options in trees))
 
 
 def option_rows(options: Iterable[Option]) -> Iterator[list[str]]:
-    """A table of options."""
+    """Yields the rows of a table of options."""
     yield ["`--set`", "default", "what"]
     for option in options:
         yield [f"`{option.name}`", f"`{shown(option.default)}`", option.doc.replace("|", "\\|")]
 
 
 def shown(value: Any) -> str:
-    """A default as it is written after `--set`."""
+    """Returns a default as you write it after `--set`."""
     return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
 
 
-def constraint_kinds() -> Iterator[str]:
-    """The constraint kinds, from their classes."""
+def constraint_kinds(figures: Figures) -> Iterator[str]:
+    """Yields the constraint kinds, from their classes, and how `ecbs` does with each."""
     yield "## Constraint kinds\n\n"
-    yield "What a branch of the conflict tree forbids an arm, `--set constraint=NAME`. A kind is complete "
-    yield "when its branches together lose no solution; the sampling low level may lose some all the same.\n"
+    yield CONSTRAINT_KINDS
     for name in CONSTRAINTS:
         kind = constraint_kind(name, pad=0.25)
         yield f"\n### {name}\n\n{prose(type(kind.kind if isinstance(kind, EitherArm) else kind))}\n"
+    yield "\n### Measured effect of the constraint kind\n\n`ecbs` on `MultiArmCell-4`, seeds 0 to 19, 10 s:\n\n"
+    yield as_table(kind_table(figures))
+    path, state = (
+        shown_figure(f"{kind}/planning_time_mean / {kind}/expanded_nodes_mean", "time", figures)
+        for kind in (f"kinds/MultiArmCell-4/{name}" for name in ("avoid-path", "avoid-state"))
+    )
+    yield f"\nThe kinds along a path need few nodes and much time for each: {path} per node with `avoid-path`,\n"
+    yield f"against {state} with `avoid-state`. Therefore `avoid-state` is the default.\n"
 
 
 def prose(kind: type) -> str:
-    """A docstring as running text: a line break where a sentence ends a line, a paragraph where it has one."""
+    """Returns a docstring as running text; keeps paragraphs, and line breaks after a sentence."""
     return re.sub(r"(?<![.:\n])\n(?!\n)", " ", inspect.getdoc(kind) or "")
 
 

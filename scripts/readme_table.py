@@ -16,7 +16,6 @@ from planner_tables import (
     TASKS,
     as_table,
     gallery_table,
-    kind_table,
     node_table,
     option_table,
     task_table,
@@ -152,7 +151,6 @@ def cpu_line(figures: Figures) -> Iterator[list[str]]:
 TABLES = {
     "gallery": gallery_table,
     "nodes": lambda figures: as_table(node_table(figures)),
-    "kinds": lambda figures: as_table(kind_table(figures)),
     "tasks": lambda figures: as_table(task_table(figures)),
     "draws": lambda figures: as_table(draw_table(figures)),
     "environment": lambda figures: as_table(environment_table(figures)),

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The paper's experiment (arXiv 2509.13882): cells of 4, 6 and 8 UR5e, 50 instances each, five planners; then, on the
-# cell of four, the paper's letter beside what we rule instead. Ends with two reports. Stopped and started again, it
-# goes on where it was. On a fresh machine it first makes .venv in the checkout.
+# Repeats the paper's experiment (arXiv 2509.13882): cells of 4, 6 and 8 UR5e, 50 instances each, five planners; then, on
+# the cell of four, paper-literal settings beside our design decisions. Ends with two reports. Started again, it goes on
+# where it stopped. On a fresh machine it first makes .venv in the checkout.
 usage='usage: scripts/reproduce_paper.sh [--time-limit S] [--count N] [--workers N] [--out DIR]
   --time-limit S  for each run [s]; default: 10, the paper has 1800
   --count N       instances of each cell, those of the seeds 0 to N - 1; default: 50
@@ -40,8 +40,8 @@ out=${out:-reproduction-${time_limit}s}
 cells=(MultiArmCell-4 MultiArmCell-6 MultiArmCell-8)
 planners=cbs,ecbs,gen-ecbs,apf-ecbs-nf,apf-ecbs
 
-# What we rule instead of the paper's letter, each taken back alone ("gradient"), and the letter with one of them
-# given back ("letter-surface"). docs/explanation/paper.md explains each.
+# Variants that revert one design decision each ("gradient"), the paper-literal settings ("literal"), and these without one
+# of them ("literal-surface"). docs/explanation/paper.md explains each decision.
 variants=(
   "apf-ecbs"
   "gradient: step=gradient"
@@ -51,13 +51,13 @@ variants=(
   "vertex: constraint=vertex"
   "vertex-0.05: constraint=vertex radius=0.05"
   "one-tree: restarts=off"
-  "letter: step=gradient distance=centre early_stop=off fast_track=literal constraint=vertex restarts=off"
-  "letter-0.05: step=gradient distance=centre early_stop=off fast_track=literal constraint=vertex radius=0.05 restarts=off"
-  "letter-surface: step=gradient early_stop=off fast_track=literal constraint=vertex restarts=off"
-  "letter-avoid-state: step=gradient distance=centre early_stop=off fast_track=literal restarts=off"
-  "letter-restarts: step=gradient distance=centre early_stop=off fast_track=literal constraint=vertex"
+  "literal: step=gradient distance=centre early_stop=off fast_track=literal constraint=vertex restarts=off"
+  "literal-0.05: step=gradient distance=centre early_stop=off fast_track=literal constraint=vertex radius=0.05 restarts=off"
+  "literal-surface: step=gradient early_stop=off fast_track=literal constraint=vertex restarts=off"
+  "literal-avoid-state: step=gradient distance=centre early_stop=off fast_track=literal restarts=off"
+  "literal-restarts: step=gradient distance=centre early_stop=off fast_track=literal constraint=vertex"
   "ecbs"
-  "ecbs-letter: constraint=vertex restarts=off"
+  "ecbs-literal: constraint=vertex restarts=off"
 )
 
 # Sets `labels`, for --planners, and `settings`, the --set of all variants.
@@ -96,10 +96,10 @@ five=$((${#cells[@]} * count * 5))
 say "The table: ${cells[*]} x $count instances x 5 planners, $time_limit s each, $workers at a time:"
 say "$five runs, at most $(at_most "$five") if none were solved; much less as a rule. Into $out/cells"
 bench "$out/cells" "${cells[@]}" --planners "$planners"
-say "The letter: ${cells[0]} x $count instances x ${#variants[@]} variants: at most $(at_most $((count * ${#variants[@]})))"
-bench "$out/letter" "${cells[0]}" --planners "$labels" "${settings[@]}"
+say "The settings: ${cells[0]} x $count instances x ${#variants[@]} variants: at most $(at_most $((count * ${#variants[@]})))"
+bench "$out/literal" "${cells[0]}" --planners "$labels" "${settings[@]}"
 say "The reports"
 limit="$time_limit s per run"
 "$venv/bin/mmp" report "$out/cells" --title "The paper's five planners, $limit"
-"$venv/bin/mmp" report "$out/letter" --title "The paper's letter and our rulings, $limit" --reference apf-ecbs
-say "Done: $out/cells/report.html and $out/letter/report.html"
+"$venv/bin/mmp" report "$out/literal" --title "Paper-literal settings and our design decisions, $limit" --reference apf-ecbs
+say "Done: $out/cells/report.html and $out/literal/report.html"

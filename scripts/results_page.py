@@ -1,7 +1,7 @@
 """Puts what was measured into docs/results. Usage: results_page.py FOLDER | --check
 
 FOLDER is what `scripts/measure.py` has written, or `scripts/reproduce_paper.sh`. Every benchmark folder in it is kept:
-the results (compressed), the settings and the condition. Of `cells` and `letter` tables and figures are kept too, and
+the results (compressed), the settings and the condition. Of `cells` and `literal` tables and figures are kept too, and
 the tables that matter most go into docs/results/README.md, between `<!-- table: NAME -->` and `<!-- end of table -->`.
 The lines of FOLDER/*.jsonl replace those of the same name in docs/results/figures.jsonl. With --check nothing is
 written, and the exit code is 1 where the page is not up to date.
@@ -26,7 +26,7 @@ from mmp_cli.standalone import run_script
 from mmp_env.errors import MmpError
 
 PAGE = RESULTS / "README.md"
-FOLDERS = ("cells", "letter")
+FOLDERS = ("cells", "literal")
 """Those that stand on the page."""
 _SHOWN = ("Cells", "Errors", "Success, nodes, time, makespan and cost", "Where all of them solve", "Fast track")
 """Headings of table.md whose tables stand on the page; the rest is linked."""

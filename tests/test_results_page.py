@@ -69,7 +69,7 @@ def test_the_tables_that_matter_are_put_between_the_marks(results_page, tmp_path
     (tmp_path / "cells").mkdir()
     (tmp_path / "cells" / "table.md").write_text(TABLE)
     marks = "".join(
-        f"<!-- table: {name} -->\nold\n<!-- end of table -->\n" for name in ("cells", "cells-ecbs", "letter")
+        f"<!-- table: {name} -->\nold\n<!-- end of table -->\n" for name in ("cells", "cells-ecbs", "literal")
     )
     page = results_page.with_tables(marks, tmp_path)
     assert "old" not in page

@@ -21,8 +21,7 @@ from mmp_env.files.writing import check_writable, left_alone, whole_file
 from mmp_env.retime import retime
 from mmp_env.sim.episode_execution import EpisodeExecution, execute_episode
 from mmp_env.view.films import ENCODERS, HOLD_S, check_film, frames
-from mmp_env.view.offscreen_renderer import HEIGHT, WIDTH
-from mmp_env.view.plan_outline import plan_outline
+from mmp_env.view.offscreen_renderer import HEIGHT, WIDTH, plan_outline
 from mmp_env.wording import counted
 from mmp_planners import Planner
 from mmp_tasks.sequence import Stage, stages

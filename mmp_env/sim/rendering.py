@@ -1,4 +1,4 @@
-"""Pictures of a simulated cell, into an array or a window, with the goals as ghosts."""
+"""Pictures of a simulated cell, as an array or in a window, with transparent arms at the goals."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from mmp_env.sim.simulation import Simulation
 GHOST_ALPHA = 0.22
 _MAX_GEOMS = 5000
 _GLOW = 0.15
-"""So much of a line's colour it has without light."""
+"""Share of a line's colour that does not depend on light."""
 _FINER, _MOST_FINE_PIXELS = 2, 2048
-"""Fine pictures are made with so many pixels for one, each way, where the whole then has at most so many times that."""
+"""Factor of supersampling of fine pictures, and the largest side [px] of a picture for it."""
 _CLOSING_S = 5.0
-"""A window that is closed is waited for no longer."""
+"""Longest wait [s] for a window to close."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Line:
-    """A line through `points` [k, 3] [m], `thickness` [m] across, in red, green, blue, opacity 0..1."""
+    """A line through `points` [k, 3] [m] of a `thickness` [m]; `rgba` is red, green, blue, opacity, each 0..1."""
 
     points: Float[np.ndarray, "k 3"]
     rgba: tuple[float, float, float, float]
@@ -41,11 +41,17 @@ class Line:
 
 
 class Camera:
-    """Takes pictures of `width` x `height` pixels from where the cell's camera stands, without a display.
+    """Takes pictures from the cell's camera, without a display. The first picture opens the OpenGL context.
 
-    The picture is as narrow or wide as asked for, with the whole cell in it, or with the points `shown` [m] alone.
-    `fine` pictures have shadows and smooth edges; without a graphics card they take several times as long. The OpenGL
-    context is opened with the first picture. Raises `MmpError` for a size that is not sensible.
+    Args:
+        simulation: the simulated cell.
+        width: width [px].
+        height: height [px].
+        fine: whether pictures have shadows and smooth edges. Without a graphics card they take several times as long.
+        shown: points [p, 3] that the picture must contain [m]; by default the whole cell.
+
+    Raises:
+        MmpError: for a size that is not allowed.
     """
 
     def __init__(
@@ -77,9 +83,9 @@ class Camera:
     def show(
         self, target: Float[np.ndarray, "n"] | None = None, lines: Sequence[Line] = ()
     ) -> UInt8[np.ndarray, "h w 3"]:
-        """A picture of the cell as it stands, with the arms at `target` [n] [rad] as ghosts; a fresh array.
+        """Returns a picture [height, width, 3] of the cell, with transparent arms at `target` [n] [rad] and `lines`.
 
-        Raises `MmpError` that names the package to install where no OpenGL library is found.
+        Raises `MmpError` that names the package to install if no OpenGL library is found.
         """
         model, rectangle = self._simulation.model, self._rectangle
         context = self._context or self._open()
@@ -98,14 +104,14 @@ class Camera:
         return _shrunk(out[::-1], self._finer)
 
     def _aim(self) -> None:
-        """Turns the frustum of MuJoCo's camera to the cell; both of its eyes, which are one here."""
+        """Sets the frustum of both eyes of MuJoCo's camera, which are the same here."""
         for eye in self._scene.camera:
             left, right, bottom, top = (eye.frustum_near * side for side in self._frame)
             eye.frustum_center, eye.frustum_width = (left + right) / 2, (right - left) / 2
             eye.frustum_bottom, eye.frustum_top = bottom, top
 
     def close(self) -> None:
-        """Frees the OpenGL context; a later picture opens another."""
+        """Frees the OpenGL context; a later picture opens a new one."""
         if self._context is not None:
             self._context.make_current()
             self._buffer.free()
@@ -125,9 +131,9 @@ class Camera:
 
 
 class Window:
-    """MuJoCo's viewer, kept in step with simulated time; it is not made for two at once in a program.
+    """MuJoCo's viewer, synchronised with simulated time. A program can have one at a time.
 
-    Raises `MmpError` where no display answers.
+    Raises `MmpError` if no display answers.
     """
 
     def __init__(self, simulation: Simulation, *_: int) -> None:
@@ -145,18 +151,18 @@ class Window:
         except RuntimeError as error:  # on macOS, say, a Python that is not mjpython
             raise MmpError(f"MuJoCo opens no window ({error})") from error
         self._threads = [thread for thread in threading.enumerate() if thread not in others]
-        # Comes before what MuJoCo does at the end of the program: that takes the display away from under its threads.
+        # Runs before MuJoCo's own exit handler, which closes the display while its threads still use it.
         atexit.register(self.close)
         _frame_cell(self._viewer, simulation)
         self._begin_s, self._before_s = time.monotonic(), 0.0
 
     @property
     def is_open(self) -> bool:
-        """Whether nobody has closed it."""
+        """Whether the window is still open."""
         return self._viewer.is_running()
 
     def show(self, target: Float[np.ndarray, "n"] | None = None) -> None:
-        """Brings the window up to date, not before its time has come; does nothing once it is closed."""
+        """Updates the window at the simulated time; does nothing once it is closed."""
         if not self.is_open:
             return
         with self._viewer.lock():
@@ -165,7 +171,7 @@ class Window:
                 self._ghosts.add_to(self._viewer.user_scn, target)
         now_s = float(self._simulation.data.time)
         ahead_s = now_s - (time.monotonic() - self._begin_s)
-        if now_s < self._before_s or ahead_s < 0:  # started anew, or slower than real time
+        if now_s < self._before_s or ahead_s < 0:  # restarted, or slower than real time
             self._begin_s = time.monotonic() - now_s
         else:
             time.sleep(ahead_s)
@@ -173,7 +179,7 @@ class Window:
         self._viewer.sync()
 
     def close(self) -> None:
-        """Closes the window, and returns when it is gone."""
+        """Closes the window and waits until it is gone."""
         atexit.unregister(self.close)
         with contextlib.suppress(RuntimeError):
             self._viewer.close()
@@ -182,7 +188,7 @@ class Window:
 
 
 def _frame_cell(viewer: Any, simulation: Simulation) -> None:
-    """Sets the viewer's camera, which the mouse can move, to where the cell fills the window."""
+    """Sets the viewer's camera, which the mouse can move, so that the cell fills the window."""
     window = viewer.viewport
     shape = (window.width / window.height,) if window is not None and window.height > 0 else ()
     eye, axes = camera_pose(outline(simulation.cell), *shape)
@@ -193,7 +199,7 @@ def _frame_cell(viewer: Any, simulation: Simulation) -> None:
 
 
 class _Ghosts:
-    """The moving links at another configuration, see-through."""
+    """The moving links at another configuration, transparent."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation
@@ -212,7 +218,7 @@ class _Ghosts:
 
 
 def _add_line(scene: Any, line: Line) -> None:
-    """Capsules, which are shaded like all else and hidden by what stands before them; what does not fit is left out."""
+    """Adds a line as capsules, which are shaded and hidden like other geoms, as far as the scene has room."""
     nothing, turned, rgba = np.zeros(3), np.eye(3).ravel(), np.array(line.rgba, np.float32)
     for begin, end in pairwise(line.points):
         if (begin == end).all():
@@ -228,13 +234,13 @@ def _add_line(scene: Any, line: Line) -> None:
 
 
 def _cast_no_shadow(geom: Any) -> None:
-    """Also where MuJoCo sets nothing itself, and leaves what was in memory; older versions have no such field."""
+    """Switches off the shadow of a geom, which MuJoCo leaves undefined; older versions have no such field."""
     if hasattr(geom, "castshadow"):
         geom.castshadow = False
 
 
 def _shrunk(picture: UInt8[np.ndarray, "H W 3"], factor: int) -> UInt8[np.ndarray, "h w 3"]:
-    """Each pixel the mean of `factor` x `factor`; a fresh array."""
+    """Returns a copy in which each pixel is the mean of `factor` x `factor` pixels."""
     if factor == 1:
         return np.ascontiguousarray(picture)
     sums = np.zeros((picture.shape[0] // factor, picture.shape[1] // factor, 3), np.uint16)

@@ -1,4 +1,4 @@
-"""Animated GIF and WebP files, written a block of frames at a time; `ffmpeg.py` has MP4."""
+"""Animated GIF and WebP files, written in blocks of frames. `ffmpeg.py` writes MP4."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from jaxtyping import UInt8
 from PIL import GifImagePlugin, Image, ImageChops
 
 _BLOCK_BYTES = 2**25
-"""So much of a film is in memory before it is written: 36 frames of 640 x 480."""
+"""Size of a block: 36 frames of 640 x 480."""
 _SAMPLES = 12
-"""The palette of a GIF is made from so many of the frames of its first block."""
+"""Number of frames of the first block that the palette of a GIF is computed from."""
 _COLORS = 255
-"""One of 256 is left for what has not changed."""
+"""Number of colours in a GIF; the last of 256 means unchanged pixels."""
 _CLEAR, _KEEP = 255, 1
-"""Its number, and GIF's for a frame that stays beneath the next one."""
+"""Palette index of unchanged pixels, and GIF's code for a frame that stays visible."""
 _ANIMATED, _WITH_256_COLORS = 0x02, 0xF7
 """Flags of a WebP file and of a GIF."""
 
@@ -28,7 +28,7 @@ Frame = UInt8[np.ndarray, "h w 3"]
 
 
 class Encoder(ABC):
-    """Writes frames of one size to a file; a context. `usual_fps` is for those who want no other."""
+    """Writes frames of one size to a file; a context manager. `usual_fps` is the default frame rate."""
 
     usual_fps: ClassVar[float]
 
@@ -40,16 +40,16 @@ class Encoder(ABC):
 
     @abstractmethod
     def __exit__(self, *_: object) -> None:
-        """Lets go of everything; the file need not be whole."""
+        """Releases all resources; the file may be incomplete."""
 
     @classmethod
     @abstractmethod
     def check_size(cls, width: int, height: int) -> None:
-        """Raises `MmpError` where the format has no frames of this size."""
+        """Raises `MmpError` if the format cannot have frames of this size."""
 
     @abstractmethod
     def add(self, frame: Frame) -> None:
-        """The next frame."""
+        """Adds a frame."""
 
     @abstractmethod
     def finish(self, hold_s: float) -> None:
@@ -57,7 +57,7 @@ class Encoder(ABC):
 
 
 class _Looped(Encoder):
-    """What plays for ever. A block of frames is held back until it is full, or the film has ended."""
+    """Encoder of looped animations. It collects frames until a block is full or the film ends."""
 
     usual_fps = 10.0
     _tick_ms: ClassVar[int]
@@ -74,7 +74,7 @@ class _Looped(Encoder):
 
     @classmethod
     def check_size(cls, width: int, height: int) -> None:
-        """Any will do."""
+        """Accepts every size."""
 
     def add(self, frame: Frame) -> None:
         if self._block and sum(held.nbytes for held in self._block) + frame.nbytes > _BLOCK_BYTES:
@@ -91,7 +91,7 @@ class _Looped(Encoder):
         self._block.clear()
 
     def _durations(self, hold_s: float) -> list[int]:
-        """How long each frame is shown [ms], in whole ticks of the format that do not add up to a drift."""
+        """Returns the duration of each frame [ms] in whole ticks of the format, without drift."""
         numbers = self._written + np.arange(len(self._block) + 1)
         ticks = np.rint(numbers * (1e3 / self._fps / self._tick_ms)).astype(int)
         out = (np.diff(ticks) * self._tick_ms).tolist()
@@ -100,11 +100,11 @@ class _Looped(Encoder):
 
     @abstractmethod
     def _write(self, frames: list[Frame], durations_ms: list[int]) -> None:
-        """The next block."""
+        """Writes a block."""
 
     @abstractmethod
     def _end(self) -> None:
-        """After the last block."""
+        """Writes the end of the file."""
 
 
 @final
@@ -129,7 +129,7 @@ class WebpEncoder(_Looped):
         self._file.writelines(list(_chunks(block.getvalue()))[:-1])
 
     def _head(self) -> bytes:
-        """Of a file without transparency that plays for ever; its size is put in at the end."""
+        """Returns the header of an endless file without transparency; its size is set at the end."""
         corner = b"".join((side - 1).to_bytes(3, "little") for side in self._size)
         canvas = struct.pack("<4sIB3x", b"VP8X", 10, _ANIMATED) + corner
         return struct.pack("<4sI4s", b"RIFF", 0, b"WEBP") + canvas + struct.pack("<4sI4xH", b"ANIM", 6, 0)
@@ -142,7 +142,7 @@ class WebpEncoder(_Looped):
 
 @final
 class GifEncoder(_Looped):
-    """Animated GIF with one palette for all frames, of which each has only what has changed.
+    """Animated GIF with one palette for all frames; each frame has only the changed pixels.
 
     The palette is that of the first block: the camera stands still, and all arms are in sight.
     """
@@ -163,7 +163,7 @@ class GifEncoder(_Looped):
             self._before = now
 
     def _head(self) -> bytes:
-        """Of a file with one palette of 256 colours that plays for ever."""
+        """Returns the header of an endless file with one palette of 256 colours."""
         colors = bytes(self._palette.getpalette() or ()).ljust(768, b"\0")[:768]
         screen = struct.pack("<6sHHBBB", b"GIF89a", *self._size, _WITH_256_COLORS, 0, 0)
         return screen + colors + b"\x21\xff\x0bNETSCAPE2.0\x03\x01\0\0\0"
@@ -173,7 +173,7 @@ class GifEncoder(_Looped):
 
 
 def _chunks(riff: bytes) -> Iterator[bytes]:
-    """The frames in a WebP file, each with its header and padding."""
+    """Yields the frames of a WebP file, each with its header and padding."""
     at = 12
     while at < len(riff):
         kind, size = struct.unpack_from("<4sI", riff, at)
@@ -192,7 +192,7 @@ def _common_palette(frames: list[Frame]) -> Image.Image:
 def _changed(
     before: UInt8[np.ndarray, "h w"] | None, now: UInt8[np.ndarray, "h w"]
 ) -> tuple[tuple[int, int], UInt8[np.ndarray, "r c"]]:
-    """The corner (x, y) and the pixels of what has changed, clear where they have not; at least one pixel."""
+    """Returns the corner (x, y) and the pixels of the changed rectangle, at least one pixel."""
     if before is None:
         return (0, 0), now
     different = now != before

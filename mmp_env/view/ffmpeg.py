@@ -1,4 +1,4 @@
-"""MP4 files (H.264, 4:2:0) that play everywhere, by ffmpeg: the one of imageio-ffmpeg, or else the system's."""
+"""MP4 files (H.264, 4:2:0), encoded by the ffmpeg of imageio-ffmpeg or of the system."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from mmp_env.errors import MmpError
 from mmp_env.view.animation import Encoder
 
 _QUALITY = "20"
-"""Constant rate factor of x264: 18 is hard to tell from the original, 23 is the usual one."""
+"""Constant rate factor of x264: 18 is visually lossless, 23 is the default."""
 
 
 def find_ffmpeg() -> str:
-    """The program. Raises `MmpError` that says how to get it."""
+    """Returns the path of ffmpeg. Raises `MmpError` that says how to install it."""
     try:
         from imageio_ffmpeg import get_ffmpeg_exe
 
@@ -37,7 +37,7 @@ def find_ffmpeg() -> str:
 
 @final
 class Mp4Encoder(Encoder):
-    """Hands raw frames to ffmpeg, which is gone when the context ends, however it ends."""
+    """Passes raw frames to an ffmpeg process, which ends with the context."""
 
     usual_fps = 25.0
 
@@ -72,7 +72,7 @@ class Mp4Encoder(Encoder):
     def check_size(cls, width: int, height: int) -> None:
         for name, value in (("width", width), ("height", height)):
             if value % 2:
-                raise MmpError(f"{name} is {value}; an MP4 film has an even number of pixels each way")
+                raise MmpError(f"{name} is {value}; an MP4 film has an even number of pixels in both directions")
 
     def add(self, frame: UInt8[np.ndarray, "h w 3"]) -> None:
         self._write(frame.tobytes())
@@ -80,19 +80,19 @@ class Mp4Encoder(Encoder):
     def finish(self, hold_s: float) -> None:
         for _ in range(round(hold_s * self._fps)):
             self._write(self._last)
-        with self._told():
+        with self._failures_reported():
             self._pipe.close()
         if self._process.wait() != 0:
             raise self._failure()
 
     def _write(self, frame: bytes) -> None:
         self._last = frame
-        with self._told():
+        with self._failures_reported():
             self._pipe.write(frame)
 
     @contextlib.contextmanager
-    def _told(self) -> Iterator[None]:
-        """A pipe that ffmpeg has closed means that it has failed."""
+    def _failures_reported(self) -> Iterator[None]:
+        """Turns a pipe that ffmpeg has closed into the error that ffmpeg reports."""
         try:
             yield
         except BrokenPipeError:

@@ -1,4 +1,4 @@
-"""Films of a plan in real time, as it was executed or as it is: MP4, and GIF or WebP for pages and notebooks."""
+"""Films of a plan or of its execution in real time: MP4, GIF and WebP."""
 
 from __future__ import annotations
 
@@ -20,23 +20,30 @@ from mmp_env.opengl import offscreen_backend
 from mmp_env.sim.execution import ExecutionReport
 from mmp_env.view.animation import Encoder, GifEncoder, WebpEncoder
 from mmp_env.view.ffmpeg import Mp4Encoder, find_ffmpeg
-from mmp_env.view.offscreen_renderer import HEIGHT, WIDTH, State, Studio, standing, tool_ways
-from mmp_env.view.plan_outline import plan_outline
+from mmp_env.view.offscreen_renderer import (
+    HEIGHT,
+    WIDTH,
+    OffscreenRenderer,
+    State,
+    configuration_at,
+    plan_outline,
+    tool_path_lines,
+)
 
 ENCODERS: dict[str, type[Encoder]] = {".mp4": Mp4Encoder, ".gif": GifEncoder, ".webp": WebpEncoder}
-"""Suffix of a file -> what writes it."""
+"""Suffix of a file -> its encoder."""
 HOLD_S = 1.0
-"""A film stands still at its end this long."""
+"""Duration [s] of the last frame."""
 MOST_FRAMES = 90_000
 """Largest number of frames in a film: an hour at 25 a second."""
 _MOST_FPS = 60.0
 
 Progress = Callable[[int, int], None]
-"""Called with how many frames are made, and of how many."""
+"""Callback with the number of frames made so far and the number of all frames."""
 
 
 def check_film(path: str | PathLike[str]) -> None:
-    """Raises `MmpError` where `save_film` could not write this file: to be called before planning begins."""
+    """Raises `MmpError` if `save_film` could not write this file. Callers check this before they plan."""
     if _encoder(path) is Mp4Encoder:
         find_ffmpeg()
     check_writable(path)
@@ -54,21 +61,32 @@ def save_film(
     height: int = HEIGHT,
     fine: bool = True,
     goals: bool = True,
-    ways: bool = False,
+    tool_paths: bool = False,
     progress: Progress = lambda done, total: None,
 ) -> None:
-    """Writes a film of what `report` recorded, or without one of the plan itself: `.mp4`, `.gif` or `.webp`.
+    """Writes a film of a plan, or of its execution, in real time. An interrupted film leaves no file.
 
-    `fps` frames a second, 25 or in a GIF and WebP 10, show it in real time; `width` and `height` are even for an MP4.
-    The other options as in `frames`. The file is there when all of it is; what is interrupted leaves nothing. Raises
-    `MmpError`.
+    Args:
+        plan: the plan.
+        path: file to write, `.mp4`, `.gif` or `.webp`.
+        report: what `execute` returned; without it the film shows the plan itself.
+        fps: frames per second; default: 25 for MP4, 10 for GIF and WebP.
+        width: width [px], even for an MP4.
+        height: height [px], even for an MP4.
+        fine: whether the film has shadows and smooth edges.
+        goals: whether the goals are shown as transparent arms.
+        tool_paths: whether the tool paths are shown as lines.
+        progress: called after each frame.
+
+    Raises:
+        MmpError: for an unknown suffix or a number that is not allowed, and if no OpenGL library or no ffmpeg is found.
     """
     check_film(path)
     kind = _encoder(path)
     fps = kind.usual_fps if fps is None else fps
     times = frame_times(_duration(plan, report), fps)
     kind.check_size(width, height)
-    shown = frames(plan, report, fps=fps, width=width, height=height, fine=fine, goals=goals, ways=ways)
+    shown = frames(plan, report, fps=fps, width=width, height=height, fine=fine, goals=goals, tool_paths=tool_paths)
     # The generator is closed here and now: it holds an OpenGL context.
     with whole_file(path) as temporary, kind(temporary, width, height, fps) as encoder, closing(shown):
         for count, frame in enumerate(shown, 1):
@@ -86,25 +104,24 @@ def frames(
     height: int = HEIGHT,
     fine: bool = True,
     goals: bool = True,
-    ways: bool = False,
+    tool_paths: bool = False,
     shown: Float[np.ndarray, "p 3"] | None = None,
 ) -> Generator[UInt8[np.ndarray, "h w 3"]]:
-    """The pictures of a film one by one, at `frame_times`: as it was executed, or without a report as it is planned.
+    """Yields the frames of a film [height, width, 3] at `frame_times`. The arguments are those of `save_film`.
 
-    With `goals` the arms stand at their goals as ghosts; with `ways` the ways of their tools are lines. The points
-    `shown` [m] fill the picture, by default the `plan_outline`. Raises `MmpError` for numbers that cannot be, and where
-    no OpenGL library is found.
+    `shown` are the points [p, 3] that the picture must contain [m], by default the `plan_outline`. Raises `MmpError`
+    for numbers that are not allowed, and if no OpenGL library is found.
     """
     times = frame_times(_duration(plan, report), fps)
     shown = plan_outline(plan) if shown is None else shown
-    with Studio(plan.problem.cell, width, height, fine=fine, shown=shown) as studio:
+    with OffscreenRenderer(plan.problem.cell, width, height, fine=fine, shown=shown) as renderer:
         for time_s, q in zip(times, _configurations(plan, report, times), strict=True):
-            lines = tool_ways(plan, min(float(time_s), plan.makespan_s)) if ways else ()
-            yield studio.picture(q, plan.problem.goal if goals else None, lines)
+            lines = tool_path_lines(plan, min(float(time_s), plan.makespan_s)) if tool_paths else ()
+            yield renderer.picture(q, plan.problem.goal if goals else None, lines)
 
 
 def frame_times(duration_s: float, fps: float) -> Float[np.ndarray, "n"]:
-    """When the frames of a film are [s]: from 0 on at equal steps, the last one not before `duration_s`."""
+    """Returns the times [n] of the frames [s]: equal steps from 0; the last one is not before `duration_s`."""
     allowed = f"more than 0 and at most {_MOST_FPS:g} frames a second"
     if number("fps", fps, allowed) > _MOST_FPS:
         raise refused("fps", fps, allowed)
@@ -126,9 +143,9 @@ def _duration(plan: Plan, report: ExecutionReport | None) -> float:
 def _configurations(plan: Plan, report: ExecutionReport | None, times: Iterable[float]) -> Iterator[State]:
     for time_s in times:
         if report is None:
-            yield standing(plan, float(time_s))
+            yield configuration_at(plan, float(time_s))
             continue
-        last = len(report.times) - 1  # a recording is so dense that the nearest moment will do
+        last = len(report.times) - 1  # the recording is dense: the nearest moment is close enough
         k = min(int(np.searchsorted(report.times, time_s - 1e-9)), last)
         yield {name: report.positions[name][k] for name in plan.problem.cell.arm_names}
 

@@ -1,4 +1,4 @@
-"""A plan in a Jupyter notebook: a small film inside the page, and pictures where a page cannot hold one."""
+"""A plan in a Jupyter notebook: a small film, or pictures where a page cannot hold a film."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from mmp_env.view.pictures import encoded, pictures
 from mmp_env.wording import in_seconds
 
 Bundle = dict[str, str | bytes]
-"""Kind of what is shown -> its content."""
+"""MIME type -> content."""
 
 
 class PlanView:
     """Shows itself as a film of `width` x `height` pixels and `fps` frames a second, made when it is first looked at.
 
     Start, middle and end are a picture for who asks for one, `IPython.display.display(view, include=["image/png"])`.
-    `fine` and `ways` as in `save_film`. Where no picture can be made, a sentence says why.
+    `fine` and `tool_paths` as in `save_film`. Where no picture can be made, a sentence says why.
     """
 
     def __init__(
@@ -37,11 +37,11 @@ class PlanView:
         height: int = 360,
         fps: float = 8.0,
         fine: bool = False,
-        ways: bool = True,
+        tool_paths: bool = True,
     ) -> None:
         self._plan, self._report = plan, report
         self._size, self._fps = (width, height), fps
-        self._fine, self._ways = fine, ways
+        self._fine, self._tool_paths = fine, tool_paths
 
     def __repr__(self) -> str:
         return f"<a plan for {len(self._plan.problem.cell.arms)} arms, {in_seconds(self._plan.makespan_s)}>"
@@ -55,7 +55,7 @@ class PlanView:
         return f'<img src="data:image/webp;base64,{film}" width="{width}" height="{height}" alt="{escape(repr(self))}">'
 
     def _repr_mimebundle_(self, include: Container[str] | None = None, exclude: Container[str] | None = None) -> Bundle:
-        """What IPython shows, only of the kinds that it asks for: without being asked a film, and no picture."""
+        """Returns the representations that IPython asks for; by default text and film, no picture."""
 
         def asked(kind: str, usual: bool) -> bool:
             return (kind in include if include else usual) and kind not in (exclude or ())
@@ -81,11 +81,11 @@ class PlanView:
                 width=width,
                 height=height,
                 fine=self._fine,
-                ways=self._ways,
+                tool_paths=self._tool_paths,
             )
             return path.read_bytes()
 
     @cached_property
     def _picture(self) -> bytes:
         width, height = (side * 2 // 3 for side in self._size)
-        return encoded(pictures(self._plan, width=width, height=height, ways=self._ways))
+        return encoded(pictures(self._plan, width=width, height=height, tool_paths=self._tool_paths))

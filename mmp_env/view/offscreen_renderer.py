@@ -1,4 +1,4 @@
-"""A cell with a camera before it: pictures of the arms in any configuration, and of the ways of their tools."""
+"""Pictures of a cell without a window: arms in any configuration, tool paths, and what a picture must show."""
 
 from __future__ import annotations
 
@@ -11,25 +11,37 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.sim.arm_colors import arm_color
 from mmp_env.sim.rendering import Camera, Line
+from mmp_env.sim.scene_appearance import corners, is_ground
 from mmp_env.sim.simulation import Simulation
 
 WIDTH, HEIGHT = 640, 480
 _STEP_RAD = 0.05
-"""Between two points of a tool's way no joint moves farther."""
+"""Largest joint motion [rad] between two points of a tool path."""
 _NEAR_M = 0.004
-"""Points that are this close to the straight line between others are left out of a way."""
+"""Largest distance [m] of an omitted point of a tool path from the line that replaces it."""
 _AHEAD_ALPHA = 0.5
 _PASSED_M, _AHEAD_M = 0.014, 0.008
-"""Thickness of a way, where it is done and where it is yet to come."""
+"""Thickness [m] of a tool path before and after the moment that is shown."""
+_MOST_MOMENTS = 60
+"""Number of moments of a plan that its outline is computed from."""
+_BESIDE_M = 0.15
+"""Width [m] of the strip around the arms in which obstacles are shown."""
 
 State = Mapping[str, Float[np.ndarray, " dof"]]
 
 
-class Studio:
-    """Pictures of a cell of `width` x `height` pixels; a context. Raises `MmpError` where none can be made.
+class OffscreenRenderer:
+    """Renders pictures of a cell without a window; a context manager.
 
-    The points `shown` [m] fill a picture, by default all that the arms can reach. `fine` pictures have shadows and
-    smooth edges, and take several times as long without a graphics card.
+    Args:
+        cell: the cell.
+        width: width of a picture [px].
+        height: height of a picture [px].
+        fine: whether pictures have shadows and smooth edges. Without a graphics card they take several times as long.
+        shown: points [p, 3] that a picture must contain [m]; by default everything that the arms can reach.
+
+    Raises:
+        MmpError: for a size that is not allowed; `picture` raises it where no OpenGL library is found.
     """
 
     def __init__(
@@ -45,26 +57,26 @@ class Studio:
         self._simulation = Simulation(cell)
         self._camera = Camera(self._simulation, width, height, fine=fine, shown=shown)
 
-    def __enter__(self) -> Studio:
+    def __enter__(self) -> OffscreenRenderer:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._camera.close()
 
     def picture(self, q: State, goal: State | None = None, lines: Sequence[Line] = ()) -> UInt8[np.ndarray, "h w 3"]:
-        """The arms at `q`, as ghosts at `goal`, arm -> [dof] [rad], and `lines`; a fresh array."""
+        """Returns a picture of the arms at `q` and, transparent, at `goal`, arm -> [dof] [rad], with `lines`."""
         simulation = self._simulation
         simulation.place(simulation.joined(q))
         return self._camera.show(None if goal is None else simulation.joined(goal), lines)
 
 
-def standing(plan: Plan, time_s: float) -> dict[str, Float[np.ndarray, "dof"]]:
-    """Where all arms of the plan's cell are at that time; those that it does not move are at their start."""
+def configuration_at(plan: Plan, time_s: float) -> dict[str, Float[np.ndarray, "dof"]]:
+    """Returns arm -> configuration [rad] of all arms at that time; arms that the plan lacks are at their start."""
     return {**plan.problem.start, **plan.at(time_s)}
 
 
-def tool_ways(plan: Plan, time_s: float | None = None) -> list[Line]:
-    """The ways of the tool points in the arms' colours, what comes after `time_s` [s] fainter."""
+def tool_path_lines(plan: Plan, time_s: float | None = None) -> list[Line]:
+    """Returns the tool paths as lines in the arms' colours; the part after `time_s` [s] is fainter."""
     times = plan.finer_times(_STEP_RAD)
     split = len(times) if time_s is None else int(np.searchsorted(times, time_s))
     if time_s is not None:
@@ -82,7 +94,7 @@ def tool_ways(plan: Plan, time_s: float | None = None) -> list[Line]:
 
 
 def _simplified(points: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "m 3"]:
-    """Fewer points, from which none of those left out is farther than `_NEAR_M` (after Douglas and Peucker, 1973)."""
+    """Returns fewer points; no omitted point is farther from the lines than `_NEAR_M` (Douglas and Peucker, 1973)."""
     keep = np.zeros(len(points), dtype=bool)
     keep[[0, -1]] = True
     stack = [(0, len(points) - 1)]
@@ -99,3 +111,24 @@ def _simplified(points: Float[np.ndarray, "k 3"]) -> Float[np.ndarray, "m 3"]:
             keep[first + 1 + farthest] = True
             stack += [(first, first + 1 + farthest), (first + 1 + farthest, last)]
     return points[keep]
+
+
+def plan_outline(plan: Plan) -> Float[np.ndarray, "p 3"]:
+    """Returns the points [p, 3] that a picture of the plan must contain [m].
+
+    They surround the arms along the plan and the obstacles near them. The table or floor below the arms does not count.
+    """
+    cell, start = plan.problem.cell, plan.problem.start
+    positions = plan.sampled(np.linspace(0.0, plan.makespan_s, _MOST_MOMENTS))
+    arms = np.concatenate([_around(cell, name, positions.get(name, start[name][None])) for name in cell.arm_names])
+    low, high = arms.min(axis=0) - _BESIDE_M, arms.max(axis=0) + _BESIDE_M
+    things = [corners(obstacle) for obstacle in cell.obstacles if not is_ground(cell, obstacle)]
+    near = [part for part in things if (part.max(axis=0) >= low).all() and (part.min(axis=0) <= high).all()]
+    return np.concatenate([arms, *(np.clip(part, low, high) for part in near)])
+
+
+def _around(cell: Cell, arm: str, q: Float[np.ndarray, "k dof"]) -> Float[np.ndarray, "p 3"]:
+    """Returns the six outermost points of every sphere of an arm at the configurations `q` [rad]."""
+    centers, radii = cell.collision.spheres(arm, np.ascontiguousarray(q))
+    offsets = radii[:, None, None] * np.concatenate([np.eye(3), -np.eye(3)])
+    return (centers[:, :, None] + offsets).reshape(-1, 3)

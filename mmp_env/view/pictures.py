@@ -1,4 +1,4 @@
-"""Pictures of a plan: one moment of it, or start, middle and end side by side, with the ways of the tools as lines."""
+"""Pictures of a plan: one moment, or several side by side, with the tool paths as lines."""
 
 from __future__ import annotations
 
@@ -20,14 +20,20 @@ from mmp_env.files.writing import check_writable, whole_file
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import given_plan
 from mmp_env.opengl import offscreen_backend
-from mmp_env.view.offscreen_renderer import HEIGHT, WIDTH, Studio, standing, tool_ways
-from mmp_env.view.plan_outline import plan_outline
+from mmp_env.view.offscreen_renderer import (
+    HEIGHT,
+    WIDTH,
+    OffscreenRenderer,
+    configuration_at,
+    plan_outline,
+    tool_path_lines,
+)
 from mmp_env.wording import in_seconds
 
 SUFFIXES = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
 """Suffix of a file -> Pillow's name of the format."""
 MOMENTS = {"start": 0.0, "middle": 0.5, "end": 1.0}
-"""Name of a moment -> share of the plan's duration that has passed."""
+"""Name of a moment -> share of the plan's duration before it."""
 Moment = str | float
 """The name of a moment, or a time [s]."""
 _QUALITY = {"JPEG": {"quality": 92}, "WEBP": {"quality": 88, "method": 4}, "PNG": {"optimize": True}}
@@ -40,19 +46,19 @@ class PictureOptions(TypedDict, total=False):
 
     width: int
     height: int
-    """Of one picture [px], 640 x 480 by default."""
+    """Size of one picture [px]; default: 640 x 480."""
     fine: bool
-    """Shadows and smooth edges, which take several times as long without a graphics card; on by default."""
+    """Shadows and smooth edges; default: on. Without a graphics card they take several times as long."""
     goals: bool
-    """The arms at their goals as ghosts; on by default."""
-    ways: bool
-    """The ways of the tools as lines, faint where they have yet to go; on by default."""
+    """Transparent arms at their goals; default: on."""
+    tool_paths: bool
+    """Tool paths as lines, fainter after the moment that is shown; default: on."""
 
 
 def check_picture(path: str | PathLike[str], moments: Iterable[Moment] = tuple(MOMENTS)) -> None:
-    """Raises `MmpError` where `save_picture` could not write this file, or no plan has such moments.
+    """Raises `MmpError` if `save_picture` could not write this file, or if no plan has such moments.
 
-    To be called before planning begins.
+    Callers check this before they plan.
     """
     _format(path)
     _times(moments, math.inf)
@@ -61,9 +67,15 @@ def check_picture(path: str | PathLike[str], moments: Iterable[Moment] = tuple(M
 
 
 def picture(plan: Plan, moment: Moment = "middle", **options: Unpack[PictureOptions]) -> UInt8[np.ndarray, "h w 3"]:
-    """The cell at a moment of the plan: `start`, `middle`, `end` or a time [s].
+    """Returns a picture [height, width, 3] of one moment of the plan.
 
-    Raises `MmpError` for a moment or a size that cannot be, and where no OpenGL library is found.
+    Args:
+        plan: the plan.
+        moment: `start`, `middle`, `end` or a time [s].
+        **options: see `PictureOptions`.
+
+    Raises:
+        MmpError: for a moment or a size that is not allowed, and if no OpenGL library is found.
     """
     plan = given_plan(plan, "show")
     return _shots(plan, _times([moment], plan.makespan_s), **options)[0]
@@ -72,7 +84,7 @@ def picture(plan: Plan, moment: Moment = "middle", **options: Unpack[PictureOpti
 def pictures(
     plan: Plan, moments: Iterable[Moment] = tuple(MOMENTS), **options: Unpack[PictureOptions]
 ) -> UInt8[np.ndarray, "h W 3"]:
-    """Several moments side by side, each with its name and time on it; else as `picture`."""
+    """Returns pictures of several moments side by side, each with its name and time. See `picture`."""
     plan, chosen = given_plan(plan, "show"), list(moments)
     times = _times(chosen, plan.makespan_s)
     parts = []
@@ -89,7 +101,17 @@ def save_picture(
     moments: Iterable[Moment] = tuple(MOMENTS),
     **options: Unpack[PictureOptions],
 ) -> None:
-    """Writes `pictures` to a PNG, JPEG or WebP file, by its suffix. Raises `MmpError`, and then has written nothing."""
+    """Writes `pictures` to a PNG, JPEG or WebP file, by its suffix.
+
+    Args:
+        plan: the plan.
+        path: file to write, `.png`, `.jpg`, `.jpeg` or `.webp`.
+        moments: names of moments or times [s], shown side by side.
+        **options: see `PictureOptions`.
+
+    Raises:
+        MmpError: as `picture`, and if the file cannot be written. Then nothing is written.
+    """
     chosen = list(moments)
     check_picture(path, chosen)
     content = encoded(pictures(plan, chosen, **options), _format(path))
@@ -98,7 +120,7 @@ def save_picture(
 
 
 def encoded(image: UInt8[np.ndarray, "h w 3"], format: str = "PNG") -> bytes:
-    """A picture as the content of a file in one of Pillow's formats. Raises `MmpError` where it is too large for it."""
+    """Returns an image file in one of Pillow's formats, as bytes. Raises `MmpError` if the picture is too large."""
     out = io.BytesIO()
     try:
         Image.fromarray(image).save(out, format, **_QUALITY.get(format, {}))
@@ -109,7 +131,7 @@ def encoded(image: UInt8[np.ndarray, "h w 3"], format: str = "PNG") -> bytes:
 
 
 def labelled(image: UInt8[np.ndarray, "h w 3"], text: str) -> UInt8[np.ndarray, "h w 3"]:
-    """The picture with a line of text in its upper left corner; a fresh array."""
+    """Returns a copy of the picture with a line of text in its upper left corner."""
     size = max(11, image.shape[0] // 24)
     drawing = Image.fromarray(image)
     place = (size // 2 + 2, size // 2)
@@ -125,20 +147,20 @@ def _shots(
     height: int = HEIGHT,
     fine: bool = True,
     goals: bool = True,
-    ways: bool = True,
+    tool_paths: bool = True,
 ) -> list[UInt8[np.ndarray, "h w 3"]]:
-    """A picture for each time [s]."""
+    """Returns a picture for each time [s]."""
     out = []
-    with Studio(plan.problem.cell, width, height, fine=fine, shown=plan_outline(plan)) as studio:
+    with OffscreenRenderer(plan.problem.cell, width, height, fine=fine, shown=plan_outline(plan)) as renderer:
         for time_s in times:
             ghosts = plan.problem.goal if goals and time_s < plan.makespan_s else None
-            lines = tool_ways(plan, time_s) if ways else ()
-            out.append(studio.picture(standing(plan, time_s), ghosts, lines))
+            lines = tool_path_lines(plan, time_s) if tool_paths else ()
+            out.append(renderer.picture(configuration_at(plan, time_s), ghosts, lines))
     return out
 
 
 def _times(moments: Iterable[Moment], duration_s: float) -> list[float]:
-    """When the moments of a plan that takes so long are [s]; at least one. Raises `MmpError`."""
+    """Returns the times [s] of the moments of a plan with this duration. Raises `MmpError` if there are none."""
     out = [_time(moment, duration_s) for moment in moments]
     if not out:
         raise MmpError(f"a picture needs at least one moment: {', '.join(MOMENTS)} or a time in seconds")

@@ -1,4 +1,4 @@
-"""The conflict tree of a search as a watcher that draws itself."""
+"""A watcher that records the conflict tree of a search and draws it."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ class SearchTree(TreeRecord):
     """A watcher that records the conflict tree of a search and draws it. In a notebook it displays itself."""
 
     def svg(self) -> str:
-        """The drawing, as the text of an SVG file."""
+        """Returns the drawing as the text of an SVG file."""
         return draw_tree(self)
 
     def save(self, path: str | PathLike[str]) -> None:
-        """Writes the drawing to an SVG file, the whole of it or nothing. Raises `MmpError`."""
+        """Writes the drawing to an SVG file, complete or not at all. Raises `MmpError` if it cannot be written."""
         write_text(path, self.svg())
 
     def _repr_svg_(self) -> str:

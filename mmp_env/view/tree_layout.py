@@ -1,4 +1,4 @@
-"""Where the nodes of a tree stand in a drawing: parents over the middle of their children, subtrees as close as can be.
+"""Layout of a tree: parents are centred over their children, and subtrees are as close as possible.
 
 The aesthetics of E. Reingold and J. Tilford, "Tidier Drawings of Trees" (1981), with contours that are merged at the
 cost of the lower of two subtrees: linear time, and no recursion, so a chain of ten thousand nodes is drawn too.
@@ -15,7 +15,7 @@ from jaxtyping import Float
 from mmp_env.errors import MmpError
 
 BETWEEN_TREES = 2.0
-"""Distance across between the nearest columns of two trees of a forest, in that of neighbours within a tree."""
+"""Distance between the nearest columns of two trees of a forest; neighbours within a tree have distance 1."""
 
 
 def layout(parents: Sequence[int | None], *, width: float | None = None) -> Float[np.ndarray, "n 2"]:
@@ -46,7 +46,7 @@ def layout(parents: Sequence[int | None], *, width: float | None = None) -> Floa
 
 @dataclass
 class _Contour:
-    """The outermost nodes of a subtree at each of its levels, the lowest first, so that a root is put on at the end.
+    """The outermost nodes of a subtree at each level, the lowest first, so that a root is appended at the end.
 
     x is what stands in the list plus a shift: moving a subtree costs nothing.
     """
@@ -69,7 +69,7 @@ class _Contour:
         self.right.append(x - self.right_shift)
 
     def take_in(self, other: _Contour) -> float:
-        """Puts another subtree to the right of this one, as near as may be, and returns how far that was moved."""
+        """Puts another subtree to the right of this one, as close as possible, and returns how far it was moved."""
         common = min(len(self.left), len(other.left))
         ours, theirs = self.right[-common:], other.left[-common:]
         apart = max(a - b for a, b in zip(ours, theirs, strict=True)) + self.right_shift - other.left_shift + 1.0
@@ -86,7 +86,7 @@ class _Contour:
 
 
 def _from_the_roots(parents: Sequence[int | None]) -> tuple[list[int], list[list[int]]]:
-    """The nodes, parents before their children, and the children of each."""
+    """Returns the nodes, parents before their children, and the children of each."""
     children: list[list[int]] = [[] for _ in parents]
     order = [node for node, parent in enumerate(parents) if parent is None]
     for node, parent in enumerate(parents):
@@ -103,7 +103,7 @@ def _from_the_roots(parents: Sequence[int | None]) -> tuple[list[int], list[list
 
 
 def _subtrees(order: Sequence[int], children: Sequence[Sequence[int]], trees: list[_Contour]) -> Float[np.ndarray, "n"]:
-    """Where each node stands across, seen from its parent; the contours of the roots are added to `trees`."""
+    """Returns the x of each node relative to its parent, and appends the contours of the roots to `trees`."""
     relative = np.zeros(len(order))
     contours: dict[int, _Contour] = {}
     below = {child for family in children for child in family}
@@ -124,7 +124,7 @@ def _subtrees(order: Sequence[int], children: Sequence[Sequence[int]], trees: li
 
 
 def _corners(trees: Sequence[_Contour], width: float | None) -> Float[np.ndarray, "t 2"]:
-    """Where the roots stand."""
+    """Returns the positions of the roots."""
     return np.array(list(_rows(trees, np.inf if width is None else width)))
 
 

@@ -20,11 +20,15 @@ _SAME_RAD = 1e-6
 
 @dataclass(kw_only=True, eq=False)
 class TreeNode:
-    """A node as its planner told of it. What it did not tell is None, nan for the numbers in radians.
+    """A node as its planner reported it. Unknown values are None, or nan for numbers in radians.
 
-    `id` is the place in `TreeRecord.nodes`; `number` is the planner's own, which may come again after a restart.
-    `expanded` counts the expansions from 1. `conflict` says in words what the node was branched on, `fast_tracks` has
-    the arms that the fast track was tried with and whether that solved it. `paths` are kept where that was asked for.
+    Attributes:
+        id: index in `TreeRecord.nodes`.
+        number: the planner's number, which may occur again after a restart.
+        expanded: number of the expansion, from 1.
+        conflict: the conflict that the node was branched on, as text.
+        fast_tracks: arms that the fast track was tried with, and whether it solved the node.
+        paths: the paths, if the record keeps them.
     """
 
     id: int
@@ -54,11 +58,11 @@ class TreeNode:
 
 
 class TreeRecord:
-    """A watcher that records the conflict tree, all trees of it where the search starts anew.
+    """A watcher that records the conflict tree, or all trees if the search restarts.
 
-    `nodes` stand in the order in which they came, parents before their children; `expansions` are ids in their order.
-    `solution` is the cheapest node that was told of as one, and the nodes from its root down to it are on the solution
-    path. Planners that have no tree tell of their plan alone: one node.
+    `nodes` are in order of creation, parents before their children; `expansions` are their ids in order of expansion.
+    `solution` is the cheapest solution so far; the nodes from its root to it are on the solution path. A planner
+    without a tree reports its plan alone: one node.
     """
 
     def __init__(self, problem: Problem | None = None, *, title: str = "", keep_paths: bool = False) -> None:
@@ -99,22 +103,23 @@ class TreeRecord:
 
     @property
     def parents(self) -> list[int | None]:
-        """The parent's id of each node."""
+        """Returns the parent's id of each node."""
         return [node.parent for node in self.nodes]
 
     @property
     def roots(self) -> list[TreeNode]:
-        """The nodes without a parent: one for each time that the search was started and found its first paths."""
+        """Returns the nodes without a parent: one per start of the search that found its first paths."""
         return [node for node in self.nodes if node.parent is None]
 
     @property
     def solution_path(self) -> list[TreeNode]:
-        """The nodes from a root down to the solution; none without a solution."""
+        """Returns the nodes from a root to the solution; none without a solution."""
         return self._upwards(self.solution)[::-1]
 
     def add_plan(self, plan: Plan) -> None:
-        """The plan as a node of its own where the planner told of none that is as cheap: one that it made shorter is a
-        child of the solution, that of a planner that tells nothing is a root.
+        """Adds the plan as a node if no reported node is as cheap.
+
+        A plan that the planner has shortened is a child of the solution; that of a planner without a tree is a root.
         """
         if self.solution is not None and self.solution.cost_rad <= plan.cost_rad + _SAME_RAD:
             return
@@ -126,7 +131,7 @@ class TreeRecord:
             conflicts=0,
             conflicting_pairs=0,
         )
-        self._show_way_to(node)
+        self._mark_solution(node)
 
     def _create(self, event: NodeCreated) -> None:
         parent = None if event.parent is None else self._newest.get(event.parent)
@@ -144,14 +149,14 @@ class TreeRecord:
             paths=dict(event.paths) if self.keep_paths else None,
         )
 
-    def _add(self, number: int, **told: Any) -> TreeNode:
-        node = TreeNode(id=len(self.nodes), number=number, restart=self._restart, **told)
+    def _add(self, number: int, **fields: Any) -> TreeNode:
+        node = TreeNode(id=len(self.nodes), number=number, restart=self._restart, **fields)
         self.nodes.append(node)
         self._newest[number] = node
         return node
 
     def _of(self, number: int) -> TreeNode:
-        """The newest node of that number; a planner may speak of one whose making it has not told."""
+        """Returns the newest node of that number, or a new one if the planner has not reported its creation."""
         return self._newest.get(number) or self._add(number)
 
     def _solve(self, node: TreeNode, event: SolutionFound) -> None:
@@ -162,9 +167,9 @@ class TreeRecord:
         if self.solution is not None and self.solution.cost_rad < node.cost_rad:
             return
         self.clearance_m = event.clearance_m
-        self._show_way_to(node)
+        self._mark_solution(node)
 
-    def _show_way_to(self, node: TreeNode) -> None:
+    def _mark_solution(self, node: TreeNode) -> None:
         for other in self._upwards(self.solution):
             other.on_solution_path = False
         self.solution = node

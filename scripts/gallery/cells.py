@@ -15,7 +15,7 @@ from mmp_env.files.cell_file import cell_from_dict
 from mmp_env.files.reading import Location, parse_yaml
 from mmp_env.files.writing import whole_file
 from mmp_env.model.cell import Cell
-from mmp_env.view.offscreen_renderer import Studio
+from mmp_env.view.offscreen_renderer import OffscreenRenderer
 
 README = Path(__file__).parents[2] / "README.md"
 NAMES = ("ring-8", "ring-8-panda", "ring-6-fr5")
@@ -39,8 +39,8 @@ def cells_picture(cells: list[Cell], size: tuple[int, int] = _SIZE) -> UInt8[np.
     for k, cell in enumerate(cells):
         start, _ = draw_instance(cell, seed=_SEED)
         left = k * (width + _GAP)
-        with Studio(cell, width, height) as studio:
-            out.paste(Image.fromarray(studio.picture(start)), (left, 0))
+        with OffscreenRenderer(cell, width, height) as renderer:
+            out.paste(Image.fromarray(renderer.picture(start)), (left, 0))
         draw.text((left + width / 2, 1.2 * letters), _caption(cell), INK, font(letters), anchor="mm")
     return np.array(out)
 

@@ -12,13 +12,14 @@ from gallery.instances import Search, typical
 from mmp_env.files.writing import write_text
 from mmp_env.view.search_tree import SearchTree
 from mmp_env.view.tree_drawing.colors import FAINT
-from mmp_env.view.tree_drawing.discs import Discs, draw_discs
+from mmp_env.view.tree_drawing.discs import DiscStyle, draw_discs
 from mmp_env.view.tree_drawing.legend import draw_legend
-from mmp_env.view.tree_drawing.page import page
-from mmp_env.view.tree_drawing.svg import element, text_width, words
+from mmp_env.view.tree_drawing.svg import element, svg_page, text_width, words
 
 _BOTH = "MultiArmCell-8/ecbs/expanded_nodes_where_both_solve"
-_DISCS = Discs(name="numbered", expanded=10.5, generated=10.5, column=23.5, row=27.0, way=3.6, numbers=True)
+_DISCS = DiscStyle(
+    name="numbered", expanded=10.5, generated=10.5, column=23.5, row=27.0, solution_width=3.6, numbers=True
+)
 _BORDER, _BETWEEN = 18.0, 24.0
 _TITLE, _TEXT, _LINE = 16.0, 12.5, 19.0
 _FAINT: dict[str, Any] = {"class_": "mmp-faint", "fill": FAINT}
@@ -54,7 +55,7 @@ def comparison(first: Search, second: Search, figures: Figures) -> str:
     for line in _foot(first, second, figures):
         y += _LINE
         out.append(words(line, _BORDER, y, size=_TEXT, **_FAINT))
-    return page(out, width, y + _BORDER, f"Conflict trees of ecbs and apf-ecbs on {first.problem.name}")
+    return svg_page(out, width, y + _BORDER, f"Conflict trees of ecbs and apf-ecbs on {first.problem.name}")
 
 
 def _told(run: Search) -> list[str]:

@@ -37,7 +37,7 @@ def save_demonstration(task: str, path: Path, size: tuple[int, int] = _SIZE, fps
     env.close()
     if not report.reached or report.contacts:
         raise MmpError(f"{task} on {CELL}, seed {SEED}, is not executed as planned")
-    shown = frames(plan, report, fps=fps, width=size[0], height=size[1], ways=True)
+    shown = frames(plan, report, fps=fps, width=size[0], height=size[1], tool_paths=True)
     first, *rest = (Image.fromarray(frame) for frame in shown)
     durations = [round(1e3 / fps)] * len(rest) + [round(1e3 * HOLD_S)]
     with whole_file(path) as temporary:

@@ -20,7 +20,7 @@ from mmp_env.events import ConflictChosen, NodeCreated
 from mmp_env.files.writing import whole_file
 from mmp_env.model.conflict import Conflict, plan_conflicts
 from mmp_env.model.plan import Plan
-from mmp_env.view.offscreen_renderer import tool_ways
+from mmp_env.view.offscreen_renderer import tool_path_lines
 
 WIDTH, HEIGHT, PANEL, CAPTION = 840, 470, 306, 56
 _CUT = (14, 26, 36, 0)
@@ -130,7 +130,7 @@ def _moving(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> Ite
     times = np.append(np.arange(0.0, plan.makespan_s, frame_ms / 1e3), plan.makespan_s)
     for k, time_s in enumerate(times.tolist()):
         words = f"The plan: {time_s:.1f} of {plan.makespan_s:.1f} s"
-        shot = view.picture(plan.at(time_s), tool_ways(plan, time_s))
+        shot = view.picture(plan.at(time_s), tool_path_lines(plan, time_s))
         duration = _LAST_MS if k == len(times) - 1 else frame_ms
         yield Shot(picture=_joined(shot, tree, words, proved), duration_ms=duration)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib
 from PIL import ImageFont
 
-INK, FAINT, PAPER, LINE, WAY = (31, 36, 41), (93, 102, 112), (252, 252, 253), (154, 163, 173), (0, 114, 178)
+INK, FAINT, PAPER, LINE, SOLUTION_PATH = (31, 36, 41), (93, 102, 112), (252, 252, 253), (154, 163, 173), (0, 114, 178)
 ALARM = (204, 32, 39)
 
 

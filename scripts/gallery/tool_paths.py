@@ -11,7 +11,7 @@ from planner_tables import PLANNERS
 from gallery.instances import ARMS, Search, first_small, search
 from mmp_env.files.writing import write_text
 from mmp_env.model.plan import Plan
-from mmp_env.view.offscreen_renderer import tool_ways
+from mmp_env.view.offscreen_renderer import tool_path_lines
 from mmp_env.view.tree_drawing.svg import element
 
 _SIDE, _BORDER = 116.0, 6.0
@@ -28,7 +28,7 @@ def save_tool_paths(folder: Path) -> None:
 
 def drawings(runs: Sequence[Search]) -> list[str]:
     """Returns one SVG text per run, all in the same scale."""
-    lines = [tool_ways(run.plan) for run in runs]
+    lines = [tool_path_lines(run.plan) for run in runs]
     points = np.concatenate([line.points[:, :2] for drawn in lines for line in drawn])
     low, high = points.min(axis=0), points.max(axis=0)
     scale = (_SIDE - 2 * _BORDER) / float((high - low).max())

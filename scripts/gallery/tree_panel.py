@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from PIL import Image, ImageDraw
 
-from gallery.fonts import FAINT, INK, LINE, PAPER, WAY, font
+from gallery.fonts import FAINT, INK, LINE, PAPER, SOLUTION_PATH, font
 from mmp_env.view.search_tree import SearchTree
 from mmp_env.view.tree_drawing.colors import conflict_color, text_color
 from mmp_env.view.tree_layout import layout
@@ -62,11 +62,11 @@ class TreePanel:
         share = np.linspace(0, 1, 25)
         smooth = 3 * share**2 - 2 * share**3
         points = [(x0 + (x1 - x0) * s, begin + (top - 1 - begin) * t) for s, t in zip(smooth, share, strict=True)]
-        color, wide = (WAY, 3.4) if way else (LINE, 1.5)
+        color, wide = (SOLUTION_PATH, 3.4) if way else (LINE, 1.5)
         draw.line([(x * _FINER, y * _FINER) for x, y in points], fill=color, width=round(wide * _FINER), joint="curve")
         for k, text in enumerate(labels):
             middle = top + _LABEL_ROW * (k + 0.5)
-            self._words(draw, x1, middle, text, _LABEL, WAY if way else FAINT)
+            self._words(draw, x1, middle, text, _LABEL, SOLUTION_PATH if way else FAINT)
 
     def _node(self, draw: ImageDraw.ImageDraw, node: TreeNode, *, way: bool, current: bool) -> None:
         x, y = self._places[node.id]
@@ -74,7 +74,7 @@ class TreePanel:
         color = conflict_color(node.conflicts, self._most)
         if current:
             self._box(draw, x, y, half + 4.5, None, INK, 1.8)
-        self._box(draw, x, y, half, color, WAY if way else INK, 3.0 if way else 1.2)
+        self._box(draw, x, y, half, color, SOLUTION_PATH if way else INK, 3.0 if way else 1.2)
         self._words(draw, x, y, str(node.conflicts), 14, text_color(color), bold=True)
 
     def _box(

@@ -1,4 +1,4 @@
-"""How the viewer lays out a recording: a tab for the search, one for repulsion, one for the plan."""
+"""Layout of a recording in the viewer: a tab each for the search, the repulsion and the plan."""
 
 from __future__ import annotations
 
@@ -11,23 +11,31 @@ from jaxtyping import Float
 
 from mmp_env.model.cell import Cell
 from mmp_env.sim.scene_appearance import CAMERA
-from mmp_env.view.rerun import expansions, geoms, joints, plan_view, repulsion_view, timelines, tree, waiting
+from mmp_env.view.rerun import (
+    expansions,
+    geoms,
+    joints,
+    motion_states,
+    plan_view,
+    repulsion_view,
+    timelines,
+    tree_graph,
+)
 from mmp_env.view.rerun.colors import BACKGROUND
 from mmp_env.view.rerun.sdk import require
-from mmp_env.view.rerun.timeline_hints import hint_path
 
 SEARCH, REPULSION, PLAN = "Search", "Repulsion", "Plan"
 """Names of the tabs."""
 _REPLAY_S = 12.0
-"""How long the replay of a search takes."""
+"""Duration [s] of the replay of a search."""
 _RERUN_FIELD_OF_VIEW, _NEARER, _LOWER = np.radians(55.0), 0.85, 0.1
 _SLOWEST, _FASTEST = 2.0, 30.0
-"""Expansions a second."""
+"""Bounds of the expansions per second."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Contents:
-    """What is in a recording: how many expansions, and whether there is something of the rest."""
+    """Contents of a recording: the number of expansions and nodes, and whether it has repulsions and a plan."""
 
     expansions: int
     nodes: int
@@ -36,7 +44,7 @@ class Contents:
 
     @property
     def tabs(self) -> dict[str, str]:
-        """Name of each tab -> its timeline."""
+        """Returns tab name -> its timeline."""
         every = {
             SEARCH: (self.nodes > 0, timelines.EXPANSION),
             REPULSION: (self.repulsions, timelines.REPULSION),
@@ -46,20 +54,20 @@ class Contents:
 
     @property
     def search_first(self) -> bool:
-        """Whether there is more to see of the search than of the plan."""
+        """Whether the viewer opens the search first."""
         return self.expansions > 0 or not self.plan
 
     @property
     def kind(self) -> str:
-        """The tabs, the one that is opened first; what has the same ones can have the same layout."""
+        """Returns the tabs in words, in opening order; recordings with the same tabs can share a layout."""
         there = [name.lower() for name in self.tabs] or ["start"]
         return " ".join(there if self.search_first else there[::-1])
 
 
 def of_search(cell: Cell, model: Any, contents: Contents) -> Any:
-    """The blueprint of a search, a plan, or both; it begins with the search where that is more than one node.
+    """Returns the blueprint of a search, a plan, or both.
 
-    Of a planner that told nothing and found nothing there is the start alone.
+    If the planner reported nothing and found nothing, the recording shows the start alone.
     """
     rrb = require().blueprint
     tabs = []
@@ -70,7 +78,7 @@ def of_search(cell: Cell, model: Any, contents: Contents) -> Any:
     if contents.plan:
         tabs.append(_tab(PLAN, _plan_tab(cell, model), contents))
     if not tabs:
-        tabs.append(view_3d(model, [geoms.STAGE, geoms.CELL], "The start: of search and plan nothing was told"))
+        tabs.append(view_3d(model, [geoms.STAGE, geoms.CELL], "The start: the planner reported no search and no plan"))
     timeline = timelines.EXPANSION if contents.search_first else timelines.PLAN_TIME
     rate = (contents.expansions + 2) / _REPLAY_S
     panel = rrb.TimePanel(
@@ -85,15 +93,15 @@ def of_search(cell: Cell, model: Any, contents: Contents) -> Any:
 
 
 def of_single_arm(arm: str, model: Any, root: str) -> Any:
-    """The blueprint of the search of one arm."""
+    """Returns the blueprint of the search of one arm."""
     rrb = require().blueprint
-    looks = view_3d(model, [geoms.STAGE, root], f"Where the tool of {arm} can be: bright soon, dark late")
+    views = view_3d(model, [geoms.STAGE, root], f"Tool positions of {arm} in the search tree: bright early, dark late")
     panel = rrb.TimePanel(timeline=timelines.PLAN_TIME, state="collapsed", play_state="playing", loop_mode="all")
-    return rrb.Blueprint(looks, panel, collapse_panels=True)
+    return rrb.Blueprint(views, panel, collapse_panels=True)
 
 
 def view_3d(model: Any, contents: Sequence[str], name: str) -> Any:
-    """A view of the cell from where its camera stands, a light background behind it."""
+    """Returns a view of the cell from its camera, with a light background."""
     rrb = require().blueprint
     eye, target = eye_of(model)
     return rrb.Spatial3DView(
@@ -107,7 +115,7 @@ def view_3d(model: Any, contents: Sequence[str], name: str) -> Any:
 
 
 def eye_of(model: Any) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
-    """Where the camera of the cell stands [m] and what it looks at, nearer by as much as rerun sees wider."""
+    """Returns the position of the cell's camera and its target [m], closer because rerun has a wider field of view."""
     camera = model.camera(CAMERA)
     lower = np.array([0.0, 0.0, _LOWER * model.stat.extent])
     eye, target = np.array(camera.pos) - lower, np.array(model.stat.center) - lower
@@ -116,11 +124,11 @@ def eye_of(model: Any) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3"]]:
 
 
 def _tab(name: str, content: Any, contents: Contents) -> Any:
-    """A tab; where there are several, it says above which timeline it needs."""
+    """Returns a tab; if there are several, a line above says which timeline it follows."""
     rrb = require().blueprint
     if len(contents.tabs) == 1:
         return rrb.Vertical(content, name=name)
-    hint = rrb.TextDocumentView(origin=hint_path(name), name=f"Timeline of the tab {name}", titlebar=False)
+    hint = rrb.TextDocumentView(origin=timelines.hint_path(name), name=f"Timeline of the tab {name}", titlebar=False)
     return rrb.Vertical(hint, content, row_shares=[1, 15], name=name)
 
 
@@ -128,7 +136,7 @@ def _search_tab(model: Any) -> Any:
     rrb = require().blueprint
     still = {"enabled": False}
     graph = rrb.GraphView(
-        origin=tree.TREE,
+        origin=tree_graph.TREE,
         name="Conflict tree: a node and its conflicts, the branch below it",
         force_link=rrb.archetypes.ForceLink(**still),
         force_many_body=rrb.archetypes.ForceManyBody(**still),
@@ -145,28 +153,28 @@ def _search_tab(model: Any) -> Any:
             origin=expansions.SEARCH, contents=["$origin/conflicts", "$origin/open_nodes"], name="Conflicts, open nodes"
         ),
     )
-    looks = view_3d(
+    views = view_3d(
         model,
         [geoms.STAGE, expansions.PATHS, expansions.CONFLICTS, expansions.SPHERES],
         "The node: tool paths, conflicts, the arms in the one it is branched on",
     )
-    right = rrb.Vertical(looks, progress, row_shares=[3, 2])
+    right = rrb.Vertical(views, progress, row_shares=[3, 2])
     return rrb.Horizontal(graph, right, column_shares=[5, 4])
 
 
 def _repulsion_tab(model: Any) -> Any:
     rrb = require().blueprint
-    looks = view_3d(model, [geoms.STAGE, repulsion_view.REPULSION], "Spheres, forces and tool paths")
+    views = view_3d(model, [geoms.STAGE, repulsion_view.REPULSION], "Spheres, forces and tool paths")
     right = rrb.Vertical(
         rrb.TextDocumentView(origin=repulsion_view.WORDS, name="The iteration"),
         rrb.TimeSeriesView(origin=repulsion_view.CLEARANCE, name="Clearance of the path [m] over the iterations"),
     )
-    return rrb.Horizontal(looks, right, column_shares=[2, 1])
+    return rrb.Horizontal(views, right, column_shares=[2, 1])
 
 
 def _plan_tab(cell: Cell, model: Any) -> Any:
     rrb = require().blueprint
-    looks = rrb.Horizontal(
+    views = rrb.Horizontal(
         view_3d(model, [geoms.STAGE, geoms.CELL, plan_view.PATHS], "The cell along the plan"),
         view_3d(model, [geoms.STAGE, plan_view.SPHERES], "Spheres"),
     )
@@ -188,8 +196,8 @@ def _plan_tab(cell: Cell, model: Any) -> Any:
             name="Clearance from the other arms [m]; red: the margin",
             plot_legend=rrb.PlotLegend(visible=False),
         ),
-        rrb.StateTimelineView(origin=waiting.GANTT, name="Moving and waiting"),
+        rrb.StateTimelineView(origin=motion_states.MOTION_STATES, name="Moving and waiting"),
         rrb.Tabs(*per_arm, name="Joints"),
         column_shares=[3, 3, 4],
     )
-    return rrb.Vertical(looks, below, row_shares=[3, 2])
+    return rrb.Vertical(views, below, row_shares=[3, 2])

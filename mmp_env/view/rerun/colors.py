@@ -1,7 +1,7 @@
 """Colours of recordings, as bytes.
 
-The viewer draws graphs, curves and bars on the background of its theme, which is dark or light as the reader likes. The
-colours of these keep their contrast on both.
+The viewer draws graphs, curves and bars on the dark or light background of its theme. Their colours have enough
+contrast on both.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ BACKGROUND = (238, 240, 243)
 THEMES = ((13, 13, 13), (255, 255, 255))
 """Backgrounds of the viewer's dark and light theme (rerun 0.41)."""
 LEAST_CONTRAST = 3.0
-"""Least contrast ratio of what is not text on either background (WCAG 2.2, 1.4.11)."""
+"""Least contrast ratio of graphical objects on either background (WCAG 2.2, 1.4.11)."""
 _STEP = 0.02
 
 
 def arm_colors(cell: Cell) -> dict[str, UInt8[np.ndarray, "3"]]:
-    """Arm name -> red, green, blue."""
+    """Returns arm name -> red, green, blue."""
     return {name: np.rint(255 * np.array(arm_color(k))).astype(np.uint8) for k, name in enumerate(cell.arm_names)}
 
 
 def curve_colors(cell: Cell) -> dict[str, UInt8[np.ndarray, "3"]]:
-    """Arm name -> the arm's colour, darker or lighter where a thin line of it would vanish in one of the themes."""
+    """Returns arm name -> the arm's colour, darker or lighter if a thin line of it were illegible in a theme."""
     return {name: legible(color) for name, color in arm_colors(cell).items()}
 
 
 def legible(color: UInt8[np.ndarray, "3"] | tuple[int, int, int]) -> UInt8[np.ndarray, "3"]:
-    """The nearest darker or lighter colour that has `LEAST_CONTRAST` on both backgrounds."""
+    """Returns the nearest darker or lighter colour that has `LEAST_CONTRAST` on both backgrounds."""
     out = np.array(color, dtype=float)
     dark, light = THEMES
     while theme_contrast(out, light) < LEAST_CONTRAST:
@@ -49,11 +49,11 @@ def legible(color: UInt8[np.ndarray, "3"] | tuple[int, int, int]) -> UInt8[np.nd
 
 
 def theme_contrast(color: Iterable[float], background: Iterable[float]) -> float:
-    """Contrast ratio of two colours given as red, green, blue in 0..255."""
+    """Returns the contrast ratio of two colours given as red, green, blue in 0..255."""
     one, other = ("#" + bytes(round(part) for part in parts).hex() for parts in (color, background))
     return contrast(one, other)
 
 
 def pale(color: UInt8[np.ndarray, "3"]) -> UInt8[np.ndarray, "3"]:
-    """The same, nearly gone into the background."""
+    """Returns the colour mixed with three times as much background."""
     return np.rint(0.25 * color + 0.75 * np.array(BACKGROUND)).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""What `RerunRecorder` logs: rows are gathered and sent a block at a time."""
+"""Data of `RerunRecorder`: it collects rows and sends them in blocks."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from mmp_env.sim.contacts import Contact
 from mmp_env.sim.execution import SHOWN_STEPS, ExecutionReport
 from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.blueprint import view_3d
-from mmp_env.view.rerun.clouds import log_radii, send_centers
 from mmp_env.view.rerun.colors import CONTACT, curve_colors
 from mmp_env.view.rerun.geoms import CELL, STAGE, CellGeoms, joined
 from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sphere_clouds import log_radii, send_centers
 
 ROOT = "/episodes"
 SPHERES, ACTIONS, CONTACTS = f"{ROOT}/spheres", f"{ROOT}/actions", f"{ROOT}/contacts"
 SCALARS = {"reward": (0, 114, 178), "return": (0, 158, 115), "distance": (213, 94, 0), "episode": (130, 130, 130)}
-"""Reward of a step, their sum over the episode so far, the largest distance of a joint from its goal [rad]."""
+"""Colours of the curves: reward of a step, return of the episode, largest joint distance from the goal [rad]."""
 _BLOCK = 200
 
 
-class Episodes:
-    """Steps of an environment, one row each; a reset is a row without an action, and may bring other objects."""
+class EpisodeLog:
+    """Steps of an environment, one row each. A reset is a row without an action, and may bring other objects."""
 
     def __init__(self, stream: Any, env: Any) -> None:
         rerun = require()
@@ -43,7 +43,7 @@ class Episodes:
             stream.log(f"{ACTIONS}/{arm}", rerun.SeriesLines(names=names, colors=[color] * dof), static=True)
 
     def begin(self, info: dict[str, Any]) -> None:
-        """The environment was reset."""
+        """Adds a reset of the environment."""
         if self._env.cell is not self._cell:
             self._send()
             self._enter()
@@ -51,12 +51,12 @@ class Episodes:
         self._note(None, 0.0, info)
 
     def add(self, action: Float[np.ndarray, "n"], reward: float, info: dict[str, Any]) -> None:
-        """It has taken a step."""
+        """Adds a step."""
         self._return += reward
         self._note(action, reward, info)
 
     def play(self, report: ExecutionReport) -> None:
-        """A plan was executed: where the arms were, and what they touched, as so many more steps."""
+        """Adds the execution of a plan as further steps: positions and contacts."""
         self._send()
         frames = np.unique([*range(0, len(report.times), SHOWN_STEPS), len(report.times) - 1])
         index = [timelines.sequence(timelines.STEP, range(self._steps, self._steps + len(frames)))]
@@ -69,10 +69,10 @@ class Episodes:
         self._steps += len(frames)
 
     def end(self) -> Any:
-        """Sends what is left; the blueprint."""
+        """Sends the remaining rows and returns the blueprint."""
         self._send()
         rrb = require().blueprint
-        looks = rrb.Horizontal(
+        views = rrb.Horizontal(
             view_3d(self._geoms.model, [STAGE, CELL], "The cell"),
             view_3d(self._geoms.model, [STAGE, SPHERES], "Spheres"),
         )
@@ -83,10 +83,10 @@ class Episodes:
             rrb.TextLogView(origin=CONTACTS, name="Contacts", columns=rrb.TextLogColumns(text_log_columns=["Body"])),
         )
         panel = rrb.TimePanel(timeline=timelines.STEP, state="collapsed", fps=10.0, play_state="playing")
-        return rrb.Blueprint(rrb.Vertical(looks, below, row_shares=[3, 2]), panel, collapse_panels=True)
+        return rrb.Blueprint(rrb.Vertical(views, below, row_shares=[3, 2]), panel, collapse_panels=True)
 
     def _enter(self) -> None:
-        """From here on it is this cell: its arms, and the objects of the environment's task."""
+        """Logs the environment's current cell, with the objects of its task, from this step on."""
         env, stream = self._env, self._stream
         self._cell: Cell = env.cell
         stream.set_time(timelines.STEP, sequence=self._steps)
@@ -103,8 +103,8 @@ class Episodes:
             {
                 "step": self._steps,
                 "q": data.qpos.copy(),
-                "places": data.xpos.copy(),
-                "turns": data.xquat.copy(),
+                "positions": data.xpos.copy(),
+                "quaternions": data.xquat.copy(),
                 "action": action,
                 "scalars": (reward, self._return, info["distance_rad"], float(self._episode)),
                 "contacts": info["contacts"],
@@ -120,7 +120,7 @@ class Episodes:
             return
         rerun = require()
         index = [timelines.sequence(timelines.STEP, [row["step"] for row in rows])]
-        self._geoms.send_bodies(index, *(np.array([row[key] for row in rows]) for key in ("places", "turns")))
+        self._geoms.send_bodies(index, *(np.array([row[key] for row in rows]) for key in ("positions", "quaternions")))
         ends = np.cumsum([arm.dof for arm in self._cell.arms])[:-1]
         parts = np.split(np.array([row["q"] for row in rows]), ends, axis=1)
         q = dict(zip(self._cell.arm_names, parts, strict=True))
@@ -140,12 +140,12 @@ class Episodes:
             columns = rerun.Scalars.columns(scalars=part.ravel()).partition([part.shape[1]] * len(part))
             self._stream.send_columns(f"{ACTIONS}/{arm}", index, columns)
 
-    def _send_contacts(self, told: Sequence[tuple[int, Contact]]) -> None:
-        """A line of text for each contact, at the step that it happened in."""
-        if not told:
+    def _send_contacts(self, contacts: Sequence[tuple[int, Contact]]) -> None:
+        """Sends a line of text for each contact, at its step."""
+        if not contacts:
             return
         rerun = require()
-        index = [timelines.sequence(timelines.STEP, [step for step, _ in told])]
-        words = [f"{c.body_a} and {c.body_b}, {1e3 * c.depth_m:.1f} mm deep" for _, c in told]
-        columns = rerun.TextLog.columns(text=words, level=["WARN"] * len(told), color=[CONTACT] * len(told))
+        index = [timelines.sequence(timelines.STEP, [step for step, _ in contacts])]
+        words = [f"{c.body_a} and {c.body_b}, {1e3 * c.depth_m:.1f} mm deep" for _, c in contacts]
+        columns = rerun.TextLog.columns(text=words, level=["WARN"] * len(contacts), color=[CONTACT] * len(contacts))
         self._stream.send_columns(CONTACTS, index, columns)

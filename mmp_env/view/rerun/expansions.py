@@ -1,4 +1,4 @@
-"""What the search looked at, node by node on the timeline `expansion`: paths, conflicts, clouds and words."""
+"""The expanded nodes on the timeline `expansion`: paths, conflicts, sphere clouds and text."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun import timelines
-from mmp_env.view.rerun.clouds import send_clouds
 from mmp_env.view.rerun.colors import CONTACT, arm_colors
-from mmp_env.view.rerun.meetings import Contact, Meetings, configurations
-from mmp_env.view.rerun.record import Look, Record
+from mmp_env.view.rerun.conflict_intervals import ConflictFinder, ConflictInterval, configurations_at
+from mmp_env.view.rerun.node_markdown import node_markdown
 from mmp_env.view.rerun.sdk import require
-from mmp_env.view.rerun.words import describe
+from mmp_env.view.rerun.search_record import RecordedNode, SearchRecord
+from mmp_env.view.rerun.sphere_clouds import send_clouds
 
 NODE = "/node"
 PATHS, CONFLICTS, SPHERES, WORDS = f"{NODE}/paths", f"{NODE}/conflicts", f"{NODE}/spheres", f"{NODE}/words"
@@ -22,19 +22,19 @@ SEARCH = "/search"
 SERIES = {"cost": (0, 114, 178), "lower bound": (0, 158, 115), "conflicts": (213, 94, 0), "open nodes": (130, 130, 130)}
 
 
-def send_expansions(stream: Any, record: Record) -> None:
-    """A row for the root, for each node that was expanded, and for the solution after the last one."""
-    looks = shown(record)
-    if not looks:
+def send_expansions(stream: Any, record: SearchRecord) -> None:
+    """Sends a row for the root, for each expanded node, and for the solution after the last one."""
+    nodes = shown(record)
+    if not nodes:
         return
-    problem, meetings = record.problem, Meetings(record.problem)
-    contacts = [meetings(look.told.paths) for look in looks]
-    numbers = [look.expansion for look in looks]
+    problem, find_conflicts = record.problem, ConflictFinder(record.problem)
+    intervals = [find_conflicts(node.created.paths) for node in nodes]
+    numbers = [node.expansion for node in nodes]
     index = [timelines.sequence(timelines.EXPANSION, numbers)]
-    _send_paths(stream, index, problem, looks)
-    _send_contacts(stream, index, problem, looks, contacts)
-    _send_instants(stream, index, problem, looks, contacts)
-    words = [describe(record, look, met) for look, met in zip(looks, contacts, strict=True)]
+    _send_paths(stream, index, problem, nodes)
+    _send_intervals(stream, index, nodes, intervals)
+    _send_instants(stream, index, problem, nodes, intervals)
+    words = [node_markdown(record, node, met) for node, met in zip(nodes, intervals, strict=True)]
     rerun = require()
     media = ["text/markdown"] * len(words)
     stream.send_columns(WORDS, index, rerun.TextDocument.columns(text=words, media_type=media))
@@ -44,21 +44,21 @@ def send_expansions(stream: Any, record: Record) -> None:
     stream.reset_time()
 
 
-def shown(record: Record) -> list[Look]:
-    """The root before anything happened, then what was expanded, then the solution, each at a time of its own."""
+def shown(record: SearchRecord) -> list[RecordedNode]:
+    """Returns the root, the expanded nodes and the solution, each with an expansion number of its own."""
     out = [record.root] if record.root else []
-    out += record.looks
+    out += record.expanded_nodes
     if record.solution:
         solution, last = record.solution, record.count + 1
-        out.append(Look(expansion=last, node=solution.node, told=solution.told))
+        out.append(RecordedNode(expansion=last, node=solution.node, created=solution.created))
     return out
 
 
-def _say_where_it_ends(stream: Any, record: Record) -> None:
-    """After the last node that was kept nothing is shown, rather than that node for ever."""
-    if len(record.looks) == record.count:
+def _say_where_it_ends(stream: Any, record: SearchRecord) -> None:
+    """Clears the view after the last node that was kept, which would otherwise stay."""
+    if len(record.expanded_nodes) == record.count:
         return
-    rerun, kept = require(), len(record.looks)
+    rerun, kept = require(), len(record.expanded_nodes)
     stream.set_time(timelines.EXPANSION, sequence=kept + 1)
     which = "expanded node is" if kept == 1 else f"{kept} expanded nodes are"
     words = f"## Expansion {kept + 1} and later\n\nOnly the first {which} recorded in detail."
@@ -68,8 +68,8 @@ def _say_where_it_ends(stream: Any, record: Record) -> None:
     stream.reset_time()
 
 
-def send_progress(stream: Any, record: Record) -> None:
-    """Cost, lower bound and conflicts of each expanded node, and how many are open, as curves over the search."""
+def send_progress(stream: Any, record: SearchRecord) -> None:
+    """Sends cost, lower bound and conflicts of each expanded node, and the number of open nodes, as curves."""
     rerun, tree = require(), record.tree
     expanded = [tree.nodes[node] for node in tree.expansions]
     numbers = list(range(1, len(expanded) + 1))
@@ -92,12 +92,12 @@ def send_progress(stream: Any, record: Record) -> None:
             stream.send_columns(path, index, rerun.Scalars.columns(scalars=np.array(column, dtype=float)))
 
 
-def _send_paths(stream: Any, index: list[Any], problem: Problem, looks: Sequence[Look]) -> None:
+def _send_paths(stream: Any, index: list[Any], problem: Problem, nodes: Sequence[RecordedNode]) -> None:
     rerun, strips = require(), {}
     for name, color in arm_colors(problem.cell).items():
         rows = []
-        for look in looks:
-            path = look.told.paths[name]
+        for node in nodes:
+            path = node.created.paths[name]
             if id(path) not in strips:  # children have all paths but one from their parent
                 strips[id(path)] = problem.cell.collision.tool_points(name, path).astype(np.float32)
             rows.append(strips[id(path)])
@@ -106,44 +106,51 @@ def _send_paths(stream: Any, index: list[Any], problem: Problem, looks: Sequence
         stream.send_columns(entity, index, rerun.LineStrips3D.columns(strips=rows))
 
 
-def _send_contacts(
-    stream: Any, index: list[Any], problem: Problem, looks: Sequence[Look], contacts: Sequence[Sequence[Contact]]
+def _send_intervals(
+    stream: Any,
+    index: list[Any],
+    nodes: Sequence[RecordedNode],
+    intervals: Sequence[Sequence[ConflictInterval]],
 ) -> None:
     rerun = require()
-    points = np.array([c.point for met in contacts for c in met], dtype=np.float32).reshape(-1, 3)
+    points = np.array([c.point for met in intervals for c in met], dtype=np.float32).reshape(-1, 3)
     labels = [
-        f"{c.arm_a} and {c.arm_b}, {c.step * look.told.dt_s:.1f} s"
-        for look, met in zip(looks, contacts, strict=True)
+        f"{c.arm_a} and {c.arm_b}, {c.step * node.created.dt_s:.1f} s"
+        for node, met in zip(nodes, intervals, strict=True)
         for c in met
     ]
-    lengths = [len(met) for met in contacts]
-    # Labels are for the mouse: shown all at once they hide what they are about, and the words list them.
+    lengths = [len(met) for met in intervals]
+    # Labels appear under the mouse only: all of them together would hide the scene, and the text lists them.
     look = rerun.Points3D.from_fields(colors=[CONTACT], radii=[0.03], show_labels=[False])
     stream.log(CONFLICTS, look, static=True)
     stream.send_columns(CONFLICTS, index, rerun.Points3D.columns(positions=points, labels=labels).partition(lengths))
 
 
 def _send_instants(
-    stream: Any, index: list[Any], problem: Problem, looks: Sequence[Look], contacts: Sequence[Sequence[Contact]]
+    stream: Any,
+    index: list[Any],
+    problem: Problem,
+    nodes: Sequence[RecordedNode],
+    intervals: Sequence[Sequence[ConflictInterval]],
 ) -> None:
-    """All arms as they stand where the conflict that was chosen is deepest; in the middle where there is none."""
-    steps = [instant(look, met) for look, met in zip(looks, contacts, strict=True)]
+    """Sends all arms where the chosen conflict is deepest, or in the middle of the path if there is none."""
+    steps = [np.array([instant(node, met)]) for node, met in zip(nodes, intervals, strict=True)]
     q = {
         name: np.concatenate(
-            [configurations(look.told.paths[name], np.array([step])) for look, step in zip(looks, steps, strict=True)]
+            [configurations_at(node.created.paths[name], step) for node, step in zip(nodes, steps, strict=True)]
         )
         for name in problem.cell.arm_names
     }
     send_clouds(stream, SPHERES, index, problem.cell, q, problem.conflict_distances)
 
 
-def instant(look: Look, contacts: Sequence[Contact]) -> float:
-    """The step at which a node is shown."""
-    if not contacts:
-        return (max(len(path) for path in look.told.paths.values()) - 1) / 2
-    chosen = look.conflict
+def instant(node: RecordedNode, intervals: Sequence[ConflictInterval]) -> float:
+    """Returns the step at which a node is shown."""
+    if not intervals:
+        return (max(len(path) for path in node.created.paths.values()) - 1) / 2
+    chosen = node.conflict
     if chosen is not None:
-        for contact in contacts:
-            if {contact.arm_a, contact.arm_b} == {chosen.arm_a, chosen.arm_b}:
-                return contact.step
-    return contacts[0].step
+        for interval in intervals:
+            if {interval.arm_a, interval.arm_b} == {chosen.arm_a, chosen.arm_b}:
+                return interval.step
+    return intervals[0].step

@@ -1,4 +1,4 @@
-"""The MuJoCo geoms of a cell as shapes of rerun, and the bodies that carry them along."""
+"""The MuJoCo geoms of a cell as rerun shapes, and the poses of their bodies."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from mmp_env.view.rerun.sdk import require
 
 CELL, STAGE = "/cell", "/stage"
 _LAST_GROUP = 2
-"""Geoms of higher groups are hidden in MuJoCo's pictures too."""
+"""Highest geom group that is shown, as in MuJoCo's own pictures."""
 
 
 class CellGeoms:
-    """Logs the geoms of a cell once, and the poses of its bodies as often as one likes.
+    """Logs the geoms of a cell once, and then the poses of its bodies.
 
-    Moving bodies are entities `/cell/<arm>/<link>`, what stands in the world is under `/stage`. Geoms are there at all
-    times, or where they are not `static`, from the present time of the stream on.
+    Moving bodies are entities `/cell/<arm>/<link>`, fixed ones are under `/stage`. Geoms exist at all times, or, if not
+    `static`, from the current time of the stream.
     """
 
     def __init__(self, stream: Any, cell: Cell, model: Any = None, *, static: bool = True) -> None:
@@ -39,24 +39,24 @@ class CellGeoms:
             self._log_geoms(self._bodies.get(body, STAGE), geoms)
 
     def send_poses(self, index: list[Any], q: Float[np.ndarray, "t n"]) -> None:
-        """The bodies with all joints at `q` [t, n] [rad], a row for each time of `index`."""
+        """Sends the poses of the bodies for the joint positions `q` [t, n] [rad], a row per time of `index`."""
         model, data = self.model, self._data
-        places, turns = np.empty((len(q), model.nbody, 3)), np.empty((len(q), model.nbody, 4))
+        positions, quaternions = np.empty((len(q), model.nbody, 3)), np.empty((len(q), model.nbody, 4))
         for k, row in enumerate(q):
             data.qpos[:] = row
             self._mujoco.mj_kinematics(model, data)
-            places[k], turns[k] = data.xpos, data.xquat
-        self.send_bodies(index, places, turns)
+            positions[k], quaternions[k] = data.xpos, data.xquat
+        self.send_bodies(index, positions, quaternions)
 
     def send_bodies(
-        self, index: list[Any], places: Float[np.ndarray, "t b 3"], turns: Float[np.ndarray, "t b 4"]
+        self, index: list[Any], positions: Float[np.ndarray, "t b 3"], quaternions: Float[np.ndarray, "t b 4"]
     ) -> None:
-        """The bodies at `places` [m], turned by the quaternions `turns` (wxyz), both as MuJoCo has them."""
+        """Sends the bodies at `positions` [m] with `quaternions` (wxyz), both as MuJoCo has them."""
         rerun = require()
-        xyzw = turns[..., [1, 2, 3, 0]].astype(np.float32)
+        xyzw = quaternions[..., [1, 2, 3, 0]].astype(np.float32)
         for body, path in self._bodies.items():
             columns = rerun.Transform3D.columns(
-                translation=places[:, body].astype(np.float32), quaternion=xyzw[:, body]
+                translation=positions[:, body].astype(np.float32), quaternion=xyzw[:, body]
             )
             self._stream.send_columns(path, index, columns)
 
@@ -64,7 +64,7 @@ class CellGeoms:
         by_shape: dict[int, list[int]] = {}
         for geom in geoms:
             by_shape.setdefault(int(self.model.geom_type[geom]), []).append(geom)
-        by_shape.pop(int(self._mujoco.mjtGeom.mjGEOM_PLANE), None)  # the floor has no end
+        by_shape.pop(int(self._mujoco.mjtGeom.mjGEOM_PLANE), None)  # the floor is infinite
         for shape, alike in by_shape.items():
             name, archetype = self._archetype(shape, np.array(alike))
             self._stream.log(f"{path}/{name}", archetype, static=self._static)
@@ -80,7 +80,7 @@ class CellGeoms:
         place = model.geom_pos[geoms]
         if shape == types.mjGEOM_CYLINDER:
             return "cylinders", rerun.Cylinders3D(lengths=2 * size[:, 1], radii=size[:, 0], centers=place, **look)
-        if shape == types.mjGEOM_CAPSULE:  # those of rerun begin at their lower end
+        if shape == types.mjGEOM_CAPSULE:  # rerun's capsules begin at their lower end
             down = np.array(
                 [_turned(q, [0, 0, -half]) for q, half in zip(model.geom_quat[geoms], size[:, 1], strict=True)]
             )
@@ -92,7 +92,7 @@ class CellGeoms:
             return types(shape).name[7:].lower() + "s", rerun.Ellipsoids3D(half_sizes=half, centers=place, **look)
         if shape == types.mjGEOM_BOX:
             return "boxes", rerun.Boxes3D(half_sizes=size, centers=place, **look)
-        # Whatever else there may be, such as meshes, by the boxes around it.
+        # Other shapes, such as meshes, are shown as their bounding boxes.
         middle, half = model.geom_aabb[geoms, :3], model.geom_aabb[geoms, 3:]
         center = place + [_turned(q, m) for q, m in zip(model.geom_quat[geoms], middle, strict=True)]
         return "others", rerun.Boxes3D(half_sizes=half, centers=center, **look)
@@ -105,7 +105,7 @@ class CellGeoms:
 
 
 def joined(cell: Cell, q: Mapping[str, Float[np.ndarray, "t dof"]]) -> Float[np.ndarray, "t n"]:
-    """One row a time with the joints of all arms as the model has them, from arm -> [t, dof]."""
+    """Returns the joint positions of all arms in the model's order [t, n] [rad], from arm -> [t, dof]."""
     return np.concatenate([q[name] for name in cell.arm_names], axis=1)
 
 

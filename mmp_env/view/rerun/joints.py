@@ -1,4 +1,4 @@
-"""Joint positions and velocities of a plan against their limits."""
+"""Joint positions and velocities of a plan relative to their limits."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from jaxtyping import Float
 
 from mmp_env.model.plan import Plan
 from mmp_env.view.rerun import timelines
-from mmp_env.view.rerun.clouds import Configurations
 from mmp_env.view.rerun.colors import CONTACT, legible
 from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.sphere_clouds import Configurations
 
 JOINTS = "/plan/joints"
 POSITION, VELOCITY = "position", "velocity"
@@ -30,7 +30,7 @@ _COLORS = [
 
 
 def send_joints(stream: Any, plan: Plan, times: Float[np.ndarray, "t"], q: Configurations) -> None:
-    """For each arm `<arm>/position` and `<arm>/velocity`, a line a joint, in shares of the limits, 1 and -1."""
+    """Sends `<arm>/position` and `<arm>/velocity`, one line per joint, scaled so that the limits are 1 and -1."""
     rerun = require()
     ends = [timelines.seconds([0.0, plan.makespan_s])]
     for arm in plan.problem.cell.arms:
@@ -55,14 +55,14 @@ def send_joints(stream: Any, plan: Plan, times: Float[np.ndarray, "t"], q: Confi
 def position_shares(
     lower: Float[np.ndarray, "dof"], upper: Float[np.ndarray, "dof"], q: Float[np.ndarray, "t dof"]
 ) -> Float[np.ndarray, "t dof"]:
-    """-1 at the lower limit, 1 at the upper one."""
+    """Returns positions scaled so that the lower limit is -1 and the upper limit 1."""
     return (2 * q - lower - upper) / (upper - lower)
 
 
 def velocity_shares(plan: Plan, arm: str) -> tuple[Float[np.ndarray, "t"], Float[np.ndarray, "t dof"]]:
-    """Times [s] and velocities there, 1 being the limit of the problem; where the plan has none, those of its segments.
+    """Returns times [s] and velocities relative to the limits of the problem.
 
-    A segment's velocity holds from its beginning to its end, so there are two rows for each.
+    For a plan without velocities these are those of its segments, with a row for the start and the end of each.
     """
     limit = plan.problem.max_velocity[arm]
     if plan.velocities is not None:

@@ -1,4 +1,4 @@
-"""A plan on the timeline `plan time`: the cell moving, sphere clouds, clearances, joints, and who waits when."""
+"""A plan on the timeline `plan time`: the moving cell, sphere clouds, clearances, joints and motion states."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from jaxtyping import Float
 
 from mmp_env.model.plan import Plan
 from mmp_env.view.rerun import timelines
-from mmp_env.view.rerun.clouds import Configurations, send_clouds
 from mmp_env.view.rerun.colors import CONTACT, arm_colors, curve_colors
 from mmp_env.view.rerun.geoms import CellGeoms, joined
 from mmp_env.view.rerun.joints import send_joints
+from mmp_env.view.rerun.motion_states import send_motion_states
 from mmp_env.view.rerun.sdk import require
-from mmp_env.view.rerun.waiting import send_waiting
+from mmp_env.view.rerun.sphere_clouds import Configurations, send_clouds
 
 FRAMES_PER_S = 25
 MOST_FRAMES = 1000
-"""Longer plans have fewer frames a second."""
+"""Largest number of frames; longer plans have fewer frames per second."""
 PATHS, SPHERES, CLEARANCE = "/plan/paths", "/plan/spheres", "/plan/clearance"
 
 
 def send_plan(stream: Any, plan: Plan, geoms: CellGeoms) -> None:
-    """All of a plan that one can look at."""
+    """Sends everything that is shown of a plan."""
     cell = plan.problem.cell
     times = frame_times(plan)
     q = plan.sampled(times)
@@ -33,17 +33,17 @@ def send_plan(stream: Any, plan: Plan, geoms: CellGeoms) -> None:
     send_paths(stream, PATHS, q, plan)
     _send_clearance(stream, index, plan, q)
     send_joints(stream, plan, times, q)
-    send_waiting(stream, plan)
+    send_motion_states(stream, plan)
 
 
 def frame_times(plan: Plan) -> Float[np.ndarray, "t"]:
-    """Times of frames [s], the first and the last instant among them."""
+    """Returns the times of the frames [s], from the start to the end of the plan."""
     count = min(MOST_FRAMES, int(np.ceil(plan.makespan_s * FRAMES_PER_S)))
     return np.linspace(0.0, plan.makespan_s, max(count, 1) + 1)
 
 
 def send_paths(stream: Any, root: str, q: Configurations, plan: Plan) -> None:
-    """The way of each tool point, once and for all times."""
+    """Logs the tool path of each arm, for all times."""
     rerun, cell = require(), plan.problem.cell
     for name, color in arm_colors(cell).items():
         strip = cell.collision.tool_points(name, q[name])
@@ -51,7 +51,7 @@ def send_paths(stream: Any, root: str, q: Configurations, plan: Plan) -> None:
 
 
 def _send_clearance(stream: Any, index: list[Any], plan: Plan, q: Configurations) -> None:
-    """How near each arm comes to the others [m], and the margin."""
+    """Sends the clearance of each arm from the others [m], and the margin."""
     rerun, problem = require(), plan.problem
     names = problem.cell.arm_names
     nearest = {name: np.full(len(q[names[0]]), np.inf) for name in names}

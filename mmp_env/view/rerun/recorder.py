@@ -12,16 +12,22 @@ from mmp_env.errors import MmpError
 from mmp_env.model.plan import Plan
 from mmp_env.sim.execution import ExecutionReport
 from mmp_env.sim.monitor import Monitor
-from mmp_env.view.rerun.episodes import Episodes
+from mmp_env.view.rerun.episodes import EpisodeLog
 from mmp_env.view.rerun.sdk import Recording, check
 
 
 class RerunRecorder(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
-    """Records what happens in a `MultiArmCell-*`; changes nothing of it.
+    """Records the episodes of a `MultiArmCell-*` environment, one after the other on the timeline `step`.
 
-    `to` is a file `*.rrd`, or `spawn` to open the viewer. Episodes follow each other on the timeline `step`; the file
-    is complete after `close`. Raises `MmpError` where rerun is not installed, `to` cannot be written, there is no
-    display for the viewer or `env` is no cell.
+    The file is complete after `close`.
+
+    Args:
+        env: the environment; the wrapper does not change it.
+        to: a file `*.rrd`, or `spawn` to open the viewer.
+
+    Raises:
+        MmpError: if rerun is not installed, if `to` cannot be written, if there is no display for the viewer, or if
+            `env` is another kind of environment.
     """
 
     def __init__(self, env: gymnasium.Env[Any, np.ndarray], to: str | PathLike[str]) -> None:
@@ -33,7 +39,7 @@ class RerunRecorder(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
             raise MmpError(f"RerunRecorder records MultiArmCell environments; {env} is none")
         name, self._to = env.unwrapped.cell.name, to
         self._recording: Recording | None = Recording(to, f"episodes of {name}", name)
-        self._episodes = Episodes(self._recording.stream, env.unwrapped)
+        self._episodes = EpisodeLog(self._recording.stream, env.unwrapped)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         observation, info = self.env.reset(seed=seed, options=options)
@@ -48,14 +54,14 @@ class RerunRecorder(gymnasium.Wrapper[Any, np.ndarray, Any, np.ndarray]):
         return observation, float(reward), terminated, truncated, info
 
     def execute(self, plan: Plan | None, *, monitor: Monitor | None = None) -> ExecutionReport:
-        """As `env.unwrapped.execute`, 25 rows for a second of it; `env.unwrapped` itself is not recorded."""
+        """Executes as `env.unwrapped.execute`, and records 25 rows per second; `env.unwrapped` itself records none."""
         report = self.env.unwrapped.execute(plan, monitor=monitor)  # pyright: ignore[reportAttributeAccessIssue]
         if self._recording is not None:
             self._episodes.play(report)
         return report
 
     def close(self) -> None:
-        """Completes the recording, and closes the environment. Raises `MmpError` where the file cannot be written."""
+        """Completes the recording and closes the environment. Raises `MmpError` if the file cannot be written."""
         if self._recording is not None:
             recording, self._recording = self._recording, None
             try:

@@ -1,7 +1,7 @@
-"""The repulsive modification on the timeline `repulsion`: one step an iteration, path after path.
+"""Repulsive modifications on the timeline `repulsion`: one step per iteration, one modification after the other.
 
-There are all spheres at one instant, the forces on those of the arm, its tool path before, now and after, and how clear
-the path is. Arms that do not push are pale.
+The view has all spheres at one time, the forces on those of the arm, its tool path before, now and after, and the
+clearance of the path. Arms that exert no force are pale.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from jaxtyping import Float
 
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun import timelines
-from mmp_env.view.rerun.clouds import paint
 from mmp_env.view.rerun.colors import AFTER, BEFORE, CONTACT, FORCE, arm_colors, pale
-from mmp_env.view.rerun.record import Record
-from mmp_env.view.rerun.repulsion_steps import Steps, work_out
+from mmp_env.view.rerun.repulsion_steps import RepulsionSteps, repulsion_steps
 from mmp_env.view.rerun.sdk import require
+from mmp_env.view.rerun.search_record import SearchRecord
+from mmp_env.view.rerun.sphere_clouds import contact_colors
 from mmp_env.wording import counted, markdown_escaped
 
 REPULSION = "/repulsion"
@@ -26,12 +26,12 @@ ARM, OTHERS, FORCES = f"{REPULSION}/arm", f"{REPULSION}/others", f"{REPULSION}/f
 PATH_BEFORE, PATH_NOW, PATH_AFTER = (f"{REPULSION}/path/{name}" for name in ("before", "now", "after"))
 WORDS, CLEARANCE = "/repulsion_words", "/repulsion_clearance"
 LONGEST_M = 0.3
-"""Length of the arrow of the largest force on a path; others as the cube root of theirs, about 1 / distance."""
+"""Length [m] of the arrow of the largest force on a path; the others scale with the cube root of their force."""
 
 
-def send_repulsions(stream: Any, record: Record) -> None:
-    """All modifications that were kept, with one number of the timeline left out between two of them."""
-    every = [work_out(record.problem, push) for push in record.pushes]
+def send_repulsions(stream: Any, record: SearchRecord) -> None:
+    """Sends all modifications that were kept, with a gap of one number on the timeline between two of them."""
+    every = [repulsion_steps(record.problem, repulsion) for repulsion in record.repulsions]
     if not every:
         return
     sizes = [len(steps.paths) for steps in every]
@@ -43,7 +43,7 @@ def send_repulsions(stream: Any, record: Record) -> None:
     _send_others(stream, first_rows, record.problem, every)
     _send_paths(stream, all_rows, first_rows, record.problem, every)
     rerun = require()
-    words = [describe(steps, k) for steps in every for k in range(len(steps.paths))]
+    words = [iteration_markdown(steps, k) for steps in every for k in range(len(steps.paths))]
     media = ["text/markdown"] * len(words)
     stream.send_columns(WORDS, all_rows, rerun.TextDocument.columns(text=words, media_type=media))
     stream.log(CLEARANCE, rerun.SeriesLines(names=["clearance [m]"], colors=[CONTACT]), static=True)
@@ -52,18 +52,18 @@ def send_repulsions(stream: Any, record: Record) -> None:
     stream.send_columns(CLEARANCE, index, rerun.Scalars.columns(scalars=curve))
 
 
-def describe(steps: Steps, k: int) -> str:
-    """A row of a modification in words, as Markdown."""
-    told, count = steps.push.told, steps.push.expansion
-    title = "as the low level made it" if k == 0 else f"iteration {k} of {len(steps.paths) - 1}"
+def iteration_markdown(steps: RepulsionSteps, k: int) -> str:
+    """Returns an iteration of a modification as text in Markdown."""
+    created, count = steps.repulsion.created, steps.repulsion.expansion
+    title = "the path of the low level" if k == 0 else f"iteration {k} of {len(steps.paths) - 1}"
     clear, force = 1e3 * steps.nearest[k], float(np.linalg.norm(steps.forces[k], axis=1).max())
     by = f" by {markdown_escaped(', '.join(sorted(steps.pushing)))}" if steps.pushing else ""
     lines = [
         f"## {markdown_escaped(steps.arm)}: {title}",
         "",
-        f"- for node {told.node}, made after {counted(count, 'expansion')}",
-        *([f"- branch: **{markdown_escaped(told.constraint)}**"] if told.constraint else []),
-        f"- shown at {steps.instant * told.dt_s:.1f} s, where it came nearest to another arm; pushed{by}",
+        f"- for node {created.node}, made after {counted(count, 'expansion')}",
+        *([f"- branch: **{markdown_escaped(created.constraint)}**"] if created.constraint else []),
+        f"- shown at {steps.instant * created.dt_s:.1f} s, where the arm is closest to another one; pushed{by}",
         f"- the whole path is {clear:.0f} mm clear" if clear > 0 else f"- the whole path: {-clear:.0f} mm in contact",
         f"- largest force on a sphere: {force:.2g}" if force else "- no force",
         "",
@@ -73,15 +73,15 @@ def describe(steps: Steps, k: int) -> str:
 
 
 def arrows(forces: Float[np.ndarray, "n s 3"]) -> Float[np.ndarray, "n s 3"]:
-    """Vectors [m] that show forces."""
+    """Returns the arrows [m] that show the forces."""
     size = np.linalg.norm(forces, axis=2, keepdims=True)
     largest = size.max(initial=0.0)
     return LONGEST_M * np.cbrt(size / largest) * forces / np.maximum(size, 1e-300) if largest > 0 else forces
 
 
-def _index(every: Sequence[Steps], numbers: Sequence[Sequence[int]]) -> list[Any]:
-    """Rows on `repulsion`; the last ones of a node on `expansion` too, and the very last one on `plan time`."""
-    rows = [(number, steps.push.expansion) for steps, mine in zip(every, numbers, strict=True) for number in mine]
+def _index(every: Sequence[RepulsionSteps], numbers: Sequence[Sequence[int]]) -> list[Any]:
+    """Returns the rows on `repulsion`, with their positions on `expansion` and on `plan time`."""
+    rows = [(number, steps.repulsion.expansion) for steps, mine in zip(every, numbers, strict=True) for number in mine]
     return [
         timelines.sequence(timelines.REPULSION, [number for number, _ in rows]),
         timelines.sequence(timelines.EXPANSION, [expansion for _, expansion in rows]),
@@ -89,13 +89,13 @@ def _index(every: Sequence[Steps], numbers: Sequence[Sequence[int]]) -> list[Any
     ]
 
 
-def _send_arm(stream: Any, index: list[Any], problem: Problem, every: Sequence[Steps]) -> None:
-    """The spheres of the arm, and arrows that begin on their surfaces."""
+def _send_arm(stream: Any, index: list[Any], problem: Problem, every: Sequence[RepulsionSteps]) -> None:
+    """Sends the spheres of the arm, and arrows that begin on their surfaces."""
     rerun, colors = require(), arm_colors(problem.cell)
     radii = [problem.cell.collision.spheres(steps.arm, steps.paths[0, :1])[1] for steps in every]
     look = rerun.Points3D.columns(
         positions=np.concatenate([steps.centers.reshape(-1, 3) for steps in every]).astype(np.float32),
-        colors=np.concatenate([paint(colors[steps.arm], steps.touching).reshape(-1, 3) for steps in every]),
+        colors=np.concatenate([contact_colors(colors[steps.arm], steps.touching).reshape(-1, 3) for steps in every]),
         radii=np.concatenate([np.tile(r, len(steps.paths)) for steps, r in zip(every, radii, strict=True)]),
     )
     stream.send_columns(ARM, index, look.partition([len(row) for steps in every for row in steps.centers]))
@@ -112,8 +112,8 @@ def _send_arm(stream: Any, index: list[Any], problem: Problem, every: Sequence[S
     stream.send_columns(FORCES, index, both.partition(lengths))
 
 
-def _send_others(stream: Any, index: list[Any], problem: Problem, every: Sequence[Steps]) -> None:
-    """The other arms, which stand still while this one is modified."""
+def _send_others(stream: Any, index: list[Any], problem: Problem, every: Sequence[RepulsionSteps]) -> None:
+    """Sends the other arms, which stand still while this one is modified."""
     rerun, model, colors = require(), problem.cell.collision, arm_colors(problem.cell)
     positions, radii, painted, lengths = [], [], [], []
     for steps in every:
@@ -135,7 +135,7 @@ def _send_others(stream: Any, index: list[Any], problem: Problem, every: Sequenc
 
 
 def _send_paths(
-    stream: Any, all_rows: list[Any], first_rows: list[Any], problem: Problem, every: Sequence[Steps]
+    stream: Any, all_rows: list[Any], first_rows: list[Any], problem: Problem, every: Sequence[RepulsionSteps]
 ) -> None:
     rerun, colors, model = require(), arm_colors(problem.cell), problem.cell.collision
     now: list[np.ndarray] = []
@@ -145,7 +145,7 @@ def _send_paths(
         points = model.tool_points(steps.arm, steps.paths.reshape(-1, dof)).astype(np.float32)
         now += list(points.reshape(count, length, 3))
         before.append(now[-count])
-        after.append(model.tool_points(steps.arm, steps.push.repelled.after).astype(np.float32))
+        after.append(model.tool_points(steps.arm, steps.repulsion.repelled.after).astype(np.float32))
     of_arm = [colors[steps.arm] for steps in every for _ in steps.paths]
     for path, index, strips, color, radius in (
         (PATH_BEFORE, first_rows, before, [BEFORE] * len(before), 0.004),

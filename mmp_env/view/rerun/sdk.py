@@ -1,4 +1,4 @@
-"""The one place that imports rerun, and how a recording begins and ends."""
+"""Import of rerun, and the start and end of a recording. No other module imports rerun."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from mmp_env.files.writing import check_writable, whole_file
 from mmp_env.opengl import has_display
 
 SPAWN = "spawn"
-"""Instead of a file: opens the viewer."""
+"""Name that stands for the viewer instead of a file."""
 SUFFIX = ".rrd"
 _CHUNK_BYTES = 2**16
 
 
 def require() -> Any:
-    """The module `rerun`. Raises `MmpError` with one sentence where it is not installed."""
+    """Returns the module `rerun`. Raises `MmpError` if it is not installed."""
     try:
         return importlib.import_module("rerun")
     except ImportError as error:
@@ -34,9 +34,9 @@ def require() -> Any:
 
 
 def check(to: str | PathLike[str]) -> None:
-    """Raises `MmpError` where no recording can be made.
+    """Raises `MmpError` if no recording can be made.
 
-    That is: rerun is missing, there is no display for `spawn`, or `to` is no `*.rrd` that can be written.
+    This is so if rerun is missing, if there is no display for `spawn`, or if `to` is not a writable `*.rrd`.
     """
     require()
     if to == SPAWN:
@@ -50,8 +50,8 @@ def check(to: str | PathLike[str]) -> None:
 
 
 @contextlib.contextmanager
-def whole(to: str | PathLike[str]) -> Iterator[str | PathLike[str]]:
-    """Where to record to: `spawn` as it is, or a place beside the file `to` that is moved there in the end."""
+def recording_target(to: str | PathLike[str]) -> Iterator[str | PathLike[str]]:
+    """Yields where to record to: `spawn` itself, or a temporary file that becomes `to` at the end."""
     if to == SPAWN:
         yield to
         return
@@ -62,14 +62,14 @@ def whole(to: str | PathLike[str]) -> Iterator[str | PathLike[str]]:
 class Recording:
     """A stream of one recording into the file `to`, or into a viewer that is opened for `spawn`.
 
-    `kind` says what is in it: the viewer keeps the layout that a user makes for the next recording of that kind. What
-    `to` may be, `check` has looked at before.
+    `kind` says what the recording holds: the viewer keeps a user's layout for the next recording of the same kind. The
+    caller has passed `to` to `check`.
     """
 
     def __init__(self, to: str | PathLike[str], kind: str, name: str) -> None:
         rerun = require()
         self._file: _Pipe | None = None
-        # Of other characters rerun makes names that mean nothing.
+        # Rerun replaces other characters by codes.
         self.stream = rerun.RecordingStream("mmp-env-" + re.sub(r"[^\w-]+", "-", kind, flags=re.ASCII).strip("-"))
         if to == SPAWN:
             rerun.spawn(recording=self.stream, hide_welcome_screen=True, executable_path=_viewer())
@@ -77,20 +77,20 @@ class Recording:
             self._file = _Pipe(Path(to))
             self.stream.save(self._file.entrance)
         self.stream.send_recording_name(name)
-        # Nobody wants to see when a row was written, or that it was the hundredth.
+        # The time at which a row was written, and its number, would be two more timelines.
         rerun.set_log_time_enabled(False, recording=self.stream)
         rerun.set_log_tick_enabled(False, recording=self.stream)
 
     def end(self, blueprint: Any) -> None:
-        """Says how the viewer is to lay it out, and closes the file.
+        """Sends the layout of the viewer and closes the file.
 
-        Raises `MmpError` where the viewer was closed, and `OSError` where the file cannot be written.
+        Raises `MmpError` if the viewer was closed, and `OSError` if the file cannot be written.
         """
         self.stream.send_blueprint(blueprint)
         try:
             self.stream.flush()
         except RuntimeError as error:
-            raise MmpError(f"the recording is not whole: {error}") from error
+            raise MmpError(f"the recording is incomplete: {error}") from error
         finally:
             self.stream.disconnect()
             if self._file is not None:
@@ -98,7 +98,7 @@ class Recording:
 
 
 class _Pipe:
-    """Copies to a file what comes in at `entrance`. Rerun waits for ever where it cannot write to a file itself."""
+    """Copies the bytes written to `entrance` to a file. Rerun itself waits for ever if it cannot write to its file."""
 
     def __init__(self, path: Path) -> None:
         self._sink = path.open("wb", buffering=0)
@@ -109,7 +109,7 @@ class _Pipe:
         self._copying.start()
 
     def close(self) -> None:
-        """Ends when all is copied. Raises `OSError` where it could not be written."""
+        """Waits until everything is copied. Raises `OSError` if it could not be written."""
         os.close(self._end)
         self._copying.join()
         os.close(self._source)
@@ -127,6 +127,6 @@ class _Pipe:
 
 
 def _viewer() -> str | None:
-    """The viewer beside this interpreter, which is not on the path of an environment that is not activated."""
+    """Returns the viewer beside this interpreter; it is not on PATH if the virtual environment is not activated."""
     beside = Path(sys.executable).parent / "rerun"
     return str(beside) if beside.exists() else None

@@ -1,4 +1,4 @@
-"""The tree of the single-arm search, SI-RRT*, on the timeline `plan time`: vertices appear when they are reached."""
+"""The search tree of one arm (SI-RRT*) on the timeline `plan time`: a vertex appears at its arrival time."""
 
 from __future__ import annotations
 
@@ -17,24 +17,24 @@ from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.blueprint import of_single_arm
-from mmp_env.view.rerun.clouds import send_clouds
 from mmp_env.view.rerun.colors import arm_colors
+from mmp_env.view.rerun.conflict_intervals import configurations_at
 from mmp_env.view.rerun.geoms import CellGeoms
-from mmp_env.view.rerun.meetings import configurations
-from mmp_env.view.rerun.sdk import Recording, check, require, whole
+from mmp_env.view.rerun.sdk import Recording, check, recording_target, require
+from mmp_env.view.rerun.sphere_clouds import send_clouds
 
 ROOT = "/single_arm"
 TREE, SPHERES, PATH = f"{ROOT}/tree", f"{ROOT}/spheres", f"{ROOT}/path"
 ETA_RAD, ITERATIONS = 0.8, 400
-"""Steering distance as the planners have it by default, and iterations, which go on after a path was found."""
+"""Default steering distance [rad] of the planners, and number of iterations, which continue after the first path."""
 _EDGE_POINTS = 5
 _MOST_STEPS = 100_000
 _EARLY, _LATE = np.array([253, 174, 60]), np.array([94, 30, 120])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Grown:
-    """A tree: configuration, step of arrival and vertex before (-1: none) of each vertex; the path, if there is one."""
+class GrownTree:
+    """A search tree: configuration, arrival step and parent (-1 for none) of each vertex, and the path or None."""
 
     q: Float[np.ndarray, "v dof"]
     arrivals: Int[np.ndarray, "v"]
@@ -44,10 +44,22 @@ class Grown:
 
 def record_single_arm(
     plan: Plan, arm: str, to: str | PathLike[str], *, seed: int = 0, iterations: int = ITERATIONS, dt_s: float = 0.1
-) -> Grown:
-    """Searches a way for `arm` among the others as they move in `plan`, and records the tree, every `dt_s` [s].
+) -> GrownTree:
+    """Searches a path for one arm among the others as they move in a plan, and records the search tree.
 
-    `to` as for `RerunWatcher`. Raises `MmpError` as that does, and for an arm that is not there or no step of time.
+    Args:
+        plan: the plan; the other arms move as in it.
+        arm: name of the arm.
+        to: a file `*.rrd`, or `spawn` to open the viewer.
+        seed: seed of the search.
+        iterations: number of iterations.
+        dt_s: time step [s].
+
+    Returns:
+        The search tree.
+
+    Raises:
+        MmpError: as `RerunWatcher`, for an unknown arm, and for a time step that is not allowed.
     """
     check(to)
     plan.check_complete()
@@ -59,18 +71,18 @@ def record_single_arm(
         raise MmpError(f"the plan takes {plan.makespan_s:.6g} s, more than {_MOST_STEPS} steps of {dt_s} s")
     times = np.arange(int(np.ceil(steps - 1e-9)) + 1) * dt_s
     moving = {name: q for name, q in plan.sampled(times).items() if name != arm}
-    grown = grow(problem, arm, moving, seed, iterations, dt_s)
-    with whole(to) as place:
+    grown = grow_tree(problem, arm, moving, seed, iterations, dt_s)
+    with recording_target(to) as place:
         name = f"{arm} of {problem.name or problem.cell.name}"
         recording = Recording(place, f"single-arm of {problem.cell.name}", name)
         recording.end(_write(recording.stream, problem, arm, moving, grown, dt_s))
     return grown
 
 
-def grow(
+def grow_tree(
     problem: Problem, arm: str, others: Mapping[str, Float[np.ndarray, "k _"]], seed: int, iterations: int, dt_s: float
-) -> Grown:
-    """The tree of a search among `others`, which are paths on the grid of `dt_s` [s]."""
+) -> GrownTree:
+    """Returns the tree of a search among `others`, trajectories in steps of `dt_s` [s]."""
     model, number = problem.cell.collision, problem.cell.arm_index(arm)
     start, goal = (np.ascontiguousarray(ends[arm], dtype=float) for ends in (problem.start, problem.goal))
     single = _core.SingleArm(
@@ -85,13 +97,18 @@ def grow(
     )
     motions = [model.motion(name, q) for name, q in others.items()]
     q, links, path = _core.search_tree(single, motions, seed, _core.Clock(60.0), iterations)
-    return Grown(q=q, arrivals=links[:, 0], parents=links[:, 1], path=path)
+    return GrownTree(q=q, arrivals=links[:, 0], parents=links[:, 1], path=path)
 
 
 def _write(
-    stream: Any, problem: Problem, arm: str, others: Mapping[str, Float[np.ndarray, "k _"]], grown: Grown, dt_s: float
+    stream: Any,
+    problem: Problem,
+    arm: str,
+    others: Mapping[str, Float[np.ndarray, "k _"]],
+    grown: GrownTree,
+    dt_s: float,
 ) -> Any:
-    """Everything, and the blueprint."""
+    """Sends all data and returns the blueprint."""
     rerun, cell = require(), problem.cell
     geoms = CellGeoms(stream, cell)
     strips = edges(problem, arm, grown)
@@ -109,13 +126,13 @@ def _write(
         look = rerun.LineStrips3D([cell.collision.tool_points(arm, path)], colors=[arm_colors(cell)[arm]], radii=0.006)
         stream.log(PATH, look, static=True)
     steps = np.arange(max(len(path), *(len(q) for q in others.values()), last + 1), dtype=float)
-    q = {name: configurations(rows, steps) for name, rows in {arm: path, **others}.items()}
+    q = {name: configurations_at(rows, steps) for name, rows in {arm: path, **others}.items()}
     send_clouds(stream, SPHERES, [timelines.seconds(steps * dt_s)], cell, q, problem.conflict_distances)
     return of_single_arm(arm, geoms.model, ROOT)
 
 
-def edges(problem: Problem, arm: str, grown: Grown) -> Float[np.ndarray, "v p 3"]:
-    """The way of the tool point from the vertex before to each vertex [m]; the start's is a point."""
+def edges(problem: Problem, arm: str, grown: GrownTree) -> Float[np.ndarray, "v p 3"]:
+    """Returns the tool path from the parent to each vertex [m]; that of the start is a point."""
     before = grown.q[np.where(grown.parents < 0, np.arange(len(grown.q)), grown.parents)]
     along = np.linspace(0.0, 1.0, _EDGE_POINTS)[:, None]
     q = before[:, None] + along * (grown.q - before)[:, None]

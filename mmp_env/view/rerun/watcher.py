@@ -1,4 +1,4 @@
-"""The watcher that makes a recording of a search and of the plan that came of it."""
+"""The watcher that records a search and its plan."""
 
 from __future__ import annotations
 
@@ -14,29 +14,34 @@ from mmp_env.view.rerun.blueprint import Contents, of_search
 from mmp_env.view.rerun.expansions import send_expansions, send_progress
 from mmp_env.view.rerun.geoms import CellGeoms, joined
 from mmp_env.view.rerun.plan_view import send_plan
-from mmp_env.view.rerun.record import Record
 from mmp_env.view.rerun.repulsion_view import send_repulsions
-from mmp_env.view.rerun.sdk import Recording, check, whole
-from mmp_env.view.rerun.timeline_hints import send_timeline_hints
-from mmp_env.view.rerun.tree import send_tree
+from mmp_env.view.rerun.sdk import Recording, check, recording_target
+from mmp_env.view.rerun.search_record import SearchRecord
+from mmp_env.view.rerun.tree_graph import send_tree
 
 MOST_NODES = 200
-"""Expanded nodes whose paths, conflicts and spheres are recorded: the first ones, and the solution."""
+"""Number of expanded nodes whose paths, conflicts and spheres are recorded; the solution comes on top."""
 MOST_REPULSIONS = 20
-"""Repulsive modifications that are recorded step by step: the first ones."""
+"""Number of repulsive modifications that are recorded step by step."""
 
 
 class RerunWatcher:
-    """Records what a planner does with `problem`, for the rerun viewer; a context manager.
+    """Records a search for the rerun viewer; a watcher and a context manager.
 
-    `to` is a file `*.rrd`, or `spawn` to open the viewer. While the planner runs it only takes notes; the recording is
-    written when the context ends, however it ends: all of it or nothing. `most_nodes` expanded nodes and
-    `most_repulsions` are shown in detail, the tree and its curves as a whole. Raises `MmpError` where rerun is not
-    installed, `to` cannot be written or there is no display for the viewer.
+    It keeps events while the planner runs, and writes the recording when the context ends, complete or not at all.
+
+    Args:
+        problem: the problem that is planned.
+        to: a file `*.rrd`, or `spawn` to open the viewer.
+        most_nodes: number of expanded nodes shown in detail; the tree and its curves are always complete.
+        most_repulsions: number of repulsive modifications shown in detail.
+
+    Raises:
+        MmpError: if rerun is not installed, if `to` cannot be written, or if there is no display for the viewer.
     """
 
     wants_iterates = True
-    """Read by planners: they tell of every iterate of repulsion."""
+    """Whether planners emit every iterate of a repulsive modification."""
 
     def __init__(
         self,
@@ -49,7 +54,7 @@ class RerunWatcher:
         check(to)
         self.problem = problem
         self._to = to
-        self._record = Record(problem=problem, most_looks=most_nodes, most_pushes=most_repulsions)
+        self._record = SearchRecord(problem=problem, most_nodes=most_nodes, most_repulsions=most_repulsions)
         self._plan: Plan | None = None
         self._closed = False
 
@@ -65,7 +70,7 @@ class RerunWatcher:
         self.close()
 
     def show_plan(self, plan: Plan | None) -> None:
-        """Records a plan of the same cell too, the last one given; nothing where it is None.
+        """Adds a plan of the same cell to the recording, in place of an earlier one; None changes nothing.
 
         Raises `MmpError` for a plan that lacks an arm, or is longer than `LONGEST_S`.
         """
@@ -75,7 +80,7 @@ class RerunWatcher:
         self._plan = plan if plan is not None else self._plan
 
     def close(self) -> None:
-        """Writes the recording, once; nothing more can be added to it."""
+        """Writes the recording. Later calls do nothing."""
         if self._closed:
             return
         self._closed = True
@@ -83,14 +88,14 @@ class RerunWatcher:
         contents = Contents(
             expansions=record.count,
             nodes=len(record.tree.nodes),
-            repulsions=bool(record.pushes),
+            repulsions=bool(record.repulsions),
             plan=self._plan is not None,
         )
         name = problem.name or problem.cell.name
-        with whole(self._to) as to:
+        with recording_target(self._to) as to:
             recording = Recording(to, f"{contents.kind} of {problem.cell.name}", name)
             geoms = self._write(recording.stream)
-            send_timeline_hints(recording.stream, contents.tabs)
+            timelines.send_timeline_hints(recording.stream, contents.tabs)
             recording.end(of_search(problem.cell, geoms.model, contents))
 
     def _write(self, stream: Any) -> CellGeoms:

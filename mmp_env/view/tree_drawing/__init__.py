@@ -1,6 +1,6 @@
-"""The conflict tree as a drawing in SVG: few nodes are boxes with words, many are discs in colours.
+"""The conflict tree as an SVG drawing: few nodes are boxes with text, many are coloured discs.
 
-No graph library is needed: the layout is `mmp_env.view.tree_layout`, and the room for text is worked out before.
+It needs no graph library: `mmp_env.view.tree_layout` computes the layout, and this package the size of the text.
 """
 
 from __future__ import annotations
@@ -9,12 +9,11 @@ from typing import Any
 
 from mmp_env.view.tree_drawing.boxes import draw_boxes
 from mmp_env.view.tree_drawing.canvas import Canvas, enlarged
-from mmp_env.view.tree_drawing.colors import FAINT, WAY
+from mmp_env.view.tree_drawing.colors import FAINT, SOLUTION_PATH
 from mmp_env.view.tree_drawing.discs import DOTS, NUMBERED, draw_discs
 from mmp_env.view.tree_drawing.legend import draw_legend
-from mmp_env.view.tree_drawing.page import page
-from mmp_env.view.tree_drawing.svg import cut, element, text_width, words
-from mmp_env.view.tree_drawing.telling import summary, way_in_words
+from mmp_env.view.tree_drawing.node_text import solution_path_texts, tree_summary
+from mmp_env.view.tree_drawing.svg import cut, element, svg_page, text_width, words
 from mmp_env.view.tree_layout import layout
 from mmp_env.view.tree_record import TreeRecord
 
@@ -24,15 +23,15 @@ _BORDER, _LEAST_WIDTH = 20.0, 520.0
 _TITLE, _SUBTITLE, _STEP = 17.0, 12.5, 12.0
 _MOST_STEPS = 12
 _SHAPE = 1.5
-"""How many times as wide as high a forest shall be: its trees stand in as many rows as fits that best."""
+"""Wanted ratio of width to height of a forest, which determines the number of its rows."""
 
 __all__ = ["draw_tree"]
 
 
 def draw_tree(tree: TreeRecord) -> str:
-    """The text of an SVG file. A tree without nodes is drawn too: it says that there are none."""
+    """Returns the drawing as the text of an SVG file. A tree without nodes is drawn too: the drawing says so."""
     canvas = _canvas(tree)
-    title, subtitle = tree.title or "Conflict tree", summary(tree)
+    title, subtitle = tree.title or "Conflict tree", tree_summary(tree)
     inner = max(canvas.width, _LEAST_WIDTH, text_width(subtitle, _SUBTITLE))
     large = enlarged(inner)
     head, y = _head(tree, title, subtitle, canvas.style, inner / large)
@@ -42,14 +41,14 @@ def draw_tree(tree: TreeRecord) -> str:
     out.append(element("g", *canvas.edges, *canvas.nodes, transform=f"translate({aside:.1f} {y:.1f})"))
     y += canvas.height
     if canvas.style != "boxes" and tree.solution_path:
-        steps, height = _way(tree, inner / large)
+        steps, height = _solution_steps(tree, inner / large)
         out.append(element("g", *steps, transform=f"translate({_BORDER} {y + 8:.1f}) scale({large:.3f})"))
         y += 8 + large * height
-    return page(out, inner + 2 * _BORDER, y + _BORDER, f"{title}: {subtitle}")
+    return svg_page(out, inner + 2 * _BORDER, y + _BORDER, f"{title}: {subtitle}")
 
 
 def _canvas(tree: TreeRecord) -> Canvas:
-    """In the most telling of the three styles that can still be read."""
+    """Draws the tree in the most detailed of the three styles that is still legible."""
     count = len(tree.nodes)
     if not count:
         return Canvas(edges=[], nodes=[], width=0.0, height=0.0, style="boxes")
@@ -62,7 +61,7 @@ def _canvas(tree: TreeRecord) -> Canvas:
 
 
 def _row_width(tree: TreeRecord, columns: float) -> float:
-    """Columns of a row of trees with which the drawing is largest in a frame of the wanted shape."""
+    """Returns the columns of a row of trees with which the drawing is largest in a frame of the wanted shape."""
 
     def size(width: float) -> float:
         across, down = layout(tree.parents, width=width).max(axis=0) + 2
@@ -72,7 +71,7 @@ def _row_width(tree: TreeRecord, columns: float) -> float:
 
 
 def _head(tree: TreeRecord, title: str, subtitle: str, style: str, width: float) -> tuple[list[str], float]:
-    """Title, summary and legend, and how high they are."""
+    """Returns title, tree_summary and legend, and their height."""
     faint: dict[str, Any] = {"class_": "mmp-faint", "fill": FAINT}
     out = [
         words(cut(title, _TITLE, width, bold=True), 0.0, _TITLE, size=_TITLE, bold=True),
@@ -84,12 +83,12 @@ def _head(tree: TreeRecord, title: str, subtitle: str, style: str, width: float)
     return out, y + height + 8
 
 
-def _way(tree: TreeRecord, width: float) -> tuple[list[str], float]:
-    """The steps to the solution in words, as many as there is room for, and how high they are."""
-    steps = [f"{k}. {step}" for k, step in enumerate(way_in_words(tree))]
+def _solution_steps(tree: TreeRecord, width: float) -> tuple[list[str], float]:
+    """Returns the steps to the solution as text, as many as there is room for, and their height."""
+    steps = [f"{k}. {step}" for k, step in enumerate(solution_path_texts(tree))]
     if len(steps) > _MOST_STEPS:
         steps[_MOST_STEPS - 2 : -1] = [f"... {len(steps) - _MOST_STEPS + 1} more steps"]
-    heading: dict[str, Any] = {"class_": "mmp-wayword", "fill": WAY}
-    out = [words("The way to the solution", 0.0, 12.0, size=_STEP, bold=True, **heading)]
+    heading: dict[str, Any] = {"class_": "mmp-solution-text", "fill": SOLUTION_PATH}
+    out = [words("The path to the solution", 0.0, 12.0, size=_STEP, bold=True, **heading)]
     out += [words(cut(step, _STEP, width), 0.0, 12.0 + 18 * k, size=_STEP) for k, step in enumerate(steps, 1)]
     return out, 18.0 * len(out)

@@ -1,12 +1,12 @@
-"""The nodes and edges of a drawing, before title and legend are put around them."""
+"""Nodes and edges of a drawing, without title and legend."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mmp_env.view.tree_drawing.colors import EDGE, WAY
+from mmp_env.view.tree_drawing.colors import EDGE, SOLUTION_PATH
+from mmp_env.view.tree_drawing.node_text import node_tooltip
 from mmp_env.view.tree_drawing.svg import element, quoted
-from mmp_env.view.tree_drawing.telling import everything
 from mmp_env.view.tree_record import TreeNode
 
 _ROOMY, _LARGEST = 1300.0, 2.2
@@ -14,7 +14,7 @@ _ROOMY, _LARGEST = 1300.0, 2.2
 
 @dataclass(frozen=True, kw_only=True)
 class Canvas:
-    """Edges and nodes as SVG, in a place of `width` x `height` [px]; `style` is that of the legend's samples."""
+    """Edges and nodes as SVG, `width` x `height` [px] large; the legend has samples of the same `style`."""
 
     edges: list[str]
     nodes: list[str]
@@ -24,22 +24,22 @@ class Canvas:
 
 
 def enlarged(width: float) -> float:
-    """How many times as large words are in a drawing that wide [px], which is looked at from farther away."""
+    """Returns the magnification of text in a drawing of that width [px]: readers see a wide one from farther away."""
     return min(max(width / _ROOMY, 1.0), _LARGEST)
 
 
 def edge(node: TreeNode, x0: float, y0: float, x1: float, y1: float, *, bold: float, thin: float) -> str:
-    """From a parent's lower side (x0, y0) to its child (x1, y1); both ends upright, so it leaves siblings alone."""
+    """Returns the edge from a parent's lower side (x0, y0) to its child (x1, y1), vertical at both ends."""
     middle = (y0 + y1) / 2
-    way = f"M{x0:.1f} {y0:.1f}" + (
+    path = f"M{x0:.1f} {y0:.1f}" + (
         f"C{x0:.1f} {middle:.1f} {x1:.1f} {middle:.1f} {x1:.1f} {y1:.1f}" if abs(x1 - x0) > 0.05 else f"V{y1:.1f}"
     )
     return element(
         "path",
-        d=way,
+        d=path,
         fill="none",
-        class_="mmp-way" if node.on_solution_path else "mmp-edge",
-        stroke=WAY if node.on_solution_path else EDGE,
+        class_="mmp-solution" if node.on_solution_path else "mmp-edge",
+        stroke=SOLUTION_PATH if node.on_solution_path else EDGE,
         stroke_width=bold if node.on_solution_path else thin,
         stroke_linecap="round",
         data_from=node.parent,
@@ -48,10 +48,10 @@ def edge(node: TreeNode, x0: float, y0: float, x1: float, y1: float, *, bold: fl
 
 
 def group(node: TreeNode, *content: str) -> str:
-    """What is drawn of a node, with all that is known of it as its tooltip."""
-    return element("g", element("title", quoted(everything(node))), *content, class_="mmp-node", data_node=node.id)
+    """Returns the drawing of a node, with a tooltip."""
+    return element("g", element("title", quoted(node_tooltip(node))), *content, class_="mmp-node", data_node=node.id)
 
 
 def solution_last(nodes: list[TreeNode]) -> list[TreeNode]:
-    """So that the way to the solution lies above other edges."""
+    """Returns the nodes in drawing order: the path to the solution comes last and lies above the others."""
     return sorted(nodes, key=lambda node: node.on_solution_path)

@@ -1,6 +1,6 @@
-"""Colours of a drawing: conflicts from yellow to brown, what is free of them blue; safe for the colour-blind.
+"""Colours of a drawing: yellow to brown for conflicts, blue for none; colour-blind readers can tell them apart.
 
-The panel behind the drawing changes with the reader's colour scheme, and so does what is drawn on it; nodes do not.
+The panel, the text and the edges follow the reader's light or dark colour scheme; the nodes do not.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from itertools import pairwise
 
 FREE = "#56b4e9"
 UNKNOWN = "#c4c9cf"
-WAY = "#0072b2"
+SOLUTION_PATH = "#0072b2"
 INK, FAINT, EDGE, PANEL, BODY, FRAME = "#1f2429", "#5d6670", "#7d8690", "#ffffff", "#ffffff", "#d5dae0"
 BOLT = "#b87500"
 _SCALE = ((0.0, (250, 224, 130)), (0.4, (236, 150, 60)), (0.75, (178, 62, 38)), (1.0, (92, 24, 32)))
@@ -20,14 +20,14 @@ STYLE = """
 @media (prefers-color-scheme:dark){
 .mmp-panel{fill:#15181c;stroke:#343b43}.mmp-body{fill:#23282e}
 .mmp-ink{fill:#eceff2}.mmp-faint{fill:#a9b2bc}.mmp-word{fill:#a9b2bc}
-.mmp-edge{stroke:#6b7580}.mmp-line{stroke:#c3cad1}.mmp-way{stroke:#4aa8e8}.mmp-wayword{fill:#7cc4f2}
+.mmp-edge{stroke:#6b7580}.mmp-line{stroke:#c3cad1}.mmp-solution{stroke:#4aa8e8}.mmp-solution-text{fill:#7cc4f2}
 }
 """
-"""For those who like it dark; without style sheets the drawing is the light one."""
+"""Style sheet with the dark colours; without style sheets the drawing is light."""
 
 
 def conflict_color(conflicts: int | None, most: int) -> str:
-    """The colour of a node with so many conflicts, `most` being the darkest; by the root, so that few differ too."""
+    """Returns the colour of a node by the square root of its conflicts, so that small numbers differ too."""
     if conflicts is None:
         return UNKNOWN
     if conflicts <= 0:
@@ -41,19 +41,19 @@ def conflict_color(conflicts: int | None, most: int) -> str:
 
 
 def text_color(background: str) -> str:
-    """Black or white, whichever is easier to read on it."""
+    """Returns black or white, whichever has more contrast with the background."""
     light = luminance(background)
     return "#ffffff" if 1.05 / (light + 0.05) > (light + 0.05) / 0.05 else "#000000"
 
 
 def contrast(one: str, other: str) -> float:
-    """Contrast ratio of two colours `#rrggbb` as WCAG 2 defines it, 1 to 21."""
+    """Returns the contrast ratio of two colours `#rrggbb` as WCAG 2 defines it, 1 to 21."""
     dark, light = sorted((luminance(one), luminance(other)))
     return (light + 0.05) / (dark + 0.05)
 
 
 def luminance(color: str) -> float:
-    """Relative luminance of `#rrggbb` as WCAG 2 has it, 0 to 1."""
+    """Returns the relative luminance of `#rrggbb` as WCAG 2 defines it, 0 to 1."""
     parts = [int(color[k : k + 2], 16) / 255 for k in (1, 3, 5)]
     linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]

@@ -1,11 +1,11 @@
-"""What the marks of a drawing mean: only those that are in it."""
+"""Legend of a drawing, with the marks that occur in it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 from mmp_env.view.tree_drawing.boxes import bolt
-from mmp_env.view.tree_drawing.colors import BODY, FAINT, FREE, INK, UNKNOWN, WAY, conflict_color
+from mmp_env.view.tree_drawing.colors import BODY, FAINT, FREE, INK, SOLUTION_PATH, UNKNOWN, conflict_color
 from mmp_env.view.tree_drawing.discs import diamond
 from mmp_env.view.tree_drawing.svg import element, text_width, words
 from mmp_env.view.tree_record import TreeRecord
@@ -15,7 +15,7 @@ _SAMPLE = 18.0
 
 
 def draw_legend(tree: TreeRecord, style: str, width: float) -> tuple[list[str], float]:
-    """Its items in rows of at most `width`, and how high it is [px]."""
+    """Returns the items in rows of at most `width` [px], and their height [px]."""
     out, x, y = [], 0.0, 0.0
     for sample, wide in _items(tree, style):
         if x > 0 and x + wide > width:
@@ -26,7 +26,7 @@ def draw_legend(tree: TreeRecord, style: str, width: float) -> tuple[list[str], 
 
 
 def _items(tree: TreeRecord, style: str) -> Iterator[tuple[list[str], float]]:
-    """Each a drawing in a line whose middle is at y = 12, and its width."""
+    """Yields each item, whose middle is at y = 12, and its width."""
     counts = {node.conflicts for node in tree.nodes}
     if style != "boxes":
         yield from _scale(counts)
@@ -39,19 +39,21 @@ def _items(tree: TreeRecord, style: str) -> Iterator[tuple[list[str], float]]:
         mark = bolt(4, 5, 14.0) if style == "boxes" else diamond(9, 12, 6.5, fill=FREE, stroke=INK, class_="mmp-line")
         yield _named([mark], "made free of conflicts by the fast track")
     if tree.solution is not None:
-        line = element("path", d="M0 12H18", stroke=WAY, stroke_width=4.0, stroke_linecap="round", class_="mmp-way")
+        line = element(
+            "path", d="M0 12H18", stroke=SOLUTION_PATH, stroke_width=4.0, stroke_linecap="round", class_="mmp-solution"
+        )
         yield _named([line], "way to the solution" if len(tree.solution_path) > 1 else "the solution")
 
 
 def _scale(counts: set[int | None]) -> Iterator[tuple[list[str], float]]:
-    """Swatches of the colours that there are, with their numbers of conflicts."""
+    """Yields swatches of the colours that occur, with their numbers of conflicts."""
     most = max((count or 0 for count in counts), default=0)
     steps = {count for count in counts if count == 0}
     if most > 0:
         steps |= {max(1, round(most * (k / 4) ** 2)) for k in range(5)}
     swatches = [(conflict_color(count, most), str(count)) for count in sorted(steps)]
     if None in counts:
-        swatches.append((UNKNOWN, "not told"))
+        swatches.append((UNKNOWN, "unknown"))
     out = [words("conflicts", 0, 16, size=_SIZE, class_="mmp-faint", fill=FAINT)]
     x = text_width("conflicts", _SIZE) + 6
     for color, text in swatches:

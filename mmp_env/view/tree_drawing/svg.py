@@ -1,14 +1,17 @@
-"""Elements of an SVG as text, and how much room words take in it."""
+"""Elements of an SVG drawing as text, its frame, and the width of text in it."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from xml.sax.saxutils import escape
+
+from mmp_env.view.tree_drawing.colors import FRAME, PANEL, STYLE
 
 FONT = "Helvetica, Arial, 'DejaVu Sans', sans-serif"
 _NOT_IN_XML = re.compile("[^\t\n\r\u0020-~\u00a0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _TURNING = re.compile("[\u200e\u200f\u202a-\u202e\u2066-\u2069]")
-"""Characters that change the direction in which others are read."""
+"""Characters that change the direction of text."""
 _NOT_IN_A_UNIT = re.compile(r"(?<!\d)\s+|\s+(?!(?:s|m|rad)\b)")
 _ADVANCES = (
     "32 41 46 84 64 96 78 28 40 40 50 84 32 37 32 34 64 64 64 64 64 64 64 64 64 64 34 34 84 84 84 54 "
@@ -16,17 +19,17 @@ _ADVANCES = (
     "50 62 64 55 64 62 36 64 64 28 28 58 28 98 64 62 64 64 42 53 40 64 60 82 60 60 53 64 34 64 84"
 )
 _EMS = {chr(32 + k): int(hundredths) / 100 for k, hundredths in enumerate(_ADVANCES.split())}
-"""How wide the characters of ASCII are in DejaVu Sans, which is wider than the fonts named before it."""
+"""Widths [em] of the ASCII characters in DejaVu Sans, which is wider than the fonts named before it."""
 _FOREIGN, _BOLD = 1.05, 1.18
 
 
 def quoted(text: str) -> str:
-    """Text as XML may have it: escaped, characters that XML does not know replaced."""
+    """Returns text escaped for XML; characters that XML does not allow are replaced."""
     return escape(_TURNING.sub("\ufffd", _NOT_IN_XML.sub("\ufffd", text)), {'"': "&quot;"})
 
 
 def element(tag: str, *content: str, **attributes: object) -> str:
-    """An element; `content` is XML already. A trailing `_` of a name falls, `_` within is `-`, None is left out."""
+    """Returns an element; `content` is XML. `class_` means `class`, `_` within a name means `-`, None is left out."""
     told = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{quoted(_plain(value))}"'
         for name, value in attributes.items()
@@ -36,19 +39,19 @@ def element(tag: str, *content: str, **attributes: object) -> str:
 
 
 def words(text: str, x: float, y: float, *, size: float, bold: bool = False, **attributes: object) -> str:
-    """Text whose base line begins at (x, y), or has its middle there with `text_anchor="middle"`."""
+    """Returns text whose base line begins at (x, y), or is centred there with `text_anchor="middle"`."""
     attributes = {"class_": "mmp-ink", "fill": "#1f2429"} | attributes
     weight = "bold" if bold else None
     return element("text", quoted(text), x=x, y=y, font_size=size, font_weight=weight, **attributes)
 
 
 def text_width(text: str, size: float, *, bold: bool = False) -> float:
-    """The most that a line of text takes across [px] in a common sans-serif font."""
+    """Returns an upper bound of the width [px] of a line of text in a common sans-serif font."""
     return sum(_EMS.get(character, _FOREIGN) for character in text) * size * (_BOLD if bold else 1.0)
 
 
 def cut(text: str, size: float, width: float, *, bold: bool = False) -> str:
-    """The text, its end cut off where it does not fit."""
+    """Returns the text, shortened if it does not fit into `width` [px]."""
     if text_width(text, size, bold=bold) <= width:
         return text
     while text and text_width(text + "…", size, bold=bold) > width:
@@ -57,7 +60,7 @@ def cut(text: str, size: float, width: float, *, bold: bool = False) -> str:
 
 
 def wrapped(text: str, size: float, width: float, lines: int) -> list[str]:
-    """The text in as few lines as it fits into, of much the same length; what is too long for `lines` is cut."""
+    """Returns the text in as few lines as possible, of similar length; text too long for `lines` is shortened."""
     parts = _NOT_IN_A_UNIT.split(text.strip()) if text.strip() else []
     out = _filled(parts, size, width, lines)
     narrower = width
@@ -70,8 +73,24 @@ def wrapped(text: str, size: float, width: float, lines: int) -> list[str]:
     return [cut(line, size, width) for line in out]
 
 
+def svg_page(content: Sequence[str], width: float, height: float, description: str) -> str:
+    """Returns the text of an SVG file of `width` x `height` [px]; a screen reader reads the `description`."""
+    panel = {"class_": "mmp-panel", "fill": PANEL, "stroke": FRAME}
+    return "\n".join(
+        (
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
+            f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="{FONT}" class="mmp-tree" role="img">',
+            element("title", quoted(description)),
+            element("style", quoted(STYLE)),
+            element("rect", x=0.5, y=0.5, width=width - 1, height=height - 1, rx=8, **panel),
+            *content,
+            "</svg>\n",
+        )
+    )
+
+
 def _filled(parts: list[str], size: float, width: float, lines: int) -> list[str]:
-    """Each line as full as can be, the last one overfull if need be."""
+    """Fills each line as far as possible; the last one may be too long."""
     out: list[str] = []
     for part in parts:
         if out and (text_width(f"{out[-1]} {part}", size) <= width or len(out) == lines):

@@ -85,12 +85,12 @@ def _open(settings: Settings, folder: Path) -> tuple[dict[str, Instances], list[
 
 
 def _taken(section: Section, name: str, source: Instances) -> Iterator[Photograph]:
-    from mmp_env.view.offscreen_renderer import Studio
+    from mmp_env.view.offscreen_renderer import OffscreenRenderer
 
     cell = source.cell
     items = {item.name: k for k, item in enumerate(source.items)}
-    with Studio(cell, WIDTH, HEIGHT) as studio:
-        at_home = studio.picture({arm.name: arm.robot.home for arm in cell.arms})
+    with OffscreenRenderer(cell, WIDTH, HEIGHT) as renderer:
+        at_home = renderer.picture({arm.name: arm.robot.home for arm in cell.arms})
         yield _photograph(f"cell-{name}", f"The cell: {counted(len(cell.arms), 'arm')}.", at_home)
         for choice in choose(section):
             if choice.instance not in items:
@@ -99,7 +99,7 @@ def _taken(section: Section, name: str, source: Instances) -> Iterator[Photograp
                 problem = source.problem(items[choice.instance])
             except MmpError:
                 continue  # a task that draws something else by now
-            image = studio.picture(problem.start, problem.goal)
+            image = renderer.picture(problem.start, problem.goal)
             yield _photograph(f"{choice.kind}-{name}", choice.caption, image)
 
 

@@ -1,4 +1,4 @@
-"""Pictures of plans: what is in them, the ways of the tools, files, and what is said where none can be made."""
+"""Pictures of plans: what is in them, the tool paths, files, and what is said where none can be made."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.plan_file import plan_from_dict
 from mmp_env.sim.scene_appearance import CAMERA, frame, outline
 from mmp_env.sim.simulation import Simulation
-from mmp_env.view.offscreen_renderer import Studio, tool_ways
+from mmp_env.view.offscreen_renderer import OffscreenRenderer, tool_path_lines
 from mmp_env.view.pictures import check_picture, encoded, labelled, picture, pictures, save_picture
 
 SMALL = {"width": 160, "height": 120}
@@ -33,8 +33,8 @@ def test_a_picture_of_a_cell_has_every_arms_colour_and_more(count):
     cell = ring_cell(count)
 
     def shoot():
-        with Studio(cell, 320, 240) as studio:
-            return studio.picture({arm.name: arm.robot.tucked for arm in cell.arms})
+        with OffscreenRenderer(cell, 320, 240) as renderer:
+            return renderer.picture({arm.name: arm.robot.tucked for arm in cell.arms})
 
     image = made(shoot)
     if image is None:
@@ -59,18 +59,18 @@ def test_moments_stand_side_by_side_and_differ(plan):
 
 def test_goals_and_ways_are_in_a_picture_when_they_are_wanted(plan):
     choices = (False, False), (True, False), (False, True)
-    images = made(lambda: [picture(plan, "start", width=320, height=240, goals=g, ways=w) for g, w in choices])
+    images = made(lambda: [picture(plan, "start", width=320, height=240, goals=g, tool_paths=w) for g, w in choices])
     if images is None:
         return
     bare, *others = (image.astype(int) for image in images)
     assert all((other != bare).any(axis=2).sum() > 50 for other in others)
-    end = [picture(plan, plan.makespan_s, **SMALL, goals=goals, ways=False) for goals in (False, True)]
+    end = [picture(plan, plan.makespan_s, **SMALL, goals=goals, tool_paths=False) for goals in (False, True)]
     assert (end[0] == end[1]).all()  # the arms stand where the ghosts would
 
 
 def test_ways_go_where_the_tools_go_and_are_fainter_where_they_have_yet_to_go(plan):
     time_s = 0.4 * plan.makespan_s
-    lines = tool_ways(plan, time_s)
+    lines = tool_path_lines(plan, time_s)
     assert len(lines) == 4
     assert [line.rgba[3] == 1.0 for line in lines] == [True, False] * 2
     passed, ahead = lines[:2]

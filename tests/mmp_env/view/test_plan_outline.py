@@ -12,7 +12,7 @@ from mmp_env.sim.rendering import Camera
 from mmp_env.sim.scene import compile_scene
 from mmp_env.sim.scene_appearance import CAMERA, frame, outline
 from mmp_env.sim.simulation import Simulation
-from mmp_env.view.plan_outline import plan_outline
+from mmp_env.view.offscreen_renderer import plan_outline
 from mmp_env.view.tree_drawing.colors import contrast
 from mmp_tasks.grasping import solid_box
 

@@ -13,7 +13,7 @@ from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
 from mmp_env.model.margins import Margins
-from mmp_env.view.rerun.clouds import contacts, contacts_alone, self_pairs
+from mmp_env.view.rerun.sphere_clouds import self_pairs, touching_obstacles_or_self, touching_spheres
 
 COUNT = 80
 UPRIGHT = np.array([1.0, 0.0, 0.0, 0.0])
@@ -56,7 +56,7 @@ def cloud(cell, arm, q):
 def test_red_are_the_spheres_that_one_by_one_are_too_near_to_something(margin):
     cell = cluttered(tool="franka-hand")
     q = random_rows(cell, COUNT, 1)
-    found = contacts(cell, q, Margins(arms=margin, obstacles=margin, self=margin))
+    found = touching_spheres(cell, q, Margins(arms=margin, obstacles=margin, self=margin))
     kinds = set()
     for k in range(COUNT):
         clouds = {arm.name: cloud(cell, arm, q[arm.name][k]) for arm in cell.arms}
@@ -86,7 +86,7 @@ def test_red_are_the_spheres_that_one_by_one_are_too_near_to_something(margin):
 def test_an_arm_alone_has_red_spheres_exactly_where_the_core_finds_it_in_contact():
     cell = Cell(name="alone", arms=cluttered().arms[:1], obstacles=solids())
     (q,) = random_rows(cell, 300, 2).values()
-    red = contacts_alone(cell, "left", q, Margins(arms=0.002, obstacles=0.002, self=0.002)).any(axis=1)
+    red = touching_obstacles_or_self(cell, "left", q, Margins(arms=0.002, obstacles=0.002, self=0.002)).any(axis=1)
     clear = cell.collision.static_clearance("left", q)
     sure = np.abs(clear - 0.002) > 1e-5
     np.testing.assert_array_equal(red[sure], (clear < 0.002)[sure])
@@ -107,4 +107,4 @@ def test_what_an_arm_holds_is_not_in_contact_with_what_holds_it():
 
 def test_arms_that_are_clear_of_everything_are_left_out():
     problem = two_arms.passing()
-    assert contacts(problem.cell, {name: q[None] for name, q in problem.start.items()}, problem.margins) == {}
+    assert touching_spheres(problem.cell, {name: q[None] for name, q in problem.start.items()}, problem.margins) == {}

@@ -9,8 +9,8 @@ from support.recordings import Rows
 
 from mmp_env import events
 from mmp_env.view.rerun import RerunWatcher
-from mmp_env.view.rerun.record import Record
-from mmp_env.view.rerun.tree import MOST_ENTRIES, MOST_LABELS, growth, label, positions
+from mmp_env.view.rerun.search_record import SearchRecord
+from mmp_env.view.rerun.tree_graph import MOST_ENTRIES, MOST_LABELS, growth, label, positions
 from mmp_planners import make
 
 PROBLEM = two_arms.passing(1.0)
@@ -135,7 +135,7 @@ def test_circles_of_large_trees_do_not_overlap(memory):
 
 
 def test_of_large_trees_some_moments_are_left_out_but_not_the_last_one():
-    record = Record(problem=PROBLEM, most_looks=1, most_pushes=1)
+    record = SearchRecord(problem=PROBLEM, most_nodes=1, most_repulsions=1)
     for number in range(0, 3002, 2):
         if number:
             record(events.NodeExpanded(elapsed_s=0.0, node=number - 1, open_nodes=1, expanded_nodes=1, conflicts=1))
@@ -205,14 +205,14 @@ def created(node, parent):
 
 
 def test_after_a_restart_a_dearer_solution_of_the_same_number_does_not_take_the_place_of_the_first():
-    record, paths = Record(problem=PROBLEM, most_looks=9, most_pushes=1), []
+    record, paths = SearchRecord(problem=PROBLEM, most_nodes=9, most_repulsions=1), []
     for restart, cost_rad in enumerate((1.0, 2.0)):
         record(events.SearchStarted(elapsed_s=0.0, restart=restart, sub_seed=1))
         record(root := replace(created(0, parent=None), cost_rad=cost_rad))
         record(events.SolutionFound(elapsed_s=0.0, node=0, cost_rad=cost_rad, clearance_m=0.01))
         paths.append(root.paths)
     assert record.tree.solution is record.tree.nodes[0]
-    assert (record.solution.node, record.solution.told.paths) == (0, paths[0])
+    assert (record.solution.node, record.solution.created.paths) == (0, paths[0])
 
 
 def test_fast_tracked_nodes_and_roots_say_so():
@@ -221,4 +221,4 @@ def test_fast_tracked_nodes_and_roots_say_so():
     fast = TreeNode(id=3, number=7, parent=1, arm="left", conflicts=0, fast_track=True, on_solution_path=True)
     assert label(fast) == "★ 7: no conflict\nfast track\nleft is pushed aside"
     assert label(TreeNode(id=0, number=0, conflicts=1)) == "0: 1 conflict\nroot"
-    assert label(TreeNode(id=2, number=2, restart=1)) == "2: not told\nroot of tree 2"
+    assert label(TreeNode(id=2, number=2, restart=1)) == "2: unknown\nroot of tree 2"

@@ -9,8 +9,8 @@ from support.recordings import Rows, array
 from mmp_env import _core, events
 from mmp_env.events import ForceField
 from mmp_env.view.rerun import RerunWatcher
-from mmp_env.view.rerun.forces import sphere_forces
 from mmp_env.view.rerun.plan_view import frame_times
+from mmp_env.view.rerun.repulsion_steps import sphere_forces
 from mmp_planners import make
 
 PROBLEM = two_arms.passing(1.0)

@@ -140,8 +140,8 @@ def test_only_so_many_nodes_and_repulsions_are_shown_in_detail_and_it_is_said(tm
     assert "Only the first expanded node is" in words[2][0]
     assert sorted(rows.at("/tree", IDS, "expansion")) == list(range(last + 1))
     titles = [text[0].split("\n")[0] for text in rows.at("/repulsion_words", TEXT, "repulsion").values()]
-    assert titles[0].endswith("as the low level made it")
-    assert not any(title.endswith("as the low level made it") for title in titles[1:])
+    assert titles[0].endswith("the path of the low level")
+    assert not any(title.endswith("the path of the low level") for title in titles[1:])
 
 
 def test_it_asks_for_the_iterates_of_repulsion():

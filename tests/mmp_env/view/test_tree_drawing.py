@@ -123,9 +123,9 @@ def test_a_tooltip_holds_all_that_is_known():
     tips = [element[0].text for element in root.iter() if element.get("data-node") is not None]
     for words in ("node 0", "3 conflicts between 1 pair", "cost 10.00 rad", "lower bound 9.00", "number 1"):
         assert words in tips[0]
-    for words in ("branched on: left and right meet at 2.0 to 2.5 s", "fast track with left: in vain", "0.500 s"):
+    for words in ("branched on: left and right meet at 2.0 to 2.5 s", "fast track with left: failed", "0.500 s"):
         assert words in tips[0]
-    for words in ("node 1", "left avoids right at 2.0 s", "not expanded", "on the way to the solution"):
+    for words in ("node 1", "left avoids right at 2.0 s", "not expanded", "on the path to the solution"):
         assert words in tips[1]
 
 
@@ -140,7 +140,7 @@ def test_few_nodes_have_their_constraints_in_words_on_the_edges():
 def test_of_many_nodes_the_way_to_the_solution_is_told_in_words():
     tree, root, _ = drawing(400)
     texts = [element.text for element in root.iter() if drawn_shapes.named(element) == "text"]
-    assert "The way to the solution" in texts
+    assert "The path to the solution" in texts
     assert any(text.endswith("no conflict") for text in texts)
     assert len(tree.solution_path) > 2
 
@@ -148,9 +148,9 @@ def test_of_many_nodes_the_way_to_the_solution_is_told_in_words():
 @pytest.mark.parametrize("count", [5, 60, 400])
 def test_solution_path_fast_track_and_expansion_can_be_told_apart(count):
     tree, root, _ = drawing(count)
-    ways = {int(e.get("data-to")): float(e.get("stroke-width")) for e in root.iter() if edge(e)}
-    on = {ways[node.id] for node in tree.nodes if node.on_solution_path and node.id in ways}
-    off = {width for node, width in ways.items() if not tree.nodes[node].on_solution_path}
+    widths = {int(e.get("data-to")): float(e.get("stroke-width")) for e in root.iter() if edge(e)}
+    on = {widths[node.id] for node in tree.nodes if node.on_solution_path and node.id in widths}
+    off = {width for node, width in widths.items() if not tree.nodes[node].on_solution_path}
     assert min(on) > 2 * max(off, default=1)
     groups = {int(e.get("data-node")): e for e in root.iter() if e.get("data-node") is not None}
     polygons = {node for node, group in groups.items() if any(drawn_shapes.named(part) == "polygon" for part in group)}
@@ -171,9 +171,9 @@ def test_solution_path_fast_track_and_expansion_can_be_told_apart(count):
 def test_the_legend_has_what_the_drawing_has_and_no_more():
     plain = grown_trees.grown([None]).svg()
     assert "fast track" not in plain
-    assert "way to the solution" not in plain
+    assert "path to the solution" not in plain
     full = drawing(400)[0].svg()
-    for words in ("conflicts", "expanded", "generated, not expanded", "fast track", "way to the solution"):
+    for words in ("conflicts", "expanded", "generated, not expanded", "fast track", "path to the solution"):
         assert words in full
 
 
@@ -187,7 +187,7 @@ def test_a_planner_that_tells_no_numbers_is_drawn():
     tree = SearchTree(title="strange")
     tree(grown_trees.branched(3))
     _, shapes = drawn_shapes.read(tree.svg())
-    assert "not told" in {shape.text for shape in shapes}
+    assert "unknown" in {shape.text for shape in shapes}
     assert "nan" not in tree.svg()
 
 

@@ -2,15 +2,15 @@
 
 import re
 
-from mmp_env.view.tree_drawing.colors import BODY, BOLT, EDGE, FAINT, INK, PANEL, STYLE, WAY, contrast
+from mmp_env.view.tree_drawing.colors import BODY, BOLT, EDGE, FAINT, INK, PANEL, SOLUTION_PATH, STYLE, contrast
 
-_DARK = dict(re.findall(r"[.]mmp-([a-z]+)[{](?:fill|stroke):(#[0-9a-f]{6})", STYLE))
+_DARK = dict(re.findall(r"[.]mmp-([a-z-]+)[{](?:fill|stroke):(#[0-9a-f]{6})", STYLE))
 _SCHEMES = {
-    "light": ((PANEL, BODY), (EDGE, INK, WAY, BOLT), (INK, FAINT, WAY)),
+    "light": ((PANEL, BODY), (EDGE, INK, SOLUTION_PATH, BOLT), (INK, FAINT, SOLUTION_PATH)),
     "dark": (
         (_DARK["panel"], _DARK["body"]),
-        (_DARK["edge"], _DARK["line"], _DARK["way"], BOLT),
-        (_DARK["ink"], _DARK["faint"], _DARK["word"], _DARK["wayword"]),
+        (_DARK["edge"], _DARK["line"], _DARK["solution"], BOLT),
+        (_DARK["ink"], _DARK["faint"], _DARK["word"], _DARK["solution-text"]),
     ),
 }
 

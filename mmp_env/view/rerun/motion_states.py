@@ -1,4 +1,4 @@
-"""Who moves and who waits when, as a strip for each arm."""
+"""When each arm moves, waits, or has arrived, as a strip per arm."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.colors import curve_colors
 from mmp_env.view.rerun.sdk import require
 
-GANTT = "/moving"
+MOTION_STATES = "/moving"
 MOVING, WAITING, ARRIVED = "moves", "waits", "has arrived"
 _WAITING, _ARRIVED = (140, 140, 140), (98, 98, 98)
 _STILL_RAD_S = 1e-3
-"""Slower than this in every joint is standing still."""
+"""Largest joint velocity [rad/s] of an arm that counts as standing still."""
 
 
-def send_waiting(stream: Any, plan: Plan) -> None:
-    """For each arm the times at which it begins to move, to wait, or to stand where it is to stay."""
+def send_motion_states(stream: Any, plan: Plan) -> None:
+    """Sends the state changes of each arm."""
     rerun = require()
     for arm, color in curve_colors(plan.problem.cell).items():
-        path = f"{GANTT}/{arm}"
+        path = f"{MOTION_STATES}/{arm}"
         stream.log(
             path,
             rerun.StateConfiguration(
@@ -32,13 +32,13 @@ def send_waiting(stream: Any, plan: Plan) -> None:
             ),
             static=True,
         )
-        changes = states(plan, arm)
+        changes = state_changes(plan, arm)
         index = [timelines.seconds([time for time, _ in changes])]
         stream.send_columns(path, index, rerun.StateChange.columns(state=[state for _, state in changes]))
 
 
-def states(plan: Plan, arm: str) -> list[tuple[float, str]]:
-    """(time [s], state) wherever the state changes, the beginning included, and the end of the plan."""
+def state_changes(plan: Plan, arm: str) -> list[tuple[float, str]]:
+    """Returns (time [s], state) at the start, at each change of state, and at the end of the plan."""
     q, times = plan.positions[arm], plan.times
     moves = np.abs(np.diff(q, axis=0)).max(axis=1) > _STILL_RAD_S * np.diff(times)
     arrived = int(np.flatnonzero(moves)[-1]) + 1 if moves.any() else 0

@@ -8,7 +8,7 @@ from support.recordings import Rows
 from mmp_env.model.plan import Plan
 from mmp_env.view.rerun import RerunWatcher
 from mmp_env.view.rerun.joints import position_shares, velocity_shares
-from mmp_env.view.rerun.waiting import ARRIVED, MOVING, WAITING, states
+from mmp_env.view.rerun.motion_states import ARRIVED, MOVING, WAITING, state_changes
 
 PROBLEM = two_arms.nothing_to_do()
 LOOK = two_arms.reaching(0.8)
@@ -32,7 +32,7 @@ def plan_of(moves, times=None):
     ],
 )
 def test_states_begin_where_the_arm_does_something_else(moves, expected):
-    assert states(plan_of(moves), "left") == expected
+    assert state_changes(plan_of(moves), "left") == expected
 
 
 def test_the_strips_of_a_recording_are_those_states(tmp_path):
@@ -40,7 +40,7 @@ def test_the_strips_of_a_recording_are_those_states(tmp_path):
     with RerunWatcher(PROBLEM, tmp_path / "plan.rrd") as watcher:
         watcher.show_plan(plan)
     found = Rows(tmp_path / "plan.rrd").at("/moving/left", "StateChange:state", "plan time")
-    assert {time: state[0] for time, state in found.items()} == dict(states(plan, "left"))
+    assert {time: state[0] for time, state in found.items()} == dict(state_changes(plan, "left"))
 
 
 def test_velocities_are_those_of_the_segments_in_shares_of_the_limit():

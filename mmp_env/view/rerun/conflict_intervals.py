@@ -1,4 +1,4 @@
-"""Where the paths of a node meet: every unbroken run of conflicts of two arms, and the point of contact."""
+"""Conflict intervals between the paths of a node, with the point of contact."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from mmp_env import _core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.conflict import unbroken_runs
 from mmp_env.model.problem import Problem
-from mmp_env.view.rerun.clouds import cloud, sphere_gaps
+from mmp_env.view.rerun.sphere_clouds import sphere_cloud, sphere_gaps
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Contact:
-    """Two arms come closer than planners allow from step `first` to `last`; nearest at `step`, around `point` [m]."""
+class ConflictInterval:
+    """Two arms, too close to each other from step `first` to `last`, and closest at `step`, around `point` [m]."""
 
     arm_a: str
     arm_b: str
@@ -28,15 +28,15 @@ class Contact:
     depth_m: float
 
 
-class Meetings:
-    """Finds the contacts of nodes; a path that many nodes share is worked out once."""
+class ConflictFinder:
+    """Finds the conflict intervals of nodes. It computes the motion of a path that many nodes share once."""
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._model = problem, problem.cell.collision
         self._motions: dict[int, tuple[np.ndarray, _core.Motion]] = {}
 
-    def __call__(self, paths: Mapping[str, Float[np.ndarray, "k dof"]]) -> list[Contact]:
-        """The contacts between `paths`, earliest first."""
+    def __call__(self, paths: Mapping[str, Float[np.ndarray, "k dof"]]) -> list[ConflictInterval]:
+        """Returns the conflict intervals between `paths`, arm -> [k, dof] [rad], earliest first."""
         names = list(paths)
         motions = [self._motion(name, paths[name]) for name in names]
         pairs = [(i, j) for i in range(len(names)) for j in range(i + 1, len(names))]
@@ -44,27 +44,27 @@ class Meetings:
             motions, pairs, self._problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
         )
         out = [
-            self._contact(names[i], names[j], paths, run)
+            self._interval(names[i], names[j], paths, run)
             for (i, j), instants in zip(pairs, found, strict=True)
             for run in unbroken_runs(instants)
         ]
-        return sorted(out, key=lambda contact: (contact.first, contact.arm_a, contact.arm_b))
+        return sorted(out, key=lambda interval: (interval.first, interval.arm_a, interval.arm_b))
 
     def _motion(self, name: str, path: Float[np.ndarray, "k dof"]) -> _core.Motion:
-        if id(path) not in self._motions:  # the path is kept with it, so that its id stays its own
+        if id(path) not in self._motions:  # keeping the path keeps its id unique
             self._motions[id(path)] = path, self._model.motion(name, path)
         return self._motions[id(path)][1]
 
-    def _contact(
+    def _interval(
         self, a: str, b: str, paths: Mapping[str, Float[np.ndarray, "k dof"]], run: Float[np.ndarray, "c"]
-    ) -> Contact:
-        one, other = (cloud(self._problem.cell, x, configurations(paths[x], run)) for x in (a, b))
+    ) -> ConflictInterval:
+        one, other = (sphere_cloud(self._problem.cell, x, configurations_at(paths[x], run)) for x in (a, b))
         gaps = sphere_gaps(one, other)
         deepest, i, j = (int(k) for k in np.unravel_index(int(np.argmin(gaps)), gaps.shape))
         gap, start, end = float(gaps[deepest, i, j]), one.centers[deepest, i], other.centers[deepest, j]
         length = max(float(np.linalg.norm(end - start)), 1e-9)
         point = start + (end - start) * (one.radii[i] + gap / 2) / length
-        return Contact(
+        return ConflictInterval(
             arm_a=a,
             arm_b=b,
             first=float(run[0]),
@@ -75,8 +75,8 @@ class Meetings:
         )
 
 
-def configurations(path: Float[np.ndarray, "k dof"], steps: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n dof"]:
-    """Where an arm is at instants [steps]; from its last row on it stays."""
+def configurations_at(path: Float[np.ndarray, "k dof"], steps: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n dof"]:
+    """Returns the configurations of an arm at times counted in steps; after the last row the arm stays there."""
     steps = np.minimum(steps, len(path) - 1)
     before = np.minimum(steps.astype(int), max(len(path) - 2, 0))
     after = np.minimum(before + 1, len(path) - 1)

@@ -3,7 +3,7 @@
     environment = mmp_env.dm.load("MultiArmCell-4", task="reach", random=7)  # the instance of env.reset(seed=7)
     time_step = environment.reset()
 
-dm_control is imported when an environment is loaded; importing this package costs nothing.
+`load` imports dm_control; importing this package does not.
 docs/how-to/dm-control.md explains the environments.
 """
 
@@ -27,12 +27,13 @@ if TYPE_CHECKING:
     import dm_env
 
     from mmp_env.dm.following import Follower
+    from mmp_env.gym.cell_instance import Margin
     from mmp_env.model.plan import Plan
 
 __all__ = ["follow", "load", "require"]
 
 TIME_LIMIT_S = 20.0
-"""As long as an episode of the Gymnasium environments."""
+"""Simulated time of an episode, the same as in Gymnasium."""
 
 
 def load(
@@ -46,17 +47,25 @@ def load(
     terminate_on_contact: bool = True,
     self_contacts: bool = True,
     max_velocity: float = DEFAULT_MAX_VELOCITY,
+    margin: Margin = None,
     control_rate_hz: int = CONTROL_RATE_HZ,
     time_limit: float = TIME_LIMIT_S,
 ) -> dm_env.Environment:
-    """A `dm_control.rl.control.Environment` of a cell, like `dm_control.suite.load`.
+    """Returns a `dm_control.rl.control.Environment` of a cell, like `dm_control.suite.load`.
 
-    `source` is an environment id, or a cell as `MultiArmCell` takes it; the options are that environment's. `random` is
-    a seed, a NumPy generator or `RandomState`, or None: the first episode of seed N is the instance of
-    `env.reset(seed=N)`, the next ones are those of further `env.reset()`. Where the task puts objects into the cell,
-    each episode has a model of its own. `time_limit` [s] ends an episode.
+    The other options are those of `MultiArmCell`. If the task puts objects into the cell, each episode has its own
+    model.
 
-    Raises `MmpError` for a wrong option or value, and where there is no dm_control that works.
+    Args:
+        source: an environment id, or a cell as `MultiArmCell` takes it.
+        task: the task that draws the instances, or its name.
+        random: a seed, a NumPy `Generator` or `RandomState`, or None. The first episode of seed N is the instance of
+            `env.reset(seed=N)`, the next ones are those of further `env.reset()`.
+        margin: margin of `environment.task.problem`; an episode whose start or goal is closer is refused.
+        time_limit: simulated time of an episode [s].
+
+    Raises:
+        MmpError: for an unknown option or a bad value, or without a dm_control that works.
     """
     check_options(
         {
@@ -82,7 +91,7 @@ def load(
     physics = CellPhysics.of(cell, self_contacts=self_contacts)
     cell_task = CellTask(
         physics.simulation,
-        InstanceSource(cell, task, max_velocity),
+        InstanceSource(cell, task, max_velocity, margin),
         generator(random),
         control_mode=control_mode,
         terminate_on_contact=terminate_on_contact,
@@ -92,10 +101,14 @@ def load(
 
 
 def follow(environment: dm_env.Environment, plan: Plan | None) -> Follower:
-    """A policy that moves the arms along a plan, for loops over `step` and for dm_control's viewer.
+    """Returns a policy that moves the arms along a plan, for loops over `step` and for dm_control's viewer.
 
-    Raises `MmpError` for an environment with another control mode than `position`, a plan of another cell, and None,
-    which is what a planner has that found no plan.
+    Args:
+        environment: an environment of `load` with `control_mode="position"`.
+        plan: a plan for its cell. None, the result of a failed planner, is an error.
+
+    Raises:
+        MmpError: for another control mode, a plan of another cell, or None.
     """
     plan = given_plan(plan, "follow")
     from mmp_env.dm.following import Follower
@@ -104,7 +117,7 @@ def follow(environment: dm_env.Environment, plan: Plan | None) -> Follower:
 
 
 def _named(source: Cell | str | PathLike[str]) -> Cell | str | PathLike[str]:
-    """The name of the cell of an environment id, and everything else as it is."""
+    """Returns the name of the cell of an environment id, and any other source unchanged."""
     if not isinstance(source, str) or not source.startswith(ANY_CELL):
         return source
     if source not in CELLS:

@@ -1,4 +1,4 @@
-"""Whether there is a dm_control that works; what is wrong otherwise, in one sentence."""
+"""Check that dm_control works; otherwise one sentence says what is wrong."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from mmp_env.opengl import asked_for, has_display, offscreen_backend
 
 INSTALL = "pip install 'mmp-env[dm]'"
 NO_WHEELS_FROM = (3, 13)
-"""labmaze, which dm_control needs, has none for this Python and newer ones."""
+"""First Python version without wheels of labmaze, which dm_control needs."""
 _BACKEND = "MUJOCO_GL"
 
 
 @functools.cache
 def require() -> None:
-    """Raises `MmpError` where dm_control is missing, or does not get on with the MuJoCo that is here."""
+    """Raises `MmpError` if dm_control is missing or does not work with the installed MuJoCo."""
     try:
         with _backend_chosen():
             from dm_control import mujoco
     except ImportError as error:
         raise MmpError(f"dm_control cannot be imported ({error}); {_how_to_get_it()}") from error
     try:
-        # Some releases import well with a MuJoCo that they do not know, and fail at the first model.
+        # Some releases import with an unknown MuJoCo, and fail at the first model.
         mujoco.Physics.from_xml_string("<mujoco/>")
     except AttributeError as error:
         version = mujoco.wrapper.mujoco.__version__
@@ -43,13 +43,13 @@ def _how_to_get_it() -> str:
 
 @contextlib.contextmanager
 def _backend_chosen() -> Iterator[None]:
-    """Without a display, dm_control would settle for a library that needs one: it is told another for its import."""
+    """Sets `MUJOCO_GL` for the import of dm_control, which otherwise chooses a library that needs a display."""
     if asked_for() or has_display():
         yield
         return
     try:
         backend = offscreen_backend()
-    except MmpError:  # nothing can be drawn; all the rest works
+    except MmpError:  # pictures are not possible; everything else works
         backend = "disable"
     os.environ[_BACKEND] = backend
     try:

@@ -1,4 +1,4 @@
-"""A policy that plays a plan in a dm_control environment."""
+"""A policy that follows a plan in a dm_control environment."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from jaxtyping import Float
 
 from mmp_env.dm.task import CellTask
 from mmp_env.errors import MmpError
-from mmp_env.gym.control import PositionMode
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import check_fit
@@ -18,18 +17,19 @@ from mmp_env.sim.execution import REACHED_RAD
 
 
 class Follower:
-    """Time step -> action: where the plan is at the end of the action; after its last time, its end.
+    """A policy, time step -> action. Each action leads to the configuration of the plan at the end of the action.
 
-    Between two actions the reference is straight, so a corner of the plan between them is cut; a higher control rate
-    cuts less.
+    The reference between two actions is straight, so it cuts corners of the plan; a higher control rate cuts less.
     """
 
     def __init__(self, environment: Any, plan: Plan) -> None:
         self._physics, task = environment.physics, environment.task
         self._task: Any = task
         if not isinstance(task, CellTask):
-            raise MmpError(f"a plan cannot be followed in {type(environment).__name__}; mmp_env.dm.load makes what can")
-        if not isinstance(task.mode, PositionMode):
+            raise MmpError(
+                f"a plan cannot be followed in {type(environment).__name__}; load the environment with mmp_env.dm.load"
+            )
+        if task.mode.name != "position":
             raise MmpError("a plan can be followed with control_mode='position' alone; load the environment with it")
         check_fit(plan, _with_objects_of(plan, task.cell))
         missing = [name for name in task.cell.arm_names if name not in plan.positions]
@@ -39,7 +39,7 @@ class Follower:
         self._period_s = float(environment.control_timestep())
 
     def __call__(self, time_step: Any) -> Float[np.ndarray, "n"]:
-        """Raises `MmpError` where an episode begins elsewhere than the plan, or has other objects."""
+        """Returns the action [n]. Raises `MmpError` if the episode has another start or other objects than the plan."""
         if time_step.first():
             check_fit(self._plan, self._task.cell)
             begin = self._at(0.0)
@@ -57,7 +57,7 @@ class Follower:
 
 
 def _with_objects_of(plan: Plan, cell: Cell) -> Cell:
-    """The cell with the plan's obstacles and held objects: which an episode has is known when it begins."""
+    """Returns the cell with the obstacles and held objects of the plan. Those of an episode are known at its begin."""
     held = {arm.name: arm.held for arm in plan.problem.cell.arms}
     arms = tuple(dataclasses.replace(arm, held=held.get(arm.name)) for arm in cell.arms)
     return dataclasses.replace(cell, arms=arms, obstacles=plan.problem.cell.obstacles)

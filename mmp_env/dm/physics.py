@@ -1,4 +1,4 @@
-"""The physics of a cell as dm_control has it, stepped so that no contact between two actions is missed."""
+"""The physics of a cell for dm_control. Stepping records every contact between two actions."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class CellPhysics(mujoco.Physics):
 
     @classmethod
     def of(cls, cell: Cell, *, self_contacts: bool) -> CellPhysics:
-        """The physics of a cell. Raises `MmpError` where it does not compile."""
+        """Returns the physics of a cell. Raises `MmpError` if its model does not compile."""
         physics = cls.from_model(_model(cell))
         physics._self_contacts = self_contacts
         physics._simulation = Simulation(cell, physics.data.ptr, self_contacts=self_contacts)
@@ -35,9 +35,9 @@ class CellPhysics(mujoco.Physics):
             self._simulation = Simulation(cell, self.data.ptr, self_contacts=self._self_contacts)
 
     def enter(self, cell: Cell) -> None:
-        """From here on these are the physics of that cell: a new model and new data, where it is another cell.
+        """Changes to the model and data of another cell.
 
-        dm_control's viewer and cameras notice; views of `data` and `named` that somebody has kept do not.
+        The viewer and cameras of dm_control notice. Views of `data` and `named` that a caller has kept do not.
         """
         if self.simulation.cell is not cell:
             self._reload_from_model(_model(cell))
@@ -45,13 +45,13 @@ class CellPhysics(mujoco.Physics):
 
     @property
     def simulation(self) -> Simulation:
-        """What drives and watches the same `MjData`. What `copy()` returns has none; it is for looking ahead."""
+        """The simulation of the same `MjData`. A `copy()`, which is for looking ahead, has none."""
         if self._simulation is None:
             raise TypeError("a copy of the physics of a cell can be stepped, but not driven by the task")
         return self._simulation
 
     def step(self, nstep: int = 1) -> None:
-        """Lets `nstep` physics steps pass. Raises `PhysicsError` where they diverge."""
+        """Advances by `nstep` physics steps. Raises `PhysicsError` if they diverge."""
         if self._simulation is None:
             super().step(nstep)
             return

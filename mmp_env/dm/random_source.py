@@ -1,4 +1,4 @@
-"""Where instances come from: dm_control's `random`, as the generator of Gymnasium's seeds."""
+"""The random generator of an environment, from the argument `random` of dm_control."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _SEEDS = 2**31
 
 
 def generator(random: Any) -> np.random.Generator:
-    """The generator that `env.reset(seed=random)` would make; a `Generator` is taken as it is, None is a fresh one.
+    """Returns the generator of `env.reset(seed=random)`, a given `Generator` itself, or a fresh one for None.
 
-    A `RandomState` gives a seed, the same one for the same state. Raises `MmpError` for anything else.
+    The same state of a `RandomState` gives the same generator. Raises `MmpError` for anything else.
     """
     if isinstance(random, np.random.Generator):
         return random

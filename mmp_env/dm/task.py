@@ -12,7 +12,7 @@ from jaxtyping import Float
 from mmp_env.dm.physics import CellPhysics
 from mmp_env.errors import MmpError
 from mmp_env.gym.cell_instance import CellInstance, InstanceSource
-from mmp_env.gym.control import checked_action, find_control_mode, steps_per_action
+from mmp_env.gym.control import ControlMode, checked_action, steps_per_action
 from mmp_env.gym.observation import Observer, joint_limits
 from mmp_env.gym.reward import step_reward
 from mmp_env.model.cell import Cell
@@ -24,10 +24,15 @@ from mmp_env.sim.simulation import Simulation
 
 
 class CellTask(control.Task):
-    """Instances, actions, observations, reward and end of `MultiArmCell`; options as there.
+    """Instances, actions, observations, reward and end of `MultiArmCell`.
 
-    `random` is drawn from at the beginning of each episode. Of the present one: `cell`, `start`, `goal` (arm name ->
-    [dof] [rad]), `contacts` of the last action, `is_success`, `distance_rad` (largest over joints).
+    `contacts` are those of the last action.
+
+    Args:
+        simulation: the simulation of the environment.
+        source: the source of the instances, one per episode.
+        random: the source of all random numbers.
+        control_mode: as in `MultiArmCell`, like the other options.
     """
 
     def __init__(
@@ -48,7 +53,8 @@ class CellTask(control.Task):
         self._instance: CellInstance | None = None
         self._terminate_on_contact = terminate_on_contact
         lower, upper = joint_limits(source.cell)
-        self.mode = find_control_mode(control_mode)(lower=lower, upper=upper, reach=source.fastest / control_rate_hz)
+        reach = source.fastest / control_rate_hz
+        self.mode = ControlMode(name=control_mode, lower=lower, upper=upper, reach=reach)
         self._observer: Observer | None = None
         self._target = self._q = self._reference = simulation.positions
         self._reward = 0.0
@@ -62,32 +68,36 @@ class CellTask(control.Task):
 
     @property
     def cell(self) -> Cell:
-        """The cell of the present episode, with the objects of its task; before the first one without any."""
+        """The cell of the present episode, with the objects of its task."""
         return self._source.cell if self._instance is None else self._instance.cell
 
     @property
     def start(self) -> State:
+        """Start of the present episode, arm name -> [dof] [rad]."""
         return self.instance.start
 
     @property
     def goal(self) -> State:
+        """Goal of the present episode, arm name -> [dof] [rad]."""
         return self.instance.goal
 
     @property
     def problem(self) -> Problem:
-        """The present instance as planners take it. Raises `InvalidInstanceError` for a bad task."""
+        """The present instance as a problem. Raises `InvalidInstanceError` if a task drew a bad one."""
         return self.instance.problem
 
     @property
     def distance_rad(self) -> float:
+        """Largest distance of a joint to its goal [rad]."""
         return float(np.abs(self._target - self._q).max())
 
     @property
     def is_success(self) -> bool:
+        """Whether every joint has reached its goal."""
         return self.distance_rad <= REACHED_RAD
 
     def initialize_episode(self, physics: CellPhysics) -> None:
-        """Draws the next instance and puts the arms at rest at its start; with the objects of its task, if any."""
+        """Draws the next instance with the objects of its task, and puts the arms at rest at its start."""
         instance = self._source.drawn(self.random)
         if instance.cell is not physics.simulation.cell:
             physics.enter(instance.cell)
@@ -108,7 +118,7 @@ class CellTask(control.Task):
         self._reference = end
 
     def after_step(self, physics: CellPhysics) -> None:
-        """What has become of the action."""
+        """Reads positions, contacts and reward after the action."""
         simulation = physics.simulation
         before = self._mean_distance
         self._q, self.contacts = simulation.positions, simulation.log.contacts
@@ -119,20 +129,20 @@ class CellTask(control.Task):
         return self._reward
 
     def get_termination(self, physics: CellPhysics) -> float | None:
-        """0 at the goal, and after a contact unless that is allowed; None where the episode goes on."""
+        """Returns discount 0 at the goal and after a contact that ends the episode, otherwise None."""
         return 0.0 if self.is_success or (self._terminate_on_contact and self.contacts) else None
 
     def get_observation(self, physics: CellPhysics) -> dict[str, Float[np.ndarray, "..."]]:
-        """As in the Gymnasium environment."""
+        """Returns the observation of the Gymnasium environment."""
         return self._observed(physics).observe(self._q, self._target)
 
     def action_spec(self, physics: CellPhysics) -> specs.BoundedArray:
-        """One number in [-1, 1] for each servo, whose names are that of the spec, with tabs between them."""
+        """Returns a spec of one number in [-1, 1] per servo, named after the servos, with tabs in between."""
         names = [physics.model.id2name(k, "actuator") for k in range(physics.model.nu)]
         return specs.BoundedArray((len(names),), np.float64, minimum=-1.0, maximum=1.0, name="\t".join(names))
 
     def observation_spec(self, physics: CellPhysics) -> dict[str, specs.BoundedArray]:
-        """The bounds of the Gymnasium environment's space."""
+        """Returns the bounds of the space of the Gymnasium environment."""
         return {
             name: specs.BoundedArray(box.shape, box.dtype, minimum=box.low, maximum=box.high, name=name)
             for name, box in self._observed(physics).boxes.items()

@@ -1,11 +1,11 @@
-"""The instances of an environment: drawn by its task or given, each with the cell that it is for."""
+"""The instances of an environment, drawn by its task or given, each with its cell."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -15,25 +15,29 @@ from mmp_env.brief import brief
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.gym.instances import draw, find_task
 from mmp_env.model.cell import Cell
-from mmp_env.model.margins import Margins
+from mmp_env.model.margins import Margins, asked_margins
 from mmp_env.model.problem import Problem, asked_velocity_limits, make_problem
 from mmp_env.model.task import State, Task
 from mmp_env.wording import counted
 
+Margin: TypeAlias = float | Mapping[str, float] | Margins | None
+"""Margin that is asked for [m]: one number, one for each kind, or None for the default."""
 _ENDS = ("start", "goal")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CellInstance:
-    """Where the arms of a cell come from and go to, arm name -> [dof] [rad]; `max_velocity` [rad/s]."""
+    """Start and goal of the arms of a cell, arm name -> [dof] [rad]; `max_velocity` [rad/s].
+
+    `margin` is what plans for the instance must keep, in the forms that `make_problem` takes.
+    """
 
     cell: Cell
     start: State
     goal: State
     max_velocity: float
     name: str = ""
-    margins: Margins | None = None
-    """Margins that are kept; None: the default ones."""
+    margin: Margin = None
 
     @brief
     def __repr__(self) -> str:
@@ -41,29 +45,48 @@ class CellInstance:
 
     @cached_property
     def problem(self) -> Problem:
-        """The instance as planners take it. Raises `InvalidInstanceError` where a task has drawn a bad one."""
+        """The instance as a problem for planners.
+
+        Raises:
+            InvalidInstanceError: if start or goal is out of limits, in collision, or closer than `margin`.
+        """
         return make_problem(
-            self.cell, self.start, self.goal, max_velocity=self.max_velocity, margin=self.margins, name=self.name
+            self.cell, self.start, self.goal, max_velocity=self.max_velocity, margin=self.margin, name=self.name
         )
 
 
 class InstanceSource:
-    """What an environment has its instances from: `cell`, which a task may furnish anew for each, and the task.
+    """The source of all instances of an environment: its task, or a start and goal that are given.
 
-    Raises `MmpError` for an unknown task, and a `max_velocity` [rad/s] that is not positive, or looks like degrees.
+    Args:
+        cell: the cell without the objects of any task.
+        task: the task that draws instances, or its name.
+        max_velocity: largest velocity of all joints [rad/s].
+        margin: margins of all instances, in the forms that `make_problem` takes.
+
+    Raises:
+        MmpError: for an unknown task, a bad margin, or a `max_velocity` that is not positive or looks like degrees.
     """
 
-    def __init__(self, cell: Cell, task: str | Task, max_velocity: float) -> None:
+    def __init__(self, cell: Cell, task: str | Task, max_velocity: float, margin: Margin = None) -> None:
         self.cell, self._task, self._max_velocity = cell, find_task(task), max_velocity
+        self._margin = asked_margins(margin) or None
         limits = asked_velocity_limits(cell, max_velocity)
         self.fastest: Float[np.ndarray, "n"] = np.concatenate([limits[name] for name in cell.arm_names])
-        """Of all joints, arm after arm [rad/s]."""
+        """Largest velocity of every joint, arm after arm [rad/s]."""
 
     def following(self, given: Any, rng: np.random.Generator, name: str = "") -> CellInstance:
-        """The next instance: `start` and `goal` (arm name -> [dof] [rad]) as `given`, drawn what is not.
+        """Returns the next instance.
 
-        Where both are given, it is for the cell without objects, and nothing is drawn. Raises `MmpError` for anything
-        else than a dict of these, and like `drawn` and `given`.
+        Args:
+            given: a dict with `start`, `goal`, both or neither, arm name -> [dof] [rad]. The task draws a
+                missing one. With both, nothing is drawn, and the cell has no objects of the task.
+            rng: the source of all random numbers.
+            name: name of a drawn instance.
+
+        Raises:
+            MmpError: for anything but such a dict, or if the task finds no instance.
+            InvalidInstanceError: if start or goal is out of limits, in collision, or closer than the margin.
         """
         if not isinstance(given, Mapping):
             raise MmpError(f"reset options are a {type(given).__name__}; they must be a dict with start, goal or both")
@@ -73,33 +96,33 @@ class InstanceSource:
             if not isinstance(state, Mapping):
                 raise MmpError(f"reset option {key} is {state!r}; it must be arm name -> joints [rad]")
         if len(given) == len(_ENDS):
-            return self.given(**given)
+            return self._validated(self.cell, **given)
         drawn = self.drawn(rng, name)
         if not given:
             return drawn
-        return self.given(**{"start": drawn.start, "goal": drawn.goal, **given}, cell=drawn.cell)
+        return self._validated(drawn.cell, **{"start": drawn.start, "goal": drawn.goal, **given})
 
     def drawn(self, rng: np.random.Generator, name: str = "") -> CellInstance:
-        """The next instance of the task. Raises `MmpError` where it finds none."""
-        drawn = draw(self.cell, self._task, rng)
-        return self.instance(drawn.cell, drawn.start, drawn.goal, name)
+        """Returns the next instance of the task.
 
-    def given(
-        self, start: Mapping[str, ArrayLike], goal: Mapping[str, ArrayLike], cell: Cell | None = None
-    ) -> CellInstance:
-        """An instance for `cell`, or for the one without the objects of any task.
-
-        Raises `MmpError` for arms that are missing or have other numbers of joints, and `InvalidInstanceError` for
-        what is out of limits or in collision.
+        Raises:
+            MmpError: if the task finds none.
+            InvalidInstanceError: if start or goal is closer than the margin of the environment.
         """
-        problem = make_problem(cell or self.cell, start, goal, max_velocity=self._max_velocity)
-        instance = self.instance(problem.cell, problem.start, problem.goal)
-        vars(instance)["problem"] = problem  # what is made already need not be made again
+        drawn = draw(self.cell, self._task, rng)
+        instance = self.instance(drawn.cell, drawn.start, drawn.goal, name=name, margin=self._margin)
+        if self._margin is not None:
+            _ = instance.problem  # raises if the instance does not keep the margin
         return instance
 
-    def instance(
-        self, cell: Cell, start: State, goal: State, name: str = "", margins: Margins | None = None
-    ) -> CellInstance:
-        """An instance as it stands, at the speed of the environment."""
+    def instance(self, cell: Cell, start: State, goal: State, *, name: str, margin: Margin) -> CellInstance:
+        """Returns an instance at the speed of the environment, without validation."""
         speed = self._max_velocity
-        return CellInstance(cell=cell, start=start, goal=goal, max_velocity=speed, name=name, margins=margins)
+        return CellInstance(cell=cell, start=start, goal=goal, max_velocity=speed, name=name, margin=margin)
+
+    def _validated(self, cell: Cell, start: Mapping[str, ArrayLike], goal: Mapping[str, ArrayLike]) -> CellInstance:
+        """Returns an instance with a valid start and goal. Raises like `make_problem`."""
+        problem = make_problem(cell, start, goal, max_velocity=self._max_velocity, margin=self._margin)
+        instance = self.instance(cell, problem.start, problem.goal, name="", margin=self._margin)
+        vars(instance)["problem"] = problem  # fills the cached property
+        return instance

@@ -1,14 +1,14 @@
-"""Control modes: what an action in [-1, 1] asks of the arms during one control period.
+"""Control modes: the meaning of an action in [-1, 1] for one control period.
 
-Every mode gives a straight reference for the servos, never faster than the largest velocity and never beyond the joint
-limits; the servos follow it with velocity feed-forward.
+Every mode returns a straight reference for the servos, within the velocity bound and the joint limits. The servos
+follow the reference with velocity feed-forward.
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -16,90 +16,93 @@ from jaxtyping import Float
 from mmp_env.argument_checks import as_numbers, refused
 from mmp_env.errors import MmpError, UnknownNameError
 
+Vector: TypeAlias = Float[np.ndarray, "n"]
+"""One number per joint, arm after arm."""
 CONTROL_RATE_HZ = 10
-"""Actions per second of simulated time: one for each 0.1 s step of the planners, 50 physics steps."""
-LEASH_RAD = 0.1
-"""How far the reference may be ahead of a joint, so that an arm that was held up does not leap when it is free."""
+"""Actions per second of simulated time: one per 0.1 s step of the planners, or 50 physics steps."""
+MAX_LEAD_RAD = 0.1
+"""Largest lead of the reference over a joint. It keeps an arm that was held up from leaping when it is free."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ControlMode(ABC):
-    """`lower`, `upper` [n] [rad]: the joint limits; `reach` [n] [rad]: the most that a joint moves in one period."""
+class ControlMode:
+    """A control mode for the joints of a cell.
 
-    lower: Float[np.ndarray, "n"]
-    upper: Float[np.ndarray, "n"]
-    reach: Float[np.ndarray, "n"]
+    Args:
+        name: one of `CONTROL_MODES`.
+        lower: lower joint limits [n] [rad].
+        upper: upper joint limits [n] [rad].
+        reach: largest motion of each joint in one control period [n] [rad].
 
-    def reference(
-        self, action: Float[np.ndarray, "n"], q: Float[np.ndarray, "n"], before: Float[np.ndarray, "n"]
-    ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        """Begin and end [rad] of the reference, from where the joints are (`q`) and where the last one ended."""
-        begin, end = self._ends(action, q, before)
-        return begin, np.minimum(np.maximum(end, self.lower), self.upper)
+    Raises:
+        UnknownNameError: for an unknown name.
+    """
 
-    @abstractmethod
-    def _ends(
-        self, action: Float[np.ndarray, "n"], q: Float[np.ndarray, "n"], before: Float[np.ndarray, "n"]
-    ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]: ...
+    name: str
+    lower: Vector
+    upper: Vector
+    reach: Vector
 
+    def __post_init__(self) -> None:
+        if self.name not in CONTROL_MODES:
+            raise UnknownNameError("control_mode", self.name, CONTROL_MODES)
 
-class PositionMode(ControlMode):
-    """The action names a configuration, -1 the lower limit and 1 the upper; the reference moves there at top speed."""
+    def reference(self, action: Vector, q: Vector, before: Vector) -> tuple[Vector, Vector]:
+        """Returns begin and end [n] [rad] of the reference of one control period.
 
-    def _ends(
-        self, action: Float[np.ndarray, "n"], q: Float[np.ndarray, "n"], before: Float[np.ndarray, "n"]
-    ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        wanted = self.lower + (action + 1) / 2 * (self.upper - self.lower)
-        return before, _leashed(before + np.minimum(np.maximum(wanted - before, -self.reach), self.reach), q)
-
-
-class VelocityMode(ControlMode):
-    """The action is a velocity, 1 the largest; the reference goes on from where it was."""
-
-    def _ends(
-        self, action: Float[np.ndarray, "n"], q: Float[np.ndarray, "n"], before: Float[np.ndarray, "n"]
-    ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        return before, _leashed(before + action * self.reach, q)
+        Args:
+            action: [n] numbers in [-1, 1].
+            q: joint positions now [rad].
+            before: end of the reference of the period before [rad].
+        """
+        begin, end = CONTROL_MODES[self.name](self, action, q, before)
+        return begin, _clipped(end, self.lower, self.upper)
 
 
-class DeltaMode(ControlMode):
-    """The action is a change from where the joints are now, 1 the most that one control period allows."""
-
-    def _ends(
-        self, action: Float[np.ndarray, "n"], q: Float[np.ndarray, "n"], before: Float[np.ndarray, "n"]
-    ) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-        return q, q + action * self.reach
+def _position(mode: ControlMode, action: Vector, q: Vector, before: Vector) -> tuple[Vector, Vector]:
+    """The action is a configuration: -1 the lower limit, 1 the upper. The reference moves there at full velocity."""
+    wanted = mode.lower + (action + 1) / 2 * (mode.upper - mode.lower)
+    return before, _within_lead(before + _clipped(wanted - before, -mode.reach, mode.reach), q)
 
 
-def _leashed(reference: Float[np.ndarray, "n"], q: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
-    return np.minimum(np.maximum(reference, q - LEASH_RAD), q + LEASH_RAD)
+def _velocity(mode: ControlMode, action: Vector, q: Vector, before: Vector) -> tuple[Vector, Vector]:
+    """The action is a velocity relative to the largest. The reference continues from its last end."""
+    return before, _within_lead(before + action * mode.reach, q)
 
 
-CONTROL_MODES: dict[str, type[ControlMode]] = {"position": PositionMode, "velocity": VelocityMode, "delta": DeltaMode}
+def _delta(mode: ControlMode, action: Vector, q: Vector, before: Vector) -> tuple[Vector, Vector]:
+    """The action is a displacement from the present positions, relative to the largest in one control period."""
+    return q, q + action * mode.reach
 
 
-def find_control_mode(name: str) -> type[ControlMode]:
-    """The mode of that name. Raises `UnknownNameError`."""
-    if name not in CONTROL_MODES:
-        raise UnknownNameError("control_mode", name, CONTROL_MODES)
-    return CONTROL_MODES[name]
+def _within_lead(reference: Vector, q: Vector) -> Vector:
+    return _clipped(reference, q - MAX_LEAD_RAD, q + MAX_LEAD_RAD)
+
+
+def _clipped(values: Vector, lower: Vector, upper: Vector) -> Vector:
+    """Returns what `np.clip` returns, in less time for small arrays."""
+    return np.minimum(np.maximum(values, lower), upper)
+
+
+CONTROL_MODES = {"position": _position, "velocity": _velocity, "delta": _delta}
+"""Control modes by name: functions that return begin and end of the reference."""
 
 
 def checked_action(action: np.ndarray, count: int) -> Float[np.ndarray, "n"]:
-    """The action within [-1, 1]. Raises `MmpError` where it has not `count` numbers or not all are finite."""
+    """Returns the action, clipped to [-1, 1]. Raises `MmpError` unless it has `count` finite numbers."""
     values = as_numbers(action)
     if values is None:
         raise refused("the action", action, f"{count} numbers from -1 to 1")
     if values.shape != (count,):
         raise MmpError(f"the action has shape {list(values.shape)}; expected [{count}]")
-    # The square is finite only if all numbers are, and takes a fifth of the time of looking at each.
+    # The dot product is finite only if all numbers are, and takes a fifth of the time of np.isfinite.
     if not math.isfinite(values @ values) and not np.isfinite(values).all():
         raise MmpError(f"the action holds {values[~np.isfinite(values)][0]}; it must be finite numbers")
     return np.minimum(np.maximum(values, -1.0), 1.0)
 
 
 def steps_per_action(control_rate_hz: int, timestep_s: float) -> int:
-    """Physics steps in one control period. Raises `MmpError` where that is no whole number."""
+    """Returns the number of physics steps in one control period. Raises `MmpError` if it is not whole."""
     steps = 1 / (control_rate_hz * timestep_s) if control_rate_hz > 0 else 0.0
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-9 * steps:
         fastest = round(1 / timestep_s)

@@ -1,6 +1,6 @@
-"""`MultiArmCell-*`: a crowded cell of robot arms as a Gymnasium environment, and a place to execute plans.
+"""The Gymnasium environment `MultiArmCell-*`: a crowded cell of robot arms, which also executes plans.
 
-docs/reference/environment.md has the spaces, the reward and the constants in one place.
+docs/reference/environment.md describes the spaces, the reward and the constants.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import gymnasium
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.argument_checks import given
+from mmp_env.argument_checks import given, whole
 from mmp_env.errors import MmpError, UnknownNameError, UnretimedPlanWarning
 from mmp_env.files.cell_source import cell_names, find_cell
-from mmp_env.gym.cell_instance import CellInstance, InstanceSource
-from mmp_env.gym.control import CONTROL_RATE_HZ, checked_action, find_control_mode, steps_per_action
+from mmp_env.gym.cell_instance import CellInstance, InstanceSource, Margin
+from mmp_env.gym.control import CONTROL_RATE_HZ, ControlMode, checked_action, steps_per_action
 from mmp_env.gym.environment_options import check_options
 from mmp_env.gym.instances import DEFAULT_TASK
 from mmp_env.gym.observation import Observer, joint_limits
@@ -40,19 +40,32 @@ from mmp_env.sim.simulation import Simulation
 
 Observation = dict[str, np.ndarray]
 _UNRETIMED = (
-    "the plan is not retimed: it changes velocity at once at its corners, which no motor can follow; execute"
+    "the plan is not retimed: it changes velocity instantly at its corners, which no motor can follow; execute"
     " mmp_env.retime.retime(plan) instead (mmp plan --retime)"
 )
 
 
 class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
-    """All arms of a cell go from a start to a goal configuration without touching each other or the obstacles.
+    """All arms of a cell move from a start to a goal configuration without touching each other or the obstacles.
 
-    `cell` is a `Cell`, the name of a ring or the path of a cell or instance file; `robot` and `spheres` as in
-    `find_cell`; `task` draws the instances; `max_velocity` [rad/s] bounds the motion that actions ask for and that
-    problems allow; `control_rate_hz` actions are taken in a second; without `self_contacts` an arm that touches itself
-    is no contact. Pictures have `width` x `height` pixels. Raises
-    `MmpError` for a wrong option or value.
+    Args:
+        cell: a `Cell`, the name of a ring, or the path of a cell or instance file.
+        robot: the robot of a ring, as in `find_cell`.
+        task: the task that draws the instances, or its name.
+        spheres: the sphere set, as in `find_cell`.
+        control_mode: the meaning of an action, `position`, `velocity` or `delta`.
+        terminate_on_contact: whether a contact ends the episode.
+        self_contacts: whether an arm that touches itself is a contact.
+        max_velocity: largest velocity of actions and problems [rad/s].
+        margin: margin of `problem`, in the forms that `make_problem` takes. `reset` refuses an instance whose start or
+            goal is closer.
+        control_rate_hz: actions per second of simulated time.
+        render_mode: `human`, `rgb_array` or None.
+        width: width of pictures in pixels.
+        height: height of pictures in pixels.
+
+    Raises:
+        MmpError: for an unknown option or a bad value.
     """
 
     metadata: dict[str, Any] = {  # noqa: RUF012 - Gymnasium has it as an attribute of class and instance
@@ -71,6 +84,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         terminate_on_contact: bool = True,
         self_contacts: bool = True,
         max_velocity: float = DEFAULT_MAX_VELOCITY,
+        margin: Margin = None,
         control_rate_hz: int = CONTROL_RATE_HZ,
         render_mode: str | None = None,
         width: int = 640,
@@ -96,18 +110,19 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
                 "height": height,
             }
         )
-        # The class names all modes, an environment those that can be had on this machine.
+        # The class has all modes, an environment those that work on this machine.
         possible = possible_render_modes(self.metadata["render_modes"])
         self.metadata = {"render_modes": possible, "render_fps": control_rate_hz}
         bare = find_cell(cell, robot=robot, spheres=None if spheres is None else str(spheres))
         self.render_mode = render_mode
-        self._source = InstanceSource(bare, task, max_velocity)
+        self._source = InstanceSource(bare, task, max_velocity, margin)
         self._terminate_on_contact = terminate_on_contact
-        mode, (lower, upper) = find_control_mode(control_mode), joint_limits(bare)
+        lower, upper = joint_limits(bare)
         self._self_contacts = self_contacts
         self._simulation = Simulation(bare, self_contacts=self_contacts)
         self._steps = steps_per_action(control_rate_hz, self._simulation.timestep_s)
-        self._mode = mode(lower=lower, upper=upper, reach=self._source.fastest / control_rate_hz)
+        reach = self._source.fastest / control_rate_hz
+        self._mode = ControlMode(name=control_mode, lower=lower, upper=upper, reach=reach)
         self._observer = Observer(self._simulation)
         self.observation_space = self._observer.space
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self._simulation.count,), np.float32)
@@ -116,11 +131,11 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self._view: Camera | Window | None = None
 
     def __getstate__(self) -> dict[str, Any]:
-        # A window or renderer belongs to its process; a copy opens its own when it is first asked to render.
+        # A window or renderer belongs to its process. A copy opens its own at its first render().
         return {**vars(self), "_view": None}
 
     def __deepcopy__(self, memo: dict[int, Any]) -> MultiArmCellEnv:
-        # Cells never change, and their compiled queries take longer to build than the rest takes to copy.
+        # Cells are immutable, and compiling their queries takes longer than copying everything else.
         memo |= {id(cell): cell for cell in (self._source.cell, self.cell)}
         other = memo[id(self)] = copy.copy(self)
         vars(other).update(copy.deepcopy(self.__getstate__(), memo))
@@ -128,7 +143,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
 
     @property
     def cell(self) -> Cell:
-        """The cell of the present instance, with the objects that its task has put into it."""
+        """The cell of the present instance, with the objects of its task."""
         return self._simulation.cell
 
     @property
@@ -143,19 +158,27 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
 
     @property
     def problem(self) -> Problem:
-        """The present instance as planners take it. Raises `ResetNeeded`, and `InvalidInstanceError` for a bad task."""
+        """The present instance as a problem. Raises `ResetNeeded`, or `InvalidInstanceError` for a bad task."""
         return self._present().problem
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Puts the arms at rest at the start of an instance.
+        """Puts the arms at rest at the start of the next instance.
 
-        The task draws it, with a cell of its own where it puts objects into it; `options` may hold `start` or `goal`,
-        arm name -> [dof] [rad], instead, or both, which are then for the cell without such objects. Raises
-        `MmpError` for options of the wrong form, `InvalidInstanceError` where they are out of limits or in collision.
+        Args:
+            seed: a whole number from 0 that starts the stream of instances; None continues the stream.
+            options: a dict with `start`, `goal`, both or neither, arm name -> [dof] [rad]. The task draws what is
+                missing. With both, the cell has no objects of the task.
+
+        Returns:
+            Observation and info.
+
+        Raises:
+            MmpError: for a bad seed, or options of the wrong form.
+            InvalidInstanceError: if start or goal is out of limits, in collision, or closer than `margin`.
         """
-        super().reset(seed=seed)
+        super().reset(seed=None if seed is None else whole("seed", seed, 0))
         instance = self._source.following({} if options is None else options, self.np_random, self._label(seed))
         self._enter(instance.cell)
         self._instance = instance
@@ -165,9 +188,16 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         return self._outcome([])
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Moves the arms for one control period; the action [n] in [-1, 1] means what the control mode says.
+        """Moves the arms for one control period.
 
-        Raises `MmpError` for an action of the wrong shape or with numbers that are not finite.
+        Args:
+            action: [n] numbers in [-1, 1]; the control mode gives them their meaning.
+
+        Returns:
+            Observation, reward, terminated, truncated (always False here), and info.
+
+        Raises:
+            MmpError: for an action of the wrong shape, or with numbers that are not finite.
         """
         self._present()
         simulation = self._simulation
@@ -183,11 +213,20 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         return observation, reward, terminated, False, info
 
     def execute(self, plan: Plan | None, *, monitor: Monitor | None = None) -> ExecutionReport:
-        """Plays a plan through the actuators, see `execute_plan`; afterwards the arms stand where it ended.
+        """Plays a plan through the actuators, see `execute_plan`. The arms stay where the plan ends.
 
-        The plan's start, goal and margins become the environment's. A `monitor` stops all arms of a retimed plan while
-        one lags. Warns of a plan that moves and is not retimed (`UnretimedPlanWarning`). Raises `MmpError` for a plan
-        of another cell, and None, which is what a planner has that found no plan.
+        The start, goal and margins of the plan become those of the environment. A plan that moves and is not retimed
+        causes an `UnretimedPlanWarning`.
+
+        Args:
+            plan: a plan for arms of this cell. None, the result of a failed planner, is an error.
+            monitor: stops all arms of a retimed plan while one of them lags.
+
+        Returns:
+            The report of the execution.
+
+        Raises:
+            MmpError: for None, or a plan of another cell.
         """
         plan = given_plan(plan, "execute")
         if monitor is not None:
@@ -195,17 +234,17 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         check_fit(plan, self.cell)
         if plan.steps_in_velocity:
             warnings.warn(_UNRETIMED, UnretimedPlanWarning, stacklevel=2)
-        # Arms that the plan's cell does not have stay where they are, and are to stay there.
+        # Arms that the cell of the plan does not have stay where they are, and this is also their goal.
         here, problem = self._simulation.split(self._simulation.positions), plan.problem
         start, goal = {**here, **problem.start}, {**here, **problem.goal}
-        margins = problem.margins if keeps_margins(self.cell, (start, goal), problem.margins) else None
-        self._instance = self._source.instance(self.cell, start, goal, problem.name, margins)
+        margin = problem.margins if keeps_margins(self.cell, (start, goal), problem.margins) else None
+        self._instance = self._source.instance(self.cell, start, goal, name=problem.name, margin=margin)
         report = execute_plan(self._simulation, plan, self._show_window, monitor)
         self._stand()
         return report
 
     def render(self) -> np.ndarray | None:
-        """A picture [height, width, 3] of bytes for `rgb_array`, goals as ghosts; for `human` the window is updated."""
+        """Returns a picture [height, width, 3] of bytes with the goals as ghosts, or updates the window of `human`."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() without a render_mode shows nothing; give one to gymnasium.make")
             return None
@@ -215,13 +254,13 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         return self._view.show(self._simulation.joined(self._present().goal))
 
     def close(self) -> None:
-        """Closes window and renderer; the environment can still be used."""
+        """Closes window and renderer. The environment can still be used."""
         if self._view is not None:
             self._view.close()
             self._view = None
 
     def _enter(self, cell: Cell) -> None:
-        """From here on this is the cell: the one without the objects of any task, or one with those of an instance."""
+        """Makes this the cell of the environment, with a new simulation unless it is the cell already."""
         if cell is self.cell:
             return
         self.close()
@@ -230,18 +269,18 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
 
     def _present(self) -> CellInstance:
         if self._instance is None:
-            raise gymnasium.error.ResetNeeded("the arms stand nowhere yet; call reset() first")
+            raise gymnasium.error.ResetNeeded("there is no instance yet; call reset() first")
         return self._instance
 
     def _stand(self) -> None:
-        """From here on references begin where the joints are, and progress is counted from here."""
+        """Begins references and progress at the present joint positions."""
         self._target = self._simulation.joined(self._present().goal)
         self._q = self._simulation.positions
         self._reference = self._q
         self._mean_distance = float(np.abs(self._target - self._q).mean())
 
     def _label(self, seed: int | None) -> str:
-        """The name of a drawn instance, `<environment id or cell>/<seed>`; none where no seed was given."""
+        """Returns the name of a drawn instance, `<environment id or cell>/<seed>`; empty without a seed."""
         if seed is None:
             return ""
         source = self._source.cell.name if self.spec is None or self.spec.id == ANY_CELL else self.spec.id
@@ -254,7 +293,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         return self._observer.observe(self._q, self._target), info
 
     def _move(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"]) -> None:
-        """One control period; with a window, in stretches that can be looked at."""
+        """Moves the arms for one control period, in several parts if a window shows the motion."""
         if self.render_mode != "human":
             self._simulation.ramp(begin, end, self._steps)
             return

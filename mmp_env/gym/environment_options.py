@@ -1,4 +1,4 @@
-"""What the options of an environment allow by themselves, in Gymnasium and in dm_control."""
+"""Checks of the options of an environment, in Gymnasium and in dm_control."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from mmp_env.opengl import MAX_PIXELS
 
 
 def check_options(options: Mapping[str, object]) -> None:
-    """Raises `MmpError` for an option whose value is of the wrong type or out of range.
+    """Raises `MmpError` for an option whose value has the wrong type or is out of range.
 
-    What depends on the cell is checked where the cell is known: `max_velocity`, and whether the rate divides that of
-    the physics.
+    `InstanceSource` checks `max_velocity` and `margin`; `steps_per_action` checks that the control rate divides the
+    physics rate.
     """
     for name, value in options.items():
         _CHECKS[name](name, value)

@@ -1,4 +1,4 @@
-"""Instances by seed: what `env.reset(seed=...)` draws, for programs that need no environment."""
+"""Instances by seed, the same as those of `env.reset(seed=...)`, for programs without an environment."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DEFAULT_TASK = "reach"
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Drawn:
-    """Start and goal, arm name -> [dof] [rad], and the cell with what a task has put into it, or given arms to hold."""
+    """Start and goal, arm name -> [dof] [rad], and the cell with the objects of the task."""
 
     start: State
     goal: State
@@ -35,7 +35,7 @@ class Drawn:
 
 
 def draw(cell: Cell, task: Task, rng: np.random.Generator) -> Drawn:
-    """What a task draws in a cell. Raises `MmpError` for a cell without room, and a task that draws something else."""
+    """Returns what a task draws in a cell. Raises `MmpError` if the task finds nothing, or breaks its contract."""
     sample = task.sample(given_cell(cell), rng)
     whose = f"task {type(task).__name__}"
     if not (isinstance(sample, tuple) and len(sample) in (2, 3)):
@@ -63,19 +63,36 @@ def draw_problem(
     margin: float | Mapping[str, float] | Margins | None = None,
     name: str = "",
 ) -> Problem:
-    """The problem of `env.reset(seed=seed)` in an environment of this cell, with the objects of the task in it.
+    """Returns the problem of `env.reset(seed=seed)` in an environment of this cell, with the objects of the task.
 
-    Raises `MmpError` as `draw_instance` does, and `InvalidInstanceError` where a task is at fault.
+    Start and goal are the same for every `margin` and `max_velocity`.
+
+    Args:
+        cell: the cell without the objects of any task.
+        task: the task that draws, or its name.
+        seed: a whole number from 0.
+        max_velocity: for all joints, or arm name -> [dof] [rad/s].
+        margin: metres between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
+        name: name of the problem.
+
+    Raises:
+        MmpError: for an unknown task or a bad value, or if the task finds no instance.
+        InvalidInstanceError: if start or goal is closer than a margin that was asked for.
     """
     drawn = draw(cell, find_task(task), _generator(seed))
     return make_problem(drawn.cell, drawn.start, drawn.goal, max_velocity=max_velocity, margin=margin, name=name)
 
 
 def draw_instance(cell: Cell, task: str | Task = DEFAULT_TASK, seed: int = 0) -> tuple[State, State]:
-    """Start and goal, arm name -> [dof] [rad]: the instance of `env.reset(seed=seed)` in an environment of this cell.
+    """Returns start and goal of `env.reset(seed=seed)` in an environment of this cell, arm name -> [dof] [rad].
 
-    Raises `MmpError` for an unknown task, a seed that is not a whole number from 0, a cell without room, or a task that
-    changes the cell, for which start and goal alone say too little.
+    Args:
+        cell: the cell without the objects of any task.
+        task: the task that draws, or its name. It must not change the cell; use `draw_problem` if it does.
+        seed: a whole number from 0.
+
+    Raises:
+        MmpError: for an unknown task, a bad seed or a task that changes the cell, or if the task finds no instance.
     """
     drawn = draw(cell, find_task(task), _generator(seed))
     if drawn.cell is not cell:
@@ -91,9 +108,9 @@ def _generator(seed: int) -> np.random.Generator:
 
 
 def find_task(task: str | Task) -> Task:
-    """The task of that name with its default options, or the given one itself.
+    """Returns the task of that name with its default options, or the task itself.
 
-    Raises `UnknownNameError`, and `MmpError` for what is neither a name nor a task.
+    Raises `UnknownNameError` for an unknown name, and `MmpError` for anything that is neither a name nor a task.
     """
     if isinstance(task, str):
         task = TASKS.load(task)()

@@ -1,4 +1,4 @@
-"""What an agent sees of a cell: joints, goals, tools and clearance, each within stated bounds."""
+"""Observation of a cell: joints, goals, tools and clearance, each within stated bounds."""
 
 from __future__ import annotations
 
@@ -14,18 +14,19 @@ from mmp_env.model.cell import Cell
 from mmp_env.sim.simulation import Simulation
 
 OVERSHOOT_RAD = 0.1
-"""Joint limits are soft in MuJoCo: positions are bounded by the limits and this much more."""
+"""Bound of observed positions beyond the joint limits, which are soft in MuJoCo."""
 OVERSPEED = 2.0
-"""Velocities are bounded by this many times the robot's own limit, which contacts can exceed."""
-FARTHEST_M = 1.0
-"""Clearance is bounded by this either way: 1 m away is as good as alone."""
+"""Bound of observed velocities relative to the limit of the robot, which contacts can exceed."""
+MAX_CLEARANCE_M = 1.0
+"""Bound of the observed clearance and penetration."""
 
 
 class Observer:
-    """Makes observations of a simulation: a dict of fresh float64 arrays that lie in `space`.
+    """Observes a simulation as a dict of new float64 arrays in `space`.
 
     `joint_positions`, `goal_positions` [n] [rad] and `joint_velocities` [n] [rad/s], arm after arm; `tool_positions`
-    [a, 3] [m] in the world; `clearance` [1] [m], the least between arms, and arms and obstacles, negative in collision.
+    [a, 3] [m] in the world; `clearance` [1] [m], the least between arms, and between arms and obstacles, negative in
+    collision.
     """
 
     def __init__(self, simulation: Simulation) -> None:
@@ -39,12 +40,12 @@ class Observer:
             "joint_positions": (lower - OVERSHOOT_RAD, upper + OVERSHOOT_RAD),
             "joint_velocities": (-fastest, fastest),
             "tool_positions": (bases - spans, bases + spans),
-            "clearance": (np.array([-FARTHEST_M]), np.array([FARTHEST_M])),
+            "clearance": (np.array([-MAX_CLEARANCE_M]), np.array([MAX_CLEARANCE_M])),
         }
         self.boxes = {name: _box(low, high) for name, (low, high) in bounds.items()}
         self.boxes["goal_positions"] = _box(lower, upper)
         self.space = spaces.Dict(dict[str, spaces.Space[Any]](self.boxes))
-        # All that is measured is clipped in one vector: calls on small arrays would cost more than their content.
+        # One clipped vector for all quantities: calls on many small arrays would cost more than their content.
         self._low, self._high = (np.concatenate([pair[k].ravel() for pair in bounds.values()]) for k in (0, 1))
         self._joints, self._speeds, self._tools = slice(n), slice(n, 2 * n), slice(2 * n, -1)
         self._core = cell.collision.core
@@ -55,7 +56,7 @@ class Observer:
         return type(self), (self._simulation,)
 
     def observe(self, q: Float[np.ndarray, "n"], goal: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "..."]]:
-        """The observation with the joints at `q` [rad], which is where the simulation stands."""
+        """Returns the observation. `q` [rad] is the present configuration of the simulation."""
         simulation = self._simulation
         self._q[:] = q
         out = np.concatenate(
@@ -82,7 +83,7 @@ def _box(low: Float[np.ndarray, "..."], high: Float[np.ndarray, "..."]) -> space
 
 
 def _span(arm: Arm) -> float:
-    """How far from its base frame [m] an arm's tool point can be: all links stretched out in one line."""
+    """Returns an upper bound of the distance from base frame to tool point [m]: the length of all links in one line."""
     lengths = [float(np.linalg.norm(pose[:3, 3])) for pose in [*arm.robot.origins, arm.robot.flange]]
     if arm.tool is not None:
         lengths += [float(np.linalg.norm(arm.tool.mount[:3, 3])), float(np.linalg.norm(arm.tool.point))]
@@ -90,7 +91,7 @@ def _span(arm: Arm) -> float:
 
 
 def joint_limits(cell: Cell) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-    """Lower and upper limits [rad] of all joints, arm after arm."""
+    """Returns lower and upper limits [n] [rad] of all joints, arm after arm."""
     return (
         np.concatenate([arm.robot.lower for arm in cell.arms]),
         np.concatenate([arm.robot.upper for arm in cell.arms]),

@@ -1,4 +1,4 @@
-"""The environments that importing `mmp_env` registers with Gymnasium."""
+"""Registration of the environments with Gymnasium, which importing `mmp_env` does."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import gymnasium
 
 RING_COUNTS = (2, 4, 6, 8)
 ANY_CELL = "MultiArmCell"
-"""Takes `cell=`; `MultiArmCell-<count>` is the ring of that many UR5e, or of `robot=`."""
+"""Id of the environment that takes `cell=`. `MultiArmCell-<count>` is the ring of that many UR5e, or of `robot=`."""
 CELLS = {f"{ANY_CELL}-{count}": f"ring-{count}" for count in RING_COUNTS} | {f"{ANY_CELL}-mixed-4": "mixed-4"}
 """Environment id -> name of its cell."""
 MAX_EPISODE_STEPS = 200
-"""20 s of simulated time: every joint can cross the whole of its +-pi more than twice at the default 0.8 rad/s."""
+"""Actions in an episode: 20 s, in which every joint can cross its range of 2 pi twice at the default 0.8 rad/s."""
 _ENTRY_POINT = "mmp_env.gym.env:MultiArmCellEnv"
 
 

@@ -1,13 +1,19 @@
-"""What a step in a cell is worth to a learner: progress, success, and a penalty for contact."""
+"""Reward of a step: progress, success, and a penalty for contact."""
 
 from __future__ import annotations
 
 PROGRESS_WEIGHT = 10.0
-"""Reward for each radian that the joints come nearer to their goals on average."""
+"""Reward per radian by which the mean distance of the joints to their goals decreases."""
 SUCCESS_BONUS = 10.0
 CONTACT_PENALTY = 10.0
 
 
 def step_reward(progress_rad: float, *, success: bool, contact: bool) -> float:
-    """The reward of one control period in which the joints came `progress_rad` [rad] nearer on average."""
+    """Returns the reward of one control period.
+
+    Args:
+        progress_rad: decrease of the mean distance of the joints to their goals [rad].
+        success: whether every joint has reached its goal.
+        contact: whether an arm touched anything.
+    """
     return PROGRESS_WEIGHT * progress_rad + SUCCESS_BONUS * success - CONTACT_PENALTY * contact

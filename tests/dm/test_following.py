@@ -74,7 +74,7 @@ def test_other_control_modes_and_other_environments_cannot_follow(plan):
 
     with pytest.raises(MmpError, match="control_mode='position' alone"):
         dm.follow(dm.load("MultiArmCell-4", control_mode="delta"), plan)
-    with pytest.raises(MmpError, match=r"mmp_env\.dm\.load makes what can"):
+    with pytest.raises(MmpError, match=r"load the environment with mmp_env\.dm\.load"):
         dm.follow(suite.load("reacher", "easy"), plan)
 
 

@@ -4,6 +4,7 @@ import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
+from support.unchecked import unchecked
 
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
 from mmp_env.files.cell_source import find_cell
@@ -44,10 +45,29 @@ def test_later_resets_draw_further_instances_of_the_same_stream():
     assert not np.array_equal(drawn[0][0], drawn[0][1])
 
 
-@pytest.mark.parametrize("seed", [-1, True])
+@pytest.mark.parametrize("seed", [-1, True, "a", 1.5])
 def test_a_seed_that_is_no_whole_number_is_an_error(seed):
-    with pytest.raises(MmpError, match="whole number"):
-        draw_instance(ring_cell(2), "reach", seed)
+    for draw in (lambda: draw_instance(ring_cell(2), "reach", seed), lambda: make().reset(seed=seed)):
+        with unchecked(), pytest.raises(MmpError, match=r"seed is .*; it must be a whole number, 0 or more"):
+            draw()
+
+
+def test_a_margin_is_that_of_every_problem_or_the_instance_is_refused():
+    env = make("MultiArmCell-4", margin=0.015)
+    env.reset(seed=3)
+    assert env.unwrapped.problem.margin == 0.015
+    with pytest.raises(InvalidInstanceError, match=r"20\.44 mm apart, and the margin asked for between arms is 50 mm"):
+        make("MultiArmCell-4", margin=0.05).reset(seed=3)
+    given = {"start": env.unwrapped.problem.start, "goal": env.unwrapped.problem.goal}
+    env = make("MultiArmCell-4", margin={"arms": 0.01})
+    env.reset(options=given)
+    assert (env.unwrapped.problem.margins.arms, env.unwrapped.problem.margins.obstacles) == (0.01, 0.002)
+
+
+@pytest.mark.parametrize("margin", [-1, "wide", {"legs": 0.1}])
+def test_a_margin_that_makes_no_sense_is_an_error(margin):
+    with unchecked(), pytest.raises(MmpError, match="margin"):
+        make(margin=margin)
 
 
 def test_options_set_the_instance_and_what_they_leave_out_is_drawn():

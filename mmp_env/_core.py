@@ -1,7 +1,3 @@
-"""The native core: the names of the compiled variant that suits this processor; what they are stands in `_core.pyi`."""
+"""Place of the compiled core for import rules and type checkers: `_core.pyi` has its types, `mmp_env.core` loads it."""
 
-from mmp_env import core_variants
-
-globals().update(
-    {k: v for k, v in vars(core_variants.load(core_variants.preferred())).items() if not k.startswith("_")}
-)
+raise ImportError("import mmp_env.core: it loads the compiled variant of the native core that suits this processor")

@@ -20,24 +20,25 @@ def cpu_level() -> int:
 
 class Clock:
     """
-    A deadline in seconds from now, and a flag; long calls look at both and at signals.
+    Deadline in seconds from now, and a cancel flag. Long calls observe both, and Python signals.
     """
 
     def __init__(self, seconds: float) -> None: ...
 
     def cancel(self) -> None:
-        """Ends every call that holds this clock, from any thread."""
+        """Ends every call that uses this clock, from any thread."""
 
     @property
-    def expired(self) -> bool: ...
+    def expired(self) -> bool:
+        """Whether the deadline has passed or the clock was cancelled."""
 
     @property
     def remaining(self) -> float:
-        """[s]"""
+        """Time left [s]."""
 
 class Levels:
     """
-    Distances [m]: closer than `margin` is a contact where looked at; `proof` is proved of every instant. Both hold between two arms; `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm.
+    Distances between surfaces [m]. Closer than `margin` at a sample is a contact; `proof` is proved at every instant. Both hold between two arms. `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm.
     """
 
     def __init__(self, margin: float, proof: float, obstacles: float = 0.0, own: float = 0.0) -> None: ...
@@ -55,61 +56,112 @@ class Levels:
     def own(self) -> float: ...
 
 class Cell:
-    """Arms and obstacles; add all of them, then freeze."""
+    """Arms and obstacles of a cell. Add all of them, then freeze it."""
 
     def __init__(self) -> None: ...
 
-    def add_arm(self, fixed: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], tool: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], link_frames: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], spheres: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], sphere_links: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], self_pairs: Annotated[NDArray[numpy.int32], dict(shape=(None, 2), order='C', device='cpu', writable=False)]) -> None:
+    def add_arm(self, *, fixed: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], tool: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], lower: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], upper: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], link_frames: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], spheres: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], sphere_links: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], self_pairs: Annotated[NDArray[numpy.int32], dict(shape=(None, 2), order='C', device='cpu', writable=False)]) -> None:
         """
-        fixed [dof, 12]: rows of T_frame(k)_frame(k+1) at q = 0, joint axis z, the first one in the world; spheres [s, 4] in the frame of their link, the base's (link 0) in the world; self_pairs [p, 2]: links that must not touch, the one nearer to the base first.
+        Adds an arm. fixed [dof, 12]: rows of T_frame(k)_frame(k+1) at q = 0, joint axis z, the first frame in the world. spheres [s, 4]: centre and radius in the frame of their link, the base's (link 0) in the world. self_pairs [p, 2]: links that must not touch, the one nearer to the base first.
         """
 
     def add_obstacle(self, shape: int, pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], size: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> None:
         """
-        shape: 0 box, 1 sphere, 2 cylinder, 3 capsule; pose [12]: rows of T_world_obstacle; size [3] [m]: half edges of a box, radius and half length of others.
+        Adds an obstacle. shape: 0 box, 1 sphere, 2 cylinder, 3 capsule. pose [12]: rows of T_world_obstacle. size [3] [m]: half edges of a box; radius and half length of other shapes.
         """
 
-    def freeze(self) -> None: ...
+    def freeze(self) -> None:
+        """Ends the construction. Only a frozen cell answers queries."""
+
+class NearestBodies:
+    """Two bodies and their distance."""
+
+    @property
+    def clearance(self) -> float:
+        """Distance of the surfaces [m]."""
+
+    @property
+    def arm(self) -> int:
+        """Arm of the first body; -1 if there are no such bodies."""
+
+    @property
+    def link(self) -> int:
+        """Link of the first body."""
+
+    @property
+    def other(self) -> int:
+        """Arm of the second body, or obstacle."""
+
+    @property
+    def other_link(self) -> int:
+        """Link of the second body; -1 for an obstacle."""
+
+class Proof:
+    """Result of `certify`."""
+
+    @property
+    def valid(self) -> bool:
+        """Whether `clearance` is proved."""
+
+    @property
+    def clearance(self) -> float:
+        """Proved clearance between arms [m]; if not valid, one that is violated."""
+
+    @property
+    def arm_a(self) -> int:
+        """Arm with the least clearance, or with a violation."""
+
+    @property
+    def arm_b(self) -> int:
+        """Other arm; -1: `arm_a` alone."""
+
+    @property
+    def segment(self) -> int:
+        """Segment of the least clearance, or of the violation."""
+
+    @property
+    def fraction(self) -> float:
+        """Fraction of that segment."""
 
 def spheres(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None, None))]:
-    """Sphere centres [n, s, 3] [m] in the order of `sphere_table`."""
+    """Returns sphere centres [n, s, 3] [m] in the order of `sphere_table`."""
 
 def sphere_table(cell: Cell, arm: int) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-    """Link index and radius [m] of every sphere, [s, 2]."""
+    """Returns link index and radius [m] of every sphere, [s, 2]."""
 
 def tool_points(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
-    """Tool points [n, 3] [m] in the world."""
+    """Returns tool points [n, 3] [m] in the world."""
 
-def static_clearance(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], precise: bool = False) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+def static_clearance(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, precise: bool = False) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
     """
-    Clearance [n] [m] of one arm from obstacles, the other arms' bases and itself.
-    """
-
-def pair_clearance(cell: Cell, a: int, qa: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], b: int, qb: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], precise: bool = False) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
-    """Clearance [n] [m] between two arms, bases included."""
-
-def cell_clearance(cell: Cell, q: Sequence[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]], obstacles: bool = True) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
-    """
-    Least clearance [n] [m] of whole states over all pairs of arms and, with `obstacles`, arms and obstacles.
+    Returns the clearance [n] [m] of one arm from obstacles, the other arms' bases and itself.
     """
 
-def nearest_bodies(cell: Cell, q: Sequence[numpy.ndarray]) -> list[tuple[float, int, int, int, int]]:
+def pair_clearance(cell: Cell, a: int, qa: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], b: int, qb: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, precise: bool = False) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """Returns the clearance [n] [m] between two arms, bases included."""
+
+def cell_clearance(cell: Cell, q: Sequence[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]], *, obstacles: bool = True) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
     """
-    Of one state q [dof] per arm, in double precision, the nearest two arms, the nearest arm and obstacle, and the nearest parts of one arm: (clearance [m], arm, link, other arm or obstacle, other link or -1) each.
+    Returns the least clearance [n] [m] of whole states over all pairs of arms, and with `obstacles` over arms and obstacles.
+    """
+
+def nearest_bodies(cell: Cell, q: Sequence[numpy.ndarray]) -> list[NearestBodies]:
+    """
+    Returns, for one state q [dof] per arm, the nearest two arms, the nearest arm and obstacle, and the nearest parts of one arm, in double precision.
     """
 
 def edges_free(cell: Cell, arm: int, q_from: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], q_to: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], levels: Levels) -> Annotated[NDArray[numpy.bool_], dict(shape=(None,))]:
     """
-    Whether straight segments keep `proof` at every instant and `margin` where looked at: obstacles, other bases, self. Limits are the caller's.
+    Returns whether straight segments keep `proof` at every instant and `margin` at the samples, against obstacles, other bases and the arm itself. Joint limits are the caller's task.
     """
 
-def certify(cell: Cell, q: Sequence[numpy.ndarray], required: Levels, share: float, clock: Clock) -> tuple[bool, float, int, int, int, float]:
+def certify(cell: Cell, q: Sequence[numpy.ndarray], required: Levels, share: float, clock: Clock) -> Proof:
     """
-    Proves `required.proof` at least along q [n, dof] per arm, linear in between, and of what the sampled clearance has beyond it all but a `share`: (valid, clearance between arms, arm, other arm or -1, segment, fraction of it).
+    Proves a clearance along q [n, dof] per arm, linear in between: at least `required.proof`, and all but a `share` of what the sampled clearance has beyond it.
     """
 
 class Motion:
-    """One arm's trajectory on the grid of steps, its spheres worked out."""
+    """One arm's trajectory on the grid of steps, with its sphere centres."""
 
     def __init__(self, cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> None: ...
 
@@ -120,35 +172,37 @@ class Motion:
     def last(self) -> int:
         """Index of the last step."""
 
-def conflict_instants(cell: Cell, motions: Sequence[Motion], pairs: numpy.ndarray, levels: Levels, bases: bool = False) -> list[numpy.ndarray]:
+def conflict_instants(cell: Cell, motions: Sequence[Motion], pairs: numpy.ndarray, levels: Levels, *, bases: bool = False) -> list[numpy.ndarray]:
     """
-    For each pair of motions the instants of conflict, in steps, ascending: whole where surfaces are closer than `margin` at a step, broken for a contact found between two. Elsewhere `proof` is proved to be kept at every instant. A motion stays at its last step for ever. With `bases`, moving links against the other's base too.
+    Returns the instants of conflict of each pair of motions, in steps, ascending. An integer: surfaces are closer than `margin` at that step. A fraction: a contact between two steps. Elsewhere `proof` is proved at every instant. A motion stays at its last step forever. `bases` also tests moving links against the other's base.
     """
 
 class Constraint:
     """
-    What one arm must not do in the open window (start, end) of steps; where they are equal, at that one instant.
+    Region that one arm must avoid in the open window (start, end) of steps; at one instant if both are equal.
     """
 
     @staticmethod
     def ball(center: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], radius: float, start: float, end: float) -> Constraint:
-        """Being within `radius` [rad] of a configuration in every joint."""
+        """Forbids every joint to be within `radius` [rad] of a configuration."""
 
     @staticmethod
-    def standing(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], shrink: float, start: float, end: float) -> Constraint:
+    def standing(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], *, shrink: float = 0.0, start: float, end: float) -> Constraint:
         """
-        Touching another arm as it stands at q, its spheres smaller by `shrink` [m].
+        Forbids contact with another arm that stands at q, its spheres smaller by `shrink` [m].
         """
 
     @staticmethod
     def moving(motion: Motion, start: float, end: float) -> list[Constraint]:
         """
-        Touching another arm as it moves, from step `start` to `end`: a list of constraints, one a step.
+        Forbids contact with another arm that moves, from step `start` to `end`: one constraint per step.
         """
 
     @staticmethod
     def sphere(center: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], radius: float, first_link: int, start: float, end: float) -> Constraint:
-        """Links from `first_link` on touching a sphere in the world."""
+        """
+        Forbids contact of links from `first_link` on with a sphere in the world.
+        """
 
     @property
     def start(self) -> float: ...
@@ -156,101 +210,230 @@ class Constraint:
     @property
     def end(self) -> float: ...
 
-def safe_intervals(cell: Cell, arm: int, q: numpy.ndarray, constraints: Sequence[Constraint], levels: Levels, others: Sequence[Motion] = ()) -> numpy.ndarray:
+STEERING_RAD: float = 0.8
+
+class SingleArmSettings:
+    """Settings of one call of `SingleArm.plan`."""
+
+    def __init__(self, *, max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, goal_bias: float = 0.1, neighbours: int = 6) -> None: ...
+
+    @property
+    def max_iterations(self) -> int:
+        """Largest number of iterations."""
+
+    @property
+    def improve_iterations(self) -> int:
+        """Iterations after the first path."""
+
+    @property
+    def shortcuts(self) -> int:
+        """Attempts to shorten the path."""
+
+    @property
+    def goal_bias(self) -> float:
+        """Share of samples at the goal."""
+
+    @property
+    def neighbours(self) -> int:
+        """Largest number of neighbours that a sample is connected to."""
+
+def safe_intervals(cell: Cell, arm: int, q: numpy.ndarray, constraints: Sequence[Constraint], levels: Levels, *, others: Sequence[Motion] = ()) -> numpy.ndarray:
     """
-    Whole steps [lo, hi] between which the arm may stand at q, [m, 2]; the last may end at FOREVER. `others`: motions of other arms that `levels` are kept from.
+    Returns the safe intervals [m, 2] of a configuration, in whole steps [first, last]; the last one may end at FOREVER. `others`: motions of other arms, which stay `levels` away.
     """
 
 class SingleArm:
     """
-    Plans one arm in space and time (SI-RRT*); keeps what does not depend on constraints.
+    Planner of one arm in space and time (SI-RRT*). It keeps what does not depend on constraints.
     """
 
-    def __init__(self, cell: Cell, arm: int, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], max_step: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], levels: Levels, seed: int, eta: float = 0.8) -> None: ...
-
-    def plan(self, constraints: Sequence[Constraint], seed: int, clock: Clock, max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, goal_bias: float = 0.1, neighbours: int = 6, others: Sequence[Motion] = (), experience: numpy.ndarray | None = None) -> tuple[numpy.ndarray | None, int]:
+    def __init__(self, cell: Cell, arm: int, *, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], max_step: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], levels: Levels, seed: int, eta: float = 0.8) -> None:
         """
-        Configurations [steps + 1, dof] on the grid, or None, and the iterations that it took. `others`: motions of other arms, parked at their last step for ever, that the path is proved to keep clear of. `experience` [k, dof]: a path on the grid that the search begins with as far as it holds.
+        `max_step` [dof]: largest move of each joint in one step [rad]; `eta`: steering distance [rad].
         """
 
-def repulsive_force(cell: Cell, motion: Motion, others: Sequence[Motion], k_rep: float, d0: float, centre_distance: bool) -> numpy.ndarray:
-    """Joint forces J^T F [steps + 1, dof] on the inner steps of a motion."""
+    def plan(self, constraints: Sequence[Constraint], seed: int, clock: Clock, *, settings: SingleArmSettings = ..., others: Sequence[Motion] = (), experience: numpy.ndarray | None = None) -> tuple[numpy.ndarray | None, int]:
+        """
+        Returns a trajectory [steps + 1, dof] on the grid, or None, and the number of iterations. The trajectory is proved clear of `others`, motions of other arms that stay at their last step. `experience` [k, dof]: earlier trajectory that the search starts from.
+        """
 
-def modify_motion(cell: Cell, motion: Motion, others: Sequence[Motion], constraints: Sequence[Constraint], max_step_rad: numpy.ndarray, levels: Levels, constraint_margin: float, clock: Clock, alpha: float, k_rep: float, d0: float, max_iterations: int, centre_distance: bool, normalised: bool, normalised_step: float, max_step: float, comfort: float, trace: bool = False) -> tuple[numpy.ndarray, bool, int, bool, list[numpy.ndarray]]:
+def search_tree(arm: SingleArm, *, others: Sequence[Motion], seed: int, clock: Clock, iterations: int) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray | None]:
     """
-    ModifyMotion: (positions, moved, iterations, whether the input broke a constraint, iterates if traced).
+    Returns a snapshot of the tree that SI-RRT* grows among `others`: configurations [v, dof], the arrival step and the parent vertex of each [v, 2] (-1: none), and the path, or None.
+    """
+
+class RepulsionSettings:
+    """Settings of the repulsive force field, and of the descent along it."""
+
+    def __init__(self, *, k_rep: float = 0.05, d0: float = 0.1, centre_distance: bool = False, alpha: float = 1e-07, max_iterations: int = 50, normalised: bool = False, normalised_step: float = 0.02, max_step: float = 0.05, comfort: float = 0.02) -> None: ...
+
+    @property
+    def k_rep(self) -> float:
+        """Gain of the force."""
+
+    @property
+    def d0(self) -> float:
+        """Range of the force [m]."""
+
+    @property
+    def centre_distance(self) -> bool:
+        """
+        Paper-literal setting: distances between sphere centres instead of surfaces.
+        """
+
+    @property
+    def alpha(self) -> float:
+        """Step of the descent."""
+
+    @property
+    def max_iterations(self) -> int:
+        """Largest number of iterations."""
+
+    @property
+    def normalised(self) -> bool:
+        """Fixed largest step; forces are smoothed over time."""
+
+    @property
+    def normalised_step(self) -> float:
+        """Largest step of a normalised iteration [rad]."""
+
+    @property
+    def max_step(self) -> float:
+        """Largest step of a joint in one iteration [rad]."""
+
+    @property
+    def comfort(self) -> float:
+        """Clearance that ends the descent [m]; negative: never."""
+
+class ModifiedMotion:
+    """Result of `modify_motion`."""
+
+    @property
+    def positions(self) -> numpy.ndarray:
+        """Last iterate [steps + 1, dof] that breaks no constraint."""
+
+    @property
+    def moved(self) -> bool:
+        """Whether `positions` differ from the input."""
+
+    @property
+    def iterations(self) -> int:
+        """Number of accepted iterations."""
+
+    @property
+    def input_breaks_constraint(self) -> bool:
+        """Whether the input breaks a constraint."""
+
+    @property
+    def trace(self) -> list[numpy.ndarray]:
+        """All accepted iterates if `trace` was set, else empty."""
+
+def repulsive_force(cell: Cell, motion: Motion, others: Sequence[Motion], settings: RepulsionSettings) -> numpy.ndarray:
+    """
+    Returns the joint forces J^T F [steps + 1, dof] of the field on a motion, zero at both ends.
+    """
+
+def modify_motion(cell: Cell, motion: Motion, *, others: Sequence[Motion], constraints: Sequence[Constraint], max_step_rad: numpy.ndarray, levels: Levels, constraint_margin: float, settings: RepulsionSettings, clock: Clock, trace: bool = False) -> ModifiedMotion:
+    """
+    Moves a motion away from the others along the repulsive force (ModifyMotion of APF-ECBS). `levels` hold against static bodies. A constraint is broken when surfaces come closer than `constraint_margin` [m] in its window.
     """
 
 def breaks_constraint(cell: Cell, motion: Motion, constraints: Sequence[Constraint], margin: float) -> bool:
     """
-    Whether a motion comes closer than `margin` [m] to what its constraints forbid, within their windows.
+    Returns whether a motion comes closer than `margin` [m] to a forbidden region within its window.
     """
+
+class CompositeSettings:
+    """Settings of `CompositeSearch`."""
+
+    def __init__(self, *, range: float = 2.0, step: float = 0.05) -> None: ...
+
+    @property
+    def range(self) -> float:
+        """Longest edge, L2 over all joints [rad]."""
+
+    @property
+    def step(self) -> float:
+        """Distance between samples of an edge, largest joint [rad]."""
 
 class CompositeSearch:
-    """
-    RRT-Connect in the space of all joints of all arms; can be asked to go on.
-    """
+    """RRT-Connect over all joints of all arms. The search can be continued."""
 
-    def __init__(self, cell: Cell, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], samples: Levels, edges: Levels, range: float, step: float, seed: int) -> None:
+    def __init__(self, cell: Cell, *, start: numpy.ndarray, goal: numpy.ndarray, samples: Levels, edges: Levels, seed: int, settings: CompositeSettings = ...) -> None:
         """
-        `samples`: margins of the states looked at along an edge; `edges`: of a path that was found.
+        `start`, `goal` [all joints]. `samples`: levels at the samples of an edge; `edges`: levels that are proved along a path.
         """
 
     def grow(self, iterations: int, clock: Clock) -> numpy.ndarray | None:
         """
-        A way [n, all joints], proved at every instant, or None if that many more iterations found none.
+        Returns a path [n, all joints], proved at every instant, or None if `iterations` more do not find one.
         """
 
     @property
     def iterations(self) -> int:
-        """Iterations so far."""
+        """Number of iterations so far."""
 
     @property
     def nodes(self) -> int:
-        """Nodes of both trees."""
+        """Number of nodes of both trees."""
 
-def shorten(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], levels: Levels, groups: Sequence[int], attempts: int, worth: float, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+class ShortcutSettings:
+    """Settings of `shortcut`."""
+
+    def __init__(self, *, attempts: int, min_saving: float = ...) -> None: ...
+
+    @property
+    def attempts(self) -> int:
+        """Attempts per round."""
+
+    @property
+    def min_saving(self) -> float:
+        """
+        Minimum relative saving of a round for another round; infinity, the default: one round.
+        """
+
+def shortcut(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, levels: Levels, groups: Sequence[int], settings: ShortcutSettings, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
-    Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of stretches that were replaced. `levels` are proved of one arm and of pairs at every instant; arms of different `groups` pass through each other. As many attempts again as long as they shorten the ways by a share `worth`.
+    Shortens a safe plan q [steps + 1, dof] per arm on the common clock. Returns the shorter plan and the number of replaced motion windows. `levels` are proved for every arm and every pair at every instant. Arms in different `groups` ignore each other.
     """
 
-def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], levels: Levels, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, levels: Levels, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
-    Shorter ways of single arms, for which another one may make room: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the number of attempts that succeeded. `levels` are proved of every new way.
+    Large-neighbourhood search: replans one arm of a safe plan q [steps + 1, dof] per arm, or two if another must make room. Returns the shorter plan and the number of successful attempts. `levels` are proved for every new path.
     """
 
-class Recombination:
-    """Ways of several plans, put together anew. For one thread at a time."""
+class PathRecombination:
+    """
+    Pool of known paths per arm, and combinations of them. Not safe for use by several threads at once.
+    """
 
-    def __init__(self, cell: Cell, max_step: Sequence[numpy.ndarray], levels: Levels) -> None: ...
+    def __init__(self, cell: Cell, max_step: Sequence[numpy.ndarray], levels: Levels) -> None:
+        """
+        `max_step` [dof] per arm: largest move of each joint in one step [rad]. `levels` hold between arms.
+        """
 
     def add(self, q: Sequence[numpy.ndarray]) -> list[int]:
         """
-        A way [n, dof] for each arm from its start to its goal, free alone, on a grid of steps. Returns the numbers of the ways that stand for them, -1 where one was not taken.
+        Adds one path [n, dof] per arm on a grid of steps, free alone, from its start to its goal. Evicts the longest path when the pool is full. Returns path ids, or -1 for a path that was not added.
         """
 
-    def has(self, choice: Sequence[int]) -> bool:
-        """
-        Whether there is a way with such a number for each arm; one may have had to go for a shorter one.
-        """
+    def has(self, path_ids: Sequence[int]) -> bool:
+        """Returns whether the pool holds these paths, one per arm."""
 
     def shortest(self) -> list[int]:
-        """The number of the shortest way of each arm."""
-
-    def way(self, arm: int, number: int) -> numpy.ndarray:
-        """A way [steps + 1, dof] in as few steps as full speed allows."""
-
-    def closed(self, choice: Sequence[int], clock: Clock) -> list[tuple[int, int]]:
         """
-        Pairs of arms that cannot both come to their ends on the ways with these numbers, whoever waits for whom; those found until the clock ends.
+        Returns the id of the shortest path of each arm, -1 for an arm without paths.
         """
 
-    def run(self, limit: float, clock: Clock) -> list[numpy.ndarray] | None:
+    def path(self, arm: int, path_id: int) -> numpy.ndarray:
+        """Returns a path [steps + 1, dof] in as few steps as full speed allows."""
+
+    def infeasible_pairs(self, path_ids: Sequence[int], clock: Clock) -> list[tuple[int, int]]:
         """
-        Motions [steps + 1, dof] per arm along ways that are shorter than `limit` [rad] together, or None if no choice of them can be driven at once that was not given before. `levels` are proved of every pair.
+        Returns the pairs of arms whose paths have an infeasible coordination diagram: no schedule takes both arms to their ends. When the clock ends, returns the pairs found so far.
         """
 
-def search_tree(arm: SingleArm, others: Sequence[Motion], seed: int, clock: Clock, iterations: int) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray | None]:
-    """
-    The tree that SI-RRT* has grown among `others` after so many iterations, whether it has found a path or not: configurations [v, dof], the step of arrival and the vertex before each [v, 2] (-1: none), and the path.
-    """
+    def recombine(self, limit: float, clock: Clock) -> list[numpy.ndarray] | None:
+        """
+        Returns trajectories [steps + 1, dof] per arm along a combination of paths with total length below `limit` [rad], proved clear of each other, or None. Never returns a combination twice.
+        """

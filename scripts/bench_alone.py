@@ -15,7 +15,7 @@ from figure import print_figure
 
 from mmp_cli.arguments import Parser
 from mmp_cli.standalone import run_script
-from mmp_env import InvalidInstanceError, _core, load_instances
+from mmp_env import InvalidInstanceError, core, load_instances
 from mmp_env.model.problem import Problem
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext
@@ -28,7 +28,7 @@ def shortest(problem: Problem) -> float:
     """Sum over the arms of the shortest path found [rad]."""
     lengths = np.full((RUNS, len(problem.cell.arms)), np.inf)
     for run in range(RUNS):
-        context = PlanningContext(problem, 0.1, LOW_LEVEL, _core.Clock(math.inf))
+        context = PlanningContext(problem, 0.1, LOW_LEVEL, core.Clock(math.inf))
         context.reseed(run)
         for arm in range(len(problem.cell.arms)):
             path, _ = context.low_level(arm, (), run)

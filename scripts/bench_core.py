@@ -21,7 +21,7 @@ from figure import print_figure, timed
 import mmp_planners
 from mmp_cli.arguments import Parser, whole
 from mmp_cli.standalone import run_script
-from mmp_env import _core, core_variants, draw_instance, make_problem, ring_cell
+from mmp_env import core, draw_instance, make_problem, ring_cell
 from mmp_env.model.cell import Cell
 from mmp_env.model.certificate import SHARE
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, REQUIRED_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
@@ -83,20 +83,20 @@ def report(name: str, spent: Spent, unit: str, scale: float, rival: Spent | None
     """Prints a time; the ratio is how many times longer the rival takes, best against best."""
     ratio, ratio_to = (rival.best / spent.best, MUJOCO) if rival else (None, None)
     median = float(f"{spent.median * scale:.4g}")
-    variant = core_variants.preferred()
+    variant = core.preferred_variant()
     print_figure(name, spent.best * scale, unit, ratio=ratio, ratio_to=ratio_to, median=median, core=variant)
 
 
 def print_cell_checks(cell: Cell, rows: Sequence[np.ndarray]) -> None:
     """Kinematics and least clearance over all pairs of arms, no early exit: per state of a batch, and of one alone."""
-    core, count = cell.collision.core, len(rows[0])
+    compiled, count = cell.collision.core, len(rows[0])
     rival = mujoco_check(cell, np.concatenate(rows, axis=1))
-    batch = measure(lambda: _core.cell_clearance(core, rows, obstacles=False), 100).per(count)
+    batch = measure(lambda: core.cell_clearance(compiled, rows, obstacles=False), 100).per(count)
     report("cell_check_8x28", batch, "us", 1e6, rival)
     alone = [[row[k : k + 1] for row in rows] for k in range(count)]
-    single = measure_each(lambda state: _core.cell_clearance(core, state, obstacles=False), alone, 20)
+    single = measure_each(lambda state: core.cell_clearance(compiled, state, obstacles=False), alone, 20)
     report("cell_check_8x28_single_state", single, "us", 1e6, rival)
-    with_table = measure(lambda: _core.cell_clearance(core, rows), 50).per(count)
+    with_table = measure(lambda: core.cell_clearance(compiled, rows), 50).per(count)
     report("cell_check_8x28_and_table", with_table, "us", 1e6)
     report("mujoco_8_arms", rival, "us", 1e6)
 
@@ -142,10 +142,10 @@ def straight(problem: Problem) -> dict[str, np.ndarray]:
     return out
 
 
-def force(cell: Cell, motions: Sequence[_core.Motion], k: int) -> np.ndarray:
+def force(cell: Cell, motions: Sequence[core.Motion], k: int) -> np.ndarray:
     """The joint forces that all other arms put on arm k, with the planners' default gain and reach."""
     others = [motion for j, motion in enumerate(motions) if j != k]
-    return _core.repulsive_force(cell.collision.core, motions[k], others, 0.05, 0.10, False)
+    return core.repulsive_force(cell.collision.core, motions[k], others, core.RepulsionSettings())
 
 
 def planned(problem: Problem) -> Plan | None:
@@ -155,13 +155,13 @@ def planned(problem: Problem) -> Plan | None:
 
 def print_certificate(cell: Cell, plans: Sequence[Plan]) -> None:
     """The proof that comes with each plan."""
-    clock = _core.Clock(600.0)
+    clock = core.Clock(600.0)
     positions = [[np.ascontiguousarray(plan.positions[name]) for name in cell.arm_names] for plan in plans]
 
     def prove() -> None:
         for plan, q in zip(plans, positions, strict=True):
             required = plan.problem.levels(REQUIRED_MARGIN_FACTOR, REQUIRED_MARGIN_FACTOR)
-            _core.certify(cell.collision.core, q, required, SHARE, clock)
+            core.certify(cell.collision.core, q, required, SHARE, clock)
 
     report("certificate_8_arms", measure(prove, 10).per(len(plans)), "ms", 1e3)
 

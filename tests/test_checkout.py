@@ -10,7 +10,7 @@ import pytest
 from test_documents import README, blocks
 
 import mmp_env
-from mmp_env import core_variants
+from mmp_env import core
 from mmp_env.checkout import installed_package
 
 ROOT = Path(__file__).parents[1]
@@ -75,8 +75,8 @@ def test_sources_that_were_changed_since_are_a_sentence(checkout, source):
 
 
 def test_a_checkout_with_its_own_core_is_used_itself(checkout):
-    for core in INSTALLED.glob("_core_v*.so"):
-        (checkout / "mmp_env" / core.name).symlink_to(core)
+    for variant in INSTALLED.glob("_core_v*.so"):
+        (checkout / "mmp_env" / variant.name).symlink_to(variant)
     with (checkout / "mmp_env" / "model" / "cell.py").open("a", encoding="utf-8") as file:
         file.write("\n")
     done = python(checkout, "-c", WHERE)
@@ -87,6 +87,6 @@ def test_a_checkout_with_its_own_core_is_used_itself(checkout):
 def test_without_an_installed_package_the_sources_stay_and_say_how_a_core_is_built(checkout, monkeypatch):
     monkeypatch.setattr(sys, "path", [str(checkout)])
     assert installed_package([str(checkout / "mmp_env")]) is None
-    monkeypatch.setattr(core_variants, "_built", lambda _: False)
+    monkeypatch.setattr(core, "_built", lambda _: False)
     with pytest.raises(ImportError, match=r"the native core is not built: run .*scripts/build_core\.sh"):
-        core_variants.usable()
+        core.usable_variants()

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import mmp_env.version
-from mmp_env import core_variants
+from mmp_env import core
 from mmp_env.errors import MmpError
 
 ROOT = Path(__file__).parents[1]
@@ -106,30 +106,28 @@ def test_the_console_script_works_far_from_the_checkout(tmp_path):
 
 def test_the_best_variant_is_taken_unless_another_is_asked_for(monkeypatch):
     monkeypatch.delenv("MMP_CORE", raising=False)
-    assert core_variants.preferred() == core_variants.usable()[-1]
-    for name in core_variants.usable():
+    assert core.preferred_variant() == core.usable_variants()[-1]
+    for name in core.usable_variants():
         monkeypatch.setenv("MMP_CORE", name)
-        assert core_variants.preferred() == name
-        assert core_variants.load(name).__name__ == f"mmp_env._core_{name}"
+        assert core.preferred_variant() == name
+        assert core.load_variant(name).__name__ == f"mmp_env._core_{name}"
 
 
 def test_a_variant_that_does_not_run_here_is_refused_with_those_that_do(monkeypatch):
-    monkeypatch.setattr(core_variants, "usable", lambda: ["v1", "v3"])
+    monkeypatch.setattr(core, "usable_variants", lambda: ["v1", "v3"])
     monkeypatch.setenv("MMP_CORE", "v4")
     with pytest.raises(MmpError, match=r"v4 does not run on this processor.*usable: v1, v3"):
-        core_variants.preferred()
+        core.preferred_variant()
     monkeypatch.setenv("MMP_CORE", "avx2")
     with pytest.raises(MmpError, match=r"unknown MMP_CORE 'avx2'.*Known: v1, v3"):
-        core_variants.preferred()
+        core.preferred_variant()
 
 
 def test_the_core_has_the_names_of_the_variant():
-    from mmp_env import _core
-
-    variant = core_variants.load(core_variants.preferred())
+    variant = core.load_variant(core.preferred_variant())
     public = {name: value for name, value in vars(variant).items() if not name.startswith("_")}
     assert public
-    assert all(getattr(_core, name) is value for name, value in public.items())
+    assert all(getattr(core, name) is value for name, value in public.items())
 
 
 def shell(command: str, path: Path, **environment: str) -> subprocess.CompletedProcess[str]:

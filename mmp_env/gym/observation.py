@@ -8,7 +8,7 @@ import numpy as np
 from gymnasium import spaces
 from jaxtyping import Float
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
 from mmp_env.sim.simulation import Simulation
@@ -64,7 +64,7 @@ class Observer:
                 q,
                 simulation.velocities,
                 simulation.tool_points.ravel(),
-                _core.cell_clearance(self._core, self._rows),
+                core.cell_clearance(self._core, self._rows),
             )
         )
         np.maximum(out, self._low, out=out)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.collision import REQUIRED_MARGIN_FACTOR
 from mmp_env.model.margins import KINDS, Margins
 from mmp_env.model.plan import Plan
@@ -36,11 +36,13 @@ class Certificate:
         return min(self.proved[kind] for kind in KINDS)
 
 
-def certify(plan: Plan, clock: _core.Clock, *, share: float = SHARE) -> Certificate:
+def certify(plan: Plan, clock: core.Clock, *, share: float = SHARE) -> Certificate:
     """The certificate of a plan; it is not valid either where the clock ends the proof."""
     required = plan.problem.levels(REQUIRED_MARGIN_FACTOR, REQUIRED_MARGIN_FACTOR)
     q = [np.ascontiguousarray(plan.positions[name]) for name in plan.problem.cell.arm_names]
-    core = plan.problem.cell.collision.core
-    valid, clearance, a, b, segment, fraction = _core.certify(core, q, required, share, clock)
-    proved = Margins(arms=clearance, obstacles=clearance + required.obstacles, self=clearance + required.own)
-    return Certificate(valid=valid, proved=proved, arms=(a, b), instant=segment + fraction)
+    proof = core.certify(plan.problem.cell.collision.core, q, required, share, clock)
+    proved = Margins(
+        arms=proof.clearance, obstacles=proof.clearance + required.obstacles, self=proof.clearance + required.own
+    )
+    arms, instant = (proof.arm_a, proof.arm_b), proof.segment + proof.fraction
+    return Certificate(valid=proof.valid, proved=proved, arms=arms, instant=instant)

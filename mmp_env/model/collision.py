@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.arm import SHAPES, Arm, Obstacle
@@ -36,10 +36,10 @@ REQUIRED_MARGIN_FACTOR = 0.0
 """Share that a certificate proves: the margin itself. The steps between these leave each later proof room to end."""
 
 
-def levels_of(margins: Margins, looked: float, proved: float) -> _core.Levels:
+def levels_of(margins: Margins, looked: float, proved: float) -> core.Levels:
     """Returns the clearances for the core: the margins with `looked` and `proved` [m] added."""
     arms = margins.arms
-    return _core.Levels(arms + looked, arms + proved, margins.obstacles - arms, margins.self - arms)
+    return core.Levels(arms + looked, arms + proved, margins.obstacles - arms, margins.self - arms)
 
 
 _EDGE_ROOM_M = 1e-4
@@ -77,14 +77,14 @@ class CollisionModel:
     def __init__(self, cell: ArmsAndObstacles) -> None:
         self.cell = cell
         self._numbers = {arm.name: k for k, arm in enumerate(cell.arms)}
-        self.core = _core.Cell()
+        self.core = core.Cell()
         for arm in cell.arms:
             self.core.add_arm(**joint_chain(arm, cell.spheres))
         for obstacle in cell.obstacles:
             self.core.add_obstacle(*_solid(obstacle))
         self.core.freeze()
-        self._radii = [_core.sphere_table(self.core, k)[:, 1] for k in range(len(cell.arms))]
-        self._links = [_core.sphere_table(self.core, k)[:, 0].astype(int) for k in range(len(cell.arms))]
+        self._radii = [core.sphere_table(self.core, k)[:, 1] for k in range(len(cell.arms))]
+        self._links = [core.sphere_table(self.core, k)[:, 0].astype(int) for k in range(len(cell.arms))]
 
     def __reduce__(self) -> tuple[Any, ...]:
         # The core does not go through pickle; the cell does, and builds its queries where they are needed.
@@ -103,7 +103,7 @@ class CollisionModel:
 
     def spheres(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "s"]]:
         """Sphere centres [n, s, 3] [m] in the world and radii [s] [m] at `q` [n, dof]; the base's come first."""
-        return _core.spheres(self.core, self.index(arm), self._rows(arm, q)), self._radii[self.index(arm)].copy()
+        return core.spheres(self.core, self.index(arm), self._rows(arm, q)), self._radii[self.index(arm)].copy()
 
     def sphere_links(self, arm: str) -> list[str]:
         """Name of the link that each sphere of `spheres` belongs to; that of the tool, or `held` for what it holds."""
@@ -116,7 +116,7 @@ class CollisionModel:
 
     def tool_points(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n 3"]:
         """Tool points in the world [m] at `q` [n, dof]; the flange's origin where no tool is mounted."""
-        return _core.tool_points(self.core, self.index(arm), self._rows(arm, q))
+        return core.tool_points(self.core, self.index(arm), self._rows(arm, q))
 
     def within_limits(self, arm: str, q: ArrayLike) -> Bool[np.ndarray, "n"]:
         """Whether `q` [n, dof] is within the joint limits."""
@@ -125,7 +125,7 @@ class CollisionModel:
 
     def static_clearance(self, arm: str, q: ArrayLike, *, precise: bool = False) -> Float[np.ndarray, "n"]:
         """Clearance [n] [m] of one arm at `q` [n, dof] from obstacles, the other arms' bases and itself."""
-        return _core.static_clearance(self.core, self.index(arm), self._rows(arm, q), precise)
+        return core.static_clearance(self.core, self.index(arm), self._rows(arm, q), precise=precise)
 
     def is_free(self, arm: str, q: ArrayLike, *, margin: float = 0.0) -> Bool[np.ndarray, "n"]:
         """Whether `q` [n, dof] is within limits and farther than `margin` [m] from all the arm can touch alone."""
@@ -147,7 +147,7 @@ class CollisionModel:
         margins = margin if isinstance(margin, Margins) else Margins(arms=margin, obstacles=margin, self=margin)
         room = min(_EDGE_ROOM_M, min(margins[kind] for kind in KINDS) / 4)
         wanted = levels_of(margins, room, room / 2)
-        free[free] = _core.edges_free(self.core, self.index(arm), start[free], end[free], wanted)
+        free[free] = core.edges_free(self.core, self.index(arm), start[free], end[free], wanted)
         return free
 
     def pair_clearance(
@@ -157,14 +157,14 @@ class CollisionModel:
         a, b = self._rows(arm_a, q_a), self._rows(arm_b, q_b)
         if len(a) != len(b) or arm_a == arm_b:
             raise MmpError(f"pair_clearance: {len(a)} rows of {arm_a} and {len(b)} of {arm_b}; two arms, equal rows")
-        return _core.pair_clearance(self.core, self.index(arm_a), a, self.index(arm_b), b, precise)
+        return core.pair_clearance(self.core, self.index(arm_a), a, self.index(arm_b), b, precise=precise)
 
     def clearance(self, q: Mapping[str, ArrayLike]) -> Float[np.ndarray, "n"]:
         """Least clearance [n] [m] of whole states over pairs of arms, and arms and obstacles; `q`: arm -> [n, dof]."""
         rows = [self._rows(name, q[name]) for name in self.cell.arm_names]
         if len({len(r) for r in rows}) != 1:
             raise MmpError("clearance: every arm needs the same number of rows")
-        return _core.cell_clearance(self.core, rows)
+        return core.cell_clearance(self.core, rows)
 
     def nearest(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> dict[str, Nearest]:
         """Returns the nearest bodies of one state, in double precision, for each kind of margin.
@@ -177,12 +177,16 @@ class CollisionModel:
         arms, names = self.cell.arms, [part_names(arm) for arm in self.cell.arms]
         rows = [np.ascontiguousarray(q[arm.name], dtype=float) for arm in arms]
         out = {}
-        for kind, (clearance, a, link, b, other) in zip(KINDS, _core.nearest_bodies(self.core, rows), strict=True):
-            if a < 0:
+        for kind, near in zip(KINDS, core.nearest_bodies(self.core, rows), strict=True):
+            if near.arm < 0:
                 out[kind] = Nearest(clearance_m=math.inf, bodies="")
                 continue
-            second = f"obstacle/{self.cell.obstacles[b].name}" if other < 0 else f"{arms[b].name}/{names[b][other]}"
-            out[kind] = Nearest(clearance_m=clearance, bodies=f"{arms[a].name}/{names[a][link]} and {second}")
+            first = f"{arms[near.arm].name}/{names[near.arm][near.link]}"
+            if near.other_link < 0:
+                second = f"obstacle/{self.cell.obstacles[near.other].name}"
+            else:
+                second = f"{arms[near.other].name}/{names[near.other][near.other_link]}"
+            out[kind] = Nearest(clearance_m=near.clearance, bodies=f"{first} and {second}")
         return out
 
     def least_clearance(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> tuple[float, str]:
@@ -194,12 +198,12 @@ class CollisionModel:
         """Where arms of a plan come closer than its problem's margin, earliest first; see `mmp_env.model.conflict`."""
         return plan_conflicts(self, plan)
 
-    def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> _core.Motion:
+    def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> core.Motion:
         """A trajectory on the grid of steps, as `conflict_instants` and repulsion take it."""
-        return _core.Motion(self.core, self.index(arm), np.ascontiguousarray(q, dtype=float))
+        return core.Motion(self.core, self.index(arm), np.ascontiguousarray(q, dtype=float))
 
     def conflict_instants(
-        self, motions: Sequence[_core.Motion], pairs: ArrayLike, levels: _core.Levels, *, bases: bool = False
+        self, motions: Sequence[core.Motion], pairs: ArrayLike, levels: core.Levels, *, bases: bool = False
     ) -> list[Float[np.ndarray, "c"]]:
         """For each pair of indices into `motions`, the instants of conflict in steps, ascending, at most one a step.
 
@@ -208,7 +212,7 @@ class CollisionModel:
         as well, which paths that are free on their own never touch.
         """
         numbers = np.ascontiguousarray(pairs, dtype=np.int32).reshape(-1, 2)
-        return _core.conflict_instants(self.core, motions, numbers, levels, bases)
+        return core.conflict_instants(self.core, motions, numbers, levels, bases=bases)
 
     def _rows(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n dof"]:
         rows = np.ascontiguousarray(q, dtype=float)

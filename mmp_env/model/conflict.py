@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.brief import brief
 from mmp_env.wording import in_seconds
 
@@ -34,9 +34,9 @@ class TimedPlan(Protocol):
 class MotionQueries(Protocol):
     """What a search for conflicts needs of a `CollisionModel`."""
 
-    def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> _core.Motion: ...
+    def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> core.Motion: ...
     def conflict_instants(
-        self, motions: Sequence[_core.Motion], pairs: ArrayLike, levels: _core.Levels, *, bases: bool = False
+        self, motions: Sequence[core.Motion], pairs: ArrayLike, levels: core.Levels, *, bases: bool = False
     ) -> list[Float[np.ndarray, "c"]]: ...
     def pair_clearance(
         self, arm_a: str, q_a: ArrayLike, arm_b: str, q_b: ArrayLike, *, precise: bool = False
@@ -84,7 +84,7 @@ def plan_conflicts(model: MotionQueries, plan: TimedPlan) -> list[Conflict]:
     out = []
     margin = plan.problem.margin
     closer = max(margin - _ROUNDING_M, margin / 2)  # a plan that keeps its margin exactly has no conflict
-    found = model.conflict_instants(motions, pairs, _core.Levels(closer, 0.9 * closer), bases=True)
+    found = model.conflict_instants(motions, pairs, core.Levels(closer, 0.9 * closer), bases=True)
     for (i, j), instants in zip(pairs, found, strict=True):
         for run in unbroken_runs(instants):
             out.append(_conflict(model, names[i], names[j], q, times, np.rint(run).astype(int)))

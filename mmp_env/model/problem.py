@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.argument_checks import as_numbers, known_keywords, refused, text
 from mmp_env.brief import brief
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
@@ -78,7 +78,7 @@ class Problem(ReadOnly):
         """
         return planning_slack(self.margins, _least_clearances(self.cell, (self.start, self.goal)))
 
-    def levels(self, looked: float, proved: float) -> _core.Levels:
+    def levels(self, looked: float, proved: float) -> core.Levels:
         """Returns the clearances that the core looks for and proves: the margins and shares of the planning slack.
 
         Args:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.errors import MmpError
 from mmp_env.model.certificate import certify
 from mmp_env.model.plan import Plan
@@ -46,10 +46,10 @@ def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, tolerance: 
         kept = _bending(path, clock.phase)
         rows = {name: q[kept] for name, q in motion.positions.items()}
         bending = Plan(problem=plan.problem, times=motion.times[kept], positions=rows)
-        certificate = certify(bending, _core.Clock(_LONG_S), share=1.0)
+        certificate = certify(bending, core.Clock(_LONG_S), share=1.0)
         if certificate.valid:
             followed, row_of = _followed(motion, kept)
-            certificate = certify(followed, _core.Clock(_LONG_S), share=1.0)
+            certificate = certify(followed, core.Clock(_LONG_S), share=1.0)
         else:
             row_of = kept.astype(float)
         if certificate.valid:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.cell import Cell
 from mmp_env.model.problem import Problem
 from mmp_env.retime.blends import BlendedPath
@@ -149,11 +149,11 @@ def _conflicts(
     problem: Problem, rows: Sequence[Float[np.ndarray, "t _"]], pairs: Int[np.ndarray, "p 2"]
 ) -> Float[np.ndarray, "m"]:
     """Where, in rows, arms are closer to each other or to something else than they have to be."""
-    core, clear = problem.cell.collision.core, problem.levels(CLEAR, CLEAR)
-    motions = [_core.Motion(core, k, part) for k, part in enumerate(rows)]
-    found = list(_core.conflict_instants(core, motions, pairs, clear))
+    compiled, clear = problem.cell.collision.core, problem.levels(CLEAR, CLEAR)
+    motions = [core.Motion(compiled, k, part) for k, part in enumerate(rows)]
+    found = list(core.conflict_instants(compiled, motions, pairs, clear))
     for k, part in enumerate(rows):
-        free = _core.edges_free(core, k, part[:-1], part[1:], clear)
+        free = core.edges_free(compiled, k, part[:-1], part[1:], clear)
         if not free.all():
             found.append(np.flatnonzero(~free) + 0.5)
     return np.concatenate([np.empty(0), *found])

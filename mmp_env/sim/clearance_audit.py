@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.certificate import certify
 from mmp_env.model.plan import Plan
 from mmp_env.mujoco_import import mujoco
@@ -58,7 +58,7 @@ def nearness(
         name: plan.positions[name] if name in plan.positions else np.tile(positions[name][0], (count, 1))
         for name in plan.problem.cell.arm_names
     }
-    certificate = certify(dataclasses.replace(plan, positions=whole), _core.Clock(_PROOF_S), share=_PROOF_SHARE)
+    certificate = certify(dataclasses.replace(plan, positions=whole), core.Clock(_PROOF_S), share=_PROOF_SHARE)
     if not certificate.valid:
         return Nearness(planned_m=None)
     proved = certificate.proved

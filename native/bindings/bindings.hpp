@@ -46,12 +46,12 @@ inline void require(bool ok, const char* message) {
   if (!ok) throw nb::value_error(message);
 }
 
-inline constexpr double kMostJoint = 1e4;      // [rad], the range of sincos()
-inline constexpr double kMostNumber = 1e9;     // its products stay finite in single precision
-inline constexpr int kMostCount = 1000000000;  // two of them fit an int
-inline constexpr size_t kMostRows = 1 << 26;   // with all joints of an arm they fit an int
-inline constexpr double kMaxSteps = 1e6;       // of a straight edge
-inline constexpr double kLeastStep = 1e-5;     // [rad]; with less the number of steps would not fit an int
+inline constexpr double kMaxJoint = 1e4;      // [rad], the range of sincos()
+inline constexpr double kMaxNumber = 1e9;     // its products stay finite in single precision
+inline constexpr int kMaxCount = 1000000000;  // two of them fit an int
+inline constexpr size_t kMaxRows = 1 << 26;   // with all joints of an arm they fit an int
+inline constexpr double kMaxSteps = 1e6;      // of a straight edge
+inline constexpr double kMinStep = 1e-5;      // [rad]; with less the number of steps would not fit an int
 
 // NaN fails this check and all that follow: a comparison with NaN would count as far apart.
 inline bool all_within(const double* values, size_t n, double most) {
@@ -59,7 +59,7 @@ inline bool all_within(const double* values, size_t n, double most) {
 }
 
 inline double checked_number(double x) {
-  require(std::abs(x) < kMostNumber, "numbers must be finite, and smaller than 1e9");
+  require(std::abs(x) < kMaxNumber, "numbers must be finite, and smaller than 1e9");
   return x;
 }
 inline double checked_size(double x) {
@@ -75,7 +75,7 @@ inline double checked_share(double x) {
   return x;
 }
 inline int checked_count(int n) {
-  require(n >= 0 && n <= kMostCount, "a count must be from 0 to 1e9");
+  require(n >= 0 && n <= kMaxCount, "a count must be from 0 to 1e9");
   return n;
 }
 
@@ -101,8 +101,8 @@ class Held {
 
 inline void require_configurations(const Matrix& q, int dof) {
   require(q.shape(1) == static_cast<size_t>(dof), "wrong number of joints");
-  require(q.shape(0) <= kMostRows, "too many configurations");
-  require(all_within(q.data(), q.size(), kMostJoint), "configurations must be finite, and within 1e4 rad");
+  require(q.shape(0) <= kMaxRows, "too many configurations");
+  require(all_within(q.data(), q.size(), kMaxJoint), "configurations must be finite, and within 1e4 rad");
 }
 
 inline void require_frozen(const Cell& cell) { require(cell.frozen, "the cell is not frozen"); }
@@ -119,21 +119,21 @@ inline void require_rows(const Cell& cell, int arm, const Matrix& q) {
 
 inline void require_joints(const Cell& cell, int arm, const Vector& q) {
   require(q.shape(0) == static_cast<size_t>(arm_of(cell, arm).dof), "wrong number of joints");
-  require(all_within(q.data(), q.size(), kMostJoint), "a configuration must be finite, and within 1e4 rad");
+  require(all_within(q.data(), q.size(), kMaxJoint), "a configuration must be finite, and within 1e4 rad");
 }
 
 // Checks the largest move of each joint in one step.
 inline void require_steps(const Cell& cell, int arm, const Vector& steps) {
   require(steps.shape(0) == static_cast<size_t>(arm_of(cell, arm).dof), "wrong number of joints");
-  require(std::all_of(steps.data(), steps.data() + steps.size(),
-                      [](double x) { return x >= kLeastStep && x < kMostJoint; }),
-          "steps must be from 1e-5 to 1e4 rad");
+  require(
+      std::all_of(steps.data(), steps.data() + steps.size(), [](double x) { return x >= kMinStep && x < kMaxJoint; }),
+      "steps must be from 1e-5 to 1e4 rad");
 }
 
 // Checks the number of such steps on a straight edge.
 inline void require_few_steps(const double* from, const double* to, const Vector& steps) {
   for (size_t k = 0; k < steps.size(); ++k)
-    require(std::abs(to[k] - from[k]) <= kMaxSteps * steps.data()[k], "a straight way has 1e6 steps at most");
+    require(std::abs(to[k] - from[k]) <= kMaxSteps * steps.data()[k], "a straight edge has at most 1e6 steps");
 }
 
 template <class T>
@@ -164,7 +164,7 @@ inline Held<SearchMotion> held_motions(nb::handle sequence, const CellModel<floa
 inline Held<SearchConstraint> held_constraints(nb::handle sequence, int dof) {
   Held<SearchConstraint> held(sequence, "a sequence of Constraint is needed");
   for (const auto* c : held.items())
-    require(c->joints() == 0 || c->joints() == dof, "a ball constraint of another number of joints");
+    require(c->joints() == 0 || c->joints() == dof, "the constraint has another number of joints than the arm");
   return held;
 }
 

@@ -4,7 +4,7 @@ namespace mmp {
 
 namespace {
 
-constexpr double kMostLength = 1e6;  // [m]
+constexpr double kMaxLength = 1e6;  // [m]
 
 template <class T>
 void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper,
@@ -42,7 +42,7 @@ void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const 
 
 // Lengths [m] and entries of rotation matrices.
 void require_lengths(const double* values, size_t n) {
-  require(all_within(values, n, kMostLength), "poses and sizes must be finite, and within 1e6 m");
+  require(all_within(values, n, kMaxLength), "poses and sizes must be finite, and within 1e6 m");
 }
 
 void require_chain(const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper) {
@@ -96,7 +96,7 @@ void add_obstacle(CellModel<T>& cell, int shape, const Vector& pose, const Vecto
 }  // namespace
 
 void bind_cell(nb::module_& m) {
-  nb::class_<Cell>(m, "Cell", "Arms and obstacles; add all of them, then freeze.")
+  nb::class_<Cell>(m, "Cell", "Arms and obstacles of a cell. Add all of them, then freeze it.")
       .def(nb::init<>())
       .def(
           "add_arm",
@@ -109,11 +109,11 @@ void bind_cell(nb::module_& m) {
             add_arm(self.single, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
             add_arm(self.precise, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
           },
-          nb::arg("fixed"), nb::arg("tool"), nb::arg("lower"), nb::arg("upper"), nb::arg("link_frames"),
+          nb::kw_only(), nb::arg("fixed"), nb::arg("tool"), nb::arg("lower"), nb::arg("upper"), nb::arg("link_frames"),
           nb::arg("spheres"), nb::arg("sphere_links"), nb::arg("self_pairs"),
-          "fixed [dof, 12]: rows of T_frame(k)_frame(k+1) at q = 0, joint axis z, the first one in the world; spheres "
-          "[s, 4] in the frame of their link, the base's (link 0) in the world; self_pairs [p, 2]: links that must not "
-          "evaluate, the one nearer to the base first.")
+          "Adds an arm. fixed [dof, 12]: rows of T_frame(k)_frame(k+1) at q = 0, joint axis z, the first frame in the "
+          "world. spheres [s, 4]: centre and radius in the frame of their link, the base's (link 0) in the world. "
+          "self_pairs [p, 2]: links that must not touch, the one nearer to the base first.")
       .def(
           "add_obstacle",
           [](Cell& self, int shape, Vector pose, Vector size) {
@@ -128,14 +128,16 @@ void bind_cell(nb::module_& m) {
             add_obstacle(self.precise, shape, pose, size);
           },
           nb::arg("shape"), nb::arg("pose"), nb::arg("size"),
-          "shape: 0 box, 1 sphere, 2 cylinder, 3 capsule; pose [12]: rows of T_world_obstacle; size [3] [m]: half "
-          "edges "
-          "of a box, radius and half length of others.")
-      .def("freeze", [](Cell& self) {
-        require(!self.frozen, "the cell is frozen");
-        require(!self.single.arms.empty(), "a cell has one arm at least");
-        self.freeze();
-      });
+          "Adds an obstacle. shape: 0 box, 1 sphere, 2 cylinder, 3 capsule. pose [12]: rows of T_world_obstacle. size "
+          "[3] [m]: half edges of a box; radius and half length of other shapes.")
+      .def(
+          "freeze",
+          [](Cell& self) {
+            require(!self.frozen, "the cell is frozen");
+            require(!self.single.arms.empty(), "a cell has one arm at least");
+            self.freeze();
+          },
+          "Ends the construction. Only a frozen cell answers queries.");
 }
 
 }  // namespace mmp

@@ -23,10 +23,10 @@ struct JointMotion {
 
   JointMotion(const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& steps) {
     const size_t arms = cell.single.arms.size();
-    require(arms > 0 && q.size() == arms && steps.size() == arms, "one array for each arm");
+    require(arms > 0 && q.size() == arms && steps.size() == arms, "one array per arm is needed");
     for (size_t a = 0; a < arms; ++a) {
       require_rows(cell, static_cast<int>(a), q[a]);
-      require(q[a].shape(0) == q[0].shape(0) && q[0].shape(0) > 0, "as many rows for each arm");
+      require(q[a].shape(0) == q[0].shape(0) && q[0].shape(0) > 0, "every arm needs the same number of rows");
       rows.emplace_back(q[a].data(), q[a].data() + q[a].size());
     }
     max_step = steps_of(cell, steps);
@@ -36,7 +36,7 @@ struct JointMotion {
 
   // Returns the result of `improve`, [steps + 1][dof] per arm, and the number of improvements.
   template <class Improve>
-  static nb::tuple improved(const Cell& cell, const Improve& improve) {
+  static std::pair<nb::list, int> improved(const Cell& cell, const Improve& improve) {
     std::vector<std::vector<double>> found;
     int kept = 0;
     {
@@ -48,40 +48,50 @@ struct JointMotion {
       const size_t dof = static_cast<size_t>(cell.single.arms[a].dof), n = found[a].size() / dof;
       out.append(to_numpy<Out2>(std::move(found[a]), n, dof));
     }
-    return nb::make_tuple(out, kept);
+    return {out, kept};
   }
 };
 
 }  // namespace
 
 void bind_improve(nb::module_& m) {
+  using Settings = ShortcutSettings;
+  nb::class_<Settings>(m, "ShortcutSettings", "Settings of `shortcut`.")
+      .def(
+          "__init__",
+          [](Settings* self, int attempts, double min_saving) {
+            require(min_saving > 0, "min_saving must be positive");
+            new (self) Settings{checked_count(attempts), min_saving};
+          },
+          nb::kw_only(), nb::arg("attempts"), nb::arg("min_saving") = Settings{}.min_saving,
+          nb::sig("def __init__(self, *, attempts: int, min_saving: float = ...) -> None"))
+      .def_ro("attempts", &Settings::attempts, "Attempts per round.")
+      .def_ro("min_saving", &Settings::min_saving,
+              "Minimum relative saving of a round for another round; infinity, the default: one round.");
+
   m.def(
-      "shorten",
+      "shortcut",
       [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step,
-         const Levels<double>& levels, const std::vector<int>& groups, int attempts, double worth, uint64_t seed,
+         const Levels<double>& levels, const std::vector<int>& groups, const Settings& settings, uint64_t seed,
          const Clock& clock) {
         const JointMotion motion(cell, q, max_step);
-        require(groups.size() == q.size(), "a group for each arm");
-        require(worth > 0, "worth must be positive");
-        checked_count(attempts);
+        require(groups.size() == q.size(), "one group per arm is needed");
         return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
           Shortcutter<Floats> shortcutter(cell.world<Floats>(), motion.rows, motion.max_step, as_float(levels), groups);
           Random random(seed);
-          const int kept = shortcutter.run(attempts, worth, random, clock);
+          const int kept = shortcutter.run(settings, random, clock);
           for (size_t a = 0; a < q.size(); ++a) found.push_back(rows_of(shortcutter.rows(static_cast<int>(a))));
           return kept;
         });
       },
-      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::arg("levels"), nb::arg("groups"), nb::arg("attempts"),
-      nb::arg("worth"), nb::arg("seed"), nb::arg("clock"),
-      nb::sig("def shorten(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
-              "collections.abc.Sequence[numpy.ndarray], levels: Levels, groups: "
-              "collections.abc.Sequence[int], attempts: int, worth: float, seed: int, clock: Clock) -> "
-              "tuple[list[numpy.ndarray], int]"),
-      "Shortcuts on the common clock: q [steps + 1, dof] per arm of a safe plan; returns the shorter one and the "
-      "number of windows that were replaced. `levels` are proved of one arm and of pairs at every "
-      "instant; arms of different `groups` pass through each other. As many attempts again as long as they shorten the "
-      "ways by a share `worth`.");
+      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::kw_only(), nb::arg("levels"), nb::arg("groups"),
+      nb::arg("settings"), nb::arg("seed"), nb::arg("clock"),
+      nb::sig("def shortcut(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
+              "collections.abc.Sequence[numpy.ndarray], *, levels: Levels, groups: collections.abc.Sequence[int], "
+              "settings: ShortcutSettings, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]"),
+      "Shortens a safe plan q [steps + 1, dof] per arm on the common clock. Returns the shorter plan and the number of "
+      "replaced motion windows. `levels` are proved for every arm and every pair at every instant. Arms in different "
+      "`groups` ignore each other.");
 
   m.def(
       "replan",
@@ -97,70 +107,74 @@ void bind_improve(nb::module_& m) {
           return kept;
         });
       },
-      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::arg("levels"), nb::arg("attempts"), nb::arg("seed"),
-      nb::arg("clock"),
+      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::kw_only(), nb::arg("levels"), nb::arg("attempts"),
+      nb::arg("seed"), nb::arg("clock"),
       nb::sig("def replan(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
-              "collections.abc.Sequence[numpy.ndarray], levels: Levels, attempts: int, seed: int, clock: "
+              "collections.abc.Sequence[numpy.ndarray], *, levels: Levels, attempts: int, seed: int, clock: "
               "Clock) -> tuple[list[numpy.ndarray], int]"),
-      "Shorter ways of single arms, for which another one may make room: q [steps + 1, dof] per arm of a safe plan; "
-      "returns the shorter one and the number of attempts that succeeded. `levels` are proved of every new way.");
+      "Large-neighbourhood search: replans one arm of a safe plan q [steps + 1, dof] per arm, or two if another must "
+      "make room. Returns the shorter plan and the number of successful attempts. `levels` are proved for every new "
+      "path.");
 
   using Pool = PathRecombination<Floats>;
-  nb::class_<Pool>(m, "Recombination", "Ways of several plans, put together anew. For one thread at a time.")
+  nb::class_<Pool>(
+      m, "PathRecombination",
+      "Pool of known paths per arm, and combinations of them. Not safe for use by several threads at once.")
       .def(
           "__init__",
           [](Pool* self, const Cell& cell, const std::vector<Vector>& max_step, const Levels<double>& levels) {
             require_frozen(cell);
-            require(max_step.size() == cell.single.arms.size() && !max_step.empty(), "one array for each arm");
+            require(max_step.size() == cell.single.arms.size() && !max_step.empty(), "one array per arm is needed");
             new (self) Pool(*cell.world_planning, steps_of(cell, max_step), as_float(levels));
           },
           nb::arg("cell"), nb::arg("max_step"), nb::arg("levels"), nb::keep_alive<1, 2>(),
           nb::sig("def __init__(self, cell: Cell, max_step: collections.abc.Sequence[numpy.ndarray], "
-                  "levels: Levels) -> None"))
+                  "levels: Levels) -> None"),
+          "`max_step` [dof] per arm: largest move of each joint in one step [rad]. `levels` hold between arms.")
       .def(
           "add",
           [](Pool& self, const std::vector<Matrix>& q) {
-            require(q.size() == self.cell().arms.size(), "one array for each arm");
+            require(q.size() == self.cell().arms.size(), "one array per arm is needed");
             std::vector<std::vector<float>> rows;
             for (size_t a = 0; a < q.size(); ++a) {
               require_configurations(q[a], self.cell().arms[a].dof);
-              require(q[a].shape(0) > 0, "a way has rows");
+              require(q[a].shape(0) > 0, "a path needs one row at least");
               rows.emplace_back(q[a].data(), q[a].data() + q[a].size());
             }
             nb::gil_scoped_release release;
             return self.add(rows);
           },
           nb::arg("q"), nb::sig("def add(self, q: collections.abc.Sequence[numpy.ndarray]) -> list[int]"),
-          "A way [n, dof] for each arm from its start to its goal, free alone, on a grid of steps. Returns the numbers "
-          "of the ways that stand for them, -1 where one was not taken.")
-      .def("has", &Pool::has, nb::arg("choice"),
-           nb::sig("def has(self, choice: collections.abc.Sequence[int]) -> bool"),
-           "Whether there is a way with such a number for each arm; one may have had to go for a shorter one.")
-      .def("shortest", &Pool::shortest, "The number of the shortest way of each arm.")
+          "Adds one path [n, dof] per arm on a grid of steps, free alone, from its start to its goal. Evicts the "
+          "longest path when the pool is full. Returns path ids, or -1 for a path that was not added.")
+      .def("has", &Pool::has, nb::arg("path_ids"),
+           nb::sig("def has(self, path_ids: collections.abc.Sequence[int]) -> bool"),
+           "Returns whether the pool holds these paths, one per arm.")
+      .def("shortest", &Pool::shortest, "Returns the id of the shortest path of each arm, -1 for an arm without paths.")
       .def(
-          "way",
-          [](const Pool& self, int arm, int number) {
+          "path",
+          [](const Pool& self, int arm, int path_id) {
             require(arm >= 0 && arm < self.arms(), "no such arm");
-            const auto* motion = self.path(arm, number);
-            require(motion != nullptr, "no such way");
+            const auto* motion = self.path(arm, path_id);
+            require(motion != nullptr, "no such path");
             return to_numpy<Out2>(rows_of(motion->q), static_cast<size_t>(motion->last) + 1, motion->arm->dof);
           },
-          nb::arg("arm"), nb::arg("number"), nb::sig("def way(self, arm: int, number: int) -> numpy.ndarray"),
-          "A way [steps + 1, dof] in as few steps as full speed allows.")
+          nb::arg("arm"), nb::arg("path_id"), nb::sig("def path(self, arm: int, path_id: int) -> numpy.ndarray"),
+          "Returns a path [steps + 1, dof] in as few steps as full speed allows.")
       .def(
-          "closed",
-          [](Pool& self, const std::vector<int>& choice, const Clock& clock) {
-            require(self.has(choice), "a way for each arm");
+          "infeasible_pairs",
+          [](Pool& self, const std::vector<int>& path_ids, const Clock& clock) {
+            require(self.has(path_ids), "one path per arm is needed");
             nb::gil_scoped_release release;
-            return self.infeasible_pairs(choice, clock);
+            return self.infeasible_pairs(path_ids, clock);
           },
-          nb::arg("choice"), nb::arg("clock"),
-          nb::sig("def closed(self, choice: collections.abc.Sequence[int], clock: Clock) -> list[tuple[int, int]]"),
-          "Pairs of arms that cannot both come to their ends on the ways with these numbers, whoever waits for whom; "
-          "those "
-          "found until the clock ends.")
+          nb::arg("path_ids"), nb::arg("clock"),
+          nb::sig("def infeasible_pairs(self, path_ids: collections.abc.Sequence[int], clock: Clock) -> "
+                  "list[tuple[int, int]]"),
+          "Returns the pairs of arms whose paths have an infeasible coordination diagram: no schedule takes both arms "
+          "to their ends. When the clock ends, returns the pairs found so far.")
       .def(
-          "run",
+          "recombine",
           [](Pool& self, double limit, const Clock& clock) -> nb::object {
             require(!std::isnan(limit), "limit must be a number");
             Pool::Rows found;
@@ -177,9 +191,9 @@ void bind_improve(nb::module_& m) {
             return out;
           },
           nb::arg("limit"), nb::arg("clock"),
-          nb::sig("def run(self, limit: float, clock: Clock) -> list[numpy.ndarray] | None"),
-          "Motions [steps + 1, dof] per arm along ways that are shorter than `limit` [rad] together, or None if no "
-          "choice of them can be drive_rows at once that was not given before. `levels` are proved of every pair.");
+          nb::sig("def recombine(self, limit: float, clock: Clock) -> list[numpy.ndarray] | None"),
+          "Returns trajectories [steps + 1, dof] per arm along a combination of paths with total length below `limit` "
+          "[rad], proved clear of each other, or None. Never returns a combination twice.");
 }
 
 }  // namespace mmp

@@ -12,28 +12,41 @@ void require_all_joints(const Cell& cell, const Vector& q) {
   size_t dof = 0;
   for (const auto& arm : cell.single.arms) dof += static_cast<size_t>(arm.dof);
   require(q.shape(0) == dof, "wrong number of joints");
-  require(all_within(q.data(), q.size(), kMostJoint), "a configuration must be finite, and within 1e4 rad");
+  require(all_within(q.data(), q.size(), kMaxJoint), "a configuration must be finite, and within 1e4 rad");
 }
 
 }  // namespace
 
 void bind_joint_space(nb::module_& m) {
-  nb::class_<Search>(m, "CompositeSearch", "RRT-Connect in the space of all joints of all arms; can be asked to go on.")
+  const CompositeSettings defaults;
+  nb::class_<CompositeSettings>(m, "CompositeSettings", "Settings of `CompositeSearch`.")
+      .def(
+          "__init__",
+          [](CompositeSettings* self, double range, double step) {
+            require(range >= 1e-3 && step >= 1e-4, "range and step must be 1e-3 and 1e-4 rad at least");
+            new (self) CompositeSettings{checked_number(range), checked_number(step)};
+          },
+          nb::kw_only(), nb::arg("range") = defaults.range, nb::arg("step") = defaults.step)
+      .def_ro("range", &CompositeSettings::range, "Longest edge, L2 over all joints [rad].")
+      .def_ro("step", &CompositeSettings::step, "Distance between samples of an edge, largest joint [rad].");
+
+  nb::class_<Search>(m, "CompositeSearch", "RRT-Connect over all joints of all arms. The search can be continued.")
       .def(
           "__init__",
           [](Search* self, const Cell& cell, Vector start, Vector goal, const Levels<double>& samples,
-             const Levels<double>& edges, double range, double step, uint64_t seed) {
+             const Levels<double>& edges, uint64_t seed, const CompositeSettings& settings) {
             require_all_joints(cell, start);
             require_all_joints(cell, goal);
-            require(range >= 1e-3 && step >= 1e-4, "range and step must be 1e-3 and 1e-4 rad at least");
-            checked_number(range);
-            checked_number(step);
             new (self) Search(cell.world<Floats>(), as<float>(start), as<float>(goal), as_float(samples),
-                              as_float(edges), {range, step}, seed);
+                              as_float(edges), settings, seed);
           },
-          nb::arg("cell"), nb::arg("start"), nb::arg("goal"), nb::arg("samples"), nb::arg("edges"), nb::arg("range"),
-          nb::arg("step"), nb::arg("seed"), nb::keep_alive<1, 2>(),
-          "`samples`: margins of the states looked at along an edge; `edges`: of a path that was found.")
+          nb::arg("cell"), nb::kw_only(), nb::arg("start"), nb::arg("goal"), nb::arg("samples"), nb::arg("edges"),
+          nb::arg("seed"), nb::arg("settings") = defaults, nb::keep_alive<1, 2>(),
+          nb::sig(
+              "def __init__(self, cell: Cell, *, start: numpy.ndarray, goal: numpy.ndarray, samples: Levels, edges: "
+              "Levels, seed: int, settings: CompositeSettings = ...) -> None"),
+          "`start`, `goal` [all joints]. `samples`: levels at the samples of an edge; `edges`: levels that are proved "
+          "along a path.")
       .def(
           "grow",
           [](Search& self, int iterations, const Clock& clock) -> nb::object {
@@ -51,9 +64,9 @@ void bind_joint_space(nb::module_& m) {
           },
           nb::arg("iterations"), nb::arg("clock"),
           nb::sig("def grow(self, iterations: int, clock: Clock) -> numpy.ndarray | None"),
-          "A way [n, all joints], proved at every instant, or None if that many more iterations found none.")
-      .def_prop_ro("iterations", &Search::iterations, "Iterations so far.")
-      .def_prop_ro("nodes", &Search::nodes, "Nodes of both trees.");
+          "Returns a path [n, all joints], proved at every instant, or None if `iterations` more do not find one.")
+      .def_prop_ro("iterations", &Search::iterations, "Number of iterations so far.")
+      .def_prop_ro("nodes", &Search::nodes, "Number of nodes of both trees.");
 }
 
 }  // namespace mmp

@@ -37,7 +37,8 @@ NB_MODULE(MMP_MODULE, m) {
   m.attr("FOREVER") = kForever;
   m.def("cpu_level", &cpu_level, "The x86-64 level (1, 3 or 4) that this processor supports; 1 elsewhere.");
 
-  nb::class_<Clock>(m, "Clock", "A deadline in seconds from now, and a flag; long calls look at both and at signals.")
+  nb::class_<Clock>(m, "Clock",
+                    "Deadline in seconds from now, and a cancel flag. Long calls observe both, and Python signals.")
       .def(
           "__init__",
           [](Clock* self, double seconds) {
@@ -46,14 +47,17 @@ NB_MODULE(MMP_MODULE, m) {
             self->poll_ = poll_signals;
           },
           nb::arg("seconds"))
-      .def("cancel", &Clock::cancel, "Ends every call that holds this clock, from any thread.")
-      .def_prop_ro("expired", [](const Clock& c) { return c.cancelled() || c.remaining() <= 0; })
-      .def_prop_ro("remaining", &Clock::remaining, "[s]");
+      .def("cancel", &Clock::cancel, "Ends every call that uses this clock, from any thread.")
+      .def_prop_ro(
+          "expired", [](const Clock& c) { return c.cancelled() || c.remaining() <= 0; },
+          "Whether the deadline has passed or the clock was cancelled.")
+      .def_prop_ro("remaining", &Clock::remaining, "Time left [s].");
 
   nb::class_<Levels<double>>(
       m, "Levels",
-      "Distances [m]: closer than `margin` is a contact where looked at; `proof` is proved of every instant. Both hold "
-      "between two arms; `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm.")
+      "Distances between surfaces [m]. Closer than `margin` at a sample is a contact; `proof` is proved at every "
+      "instant. "
+      "Both hold between two arms. `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm.")
       .def(
           "__init__",
           [](Levels<double>* self, double margin, double proof, double obstacles, double own) {

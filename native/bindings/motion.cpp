@@ -3,12 +3,12 @@
 namespace mmp {
 
 void bind_motion(nb::module_& m) {
-  nb::class_<SearchMotion>(m, "Motion", "One arm's trajectory on the grid of steps, its spheres worked out.")
+  nb::class_<SearchMotion>(m, "Motion", "One arm's trajectory on the grid of steps, with its sphere centres.")
       .def(
           "__init__",
           [](SearchMotion* self, const Cell& cell, int arm, Matrix q) {
             require_rows(cell, arm, q);
-            require(q.shape(0) > 0, "a motion has one step at least");
+            require(q.shape(0) > 0, "a motion needs one step at least");
             nb::gil_scoped_release release;
             new (self) SearchMotion(cell.single, arm, {q.data(), q.data() + q.size()});
           },
@@ -26,7 +26,8 @@ void bind_motion(nb::module_& m) {
         const std::vector<int> numbers(pairs.data(), pairs.data() + pairs.size());
         for (const int k : numbers) require(k >= 0 && k < count, "no such motion");
         for (int k = 0; k < n; ++k)
-          require(of[numbers[2 * k]]->arm_index != of[numbers[2 * k + 1]]->arm_index, "a pair is motions of two arms");
+          require(of[numbers[2 * k]]->arm_index != of[numbers[2 * k + 1]]->arm_index,
+                  "a pair needs motions of two arms");
         std::vector<std::vector<double>> found(n);
         {
           nb::gil_scoped_release release;
@@ -40,28 +41,26 @@ void bind_motion(nb::module_& m) {
         }
         return out;
       },
-      nb::arg("cell"), nb::arg("motions"), nb::arg("pairs"), nb::arg("levels"), nb::arg("bases") = false,
+      nb::arg("cell"), nb::arg("motions"), nb::arg("pairs"), nb::arg("levels"), nb::kw_only(), nb::arg("bases") = false,
       nb::sig(
           "def conflict_instants(cell: Cell, motions: collections.abc.Sequence[Motion], pairs: numpy.ndarray, levels: "
-          "Levels, bases: bool = False) -> list[numpy.ndarray]"),
-      "For each pair of motions the instants of conflict, in steps, ascending: whole where surfaces are closer than "
-      "`margin` at a step, broken for a contact found between two. Elsewhere `proof` is proved to be kept at "
-      "every instant. A motion stays at its last step for ever. With `bases`, moving links against the other's base "
-      "too.");
+          "Levels, *, bases: bool = False) -> list[numpy.ndarray]"),
+      "Returns the instants of conflict of each pair of motions, in steps, ascending. An integer: surfaces are closer "
+      "than `margin` at that step. A fraction: a contact between two steps. Elsewhere `proof` is proved at every "
+      "instant. A motion stays at its last step forever. `bases` also tests moving links against the other's base.");
 
   nb::class_<SearchConstraint>(
       m, "Constraint",
-      "What one arm must not do in the open window (start, end) of steps; where they are equal, at "
-      "that one instant.")
+      "Region that one arm must avoid in the open window (start, end) of steps; at one instant if both are equal.")
       .def_static(
           "ball",
           [](Vector center, double radius, double start, double end) {
-            require(center.shape(0) > 0 && center.shape(0) <= kMaxDof, "a configuration");
-            require(all_within(center.data(), center.size(), kMostJoint), "a configuration must be finite");
+            require(center.shape(0) > 0 && center.shape(0) <= kMaxDof, "a configuration is needed");
+            require(all_within(center.data(), center.size(), kMaxJoint), "a configuration must be finite");
             return SearchConstraint::ball(as<float>(center), float(checked_size(radius)), window_of(start, end));
           },
           nb::arg("center"), nb::arg("radius"), nb::arg("start"), nb::arg("end"),
-          "Being within `radius` [rad] of a configuration in every joint.")
+          "Forbids every joint to be within `radius` [rad] of a configuration.")
       .def_static(
           "standing",
           [](const Cell& cell, int arm, Vector q, double shrink, double start, double end) {
@@ -69,13 +68,14 @@ void bind_motion(nb::module_& m) {
             return SearchConstraint::standing(cell.single.arms[arm], as<float>(q).data(), float(checked_number(shrink)),
                                               window_of(start, end));
           },
-          nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("shrink"), nb::arg("start"), nb::arg("end"),
-          nb::keep_alive<0, 1>(), "Touching another arm as it stands at q, its spheres smaller by `shrink` [m].")
+          nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::kw_only(), nb::arg("shrink") = 0.0, nb::arg("start"),
+          nb::arg("end"), nb::keep_alive<0, 1>(),
+          "Forbids contact with another arm that stands at q, its spheres smaller by `shrink` [m].")
       .def_static(
           "moving",
           [](nb::handle_t<SearchMotion> motion, double start, double end) {
             if (!nb::inst_ready(motion)) throw nb::type_error("a Motion is needed");
-            require(start == std::floor(start) && end == std::floor(end), "whole steps");
+            require(start == std::floor(start) && end == std::floor(end), "start and end must be whole steps");
             const Window window = window_of(start, end);
             nb::list out;
             for (auto& part :
@@ -88,17 +88,17 @@ void bind_motion(nb::module_& m) {
           },
           nb::arg("motion"), nb::arg("start"), nb::arg("end"),
           nb::sig("def moving(motion: Motion, start: float, end: float) -> list[Constraint]"),
-          "Touching another arm as it moves, from step `start` to `end`: a list of constraints, one a step.")
+          "Forbids contact with another arm that moves, from step `start` to `end`: one constraint per step.")
       .def_static(
           "sphere",
           [](Vector center, double radius, int first_link, double start, double end) {
-            require(center.shape(0) == 3 && first_link > 0, "a point, and a link that moves");
+            require(center.shape(0) == 3 && first_link > 0, "center needs 3 numbers, and first_link must move");
             for (int k = 0; k < 3; ++k) checked_number(center.data()[k]);
             return SearchConstraint::ball_in_space(as<float>(center).data(), float(checked_size(radius)), first_link,
                                                    window_of(start, end));
           },
           nb::arg("center"), nb::arg("radius"), nb::arg("first_link"), nb::arg("start"), nb::arg("end"),
-          "Links from `first_link` on touching a sphere in the world.")
+          "Forbids contact of links from `first_link` on with a sphere in the world.")
       .def_prop_ro("start", [](const SearchConstraint& c) { return c.window.from; })
       .def_prop_ro("end", [](const SearchConstraint& c) { return c.window.until; });
 }

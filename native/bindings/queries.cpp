@@ -5,6 +5,21 @@
 namespace mmp {
 
 void bind_queries(nb::module_& m) {
+  nb::class_<NearestBodies>(m, "NearestBodies", "Two bodies and their distance.")
+      .def_ro("clearance", &NearestBodies::clearance, "Distance of the surfaces [m].")
+      .def_ro("arm", &NearestBodies::arm, "Arm of the first body; -1 if there are no such bodies.")
+      .def_ro("link", &NearestBodies::link, "Link of the first body.")
+      .def_ro("other", &NearestBodies::other, "Arm of the second body, or obstacle.")
+      .def_ro("other_link", &NearestBodies::other_link, "Link of the second body; -1 for an obstacle.");
+
+  nb::class_<Proof>(m, "Proof", "Result of `certify`.")
+      .def_ro("valid", &Proof::valid, "Whether `clearance` is proved.")
+      .def_ro("clearance", &Proof::clearance, "Proved clearance between arms [m]; if not valid, one that is violated.")
+      .def_ro("arm_a", &Proof::arm_a, "Arm with the least clearance, or with a violation.")
+      .def_ro("arm_b", &Proof::arm_b, "Other arm; -1: `arm_a` alone.")
+      .def_ro("segment", &Proof::segment, "Segment of the least clearance, or of the violation.")
+      .def_ro("fraction", &Proof::fraction, "Fraction of that segment.");
+
   m.def(
       "spheres",
       [](const Cell& cell, int arm, Matrix q) {
@@ -29,7 +44,8 @@ void bind_queries(nb::module_& m) {
         }
         return to_numpy<Out3>(std::move(out), n, s, 3);
       },
-      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), "Sphere centres [n, s, 3] [m] in the order of `sphere_table`.");
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q"),
+      "Returns sphere centres [n, s, 3] [m] in the order of `sphere_table`.");
 
   m.def(
       "sphere_table",
@@ -43,7 +59,7 @@ void bind_queries(nb::module_& m) {
           }
         return to_numpy<Out2>(out, out.size() / 2, 2);
       },
-      nb::arg("cell"), nb::arg("arm"), "Link index and radius [m] of every sphere, [s, 2].");
+      nb::arg("cell"), nb::arg("arm"), "Returns link index and radius [m] of every sphere, [s, 2].");
 
   m.def(
       "tool_points",
@@ -69,7 +85,7 @@ void bind_queries(nb::module_& m) {
         }
         return to_numpy<Out2>(std::move(out), n, 3);
       },
-      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), "Tool points [n, 3] [m] in the world.");
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), "Returns tool points [n, 3] [m] in the world.");
 
   m.def(
       "static_clearance",
@@ -84,15 +100,15 @@ void bind_queries(nb::module_& m) {
         }
         return to_numpy<Out1>(std::move(out), n);
       },
-      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("precise") = false,
-      "Clearance [n] [m] of one arm from obstacles, the other arms' bases and itself.");
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::kw_only(), nb::arg("precise") = false,
+      "Returns the clearance [n] [m] of one arm from obstacles, the other arms' bases and itself.");
 
   m.def(
       "pair_clearance",
       [](const Cell& cell, int a, Matrix qa, int b, Matrix qb, bool precise) {
         require_rows(cell, a, qa);
         require_rows(cell, b, qb);
-        require(qa.shape(0) == qb.shape(0) && a != b, "two arms, as many rows for each");
+        require(qa.shape(0) == qb.shape(0) && a != b, "two arms with the same number of rows are needed");
         const size_t n = qa.shape(0);
         std::vector<double> out(n);
         {
@@ -102,18 +118,18 @@ void bind_queries(nb::module_& m) {
         }
         return to_numpy<Out1>(std::move(out), n);
       },
-      nb::arg("cell"), nb::arg("a"), nb::arg("qa"), nb::arg("b"), nb::arg("qb"), nb::arg("precise") = false,
-      "Clearance [n] [m] between two arms, bases included.");
+      nb::arg("cell"), nb::arg("a"), nb::arg("qa"), nb::arg("b"), nb::arg("qb"), nb::kw_only(),
+      nb::arg("precise") = false, "Returns the clearance [n] [m] between two arms, bases included.");
 
   m.def(
       "cell_clearance",
       [](const Cell& cell, const std::vector<Matrix>& q, bool obstacles) {
-        require(!q.empty() && q.size() == cell.single.arms.size(), "one array of configurations for each arm");
+        require(!q.empty() && q.size() == cell.single.arms.size(), "one array per arm is needed");
         std::vector<const double*> rows;
         const size_t n = q[0].shape(0);
         for (size_t a = 0; a < q.size(); ++a) {
           require_rows(cell, static_cast<int>(a), q[a]);
-          require(q[a].shape(0) == n, "as many rows for each arm");
+          require(q[a].shape(0) == n, "every arm needs the same number of rows");
           rows.push_back(q[a].data());
         }
         std::vector<double> out(n);
@@ -124,35 +140,33 @@ void bind_queries(nb::module_& m) {
         }
         return to_numpy<Out1>(std::move(out), n);
       },
-      nb::arg("cell"), nb::arg("q"), nb::arg("obstacles") = true,
-      "Least clearance [n] [m] of whole states over all pairs of arms and, with `obstacles`, arms and obstacles.");
+      nb::arg("cell"), nb::arg("q"), nb::kw_only(), nb::arg("obstacles") = true,
+      "Returns the least clearance [n] [m] of whole states over all pairs of arms, and with `obstacles` over arms and "
+      "obstacles.");
 
   m.def(
       "nearest_bodies",
       [](const Cell& cell, const std::vector<Vector>& q) {
-        require(!q.empty() && q.size() == cell.precise.arms.size(), "one configuration for each arm");
+        require(!q.empty() && q.size() == cell.precise.arms.size(), "one configuration per arm is needed");
         std::vector<const double*> rows;
         for (size_t a = 0; a < q.size(); ++a) {
           require_joints(cell, static_cast<int>(a), q[a]);
           rows.push_back(q[a].data());
         }
-        nb::list out;
-        for (const auto& n : nearest_bodies(cell, rows))
-          out.append(nb::make_tuple(n.clearance, n.arm, n.link, n.other, n.other_link));
-        return out;
+        const auto found = nearest_bodies(cell, rows);
+        return std::vector<NearestBodies>(found.begin(), found.end());
       },
       nb::arg("cell"), nb::arg("q"),
-      nb::sig("def nearest_bodies(cell: Cell, q: collections.abc.Sequence[numpy.ndarray]) -> list[tuple[float, int, "
-              "int, int, int]]"),
-      "Of one state q [dof] per arm, in double precision, the nearest two arms, the nearest arm and obstacle, and the "
-      "nearest parts of one arm: (clearance [m], arm, link, other arm or obstacle, other link or -1) each.");
+      nb::sig("def nearest_bodies(cell: Cell, q: collections.abc.Sequence[numpy.ndarray]) -> list[NearestBodies]"),
+      "Returns, for one state q [dof] per arm, the nearest two arms, the nearest arm and obstacle, and the nearest "
+      "parts of one arm, in double precision.");
 
   m.def(
       "edges_free",
       [](const Cell& cell, int arm, Matrix from, Matrix to, const Levels<double>& levels) {
         require_rows(cell, arm, from);
         require_rows(cell, arm, to);
-        require(from.shape(0) == to.shape(0), "as many ends as beginnings");
+        require(from.shape(0) == to.shape(0), "q_from and q_to need the same number of rows");
         const int n = static_cast<int>(from.shape(0)), dof = cell.single.arms[arm].dof;
         std::vector<SegmentResult<float>> results(n);
         {
@@ -167,8 +181,8 @@ void bind_queries(nb::module_& m) {
         return to_numpy<Flags>(out, n);
       },
       nb::arg("cell"), nb::arg("arm"), nb::arg("q_from"), nb::arg("q_to"), nb::arg("levels"),
-      "Whether straight segments keep `proof` at every instant and `margin` where looked at: obstacles, other "
-      "bases, self. Limits are the caller's.");
+      "Returns whether straight segments keep `proof` at every instant and `margin` at the samples, against obstacles, "
+      "other bases and the arm itself. Joint limits are the caller's task.");
 
   m.def(
       "certify",
@@ -176,11 +190,11 @@ void bind_queries(nb::module_& m) {
          const Clock& clock) {
         checked_size(required.proof);
         checked_share(share);
-        require(!q.empty() && q.size() == cell.precise.arms.size(), "one array of configurations for each arm");
+        require(!q.empty() && q.size() == cell.precise.arms.size(), "one array per arm is needed");
         std::vector<const double*> rows;
         for (size_t a = 0; a < q.size(); ++a) {
           require_rows(cell, static_cast<int>(a), q[a]);
-          require(q[a].shape(0) == q[0].shape(0) && q[0].shape(0) > 0, "as many rows for each arm");
+          require(q[a].shape(0) == q[0].shape(0) && q[0].shape(0) > 0, "every arm needs the same number of rows");
           rows.push_back(q[a].data());
         }
         Proof proof;
@@ -189,15 +203,15 @@ void bind_queries(nb::module_& m) {
           proof = Certifier<Doubles>(cell.world<Doubles>(), rows, static_cast<int>(q[0].shape(0)), required)
                       .run(share, clock);
         }
-        return nb::make_tuple(proof.valid, proof.clearance, proof.arm_a, proof.arm_b, proof.step, proof.fraction);
+        return proof;
       },
       nb::arg("cell"), nb::arg("q"), nb::arg("required"), nb::arg("share"), nb::arg("clock"),
       nb::sig(
           "def certify(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], required: Levels, share: float, clock: "
-          "Clock) -> tuple[bool, float, int, int, int, float]"),
-      "Proves `required.proof` at least along q [n, dof] per arm, linear in between, and of what the sampled clearance "
-      "has beyond it all but a `share`: (valid, clearance between arms, arm, other "
-      "arm or -1, segment, fraction of it).");
+          "Clock) -> Proof"),
+      "Proves a clearance along q [n, dof] per arm, linear in between: at least `required.proof`, and all but a "
+      "`share` "
+      "of what the sampled clearance has beyond it.");
 }
 
 }  // namespace mmp

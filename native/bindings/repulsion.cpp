@@ -3,65 +3,110 @@
 
 namespace mmp {
 
+namespace {
+
+// Result of ModifyMotion, as Python sees it.
+struct ModifiedMotion {
+  nb::object positions;
+  bool moved;
+  int iterations;
+  bool input_breaks_constraint;
+  nb::list trace;
+};
+
+void bind_settings(nb::module_& m) {
+  using Settings = RepulsionSettings;
+  const Settings defaults;
+  nb::class_<Settings>(m, "RepulsionSettings", "Settings of the repulsive force field, and of the descent along it.")
+      .def(
+          "__init__",
+          [](Settings* self, double k_rep, double d0, bool centre_distance, double alpha, int max_iterations,
+             bool normalised, double normalised_step, double max_step, double comfort) {
+            new (self) Settings{checked_size(k_rep),           checked_positive(d0),          centre_distance,
+                                checked_number(alpha),         checked_count(max_iterations), normalised,
+                                checked_size(normalised_step), checked_size(max_step),        checked_number(comfort)};
+          },
+          nb::kw_only(), nb::arg("k_rep") = defaults.k_rep, nb::arg("d0") = defaults.d0,
+          nb::arg("centre_distance") = defaults.centre_distance, nb::arg("alpha") = defaults.alpha,
+          nb::arg("max_iterations") = defaults.max_iterations, nb::arg("normalised") = defaults.normalised,
+          nb::arg("normalised_step") = defaults.normalised_step, nb::arg("max_step") = defaults.max_step,
+          nb::arg("comfort") = defaults.comfort)
+      .def_ro("k_rep", &Settings::k_rep, "Gain of the force.")
+      .def_ro("d0", &Settings::d0, "Range of the force [m].")
+      .def_ro("centre_distance", &Settings::centre_distance,
+              "Paper-literal setting: distances between sphere centres instead of surfaces.")
+      .def_ro("alpha", &Settings::alpha, "Step of the descent.")
+      .def_ro("max_iterations", &Settings::max_iterations, "Largest number of iterations.")
+      .def_ro("normalised", &Settings::normalised, "Fixed largest step; forces are smoothed over time.")
+      .def_ro("normalised_step", &Settings::normalised_step, "Largest step of a normalised iteration [rad].")
+      .def_ro("max_step", &Settings::max_step, "Largest step of a joint in one iteration [rad].")
+      .def_ro("comfort", &Settings::comfort, "Clearance that ends the descent [m]; negative: never.");
+}
+
+}  // namespace
+
 void bind_repulsion(nb::module_& m) {
+  bind_settings(m);
+
+  nb::class_<ModifiedMotion>(m, "ModifiedMotion", "Result of `modify_motion`.")
+      .def_ro("positions", &ModifiedMotion::positions, nb::sig("def positions(self) -> numpy.ndarray"),
+              "Last iterate [steps + 1, dof] that breaks no constraint.")
+      .def_ro("moved", &ModifiedMotion::moved, "Whether `positions` differ from the input.")
+      .def_ro("iterations", &ModifiedMotion::iterations, "Number of accepted iterations.")
+      .def_ro("input_breaks_constraint", &ModifiedMotion::input_breaks_constraint,
+              "Whether the input breaks a constraint.")
+      .def_ro("trace", &ModifiedMotion::trace, nb::sig("def trace(self) -> list[numpy.ndarray]"),
+              "All accepted iterates if `trace` was set, else empty.");
+
   m.def(
       "repulsive_force",
-      [](const Cell& cell, const SearchMotion& motion, nb::handle others, double k_rep, double d0,
-         bool centre_distance) {
+      [](const Cell& cell, const SearchMotion& motion, nb::handle others, const RepulsionSettings& settings) {
         require_motion(cell, motion);
         const auto held = held_motions(others, cell.single, motion.arm_index);
-        const RepulsionOptions options{checked_size(k_rep), checked_positive(d0), centre_distance};
         std::vector<float> out;
         {
           nb::gil_scoped_release release;
-          Repulsion<Floats>(options).force(motion, held.read_only(), out);
+          Repulsion<Floats>(settings).force(motion, held.read_only(), out);
         }
         const size_t dof = motion.arm->dof;
         return to_numpy<Out2>(rows_of(out), out.size() / dof, dof);
       },
-      nb::arg("cell"), nb::arg("motion"), nb::arg("others"), nb::arg("k_rep"), nb::arg("d0"),
-      nb::arg("centre_distance"),
-      nb::sig("def repulsive_force(cell: Cell, motion: Motion, others: collections.abc.Sequence[Motion], k_rep: float, "
-              "d0: float, centre_distance: bool) -> numpy.ndarray"),
-      "Joint forces J^T F [steps + 1, dof] on the inner steps of a motion.");
+      nb::arg("cell"), nb::arg("motion"), nb::arg("others"), nb::arg("settings"),
+      nb::sig("def repulsive_force(cell: Cell, motion: Motion, others: collections.abc.Sequence[Motion], settings: "
+              "RepulsionSettings) -> numpy.ndarray"),
+      "Returns the joint forces J^T F [steps + 1, dof] of the field on a motion, zero at both ends.");
 
   m.def(
       "modify_motion",
       [](const Cell& cell, const SearchMotion& motion, nb::handle others, nb::handle constraints, Vector max_step_rad,
-         const Levels<double>& levels, double constraint_margin, const Clock& clock, double alpha, double k_rep,
-         double d0, int max_iterations, bool centre_distance, bool normalised, double normalised_step, double max_step,
-         double comfort, bool trace) {
+         const Levels<double>& levels, double constraint_margin, const RepulsionSettings& settings, const Clock& clock,
+         bool trace) {
         require_motion(cell, motion);
         require_steps(cell, motion.arm_index, max_step_rad);
         const auto obstacles = held_motions(others, cell.single, motion.arm_index);
         const auto rules = held_constraints(constraints, motion.arm->dof);
-        const RepulsionOptions force{checked_size(k_rep), checked_positive(d0), centre_distance};
-        const DescentOptions options{
-            checked_number(alpha),         checked_count(max_iterations), normalised,
-            checked_size(normalised_step), checked_size(max_step),        checked_number(comfort)};
         ModifyMotion<Floats>::Result result;
         {
           nb::gil_scoped_release release;
-          ModifyMotion<Floats> descent(*cell.world_planning, force, options);
+          ModifyMotion<Floats> descent(*cell.world_planning, settings);
           result = descent.run(motion, obstacles.read_only(), rules.items(), as<float>(max_step_rad).data(),
                                as_float(levels), float(checked_number(constraint_margin)), trace, clock);
         }
         const size_t dof = motion.arm->dof, rows = result.positions.size() / dof;
-        nb::list steps;
-        for (auto& t : result.trace) steps.append(to_numpy<Out2>(rows_of(t), rows, dof));
-        return nb::make_tuple(to_numpy<Out2>(rows_of(result.positions), rows, dof), result.moved, result.iterations,
-                              result.input_breaks_constraint, steps);
+        nb::list iterates;
+        for (auto& t : result.trace) iterates.append(to_numpy<Out2>(rows_of(t), rows, dof));
+        return ModifiedMotion{nb::cast(to_numpy<Out2>(rows_of(result.positions), rows, dof)), result.moved,
+                              result.iterations, result.input_breaks_constraint, iterates};
       },
-      nb::arg("cell"), nb::arg("motion"), nb::arg("others"), nb::arg("constraints"), nb::arg("max_step_rad"),
-      nb::arg("levels"), nb::arg("constraint_margin"), nb::arg("clock"), nb::arg("alpha"), nb::arg("k_rep"),
-      nb::arg("d0"), nb::arg("max_iterations"), nb::arg("centre_distance"), nb::arg("normalised"),
-      nb::arg("normalised_step"), nb::arg("max_step"), nb::arg("comfort"), nb::arg("trace") = false,
-      nb::sig("def modify_motion(cell: Cell, motion: Motion, others: collections.abc.Sequence[Motion], constraints: "
+      nb::arg("cell"), nb::arg("motion"), nb::kw_only(), nb::arg("others"), nb::arg("constraints"),
+      nb::arg("max_step_rad"), nb::arg("levels"), nb::arg("constraint_margin"), nb::arg("settings"), nb::arg("clock"),
+      nb::arg("trace") = false,
+      nb::sig("def modify_motion(cell: Cell, motion: Motion, *, others: collections.abc.Sequence[Motion], constraints: "
               "collections.abc.Sequence[Constraint], max_step_rad: numpy.ndarray, levels: Levels, "
-              "constraint_margin: float, clock: Clock, alpha: float, k_rep: float, d0: float, max_iterations: int, "
-              "centre_distance: bool, normalised: bool, normalised_step: float, max_step: float, comfort: float, "
-              "trace: bool = False) -> tuple[numpy.ndarray, bool, int, bool, list[numpy.ndarray]]"),
-      "ModifyMotion: (positions, moved, iterations, whether the input broke a constraint, iterates if traced).");
+              "constraint_margin: float, settings: RepulsionSettings, clock: Clock, trace: bool = False) -> "
+              "ModifiedMotion"),
+      "Moves a motion away from the others along the repulsive force (ModifyMotion of APF-ECBS). `levels` hold against "
+      "static bodies. A constraint is broken when surfaces come closer than `constraint_margin` [m] in its window.");
 
   m.def(
       "breaks_constraint",
@@ -74,7 +119,7 @@ void bind_repulsion(nb::module_& m) {
       nb::arg("cell"), nb::arg("motion"), nb::arg("constraints"), nb::arg("margin"),
       nb::sig("def breaks_constraint(cell: Cell, motion: Motion, constraints: collections.abc.Sequence[Constraint], "
               "margin: float) -> bool"),
-      "Whether a motion comes closer than `margin` [m] to what its constraints forbid, within their windows.");
+      "Returns whether a motion comes closer than `margin` [m] to a forbidden region within its window.");
 }
 
 }  // namespace mmp

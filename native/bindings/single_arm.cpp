@@ -2,7 +2,35 @@
 
 namespace mmp {
 
+namespace {
+
+void bind_settings(nb::module_& m) {
+  using Settings = SingleArmSettings;
+  const Settings defaults;
+  nb::class_<Settings>(m, "SingleArmSettings", "Settings of one call of `SingleArm.plan`.")
+      .def(
+          "__init__",
+          [](Settings* self, int max_iterations, int improve_iterations, int shortcuts, double goal_bias,
+             int neighbours) {
+            new (self) Settings{checked_count(max_iterations), checked_count(improve_iterations),
+                                checked_count(shortcuts), checked_share(goal_bias), checked_count(neighbours)};
+          },
+          nb::kw_only(), nb::arg("max_iterations") = defaults.max_iterations,
+          nb::arg("improve_iterations") = defaults.improve_iterations, nb::arg("shortcuts") = defaults.shortcuts,
+          nb::arg("goal_bias") = defaults.goal_bias, nb::arg("neighbours") = defaults.neighbours)
+      .def_ro("max_iterations", &Settings::max_iterations, "Largest number of iterations.")
+      .def_ro("improve_iterations", &Settings::improve_iterations, "Iterations after the first path.")
+      .def_ro("shortcuts", &Settings::shortcuts, "Attempts to shorten the path.")
+      .def_ro("goal_bias", &Settings::goal_bias, "Share of samples at the goal.")
+      .def_ro("neighbours", &Settings::neighbours, "Largest number of neighbours that a sample is connected to.");
+}
+
+}  // namespace
+
 void bind_single_arm(nb::module_& m) {
+  m.attr("STEERING_RAD") = kSteering;
+  bind_settings(m);
+
   m.def(
       "safe_intervals",
       [](const Cell& cell, int arm, Vector q, nb::handle constraints, const Levels<double>& given, nb::handle others) {
@@ -24,17 +52,16 @@ void bind_single_arm(nb::module_& m) {
         for (const auto& [lo, hi] : out) flat.insert(flat.end(), {lo, hi});
         return to_numpy<Windows>(flat, out.size(), 2);
       },
-      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("constraints"), nb::arg("levels"),
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("constraints"), nb::arg("levels"), nb::kw_only(),
       nb::arg("others") = nb::make_tuple(),
       nb::sig("def safe_intervals(cell: Cell, arm: int, q: numpy.ndarray, constraints: "
-              "collections.abc.Sequence[Constraint], levels: Levels, others: "
+              "collections.abc.Sequence[Constraint], levels: Levels, *, others: "
               "collections.abc.Sequence[Motion] = ()) -> numpy.ndarray"),
-      "Whole steps [lo, hi] between which the arm may stand at q, [m, 2]; the last may end at FOREVER. `others`: "
-      "motions "
-      "of other arms that `levels` are kept from.");
+      "Returns the safe intervals [m, 2] of a configuration, in whole steps [first, last]; the last one may end at "
+      "FOREVER. `others`: motions of other arms, which stay `levels` away.");
 
   nb::class_<SearchArm>(m, "SingleArm",
-                        "Plans one arm in space and time (SI-RRT*); keeps what does not depend on constraints.")
+                        "Planner of one arm in space and time (SI-RRT*). It keeps what does not depend on constraints.")
       .def(
           "__init__",
           [](SearchArm* self, const Cell& cell, int arm, Vector start, Vector goal, Vector max_step,
@@ -43,59 +70,56 @@ void bind_single_arm(nb::module_& m) {
             require_joints(cell, arm, goal);
             require_steps(cell, arm, max_step);
             require_few_steps(start.data(), goal.data(), max_step);
-            require(eta > 1e-3 && eta < 1e3, "eta must be a sensible angle");
+            require(eta > 1e-3 && eta < 1e3, "eta must be between 1e-3 and 1e3 rad");
             new (self) SearchArm(*cell.world_planning, arm, as<float>(start), as<float>(goal), as<float>(max_step),
                                  as_float(levels), float(eta), seed);
           },
-          nb::arg("cell"), nb::arg("arm"), nb::arg("start"), nb::arg("goal"), nb::arg("max_step"), nb::arg("levels"),
-          nb::arg("seed"), nb::arg("eta") = 0.8, nb::keep_alive<1, 2>())
+          nb::arg("cell"), nb::arg("arm"), nb::kw_only(), nb::arg("start"), nb::arg("goal"), nb::arg("max_step"),
+          nb::arg("levels"), nb::arg("seed"), nb::arg("eta") = kSteering, nb::keep_alive<1, 2>(),
+          "`max_step` [dof]: largest move of each joint in one step [rad]; `eta`: steering distance [rad].")
       .def(
           "plan",
-          [](SearchArm& self, nb::handle constraints, uint64_t seed, const Clock& clock, int max_iterations,
-             int improve_iterations, int shortcuts, double goal_bias, int neighbours, nb::handle others,
+          [](SearchArm& self, nb::handle constraints, uint64_t seed, const Clock& clock,
+             const SingleArmSettings& settings, nb::handle others,
              std::optional<Matrix> experience) -> std::pair<nb::object, int> {
             const auto rules = held_constraints(constraints, self.dof());
             const auto obstacles = held_motions(others, self.cell(), self.arm());
-            const LowLevelOptions options{checked_count(max_iterations), checked_count(improve_iterations),
-                                          checked_count(shortcuts), checked_share(goal_bias),
-                                          checked_count(neighbours)};
             std::vector<float> rows;
             if (experience) {
               require_configurations(*experience, self.dof());
               rows.assign(experience->data(), experience->data() + experience->size());
             }
-            LowLevelPath<float> path;
+            SingleArmPath<float> path;
             {
               nb::gil_scoped_release release;
-              path = self.plan(rules.items(), obstacles.read_only(), rows, options, seed, clock);
+              path = self.plan(rules.items(), obstacles.read_only(), rows, settings, seed, clock);
             }
             if (!path.found) return {nb::none(), path.iterations};
             const size_t dof = self.dof();
             return {nb::cast(to_numpy<Out2>(rows_of(path.positions), path.positions.size() / dof, dof)),
                     path.iterations};
           },
-          nb::arg("constraints"), nb::arg("seed"), nb::arg("clock"), nb::arg("max_iterations") = 2000,
-          nb::arg("improve_iterations") = 0, nb::arg("shortcuts") = 40, nb::arg("goal_bias") = 0.1,
-          nb::arg("neighbours") = 6, nb::arg("others") = nb::make_tuple(), nb::arg("experience") = nb::none(),
-          nb::sig("def plan(self, constraints: collections.abc.Sequence[Constraint], seed: int, clock: Clock, "
-                  "max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, goal_bias: float = "
-                  "0.1, neighbours: int = 6, others: collections.abc.Sequence[Motion] = (), experience: numpy.ndarray "
-                  "| None = None) -> tuple[numpy.ndarray | None, int]"),
-          "Configurations [steps + 1, dof] on the grid, or None, and the iterations that it took. `others`: motions of "
-          "other arms, parked at their last step for ever, that the path is proved to keep clear of. `experience` [k, "
-          "dof]: a path on the grid that the search begins with as far as it holds.");
+          nb::arg("constraints"), nb::arg("seed"), nb::arg("clock"), nb::kw_only(),
+          nb::arg("settings") = SingleArmSettings{}, nb::arg("others") = nb::make_tuple(),
+          nb::arg("experience") = nb::none(),
+          nb::sig("def plan(self, constraints: collections.abc.Sequence[Constraint], seed: int, clock: Clock, *, "
+                  "settings: SingleArmSettings = ..., others: collections.abc.Sequence[Motion] = (), "
+                  "experience: numpy.ndarray | None = None) -> tuple[numpy.ndarray | None, int]"),
+          "Returns a trajectory [steps + 1, dof] on the grid, or None, and the number of iterations. The trajectory is "
+          "proved clear of `others`, motions of other arms that stay at their last step. `experience` [k, dof]: "
+          "earlier trajectory that the search starts from.");
 
   m.def(
       "search_tree",
       [](SearchArm& arm, nb::handle others, uint64_t seed, const Clock& clock, int iterations) {
         const auto obstacles = held_motions(others, arm.cell(), arm.arm());
-        LowLevelOptions options;
-        options.max_iterations = options.improve_iterations = checked_count(iterations);
+        SingleArmSettings settings;
+        settings.max_iterations = settings.improve_iterations = checked_count(iterations);
         TreeSnapshot<float> snapshot;
-        LowLevelPath<float> path;
+        SingleArmPath<float> path;
         {
           nb::gil_scoped_release release;
-          path = arm.plan({}, obstacles.read_only(), {}, options, seed, clock, &snapshot);
+          path = arm.plan({}, obstacles.read_only(), {}, settings, seed, clock, &snapshot);
         }
         const size_t dof = arm.dof(), count = snapshot.links.size() / 2;
         nb::object found = nb::none();
@@ -103,11 +127,11 @@ void bind_single_arm(nb::module_& m) {
         return nb::make_tuple(to_numpy<Out2>(rows_of(snapshot.positions), count, dof),
                               to_numpy<Windows>(snapshot.links, count, 2), found);
       },
-      nb::arg("arm"), nb::arg("others"), nb::arg("seed"), nb::arg("clock"), nb::arg("iterations"),
-      nb::sig("def search_tree(arm: SingleArm, others: collections.abc.Sequence[Motion], seed: int, clock: Clock, "
+      nb::arg("arm"), nb::kw_only(), nb::arg("others"), nb::arg("seed"), nb::arg("clock"), nb::arg("iterations"),
+      nb::sig("def search_tree(arm: SingleArm, *, others: collections.abc.Sequence[Motion], seed: int, clock: Clock, "
               "iterations: int) -> tuple[numpy.ndarray, numpy.ndarray, numpy.ndarray | None]"),
-      "The tree that SI-RRT* has grown among `others` after so many iterations, whether it has found a path or not: "
-      "configurations [v, dof], the step of arrival and the vertex before each [v, 2] (-1: none), and the path.");
+      "Returns a snapshot of the tree that SI-RRT* grows among `others`: configurations [v, dof], the arrival step and "
+      "the parent vertex of each [v, 2] (-1: none), and the path, or None.");
 }
 
 }  // namespace mmp

@@ -1,4 +1,4 @@
-// Nearest bodies of one state, in double precision: two arms, an arm and an obstacle, two parts of one arm.
+// NearestBodies bodies of one state, in double precision: two arms, an arm and an obstacle, two parts of one arm.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace mmp {
 
-struct Nearest {
+struct NearestBodies {
   double clearance = kFar;
   int arm = -1, link = -1;
   int other = -1, other_link = -1;  // other arm, or obstacle, which has no links
@@ -16,7 +16,7 @@ struct Nearest {
 enum class BodyPairKind { arms, obstacles, self };
 
 // q[arm]: [dof]. Results are ordered as `BodyPairKind`.
-inline std::array<Nearest, 3> nearest_bodies(const Cell& cell, const std::vector<const double*>& q) {
+inline std::array<NearestBodies, 3> nearest_bodies(const Cell& cell, const std::vector<const double*>& q) {
   using V = Doubles;
   const auto& model = cell.precise;
   std::vector<Pose<V>> poses;
@@ -26,7 +26,7 @@ inline std::array<Nearest, 3> nearest_bodies(const Cell& cell, const std::vector
     for (int j = 0; j < model.arms[a].dof; ++j) joints[j] = splat<V>(q[a][j]);
     forward(joints, poses[a]);
   }
-  std::array<Nearest, 3> out;
+  std::array<NearestBodies, 3> out;
   V best[3]{splat<V>(kFar), splat<V>(kFar), splat<V>(kFar)};
   const auto note = [&](BodyPairKind kind, int arm, int link, int other, int other_link) {
     const auto k = static_cast<size_t>(kind);

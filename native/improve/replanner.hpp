@@ -57,7 +57,6 @@ class Replanner {
   static constexpr double kFailed = 0.2, kHopeless = 1;  // failures lower an arm's chance to be drawn
   static constexpr double kFar = 1.5;  // longer paths than this multiple of the straight line get a lower random limit
   static constexpr int kAlone = 60, kAmongOthers = 50, kMore = 10, kShortcuts = 30;
-  static constexpr T kEta = T(0.8);  // steering [rad], largest joint
 
   using Others = std::vector<const Motion<V>*>;
   using MotionOf = std::shared_ptr<const Motion<V>>;
@@ -145,7 +144,7 @@ class Replanner {
   // Returns the waypoints of a path shorter than the limit that ignores other arms; empty if none is found.
   std::vector<Config<T>> alone(int a, double limit) {
     auto edges = checker(a, {});
-    InformedRrt<V> search(edges, arms_[a].start, arms_[a].goal, kEta, *random_);
+    InformedRrt<V> search(edges, arms_[a].start, arms_[a].goal, T(kSteering), *random_);
     search.grow(limit, kAlone, 1, *clock_);
     std::vector<Config<T>> corners;
     for (const auto& waypoint : search.best().waypoints()) corners.push_back(waypoint.q);
@@ -171,7 +170,7 @@ class Replanner {
   MotionOf among(int a, double limit, const Others& others) {
     if (limit <= arms_[a].straight) return nullptr;
     auto edges = checker(a, others);
-    InformedRrt<V> search(edges, arms_[a].start, arms_[a].goal, kEta, *random_);
+    InformedRrt<V> search(edges, arms_[a].start, arms_[a].goal, T(kSteering), *random_);
     search.grow(limit, kAmongOthers, kMore, *clock_);
     if (!search.best().found()) return nullptr;
     search.best().shorten(kShortcuts, search.leave_start_by(), *random_, *clock_);

@@ -4,6 +4,7 @@
 // clear at every instant before it is kept, so a safe plan stays safe.
 #pragma once
 
+#include <limits>
 #include <numeric>
 
 #include "improve/motion_window.hpp"
@@ -11,6 +12,11 @@
 #include "proof/pair_check.hpp"
 
 namespace mmp {
+
+struct ShortcutSettings {
+  int attempts = 0;                                             // per round
+  double min_saving = std::numeric_limits<double>::infinity();  // relative saving of a round that earns another one
+};
 
 template <class V>
 class Shortcutter {
@@ -34,12 +40,12 @@ class Shortcutter {
 
   // Returns the number of replaced windows. Repeats the attempts while a round saves at least the share `min_saving` of
   // the length.
-  int run(int attempts, double worth, Random& random, const Clock& clock) {
+  int run(const ShortcutSettings& settings, Random& random, const Clock& clock) {
     clock_ = &clock;
     int kept = 0;
     for (;;) {
-      const double before = excess(), least = worth * (straight() + before);
-      kept += run(attempts, random);
+      const double before = excess(), least = settings.min_saving * (straight() + before);
+      kept += run(settings.attempts, random);
       const double saved = before - excess();
       if (!(saved > 0 && saved >= least) || clock.expired()) return kept;
     }

@@ -12,7 +12,7 @@ namespace mmp {
 
 inline constexpr int kManyNodes = 4096;  // with more nodes every iteration looks at the clock
 
-struct CompositeOptions {
+struct CompositeSettings {
   double range = 2.0;  // longest edge, L2 [rad]
   double step = 0.05;  // between samples of an edge, largest joint [rad]
 };
@@ -23,10 +23,10 @@ class CompositeSearch {
  public:
   using T = Scalar<V>;
   CompositeSearch(StaticWorld<V>& world, std::vector<T> start, std::vector<T> goal, Levels<T> looked, Levels<T> proof,
-                  const CompositeOptions& options, uint64_t seed)
-      : edges_(world, looked, T(options.step)),
+                  const CompositeSettings& settings, uint64_t seed)
+      : edges_(world, looked, T(settings.step)),
         proof_(proof),
-        range_(T(options.range)),
+        range_(T(settings.range)),
         random_(seed),
         start_(std::move(start)),
         goal_(std::move(goal)),

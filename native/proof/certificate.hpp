@@ -9,7 +9,7 @@ struct Proof {
   bool valid = false;
   double clearance = 0;        // proved between arms [m]; if not valid, a clearance that is not kept
   int arm_a = -1, arm_b = -1;  // arm_b -1: arm_a alone (obstacles, bases, itself)
-  int step = 0;                // segment of the violation, or of the least sampled clearance
+  int segment = 0;             // segment of the violation, or of the least sampled clearance
   double fraction = 0;
 };
 

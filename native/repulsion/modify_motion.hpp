@@ -9,21 +9,12 @@
 
 namespace mmp {
 
-struct DescentOptions {
-  double alpha;
-  int max_iterations;
-  bool normalised;  // fixed largest step, forces smoothed over time
-  double normalised_step;
-  double max_step;  // cap per joint and iteration [rad]
-  double comfort;   // early stop once this clearance is reached [m]; negative: run all iterations
-};
-
 template <class V>
 class ModifyMotion {
  public:
   using T = Scalar<V>;
-  ModifyMotion(StaticWorld<V>& world, const RepulsionOptions& force, const DescentOptions& options)
-      : repulsion_(force), options_(options), prover_(world), pairs_(world) {}
+  ModifyMotion(StaticWorld<V>& world, const RepulsionSettings& settings)
+      : repulsion_(settings), settings_(settings), prover_(world), pairs_(world) {}
 
   struct Result {
     std::vector<T> positions;  // last trajectory that broke no constraint
@@ -44,7 +35,7 @@ class ModifyMotion {
     out.input_breaks_constraint = breaks(input, constraints, constraint_margin);
     std::vector<T> current = input.q, next, forces;
     auto motion = std::make_unique<Motion<V>>(input);
-    for (int it = 0; it < options_.max_iterations && !clock.expired(); ++it) {
+    for (int it = 0; it < settings_.max_iterations && !clock.expired(); ++it) {
       repulsion_.force(*motion, others, forces);
       step_of(forces, last, dof);
       next = current;
@@ -65,7 +56,7 @@ class ModifyMotion {
       if (breaks(*motion, constraints, constraint_margin)) continue;
       out.positions = current;
       out.moved = true;
-      if (options_.comfort >= 0 && comfortable(*motion, others)) break;
+      if (settings_.comfort >= 0 && comfortable(*motion, others)) break;
     }
     return out;
   }
@@ -73,16 +64,16 @@ class ModifyMotion {
  private:
   // Converts forces to joint steps, in place.
   void step_of(std::vector<T>& f, int last, int dof) {
-    if (options_.normalised) {
+    if (settings_.normalised) {
       smooth(f, last, dof);
       T largest = 0;
       for (const T x : f) largest = std::max(largest, std::abs(x));
-      const T scale = largest > 0 ? T(options_.normalised_step) / largest : T(0);
+      const T scale = largest > 0 ? T(settings_.normalised_step) / largest : T(0);
       for (T& x : f) x *= scale;
     } else {
-      for (T& x : f) x *= T(options_.alpha);
+      for (T& x : f) x *= T(settings_.alpha);
     }
-    const T cap = T(options_.max_step);
+    const T cap = T(settings_.max_step);
     for (T& x : f) x = std::clamp(x, -cap, cap);
   }
 
@@ -133,7 +124,7 @@ class ModifyMotion {
   }
 
   bool comfortable(const Motion<V>& m, const std::vector<const Motion<V>*>& others) {
-    const T wanted = T(options_.comfort);
+    const T wanted = T(settings_.comfort);
     for (const auto* o : others) {
       pairs_(m, *o, {wanted, wanted * T(0.6)}, instants_);
       if (!instants_.empty()) return false;
@@ -142,7 +133,7 @@ class ModifyMotion {
   }
 
   Repulsion<V> repulsion_;
-  DescentOptions options_;
+  RepulsionSettings settings_;
   Prover<V> prover_;
   PairCheck<V> pairs_;
   std::vector<int> changed_;

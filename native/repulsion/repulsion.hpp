@@ -8,9 +8,17 @@
 
 namespace mmp {
 
-struct RepulsionOptions {
-  double k_rep, d0;      // d0 [m]: range of the force
-  bool centre_distance;  // paper-literal: distances between centres instead of surfaces
+// Settings of the force field, and of the descent along it (ModifyMotion).
+struct RepulsionSettings {
+  double k_rep = 0.05;           // gain of the force
+  double d0 = 0.10;              // range of the force [m]
+  bool centre_distance = false;  // paper-literal: distances between centres instead of surfaces
+  double alpha = 1e-7;           // step of the descent
+  int max_iterations = 50;
+  bool normalised = false;        // fixed largest step, forces smoothed over time
+  double normalised_step = 0.02;  // largest step of a normalised iteration [rad]
+  double max_step = 0.05;         // cap per joint and iteration [rad]
+  double comfort = 0.02;          // clearance that ends the descent [m]; negative: never
 };
 
 inline constexpr double kDistanceFloor = 0.01;  // distance below which the force is constant [m]
@@ -19,7 +27,7 @@ template <class V>
 class Repulsion {
  public:
   using T = Scalar<V>;
-  explicit Repulsion(const RepulsionOptions& options) : options_(options) {}
+  explicit Repulsion(const RepulsionSettings& settings) : settings_(settings) {}
 
   // Computes joint forces J^T F at every inner step of `motion`, [last + 1][dof], zero at the ends.
   void force(const Motion<V>& motion, const std::vector<const Motion<V>*>& others, std::vector<T>& out) {
@@ -40,7 +48,7 @@ class Repulsion {
  private:
   // Adds one other arm's forces to the frames of this one. Moments are about the world's origin.
   bool push_from(const Motion<V>& m, const Motion<V>& o, int k, Vec3<V>* push, Vec3<V>* moment) {
-    const V d0 = splat<V>(T(options_.d0));
+    const V d0 = splat<V>(T(settings_.d0));
     bool any = false;
     for (size_t i = 1; i < m.arm->links.size(); ++i) {
       const auto& A = m.arm->links[i];
@@ -65,7 +73,7 @@ class Repulsion {
   bool spheres(const Motion<V>& m, int ga, const Motion<V>& o, int gb, bool base, int k, Vec3<V>& push,
                Vec3<V>& moment) {
     const Range sa = m.arm->group_spheres[ga], sb = o.arm->group_spheres[gb];
-    const T d0 = T(options_.d0), k_rep = T(options_.k_rep);
+    const T d0 = T(settings_.d0), k_rep = T(settings_.k_rep);
     bool any = false;
     for (int i = sa.first; i < sa.first + sa.count; ++i) {
       const auto p = m.centers(m.spheres, i, k);
@@ -74,7 +82,7 @@ class Repulsion {
       for (int j = sb.first; j < sb.first + sb.count; ++j) {
         const auto away = p - (base ? fixed(o.arm->spheres[j]) : o.centers(o.spheres, j, k));
         const V d2 = dot(away, away);
-        const T radii = options_.centre_distance ? T(0) : m.arm->spheres[i].r + o.arm->spheres[j].r;
+        const T radii = settings_.centre_distance ? T(0) : m.arm->spheres[i].r + o.arm->spheres[j].r;
         const Mask<V> near = d2 <= splat<V>((d0 + radii) * (d0 + radii));
         if (!bits<V>(near)) continue;
         const V centres = max(sqrt<V>(d2), splat<V>(T(1e-6)));
@@ -114,7 +122,7 @@ class Repulsion {
 
   static Vec3<V> fixed(const Sphere<T>& s) { return {splat<V>(s.x), splat<V>(s.y), splat<V>(s.z)}; }
 
-  RepulsionOptions options_;
+  RepulsionSettings settings_;
 };
 
 }  // namespace mmp

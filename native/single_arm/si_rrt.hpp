@@ -9,19 +9,19 @@
 
 namespace mmp {
 
-struct LowLevelOptions {
-  int max_iterations = 200;
-  int improve_iterations = 0;  // iterations after the first solution
-  int shortcuts = 40;
-  double goal_bias = 0.1;
-  int neighbours = 6;
+struct SingleArmSettings {
+  int max_iterations = 2000;
+  int improve_iterations = 0;  // iterations after the first path
+  int shortcuts = 40;          // attempts to shorten the path
+  double goal_bias = 0.1;      // share of samples at the goal
+  int neighbours = 6;          // that a sample is connected to, at most
 };
 
 inline constexpr int kConnectIterations = 40000;  // for the static tree, which is grown once
 inline constexpr double kTreeBias = 0.25;         // share of samples drawn from the goal tree
 
 template <class T>
-struct LowLevelPath {
+struct SingleArmPath {
   bool found = false;
   int iterations = 0;
   std::vector<T> positions;  // [steps + 1][dof]
@@ -44,17 +44,17 @@ template <class V>
 class SiRrt {
  public:
   using T = Scalar<V>;
-  SiRrt(const ArmTask<V>& task, EdgeChecker<V>& checker, const LowLevelOptions& options, uint64_t seed)
+  SiRrt(const ArmTask<V>& task, EdgeChecker<V>& checker, const SingleArmSettings& settings, uint64_t seed)
       : task_(task),
         checker_(checker),
-        options_(options),
+        settings_(settings),
         random_(seed),
         best_(checker),
-        tree_(checker, task.eta, options.neighbours) {}
+        tree_(checker, task.eta, settings.neighbours) {}
 
   // `experience`: rows of an earlier path, may be empty.
-  LowLevelPath<T> run(const std::vector<T>& experience, const Clock& clock) {
-    LowLevelPath<T> out;
+  SingleArmPath<T> run(const std::vector<T>& experience, const Clock& clock) {
+    SingleArmPath<T> out;
     auto start = make_waypoint(checker_, task_.start), goal = make_waypoint(checker_, task_.goal);
     if (start.safe.empty() || start.safe[0].first > 0 || goal.safe.empty() || goal.safe.back().second < kForever)
       return out;
@@ -65,15 +65,15 @@ class SiRrt {
     if (!best_.found()) best_.offer(straight(clock), leave_start_by_);
     if (!best_.found()) best_.offer(along_goal_tree(task_.goal_tree.start), leave_start_by_);
     int first = best_.found() ? 0 : -1;
-    for (int it = 0; it < options_.max_iterations; ++it) {
-      if (best_.found() && it >= first + options_.improve_iterations) break;
+    for (int it = 0; it < settings_.max_iterations; ++it) {
+      if (best_.found() && it >= first + settings_.improve_iterations) break;
       if ((it & 7) == 7 && clock.expired()) break;
       ++out.iterations;
       grow(it);
       if (best_.found() && first < 0) first = it;
     }
     if (!best_.found()) return out;
-    best_.shorten(options_.shortcuts, leave_start_by_, random_, clock);
+    best_.shorten(settings_.shortcuts, leave_start_by_, random_, clock);
     out.found = true;
     best_.write(checker_.dof(), out.positions);
     return out;
@@ -155,8 +155,8 @@ class SiRrt {
   void grow(int it) {
     const double u = random_.uniform();
     Config<T> target;
-    if (u < options_.goal_bias) target = task_.goal;
-    else if (u < options_.goal_bias + kTreeBias)
+    if (u < settings_.goal_bias) target = task_.goal;
+    else if (u < settings_.goal_bias + kTreeBias)
       target = task_.goal_tree.nodes[random_.below(static_cast<int>(task_.goal_tree.nodes.size()))].q;
     else target = sample_between(checker_.model(), task_.start, task_.goal, it, random_);
     const int near = tree_.nearest(target);
@@ -193,7 +193,7 @@ class SiRrt {
 
   const ArmTask<V>& task_;
   EdgeChecker<V>& checker_;
-  const LowLevelOptions& options_;
+  const SingleArmSettings& settings_;
   Random random_;
   BestPath<V> best_;
   SpaceTimeTree<V> tree_;

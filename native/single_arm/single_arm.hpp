@@ -21,16 +21,16 @@ class SingleArm {
 
   // The path is clear of `others` at every instant. `experience`: rows of an earlier path, may be empty. `snapshot`:
   // receives the last search's tree.
-  LowLevelPath<T> plan(const std::vector<Constraint<V>*>& constraints, const std::vector<const Motion<V>*>& others,
-                       const std::vector<T>& experience, const LowLevelOptions& options, uint64_t seed,
-                       const Clock& clock, TreeSnapshot<T>* snapshot = nullptr) {
+  SingleArmPath<T> plan(const std::vector<Constraint<V>*>& constraints, const std::vector<const Motion<V>*>& others,
+                        const std::vector<T>& experience, const SingleArmSettings& settings, uint64_t seed,
+                        const Clock& clock, TreeSnapshot<T>* snapshot = nullptr) {
     if (!reachable(clock)) return {};
-    LowLevelPath<T> path;
+    SingleArmPath<T> path;
     int iterations = 0;
     for (const T share : kDeviationShares<T>) {
       EdgeChecker<V> checker(*task_.world, task_.arm, constraints, task_.levels, task_.max_step.data(),
                              DynamicObstacles<V>(others, task_.levels, share));
-      SiRrt<V> search(task_, checker, options, seed);
+      SiRrt<V> search(task_, checker, settings, seed);
       path = search.run(experience, clock);
       if (snapshot) {
         *snapshot = {};
@@ -58,7 +58,7 @@ class SingleArm {
     return found;
   }
 
-  bool is_clear(const LowLevelPath<T>& path, const std::vector<const Motion<V>*>& others) {
+  bool is_clear(const SingleArmPath<T>& path, const std::vector<const Motion<V>*>& others) {
     if (others.empty()) return true;
     const Motion<V> mine(cell(), task_.arm, path.positions);
     PairCheck<V> check(*task_.world);

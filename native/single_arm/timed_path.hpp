@@ -8,6 +8,8 @@
 
 namespace mmp {
 
+inline constexpr double kSteering = 0.8;  // default steering distance [rad], largest joint
+
 template <class T>
 using Config = std::vector<T>;
 

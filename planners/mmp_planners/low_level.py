@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env import _core
+from mmp_env import core
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,19 +20,19 @@ class SiRrtStar:
     to shorten the path. See `native/single_arm/si_rrt.hpp` for what we add.
     """
 
-    eta: float = 0.8
-    iterations: int = 2000
-    shortcuts: int = 40
+    eta: float = core.STEERING_RAD
+    iterations: int = core.SingleArmSettings().max_iterations
+    shortcuts: int = core.SingleArmSettings().shortcuts
 
     def __call__(
         self,
-        arm: _core.SingleArm,
-        constraints: Sequence[_core.Constraint],
+        arm: core.SingleArm,
+        constraints: Sequence[core.Constraint],
         seed: int,
         budget: float,
-        clock: _core.Clock,
+        clock: core.Clock,
         *,
-        others: Sequence[_core.Motion] = (),
+        others: Sequence[core.Motion] = (),
         experience: Float[np.ndarray, "known dof"] | None = None,
     ) -> tuple[Float[np.ndarray, "k dof"] | None, int]:
         """Plans one arm from its start to its goal.
@@ -53,8 +53,7 @@ class SiRrtStar:
             constraints,
             seed,
             clock,
-            max_iterations=int(self.iterations * budget),
-            shortcuts=self.shortcuts,
+            settings=core.SingleArmSettings(max_iterations=int(self.iterations * budget), shortcuts=self.shortcuts),
             others=others,
             experience=None if experience is None else np.ascontiguousarray(experience, dtype=float),
         )

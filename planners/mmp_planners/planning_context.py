@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.certificate import Certificate, certify
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
@@ -27,7 +27,7 @@ class Path:
     """One arm's trajectory on the grid: `q` [k, dof] [rad]; it stays at its last row. `length`: L1 [rad]."""
 
     q: Float[np.ndarray, "k dof"]
-    motion: _core.Motion
+    motion: core.Motion
     length: float
 
     @property
@@ -43,7 +43,7 @@ class Path:
 class PlanningContext:
     """One run's view of a problem: integers for arms, whole steps of `dt` [s] for times."""
 
-    def __init__(self, problem: Problem, dt: float, low_level: SiRrtStar, clock: _core.Clock) -> None:
+    def __init__(self, problem: Problem, dt: float, low_level: SiRrtStar, clock: core.Clock) -> None:
         self.problem, self.dt, self.clock = problem, dt, clock
         self.names = problem.cell.arm_names
         self.model = problem.cell.collision
@@ -51,20 +51,20 @@ class PlanningContext:
         self.conflict_distance = problem.conflict_distances.arms
         self.max_step = [problem.max_velocity[name] * dt for name in self.names]
         self._low_level = low_level
-        self._single: list[_core.SingleArm] = []
+        self._single: list[core.SingleArm] = []
 
     def reseed(self, seed: int) -> None:
         """New single-arm planners: what they share between calls depends on this seed alone."""
         self._single = [
-            _core.SingleArm(
+            core.SingleArm(
                 self.core,
                 k,
-                np.ascontiguousarray(self.problem.start[name]),
-                np.ascontiguousarray(self.problem.goal[name]),
-                self.max_step[k],
-                self.problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR),
-                seed + k,
-                self._low_level.eta,
+                start=np.ascontiguousarray(self.problem.start[name]),
+                goal=np.ascontiguousarray(self.problem.goal[name]),
+                max_step=self.max_step[k],
+                levels=self.problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR),
+                seed=seed + k,
+                eta=self._low_level.eta,
             )
             for k, name in enumerate(self.names)
         ]
@@ -72,7 +72,7 @@ class PlanningContext:
     def low_level(
         self,
         arm: int,
-        constraints: Sequence[_core.Constraint],
+        constraints: Sequence[core.Constraint],
         seed: int,
         budget: float = 1.0,
         others: Sequence[Path] = (),
@@ -133,7 +133,7 @@ class PlanningContext:
         """The proof of a plan, in the time that is left; its `instant` is in steps."""
         return certify(plan, self.clock)
 
-    def keep_levels(self) -> _core.Levels:
+    def keep_levels(self) -> core.Levels:
         """Static clearances that a modified path is tested at and proved to keep; every planned path passes."""
         return self.problem.levels(PLAN_MARGIN_FACTOR - 0.1, KEEP_MARGIN_FACTOR)
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from mmp_env import core
 from mmp_env.argument_checks import known_keywords
 from mmp_env.events import Watcher, ignore
 from mmp_env.model.problem import Problem
@@ -37,7 +38,7 @@ class Prioritized:
 
     dt: float = option(0.1, "length of a step of the time grid [s]", positive=True)
     wait: float = option(2.0, "seconds that arms still to be planned may count as parked at their start", least=0.0)
-    eta: float = option(0.8, "steering distance of the single-arm planner [rad]", least=0.01)
+    eta: float = option(core.STEERING_RAD, "steering distance of the single-arm planner [rad]", least=0.01)
     iterations: int = option(60, "single-arm iterations before an arm is given up; grows by restart", positive=True)
     shortcuts: int = option(20, "attempts to shorten each single-arm path", positive=True)
     shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: as it was found", least=0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.counts import SingleArmCounts
 from mmp_planners.planning_context import Path, PlanningContext
@@ -108,7 +108,7 @@ class PrioritySearch:
         self,
         order: Sequence[int],
         parked: Sequence[int],
-        detours: Sequence[Sequence[_core.Constraint]],
+        detours: Sequence[Sequence[core.Constraint]],
         budget: float,
         key: tuple[int, int],
     ) -> tuple[dict[int, Path], int | None]:
@@ -132,24 +132,24 @@ class PrioritySearch:
         pairs = [(0, k) for k in range(1, len(before) + 1)]
         return None if self.context.conflicts([own, *before], pairs) else own
 
-    def _no_detours(self) -> list[list[_core.Constraint]]:
+    def _no_detours(self) -> list[list[core.Constraint]]:
         return [[] for _ in self.alone]
 
-    def _parked(self, arm: int, steps: int) -> _core.Constraint:
+    def _parked(self, arm: int, steps: int) -> core.Constraint:
         start = self.context.problem.start[self.context.names[arm]]
-        return _core.Constraint.standing(self.context.core, arm, start, 0.0, 0, steps)
+        return core.Constraint.standing(self.context.core, arm, start, start=0, end=steps)
 
-    def _detour(self, arm: int, rng: np.random.Generator) -> list[_core.Constraint]:
+    def _detour(self, arm: int, rng: np.random.Generator) -> list[core.Constraint]:
         """A place on the arm's own way that it keeps out of; none where that would take in its start or its goal."""
         own, radius = self.alone[arm], rng.uniform(*DETOUR_RAD)
         place = own.q[rng.integers(0, own.last + 1)]
-        until = _core.FOREVER if rng.random() < 0.5 else int(rng.integers(1, 2 * own.last + 2))
+        until = core.FOREVER if rng.random() < 0.5 else int(rng.integers(1, 2 * own.last + 2))
         if min(np.abs(own.q[[0, -1]] - place).max(axis=1)) <= radius:
             return []
-        return [_core.Constraint.ball(place, radius, 0, until)]
+        return [core.Constraint.ball(place, radius, 0, until)]
 
     def _plan(
-        self, arm: int, constraints: Sequence[_core.Constraint], others: Sequence[Path], budget: float, seed: int
+        self, arm: int, constraints: Sequence[core.Constraint], others: Sequence[Path], budget: float, seed: int
     ) -> Path | None:
         self.counts.low_level_calls += 1
         experience = self.alone[arm].q if self.given else None

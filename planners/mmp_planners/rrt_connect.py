@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.argument_checks import known_keywords
 from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
@@ -20,6 +20,7 @@ from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
 from mmp_planners.seeds import sub_seeds
 
+_DEFAULT = core.CompositeSettings()
 NODES = 200_000
 SLICE = 2000
 """Iterations between two looks at how large the trees have become."""
@@ -32,24 +33,23 @@ class Composite:
     proved fall, and the trees grow on (`native/joint_space/composite_rrt.hpp`).
     """
 
-    range: float = 2.0
-    step: float = 0.05
+    range: float = _DEFAULT.range
+    step: float = _DEFAULT.step
 
-    def search(self, problem: Problem, seed: int) -> _core.CompositeSearch:
+    def search(self, problem: Problem, seed: int) -> core.CompositeSearch:
         """A search that can be asked to go on."""
         names = problem.cell.arm_names
-        return _core.CompositeSearch(
+        return core.CompositeSearch(
             problem.cell.collision.core,
-            np.concatenate([problem.start[name] for name in names]),
-            np.concatenate([problem.goal[name] for name in names]),
-            problem.levels(SEARCH_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR),
-            problem.levels(PLAN_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
-            self.range,
-            self.step,
-            seed,
+            start=np.concatenate([problem.start[name] for name in names]),
+            goal=np.concatenate([problem.goal[name] for name in names]),
+            samples=problem.levels(SEARCH_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR),
+            edges=problem.levels(PLAN_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
+            seed=seed,
+            settings=core.CompositeSettings(range=self.range, step=self.step),
         )
 
-    def grow(self, problem: Problem, search: _core.CompositeSearch, iterations: int, clock: _core.Clock) -> Plan | None:
+    def grow(self, problem: Problem, search: core.CompositeSearch, iterations: int, clock: core.Clock) -> Plan | None:
         """The plan, if that many more iterations find one."""
         way = search.grow(iterations, clock)
         if way is None:
@@ -68,8 +68,8 @@ class RrtConnect:
         guarantee="probabilistically complete, up to the margin and the step between samples; no bound on the cost",
     )
 
-    range: float = option(2.0, "longest edge of the trees, L2 over all joints of all arms [rad]", least=0.01)
-    step: float = option(0.05, "distance between samples of an edge, largest joint [rad]", least=0.001)
+    range: float = option(_DEFAULT.range, "longest edge of the trees, L2 over all joints of all arms [rad]", least=0.01)
+    step: float = option(_DEFAULT.step, "distance between samples of an edge, largest joint [rad]", least=0.001)
     nodes: int = option(NODES, "nodes of both trees before they are planted anew", positive=True)
     shorten: int = option(200, "attempts to shorten the plan on the common clock; 0: as it was found", least=0)
     dt: float = option(0.1, "step of the time grid that it is shortened on [s]", positive=True)

@@ -7,7 +7,7 @@ import pytest
 from reference import clearance
 from support import two_arms
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
@@ -19,21 +19,30 @@ from mmp_env.model.transforms import quaternion_from_yaw
 
 RANGE_RAD, STEP_RAD = 2.0, 0.05
 FLOAT_M = 1e-5
-LEVELS = _core.Levels(1e-3, 1e-3)
+LEVELS = core.Levels(1e-3, 1e-3)
 
 
 def search_of(problem, seed=0, edge=RANGE_RAD, step=STEP_RAD):
     names = problem.cell.arm_names
     start, goal = (np.concatenate([q[name] for name in names]) for q in (problem.start, problem.goal))
-    sides = (
-        problem.levels(SEARCH_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR),
-        problem.levels(PLAN_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
+    return composite_search(
+        problem,
+        start,
+        goal,
+        samples=problem.levels(SEARCH_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR),
+        edges=problem.levels(PLAN_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
+        seed=seed,
+        settings=core.CompositeSettings(range=edge, step=step),
     )
-    return _core.CompositeSearch(problem.cell.collision.core, start, goal, *sides, edge, step, seed)
+
+
+def composite_search(problem, start, goal, **given):
+    defaults = {"samples": LEVELS, "edges": LEVELS, "seed": 0}
+    return core.CompositeSearch(problem.cell.collision.core, start=start, goal=goal, **(defaults | given))
 
 
 def forever():
-    return _core.Clock(np.inf)
+    return core.Clock(np.inf)
 
 
 def crowded(seed=3):
@@ -158,9 +167,9 @@ def assert_proved(problem, way):
     """The certificate, in double precision, of what the search proved in single precision."""
     rows = [np.ascontiguousarray(q) for q in np.split(way, len(problem.cell.arms), axis=1)]
     required = problem.levels(KEEP_MARGIN_FACTOR / 2, KEEP_MARGIN_FACTOR / 2)
-    valid, least, *where = _core.certify(problem.cell.collision.core, rows, required, 0.5, forever())
-    assert valid, where
-    assert least > 0
+    proof = core.certify(problem.cell.collision.core, rows, required, 0.5, forever())
+    assert proof.valid, (proof.arm_a, proof.arm_b, proof.segment)
+    assert proof.clearance > 0
 
 
 def test_slices_find_what_one_go_finds():
@@ -201,7 +210,7 @@ def test_what_does_not_fit_the_cell_is_refused():
     problem = two_arms.passing()
     q = np.zeros(5)
     with pytest.raises(ValueError, match="number of joints"):
-        _core.CompositeSearch(problem.cell.collision.core, q, q, LEVELS, LEVELS, RANGE_RAD, STEP_RAD, 0)
+        composite_search(problem, q, q)
 
 
 @pytest.mark.parametrize(("edge", "step"), [(0.0, STEP_RAD), (RANGE_RAD, 0.0), (-1.0, STEP_RAD), (np.nan, STEP_RAD)])
@@ -216,4 +225,4 @@ def test_ends_that_are_no_configurations_are_refused(value):
     free, broken = np.zeros(12), np.full(12, value)
     for ends in ((free, broken), (broken, free)):
         with pytest.raises(ValueError, match="finite"):
-            _core.CompositeSearch(problem.cell.collision.core, *ends, LEVELS, LEVELS, RANGE_RAD, STEP_RAD, 0)
+            composite_search(problem, *ends)

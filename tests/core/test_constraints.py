@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from reference import clearance, intervals, kinematics, motion, toys
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import robot_names
 from mmp_tasks.reach import Reach
 
 MARGIN_M, PROOF_M = 0.002, 0.0015
-LEVELS = _core.Levels(MARGIN_M, PROOF_M)
+LEVELS = core.Levels(MARGIN_M, PROOF_M)
 FLOAT_M, FLOAT_RAD = 1e-5, 1e-6
 STEP_RAD = 0.08
 
@@ -27,19 +27,19 @@ def random_constraints(rng, cell, q, q_other):
     begins = rng.integers(-4, 20, 3)
     windows = [(int(lo), int(max(lo, 0) + length)) for lo, length in zip(begins, rng.integers(1, 9, 3), strict=True)]
     if rng.random() < 0.2:
-        windows[0] = (windows[0][0], _core.FOREVER)
-    (standing, ball, sphere), core = windows, cell.collision.core
+        windows[0] = (windows[0][0], core.FOREVER)
+    (start, end), ball, sphere = windows
     center, radius = q + rng.uniform(-0.1, 0.1, len(q)), rng.uniform(0.02, 0.12)
     frames = kinematics.link_frames(cell.arms[0], q)
     point, ball_radius = frames[rng.integers(2, len(frames)), :3, 3] + rng.uniform(-0.1, 0.1, 3), rng.uniform(0.02, 0.1)
     first, shrink = int(rng.integers(1, 5)), rng.choice([0.0, 0.01])
     native = [
-        _core.Constraint.standing(core, 1, q_other, shrink, *standing),
-        _core.Constraint.ball(center, radius, *ball),
-        _core.Constraint.sphere(point, ball_radius, first, *sphere),
+        core.Constraint.standing(cell.collision.core, 1, q_other, shrink=shrink, start=start, end=end),
+        core.Constraint.ball(center, radius, *ball),
+        core.Constraint.sphere(point, ball_radius, first, *sphere),
     ]
     reference = [
-        intervals.standing(cell, "arm1", q_other, *standing, MARGIN_M - shrink),
+        intervals.standing(cell, "arm1", q_other, start, end, MARGIN_M - shrink),
         intervals.BallConstraint(center, radius, *ball),
         intervals.CloudConstraint(point[None], np.array([ball_radius]), MARGIN_M, first, *sphere),
     ]
@@ -64,17 +64,17 @@ def test_safe_intervals_are_what_broken_constraints_leave(robots):
     for q, q_other in zip(*near_states(rng, cell, 40), strict=True):
         native, reference = random_constraints(rng, cell, q, q_other)
         assert not any(is_close_call(cell, q, constraint) for constraint in reference)
-        found = _core.safe_intervals(cell.collision.core, 0, q, native, LEVELS)
+        found = core.safe_intervals(cell.collision.core, 0, q, native, LEVELS)
         expected = intervals.safe_intervals(cell, "arm0", q, reference)
         # Windows are open: between two that touch there is an instant, which is of no use to anybody.
-        found = [(lo, np.inf if hi == _core.FOREVER else hi) for lo, hi in found if lo < hi]
-        assert found == [(lo, hi) for lo, hi in expected if lo < _core.FOREVER]
+        found = [(lo, np.inf if hi == core.FOREVER else hi) for lo, hi in found if lo < hi]
+        assert found == [(lo, hi) for lo, hi in expected if lo < core.FOREVER]
         broken += sum(constraint.is_broken(cell, "arm0", q) for constraint in reference)
     assert 20 < broken < 100
 
 
 def test_the_window_and_its_ends_are_kept():
-    constraint = _core.Constraint.ball(np.zeros(2), 0.1, -3, 7)
+    constraint = core.Constraint.ball(np.zeros(2), 0.1, -3, 7)
     assert (constraint.start, constraint.end) == (-3, 7)
 
 
@@ -92,7 +92,7 @@ def test_a_path_breaks_a_constraint_where_its_half_steps_do(robots):
             if any(is_close_call(cell, at, reference) for ends in looked_at for at in ends):
                 continue
             expected = intervals.is_path_breaking(cell, "arm0", path, reference, per_step=2)
-            assert _core.breaks_constraint(cell.collision.core, moving, [native], MARGIN_M) == expected
+            assert core.breaks_constraint(cell.collision.core, moving, [native], MARGIN_M) == expected
             verdicts.append(expected)
     assert min(sum(verdicts), len(verdicts) - sum(verdicts)) >= 10
 
@@ -101,14 +101,14 @@ def test_a_window_that_is_over_before_the_start_breaks_nothing():
     cell, q = narrow_arm(), np.zeros(2)
     path = cell.collision.motion("a", np.zeros((3, 2)))
     for window, broken in [((-3, -1), False), ((-3, 0), False), ((-3, 1), True)]:
-        constraint = _core.Constraint.ball(q, 0.1, *window)
-        assert _core.breaks_constraint(cell.collision.core, path, [constraint], MARGIN_M) == broken
+        constraint = core.Constraint.ball(q, 0.1, *window)
+        assert core.breaks_constraint(cell.collision.core, path, [constraint], MARGIN_M) == broken
 
 
 def single_arm(cell, name, start, goal, seed=0):
     k = cell.arm_index(name)
     step = np.full(cell.arms[k].dof, STEP_RAD)
-    return _core.SingleArm(cell.collision.core, k, start, goal, step, LEVELS, seed)
+    return core.SingleArm(cell.collision.core, k, start=start, goal=goal, max_step=step, levels=LEVELS, seed=seed)
 
 
 def assert_path_is_right(cell, name, path, start, goal, constraints):
@@ -131,16 +131,18 @@ def test_planned_paths_keep_all_that_they_promise(robot, spheres):
     start, goal = Reach().sample(cell, np.random.default_rng(53))
     planner = single_arm(cell, "arm0", start["arm0"], goal["arm0"])
     proved = PROOF_M - FLOAT_M
-    places = [("standing", start["arm1"], (0, 25)), ("standing", goal["arm1"], (10, _core.FOREVER))]
-    native = [_core.Constraint.standing(cell.collision.core, 1, q, 0.0, *window) for _, q, window in places]
+    places = [("standing", start["arm1"], (0, 25)), ("standing", goal["arm1"], (10, core.FOREVER))]
+    native = [
+        core.Constraint.standing(cell.collision.core, 1, q, start=begin, end=end) for _, q, (begin, end) in places
+    ]
     reference = [intervals.standing(cell, "arm1", q, *window, proved) for _, q, window in places]
     # The way that it takes when it is free to is then closed for a while, halfway.
-    free, _ = planner.plan([], 0, _core.Clock(60.0))
+    free, _ = planner.plan([], 0, core.Clock(60.0))
     assert_path_is_right(cell, "arm0", free, start["arm0"], goal["arm0"], [])
     halfway = free[len(free) // 2].copy()
-    native.append(_core.Constraint.ball(halfway, 0.2, 0, len(free)))
+    native.append(core.Constraint.ball(halfway, 0.2, 0, len(free)))
     reference.append(intervals.BallConstraint(halfway, 0.2 - FLOAT_RAD, 0, len(free)))
-    path, _ = planner.plan(native, 0, _core.Clock(60.0))
+    path, _ = planner.plan(native, 0, core.Clock(60.0))
     assert_path_is_right(cell, "arm0", path, start["arm0"], goal["arm0"], reference)
     assert len(path) != len(free) or not np.array_equal(path, free)
 
@@ -152,7 +154,7 @@ def narrow_arm():
 
 
 def test_a_free_straight_way_is_driven_at_full_speed():
-    path, _ = single_arm(narrow_arm(), "a", np.array([-0.3, 0]), np.array([0.3, 0]), 1).plan([], 0, _core.Clock(60.0))
+    path, _ = single_arm(narrow_arm(), "a", np.array([-0.3, 0]), np.array([0.3, 0]), 1).plan([], 0, core.Clock(60.0))
     assert len(path) - 1 == np.ceil(0.6 / STEP_RAD)
 
 
@@ -160,7 +162,7 @@ def test_an_arm_with_one_way_only_waits_as_long_as_it_must():
     cell, (start, goal) = narrow_arm(), np.array([[-0.3, 0], [0.3, 0]])
     window = (0, 30)
     path, _ = single_arm(cell, "a", start, goal).plan(
-        [_core.Constraint.ball(np.zeros(2), 0.1, *window)], 0, _core.Clock(60.0)
+        [core.Constraint.ball(np.zeros(2), 0.1, *window)], 0, core.Clock(60.0)
     )
     reference = intervals.BallConstraint(np.zeros(2), 0.1 - FLOAT_RAD, *window)
     assert_path_is_right(cell, "a", path, start, goal, [reference])
@@ -172,18 +174,20 @@ def test_an_arm_with_one_way_only_waits_as_long_as_it_must():
 
 def test_a_goal_that_is_never_free_again_is_not_reached():
     cell, (start, goal) = narrow_arm(), np.array([[-0.3, 0], [0.3, 0]])
-    for end, reached in ((_core.FOREVER, False), (50, True)):
-        forbidden = _core.Constraint.ball(goal, 0.1, 5, end)
-        path, _ = single_arm(cell, "a", start, goal).plan([forbidden], 0, _core.Clock(60.0), max_iterations=100)
+    for end, reached in ((core.FOREVER, False), (50, True)):
+        forbidden = core.Constraint.ball(goal, 0.1, 5, end)
+        path, _ = single_arm(cell, "a", start, goal).plan(
+            [forbidden], 0, core.Clock(60.0), settings=core.SingleArmSettings(max_iterations=100)
+        )
         assert (path is not None) == reached
 
 
 def test_the_same_seed_gives_the_same_path_and_another_one_does_not():
     cell = ring_cell(2, "panda")
     start, goal = Reach().sample(cell, np.random.default_rng(54))
-    closed = _core.Constraint.ball((start["arm0"] + goal["arm0"]) / 2, 0.3, 0, 60)
+    closed = core.Constraint.ball((start["arm0"] + goal["arm0"]) / 2, 0.3, 0, 60)
     paths = [
-        single_arm(cell, "arm0", start["arm0"], goal["arm0"], seed).plan([closed], seed, _core.Clock(60.0))[0]
+        single_arm(cell, "arm0", start["arm0"], goal["arm0"], seed).plan([closed], seed, core.Clock(60.0))[0]
         for seed in (1, 1, 2)
     ]
     np.testing.assert_array_equal(paths[0], paths[1])
@@ -191,14 +195,14 @@ def test_the_same_seed_gives_the_same_path_and_another_one_does_not():
 
 
 def test_a_cancelled_clock_ends_the_search():
-    cell, clock = narrow_arm(), _core.Clock(60.0)
+    cell, clock = narrow_arm(), core.Clock(60.0)
     assert not clock.expired
     assert 50 < clock.remaining <= 60
     clock.cancel()
     assert clock.expired
-    closed = _core.Constraint.ball(np.zeros(2), 0.1, 0, _core.FOREVER)
+    closed = core.Constraint.ball(np.zeros(2), 0.1, 0, core.FOREVER)
     path, iterations = single_arm(cell, "a", np.array([-0.3, 0]), np.array([0.3, 0])).plan(
-        [closed], 0, clock, max_iterations=100_000
+        [closed], 0, clock, settings=core.SingleArmSettings(max_iterations=100_000)
     )
     assert path is None
     assert iterations < 100

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from reference import clearance, motion, toys
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.errors import MmpError
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import robot_names
@@ -111,7 +111,7 @@ def test_the_instants_of_conflict_are_those_that_dense_sampling_finds(robot_a, r
 def instants_of(cell, path_a, path_b, margin, names=("arm0", "arm1")):
     queries = cell.collision
     motions = [queries.motion(name, path) for name, path in zip(names, (path_a, path_b), strict=True)]
-    return queries.conflict_instants(motions, [(0, 1)], _core.Levels(margin, KEPT * margin))[0]
+    return queries.conflict_instants(motions, [(0, 1)], core.Levels(margin, KEPT * margin))[0]
 
 
 def check_instants(cell, a, b, margin, found, decided):
@@ -161,7 +161,7 @@ def test_every_pair_of_motions_that_is_asked_for_is_answered_in_its_place():
     paths = wandering_paths(rng, cell, (8, 6, 9), step=0.1)
     motions = [cell.collision.motion(arm, path) for arm, path in zip(cell.arm_names, paths, strict=True)]
     pairs = [(2, 1), (0, 1), (0, 2)]
-    found = cell.collision.conflict_instants(motions, pairs, _core.Levels(0.05, KEPT * 0.05))
+    found = cell.collision.conflict_instants(motions, pairs, core.Levels(0.05, KEPT * 0.05))
     for (i, j), instants in zip(pairs, found, strict=True):
         alone = instants_of(cell, paths[i], paths[j], 0.05, names=(f"arm{i}", f"arm{j}"))
         np.testing.assert_array_equal(instants, alone)
@@ -200,9 +200,10 @@ def test_a_certificate_proves_nearly_what_dense_sampling_finds_and_never_more(co
     for seed in range(5):
         paths = paths_from_a_valid_state(cell, seed, steps=2, size=0.1 if seed < 3 else 0.6)
         required, tolerance, share = 0.001, 1e-4, 1e-4
-        wanted = _core.Levels(required, required)
-        valid, proved, *_ = _core.certify(cell.collision.core, paths, wanted, share, _core.Clock(60.0))
+        wanted = core.Levels(required, required)
+        proof = core.certify(cell.collision.core, paths, wanted, share, core.Clock(60.0))
         least, slack = sampled_clearance(cell, paths, samples=8)
+        valid, proved = proof.valid, proof.clearance
         verdicts.add(valid)
         if least < required - 1e-9:
             assert not valid
@@ -221,19 +222,19 @@ def test_a_refused_certificate_names_the_arms_and_the_place():
     )
     still = np.zeros((4, 2))
     crossing = np.array([[-1.5, 0], [-1.0, 0], [0.6, 0], [1.0, 0]])
-    valid, found, arm_a, arm_b, step, fraction = _core.certify(
-        cell.collision.core, [crossing, still, still], _core.Levels(0.001, 0.001), 1e-4, _core.Clock(60.0)
+    proof = core.certify(
+        cell.collision.core, [crossing, still, still], core.Levels(0.001, 0.001), 1e-4, core.Clock(60.0)
     )
-    assert (valid, arm_a, arm_b, step) == (False, 0, 1, 1)
-    assert found <= 0.001
-    where = crossing[1] + fraction * (crossing[2] - crossing[1])
+    assert (proof.valid, proof.arm_a, proof.arm_b, proof.segment) == (False, 0, 1, 1)
+    assert proof.clearance <= 0.001
+    where = crossing[1] + proof.fraction * (crossing[2] - crossing[1])
     assert clearance.pair_clearance(cell, "a", where, "b", still[0]) < 0.01
 
 
 def test_a_certificate_that_ran_out_of_time_is_none():
     cell = ring_cell(2)
     paths = paths_from_a_valid_state(cell, 0, steps=3, size=0.01)
-    assert _core.certify(cell.collision.core, paths, _core.Levels(0.0005, 0.0005), 1e-4, _core.Clock(60.0))[0]
-    expired = _core.Clock(60.0)
+    assert core.certify(cell.collision.core, paths, core.Levels(0.0005, 0.0005), 1e-4, core.Clock(60.0)).valid
+    expired = core.Clock(60.0)
     expired.cancel()
-    assert not _core.certify(cell.collision.core, paths, _core.Levels(0.0005, 0.0005), 1e-4, expired)[0]
+    assert not core.certify(cell.collision.core, paths, core.Levels(0.0005, 0.0005), 1e-4, expired).valid

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from reference import clearance
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.rings import ring_cell
 
 MARGIN_M, PROOF_M, STEP_RAD = 0.002, 0.0015, 0.08
-LEVELS = _core.Levels(MARGIN_M, PROOF_M)
+LEVELS = core.Levels(MARGIN_M, PROOF_M)
 FLOAT_M = 1e-5
 
 
@@ -38,7 +38,7 @@ def gap(cell, path_a, path_b, t):
 
 def single_arm(cell, path, seed=0):
     step = np.full(path.shape[1], STEP_RAD)
-    return _core.SingleArm(cell.collision.core, 0, path[0], path[-1], step, LEVELS, seed)
+    return core.SingleArm(cell.collision.core, 0, start=path[0], goal=path[-1], max_step=step, levels=LEVELS, seed=seed)
 
 
 def states_near_the_centre(cell, count, seed=0):
@@ -53,7 +53,7 @@ def test_a_stay_is_safe_where_nobody_comes_near_and_only_there(cell):
     moving = cell.collision.motion("arm1", other)
     touched = passed = 0
     for q in states_near_the_centre(cell, 40):
-        found = _core.safe_intervals(cell.collision.core, 0, q, [], LEVELS, [moving])
+        found = core.safe_intervals(cell.collision.core, 0, q, [], LEVELS, others=[moving])
         stays = np.zeros(len(other) + 2, bool)
         for lo, hi in found:
             stays[lo : min(hi, len(stays))] = True
@@ -64,7 +64,7 @@ def test_a_stay_is_safe_where_nobody_comes_near_and_only_there(cell):
         assert (least[stays] >= PROOF_M - FLOAT_M).all()
         assert (least[~stays] <= 0.035).all()
         touched += (~stays).any()
-        passed += (~stays).any() and found[-1][1] == _core.FOREVER
+        passed += (~stays).any() and found[-1][1] == core.FOREVER
     assert touched > 5
     assert passed > 2
 
@@ -73,10 +73,10 @@ def test_a_path_among_movers_keeps_clear_of_them_at_every_instant(cell):
     own, other = sweep(cell, "arm0", -1), sweep(cell, "arm1", 1)
     moving = cell.collision.motion("arm1", other)
     planner = single_arm(cell, own)
-    alone, _ = planner.plan([], 1, _core.Clock(60.0))
+    alone, _ = planner.plan([], 1, core.Clock(60.0))
     assert min(gap(cell, alone, other, t) for t in np.arange(0, len(alone), 0.5)) < 0
     for seed in range(3):
-        path, _ = planner.plan([], seed, _core.Clock(60.0), others=[moving])
+        path, _ = planner.plan([], seed, core.Clock(60.0), others=[moving])
         np.testing.assert_allclose(path[[0, -1]], own[[0, -1]], rtol=0, atol=1e-6)
         assert np.abs(np.diff(path, axis=0)).max() <= STEP_RAD * (1 + 1e-3)
         horizon = max(len(path), len(other))
@@ -85,11 +85,11 @@ def test_a_path_among_movers_keeps_clear_of_them_at_every_instant(cell):
 
 def test_constraints_and_movers_hold_together(cell):
     own, other = sweep(cell, "arm0", -1), sweep(cell, "arm1", 1)
-    moving, ball = cell.collision.motion("arm1", other), _core.Constraint.ball(own[-1], 0.3, 0, 70)
-    path, _ = single_arm(cell, own).plan([ball], 1, _core.Clock(60.0), others=[moving])
+    moving, ball = cell.collision.motion("arm1", other), core.Constraint.ball(own[-1], 0.3, 0, 70)
+    path, _ = single_arm(cell, own).plan([ball], 1, core.Clock(60.0), others=[moving])
     mine = cell.collision.motion("arm0", path)
-    assert not _core.breaks_constraint(cell.collision.core, mine, [ball], MARGIN_M)
-    assert not len(cell.collision.conflict_instants([mine, moving], [(0, 1)], _core.Levels(PROOF_M, 0.6 * PROOF_M))[0])
+    assert not core.breaks_constraint(cell.collision.core, mine, [ball], MARGIN_M)
+    assert not len(cell.collision.conflict_instants([mine, moving], [(0, 1)], core.Levels(PROOF_M, 0.6 * PROOF_M))[0])
     assert len(path) - 1 >= 70
 
 
@@ -97,7 +97,13 @@ def test_an_arm_that_stops_in_the_way_for_ever_leaves_no_way_and_one_that_passes
     own = sweep(cell, "arm0", -1)
     planner = single_arm(cell, own)
     for rows, found in ((sweep(cell, "arm1", 1), True), (own_goal_blocked(cell, own), False)):
-        path, _ = planner.plan([], 1, _core.Clock(60.0), 60, others=[cell.collision.motion("arm1", rows)])
+        path, _ = planner.plan(
+            [],
+            1,
+            core.Clock(60.0),
+            settings=core.SingleArmSettings(max_iterations=60),
+            others=[cell.collision.motion("arm1", rows)],
+        )
         assert (path is not None) == found
 
 
@@ -117,34 +123,36 @@ def test_a_mover_that_begins_long_after_the_arm_has_arrived_still_counts(cell):
     own = sweep(cell, "arm0", -1, far=0.4)
     late = sweep(cell, "arm1", 1, wait=60)
     assert min(gap(cell, own, late, t) for t in range(60, len(late))) < 0
-    path, _ = single_arm(cell, own).plan([], 1, _core.Clock(60.0), others=[cell.collision.motion("arm1", late)])
+    path, _ = single_arm(cell, own).plan([], 1, core.Clock(60.0), others=[cell.collision.motion("arm1", late)])
     assert len(path) > 60
     assert min(gap(cell, path, late, t) for t in np.arange(60, len(late) + 1, 0.25)) >= PROOF_M - FLOAT_M
 
 
 def test_the_same_seed_finds_the_same_path_whatever_was_asked_before(cell):
     own, moving = sweep(cell, "arm0", -1), cell.collision.motion("arm1", sweep(cell, "arm1", 1))
-    ball = _core.Constraint.ball((own[0] + own[-1]) / 2, 0.3, 0, _core.FOREVER)
+    ball = core.Constraint.ball((own[0] + own[-1]) / 2, 0.3, 0, core.FOREVER)
     planner = single_arm(cell, own)
-    paths = [planner.plan([ball], seed, _core.Clock(60.0), others=[moving])[0] for seed in (1, 2, 1)]
+    paths = [planner.plan([ball], seed, core.Clock(60.0), others=[moving])[0] for seed in (1, 2, 1)]
     np.testing.assert_array_equal(paths[0], paths[2])
     assert paths[0].shape != paths[1].shape or not np.array_equal(paths[0], paths[1])
 
 
 def detour(planner, own):
     """A path around a ball that closes the straight way for good, and not shortened."""
-    ball = _core.Constraint.ball((own[0] + own[-1]) / 2, 0.2, 0, _core.FOREVER)
-    return planner.plan([ball], 1, _core.Clock(60.0), shortcuts=0)[0]
+    ball = core.Constraint.ball((own[0] + own[-1]) / 2, 0.2, 0, core.FOREVER)
+    return planner.plan([ball], 1, core.Clock(60.0), settings=core.SingleArmSettings(shortcuts=0))[0]
 
 
 def test_an_experience_that_holds_is_the_solution(cell):
     own = sweep(cell, "arm0", -1)
     planner = single_arm(cell, own)
     before = detour(planner, own)
-    path, iterations = planner.plan([], 1, _core.Clock(60.0), shortcuts=0, experience=before)
+    path, iterations = planner.plan(
+        [], 1, core.Clock(60.0), settings=core.SingleArmSettings(shortcuts=0), experience=before
+    )
     assert iterations == 0
     np.testing.assert_allclose(path, before, rtol=0, atol=1e-3)
-    straight, _ = planner.plan([], 1, _core.Clock(60.0), shortcuts=0)
+    straight, _ = planner.plan([], 1, core.Clock(60.0), settings=core.SingleArmSettings(shortcuts=0))
     assert np.abs(np.diff(straight, axis=0)).sum() < np.abs(np.diff(path, axis=0)).sum() - 0.1
 
 
@@ -153,11 +161,13 @@ def test_of_an_experience_the_beginning_is_kept_as_far_as_it_holds(cell):
     planner = single_arm(cell, own)
     before = detour(planner, own)
     k = int(0.7 * len(before))
-    closed = _core.Constraint.ball(before[k], 0.15, 0, _core.FOREVER)
-    path, _ = planner.plan([closed], 1, _core.Clock(60.0), shortcuts=0, experience=before)
-    assert not _core.breaks_constraint(cell.collision.core, cell.collision.motion("arm0", path), [closed], MARGIN_M)
+    closed = core.Constraint.ball(before[k], 0.15, 0, core.FOREVER)
+    path, _ = planner.plan(
+        [closed], 1, core.Clock(60.0), settings=core.SingleArmSettings(shortcuts=0), experience=before
+    )
+    assert not core.breaks_constraint(cell.collision.core, cell.collision.motion("arm0", path), [closed], MARGIN_M)
     shared = np.abs(path[: k // 2] - before[: k // 2]).max(axis=1)
-    fresh, _ = planner.plan([closed], 1, _core.Clock(60.0), shortcuts=0)
+    fresh, _ = planner.plan([closed], 1, core.Clock(60.0), settings=core.SingleArmSettings(shortcuts=0))
     assert (shared < 1e-3).all()
     assert np.abs(fresh[: k // 2] - before[: k // 2]).max() > 0.01
 
@@ -166,21 +176,21 @@ def test_of_an_experience_the_beginning_is_kept_as_far_as_it_holds(cell):
 def test_an_experience_of_nothing_changes_nothing(cell, rows):
     own = sweep(cell, "arm0", -1)
     planner = single_arm(cell, own)
-    path, _ = planner.plan([], 1, _core.Clock(60.0), experience=own[:rows])
-    np.testing.assert_array_equal(path, planner.plan([], 1, _core.Clock(60.0))[0])
+    path, _ = planner.plan([], 1, core.Clock(60.0), experience=own[:rows])
+    np.testing.assert_array_equal(path, planner.plan([], 1, core.Clock(60.0))[0])
 
 
 def test_what_is_no_motion_of_another_arm_of_the_cell_is_refused(cell):
     own, reference = sweep(cell, "arm0", -1), ring_cell(2)
-    planner, clock = single_arm(cell, own), _core.Clock(1.0)
+    planner, clock = single_arm(cell, own), core.Clock(1.0)
     mine, theirs = cell.collision.motion("arm0", own), reference.collision.motion("arm1", own)
     with pytest.raises(ValueError, match="another cell"):
         planner.plan([], 0, clock, others=[theirs])
     with pytest.raises(ValueError, match="the arm itself"):
         planner.plan([], 0, clock, others=[mine])
     with pytest.raises(ValueError, match="another cell"):
-        _core.conflict_instants(cell.collision.core, [mine, theirs], np.array([[0, 1]], np.int32), LEVELS)
-    for wrong in (None, 3, _core.Constraint.ball(own[0], 0.1, 0, 1)):
+        core.conflict_instants(cell.collision.core, [mine, theirs], np.array([[0, 1]], np.int32), LEVELS)
+    for wrong in (None, 3, core.Constraint.ball(own[0], 0.1, 0, 1)):
         with pytest.raises(TypeError, match="Motion"):
             planner.plan([], 0, clock, others=[wrong])
     with pytest.raises(ValueError, match="joints"):
@@ -191,27 +201,27 @@ def test_what_is_no_motion_of_another_arm_of_the_cell_is_refused(cell):
 
 def test_what_is_no_constraint_of_the_arm_is_refused(cell):
     own = sweep(cell, "arm0", -1)
-    planner, motion, core = single_arm(cell, own), cell.collision.motion("arm0", own), cell.collision.core
+    planner, motion, compiled = single_arm(cell, own), cell.collision.motion("arm0", own), cell.collision.core
     for wrong, error in (
         (None, TypeError),
         (motion, TypeError),
-        (_core.Constraint.ball(np.zeros(5), 1, 0, 1), ValueError),
+        (core.Constraint.ball(np.zeros(5), 1, 0, 1), ValueError),
     ):
         with pytest.raises(error, match="onstraint"):
-            planner.plan([wrong], 0, _core.Clock(1.0))
+            planner.plan([wrong], 0, core.Clock(1.0))
         with pytest.raises(error, match="onstraint"):
-            _core.safe_intervals(core, 0, own[0], [wrong], LEVELS)
+            core.safe_intervals(compiled, 0, own[0], [wrong], LEVELS)
         with pytest.raises(error, match="onstraint"):
-            _core.breaks_constraint(core, motion, [wrong], MARGIN_M)
+            core.breaks_constraint(compiled, motion, [wrong], MARGIN_M)
 
 
 def test_a_constraint_outlives_the_motion_that_it_was_made_of():
     cell = ring_cell(2)
     other, q = sweep(cell, "arm1", 1), states_near_the_centre(cell, 20)
     motion = cell.collision.motion("arm1", other)
-    parts = _core.Constraint.moving(motion, 0, _core.FOREVER)
+    parts = core.Constraint.moving(motion, 0, core.FOREVER)
     ask = (cell.collision.core, 0, q[0])
-    expected = _core.safe_intervals(*ask, parts, LEVELS)
+    expected = core.safe_intervals(*ask, parts, LEVELS)
     del motion
     gc.collect()
-    np.testing.assert_array_equal(_core.safe_intervals(*ask, parts, LEVELS), expected)
+    np.testing.assert_array_equal(core.safe_intervals(*ask, parts, LEVELS), expected)

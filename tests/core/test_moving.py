@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.rings import ring_cell
 
 MARGIN, PROOF, STEP_RAD = 0.002, 0.0015, 0.08
@@ -34,38 +34,46 @@ def states_near_the_centre(cell, count, seed=0):
 
 def test_safe_intervals_leave_out_every_instant_at_which_the_moving_arm_touches(cell, crossing):
     motion, start, goal = crossing
-    parts = _core.Constraint.moving(motion, 0, _core.FOREVER)
+    parts = core.Constraint.moving(motion, 0, core.FOREVER)
     instants = np.linspace(0, motion.last, 20 * motion.last + 1)
     other = start + (instants / motion.last)[:, None] * (goal - start)
     touched = 0
     for q in states_near_the_centre(cell, 60):
-        intervals = _core.safe_intervals(cell.collision.core, 0, q, parts, _core.Levels(MARGIN, PROOF))
+        intervals = core.safe_intervals(cell.collision.core, 0, q, parts, core.Levels(MARGIN, PROOF))
         near = cell.collision.pair_clearance("arm0", np.repeat(q[None], len(other), 0), "arm1", other) < PROOF - 1e-5
         touched += near.any()
         for at in instants[near]:
             assert not any(lo <= at <= hi for lo, hi in intervals)
         if not near.any() and cell.collision.pair_clearance("arm0", q[None], "arm1", goal[None])[0] > 0.2:
-            assert intervals[-1][1] == _core.FOREVER
+            assert intervals[-1][1] == core.FOREVER
     assert touched > 5
 
 
 def test_a_path_planned_against_a_moving_arm_is_free_of_conflicts_with_it(cell, crossing):
     motion, _, _ = crossing
-    parts = _core.Constraint.moving(motion, 0, _core.FOREVER)
+    parts = core.Constraint.moving(motion, 0, core.FOREVER)
     home = np.array(cell.arms[0].robot.home)
     start, goal = home.copy(), home.copy()
     start[0] += 1.2
     goal[0] -= 1.2
     max_step = np.full(6, STEP_RAD)
-    planner = _core.SingleArm(cell.collision.core, 0, start, goal, max_step, _core.Levels(MARGIN, PROOF), 0)
-    alone, _ = planner.plan([], 1, _core.Clock(20.0))
-    against, _ = planner.plan(parts, 1, _core.Clock(20.0))
+    planner = core.SingleArm(
+        cell.collision.core,
+        0,
+        start=start,
+        goal=goal,
+        max_step=max_step,
+        levels=core.Levels(MARGIN, PROOF),
+        seed=0,
+    )
+    alone, _ = planner.plan([], 1, core.Clock(20.0))
+    against, _ = planner.plan(parts, 1, core.Clock(20.0))
     assert alone is not None
     assert against is not None
 
     def conflicts(q):
         return cell.collision.conflict_instants(
-            [cell.collision.motion("arm0", q), motion], [(0, 1)], _core.Levels(PROOF, 0.6 * PROOF)
+            [cell.collision.motion("arm0", q), motion], [(0, 1)], core.Levels(PROOF, 0.6 * PROOF)
         )[0]
 
     assert len(conflicts(alone))

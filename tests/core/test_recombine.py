@@ -8,7 +8,7 @@ from reference import clearance, coordination
 from support import two_arms
 from support.recombinations import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
 
-from mmp_env import _core, check_plan, draw_instance, ring_cell
+from mmp_env import check_plan, core, draw_instance, ring_cell
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.problem import make_problem
 from mmp_planners.portfolio.shortcutting import on_grid, retime_to_velocity_limits
@@ -87,10 +87,10 @@ def test_what_is_found_is_shorter_than_the_limit():
 def test_without_ways_or_time_nothing_is_found():
     problem = two_arms.passing()
     assert run(recombination(problem)) is None
-    cancelled = _core.Clock(NO_END)
+    cancelled = core.Clock(NO_END)
     cancelled.cancel()
     ways = recombination(problem, straight(problem))
-    assert ways.run(NO_END, cancelled) is None
+    assert ways.recombine(NO_END, cancelled) is None
     assert run(ways) is not None
 
 
@@ -176,11 +176,11 @@ def test_ways_that_do_not_fit_the_cell_are_refused():
     left, right = straight(two_arms.passing())
     ways = recombination(problem)
     for bad, words in (
-        ([], "one array for each arm"),
-        ([left], "one array for each arm"),
-        ([left, right, right], "one array for each arm"),
+        ([], "one array per arm"),
+        ([left], "one array per arm"),
+        ([left, right, right], "one array per arm"),
         ([left, right[:, :5]], "wrong number of joints"),
-        ([left, right[:0]], "a way has rows"),
+        ([left, right[:0]], "a path needs one row"),
         ([left, np.full((3, 6), np.nan)], "must be finite"),
         ([np.full((3, 6), np.inf), right], "must be finite"),
     ):
@@ -192,14 +192,14 @@ def test_ways_that_do_not_fit_the_cell_are_refused():
 
 
 def test_steps_that_do_not_fit_the_cell_are_refused():
-    core, steps = two_arms.passing().cell.collision.core, np.full(6, 0.08)
+    compiled, steps = two_arms.passing().cell.collision.core, np.full(6, 0.08)
     for bad, words in (
-        ([], "one array for each arm"),
-        ([steps], "one array for each arm"),
+        ([], "one array per arm"),
+        ([steps], "one array per arm"),
         ([steps, steps[:5]], "wrong number of joints"),
         ([steps, 0 * steps], "steps must be from 1e-5 to 1e4 rad"),
         ([steps, -steps], "steps must be from 1e-5 to 1e4 rad"),
         ([np.nan * steps, steps], "steps must be from 1e-5 to 1e4 rad"),
     ):
         with pytest.raises(ValueError, match=words):
-            _core.Recombination(core, bad, _core.Levels(0.002, 0.0012))
+            core.PathRecombination(compiled, bad, core.Levels(0.002, 0.0012))

@@ -5,7 +5,7 @@ import pytest
 from reference import clearance, coordination
 from support.two_arms import along
 
-from mmp_env import _core, draw_instance, ring_cell
+from mmp_env import core, draw_instance, ring_cell
 
 STEP_RAD, MARGIN_M, MORE_M, SAMPLES = 0.1, 0.02, 0.03, 3
 
@@ -17,10 +17,10 @@ def test_two_arms_on_drawn_ways_can_arrive_where_the_twin_says_so(seed):
     vias = {name: (start[name] + goal[name]) / 2 + rng.uniform(-0.5, 0.5, 6) for name in cell.arm_names}
     ways = [along(STEP_RAD, start[name], vias[name], goal[name]) for name in cell.arm_names]
     proof = 0.6 * MARGIN_M
-    both = _core.Recombination(cell.collision.core, [np.full(6, STEP_RAD)] * 2, _core.Levels(MARGIN_M, proof))
+    both = core.PathRecombination(cell.collision.core, [np.full(6, STEP_RAD)] * 2, core.Levels(MARGIN_M, proof))
     numbers = both.add(ways)
-    closed = both.closed(numbers, _core.Clock(float("inf")))
-    found = both.run(float("inf"), _core.Clock(float("inf")))
+    closed = both.infeasible_pairs(numbers, core.Clock(float("inf")))
+    found = both.recombine(float("inf"), core.Clock(float("inf")))
     (a, b), (rows_a, rows_b) = cell.arm_names, ways
     gaps = coordination.gaps_of_ways(cell, a, rows_a, b, rows_b, SAMPLES)
     assert closed == ([(0, 1)] if found is None else [])

@@ -5,7 +5,7 @@ import pytest
 from reference import clearance
 from support import two_arms
 
-from mmp_env import _core, check_plan, draw_instance, ring_cell
+from mmp_env import check_plan, core, draw_instance, ring_cell
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.problem import make_problem
 from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
@@ -18,9 +18,11 @@ DT_S = 0.1
 def replanned(problem, rows, attempts=40, seed=0, clock=None):
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
-    clock = clock or _core.Clock(np.inf)
-    core, wanted = problem.cell.collision.core, problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
-    return _core.replan(core, rows, speeds, wanted, attempts, seed, clock)
+    clock = clock or core.Clock(np.inf)
+    levels = problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
+    return core.replan(
+        problem.cell.collision.core, rows, speeds, levels=levels, attempts=attempts, seed=seed, clock=clock
+    )
 
 
 def length(rows):
@@ -94,7 +96,7 @@ def test_plans_of_four_crowded_arms_get_shorter_and_stay_valid():
     cell = ring_cell(4, "panda")
     problem = make_problem(cell, *draw_instance(cell, seed=2))
     plan = RrtConnect(shorten=100).plan(problem, seed=0).plan
-    shorter, kept = LargeNeighbourhoodSearch(attempts=40)(plan, 0, _core.Clock(np.inf))
+    shorter, kept = LargeNeighbourhoodSearch(attempts=40)(plan, 0, core.Clock(np.inf))
     assert kept > 0
     assert shorter.cost_rad < plan.cost_rad
     assert check_plan(shorter).valid
@@ -102,7 +104,7 @@ def test_plans_of_four_crowded_arms_get_shorter_and_stay_valid():
 
 def test_without_attempts_time_or_detours_a_plan_stays_as_it_is():
     problem, rows = in_the_way()
-    cancelled = _core.Clock(np.inf)
+    cancelled = core.Clock(np.inf)
     cancelled.cancel()
     straight_on = two_arms.one_moves()
     open_rows = [straight(straight_on.start[n], straight_on.goal[n], 5) for n in straight_on.cell.arm_names]
@@ -119,7 +121,7 @@ def test_without_attempts_time_or_detours_a_plan_stays_as_it_is():
 
 def test_rows_that_do_not_match_are_refused():
     problem, rows = in_the_way()
-    with pytest.raises(ValueError, match="as many rows"):
+    with pytest.raises(ValueError, match="the same number of rows"):
         replanned(problem, [rows[0], rows[1][:-1]])
-    with pytest.raises(ValueError, match="one array for each arm"):
+    with pytest.raises(ValueError, match="one array per arm"):
         replanned(problem, rows[:1])

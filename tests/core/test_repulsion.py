@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from reference import repulsion, toys
 
-from mmp_env import _core
+from mmp_env import core
 
 ROBOTS = [("ur5e", "ur5e"), ("panda", "piper"), ("piper", "fr5", "panda")]
 K_REP, D0_M = 0.05, 0.10
+FIELD = core.RepulsionSettings(k_rep=K_REP, d0=D0_M)
 
 
 def near_paths(rng, robots, spheres="28", lengths=(9, 4, 11)):
@@ -43,7 +44,8 @@ def test_the_force_field_agrees_with_the_twin(robots, spheres, distance):
         motion, others = motions_of(cell, paths)
         # Spheres overlap within an arm, so centres of two arms in contact are still far apart: reach farther for them.
         d0 = D0_M if distance == "surface" else 0.2
-        found = _core.repulsive_force(cell.collision.core, motion, others, K_REP, d0, distance == "centre")
+        settings = core.RepulsionSettings(k_rep=K_REP, d0=d0, centre_distance=distance == "centre")
+        found = core.repulsive_force(cell.collision.core, motion, others, settings)
         expected = repulsion.path_forces(cell, "arm0", paths, k_rep=K_REP, d0=d0, distance=distance)
         assert expected.any()
         # The force grows with the cube of 1/d: an error of 1e-6 m in 1 cm is one of 3e-4.
@@ -54,7 +56,7 @@ def test_the_ends_of_a_path_feel_nothing():
     rng = np.random.default_rng(62)
     cell, paths = near_paths(rng, ("ur5e", "ur5e"))
     motion, others = motions_of(cell, paths)
-    forces = _core.repulsive_force(cell.collision.core, motion, others, K_REP, D0_M, False)
+    forces = core.repulsive_force(cell.collision.core, motion, others, FIELD)
     assert forces.shape == paths["arm0"].shape
     assert not forces[[0, -1]].any()
     assert forces[1:-1].any()
@@ -65,28 +67,28 @@ def test_a_path_without_inner_steps_feels_nothing():
     _, others = motions_of(cell, paths)
     for rows in (1, 2):
         motion = cell.collision.motion("arm0", paths["arm0"][:rows])
-        assert not _core.repulsive_force(cell.collision.core, motion, others, K_REP, D0_M, False).any()
+        assert not core.repulsive_force(cell.collision.core, motion, others, FIELD).any()
 
 
-def modify(cell, paths, constraints=(), **options):
-    settings = {
-        "max_step_rad": np.full(cell.arms[0].dof, 1.0),
-        "levels": _core.Levels(-1.0, -1.0),  # contacts of the arm with itself are no matter here
-        "constraint_margin": 0.001,
-        "clock": _core.Clock(60.0),
-        "alpha": 1e-7,
-        "k_rep": K_REP,
-        "d0": D0_M,
-        "max_iterations": 1,
-        "centre_distance": False,
-        "normalised": False,
-        "normalised_step": 0.02,
-        "max_step": 0.05,
-        "comfort": -1.0,
-        "trace": True,
-    }
+ANY_STATIC = core.Levels(-1.0, -1.0)
+"""Levels that no contact of the arm with itself breaks."""
+
+
+def modify(cell, paths, constraints=(), levels=ANY_STATIC, **options):
+    defaults = {"alpha": 1e-7, "k_rep": K_REP, "d0": D0_M, "max_iterations": 1, "comfort": -1.0}
     motion, others = motions_of(cell, paths)
-    return _core.modify_motion(cell.collision.core, motion, others, list(constraints), **(settings | options))
+    return core.modify_motion(
+        cell.collision.core,
+        motion,
+        others=others,
+        constraints=list(constraints),
+        max_step_rad=np.full(cell.arms[0].dof, 1.0),
+        levels=levels,
+        constraint_margin=0.001,
+        settings=core.RepulsionSettings(**(defaults | options)),
+        clock=core.Clock(60.0),
+        trace=True,
+    )
 
 
 def limited(cell, path):
@@ -98,12 +100,13 @@ def test_an_iteration_moves_along_the_force_and_is_capped():
     cell, paths = near_paths(rng, ("ur5e", "panda"))
     force = repulsion.path_forces(cell, "arm0", paths)
     alpha = 0.1 / np.abs(force).max()
-    moved_path, moved, iterations, broke, iterates = modify(cell, paths, alpha=alpha)
+    found = modify(cell, paths, alpha=alpha)
+    moved_path = found.positions
     step = np.clip(alpha * force, -0.05, 0.05)
     assert (np.abs(step) == 0.05).any()
     np.testing.assert_allclose(moved_path, limited(cell, paths["arm0"] + step), rtol=0, atol=2e-4)
-    assert (moved, iterations, broke, len(iterates)) == (True, 1, False, 1)
-    np.testing.assert_array_equal(iterates[0], moved_path)
+    assert (found.moved, found.iterations, found.input_breaks_constraint, len(found.trace)) == (True, 1, False, 1)
+    np.testing.assert_array_equal(found.trace[0], moved_path)
     np.testing.assert_array_equal(moved_path[[0, -1]], paths["arm0"][[0, -1]])
 
 
@@ -119,7 +122,7 @@ def test_a_normalised_step_is_the_smoothed_force_scaled_to_its_largest_joint():
         for d in range(-9, 10):
             if 0 <= k + d <= last:
                 smoothed[k] += weight[d + 9] * force[k + d]
-    moved_path, *_ = modify(cell, paths, normalised=True, normalised_step=0.02)
+    moved_path = modify(cell, paths, normalised=True, normalised_step=0.02).positions
     step = 0.02 * smoothed / np.abs(smoothed).max()
     np.testing.assert_allclose(moved_path, limited(cell, paths["arm0"] + step), rtol=0, atol=2e-4)
 
@@ -128,10 +131,10 @@ def test_iterations_follow_each_other():
     rng = np.random.default_rng(66)
     cell, paths = near_paths(rng, ("ur5e", "ur5e"))
     alpha = 0.01 / np.abs(repulsion.path_forces(cell, "arm0", paths)).max()
-    *_, iterates = modify(cell, paths, alpha=alpha, max_iterations=4)
+    iterates = modify(cell, paths, alpha=alpha, max_iterations=4).trace
     assert len(iterates) == 4
     for before, after in pairwise(iterates):
-        alone, *_ = modify(cell, paths | {"arm0": before}, alpha=alpha)
+        alone = modify(cell, paths | {"arm0": before}, alpha=alpha).positions
         np.testing.assert_array_equal(alone, after)
 
 
@@ -139,23 +142,22 @@ def test_what_breaks_a_constraint_is_passed_through_but_not_returned():
     rng = np.random.default_rng(67)
     cell, paths = near_paths(rng, ("ur5e", "ur5e"))
     alpha = 0.02 / np.abs(repulsion.path_forces(cell, "arm0", paths)).max()
-    *_, iterates = modify(cell, paths, alpha=alpha, max_iterations=4)
+    iterates = modify(cell, paths, alpha=alpha, max_iterations=4).trace
     # A small ball about where some step gets to, in the second iteration only.
     k = int(np.argmax(np.abs(iterates[1] - iterates[0]).max(axis=1)))
     travelled = [np.abs(iterates[n][k] - iterates[1][k]).max() for n in (0, 2, 3)]
-    ball = _core.Constraint.ball(np.ascontiguousarray(iterates[1][k]), 0.4 * min(travelled), k - 1, k + 1)
-    returned, moved, iterations, broke, traced = modify(cell, paths, [ball], alpha=alpha, max_iterations=2)
-    assert (moved, iterations, broke, len(traced)) == (True, 2, False, 2)
-    np.testing.assert_array_equal(returned, iterates[0])
-    returned, *_ = modify(cell, paths, [ball], alpha=alpha, max_iterations=4)
-    np.testing.assert_array_equal(returned, iterates[3])
+    ball = core.Constraint.ball(np.ascontiguousarray(iterates[1][k]), 0.4 * min(travelled), k - 1, k + 1)
+    found = modify(cell, paths, [ball], alpha=alpha, max_iterations=2)
+    assert (found.moved, found.iterations, found.input_breaks_constraint, len(found.trace)) == (True, 2, False, 2)
+    np.testing.assert_array_equal(found.positions, iterates[0])
+    found = modify(cell, paths, [ball], alpha=alpha, max_iterations=4)
+    np.testing.assert_array_equal(found.positions, iterates[3])
 
 
 def test_an_input_that_breaks_its_constraint_is_said_to():
     cell, paths = near_paths(np.random.default_rng(68), ("ur5e", "ur5e"))
-    ball = _core.Constraint.ball(np.ascontiguousarray(paths["arm0"][3]), 0.01, 2, 4)
-    *_, broke, _ = modify(cell, paths, [ball])
-    assert broke
+    ball = core.Constraint.ball(np.ascontiguousarray(paths["arm0"][3]), 0.01, 2, 4)
+    assert modify(cell, paths, [ball]).input_breaks_constraint
 
 
 def test_a_static_contact_ends_the_descent():
@@ -165,6 +167,6 @@ def test_a_static_contact_ends_the_descent():
     q = np.array([[0.02, 0.0], [0.0, 0.0], [0.02, 0.0]])
     for obstacles, moved in (((), True), ((wall,), False)):
         cell = toys.toy_cell(push, other, obstacles=obstacles)
-        found = modify(cell, {"arm0": q, "arm1": np.zeros((1, 2))}, alpha=1e-3, levels=_core.Levels(0.002, 0.001))
-        assert found[1] == moved
-        assert (found[0][1, 0] < 0) == moved
+        found = modify(cell, {"arm0": q, "arm1": np.zeros((1, 2))}, alpha=1e-3, levels=core.Levels(0.002, 0.001))
+        assert found.moved == moved
+        assert (found.positions[1, 0] < 0) == moved

@@ -10,7 +10,7 @@ from reference import clearance, motion, toys
 from support import two_arms
 
 import mmp_planners
-from mmp_env import _core, draw_instance, ring_cell
+from mmp_env import core, draw_instance, ring_cell
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.problem import make_problem
 from mmp_planners.portfolio.shortcutting import on_grid
@@ -18,12 +18,20 @@ from mmp_planners.portfolio.shortcutting import on_grid
 DT_S = 0.1
 
 
-def shortened(problem, rows, attempts=400, worth=math.inf, seed=0, clock=None, groups=(0, 0)):
+def shortened(problem, rows, attempts=400, min_saving=math.inf, seed=0, clock=None, groups=(0, 0)):
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
-    clock = clock or _core.Clock(math.inf)
-    core, wanted = problem.cell.collision.core, problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
-    return _core.shorten(core, rows, speeds, wanted, groups, attempts, worth, seed, clock)
+    clock = clock or core.Clock(math.inf)
+    return core.shortcut(
+        problem.cell.collision.core,
+        rows,
+        speeds,
+        levels=problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
+        groups=groups,
+        settings=core.ShortcutSettings(attempts=attempts, min_saving=min_saving),
+        seed=seed,
+        clock=clock,
+    )
 
 
 def detour(q_from, q_via, q_to, steps):
@@ -110,7 +118,7 @@ def test_the_same_seed_shortens_in_the_same_way():
 
 def test_without_attempts_or_time_a_plan_stays_as_it_is():
     problem, rows = over()
-    cancelled = _core.Clock(math.inf)
+    cancelled = core.Clock(math.inf)
     cancelled.cancel()
     for found, kept in (shortened(problem, rows, attempts=0), shortened(problem, rows, clock=cancelled)):
         assert kept <= 7
@@ -182,7 +190,7 @@ def test_as_if_alone_an_arm_still_keeps_clear_of_what_stands_still():
 def test_attempts_are_made_again_as_long_as_they_are_worth_it():
     problem, rows = over()
     once, kept = shortened(problem, rows, attempts=20)
-    again, kept_in_all = shortened(problem, rows, attempts=20, worth=1e-3)
+    again, kept_in_all = shortened(problem, rows, attempts=20, min_saving=1e-3)
     assert kept_in_all > kept
     assert length(again) < (1 - 1e-3) * length(once)
     assert clearance.clearance_of_motions(problem.cell, "left", again[0], "right", again[1]) > 0
@@ -191,7 +199,7 @@ def test_attempts_are_made_again_as_long_as_they_are_worth_it():
 def test_attempts_that_are_not_worth_it_are_made_once():
     problem, rows = over()
     once, kept = shortened(problem, rows, attempts=20)
-    again, kept_in_all = shortened(problem, rows, attempts=20, worth=1.0)
+    again, kept_in_all = shortened(problem, rows, attempts=20, min_saving=1.0)
     assert kept == kept_in_all
     for a, b in zip(once, again, strict=True):
         np.testing.assert_array_equal(a, b)
@@ -200,34 +208,42 @@ def test_attempts_that_are_not_worth_it_are_made_once():
 def test_it_ends_where_nothing_can_be_gained():
     problem = two_arms.nothing_to_do()
     still = [np.repeat(problem.start[n][None], 5, axis=0) for n in problem.cell.arm_names]
-    for worth in (math.inf, 1e-3, 1e-300):
-        clock = _core.Clock(60.0)
-        assert shortened(problem, still, worth=worth, clock=clock)[1] == 0
+    for min_saving in (math.inf, 1e-3, 1e-300):
+        clock = core.Clock(60.0)
+        assert shortened(problem, still, min_saving=min_saving, clock=clock)[1] == 0
         assert not clock.expired
 
 
 def test_attempts_that_are_worth_nothing_are_refused():
     problem, rows = aside()
-    for worth in (0.0, -0.1, math.nan):
-        with pytest.raises(ValueError, match="worth must be positive"):
-            shortened(problem, rows, worth=worth)
+    for min_saving in (0.0, -0.1, math.nan):
+        with pytest.raises(ValueError, match="min_saving must be positive"):
+            shortened(problem, rows, min_saving=min_saving)
 
 
 def test_rows_that_do_not_match_are_refused():
     problem, rows = aside()
-    with pytest.raises(ValueError, match="as many rows"):
+    with pytest.raises(ValueError, match="the same number of rows"):
         shortened(problem, [rows[0], rows[1][:-1]])
-    with pytest.raises(ValueError, match="one array for each arm"):
+    with pytest.raises(ValueError, match="one array per arm"):
         shortened(problem, rows[:1])
     for groups in ((), (0,), (0, 0, 0)):
-        with pytest.raises(ValueError, match="a group for each arm"):
+        with pytest.raises(ValueError, match="one group per arm"):
             shortened(problem, rows, groups=groups)
 
 
 def test_steps_of_no_length_are_refused():
     problem, rows = aside()
-    core = problem.cell.collision.core
     for slow in (0.0, -0.1, np.nan):
         speeds = [np.full(6, 0.08), np.append(np.full(5, 0.08), slow)]
         with pytest.raises(ValueError, match="steps must be from 1e-5 to 1e4 rad"):
-            _core.shorten(core, rows, speeds, _core.Levels(1e-3, 1e-3), (0, 0), 10, math.inf, 0, _core.Clock(math.inf))
+            core.shortcut(
+                problem.cell.collision.core,
+                rows,
+                speeds,
+                levels=core.Levels(1e-3, 1e-3),
+                groups=(0, 0),
+                settings=core.ShortcutSettings(attempts=10),
+                seed=0,
+                clock=core.Clock(math.inf),
+            )

@@ -1,14 +1,13 @@
 """All variants of the core give the same bits: the same seed gives the same plan on every processor."""
 
 import itertools
-import math
 
 import numpy as np
 import pytest
 from reference import toys
 
 import mmp_env.model.collision
-from mmp_env import core_variants
+from mmp_env import core
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.collision import CollisionModel
 from mmp_env.model.rings import ring_cell
@@ -27,11 +26,11 @@ def flattened(results):
 def by_every_variant(monkeypatch, cell, ask):
     """What `ask(core module, collision model)` gives with each variant that this processor runs."""
     out = {}
-    for name in core_variants.usable():
-        core = core_variants.load(name)
-        monkeypatch.setattr(mmp_env.model.collision, "_core", core)
+    for name in core.usable_variants():
+        variant = core.load_variant(name)
+        monkeypatch.setattr(mmp_env.model.collision, "core", variant)
         # Twice: what depends on memory that nobody has written to shows here, even with one variant.
-        out[name], out[f"{name} again"] = (flattened(ask(core, CollisionModel(cell))) for _ in range(2))
+        out[name], out[f"{name} again"] = (flattened(ask(variant, CollisionModel(cell))) for _ in range(2))
     return out
 
 
@@ -49,10 +48,10 @@ MIXES = [(("ur5e", "panda", "piper"), "28"), (("panda", "fr5"), "fine")]
 
 
 def test_the_portable_variant_is_there_and_the_best_one_is_preferred(monkeypatch):
-    names = core_variants.usable()
+    names = core.usable_variants()
     assert names[0] == "v1"
     monkeypatch.delenv("MMP_CORE", raising=False)
-    assert core_variants.preferred() == names[-1]
+    assert core.preferred_variant() == names[-1]
 
 
 @pytest.mark.parametrize(("robots", "spheres"), MIXES)
@@ -97,7 +96,10 @@ def test_conflicts_and_forces_agree_to_the_last_bit(monkeypatch, robots, spheres
         for set_of_paths in paths:
             first, *others = motions = [core.Motion(model.core, k, path) for k, path in enumerate(set_of_paths)]
             out += core.conflict_instants(model.core, motions, pairs, core.Levels(0.02, 0.012))
-            out += [core.repulsive_force(model.core, first, others, 0.05, 0.1, centre) for centre in (False, True)]
+            out += [
+                core.repulsive_force(model.core, first, others, core.RepulsionSettings(centre_distance=centre))
+                for centre in (False, True)
+            ]
             out += [descent(core, model, first, others, normalised) for normalised in (False, True)]
         return out
 
@@ -106,11 +108,25 @@ def test_conflicts_and_forces_agree_to_the_last_bit(monkeypatch, robots, spheres
 
 def descent(core, model, first, others, normalised):
     """Six iterations of ModifyMotion, regardless of static contacts."""
-    limits, clock = np.full(model.cell.arms[0].dof, 1.0), core.Clock(60.0)
-    levels = {"levels": core.Levels(-1.0, -1.0), "constraint_margin": 0.001}
-    options = {"alpha": 1e-6, "k_rep": 0.05, "d0": 0.1, "max_iterations": 6, "centre_distance": False}
-    steps = {"normalised": normalised, "normalised_step": 0.02, "max_step": 0.05, "comfort": 0.02, "trace": True}
-    return core.modify_motion(model.core, first, others, [], limits, **levels, clock=clock, **options, **steps)
+    modified = core.modify_motion(
+        model.core,
+        first,
+        others=others,
+        constraints=[],
+        max_step_rad=np.full(model.cell.arms[0].dof, 1.0),
+        levels=core.Levels(-1.0, -1.0),
+        constraint_margin=0.001,
+        settings=core.RepulsionSettings(alpha=1e-6, max_iterations=6, normalised=normalised),
+        clock=core.Clock(60.0),
+        trace=True,
+    )
+    return [
+        modified.positions,
+        modified.moved,
+        modified.iterations,
+        modified.input_breaks_constraint,
+        modified.trace,
+    ]
 
 
 @pytest.mark.parametrize("robot", ["ur5e", "panda"])
@@ -121,24 +137,33 @@ def test_single_arm_plans_and_certificates_agree_to_the_last_bit(monkeypatch, ro
     def ask(core, model):
         planners = [
             core.SingleArm(
-                model.core, k, start[arm], goal[arm], np.full(cell.arms[k].dof, 0.08), core.Levels(*LEVELS), k
+                model.core,
+                k,
+                start=start[arm],
+                goal=goal[arm],
+                max_step=np.full(cell.arms[k].dof, 0.08),
+                levels=core.Levels(*LEVELS),
+                seed=k,
             )
             for k, arm in enumerate(cell.arm_names)
         ]
         out = []
         for seed in range(4):
             constraints = [
-                core.Constraint.standing(model.core, 1, start["arm1"], 0.0, 3, 40),
+                core.Constraint.standing(model.core, 1, start["arm1"], start=3, end=40),
                 core.Constraint.ball((start["arm0"] + goal["arm0"]) / 2, 0.3, 0, 30),
                 core.Constraint.sphere(np.array([0.0, 0.0, 0.4]), 0.05, 2, 10, 30),
             ][: seed % 4]
-            out += planners[0].plan(constraints, seed, core.Clock(60.0), improve_iterations=30)
+            out += planners[0].plan(
+                constraints, seed, core.Clock(60.0), settings=core.SingleArmSettings(improve_iterations=30)
+            )
             out.append(core.safe_intervals(model.core, 0, goal["arm0"], constraints, core.Levels(*LEVELS)))
         first, second = (planner.plan([], 0, core.Clock(60.0))[0] for planner in planners)
         length = max(len(first), len(second))
         whole = [np.vstack([q, np.repeat(q[-1:], length - len(q), axis=0)]) for q in (first, second)]
         required = core.Levels(0.001, 0.001, 0.0005, -0.0002)
-        return [*out, core.certify(model.core, whole, required, 1e-4, core.Clock(60.0))]
+        proof = core.certify(model.core, whole, required, 1e-4, core.Clock(60.0))
+        return [*out, proof.valid, proof.clearance, proof.arm_a, proof.arm_b, proof.segment, proof.fraction]
 
     assert_same_bits(by_every_variant(monkeypatch, cell, ask))
 
@@ -178,17 +203,28 @@ def test_composite_ways_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot, 
     def ask(core, model):
         out = []
         for seed, edge in ((0, 0.05), (1, 2.0)):
-            levels = (core.Levels(MARGIN_M, MARGIN_M), core.Levels(PROOF_M, 0.6 * MARGIN_M, 0.001, -0.0005))
-            ends = (np.concatenate(list(q.values())) for q in (start, goal))
-            search = core.CompositeSearch(model.core, *ends, *levels, 2.0, edge, seed)
+            search = core.CompositeSearch(
+                model.core,
+                start=np.concatenate(list(start.values())),
+                goal=np.concatenate(list(goal.values())),
+                samples=core.Levels(MARGIN_M, MARGIN_M),
+                edges=core.Levels(PROOF_M, 0.6 * MARGIN_M, 0.001, -0.0005),
+                seed=seed,
+                settings=core.CompositeSettings(step=edge),
+            )
             way = search.grow(3000, core.Clock(60.0))
             assert way is not None
             rows = np.split(stepwise(way, step), 4, axis=1)
             assert step > 0.05 or len(rows[0]) > 512
             speeds = [np.full(dof, step)] * 4
             out += [way, search.nodes, search.iterations]
-            asked = (core.Levels(*LEVELS), [0] * 4, 60, math.inf, seed)
-            out.append(core.shorten(model.core, rows, speeds, *asked, core.Clock(60.0)))
+            settings, clock = core.ShortcutSettings(attempts=60), core.Clock(60.0)
+            levels = core.Levels(*LEVELS)
+            out.append(
+                core.shortcut(
+                    model.core, rows, speeds, levels=levels, groups=[0] * 4, settings=settings, seed=seed, clock=clock
+                )
+            )
         return out
 
     assert_same_bits(by_every_variant(monkeypatch, cell, ask))
@@ -214,17 +250,19 @@ def test_planning_among_movers_agrees_to_the_last_bit(monkeypatch, robot, wait, 
     def ask(core, model):
         motion, late = core.Motion(model.core, 1, other), core.Motion(model.core, 1, other[wait // 2 :])
         steps = np.full(len(own[0]), STEP_RAD)
-        arm = core.SingleArm(model.core, 0, own[0], own[-1], steps, core.Levels(*LEVELS), 7, 0.8)
+        arm = core.SingleArm(
+            model.core, 0, start=own[0], goal=own[-1], max_step=steps, levels=core.Levels(*LEVELS), seed=7
+        )
         whole = core.Constraint.moving(motion, 0, core.FOREVER)
         part = core.Constraint.moving(motion, 7, wait + 30)
-        clock = core.Clock(60.0)
-        found = arm.plan([], 1, clock, improve_iterations=20, others=[motion])
-        out = [found, arm.plan(part, 2, clock, others=[late]), arm.plan(whole, 3, clock, 100)]
+        clock, short = core.Clock(60.0), core.SingleArmSettings(max_iterations=100)
+        found = arm.plan([], 1, clock, settings=core.SingleArmSettings(improve_iterations=20), others=[motion])
+        out = [found, arm.plan(part, 2, clock, others=[late]), arm.plan(whole, 3, clock, settings=short)]
         again = {"others": [late], "experience": own if found[0] is None else found[0]}
-        out += [arm.plan([], 4, clock, **again), arm.plan(part, 5, clock, 100, **again)]
+        out += [arm.plan([], 4, clock, **again), arm.plan(part, 5, clock, settings=short, **again)]
         for q in stays:
             for rules, others in (([], [motion]), (part, [late]), (whole, [])):
-                out.append(core.safe_intervals(model.core, 0, q, rules, core.Levels(*LEVELS), others))
+                out.append(core.safe_intervals(model.core, 0, q, rules, core.Levels(*LEVELS), others=others))
         pairs = np.array([[0, 1], [0, 2]], np.int32)
         motions = [core.Motion(model.core, 0, own), motion, late]
         return [*out, core.conflict_instants(model.core, motions, pairs, core.Levels(*LEVELS))]

@@ -5,11 +5,11 @@ import pytest
 from support import two_arms
 from support.recombinations import DT_S, NO_END, lifted, recombination, run, shut_in, straight, with_a_twist
 
-from mmp_env import _core
+from mmp_env import core
 
 
 def closed(ways, choice):
-    return ways.closed(choice, _core.Clock(NO_END))
+    return ways.infeasible_pairs(choice, core.Clock(NO_END))
 
 
 def test_ways_have_numbers_and_equal_ones_the_same():
@@ -22,7 +22,7 @@ def test_ways_have_numbers_and_equal_ones_the_same():
     assert ways.shortest() == first
     for numbers, given in ((first, straight(problem)), (second, lifted(problem))):
         for arm in (0, 1):
-            np.testing.assert_allclose(ways.way(arm, numbers[arm]), given[arm], atol=1e-5)
+            np.testing.assert_allclose(ways.path(arm, numbers[arm]), given[arm], atol=1e-5)
 
 
 def test_a_way_is_given_back_at_full_speed_without_waiting():
@@ -31,7 +31,7 @@ def test_a_way_is_given_back_at_full_speed_without_waiting():
     slow = [np.repeat(q[:1] + np.linspace(0, 1, 200)[:, None] * (q[-1] - q[0]), 2, axis=0) for q in straight(problem)]
     ways = recombination(problem)
     for arm, number in enumerate(ways.add(slow)):
-        way = ways.way(arm, number)
+        way = ways.path(arm, number)
         np.testing.assert_allclose(way[[0, -1]], slow[arm][[0, -1]], atol=1e-6)
         steps = np.abs(np.diff(way, axis=0))
         assert (steps <= speeds[arm] * (1 + 1e-4)).all()
@@ -62,8 +62,8 @@ def test_a_way_that_had_to_go_is_no_longer_there():
     assert not ways.has(longest)
     assert all(ways.has(numbers) for numbers in kept)
     assert ways.add(lifted(problem))[0] == -1
-    for ask in (lambda: ways.way(0, longest[0]), lambda: closed(ways, longest)):
-        with pytest.raises(ValueError, match=r"no such way|a way for each arm"):
+    for ask in (lambda: ways.path(0, longest[0]), lambda: closed(ways, longest)):
+        with pytest.raises(ValueError, match=r"no such path|one path per arm"):
             ask()
 
 
@@ -80,8 +80,8 @@ def test_choices_that_do_not_fit_the_cell_are_refused():
     numbers = ways.add(straight(problem))
     for choice in ([], numbers[:1], [*numbers, numbers[0]], [numbers[0], -1], numbers[::-1]):
         assert not ways.has(choice)
-        with pytest.raises(ValueError, match="a way for each arm"):
+        with pytest.raises(ValueError, match="one path per arm"):
             closed(ways, choice)
     for arm in (-1, 2):
         with pytest.raises(ValueError, match="no such arm"):
-            ways.way(arm, numbers[0])
+            ways.path(arm, numbers[0])

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from reference import toys, windows
 
-from mmp_env import _core
+from mmp_env import core
 
 MARGIN_M, STEP_RAD, LAST = 0.002, 0.08, 24
-LEVELS = _core.Levels(MARGIN_M, 0.0015)
+LEVELS = core.Levels(MARGIN_M, 0.0015)
 
 
 def narrow_arm():
@@ -24,26 +24,31 @@ HERE = np.zeros(2)
 
 def standing(forbidden):
     """Safe intervals at a place that is forbidden in each of the windows."""
-    balls = [_core.Constraint.ball(HERE, 0.1, *window) for window in forbidden]
-    return [(int(lo), int(hi)) for lo, hi in _core.safe_intervals(CELL.collision.core, 0, HERE, balls, LEVELS)]
+    balls = [core.Constraint.ball(HERE, 0.1, *window) for window in forbidden]
+    return [(int(lo), int(hi)) for lo, hi in core.safe_intervals(CELL.collision.core, 0, HERE, balls, LEVELS)]
+
+
+def single_arm(start, goal):
+    step = np.full(2, STEP_RAD)
+    return core.SingleArm(CELL.collision.core, 0, start=start, goal=goal, max_step=step, levels=LEVELS, seed=0)
 
 
 def planned(forbidden, **options):
     start, goal = np.array([-0.4, 0]), np.array([0.4, 0])
-    arm = _core.SingleArm(CELL.collision.core, 0, start, goal, np.full(2, STEP_RAD), LEVELS, 0)
-    balls = [_core.Constraint.ball(HERE, 0.1, *window) for window in forbidden]
-    return arm.plan(balls, 0, _core.Clock(60.0), **options)[0]
+    arm = single_arm(start, goal)
+    balls = [core.Constraint.ball(HERE, 0.1, *window) for window in forbidden]
+    return arm.plan(balls, 0, core.Clock(60.0), settings=core.SingleArmSettings(**options))[0]
 
 
 @pytest.mark.parametrize(
     ("instant", "expected"),
     [
-        (-1, [(0, _core.FOREVER)]),
-        (0, [(1, _core.FOREVER)]),
-        (0.5, [(0, 0), (1, _core.FOREVER)]),
-        (1, [(0, 0), (2, _core.FOREVER)]),
-        (3.25, [(0, 3), (4, _core.FOREVER)]),
-        (4, [(0, 3), (5, _core.FOREVER)]),
+        (-1, [(0, core.FOREVER)]),
+        (0, [(1, core.FOREVER)]),
+        (0.5, [(0, 0), (1, core.FOREVER)]),
+        (1, [(0, 0), (2, core.FOREVER)]),
+        (3.25, [(0, 3), (4, core.FOREVER)]),
+        (4, [(0, 3), (5, core.FOREVER)]),
     ],
 )
 def test_to_stay_somewhere_must_not_take_in_a_forbidden_instant(instant, expected):
@@ -83,18 +88,18 @@ def test_many_instants_are_passed_by_between_them():
 
 def test_a_goal_may_be_forbidden_at_an_instant_but_not_from_then_on():
     start, goal = np.array([-0.4, 0]), HERE
-    arm = _core.SingleArm(CELL.collision.core, 0, start, goal, np.full(2, STEP_RAD), LEVELS, 0)
-    for end, reached in ((9.5, True), (_core.FOREVER, False), (1e300, False), (np.inf, False)):
-        closed = _core.Constraint.ball(HERE, 0.1, 9.5, end)
-        path, _ = arm.plan([closed], 0, _core.Clock(60.0), max_iterations=50)
+    arm = single_arm(start, goal)
+    for end, reached in ((9.5, True), (core.FOREVER, False), (1e300, False), (np.inf, False)):
+        closed = core.Constraint.ball(HERE, 0.1, 9.5, end)
+        path, _ = arm.plan([closed], 0, core.Clock(60.0), settings=core.SingleArmSettings(max_iterations=50))
         assert (path is not None) == reached
-    assert _core.Constraint.ball(HERE, 0.1, -np.inf, np.inf).end == _core.FOREVER
+    assert core.Constraint.ball(HERE, 0.1, -np.inf, np.inf).end == core.FOREVER
 
 
 @pytest.mark.parametrize("window", [(2, 1), (np.nan, 1), (0, np.nan)])
 def test_a_window_that_ends_before_it_begins_is_refused(window):
     with pytest.raises(ValueError, match="start"):
-        _core.Constraint.ball(HERE, 0.1, *window)
+        core.Constraint.ball(HERE, 0.1, *window)
 
 
 @pytest.mark.parametrize(
@@ -104,5 +109,5 @@ def test_a_motion_breaks_an_instant_only_where_it_is_there(instant, broken):
     """From 4.75 to 5.75 steps it passes the ball, and at its end it is in it."""
     rows = np.array([[x, 0.0] for x in (-1.05, -0.85, -0.65, -0.45, -0.25, -0.05, 0.15, 0.35, 0.05)])
     motion = CELL.collision.motion("a", rows)
-    ball = _core.Constraint.ball(HERE, 0.1, instant, instant)
-    assert _core.breaks_constraint(CELL.collision.core, motion, [ball], MARGIN_M) == broken
+    ball = core.Constraint.ball(HERE, 0.1, instant, instant)
+    assert core.breaks_constraint(CELL.collision.core, motion, [ball], MARGIN_M) == broken

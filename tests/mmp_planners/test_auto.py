@@ -7,7 +7,7 @@ import pytest
 from support import two_arms
 
 import mmp_planners
-from mmp_env import _core, check_plan
+from mmp_env import check_plan, core
 from mmp_env.events import NodeCreated, SolutionFound
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.gym.instances import draw_instance
@@ -96,7 +96,7 @@ def test_turns_and_not_times_decide(monkeypatch):
     problem = ring(6, 3, "panda")
     plans = []
     for tick in (0.0, 10.0):  # a machine on which everything takes ten seconds longer
-        clock = _core.Clock(math.inf)
+        clock = core.Clock(math.inf)
         monkeypatch.setattr(auto.Run, "elapsed_s", property(lambda run, tick=tick: tick))
         plans.append(plan_to_dict(mmp_planners.make("auto").plan(problem, seed=4).plan))
         assert not clock.expired
@@ -134,7 +134,7 @@ def test_replanning_takes_a_detour_out_that_no_shortcut_can():
     plan = retime_to_velocity_limits(
         problem, [np.vstack([there, back]), problem.start["right"][None].repeat(17, axis=0)]
     )
-    better, kept = LargeNeighbourhoodSearch(attempts=1)(plan, 0, _core.Clock(math.inf))
+    better, kept = LargeNeighbourhoodSearch(attempts=1)(plan, 0, core.Clock(math.inf))
     assert kept == 1
     assert better.cost_rad == pytest.approx(problem.cost_lower_bound_rad, abs=1e-4)
     assert check_plan(better).valid

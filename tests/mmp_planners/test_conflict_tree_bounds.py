@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from support.arms_on_a_line import PROVED, ArmsOnALine, path, tree
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.planning_context import Path
 
 MOVES = ((0, 0), (1, 0), (-1, 0), (0, 1), (0, -1))
@@ -73,7 +73,7 @@ class NotThere:
     def forbid(self, context, paths, interval, arm, instant):
         step = int(interval.first)
         places = [tuple(paths[arm].at(k)) for k in ((step,) if interval.first == step else (step, step + 1))]
-        constraint = _core.Constraint.ball(np.zeros(1), 0.1, 0, 1)
+        constraint = core.Constraint.ball(np.zeros(1), 0.1, 0, 1)
         context.forbidden[constraint] = (step, *places)
         return [constraint]
 

@@ -8,7 +8,7 @@ import pytest
 from reference.clearance import cloud, gaps
 from support.first_conflicts import CASES, conflict
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_planners.conflict_tree.constraints import (
     INSTANTS,
@@ -39,7 +39,7 @@ def branches(name, case, instant="begin"):
 
 
 def breaks(context, path, constraints):
-    return _core.breaks_constraint(context.core, path.motion, list(constraints), context.conflict_distance)
+    return core.breaks_constraint(context.core, path.motion, list(constraints), context.conflict_distance)
 
 
 def test_the_cases_are_what_they_are_called():
@@ -69,7 +69,7 @@ def test_a_child_has_a_path_that_keeps_its_constraints(name, case):
     found = [context.low_level(branch.arm, branch.constraints, 1)[0] for branch in branches(name, case)]
     assert any(found)
     for branch, path in zip(branches(name, case), found, strict=True):
-        assert path is None or not _core.breaks_constraint(
+        assert path is None or not core.breaks_constraint(
             context.core, path.motion, list(branch.constraints), 0.5 * context.conflict_distance
         )
 
@@ -174,9 +174,9 @@ def test_the_path_that_is_avoided_is_that_of_the_conflict_and_one_step_each_way(
     made = StepPriority().forbid(context, paths, inside, 0, "middle")
     assert (made[0].start, made[-1].end) == (9, 11)
     made = PathPriority().forbid(context, paths, inside, 0, "begin")
-    assert (made[0].start, made[-1].end) == (0, _core.FOREVER)
+    assert (made[0].start, made[-1].end) == (0, core.FOREVER)
     at_goal = ConflictInterval(a=0, b=1, first=9.0, last=float(paths[1].last))
-    assert AvoidPath().forbid(context, paths, at_goal, 0, "begin")[-1].end == _core.FOREVER
+    assert AvoidPath().forbid(context, paths, at_goal, 0, "begin")[-1].end == core.FOREVER
 
 
 def test_a_part_that_ends_before_the_conflict_is_left_out_where_the_start_breaks_it():

@@ -7,7 +7,7 @@ import pytest
 from reference import intervals
 from support import two_arms
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.constraints import INSTANTS, AvoidState, ConflictInterval, OneSided, Vertex
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext
@@ -17,7 +17,7 @@ FLOAT_RAD = 1e-6  # configurations are single precision in the core
 
 
 def context(problem):
-    made = PlanningContext(problem, DT_S, SiRrtStar(iterations=4000), _core.Clock(math.inf))
+    made = PlanningContext(problem, DT_S, SiRrtStar(iterations=4000), core.Clock(math.inf))
     made.reseed(0)
     return made
 
@@ -69,10 +69,10 @@ def test_a_window_does_not_begin_before_the_motion():
 
 def test_an_arm_that_is_parked_stays_there_and_so_does_the_constraint():
     last = PATHS[1].last
-    for at, end in ((last - 1.0, last + 3), (float(last), _core.FOREVER), (last + 5.0, _core.FOREVER)):
+    for at, end in ((last - 1.0, last + 3), (float(last), core.FOREVER), (last + 5.0, core.FOREVER)):
         interval = ConflictInterval(a=0, b=1, first=at, last=at)
         (constraint,) = AvoidState(pad=0.3).forbid(CONTEXT, PATHS, interval, 0, "begin")
-        assert constraint.end == (end if end == _core.FOREVER else int(at) + 1 + 3)
+        assert constraint.end == (end if end == core.FOREVER else int(at) + 1 + 3)
 
 
 def test_where_the_start_touches_the_state_the_window_opens_with_the_conflict():
@@ -97,7 +97,7 @@ def stays_in_ball(centre, radius, constraint):
         q = np.repeat(centre[None], last + 1, axis=0)
         q[:, joint] += radius
         motion = CONTEXT.model.motion("left", q)
-        if not _core.breaks_constraint(CONTEXT.core, motion, [constraint], 0.001):
+        if not core.breaks_constraint(CONTEXT.core, motion, [constraint], 0.001):
             return False
     return True
 
@@ -156,5 +156,5 @@ def test_constraints_of_several_kinds_are_kept_together():
     ]
     path, _ = CONTEXT.low_level(0, both, 3)
     assert path is not None
-    assert not _core.breaks_constraint(CONTEXT.core, path.motion, both, CONTEXT.problem.margin)
-    assert _core.breaks_constraint(CONTEXT.core, PATHS[0].motion, both, CONTEXT.problem.margin)
+    assert not core.breaks_constraint(CONTEXT.core, path.motion, both, CONTEXT.problem.margin)
+    assert core.breaks_constraint(CONTEXT.core, PATHS[0].motion, both, CONTEXT.problem.margin)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from support import two_arms
 
-from mmp_env import check_plan, core_variants
+from mmp_env import check_plan, core
 from mmp_env.errors import MmpError
 from mmp_env.events import Event, SolutionFound
 from mmp_env.files.plan_file import save_plan
@@ -163,7 +163,7 @@ for name in reversed(names()):
 def another_process(tmp_path_factory):
     """A folder of plans by a process with another order of sets and dicts, as it would run on the least processor."""
     folder = tmp_path_factory.mktemp("plans")
-    changes = {"PYTHONHASHSEED": "1", "MMP_CORE": core_variants.usable()[0]}
+    changes = {"PYTHONHASHSEED": "1", "MMP_CORE": core.usable_variants()[0]}
     command = [sys.executable, "-c", IN_ANOTHER_PROCESS, str(TESTS), str(folder)]
     subprocess.run(command, check=True, timeout=300, env=os.environ | changes)
     return folder

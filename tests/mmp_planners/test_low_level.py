@@ -7,7 +7,7 @@ import pytest
 from reference import toys
 from support import two_arms
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
@@ -18,7 +18,7 @@ DT_S = 0.1
 
 
 def context(problem, seed=0, **options):
-    made = PlanningContext(problem, DT_S, SiRrtStar(**options), _core.Clock(math.inf))
+    made = PlanningContext(problem, DT_S, SiRrtStar(**options), core.Clock(math.inf))
     made.reseed(seed)
     return made
 
@@ -69,7 +69,7 @@ def test_a_slower_arm_takes_more_steps():
 def detour(there, seed):
     """A path around a ball that closes the straight way for good."""
     start, goal = there.problem.start["left"], there.problem.goal["left"]
-    return there.low_level(0, [_core.Constraint.ball((start + goal) / 2, 0.2, 0, _core.FOREVER)], seed)
+    return there.low_level(0, [core.Constraint.ball((start + goal) / 2, 0.2, 0, core.FOREVER)], seed)
 
 
 def test_the_same_seed_finds_the_same_path_in_the_same_iterations():
@@ -91,8 +91,8 @@ def test_what_was_asked_before_changes_no_path():
 def test_a_goal_that_is_blocked_for_ever_has_no_path_and_one_that_is_blocked_for_a_while_is_waited_for():
     there = context(two_arms.passing(), iterations=50)
     goal = there.problem.goal["left"]
-    for end, found in ((_core.FOREVER, False), (60, True)):
-        path, _ = there.low_level(0, [_core.Constraint.ball(goal, 0.1, 5, end)], 0)
+    for end, found in ((core.FOREVER, False), (60, True)):
+        path, _ = there.low_level(0, [core.Constraint.ball(goal, 0.1, 5, end)], 0)
         assert (path is not None) == found
     assert_sound(there, 0, path)
     assert path.last >= 60
@@ -101,19 +101,19 @@ def test_a_goal_that_is_blocked_for_ever_has_no_path_and_one_that_is_blocked_for
 def test_an_arm_at_its_goal_gives_way_and_comes_back():
     """It stands where it may not stand for a while; to stay there is no path."""
     there = context(two_arms.nothing_to_do())
-    ball = _core.Constraint.ball(there.problem.goal["left"], 0.2, 10, 40)
+    ball = core.Constraint.ball(there.problem.goal["left"], 0.2, 10, 40)
     path, _ = there.low_level(0, [ball], 0)
     assert path is not None
     assert_sound(there, 0, path)
     assert path.length > 0.4
-    assert not _core.breaks_constraint(there.core, path.motion, [ball], there.problem.margin)
+    assert not core.breaks_constraint(there.core, path.motion, [ball], there.problem.margin)
     assert there.low_level(0, (), 0)[0].last == 0
 
 
 def test_a_start_that_is_forbidden_at_once_has_no_path():
     there = context(two_arms.passing(), iterations=50)
     start = there.problem.start["left"]
-    assert there.low_level(0, [_core.Constraint.ball(start, 0.3, 0, 20)], 0)[0] is None
+    assert there.low_level(0, [core.Constraint.ball(start, 0.3, 0, 20)], 0)[0] is None
 
 
 def test_a_larger_budget_searches_longer():
@@ -121,6 +121,6 @@ def test_a_larger_budget_searches_longer():
     limits = {"lower": np.array([-np.pi, -1e-3]), "upper": np.array([np.pi, 1e-3])}
     cell = toys.toy_cell(toys.toy_arm("a", [0, 0, 0], **limits))
     there = context(make_problem(cell, {"a": [-1.0, 0.0]}, {"a": [1.0, 0.0]}), iterations=10)
-    closed = _core.Constraint.ball(np.zeros(2), 0.3, 0, _core.FOREVER)
+    closed = core.Constraint.ball(np.zeros(2), 0.3, 0, core.FOREVER)
     found = [there.low_level(0, [closed], 0, budget) for budget in (1.0, 2.0, 4.0)]
     assert found == [(None, 10), (None, 20), (None, 40)]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.arms_on_a_line import ArmsOnALine, node, path
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.constraints import Branch, ConflictInterval
 
 
@@ -88,7 +88,7 @@ def test_an_instant_of_a_meeting_is_its_begin_its_middle_or_all_of_it():
 
 def test_a_child_has_the_paths_of_its_parent_and_a_branch_that_is_pending():
     parent = node(7, (0, 1), (2, 1), bounds=[1.0, 0.5])
-    old, new = (_core.Constraint.ball(np.zeros(1), 0.1, k, k + 1) for k in (0, 5))
+    old, new = (core.Constraint.ball(np.zeros(1), 0.1, k, k + 1) for k in (0, 5))
     parent.constraints, parent.kinds = ((old,), ()), (2,)
     branch = Branch(arm=0, constraints=(new,), description="", kind=3)
     child = parent.child(branch)

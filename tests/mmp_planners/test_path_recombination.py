@@ -9,7 +9,7 @@ from support.recombinations import lifted, recombination, shut_in
 from support.recombinations import run as run_of
 
 import mmp_planners
-from mmp_env import _core, check_plan
+from mmp_env import check_plan, core
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.certificate import certify
@@ -73,7 +73,7 @@ def test_what_is_put_together_is_shorter_than_the_best_plan_and_leaves_it_alone(
     before = run.best
     plan = recombine(run, orders, calls=calls)
     assert plan.cost_rad < before.cost - GAIN_RAD + 1e-6
-    assert certify(plan, _core.Clock(math.inf)).valid
+    assert certify(plan, core.Clock(math.inf)).valid
     assert run.best is before
 
 
@@ -104,7 +104,7 @@ def test_arms_that_shut_each_other_in_find_ways_by_themselves(monkeypatch):
     plan = recombine(run)
     assert asked[0] == [0, 1]
     assert plan.cost_rad < run.best.cost - GAIN_RAD + 1e-6
-    assert certify(plan, _core.Clock(math.inf)).valid
+    assert certify(plan, core.Clock(math.inf)).valid
 
 
 def test_a_group_that_finds_no_ways_leaves_those_that_there_are(monkeypatch):
@@ -140,13 +140,13 @@ def test_nothing_is_put_together_where_the_plan_is_as_short_as_can_be():
 
 def test_a_plan_that_takes_long_has_ways_of_longer_steps(monkeypatch):
     """What two arms may do is worked out by the product of their steps."""
-    core, steps = path_recombination._core.Recombination, []
+    made, steps = path_recombination.core.PathRecombination, []
 
     def noted(cell, max_step, levels):
         steps.append(max_step[0] / problem.max_velocity["left"])
-        return core(cell, max_step, levels)
+        return made(cell, max_step, levels)
 
-    monkeypatch.setattr(path_recombination._core, "Recombination", noted)
+    monkeypatch.setattr(path_recombination.core, "PathRecombination", noted)
     problem = two_arms.passing()
     run = Run.begin("auto", None, problem, 0, math.inf)
     for times in (1, 400):

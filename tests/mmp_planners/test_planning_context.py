@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import two_arms
 
-from mmp_env import _core, check_plan
+from mmp_env import check_plan, core
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext
@@ -18,7 +18,7 @@ PROBLEM = two_arms.passing()
 
 
 def context(problem=PROBLEM, seconds=math.inf, **options):
-    made = PlanningContext(problem, DT_S, SiRrtStar(**options), _core.Clock(seconds))
+    made = PlanningContext(problem, DT_S, SiRrtStar(**options), core.Clock(seconds))
     made.reseed(0)
     return made
 

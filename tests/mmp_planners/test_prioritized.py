@@ -1,12 +1,13 @@
 """Prioritized planning: orders of arms, what those before and after count for, and what is done when an arm fails."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from support import two_arms
 
-from mmp_env import _core, check_plan
+from mmp_env import check_plan, core
 from mmp_env.events import NodeCreated, Replanned, SearchStarted, SolutionFound, ignore
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
@@ -164,15 +165,15 @@ def test_given_ways_are_what_every_search_begins_with(monkeypatch):
 
 
 def test_a_plan_without_its_proof_is_counted_and_another_order_is_tried(monkeypatch):
-    certify, refused = _core.certify, []
+    certify, refused = core.certify, []
 
     def refuse_twice(*arguments):
         if len(refused) < 2:
             refused.append(True)
-            return (False, 0.0, 0, 1, 3, 0.5)
+            return SimpleNamespace(valid=False, clearance=0.0, arm_a=0, arm_b=1, segment=3, fraction=0.5)
         return certify(*arguments)
 
-    monkeypatch.setattr(_core, "certify", refuse_twice)
+    monkeypatch.setattr(core, "certify", refuse_twice)
     result, _ = planned(two_arms.passing())
     assert result.status is Status.SOLVED
     assert (result.stats["failed_certificates"], result.stats["restarts"]) == (2, 2)
@@ -220,7 +221,7 @@ def test_nothing_waits_for_arms_that_are_not_planned_yet_where_the_wait_is_zero(
 
 
 def test_a_detour_keeps_an_arm_from_its_own_way_but_never_from_its_ends():
-    there = PlanningContext(two_arms.passing(), 0.1, SiRrtStar(), _core.Clock(math.inf))
+    there = PlanningContext(two_arms.passing(), 0.1, SiRrtStar(), core.Clock(math.inf))
     there.reseed(0)
     run, counts = Run.begin("prioritized", None, there.problem, 0, math.inf), SingleArmCounts()
     search = priority_search.PrioritySearch(
@@ -232,16 +233,16 @@ def test_a_detour_keeps_an_arm_from_its_own_way_but_never_from_its_ends():
         found += search._detour(0, rng)
     assert 20 < len(found) < 60
     own, ends = search.alone[0], search.alone[0].q[[0, -1]]
-    assert all(_core.breaks_constraint(there.core, own.motion, [ball], 0.002) for ball in found if ball.end > own.last)
+    assert all(core.breaks_constraint(there.core, own.motion, [ball], 0.002) for ball in found if ball.end > own.last)
     for end in ends:
         standing = there.model.motion("left", end[None])
-        assert not any(_core.breaks_constraint(there.core, standing, [ball], 0.002) for ball in found)
-    assert len({ball.end == _core.FOREVER for ball in found}) == 2
+        assert not any(core.breaks_constraint(there.core, standing, [ball], 0.002) for ball in found)
+    assert len({ball.end == core.FOREVER for ball in found}) == 2
 
 
 def test_paths_with_others_are_proved_clear_of_them():
     problem = ring(4, 1)
-    there = PlanningContext(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
+    there = PlanningContext(problem, 0.1, SiRrtStar(), core.Clock(math.inf))
     there.reseed(0)
     paths = [there.low_level(0, (), 0)[0]]
     for arm in (1, 2, 3):
@@ -251,10 +252,10 @@ def test_paths_with_others_are_proved_clear_of_them():
 
 
 def test_an_earlier_path_that_still_holds_is_taken_as_it_is():
-    there = PlanningContext(two_arms.passing(), 0.1, SiRrtStar(shortcuts=0), _core.Clock(math.inf))
+    there = PlanningContext(two_arms.passing(), 0.1, SiRrtStar(shortcuts=0), core.Clock(math.inf))
     there.reseed(0)
     start, goal = there.problem.start["left"], there.problem.goal["left"]
-    ball = _core.Constraint.ball((start + goal) / 2, 0.2, 0, _core.FOREVER)
+    ball = core.Constraint.ball((start + goal) / 2, 0.2, 0, core.FOREVER)
     around, _ = there.low_level(0, [ball], 0)
     again, iterations = there.low_level(0, (), 5, experience=around.q)
     assert iterations == 0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support import two_arms
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
@@ -20,7 +20,7 @@ STEPS, DISTANCES = ("gradient", "normalised"), ("surface", "centre")
 
 
 def context(problem):
-    made = PlanningContext(problem, DT_S, SiRrtStar(), _core.Clock(math.inf))
+    made = PlanningContext(problem, DT_S, SiRrtStar(), core.Clock(math.inf))
     made.reseed(0)
     return made, [made.low_level(k, (), k)[0] for k in range(len(made.names))]
 
@@ -89,10 +89,10 @@ def test_constraints_are_kept(step):
     free = RepulsiveModification(step=step)(there, paths, 0, ())
     moved = np.abs(free.path.q - paths[0].q).max(axis=1)
     k = int(moved.argmax())
-    ball = _core.Constraint.ball(free.path.q[k], 0.1 * moved[k], k - 1, k + 1)
+    ball = core.Constraint.ball(free.path.q[k], 0.1 * moved[k], k - 1, k + 1)
 
     def breaks(path):
-        return _core.breaks_constraint(there.core, path.motion, [ball], there.problem.margin)
+        return core.breaks_constraint(there.core, path.motion, [ball], there.problem.margin)
 
     assert breaks(free.path)
     assert not breaks(paths[0])

@@ -7,16 +7,16 @@ import pytest
 from support import two_arms
 
 import mmp_planners
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.portfolio import run as run_module
 from mmp_planners.portfolio.run import LEAST_PROOF_S, PROOF_S, PROOF_SHARE, PROOFS, Run
 
 
 def left_for_proof(monkeypatch, remaining, proof_s=0.0):
     """Of so much time [s], after a proof that took so long."""
-    run, made, asked = Run.begin("auto", None, two_arms.passing(), 0, math.inf), _core.Clock, []
+    run, made, asked = Run.begin("auto", None, two_arms.passing(), 0, math.inf), core.Clock, []
     run.clock, run.proof_s = SimpleNamespace(remaining=remaining), proof_s
-    monkeypatch.setattr(_core, "Clock", lambda seconds: asked.append(seconds) or made(seconds))
+    monkeypatch.setattr(core, "Clock", lambda seconds: asked.append(seconds) or made(seconds))
     run.early_clock()
     return remaining - asked[0]
 

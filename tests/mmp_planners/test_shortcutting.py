@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support import two_arms
 
 import mmp_planners
-from mmp_env import _core, check_plan
+from mmp_env import check_plan, core
 from mmp_env.check.reading import read_plan
 from mmp_env.check.rules import ends, limits, speed, times
 from mmp_env.events import NodeCreated, SolutionFound
@@ -187,26 +187,26 @@ def test_in_groups_of_their_own_nothing_keeps_an_arm_from_the_straight_way():
     problem = two_arms.passing()
     plan = mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan
     (among, _), (alone, kept) = (
-        Shortcutting(attempts=300)(plan, 0, _core.Clock(math.inf), groups=groups) for groups in (None, range(2))
+        Shortcutting(attempts=300)(plan, 0, core.Clock(math.inf), groups=groups) for groups in (None, range(2))
     )
     assert kept > 0
     assert check_plan(among).valid
-    assert not certify(alone, _core.Clock(math.inf)).valid
+    assert not certify(alone, core.Clock(math.inf)).valid
     assert alone.cost_rad == pytest.approx(problem.cost_lower_bound_rad, abs=2e-3)
 
 
 def test_attempts_are_made_again_as_long_as_they_are_worth_it():
     plan = mmp_planners.make("rrt-connect", shorten=0).plan(ring(6, 4), seed=0).plan
-    once, again = (Shortcutting(attempts=20, worth=worth)(plan, 0, _core.Clock(math.inf))[0] for worth in (10, 1e-3))
+    once, again = (Shortcutting(attempts=20, worth=worth)(plan, 0, core.Clock(math.inf))[0] for worth in (10, 1e-3))
     assert again.cost_rad < 0.95 * once.cost_rad
-    by_default = Shortcutting(attempts=20)(plan, 0, _core.Clock(math.inf))[0]
+    by_default = Shortcutting(attempts=20)(plan, 0, core.Clock(math.inf))[0]
     assert plan_to_dict(by_default) == plan_to_dict(once)
 
 
 def test_a_cancelled_clock_leaves_the_plan():
     problem = ring()
     plan = mmp_planners.make("rrt-connect").plan(problem, seed=0).plan
-    clock = _core.Clock(math.inf)
+    clock = core.Clock(math.inf)
     clock.cancel()
     found, kept = Shortcutting(attempts=100_000)(plan, 0, clock)
     assert kept < 10

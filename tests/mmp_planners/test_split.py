@@ -10,7 +10,7 @@ from reference.clearance import Cloud, cloud, least_gap
 from support import two_arms
 from support.first_conflicts import CASES, conflict
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.constraints import Split
 from mmp_planners.conflict_tree.constraints.kind import ConflictInterval
 from mmp_planners.conflict_tree.constraints.split import deepest
@@ -43,7 +43,7 @@ def smaller(spheres, by):
 def is_broken(context, arm, q, constraint):
     """Whether an arm that stands at q all the time breaks a constraint."""
     motion = context.model.motion(context.names[arm], q[None])
-    return _core.breaks_constraint(context.core, motion, [constraint], context.conflict_distance)
+    return core.breaks_constraint(context.core, motion, [constraint], context.conflict_distance)
 
 
 @every_case
@@ -126,7 +126,7 @@ def test_of_two_arms_that_are_alike_the_second_gets_the_ball():
 def barely(depth):
     """Two hands that meet at one instant, by no more than `depth` [m] nearer than the margin."""
     problem = two_arms.passing()
-    context = PlanningContext(problem, 0.1, SiRrtStar(), _core.Clock(math.inf))
+    context = PlanningContext(problem, 0.1, SiRrtStar(), core.Clock(math.inf))
     interval = ConflictInterval(a=0, b=1, first=1.0, last=1.0)
 
     def paths(pan):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from reference import toys
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.events import ignore
 from mmp_env.model.certificate import Certificate
 from mmp_env.model.margins import Margins
@@ -101,7 +101,7 @@ class ArmsOnALine(PlanningContext):
             _PROBLEM,
             tuple("abcdef"[: len(ways)]),
             0.1,
-            _core.Clock(math.inf),
+            core.Clock(math.inf),
         )
         self.max_step = [np.full(1, 100.0) for _ in ways]
         self.certificates = list(certificates)
@@ -135,7 +135,7 @@ class OneConstraint:
 
     def forbid(self, context, paths, interval, arm, instant):
         self.asked.append((interval, arm, instant))
-        return [_core.Constraint.ball(np.zeros(1), 0.1, 0, 1)]
+        return [core.Constraint.ball(np.zeros(1), 0.1, 0, 1)]
 
     def describe(self, context, interval, arm):
         return f"{context.names[arm]} does something else"

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from mmp_env import _core
+from mmp_env import core
 
 LINK_M = 1.0
 STEPS = np.array([0.2, 0.2])
@@ -48,9 +48,9 @@ def obstacle() -> dict[str, Any]:
     return {"shape": 0, "pose": pose[:3].ravel(), "size": np.full(3, 0.1)}
 
 
-def two_arms(frozen: bool = True) -> _core.Cell:
+def two_arms(frozen: bool = True) -> core.Cell:
     """Two arms out of each other's reach, and the box."""
-    cell = _core.Cell()
+    cell = core.Cell()
     cell.add_arm(**arm_at(0.0))
     cell.add_arm(**arm_at(5.0))
     cell.add_obstacle(**obstacle())
@@ -60,25 +60,25 @@ def two_arms(frozen: bool = True) -> _core.Cell:
 
 
 CELL, OTHER_CELL = two_arms(), two_arms()
-MOTION, OTHER = _core.Motion(CELL, 0, ROWS), _core.Motion(CELL, 1, ROWS)
-BALL = _core.Constraint.ball(FIRST, 0.1, 0.0, 1.0)
-CLOCK = _core.Clock(60.0)
-MARGINS = _core.Levels(0.002, 0.0015)
+MOTION, OTHER = core.Motion(CELL, 0, ROWS), core.Motion(CELL, 1, ROWS)
+BALL = core.Constraint.ball(FIRST, 0.1, 0.0, 1.0)
+CLOCK = core.Clock(60.0)
+MARGINS = core.Levels(0.002, 0.0015)
 
 
-def search() -> _core.SingleArm:
-    return _core.SingleArm(CELL, 0, FIRST, LAST, STEPS, MARGINS, 1)
+def search() -> core.SingleArm:
+    return core.SingleArm(CELL, 0, start=FIRST, goal=LAST, max_step=STEPS, levels=MARGINS, seed=1)
 
 
-def composite() -> _core.CompositeSearch:
-    ends = (np.concatenate([q, q]) for q in (FIRST, LAST))
-    return _core.CompositeSearch(CELL, *ends, MARGINS, MARGINS, 2.0, 0.05, 1)
+def composite() -> core.CompositeSearch:
+    start, goal = (np.concatenate([q, q]) for q in (FIRST, LAST))
+    return core.CompositeSearch(CELL, start=start, goal=goal, samples=MARGINS, edges=MARGINS, seed=1)
 
 
-def pool() -> _core.Recombination:
-    ways = _core.Recombination(CELL, [STEPS, STEPS], MARGINS)
-    ways.add([ROWS, ROWS])
-    return ways
+def pool() -> core.PathRecombination:
+    paths = core.PathRecombination(CELL, [STEPS, STEPS], MARGINS)
+    paths.add([ROWS, ROWS])
+    return paths
 
 
 def unmade(kind: type) -> Any:
@@ -120,18 +120,22 @@ def items(valid: Any, wrong: list[Any]) -> list[Any]:
     return [None, 3, *([valid, bad] for bad in (None, 3, "x", unmade(type(valid)), *wrong))]
 
 
-FOREIGN = _core.Motion(OTHER_CELL, 1, ROWS)
+FOREIGN = core.Motion(OTHER_CELL, 1, ROWS)
 WRONG: dict[str, list[Any]] = {
-    "cell": [None, 3, unmade(_core.Cell), two_arms(frozen=False)],
+    "cell": [None, 3, unmade(core.Cell), two_arms(frozen=False)],
     "arm": [-1, 2, 2**31 - 1, -(2**31), *NOT_COUNTS],
-    "clock": [None, 1.0, unmade(_core.Clock)],
-    "levels": [None, 0.002, unmade(_core.Levels)],
-    "required": [None, 0.002, unmade(_core.Levels), _core.Levels(0.0, -0.001)],
-    "search": [None, 3, unmade(_core.SingleArm)],
-    "motion": [None, 3, unmade(_core.Motion), _core.Motion(OTHER_CELL, 0, ROWS)],
+    "clock": [None, 1.0, unmade(core.Clock)],
+    "levels": [None, 0.002, unmade(core.Levels)],
+    "required": [None, 0.002, unmade(core.Levels), core.Levels(0.0, -0.001)],
+    "search": [None, 3, unmade(core.SingleArm)],
+    "single-arm settings": [None, 3, unmade(core.SingleArmSettings)],
+    "repulsion settings": [None, 3, unmade(core.RepulsionSettings)],
+    "composite settings": [None, 3, unmade(core.CompositeSettings)],
+    "shortcut settings": [None, 3, unmade(core.ShortcutSettings)],
+    "motion": [None, 3, unmade(core.Motion), core.Motion(OTHER_CELL, 0, ROWS)],
     "motions": items(OTHER, [FOREIGN, BALL]),
     "others": items(OTHER, [FOREIGN, BALL, MOTION]),
-    "constraints": items(BALL, [OTHER, _core.Constraint.ball(np.zeros(3), 0.1, 0.0, 1.0)]),
+    "constraints": items(BALL, [OTHER, core.Constraint.ball(np.zeros(3), 0.1, 0.0, 1.0)]),
     "number": [*ENDLESS, *NOT_NUMBERS],
     "positive": [*ENDLESS, 0.0, -1.0, *NOT_NUMBERS],
     "not negative": [*ENDLESS, -1.0, *NOT_NUMBERS],
@@ -139,7 +143,7 @@ WRONG: dict[str, list[Any]] = {
     "sampling": [*ENDLESS, 0.0, -1.0, 1e-300, 1e-9, *NOT_NUMBERS],
     "seconds": [math.nan, *NOT_NUMBERS],
     "limit": [math.nan, *NOT_NUMBERS],
-    "worth": [math.nan, -math.inf, 0.0, -1.0, *NOT_NUMBERS],
+    "positive share": [math.nan, -math.inf, 0.0, -1.0, *NOT_NUMBERS],
     "window start": [math.nan, 2.0, *NOT_NUMBERS],
     "window end": [math.nan, -1.0, *NOT_NUMBERS],
     "whole step": [math.nan, 0.5, *NOT_NUMBERS],
@@ -156,12 +160,12 @@ WRONG: dict[str, list[Any]] = {
     "some rows": [*NOT_ROWS, NO_ROWS],
     "rows of each": lists_of(ROWS, [*NOT_ROWS, ROWS[:2]]),
     "some rows of each": [*lists_of(ROWS, [*NOT_ROWS, ROWS[:2]]), [NO_ROWS, NO_ROWS]],
-    "way of each": lists_of(ROWS, [*NOT_ROWS, NO_ROWS]),
+    "path of each": lists_of(ROWS, [*NOT_ROWS, NO_ROWS]),
     "steps of each": lists_of(STEPS, [*vectors(2), *NOT_STEPS]),
     "q of each": lists_of(FIRST, vectors(2)),
     "groups": lists_of(0, [*NOT_COUNTS]),
-    "choice": lists_of(0, [7, -1, *NOT_COUNTS]),
-    "any choice": [None, 3, [None], [2**40]],
+    "path ids": lists_of(0, [7, -1, *NOT_COUNTS]),
+    "any path ids": [None, 3, [None], [2**40]],
     "pairs": [np.array([p], dtype=np.int32) for p in ([0, 2], [-1, 0], [0, 2**31 - 1], [0, 0], [1])]
     + [np.array([0, 1], dtype=np.int32), *NOT_NUMBERS],
     "fixed": [np.zeros((0, 12)), np.zeros((17, 12)), np.zeros((2, 11)), np.zeros(12), *NOT_NUMBERS]
@@ -224,53 +228,77 @@ TWO_ROWS = ([ROWS, ROWS], "some rows of each")
 TWO_STEPS = ([STEPS, STEPS], "steps of each")
 
 CALLS = {
-    "cpu_level": call(_core.cpu_level),
-    "Clock.__init__": call(_core.Clock, seconds=(1.0, "seconds")),
-    "Clock.cancel": call(lambda: _core.Clock(1.0).cancel()),
+    "SingleArmSettings.__init__": call(
+        core.SingleArmSettings,
+        max_iterations=(10, "count"),
+        improve_iterations=(0, "count"),
+        shortcuts=(1, "count"),
+        goal_bias=(0.1, "share"),
+        neighbours=(6, "count"),
+    ),
+    "RepulsionSettings.__init__": call(
+        core.RepulsionSettings,
+        k_rep=(1.0, "not negative"),
+        d0=(0.1, "positive"),
+        centre_distance=(False, "flag"),
+        alpha=(0.01, "number"),
+        max_iterations=(3, "count"),
+        normalised=(False, "flag"),
+        normalised_step=(0.1, "not negative"),
+        max_step=(0.1, "not negative"),
+        comfort=(0.1, "number"),
+    ),
+    "CompositeSettings.__init__": call(core.CompositeSettings, range=(2.0, "sampling"), step=(0.05, "sampling")),
+    "ShortcutSettings.__init__": call(
+        core.ShortcutSettings, attempts=(10, "count"), min_saving=(0.01, "positive share")
+    ),
+    "cpu_level": call(core.cpu_level),
+    "Clock.__init__": call(core.Clock, seconds=(1.0, "seconds")),
+    "Clock.cancel": call(lambda: core.Clock(1.0).cancel()),
     "Levels.__init__": call(
-        _core.Levels,
+        core.Levels,
         margin=(0.002, "number"),
         proof=(0.0015, "number"),
         obstacles=(0.0, "number"),
         own=(0.0, "number"),
     ),
-    "Cell.__init__": call(_core.Cell),
-    "Cell.add_arm": call(lambda **given: _core.Cell().add_arm(**given), **OF_CELL["add_arm"]),
-    "Cell.add_obstacle": call(lambda **given: _core.Cell().add_obstacle(**given), **OF_CELL["add_obstacle"]),
+    "Cell.__init__": call(core.Cell),
+    "Cell.add_arm": call(lambda **given: core.Cell().add_arm(**given), **OF_CELL["add_arm"]),
+    "Cell.add_obstacle": call(lambda **given: core.Cell().add_obstacle(**given), **OF_CELL["add_obstacle"]),
     "Cell.freeze": call(lambda: two_arms(frozen=False).freeze()),
-    "spheres": in_cell(_core.spheres, **ARM, q=(ROWS, "rows")),
-    "sphere_table": in_cell(_core.sphere_table, **ARM),
-    "tool_points": in_cell(_core.tool_points, **ARM, q=(ROWS, "rows")),
-    "static_clearance": in_cell(_core.static_clearance, **ARM, q=(ROWS, "rows"), precise=(True, "flag")),
+    "spheres": in_cell(core.spheres, **ARM, q=(ROWS, "rows")),
+    "sphere_table": in_cell(core.sphere_table, **ARM),
+    "tool_points": in_cell(core.tool_points, **ARM, q=(ROWS, "rows")),
+    "static_clearance": in_cell(core.static_clearance, **ARM, q=(ROWS, "rows"), precise=(True, "flag")),
     "pair_clearance": in_cell(
-        _core.pair_clearance, a=(0, "arm"), qa=(ROWS, "rows"), b=(1, "arm"), qb=(ROWS, "rows"), precise=(True, "flag")
+        core.pair_clearance, a=(0, "arm"), qa=(ROWS, "rows"), b=(1, "arm"), qb=(ROWS, "rows"), precise=(True, "flag")
     ),
-    "cell_clearance": in_cell(_core.cell_clearance, q=([ROWS, ROWS], "rows of each"), obstacles=(True, "flag")),
-    "nearest_bodies": in_cell(_core.nearest_bodies, q=([FIRST, FIRST], "q of each")),
-    "edges_free": in_cell(_core.edges_free, **ARM, q_from=(ROWS, "rows"), q_to=(ROWS, "rows"), **LEVELS),
-    "certify": in_cell(_core.certify, q=TWO_ROWS, required=(MARGINS, "required"), share=(0.5, "share"), **TIMED),
-    "Motion.__init__": in_cell(_core.Motion, **ARM, q=(ROWS, "some rows")),
+    "cell_clearance": in_cell(core.cell_clearance, q=([ROWS, ROWS], "rows of each"), obstacles=(True, "flag")),
+    "nearest_bodies": in_cell(core.nearest_bodies, q=([FIRST, FIRST], "q of each")),
+    "edges_free": in_cell(core.edges_free, **ARM, q_from=(ROWS, "rows"), q_to=(ROWS, "rows"), **LEVELS),
+    "certify": in_cell(core.certify, q=TWO_ROWS, required=(MARGINS, "required"), share=(0.5, "share"), **TIMED),
+    "Motion.__init__": in_cell(core.Motion, **ARM, q=(ROWS, "some rows")),
     "conflict_instants": in_cell(
-        _core.conflict_instants,
+        core.conflict_instants,
         motions=([MOTION, OTHER], "motions"),
         pairs=(np.array([[0, 1]], dtype=np.int32), "pairs"),
         **LEVELS,
         bases=(True, "flag"),
     ),
-    "Constraint.ball": call(_core.Constraint.ball, center=(FIRST, "center"), radius=(0.1, "not negative"), **WINDOW),
-    "Constraint.standing": in_cell(_core.Constraint.standing, **ARM, q=(FIRST, "q"), shrink=(0.0, "number"), **WINDOW),
+    "Constraint.ball": call(core.Constraint.ball, center=(FIRST, "center"), radius=(0.1, "not negative"), **WINDOW),
+    "Constraint.standing": in_cell(core.Constraint.standing, **ARM, q=(FIRST, "q"), shrink=(0.0, "number"), **WINDOW),
     "Constraint.moving": call(
-        _core.Constraint.moving, motion=(MOTION, "any motion"), start=(0.0, "whole step"), end=(1.0, "whole step")
+        core.Constraint.moving, motion=(MOTION, "any motion"), start=(0.0, "whole step"), end=(1.0, "whole step")
     ),
     "Constraint.sphere": call(
-        _core.Constraint.sphere,
+        core.Constraint.sphere,
         center=(np.zeros(3), "point"),
         radius=(0.1, "not negative"),
         first_link=(1, "link"),
         **WINDOW,
     ),
     "safe_intervals": in_cell(
-        _core.safe_intervals,
+        core.safe_intervals,
         **ARM,
         q=(FIRST, "q"),
         constraints=([BALL], "constraints"),
@@ -278,7 +306,7 @@ CALLS = {
         others=([OTHER], "others"),
     ),
     "SingleArm.__init__": in_cell(
-        _core.SingleArm,
+        core.SingleArm,
         **ARM,
         start=(FIRST, "q"),
         goal=(LAST, "q"),
@@ -292,80 +320,66 @@ CALLS = {
         constraints=([BALL], "constraints"),
         **SEED,
         **TIMED,
-        max_iterations=(10, "count"),
-        improve_iterations=(0, "count"),
-        shortcuts=(1, "count"),
-        goal_bias=(0.1, "share"),
-        neighbours=(6, "count"),
+        settings=(core.SingleArmSettings(max_iterations=10), "single-arm settings"),
         others=([OTHER], "others"),
         experience=(ROWS, "experience"),
     ),
     "repulsive_force": in_cell(
-        _core.repulsive_force,
+        core.repulsive_force,
         motion=(MOTION, "motion"),
         others=([OTHER], "others"),
-        k_rep=(1.0, "not negative"),
-        d0=(0.1, "positive"),
-        centre_distance=(False, "flag"),
+        settings=(core.RepulsionSettings(), "repulsion settings"),
     ),
     "modify_motion": in_cell(
-        _core.modify_motion,
+        core.modify_motion,
         motion=(MOTION, "motion"),
         others=([OTHER], "others"),
         constraints=([BALL], "constraints"),
         max_step_rad=(STEPS, "steps"),
         **LEVELS,
         constraint_margin=(0.002, "number"),
+        settings=(core.RepulsionSettings(max_iterations=3), "repulsion settings"),
         **TIMED,
-        alpha=(0.01, "number"),
-        k_rep=(1.0, "not negative"),
-        d0=(0.1, "positive"),
-        max_iterations=(3, "count"),
-        centre_distance=(False, "flag"),
-        normalised=(False, "flag"),
-        normalised_step=(0.1, "not negative"),
-        max_step=(0.1, "not negative"),
-        comfort=(0.1, "number"),
         trace=(True, "flag"),
     ),
     "breaks_constraint": in_cell(
-        _core.breaks_constraint,
+        core.breaks_constraint,
         motion=(MOTION, "motion"),
         constraints=([BALL], "constraints"),
         margin=(0.002, "number"),
     ),
     "CompositeSearch.__init__": in_cell(
-        _core.CompositeSearch,
+        core.CompositeSearch,
         start=(np.zeros(4), "all joints"),
         goal=(np.ones(4), "all joints"),
         samples=(MARGINS, "levels"),
         edges=(MARGINS, "levels"),
-        range=(2.0, "sampling"),
-        step=(0.05, "sampling"),
         **SEED,
+        settings=(core.CompositeSettings(), "composite settings"),
     ),
     "CompositeSearch.grow": call(lambda **given: composite().grow(**given), iterations=(10, "count"), **TIMED),
-    "shorten": in_cell(
-        _core.shorten,
+    "shortcut": in_cell(
+        core.shortcut,
         q=TWO_ROWS,
         max_step=TWO_STEPS,
         **LEVELS,
         groups=([0, 0], "groups"),
-        attempts=(10, "count"),
-        worth=(0.01, "worth"),
+        settings=(core.ShortcutSettings(attempts=10), "shortcut settings"),
         **SEED,
         **TIMED,
     ),
-    "replan": in_cell(_core.replan, q=TWO_ROWS, max_step=TWO_STEPS, **LEVELS, attempts=(3, "count"), **SEED, **TIMED),
-    "Recombination.__init__": in_cell(_core.Recombination, max_step=TWO_STEPS, **LEVELS),
-    "Recombination.add": call(lambda **given: pool().add(**given), q=([ROWS, ROWS], "way of each")),
-    "Recombination.has": call(lambda **given: pool().has(**given), choice=([0, 1], "any choice")),
-    "Recombination.shortest": call(lambda: pool().shortest()),
-    "Recombination.way": call(lambda **given: pool().way(**given), **ARM, number=(0, "way number")),
-    "Recombination.closed": call(lambda **given: pool().closed(**given), choice=([0, 1], "choice"), **TIMED),
-    "Recombination.run": call(lambda **given: pool().run(**given), limit=(100.0, "limit"), **TIMED),
+    "replan": in_cell(core.replan, q=TWO_ROWS, max_step=TWO_STEPS, **LEVELS, attempts=(3, "count"), **SEED, **TIMED),
+    "PathRecombination.__init__": in_cell(core.PathRecombination, max_step=TWO_STEPS, **LEVELS),
+    "PathRecombination.add": call(lambda **given: pool().add(**given), q=([ROWS, ROWS], "path of each")),
+    "PathRecombination.has": call(lambda **given: pool().has(**given), path_ids=([0, 1], "any path ids")),
+    "PathRecombination.shortest": call(lambda: pool().shortest()),
+    "PathRecombination.path": call(lambda **given: pool().path(**given), **ARM, path_id=(0, "path id")),
+    "PathRecombination.infeasible_pairs": call(
+        lambda **given: pool().infeasible_pairs(**given), path_ids=([0, 1], "path ids"), **TIMED
+    ),
+    "PathRecombination.recombine": call(lambda **given: pool().recombine(**given), limit=(100.0, "limit"), **TIMED),
     "search_tree": call(
-        lambda **given: _core.search_tree(**given),
+        lambda **given: core.search_tree(**given),
         arm=(search(), "search"),
         others=([OTHER], "others"),
         **SEED,
@@ -377,7 +391,7 @@ WRONG |= {
     "any motion": WRONG["motion"][:-1],
     "center": [np.zeros(0), np.zeros(17), *vectors(2)[3:]],
     "experience": NOT_ROWS[:4] + NOT_ROWS[5:],
-    "way number": [7, -1, -(2**31), *NOT_COUNTS],
+    "path id": [7, -1, -(2**31), *NOT_COUNTS],
 }
 
 
@@ -395,7 +409,7 @@ def of_unmade_object(name: str, chosen: Call) -> list[tuple[str, Callable[[], An
     owner, _, method = name.rpartition(".")
     if not owner or owner == "Constraint":
         return []
-    kind = getattr(_core, owner)
+    kind = getattr(core, owner)
     if method != "__init__":
         return [("self", partial(getattr(kind, method), unmade(kind), **chosen.valid))]
     return [

@@ -5,7 +5,7 @@ from functools import cache
 
 from support import two_arms
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
@@ -33,7 +33,7 @@ CASES = {
 def conflict(case):
     """Arms whose paths go straight for their goals, these paths, and their first conflict."""
     problem = CASES[case]()
-    context = PlanningContext(problem, 0.1, SiRrtStar(iterations=4000), _core.Clock(math.inf))
+    context = PlanningContext(problem, 0.1, SiRrtStar(iterations=4000), core.Clock(math.inf))
     context.reseed(0)
     paths = [context.low_level(k, (), 0)[0] for k in range(len(context.names))]
     none = tuple(() for _ in paths)

@@ -4,7 +4,7 @@ import numpy as np
 from support import two_arms
 from support.two_arms import along
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 
 DT_S = 0.1
@@ -16,7 +16,7 @@ def recombination(problem, *ways):
     """With `ways`, each of them one for every arm, added."""
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
-    out = _core.Recombination(
+    out = core.PathRecombination(
         problem.cell.collision.core, speeds, problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
     )
     for way in ways:
@@ -25,7 +25,7 @@ def recombination(problem, *ways):
 
 
 def run(ways, limit=NO_END):
-    return ways.run(limit, _core.Clock(NO_END))
+    return ways.recombine(limit, core.Clock(NO_END))
 
 
 def straight(problem):

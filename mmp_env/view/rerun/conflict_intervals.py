@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.conflict import unbroken_runs
 from mmp_env.model.problem import Problem
@@ -33,7 +33,7 @@ class ConflictFinder:
 
     def __init__(self, problem: Problem) -> None:
         self._problem, self._model = problem, problem.cell.collision
-        self._motions: dict[int, tuple[np.ndarray, _core.Motion]] = {}
+        self._motions: dict[int, tuple[np.ndarray, core.Motion]] = {}
 
     def __call__(self, paths: Mapping[str, Float[np.ndarray, "k dof"]]) -> list[ConflictInterval]:
         """Returns the conflict intervals between `paths`, arm -> [k, dof] [rad], earliest first."""
@@ -50,7 +50,7 @@ class ConflictFinder:
         ]
         return sorted(out, key=lambda interval: (interval.first, interval.arm_a, interval.arm_b))
 
-    def _motion(self, name: str, path: Float[np.ndarray, "k dof"]) -> _core.Motion:
+    def _motion(self, name: str, path: Float[np.ndarray, "k dof"]) -> core.Motion:
         if id(path) not in self._motions:  # keeping the path keeps its id unique
             self._motions[id(path)] = path, self._model.motion(name, path)
         return self._motions[id(path)][1]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.errors import MmpError
 from mmp_env.model.collision import PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
@@ -25,7 +25,7 @@ from mmp_env.view.rerun.sphere_clouds import send_clouds
 
 ROOT = "/single_arm"
 TREE, SPHERES, PATH = f"{ROOT}/tree", f"{ROOT}/spheres", f"{ROOT}/path"
-ETA_RAD, ITERATIONS = 0.8, 400
+ITERATIONS = 400
 """Default steering distance [rad] of the planners, and number of iterations, which continue after the first path."""
 _EDGE_POINTS = 5
 _MOST_STEPS = 100_000
@@ -85,18 +85,17 @@ def grow_tree(
     """Returns the tree of a search among `others`, trajectories in steps of `dt_s` [s]."""
     model, number = problem.cell.collision, problem.cell.arm_index(arm)
     start, goal = (np.ascontiguousarray(ends[arm], dtype=float) for ends in (problem.start, problem.goal))
-    single = _core.SingleArm(
+    single = core.SingleArm(
         model.core,
         number,
-        start,
-        goal,
-        problem.max_velocity[arm] * dt_s,
-        problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR),
-        seed,
-        ETA_RAD,
+        start=start,
+        goal=goal,
+        max_step=problem.max_velocity[arm] * dt_s,
+        levels=problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR),
+        seed=seed,
     )
     motions = [model.motion(name, q) for name, q in others.items()]
-    q, links, path = _core.search_tree(single, motions, seed, _core.Clock(60.0), iterations)
+    q, links, path = core.search_tree(single, others=motions, seed=seed, clock=core.Clock(60.0), iterations=iterations)
     return GrownTree(q=q, arrivals=links[:, 0], parents=links[:, 1], path=path)
 
 

@@ -9,7 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.planning_context import Path, PlanningContext
 
 
@@ -66,6 +66,6 @@ def _moving_spheres(
     """Centres [m], radii [m] and links of the spheres that are not the base's."""
     q = np.array([path.at(k) for k in instants])
     centers, radii = context.model.spheres(context.names[arm], q)
-    links = _core.sphere_table(context.core, arm)[:, 0].astype(int)
+    links = core.sphere_table(context.core, arm)[:, 0].astype(int)
     moving = links > 0
     return centers[:, moving], radii[moving], links[moving]

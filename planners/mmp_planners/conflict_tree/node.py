@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.constraints import Branch, ConflictInterval
 from mmp_planners.planning_context import PairConflicts, Path, PlanningContext
 
@@ -26,7 +26,7 @@ class Node:
     id: int
     parent: int | None
     paths: tuple[Path, ...]
-    constraints: tuple[tuple[_core.Constraint, ...], ...]
+    constraints: tuple[tuple[core.Constraint, ...], ...]
     bounds: tuple[float, ...]
     conflicts: PairConflicts
     fast_tracked: bool = False

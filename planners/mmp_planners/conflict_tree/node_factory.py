@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.conflict_tree.expansion import Experience
 from mmp_planners.conflict_tree.node import Node
@@ -83,7 +83,7 @@ class NodeFactory:
         return True
 
     def _replan(
-        self, arm: int, constraints: Sequence[_core.Constraint], key: tuple[int, int, int], experience: Path | None
+        self, arm: int, constraints: Sequence[core.Constraint], key: tuple[int, int, int], experience: Path | None
     ) -> Path | None:
         """Calls the low level with a growing budget. The seed depends on the node alone, not on what ran before."""
         known = None if experience is None else experience.q

@@ -13,9 +13,11 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.events import ForceField
 from mmp_planners.planning_context import Path, PlanningContext
+
+_DEFAULT = core.RepulsionSettings()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,7 +35,7 @@ class Modification(Protocol):
     """Modifies the path of an arm after replanning; None leaves it as it is."""
 
     def __call__(
-        self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+        self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[core.Constraint]
     ) -> Modified | None: ...
 
 
@@ -42,7 +44,7 @@ class NoModification:
     """Leaves the path as the low level made it, as plain ECBS does."""
 
     def __call__(
-        self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+        self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[core.Constraint]
     ) -> Modified | None:
         return None
 
@@ -61,42 +63,48 @@ class RepulsiveModification:
     the descent without conflicts and at 2 cm of clearance. `trace` keeps every iterate for watchers.
     """
 
-    alpha: float = 1e-7
-    k_rep: float = 0.05
-    d0: float = 0.10
-    max_iterations: int = 50
+    alpha: float = _DEFAULT.alpha
+    k_rep: float = _DEFAULT.k_rep
+    d0: float = _DEFAULT.d0
+    max_iterations: int = _DEFAULT.max_iterations
     distance: str = "surface"
     step: str = "gradient"
     early_stop: bool = True
     trace: bool = False
 
     def __call__(
-        self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[_core.Constraint]
+        self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[core.Constraint]
     ) -> Modified | None:
-        q, moved, iterations, _, iterates = _core.modify_motion(
+        modified = core.modify_motion(
             context.core,
             paths[arm].motion,
-            [path.motion for k, path in enumerate(paths) if k != arm],
-            constraints,
-            context.max_step[arm],
-            context.keep_levels(),
-            context.problem.margin,
-            context.clock,
-            alpha=self.alpha,
-            k_rep=self.k_rep,
-            d0=self.d0,
-            max_iterations=self.max_iterations,
-            centre_distance=self.distance == "centre",
-            normalised=self.step == "normalised",
-            normalised_step=0.02,
-            max_step=0.05,
-            comfort=0.02 if self.early_stop else -1.0,
+            others=[path.motion for k, path in enumerate(paths) if k != arm],
+            constraints=constraints,
+            max_step_rad=context.max_step[arm],
+            levels=context.keep_levels(),
+            constraint_margin=context.problem.margin,
+            settings=self._settings,
+            clock=context.clock,
             trace=self.trace,
         )
-        if not moved:
+        if not modified.moved:
             return None
         field = ForceField(k_rep=self.k_rep, d0=self.d0, centres=self.distance == "centre")
-        return Modified(path=context.path(arm, q), iterations=iterations, iterates=tuple(iterates), field=field)
+        path, iterates = context.path(arm, modified.positions), tuple(modified.trace)
+        return Modified(path=path, iterations=modified.iterations, iterates=iterates, field=field)
+
+    @property
+    def _settings(self) -> core.RepulsionSettings:
+        stop = {} if self.early_stop else {"comfort": -1.0}
+        return core.RepulsionSettings(
+            k_rep=self.k_rep,
+            d0=self.d0,
+            centre_distance=self.distance == "centre",
+            alpha=self.alpha,
+            max_iterations=self.max_iterations,
+            normalised=self.step == "normalised",
+            **stop,
+        )
 
 
 def traced(modification: Modification) -> Modification:

@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from mmp_env import core
 from mmp_env.argument_checks import known_keywords
 from mmp_env.events import Watcher, ignore, wants_iterates
 from mmp_env.model.problem import Problem
@@ -51,7 +52,7 @@ class TreePlanner(abc.ABC):
     dt: float = option(0.1, "length of a step of the time grid [s]", positive=True)
     restarts: bool = option(True, "begin a new tree with another sub-seed when a tree makes no progress; off: one tree")
     patience: int = option(20, "expansions after a solution in which a cheaper one may still be found", positive=True)
-    eta: float = option(0.8, "steering distance of the single-arm planner [rad]", least=0.01)
+    eta: float = option(core.STEERING_RAD, "steering distance of the single-arm planner [rad]", least=0.01)
     iterations: int = option(200, "single-arm iterations without a path before a call fails", positive=True)
     shortcuts: int = option(40, "attempts to shorten each single-arm path", positive=True)
     shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: keep it as found", least=0)

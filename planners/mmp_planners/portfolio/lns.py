@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_planners.portfolio.shortcutting import on_grid, retime_to_velocity_limits, step_of_grid
@@ -22,16 +22,16 @@ class LargeNeighbourhoodSearch:
     attempts: int
     dt: float = 0.1
 
-    def __call__(self, plan: Plan, seed: int, clock: _core.Clock) -> tuple[Plan, int]:
+    def __call__(self, plan: Plan, seed: int, clock: core.Clock) -> tuple[Plan, int]:
         """The plan made shorter, its certificate still to come, and how many attempts succeeded."""
         problem, dt = plan.problem, step_of_grid(plan, self.dt)
-        rows, kept = _core.replan(
+        rows, kept = core.replan(
             problem.cell.collision.core,
             on_grid(plan, dt),
             [problem.max_velocity[name] * dt for name in problem.cell.arm_names],
-            problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
-            self.attempts,
-            seed,
-            clock,
+            levels=problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
+            attempts=self.attempts,
+            seed=seed,
+            clock=clock,
         )
         return (retime_to_velocity_limits(problem, rows) if kept else plan), kept

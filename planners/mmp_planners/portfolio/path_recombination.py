@@ -16,7 +16,7 @@ import dataclasses
 import itertools
 from collections.abc import Iterator, Sequence
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.events import ignore
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
@@ -44,7 +44,7 @@ class PathRecombination:
         self._run, self._shorten, self._alone = run, shorten, alone
         self._grid = max(dt, first.makespan_s / MOST_STEPS)
         names = run.problem.cell.arm_names
-        self._ways = _core.Recombination(
+        self._ways = core.PathRecombination(
             run.problem.cell.collision.core,
             [run.problem.max_velocity[name] * self._grid for name in names],
             run.problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
@@ -76,17 +76,17 @@ class PathRecombination:
             self._groups(seeds, clock)
         else:
             self._another(orders, seeds, clock)
-        rows = self._ways.run(best.cost_rad - GAIN_RAD, clock)
+        rows = self._ways.recombine(best.cost_rad - GAIN_RAD, clock)
         self._run.cut_short |= clock.expired
         return None if rows is None else retime_to_velocity_limits(best.problem, rows)
 
-    def _groups(self, seeds: Iterator[int], clock: _core.Clock) -> None:
+    def _groups(self, seeds: Iterator[int], clock: core.Clock) -> None:
         """Arms that shut each other in find ways among themselves, for as long as more of them do."""
         choice, group = self._ways.shortest(), list(self._each)
         for _ in range(MERGES):
             if not self._ways.has(choice):
                 return
-            closed = self._ways.closed(choice, clock)
+            closed = self._ways.infeasible_pairs(choice, clock)
             if clock.expired:
                 return
             for a, b in closed:
@@ -99,7 +99,7 @@ class PathRecombination:
                         choice[arm] = found[arm]
 
     def _together(
-        self, arms: Sequence[int], choice: Sequence[int], seeds: Iterator[int], clock: _core.Clock
+        self, arms: Sequence[int], choice: Sequence[int], seeds: Iterator[int], clock: core.Clock
     ) -> list[int] | None:
         """Numbers of ways: of `arms` that are clear of each other, and of the others."""
         self._begin_with(choice)
@@ -111,7 +111,7 @@ class PathRecombination:
         found = self._add(self._shorten(plan, next(seeds), clock, groups=groups)[0])
         return None if any(found[arm] < 0 for arm in arms) else found
 
-    def _another(self, orders: int, seeds: Iterator[int], clock: _core.Clock) -> None:
+    def _another(self, orders: int, seeds: Iterator[int], clock: core.Clock) -> None:
         """The ways of a plan that another order of the arms brings, which begin with new ways of each arm alone."""
         run = dataclasses.replace(self._run, clock=clock, counts=SingleArmCounts(), best=None, found_s=None)
         search = self._search
@@ -132,10 +132,10 @@ class PathRecombination:
 
     def _path(self, arm: int, number: int) -> Path:
         if number not in self._paths:
-            self._paths[number] = self._search.context.path(arm, self._ways.way(arm, number))
+            self._paths[number] = self._search.context.path(arm, self._ways.path(arm, number))
         return self._paths[number]
 
-    def _add_alone(self, plan: Plan, seed: int, clock: _core.Clock) -> None:
+    def _add_alone(self, plan: Plan, seed: int, clock: core.Clock) -> None:
         self._add(self._alone(plan, seed, clock, groups=self._each)[0])
 
     def _add(self, plan: Plan) -> list[int]:

@@ -7,7 +7,7 @@ import time
 from dataclasses import dataclass, field
 from typing import Any
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.events import NodeCreated, SolutionFound, Watcher, ignore
 from mmp_env.model.certificate import certify
 from mmp_env.model.plan import Plan
@@ -43,7 +43,7 @@ class Run:
     options: Any
     problem: Problem
     seed: int
-    clock: _core.Clock
+    clock: core.Clock
     counts: RunCounts = field(default_factory=RunCounts)
     best: Incumbent | None = None
     exhausted: bool = False
@@ -58,7 +58,7 @@ class Run:
     def begin(cls, name: str, options: Any, problem: Problem, seed: int, time_limit: float) -> Run:
         """The clock starts. Raises `MmpError` like `check_run`."""
         seed, time_limit = check_run(problem, seed, time_limit)
-        clock = _core.Clock(min(time_limit, 1e10))
+        clock = core.Clock(min(time_limit, 1e10))
         return cls(name=name, options=options, problem=problem, seed=seed, clock=clock)
 
     def offer(self, plan: Plan) -> bool:
@@ -140,13 +140,13 @@ class Run:
                 self.counts.shortcuts += kept
         return succeeded
 
-    def early_clock(self) -> _core.Clock:
+    def early_clock(self) -> core.Clock:
         """One that ends so early that what was found until then can be proved."""
         remaining = min(self.clock.remaining, 1e10)
         kept = max(PROOF_SHARE * remaining, PROOF_S)
         if self.proof_s > 0:
             kept = min(kept, max(PROOFS * self.proof_s, LEAST_PROOF_S))
-        return _core.Clock(max(0.0, remaining - kept))
+        return core.Clock(max(0.0, remaining - kept))
 
     def emit_and_shorten(self, watch: Watcher, attempts: int, dt: float) -> None:
         """The end of a planner without a tree: its plan is told, and told again where `attempts` have shortened it."""

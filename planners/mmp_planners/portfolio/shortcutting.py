@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
@@ -37,7 +37,7 @@ class Shortcutting:
     worth: float = math.inf
 
     def __call__(
-        self, plan: Plan, seed: int, clock: _core.Clock, *, groups: Sequence[int] | None = None
+        self, plan: Plan, seed: int, clock: core.Clock, *, groups: Sequence[int] | None = None
     ) -> tuple[Plan, int]:
         """The plan made shorter, its certificate still to come, and how many stretches were replaced.
 
@@ -45,16 +45,15 @@ class Shortcutting:
         """
         problem = plan.problem
         names, dt = problem.cell.arm_names, step_of_grid(plan, self.dt)
-        rows, kept = _core.shorten(
+        rows, kept = core.shortcut(
             problem.cell.collision.core,
             on_grid(plan, dt),
             [problem.max_velocity[name] * dt for name in names],
-            problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
-            groups if groups is not None else [0] * len(names),
-            self.attempts,
-            self.worth,
-            seed,
-            clock,
+            levels=problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
+            groups=groups if groups is not None else [0] * len(names),
+            settings=core.ShortcutSettings(attempts=self.attempts, min_saving=self.worth),
+            seed=seed,
+            clock=clock,
         )
         return (retime_to_velocity_limits(problem, rows) if kept else plan), kept
 

@@ -42,7 +42,7 @@ def test_the_ids_are_the_rings_and_one_for_any_cell():
 
 
 def test_importing_the_package_loads_neither_mujoco_nor_planners_nor_what_only_commands_need():
-    heavy = ["mujoco", "rich", "yaml", "msgspec", "mmp_planners", "mmp_tasks", "mmp_env._core", "mmp_env.gym.env"]
+    heavy = ["mujoco", "rich", "yaml", "msgspec", "mmp_planners", "mmp_tasks", "mmp_env.core", "mmp_env.gym.env"]
     heavy += ["mmp_env.version"]
     code = f"import sys, mmp_env; print([name for name in {heavy} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"

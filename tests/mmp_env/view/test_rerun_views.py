@@ -6,7 +6,7 @@ from reference import repulsion as reference_repulsion
 from support import two_arms
 from support.recordings import Rows, array
 
-from mmp_env import _core, events
+from mmp_env import core, events
 from mmp_env.events import ForceField
 from mmp_env.view.rerun import RerunWatcher
 from mmp_env.view.rerun.plan_view import frame_times
@@ -157,7 +157,8 @@ def test_the_forces_shown_are_those_that_the_core_descends(centres):
     paths = {arm: np.linspace(PROBLEM.start[arm], PROBLEM.goal[arm], 15) for arm in ARMS}
     field = ForceField(k_rep=0.05, d0=0.2, centres=centres)
     motions = [CELL.collision.motion(arm, paths[arm]) for arm in ARMS]
-    found = _core.repulsive_force(CELL.collision.core, motions[0], motions[1:], field.k_rep, field.d0, centres)
+    settings = core.RepulsionSettings(k_rep=field.k_rep, d0=field.d0, centre_distance=centres)
+    found = core.repulsive_force(CELL.collision.core, motions[0], motions[1:], settings)
     assert found.any()
     for k in range(1, 14):
         q, others = paths[first][k], {second: paths[second][k]}

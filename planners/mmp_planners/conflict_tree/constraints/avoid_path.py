@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.constraints.kind import ConflictInterval, without_start_violations
 from mmp_planners.planning_context import Path, PlanningContext
 
@@ -25,11 +25,11 @@ class AvoidPath:
 
     def forbid(
         self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
-    ) -> list[_core.Constraint]:
+    ) -> list[core.Constraint]:
         path = paths[interval.other(arm)]
         start = max(0, math.ceil(interval.first) - 1)
-        end = _core.FOREVER if interval.last >= path.last else int(interval.last) + 1
-        return without_start_violations(context, arm, _core.Constraint.moving(path.motion, start, end), interval)
+        end = core.FOREVER if interval.last >= path.last else int(interval.last) + 1
+        return without_start_violations(context, arm, core.Constraint.moving(path.motion, start, end), interval)
 
     def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str:
         other = context.names[interval.other(arm)]

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.constraints.kind import ConflictInterval
 from mmp_planners.planning_context import Path, PlanningContext
 
@@ -28,7 +28,7 @@ class AvoidState:
 
     def forbid(
         self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
-    ) -> list[_core.Constraint]:
+    ) -> list[core.Constraint]:
         other = interval.other(arm)
         pad = round(self.pad / context.dt)
         out = []
@@ -36,8 +36,8 @@ class AvoidState:
             q = paths[other].at(k)
             first, last = int(interval.first), math.ceil(interval.last)
             start = int(k) if context.start_touches(arm, other, q) else max(0, first - pad)
-            end = _core.FOREVER if k >= paths[other].last else last + 1 + pad
-            out.append(_core.Constraint.standing(context.core, other, q, 0.0, start, end))
+            end = core.FOREVER if k >= paths[other].last else last + 1 + pad
+            out.append(core.Constraint.standing(context.core, other, q, start=start, end=end))
         return out
 
     def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_env.model.collision import PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_planners.planning_context import Path, PlanningContext
 
@@ -39,7 +39,7 @@ class Branch:
     """One child of a node: the new constraints of `arm`, their description, and the number of their kind."""
 
     arm: int
-    constraints: tuple[_core.Constraint, ...]
+    constraints: tuple[core.Constraint, ...]
     description: str
     kind: int = 0
 
@@ -66,7 +66,7 @@ class OneSided(Protocol):
 
     def forbid(
         self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
-    ) -> list[_core.Constraint]: ...
+    ) -> list[core.Constraint]: ...
 
     def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str: ...
 
@@ -114,18 +114,18 @@ class EveryKind:
         )
 
 
-def allows_start(context: PlanningContext, arm: int, constraint: _core.Constraint) -> bool:
+def allows_start(context: PlanningContext, arm: int, constraint: core.Constraint) -> bool:
     """Returns whether the single-arm planner may leave the arm at its start at time 0."""
     start = context.problem.start[context.names[arm]]
-    safe = _core.safe_intervals(
+    safe = core.safe_intervals(
         context.core, arm, start, [constraint], context.problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR)
     )
     return len(safe) > 0 and int(safe[0, 0]) == 0
 
 
 def without_start_violations(
-    context: PlanningContext, arm: int, constraints: Sequence[_core.Constraint], interval: ConflictInterval
-) -> list[_core.Constraint]:
+    context: PlanningContext, arm: int, constraints: Sequence[core.Constraint], interval: ConflictInterval
+) -> list[core.Constraint]:
     """Drops constraints that end before the conflict begins and that the arm violates at its start at time 0.
 
     Such a constraint would leave the child without a solution, and what it forbids was no conflict.

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.constraints.kind import ConflictInterval, without_start_violations
 from mmp_planners.planning_context import Path, PlanningContext
 
@@ -23,11 +23,11 @@ class StepPriority:
 
     def forbid(
         self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
-    ) -> list[_core.Constraint]:
+    ) -> list[core.Constraint]:
         motion = paths[interval.other(arm)].motion
         parts = []
         for k in interval.instants(instant):
-            parts += _core.Constraint.moving(motion, max(0, math.ceil(k) - 1), int(k) + 1)
+            parts += core.Constraint.moving(motion, max(0, math.ceil(k) - 1), int(k) + 1)
         return without_start_violations(context, arm, parts, interval)
 
     def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str:
@@ -46,9 +46,9 @@ class PathPriority:
 
     def forbid(
         self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
-    ) -> list[_core.Constraint]:
+    ) -> list[core.Constraint]:
         motion = paths[interval.other(arm)].motion
-        return without_start_violations(context, arm, _core.Constraint.moving(motion, 0, _core.FOREVER), interval)
+        return without_start_violations(context, arm, core.Constraint.moving(motion, 0, core.FOREVER), interval)
 
     def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str:
         return f"{context.names[arm]} avoids the whole path of {context.names[interval.other(arm)]}"

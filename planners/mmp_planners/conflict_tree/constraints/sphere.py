@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.constraints.kind import ConflictInterval, allows_start
 from mmp_planners.conflict_tree.contact import contacts
 from mmp_planners.planning_context import Path, PlanningContext
@@ -27,15 +27,15 @@ class Sphere:
 
     def forbid(
         self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
-    ) -> list[_core.Constraint]:
+    ) -> list[core.Constraint]:
         out = []
         a, b, instants = interval.a, interval.b, tuple(interval.instants(instant))
         for contact in contacts(context, a, paths[a], b, paths[b], instants):
             k, link = contact.instant, contact.links[0 if arm == a else 1]
             sphere = contact.point, self.radius, min(link, 2)
-            constraint = _core.Constraint.sphere(*sphere, max(0, math.ceil(k) - 1), int(k) + 1)
+            constraint = core.Constraint.sphere(*sphere, max(0, math.ceil(k) - 1), int(k) + 1)
             if not allows_start(context, arm, constraint):
-                constraint = _core.Constraint.sphere(*sphere, int(k), int(k) + 1)
+                constraint = core.Constraint.sphere(*sphere, int(k), int(k) + 1)
             out.append(constraint)
         return out
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.constraints.kind import Branch, ConflictInterval
 from mmp_planners.conflict_tree.contact import Contact, contacts
 from mmp_planners.conflict_tree.lipschitz import lipschitz
@@ -50,12 +50,12 @@ class Split:
         at = f"{contact.instant * context.dt:.2f} s"
         out = Branch(
             arm=j,
-            constraints=(_core.Constraint.ball(q, shrink / bounds[j], k, k),),
+            constraints=(core.Constraint.ball(q, shrink / bounds[j], k, k),),
             description=f"{context.names[j]} leaves its configuration at {at}",
         )
         off = Branch(
             arm=i,
-            constraints=(_core.Constraint.standing(context.core, j, q, shrink, k, k),),
+            constraints=(core.Constraint.standing(context.core, j, q, shrink=shrink, start=k, end=k),),
             description=f"{context.names[i]} leaves room for {context.names[j]} at {at}",
         )
         return (out, off)

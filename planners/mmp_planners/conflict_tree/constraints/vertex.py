@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mmp_env import _core
+from mmp_env import core
 from mmp_planners.conflict_tree.constraints.kind import ConflictInterval
 from mmp_planners.planning_context import Path, PlanningContext
 
@@ -27,11 +27,11 @@ class Vertex:
 
     def forbid(
         self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
-    ) -> list[_core.Constraint]:
+    ) -> list[core.Constraint]:
         out = []
         for k in interval.instants(instant):
             radius = min(self.radius, float(context.max_step[arm].max()) * k / 2)
-            out.append(_core.Constraint.ball(paths[arm].at(k), radius, max(0, math.ceil(k) - 1), int(k) + 1))
+            out.append(core.Constraint.ball(paths[arm].at(k), radius, max(0, math.ceil(k) - 1), int(k) + 1))
         return out
 
     def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str:

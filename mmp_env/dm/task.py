@@ -114,7 +114,7 @@ class CellTask(control.Task):
         simulation = physics.simulation
         begin, end = self.mode.reference(checked_action(action, simulation.count), self._q, self._reference)
         simulation.log.clear()
-        simulation.aim(begin, end, self.steps)
+        simulation.set_reference(begin, end, self.steps)
         self._reference = end
 
     def after_step(self, physics: CellPhysics) -> None:

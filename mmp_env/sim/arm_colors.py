@@ -1,4 +1,4 @@
-"""The arms' colours, the same in every view: the cell, pictures, films and recordings."""
+"""Colours of the arms, the same in pictures, films and recordings."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ PALETTE = (
     (0.94, 0.89, 0.26),
     (0.38, 0.38, 0.38),
 )
-"""Colours that colour-blind people can tell apart, in an order that keeps neighbours far from each other.
+"""Colours that colour-blind people can distinguish, in an order with large differences between neighbours.
 
 After M. Okabe and K. Ito, "Color Universal Design", with dark grey for their black.
 """
 _LIGHTNESS = (1.0, 0.55, 1.4)
-"""By what the colours are made darker or lighter when they come again."""
+"""Factors of the lightness: the palette repeats darker, then lighter."""
 
 
 def arm_color(number: int) -> tuple[float, float, float]:
-    """Red, green, blue in 0..1 of the arm of that number; after eight arms they come again darker, then lighter."""
+    """Returns red, green, blue in 0..1 of the arm of that number. The palette repeats after eight arms."""
     color = PALETTE[number % len(PALETTE)]
     factor = _LIGHTNESS[number // len(PALETTE) % len(_LIGHTNESS)]
     if factor == 1.0:

@@ -1,7 +1,7 @@
-"""How close MuJoCo's bodies came to each other in an execution, against what is proved of its plan.
+"""Audit of an execution: the distances of MuJoCo's bodies, compared with the clearance that is proved of the plan.
 
-The proof is about spheres around the bodies where the plan has them; a body lies inside its spheres but for `OUTSIDE_M`
-(docs/reference/robots.md). So bodies are measured only where the spheres of the executed configurations are close.
+The proof is about covering spheres. A body protrudes from its spheres by `PROTRUSION_M` at most; see
+docs/reference/robots.md. So the audit measures bodies only where the spheres of the executed configurations are close.
 """
 
 from __future__ import annotations
@@ -21,22 +21,21 @@ from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.contacts import names_and_owners
 from mmp_env.sim.simulation import Simulation
 
-OUTSIDE_M = 0.001
-"""A body sticks out of its spheres by no more."""
+PROTRUSION_M = 0.001
+"""Largest protrusion of a body from its spheres."""
 _PROOF_SHARE, _PROOF_S = 0.05, 5.0
-"""The proof may leave this share of the sampled clearance unproved, which is closer than planners ask for; and takes no
-longer. A plan that is not proved by then counts as one without a proof.
-"""
+"""Share of the sampled clearance that the proof may leave unproved, and time limit of the proof."""
 _SAME_RAD = 1e-9
-"""Rows whose joints differ by no more are looked at once."""
+"""Largest motion of a joint between two rows that are measured once."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Nearness:
-    """`planned_m` [m]: the clearance that is proved of the plan, None where none is.
+class ClearanceAudit:
+    """The result of an audit.
 
-    `closer_m`: by how much two bodies of different arms, or of an arm and an obstacle, came closer than is proved of
-    their kind; 0 where none did. `body_a`, `body_b` and `time_s` [s] say which and when.
+    `planned_m` [m] is the clearance that is proved of the plan, or None without a proof. `closer_m` [m] is how much
+    closer than proved two bodies of different arms, or of an arm and an obstacle, came; 0 if no bodies did. `body_a`,
+    `body_b` and `time_s` [s] say which bodies, and when.
     """
 
     planned_m: float | None
@@ -46,13 +45,20 @@ class Nearness:
     time_s: float | None = None
 
 
-def nearness(
+def audit_clearance(
     simulation: Simulation,
     plan: Plan,
     times: Float[np.ndarray, "t"],
     positions: Mapping[str, Float[np.ndarray, "t dof"]],
-) -> Nearness:
-    """What was recorded of an execution of `plan` against its proof; arms that do not move count as they stood."""
+) -> ClearanceAudit:
+    """Returns the audit of an execution.
+
+    Args:
+        simulation: the simulation of the execution.
+        plan: the executed plan. Arms without a trajectory keep their first recorded position.
+        times: recorded times [t] [s].
+        positions: recorded configurations, arm name -> [t, dof] [rad].
+    """
     count = len(plan.times)
     whole = {
         name: plan.positions[name] if name in plan.positions else np.tile(positions[name][0], (count, 1))
@@ -60,13 +66,13 @@ def nearness(
     }
     certificate = certify(dataclasses.replace(plan, positions=whole), core.Clock(_PROOF_S), share=_PROOF_SHARE)
     if not certificate.valid:
-        return Nearness(planned_m=None)
+        return ClearanceAudit(planned_m=None)
     proved = certificate.proved
     planned, most = min(proved.arms, proved.obstacles), max(proved.arms, proved.obstacles)
     clear = simulation.cell.collision.clearance(positions)
-    close = np.flatnonzero(clear < most + OUTSIDE_M)
+    close = np.flatnonzero(clear < most + PROTRUSION_M)
     q = np.concatenate([positions[name] for name in simulation.slices], axis=1)[close]
-    if len(q):  # standing still needs one look
+    if len(q):  # rows without motion are measured once
         moved = np.append(True, np.abs(np.diff(q, axis=0)).max(axis=1) > _SAME_RAD)
         close, q = close[moved], q[moved]
     closer, bodies, at = 0.0, ("", ""), None
@@ -74,13 +80,13 @@ def nearness(
         kept = proved.obstacles if pair[1].startswith("obstacle/") else proved.arms
         if kept - distance > closer:
             closer, bodies, at = kept - distance, pair, float(times[close[row]])
-    return Nearness(planned_m=planned, closer_m=closer, body_a=bodies[0], body_b=bodies[1], time_s=at)
+    return ClearanceAudit(planned_m=planned, closer_m=closer, body_a=bodies[0], body_b=bodies[1], time_s=at)
 
 
 def _measured(
     simulation: Simulation, q: Float[np.ndarray, "m n"], within: float
 ) -> Iterator[tuple[int, float, tuple[str, str]]]:
-    """(row, distance [m], names) of bodies closer than `within` [m] at rows of `q`, as MuJoCo's collisions have it."""
+    """Yields (row, distance [m], names) of bodies closer than `within` [m] in rows of `q`, by MuJoCo's collisions."""
     model = copy.copy(simulation.model)
     model.geom_margin[:] = within
     data = mujoco.MjData(model)

@@ -1,4 +1,4 @@
-"""Contacts in the simulation: which bodies touched, since when and how deep."""
+"""Contacts in the simulation: bodies, time and depth."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mmp_env.model.cell import Cell
 
 @dataclass(frozen=True)
 class Contact:
-    """Two bodies touched from `time_s` [s] on; `depth_m` [m] is the deepest that they got into each other.
+    """A contact of two bodies that begins at `time_s` [s]; `depth_m` [m] is the largest penetration.
 
     `body_a` is a link or tool such as `arm0/forearm`; `body_b` is `obstacle/<name>`, or a link or tool of a later arm,
     or of the same arm farther from its base.
@@ -38,10 +38,15 @@ class _Touch:
 
 
 class ContactLog:
-    """Gathers contacts of arms with each other, with obstacles and with themselves, physics step by physics step.
+    """A log of the contacts of arms with each other, with obstacles and with themselves.
 
-    One `Contact` for each unbroken touch of two bodies, however short. Without `self_contacts` the log leaves out
-    contacts of an arm with itself.
+    Every uninterrupted touch of two bodies is one `Contact`.
+
+    Args:
+        model: the `mujoco.MjModel` of the cell.
+        data: its `mujoco.MjData`, which the log reads.
+        cell: the cell.
+        self_contacts: whether the log records contacts of an arm with itself.
     """
 
     def __init__(self, model: Any, data: Any, cell: Cell, *, self_contacts: bool = True) -> None:
@@ -52,18 +57,18 @@ class ContactLog:
         self.clear()
 
     def clear(self, time_s: float = 0.0) -> None:
-        """Forgets everything and counts time from `time_s` [s] of the simulation's clock."""
+        """Empties the log. Time counts from `time_s` [s] of the simulation's clock."""
         self._begin_s = time_s
         self._touches: list[_Touch] = []
         self._latest: dict[tuple[str, str], _Touch] = {}
 
     @property
     def contacts(self) -> list[Contact]:
-        """All contacts so far, earliest first; a list of its own at each call."""
+        """All contacts so far, earliest first, as a new list."""
         return [Contact(touch.since_s, *touch.bodies, touch.depth_m) for touch in self._touches]
 
     def note(self) -> None:
-        """Takes in what touches at the present instant."""
+        """Records the bodies that touch at the present instant."""
         time_s, owners = self._data.time - self._begin_s, self._owners
         for (geom_1, geom_2), distance in zip(self._contact.geom.tolist(), self._contact.dist.tolist(), strict=True):
             if owners[geom_1] == owners[geom_2] and not self.self_contacts:
@@ -81,9 +86,9 @@ class ContactLog:
 
 
 def names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:
-    """For each geom the name of its body, or its own if it belongs to the world, and the number of its arm.
+    """Returns the body name and the arm number of every geom.
 
-    The world counts as one arm more, so that it comes after all of them.
+    A geom of the world has its own name, and a number above those of all arms.
     """
     numbers = {name: k for k, name in enumerate(cell.arm_names)}
     names, owners = [], []

@@ -1,4 +1,4 @@
-"""Execution of an episode: its plans one after the other, each from where the arms really came to stand."""
+"""Execution of an episode: its plans in a row, each from where the arms are at the end of the one before."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mmp_env.wording import counted, in_seconds
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class EpisodeExecution:
-    """What became of an episode in the simulation: a report for each of its plans."""
+    """The result of an executed episode: one report per plan."""
 
     reports: tuple[ExecutionReport, ...]
 
@@ -25,23 +25,24 @@ class EpisodeExecution:
 
     @property
     def reached(self) -> bool:
-        """Whether every plan was begun and ended where it should."""
+        """Whether every plan began at its start and ended at its goal."""
         return all(report.reached and not report.moved_to_start for report in self.reports)
 
     @property
     def contacts(self) -> int:
+        """Number of contacts in all plans."""
         return sum(len(report.contacts) for report in self.reports)
 
     @property
     def duration_s(self) -> float:
+        """Simulated time of all plans [s]."""
         return sum(report.duration_s for report in self.reports)
 
 
 def execute_episode(episode: Episode) -> EpisodeExecution:
-    """Plays one plan after the other, each from where the arms really came to stand.
+    """Plays the plans of an episode in a row, and returns their reports.
 
-    Between two plans the scene is exchanged: objects are in the tools or no longer. Raises `MmpError` like
-    `execute_plan`.
+    Each plan has its own scene, because objects move into the tools and out of them. Raises like `execute_plan`.
     """
     reports, standing = [], None
     for plan in episode.plans:

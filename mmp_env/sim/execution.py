@@ -1,4 +1,4 @@
-"""Execution of a plan: played through the actuators of a simulated cell, watched for contacts, torques and lag."""
+"""Execution of a plan through the actuators of a simulated cell, with a report of contacts, torques and lag."""
 
 from __future__ import annotations
 
@@ -11,37 +11,41 @@ from jaxtyping import Float
 from mmp_env.brief import brief
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import check_duration, check_fit
-from mmp_env.sim.clearance_audit import Nearness, nearness
+from mmp_env.sim.clearance_audit import ClearanceAudit, audit_clearance
 from mmp_env.sim.contacts import Contact
-from mmp_env.sim.monitor import Halt, Monitor, Watch
+from mmp_env.sim.monitor import Halt, Monitor, MonitorRun
 from mmp_env.sim.phase_clock import PhaseClock
 from mmp_env.sim.servo_reference import Reference
 from mmp_env.sim.simulation import Simulation
-from mmp_env.sim.torque_report import Load, loads_of
+from mmp_env.sim.torque_report import PeakTorque, peak_torques
 from mmp_env.wording import counted, in_seconds
 
 REACHED_RAD = 0.02
-"""An arm has reached a configuration when every joint is this close to it."""
+"""Largest distance of a joint from its goal in an arm that has reached the goal."""
 SETTLE_S = 0.5
-"""After the last time of a plan the servos hold its end until all is at rest, at most this long."""
-_NEAR_RAD, _AT_REST_RAD_S = 1e-3, 1e-3
+"""Longest time that the servos hold the end of a plan until all joints are at rest."""
+_SETTLED_RAD, _SETTLED_RAD_S = 1e-3, 1e-3
+"""Largest distance from the end, and largest velocity, of a joint at rest."""
 SHOWN_STEPS = 20
-"""Physics steps between two pictures in a window or a recording: 25 a second."""
+"""Physics steps between two pictures in a window or a recording, for 25 pictures per second."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ExecutionReport:
-    """What became of a plan in the simulation.
+    """The result of an execution.
 
-    `reached`: every joint of every arm ended within `REACHED_RAD` of its goal. `contacts`: of arms with each other,
-    with obstacles and with themselves, earliest first, in time since the beginning. `max_tracking_error_rad`: the
-    farthest that a joint was from where it should have been at that time. `duration_s`: simulated time, settling
-    included. `moved_to_start`: the arms stood elsewhere and were put to the plan's start first. `loads`: arm -> the
-    joint with the largest torque for its rating. `nearness`: whether bodies came closer than the plan's proof says.
-    `halts`: when a monitor stopped the arms.
-
-    `times` [t] [s] and `positions`, arm -> [t, dof] [rad], are what was recorded at each physics step, the beginning
-    included; `phases` [t] [s] is the time of the plan that was played at it, which only a monitor makes another.
+    Attributes:
+        reached: whether every joint of every arm ended within `REACHED_RAD` of its goal.
+        contacts: contacts of arms with each other, with obstacles and with themselves, earliest first.
+        max_tracking_error_rad: largest distance of a joint from its reference [rad].
+        duration_s: simulated time, settling included [s].
+        moved_to_start: whether the arms were elsewhere, and were put at the start of the plan first.
+        loads: arm name -> the joint with the largest torque relative to its rating.
+        nearness: whether bodies came closer than the proof of the plan says.
+        halts: when a monitor stopped the arms.
+        times: recorded times [t] [s], one per physics step and the begin.
+        positions: recorded configurations, arm name -> [t, dof] [rad].
+        phases: time of the plan at each recorded time [t] [s]; it differs from `times` only with a monitor.
     """
 
     reached: bool
@@ -49,8 +53,8 @@ class ExecutionReport:
     max_tracking_error_rad: float
     duration_s: float
     moved_to_start: bool
-    loads: Mapping[str, Load]
-    nearness: Nearness
+    loads: Mapping[str, PeakTorque]
+    nearness: ClearanceAudit
     halts: list[Halt]
     times: Float[np.ndarray, "t"]
     positions: Mapping[str, Float[np.ndarray, "t dof"]]
@@ -69,15 +73,13 @@ class ExecutionReport:
 
     @property
     def given_up(self) -> bool:
-        """Whether a monitor lost its patience; the last of `halts` says over what."""
+        """Whether a monitor gave up the execution; the last of `halts` says why."""
         return bool(self.halts) and self.halts[-1].until_s is None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Played:
-    """Where the arms were after each physics step [t, n], the times of the plan then, the largest error, and where it
-    ended [n].
-    """
+    """Positions after each physics step [t, n], the times of the plan then, the largest error, and the end [n]."""
 
     passed: Float[np.ndarray, "t n"]
     phases: Float[np.ndarray, "t"]
@@ -89,11 +91,20 @@ class _Played:
 def execute_plan(
     simulation: Simulation, plan: Plan, show: Callable[[], None] = lambda: None, monitor: Monitor | None = None
 ) -> ExecutionReport:
-    """Plays `plan` from its start; arms that it does not move hold still. Calls `show` every 40 ms of simulated time.
+    """Plays `plan` from its start, and returns the report. Arms without a trajectory hold still.
 
-    At every physics step the arms follow the plan's positions with its velocities as feed-forward; how they go between
-    its times, see `Reference`. A `monitor` stops them all when one lags. Raises `MmpError` for a plan of another cell,
-    one that is malformed or longer than `LONGEST_EXECUTION_S`, and with a monitor one that is not retimed.
+    At every physics step the servos follow the positions of the plan, with its velocities as feed-forward. `Reference`
+    defines both between the times of the plan.
+
+    Args:
+        simulation: the cell, with the arms at any configuration.
+        plan: a plan of the same cell.
+        show: is called every 40 ms of simulated time.
+        monitor: stops all arms when one of them lags.
+
+    Raises:
+        MmpError: for a plan of another cell, one that is malformed or longer than `LONGEST_EXECUTION_S`, or one that is
+            not retimed if there is a monitor.
     """
     check_fit(plan, simulation.cell)
     check_duration(plan)
@@ -109,7 +120,7 @@ def execute_plan(
     if monitor is None or clock is None:
         played = _play(simulation, reference, show)
     else:
-        played = _play_watched(simulation, reference, clock, monitor, show)
+        played = _play_monitored(simulation, reference, clock, monitor, show)
     held, rest_error = _settle(simulation, played.end, show)
     recorded = np.concatenate([begin[None], played.passed, held])
     positions, end = simulation.split(recorded), simulation.split(recorded[-1])
@@ -120,8 +131,8 @@ def execute_plan(
         max_tracking_error_rad=max(played.error, rest_error),
         duration_s=float(times[-1]),
         moved_to_start=bool(moved),
-        loads=loads_of(simulation),
-        nearness=nearness(simulation, plan, times, positions),
+        loads=peak_torques(simulation),
+        nearness=audit_clearance(simulation, plan, times, positions),
         halts=played.halts,
         times=times,
         positions=positions,
@@ -130,7 +141,7 @@ def execute_plan(
 
 
 def _play(simulation: Simulation, reference: Reference, show: Callable[[], None]) -> _Played:
-    """Until the reference ends."""
+    """Plays the reference to its end."""
     step_s = simulation.timestep_s
     count = int(np.ceil((reference.end_s - reference.start_s) / step_s - 1e-9))
     phases = reference.start_s + step_s * np.arange(count + 1)
@@ -145,16 +156,16 @@ def _play(simulation: Simulation, reference: Reference, show: Callable[[], None]
     return _Played(passed=passed, phases=played, error=error, end=wanted[-1], halts=[])
 
 
-def _play_watched(
+def _play_monitored(
     simulation: Simulation, reference: Reference, clock: PhaseClock, monitor: Monitor, show: Callable[[], None]
 ) -> _Played:
-    """As `_play`, at the phase's own speed: until nobody lags at the end, or the monitor loses its patience."""
+    """Plays the reference at the speed of the phase, until no joint lags at the end or the monitor gives up."""
     step_s, time_s = simulation.timestep_s, 0.0
     joints = [(name, k + 1) for name, part in simulation.slices.items() for k in range(part.stop - part.start)]
-    watch = Watch(monitor, clock, joints)
+    run = MonitorRun(monitor, clock, joints)
     passed, phases, error = [], [], 0.0
     wanted, velocity = reference.at(np.array([clock.phase]))
-    while not watch.over:
+    while not run.over:
         passed.append(simulation.follow(wanted, clock.speed * velocity)[0])
         clock.advance(step_s)
         time_s += step_s
@@ -162,7 +173,7 @@ def _play_watched(
         lag = np.abs(passed[-1] - wanted[0])
         error = max(error, float(lag.max()))
         phases.append(clock.plan_s)
-        watch.look(time_s, lag, step_s)
+        run.update(time_s, lag, step_s)
         if len(passed) % SHOWN_STEPS == 0:
             show()
     return _Played(
@@ -170,19 +181,19 @@ def _play_watched(
         phases=np.array(phases),
         error=error,
         end=wanted[0],
-        halts=watch.halts,
+        halts=run.halts,
     )
 
 
 def _settle(
     simulation: Simulation, end: Float[np.ndarray, "n"], show: Callable[[], None]
 ) -> tuple[Float[np.ndarray, "t n"], float]:
-    """Where the arms were after each physics step while the servos held `end`, and the largest error."""
+    """Returns the positions after each physics step while the servos hold `end`, and the largest error [rad]."""
     reference, passed = np.tile(end, (SHOWN_STEPS, 1)), []
     for _ in range(round(SETTLE_S / simulation.timestep_s / SHOWN_STEPS)):
         passed.append(simulation.follow(reference, np.zeros_like(reference)))
         show()
-        near = np.abs(passed[-1][-1] - end).max() <= _NEAR_RAD
-        if near and np.abs(simulation.velocities).max() <= _AT_REST_RAD_S:
+        near = np.abs(passed[-1][-1] - end).max() <= _SETTLED_RAD
+        if near and np.abs(simulation.velocities).max() <= _SETTLED_RAD_S:
             break
     return np.concatenate(passed), float(np.abs(np.concatenate(passed) - end).max())

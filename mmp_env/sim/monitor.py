@@ -1,7 +1,7 @@
-"""A monitor of executions: all arms stop on their common phase when one lags, and go on when it has caught up.
+"""Monitor of executions: all arms stop on their common phase when one lags, and continue when it has caught up.
 
-The phase is the plan's own time. Whoever slows it down moves nobody off the path, so arms that follow stay as clear of
-each other as the plan is proved to be. `PhaseClock` does it within what joints' accelerations and jerks leave.
+The phase is the time of the plan. A slower phase moves no arm off its path, so the arms keep the clearance that is
+proved of the plan. `PhaseClock` changes the speed of the phase within the limits of acceleration and jerk.
 """
 
 from __future__ import annotations
@@ -20,11 +20,15 @@ from mmp_env.sim.phase_clock import PhaseClock
 
 @dataclass(frozen=True, kw_only=True)
 class Monitor:
-    """When to stop and when to go on.
+    """Thresholds of a monitor.
 
-    All arms stop when a joint is farther than `lag_rad` from where it should be, and go on when none is farther than
-    `caught_up_rad`. After `patience_s` at rest, all in all since the plan last was at its full speed, the execution is
-    given up.
+    Args:
+        lag_rad: all arms stop when a joint is farther than this from its reference [rad].
+        caught_up_rad: they continue when no joint is farther than this from its reference [rad].
+        patience_s: total time at rest since the plan was at full speed, after which the execution is given up [s].
+
+    Raises:
+        MmpError: for thresholds that are not positive and finite, or `caught_up_rad` above `lag_rad`.
     """
 
     lag_rad: float = 0.02
@@ -40,8 +44,10 @@ class Monitor:
 
 @dataclass(frozen=True, kw_only=True)
 class Halt:
-    """From `time_s` [s] of the execution on `joint` (from 1) of `arm` lagged, by `lag_rad` at most; at `until_s` it had
-    caught up, None where the execution was given up. `phase_s` [s] is the farthest that the plan went on meanwhile.
+    """A halt from `time_s` to `until_s` [s] of the execution, because `joint` (from 1) of `arm` lagged.
+
+    `lag_rad` is its largest lag. `until_s` is None if the execution was given up. `phase_s` is the time of the plan [s]
+    at the end of the halt.
     """
 
     time_s: float
@@ -57,11 +63,11 @@ class Halt:
         return f"from {self.time_s:.2f} s on {lagged}, {until}; the plan stood at {self.phase_s:.2f} s"
 
 
-class Watch:
-    """A monitor at work on one execution: `halts` so far, in the order of time."""
+class MonitorRun:
+    """The monitor of one execution, with its `halts` so far in the order of time."""
 
     def __init__(self, monitor: Monitor, clock: PhaseClock, joints: list[tuple[str, int]]) -> None:
-        """`joints`: arm and number of each joint."""
+        """`joints` are the arm and the number of each joint."""
         self.halts: list[Halt] = []
         self._monitor, self._clock, self._joints = monitor, clock, joints
         self._lagging: int | None = None  # the joint of an open halt
@@ -69,21 +75,21 @@ class Watch:
 
     @property
     def over(self) -> bool:
-        """Whether there is nothing left to wait for: the plan is at its end and nobody lags, or patience is."""
+        """Whether the plan is at its end and no joint lags, or the execution is given up."""
         return self._impatient or (self._clock.over and self._lagging is None)
 
     @property
     def _impatient(self) -> bool:
         return self._resting_s >= self._monitor.patience_s
 
-    def look(self, time_s: float, lag: Float[np.ndarray, "n"], step_s: float) -> None:
-        """Stops the clock or lets it go on, a step of time after the last look; `lag` [rad] of all joints."""
+    def update(self, time_s: float, lag: Float[np.ndarray, "n"], step_s: float) -> None:
+        """Stops or continues the clock, `step_s` [s] after the last update; `lag` [n] [rad] of all joints."""
         worst = int(np.argmax(lag))
         if self._lagging is not None:
             self._go_on(time_s, lag)
         elif lag[worst] > self._monitor.lag_rad:
             self._stop(time_s, worst, float(lag[worst]))
-        # Only at full speed everything is well again: who lags at each attempt to go on is not waited for for ever.
+        # Only full speed resets the time at rest, so an arm that lags in every attempt to continue ends the execution.
         if self._clock.at_rest or self._clock.over:
             self._resting_s += step_s
         elif self._clock.speed == 1.0:
@@ -92,7 +98,7 @@ class Watch:
     def _stop(self, time_s: float, joint: int, lag: float) -> None:
         arm, number = self._joints[joint]
         self.halts.append(Halt(time_s=time_s, arm=arm, joint=number, lag_rad=lag, phase_s=self._clock.plan_s))
-        self._clock.turn(0.0)
+        self._clock.set_target(0.0)
         self._lagging = joint
 
     def _go_on(self, time_s: float, lag: Float[np.ndarray, "n"]) -> None:
@@ -104,5 +110,5 @@ class Watch:
             until_s=time_s if caught_up else None,
         )
         if caught_up:
-            self._clock.turn(1.0)
+            self._clock.set_target(1.0)
             self._lagging = None

@@ -1,9 +1,9 @@
 """A cell as one MuJoCo model, composed with MjSpec from the robots' and tools' MJCF.
 
 Names: `<arm>/<link>` bodies, `<arm>/joint1`..., `<arm>/servo1`..., sites `<arm>/flange` and `<arm>/tool_point`, geoms
-`obstacle/<name>`, and a body and geom `<arm>/held` for what an arm holds. What stands still never touches what stands
-still (MuJoCo: bodies welded to the world), so bases may overlap the table and each other. The parts of one arm collide
-with each other as the planners test them: parts that the planners do not test do not collide here either.
+`obstacle/<name>`, and a body and geom `<arm>/held` for a held object. Bodies that are welded to the world never touch
+each other in MuJoCo, so bases may overlap the table and each other. Two parts of one arm collide here only if the
+planners test them against each other.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from mmp_env.sim.arm_colors import arm_color
 from mmp_env.sim.scene_appearance import OBJECT_RGBA, obstacle_rgba, set_stage
 
 TIMESTEP_S = 0.002
-"""Physics time step. The servos are stiff; their damping is integrated implicitly."""
+"""Physics time step. The damping of the stiff servos is integrated implicitly."""
 HELD_DENSITY = 300.0
-"""[kg/m^3] of what arms hold; light wood or a filled carton."""
+"""Density of held objects [kg/m^3], that of light wood or a filled carton."""
 OBSTACLE_PREFIX = "obstacle/"
 BODY_MATERIAL = "body"
-"""The material of a robot's MJCF that is tinted, so that one arm can be told from another."""
+"""Material in the MJCF of a robot that gets the colour of the arm."""
 
 _SHAPES = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
@@ -36,19 +36,22 @@ _SHAPES = {
 
 
 def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
-    """The `mujoco.MjModel` of a cell, with floor, light and a camera `overview`, which touch nothing.
+    """Returns the `mujoco.MjModel` of a cell, with floor, light and a camera `overview`, which touch nothing.
 
-    `ctrl` holds the set points of the servos [rad]. With `moving_setpoints` these are activations, `act`, and `ctrl` is
-    how fast they move [rad/s] (what MuJoCo calls `intvelocity`): a straight reference needs one command.
+    Args:
+        cell: the cell.
+        moving_setpoints: False: `ctrl` holds the set points of the servos [rad]. True: the activations `act` hold them,
+            and `ctrl` is their velocity [rad/s] (MuJoCo's `intvelocity`), so a straight reference needs one command.
 
-    Raises `MmpError` where MuJoCo refuses the MJCF of a robot or tool, or what is made of them.
+    Raises:
+        MmpError: if MuJoCo refuses the MJCF of a robot or tool, or the composed model.
     """
     spec = mujoco.MjSpec()
     spec.modelname = cell.name
     spec.compiler.degree = False
     spec.option.timestep = TIMESTEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    # MuJoCo would let each body overlap its parent; a held object then could not touch the last link but one.
+    # By default MuJoCo lets each body overlap its parent; a held object could then not touch the second to last link.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
     for obstacle in cell.obstacles:
         _add_geom(spec.worldbody, OBSTACLE_PREFIX + obstacle.name, obstacle, obstacle_rgba(cell, obstacle))
@@ -94,7 +97,7 @@ def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
 
 
 def _held_body(held: Obstacle) -> Any:
-    """A spec with the body `held`, whose weight the arm's gravity compensation carries."""
+    """Returns a spec with the body `held`, whose weight the gravity compensation of the arm carries."""
     spec = mujoco.MjSpec()
     body = spec.worldbody.add_body(name=HELD, gravcomp=1.0)
     _add_geom(body, HELD, held, OBJECT_RGBA).density = HELD_DENSITY
@@ -102,7 +105,7 @@ def _held_body(held: Obstacle) -> Any:
 
 
 def _read_mjcf(path: Any) -> Any:
-    """A spec of its own for each attachment, which takes it over; without its options and keyframes."""
+    """Returns a new spec of an MJCF file without its options and keyframes. Attaching consumes a spec."""
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""How a cell looks: the arms' colours, floor, light, and a camera from which all of it is in the picture."""
+"""Appearance of a cell: colours, floor, lights, and a camera that has the whole cell in the picture."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from mmp_env.mujoco_import import mujoco
 CAMERA = "overview"
 TABLE_RGBA = (0.79, 0.79, 0.78, 1.0)
 OBJECT_RGBA = (0.75, 0.06, 0.24, 1.0)
-"""Colour of things that an arm can hold, on the table and in the tool; unlike that of any arm."""
+"""Colour of objects that an arm can hold, on the table and in the tool. No arm has it."""
 OBSTACLE_RGBA = (0.38, 0.42, 0.50, 1.0)
 _OBJECT_M = 0.1
-"""An obstacle whose longest edge is shorter than this is a thing that an arm can hold."""
+"""Upper bound of the longest edge of an object that an arm can hold."""
 SKY = {"rgb1": (0.93, 0.95, 0.97), "rgb2": (0.72, 0.77, 0.82), "width": 64, "height": 384}
-"""A gradient from the first colour down to the second."""
+"""Sky texture: a gradient from the first colour down to the second."""
 _FLOOR_RGBA = (0.56, 0.59, 0.63, 1.0)
 _FIELD_OF_VIEW = np.radians(28)
 _ASPECT = 4 / 3
 _FROM_DIRECTION = np.array([0.48, -1.57, 1.08])
-"""Where the camera stands, seen from the cell; not along an axis, so that no arm of a ring hides the one opposite."""
+"""Direction from the cell to the camera. It is not along an axis, so no arm of a ring hides the opposite one."""
 _OUTWARD, _UPWARD = 0.7, 1.4
-"""In the picture is a dome over each base with this many reaches for radius and height."""
+"""Radius and height of the dome over each base that the picture shows, relative to the reach."""
 _BESIDE = 0.35
-"""Of obstacles, so many reaches beyond the domes are in the picture."""
+"""Distance beyond the domes up to which the picture shows obstacles, relative to the reach."""
 _LEVEL_M = 0.01
 _ROOM = 1.03
-"""The camera stands back by this factor, for a border around the cell."""
+"""Factor of the camera distance, for a border around the cell."""
 _CENTRING = 20
 _RINGS = np.radians([0, 30, 60, 90])
 _AROUND = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 
 
 def set_stage(spec: Any, cell: Cell) -> None:
-    """Adds floor, sky, lights and the camera `overview` to a spec. None of it takes part in a collision."""
+    """Adds floor, sky, lights and the camera `overview` to a spec. They take no part in collisions."""
     points = outline(cell)
     low, high = points.min(axis=0), points.max(axis=0)
     center, extent = (low + high) / 2, float(np.linalg.norm(high - low)) / 2
@@ -47,7 +47,7 @@ def set_stage(spec: Any, cell: Cell) -> None:
     eye, axes = camera_pose(points)
     spec.worldbody.add_camera(name=CAMERA, pos=eye, quat=_quaternion(axes), fovy=float(np.degrees(_FIELD_OF_VIEW)))
     spec.stat.center, spec.stat.extent = center, extent
-    spec.visual.global_.fovy = float(np.degrees(_FIELD_OF_VIEW))  # that of the window
+    spec.visual.global_.fovy = float(np.degrees(_FIELD_OF_VIEW))  # field of view of the window
     spec.visual.headlight.ambient, spec.visual.headlight.diffuse = [0.35] * 3, [0.25] * 3
     spec.visual.headlight.specular = [0.05] * 3
     spec.visual.quality.shadowsize = 2048
@@ -86,23 +86,23 @@ def _add_surroundings(spec: Any, center: Float[np.ndarray, "3"], extent: float, 
 
 
 def obstacle_rgba(cell: Cell, obstacle: Obstacle) -> tuple[float, float, float, float]:
-    """What the arms stand on is light, so that colours show on it; small things are red, larger ones dark."""
+    """Returns a light colour for the ground of the arms, red for small objects, and a dark colour for others."""
     if is_ground(cell, obstacle):
         return TABLE_RGBA
     return OBJECT_RGBA if 2 * obstacle.half_extents.max() < _OBJECT_M else OBSTACLE_RGBA
 
 
 def is_ground(cell: Cell, obstacle: Obstacle) -> bool:
-    """Whether it is a table or floor: below the lowest base, and not something that lies there."""
+    """Returns whether an obstacle is a table or floor: below the lowest base, and thicker than 1 mm."""
     lowest = min(arm.position[2] for arm in cell.arms)
     heights = corners(obstacle)[:, 2]
     return bool(heights.max() <= lowest + _LEVEL_M and heights.min() < lowest - _LEVEL_M / 10)
 
 
 def outline(cell: Cell) -> Float[np.ndarray, "p 3"]:
-    """Points that the picture must hold: a dome over each base, as far as the arm reaches, and obstacles near them.
+    """Returns points that the picture must show [m]: a dome over each base, and the obstacles near the domes.
 
-    Of an obstacle that goes on far beyond the domes, the part beside them is held; of a floor, none.
+    Obstacles that extend far beyond the domes are cut off; floors are left out.
     """
     domes = np.concatenate([_dome(arm) for arm in cell.arms])
     low, high = domes.min(axis=0), domes.max(axis=0)
@@ -119,7 +119,7 @@ def outline(cell: Cell) -> Float[np.ndarray, "p 3"]:
 
 
 def _dome(arm: Arm) -> Float[np.ndarray, "d 3"]:
-    """Half an ellipsoid over the base; in a cell's outline it stands for all that the arm can get at."""
+    """Returns points [m] of half an ellipsoid over the base, which stands for the reach of the arm."""
     around, up = (part.ravel() for part in np.meshgrid(_AROUND, _RINGS))
     radius, height = _OUTWARD * arm.robot.reach, _UPWARD * arm.robot.reach
     points = np.column_stack(
@@ -129,7 +129,7 @@ def _dome(arm: Arm) -> Float[np.ndarray, "d 3"]:
 
 
 def corners(obstacle: Obstacle) -> Float[np.ndarray, "8 3"]:
-    """The corners of a box around it that is turned as it is."""
+    """Returns the corners [m] of the oriented bounding box of an obstacle."""
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
     return (signs * obstacle.half_extents) @ matrix_from_quaternion(obstacle.quaternion).T + obstacle.position
 
@@ -137,7 +137,7 @@ def corners(obstacle: Obstacle) -> Float[np.ndarray, "8 3"]:
 def camera_pose(
     points: Float[np.ndarray, "p 3"], aspect: float = _ASPECT
 ) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3 3"]]:
-    """Position, and rotation matrix (x right, y up, z towards the viewer), from which all points fill the picture."""
+    """Returns position [m] and rotation matrix (x right, y up, z back) of a camera whose picture the points fill."""
     backward = _FROM_DIRECTION / np.linalg.norm(_FROM_DIRECTION)
     right = np.cross([0.0, 0.0, 1.0], backward)
     right /= np.linalg.norm(right)
@@ -145,13 +145,12 @@ def camera_pose(
     center = (points.min(axis=0) + points.max(axis=0)) / 2
     seen = (points - center) @ axes
     tangents = np.tan(_FIELD_OF_VIEW / 2) * np.array([aspect, 1.0])
-    # The lines of sight through a point leave the eye between two planes; the outermost of these on either side meet
-    # where the points fill the picture exactly.
+    # Two planes through the eye bound the picture on either side. They touch the outermost points if these fill it.
     high = (seen[:, :2] + tangents * seen[:, 2:]).max(axis=0)
     low = (seen[:, :2] - tangents * seen[:, 2:]).min(axis=0)
     distance = float(((high - low) / (2 * tangents)).max()) * _ROOM
     aside = (high + low) / 2
-    for _ in range(_CENTRING):  # the way that is not filled has as much room on either side
+    for _ in range(_CENTRING):  # centres the direction that the points do not fill
         rays = (seen[:, :2] - aside) / (distance - seen[:, 2:])
         aside += distance * (rays.max(axis=0) + rays.min(axis=0)) / 2
     return center + axes @ [*aside, distance], axes
@@ -160,7 +159,7 @@ def camera_pose(
 def frame(
     points: Float[np.ndarray, "p 3"], eye: Float[np.ndarray, "3"], axes: Float[np.ndarray, "3 3"], aspect: float
 ) -> Float[np.ndarray, "4"]:
-    """Left, right, bottom and top of a picture of that `aspect` around the points, in lengths at distance 1."""
+    """Returns left, right, bottom and top of a picture of that `aspect` around the points, as lengths at distance 1."""
     right, up, back = ((points - eye) @ axes).T
     across, upward = right / -back, up / -back
     middle = np.array([across.min() + across.max(), upward.min() + upward.max()]) / 2

@@ -1,10 +1,10 @@
-"""Where a plan has all joints at any time, and how fast: what servos are told while a plan is executed.
+"""Reference of the servos: position and velocity of all joints at any time of a plan.
 
-Plans are linear between their times, with the velocities of their straight lines. A retimed plan, which has
-accelerations and equal steps h, is followed along the cubic B-spline of its samples: the mean of its straight lines
-over a window of h, and of that again. Its velocity, acceleration and jerk are means of the samples' divided differences
-of first, second and third order, so at every moment it keeps the limits that the samples keep, whatever the rate. For
-that it passes inside of a sample, by a h^2 / 6 at acceleration a, and begins and ends one step farther out.
+A plan is linear between its times. A retimed plan has accelerations and equal steps h; its reference is the uniform
+cubic B-spline with the samples as control points. The velocity, acceleration and jerk of the spline are averages of the
+first, second and third divided differences of the samples. So the spline keeps the limits that the samples keep, at
+every instant. It deviates from a sample by a h^2 / 6 at acceleration a. It begins one step earlier and ends one step
+later than the plan.
 """
 
 from __future__ import annotations
@@ -18,27 +18,33 @@ from jaxtyping import Float
 from mmp_env.model.plan import Plan
 
 _EVEN = 1e-6
-"""Steps that differ by a smaller share are equal."""
+"""Largest relative difference of equal steps."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pieces:
-    """Pieces of the phase, each a step long, from `start_s` [s] on, and the largest that joints do in each [p, n]:
-    |q'| [rad/s], |q''| [rad/s^2] and |q'''| [rad/s^3].
+    """Pieces of the phase, each `step_s` [s] long, from `start_s` [s] on.
+
+    `velocity` [rad/s], `acceleration` [rad/s^2] and `jerk` [rad/s^3] are the largest absolute values of the joints in
+    each piece [p, n].
     """
 
     start_s: float
     step_s: float
-    rate: Float[np.ndarray, "p n"]
-    growth: Float[np.ndarray, "p n"]
+    velocity: Float[np.ndarray, "p n"]
+    acceleration: Float[np.ndarray, "p n"]
     jerk: Float[np.ndarray, "p n"]
 
 
 class Reference:
-    """A plan as functions of its time; joints [n] side by side, those of arms that it does not move at rest."""
+    """A plan as functions of its time, for all joints [n] of the cell. Arms without a trajectory stay at rest.
+
+    Args:
+        plan: the plan.
+        standing: a configuration of every arm [rad], in the order of the joints.
+    """
 
     def __init__(self, plan: Plan, standing: Mapping[str, Float[np.ndarray, "dof"]]) -> None:
-        """`standing`: a configuration of every arm, in the order of the joints."""
         count = len(plan.times)
         self.times = np.asarray(plan.times, dtype=float)
         still = {name: np.zeros((count, len(q))) for name, q in standing.items()}
@@ -55,16 +61,16 @@ class Reference:
 
     @property
     def start_s(self) -> float:
-        """When it begins, in the plan's time [s]: one step early where it is smooth, as it rests before."""
+        """Begin in the time of the plan [s]; one step early for a spline."""
         return -self._step_s
 
     @property
     def end_s(self) -> float:
-        """When it ends, in the plan's time [s]: one step late where it is smooth."""
+        """End in the time of the plan [s]; one step late for a spline."""
         return float(self.times[-1]) + self._step_s
 
     def at(self, clock: Float[np.ndarray, "t"]) -> tuple[Float[np.ndarray, "t n"], Float[np.ndarray, "t n"]]:
-        """Positions [rad] and velocities [rad/s] at times of the plan [s]; at rest before and after."""
+        """Returns positions [rad] and velocities [rad/s] at times of the plan [s]; at rest before and after."""
         if self.is_smooth:
             return self._spline(clock)
         piece = np.clip(np.searchsorted(self.times, clock, side="right") - 1, 0, max(len(self.times) - 2, 0))
@@ -77,14 +83,14 @@ class Reference:
         return _mixed(self.q, piece, after, share), np.where((clock < self.end_s)[:, None], slopes, 0.0)
 
     def pieces(self) -> Pieces:
-        """What a smooth one asks of the joints."""
-        rate = np.abs(np.diff(self._controls, axis=0)) / self._step_s
-        growth = np.abs(np.diff(self._controls, n=2, axis=0)) / self._step_s**2
+        """Returns the bounds of a spline for each of its pieces."""
+        velocity = np.abs(np.diff(self._controls, axis=0)) / self._step_s
+        acceleration = np.abs(np.diff(self._controls, n=2, axis=0)) / self._step_s**2
         return Pieces(
             start_s=self.start_s,
             step_s=self._step_s,
-            rate=np.maximum.reduce([rate[:-2], rate[1:-1], rate[2:]]),
-            growth=np.maximum(growth[:-1], growth[1:]),
+            velocity=np.maximum.reduce([velocity[:-2], velocity[1:-1], velocity[2:]]),
+            acceleration=np.maximum(acceleration[:-1], acceleration[1:]),
             jerk=np.abs(np.diff(self._controls, n=3, axis=0)) / self._step_s**3,
         )
 

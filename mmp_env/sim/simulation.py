@@ -1,4 +1,4 @@
-"""A cell in motion: one MuJoCo model and its state, driven through the position servos of all arms."""
+"""Simulation of a cell: one MuJoCo model and its state, driven through the position servos of all arms."""
 
 from __future__ import annotations
 
@@ -21,9 +21,15 @@ _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 class Simulation:
     """`model` and `data` of MuJoCo, with the joints of all arms in one vector [n]: arm after arm, base to flange.
 
-    Between calls `data` is what `mj_step1` leaves: poses and contacts belong to the positions that one reads. It may be
-    somebody else's, of a model that is `compile_scene(cell, moving_setpoints=True)`. `self_contacts`: as in
-    `ContactLog`.
+    Between calls `data` is in the state after `mj_step1`: poses and contacts belong to the present positions.
+
+    Args:
+        cell: the cell.
+        data: the `mujoco.MjData` to use, of the model `compile_scene(cell, moving_setpoints=True)`; None makes one.
+        self_contacts: whether `log` records contacts of an arm with itself.
+
+    Raises:
+        MmpError: if the model does not compile, or has other joints than the cell.
     """
 
     def __init__(self, cell: Cell, data: Any = None, *, self_contacts: bool = True) -> None:
@@ -32,7 +38,7 @@ class Simulation:
         self.model = self.data.model
         self._before = np.empty(mujoco.mj_stateSize(self.model, _STATE))
         self._touching = False
-        # Views of MuJoCo's own memory, which stays where it is.
+        # Views of MuJoCo's memory, which MuJoCo does not move.
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
         self._setpoint, self._rate = self.data.act, self.data.ctrl
         self._sites = self.data.site_xpos
@@ -50,39 +56,39 @@ class Simulation:
         mujoco.mj_step1(self.model, self.data)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Views of MuJoCo's memory cannot be copied; the copy has its own, and an empty log.
+        # Views of MuJoCo's memory cannot be copied. The copy has its own views, and an empty log.
         return functools.partial(type(self), self_contacts=self.log.self_contacts), (self.cell, self.data)
 
     @property
     def positions(self) -> Float[np.ndarray, "n"]:
-        """Joint positions [rad], a fresh array."""
+        """Joint positions [rad], a new array."""
         return self._qpos.copy()
 
     @property
     def velocities(self) -> Float[np.ndarray, "n"]:
-        """Joint velocities [rad/s], a fresh array."""
+        """Joint velocities [rad/s], a new array."""
         return self._qvel.copy()
 
     @property
     def tool_points(self) -> Float[np.ndarray, "a 3"]:
-        """Each arm's tool point in the world [m], its flange where it has no tool; a fresh array."""
+        """Tool point of each arm in the world [m], or its flange without a tool; a new array."""
         return self._sites[self._tools]
 
     @property
     def largest_torques(self) -> Float[np.ndarray, "n"]:
-        """The largest that the motors gave in `follow` since the log began [N m], gravity included; a fresh array."""
+        """Largest torque of each motor in `follow` since the log began [N m], gravity included; a new array."""
         return self._largest_torques.copy()
 
     def joined(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> Float[np.ndarray, "n"]:
-        """One vector of a configuration per arm."""
+        """Returns one vector [n] of a configuration per arm."""
         return np.concatenate([q[name] for name in self.slices])
 
     def split(self, q: Float[np.ndarray, "*t n"]) -> dict[str, Float[np.ndarray, "*t dof"]]:
-        """Arm name -> its part of the last axis, copied."""
+        """Returns arm name -> its part of the last axis, as a copy."""
         return {name: q[..., part].copy() for name, part in self.slices.items()}
 
     def place(self, q: Float[np.ndarray, "n"]) -> None:
-        """Puts all arms at rest at `q` [rad], the servos holding them there; the clock starts at 0."""
+        """Puts all arms at rest at `q` [rad], with servos that hold them there. The clock starts at 0."""
         mujoco.mj_resetData(self.model, self.data)
         self._qpos[:] = q
         self._setpoint[:] = q
@@ -90,34 +96,34 @@ class Simulation:
         self.begin_log()
 
     def begin_log(self) -> None:
-        """Forgets the contacts so far and counts the time of those to come from now; what touches now is the first."""
+        """Empties the log and records what touches now. The time of contacts counts from now."""
         self.log.clear(float(self.data.time))
         self._largest_torques[:] = 0.0
         if self.data.ncon:
             self.log.note()
 
     def ramp(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> None:
-        """Drives the arms along a straight reference from `begin` to `end` [rad]; contacts go to `log`.
+        """Drives the arms along a straight reference from `begin` to `end` [rad] in `steps` physics steps.
 
-        Raises `RuntimeError` where the physics diverges.
+        `log` records the contacts. Raises `RuntimeError` if the physics diverges.
         """
-        begin_s = self.aim(begin, end, steps)
+        begin_s = self.set_reference(begin, end, steps)
         self.advance(steps)
         self._check_clock(begin_s, steps)
 
-    def aim(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> float:
-        """Gives the servos a straight reference for the next `steps` physics steps; returns the time [s]."""
+    def set_reference(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> float:
+        """Gives the servos a straight reference for the next `steps` physics steps, and returns the time [s]."""
         velocity = (end - begin) / (steps * self.timestep_s)
         self._setpoint[:], self._rate[:] = begin + self._lead_s * velocity, velocity
         return self.data.time
 
     def advance(self, steps: int) -> None:
-        """Lets so many physics steps pass; contacts go to `log`. Says nothing of physics that diverges."""
+        """Advances by `steps` physics steps; `log` records the contacts. Does not detect divergence."""
         if self._touching or not self._step_untouched(steps):
             self._step_watched(steps)
 
     def _step_untouched(self, steps: int) -> bool:
-        """Leaves all steps to MuJoCo, which is quicker; takes them back and returns False where anything touched."""
+        """Takes all steps in one call of MuJoCo. If anything touched, undoes them and returns False."""
         model, data = self.model, self.data
         mujoco.mj_getState(model, data, self._before, _STATE)
         data.maxuse_con = 0
@@ -131,7 +137,7 @@ class Simulation:
         return False
 
     def _step_watched(self, steps: int) -> None:
-        """The same steps one by one, with a look at the contacts after each."""
+        """Takes the steps one by one, and records the contacts after each."""
         model, data, step_1, step_2 = self.model, self.data, mujoco.mj_step1, mujoco.mj_step2
         self._touching = False
         for _ in range(steps):
@@ -144,11 +150,16 @@ class Simulation:
     def follow(
         self, reference: Float[np.ndarray, "t n"], velocity: Float[np.ndarray, "t n"]
     ) -> Float[np.ndarray, "t n"]:
-        """As `ramp`, along `reference` [rad], moving at `velocity` [rad/s]; returns where the arms are after each step.
+        """Drives the arms along a reference, and returns their positions after each step [t, n] [rad].
 
-        Row k says where the arms should be at the beginning of physics step k.
+        Args:
+            reference: row k is the reference at the begin of physics step k [rad].
+            velocity: its velocities [rad/s].
+
+        Raises:
+            RuntimeError: if the physics diverges.
         """
-        # Each step is mj_step, cut so that poses and contacts are those of the state that it leads to.
+        # Each step is mj_step in two halves, so that poses and contacts belong to the new state.
         model, data, setpoint, begin_s = self.model, self.data, self._setpoint, self.data.time
         torques, largest = self._torques, self._largest_torques
         self._rate[:] = 0.0
@@ -165,13 +176,13 @@ class Simulation:
         return passed
 
     def _check_clock(self, begin_s: float, steps: int) -> None:
-        """MuJoCo starts anew, time included, where a number is no longer finite."""
+        """Raises `RuntimeError` after a divergence: MuJoCo then resets the state, time included."""
         if self.data.time < begin_s + (steps - 0.5) * self.timestep_s:
             raise RuntimeError(f"the simulation of cell '{self.cell.name}' diverged; its servos or masses are unsound")
 
 
 def _check_order(model: Any, cell: Cell) -> None:
-    """Raises `MmpError` where the joints and servos of the model are others than the cell's, or in another order."""
+    """Raises `MmpError` if the joints and servos of the model are not those of the cell in the same order."""
     numbered = [f"{arm.name}/{{}}{k + 1}" for arm in cell.arms for k in range(arm.dof)]
     for kind, there in (
         ("joint", [model.joint(k).name for k in range(model.njnt)]),
@@ -183,8 +194,8 @@ def _check_order(model: Any, cell: Cell) -> None:
 
 
 def _velocity_lead(model: Any) -> Float[np.ndarray, "u"]:
-    """kv / kp [s] of each position servo, whose force is kp (setpoint - q) - kv dq/dt.
+    """Returns kv / kp [s] of each position servo, whose force is kp (setpoint - q) - kv dq/dt.
 
-    With the set point q_ref + kv / kp dq_ref/dt it is kp (q_ref - q) + kv d(q_ref - q)/dt: no lag behind a ramp.
+    With the set point q_ref + kv / kp dq_ref/dt the force is kp (q_ref - q) + kv d(q_ref - q)/dt: no lag on a ramp.
     """
     return -model.actuator_biasprm[:, 2] / model.actuator_gainprm[:, 0]

@@ -1,4 +1,4 @@
-"""What an execution asked of the motors: the largest torques against the robots' ratings."""
+"""Largest torques of an execution, relative to the ratings of the robots."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from mmp_env.sim.simulation import Simulation
 
 
 @dataclass(frozen=True, kw_only=True)
-class Load:
-    """The joint (from 1) of an arm with the largest torque for its rating: `torque_nm` of `rated_nm`, a `share` of it.
+class PeakTorque:
+    """The joint (from 1) of an arm with the largest torque `torque_nm` relative to its rating `rated_nm` [N m].
 
-    The torque is all that the motor gives, gravity included. Servos here have no force limit
-    (docs/reference/robots.md), so the share may be above 1, where a real arm could not have followed.
+    The torque is that of the motor, gravity included. Servos here have no force limit (docs/reference/robots.md). A
+    `share` above 1 means that a real arm could not have followed.
     """
 
     joint: int
@@ -23,14 +23,15 @@ class Load:
 
     @property
     def share(self) -> float:
+        """Torque relative to the rating."""
         return self.torque_nm / self.rated_nm
 
 
-def loads_of(simulation: Simulation) -> dict[str, Load]:
-    """Arm name -> its largest load since the log began."""
+def peak_torques(simulation: Simulation) -> dict[str, PeakTorque]:
+    """Returns the largest torque of each arm since the log of the simulation began, arm name -> torque."""
     out = {}
     for arm in simulation.cell.arms:
         torques = simulation.largest_torques[simulation.slices[arm.name]]
         k = int(np.argmax(torques / arm.robot.effort))
-        out[arm.name] = Load(joint=k + 1, torque_nm=float(torques[k]), rated_nm=float(arm.robot.effort[k]))
+        out[arm.name] = PeakTorque(joint=k + 1, torque_nm=float(torques[k]), rated_nm=float(arm.robot.effort[k]))
     return out

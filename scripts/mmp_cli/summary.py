@@ -11,7 +11,7 @@ from mmp_cli.rows import print_rows
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS
 from mmp_env.model.problem import Problem
 from mmp_env.retime.report import RetimeReport
-from mmp_env.sim.clearance_audit import Nearness
+from mmp_env.sim.clearance_audit import ClearanceAudit
 from mmp_env.sim.execution import ExecutionReport
 from mmp_env.wording import counted, in_seconds
 from mmp_planners import PlanResult, Status
@@ -145,7 +145,7 @@ def _execution(report: ExecutionReport) -> str:
     return f"{goals}, {contacts}, {error}, {torque}, {_nearness(report.nearness)}{report.duration_s:.2f} s"
 
 
-def _nearness(nearness: Nearness) -> str:
+def _nearness(nearness: ClearanceAudit) -> str:
     if nearness.closer_m <= 0:
         return ""
     pair = f"{nearness.body_a} and {nearness.body_b}"

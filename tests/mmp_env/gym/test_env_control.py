@@ -10,7 +10,7 @@ from mmp_env.gym.reward import CONTACT_PENALTY, PROGRESS_WEIGHT, SUCCESS_BONUS
 from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.robot import SPHERE_SETS, robot_names
-from mmp_env.sim.clearance_audit import OUTSIDE_M
+from mmp_env.sim.clearance_audit import PROTRUSION_M
 from mmp_env.sim.execution import REACHED_RAD
 from mmp_env.sim.simulation import Simulation
 
@@ -163,7 +163,7 @@ def test_an_arm_touches_itself_only_where_its_spheres_do(robot, spheres):
     for k, q in enumerate(rows):
         simulation.place(q)
         touching[k] = bool(simulation.log.contacts)
-    clear = cell.collision.static_clearance("a", rows) > 2 * OUTSIDE_M
+    clear = cell.collision.static_clearance("a", rows) > 2 * PROTRUSION_M
     assert clear.sum() > 500
     assert not (touching & clear).any()
     assert touching.sum() > 20

@@ -12,7 +12,7 @@ from mmp_env.errors import MmpError
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.retime import retime
 from mmp_env.sim.execution import execute_plan
-from mmp_env.sim.monitor import Monitor, Watch
+from mmp_env.sim.monitor import Monitor, MonitorRun
 from mmp_env.sim.phase_clock import PhaseClock
 from mmp_env.sim.servo_reference import Reference
 from mmp_env.sim.simulation import Simulation
@@ -124,14 +124,14 @@ def test_a_halt_that_the_end_of_the_plan_cuts_off_lasts_until_the_arm_has_caught
 
 def test_an_arm_that_lags_at_every_attempt_to_go_on_is_not_waited_for_for_ever():
     clock, step_s = PhaseClock(reference_of(smooth_plan())), 0.01
-    watch = Watch(Monitor(patience_s=3.0), clock, [("left", 1)])
+    run = MonitorRun(Monitor(patience_s=3.0), clock, [("left", 1)])
     looks = 0
-    while not watch.over and looks < 10_000:
+    while not run.over and looks < 10_000:
         clock.advance(step_s)
-        watch.look(looks * step_s, np.array([0.0 if clock.at_rest else 0.1]), step_s)
+        run.update(looks * step_s, np.array([0.0 if clock.at_rest else 0.1]), step_s)
         looks += 1
     assert 300 < looks < 10_000
-    assert len(watch.halts) > 5
+    assert len(run.halts) > 5
 
 
 def turned(plan, turns, step_s=STEP_S):
@@ -139,7 +139,7 @@ def turned(plan, turns, step_s=STEP_S):
     clock = PhaseClock(reference_of(plan))
     phases = [clock.phase]
     for k, lasting in enumerate([*turns, np.inf]):
-        clock.turn(1.0 if lasting == np.inf else float(k % 2))
+        clock.set_target(1.0 if lasting == np.inf else float(k % 2))
         end = len(phases) + lasting / step_s
         while len(phases) < end and not clock.over:
             clock.advance(step_s)
@@ -169,7 +169,7 @@ def test_however_often_the_phase_is_turned_all_joints_keep_their_limits(seed, tu
 def test_a_stop_comes_to_rest_soon_and_for_good(at, share):
     clock = PhaseClock(reference_of(smooth_plan(share=share)))
     clock.advance(at)
-    clock.turn(0.0)
+    clock.set_target(0.0)
     clock.advance(1.5 if share == 0.9 else 0.5)
     assert clock.at_rest or clock.over
     stood = clock.phase
@@ -181,7 +181,7 @@ def test_how_time_is_cut_into_steps_makes_no_difference():
     clocks = [PhaseClock(reference_of(smooth_plan())) for _ in range(2)]
     for target in (0.0, 1.0, 0.0, 1.0):
         for clock, steps in zip(clocks, (1, 37), strict=True):
-            clock.turn(target)
+            clock.set_target(target)
             for _ in range(steps):
                 clock.advance(0.08 / steps)
     assert 0 < clocks[0].speed < 1

@@ -64,10 +64,10 @@ def test_velocities_of_a_motion_are_those_of_its_positions(seed):
 def test_the_pieces_of_a_motion_tell_the_most_that_joints_do_in_them(seed):
     reference = Reference(plan := random_motion(seed), standing(plan))
     pieces, h = reference.pieces(), 5e-3
-    assert len(pieces.rate) == 12
+    assert len(pieces.velocity) == 12
     for k in range(12):
         q, _ = reference.at(pieces.start_s + pieces.step_s * np.linspace(k, k + 1, 21))
-        for order, told in ((1, pieces.rate), (2, pieces.growth), (3, pieces.jerk)):
+        for order, told in ((1, pieces.velocity), (2, pieces.acceleration), (3, pieces.jerk)):
             assert (np.abs(np.diff(q, n=order, axis=0)).max(axis=0) / h**order <= told[k] * (1 + 1e-6) + 1e-6).all()
 
 

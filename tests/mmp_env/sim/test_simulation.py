@@ -24,7 +24,7 @@ def driven(one_by_one):
     path = []
     for begin, end in pairwise(marks):
         if one_by_one:
-            simulation.aim(begin, end, STEPS)
+            simulation.set_reference(begin, end, STEPS)
             for _ in range(STEPS):
                 simulation.advance(1)
         else:

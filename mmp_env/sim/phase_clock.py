@@ -2,7 +2,7 @@
 
 At speed s of the phase a joint has velocity q's, acceleration q''s^2 + q's' and jerk q'''s^3 + 3q''ss' + q's''. A plan
 that was retimed with a share of its limits leaves the rest for s' and s'': bounds A and J for each piece of the plan.
-A ramp from one speed to another begins and ends with s' = 0. It takes the least A and J of the pieces that it can reach.
+A ramp from one speed to another begins and ends with s' = 0. It takes the least A and J of the pieces it can reach.
 A change of the target within a ramp first brings s' to 0 with the J of the ramp, which ends before the ramp would have
 ended. So every ramp can be completed within the limits, however often the target changes.
 """

@@ -112,7 +112,7 @@ def test_two_environments_of_a_seed_draw_the_same_episodes_and_each_is_another()
 
 @pytest.mark.parametrize("copied", [copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value))])
 @pytest.mark.parametrize("task", ["reach", "packing"])
-def test_a_copy_of_an_environment_goes_on_exactly_as_the_original(task, copied):
+def test_a_copy_of_an_environment_continues_exactly_as_the_original(task, copied):
     environment = dm.load("MultiArmCell-mixed-4", task=task, random=2, control_mode="velocity")
     environment.reset()
     actions = np.random.default_rng(0).uniform(-1, 1, (6, *environment.action_spec().shape))
@@ -255,6 +255,6 @@ def test_a_wrong_action_is_one_sentence(pair, action):
         pair.step(action)
 
 
-def test_an_unknown_name_lists_what_there_is():
+def test_an_unknown_name_lists_the_known_names():
     with pytest.raises(UnknownNameError, match=r"Known: MultiArmCell-2, .*MultiArmCell-mixed-4"):
         dm.load("MultiArmCell-3")

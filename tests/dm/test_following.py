@@ -1,4 +1,4 @@
-"""A plan as a policy, in a loop of one's own and in dm_control's viewer."""
+"""A plan as a policy, in a loop and in the viewer of dm_control."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ def test_a_plan_is_followed_to_the_goal_without_a_contact(plan):
     assert environment.physics.time() <= plan.makespan_s + 0.1
 
 
-def test_dm_controls_viewer_shows_it_and_starts_anew(plan):
+def test_dm_controls_viewer_shows_a_plan_and_restarts(plan):
     environment = dm.load("MultiArmCell-4", random=7)
     shown = runtime.Runtime(environment, dm.follow(environment, plan))
     errors = []
@@ -78,6 +78,6 @@ def test_other_control_modes_and_other_environments_cannot_follow(plan):
         dm.follow(suite.load("reacher", "easy"), plan)
 
 
-def test_a_planner_that_found_no_plan_has_none_to_follow():
+def test_following_the_missing_plan_of_a_failed_planner_is_an_error():
     with pytest.raises(MmpError, match="there is no plan to follow"):
         dm.follow(dm.load("MultiArmCell-2", random=3), None)

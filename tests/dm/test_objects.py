@@ -1,4 +1,4 @@
-"""Tasks with objects: each episode of the dm_control environment has a model of its own, with what the task drew."""
+"""Tasks with objects: each episode of the dm_control environment has its own model with the drawn objects."""
 
 import gymnasium
 import numpy as np
@@ -93,7 +93,7 @@ def test_an_episode_can_be_planned_and_its_plan_followed_without_a_contact(placi
         policy(environment.reset())
 
 
-def test_dm_controls_viewer_is_told_that_an_episode_has_another_model():
+def test_dm_controls_viewer_notices_a_new_model():
     environment = dm.load("MultiArmCell-2", task="pick", random=4)
     shown, changes, errors = runtime.Runtime(environment, None), [], []
     shown.on_physics_changed += lambda: changes.append(environment.physics.model.ngeom)

@@ -1,4 +1,4 @@
-"""dm_control where it is not: one sentence; and what of `mmp_env.dm` needs none."""
+"""Errors of `mmp_env.dm` without dm_control, and its parts that need none."""
 
 import subprocess
 import sys
@@ -22,21 +22,21 @@ def _asked_anew():
     control_suite.require.cache_clear()
 
 
-def test_where_dm_control_is_missing_the_sentence_says_how_to_get_it(monkeypatch):
+def test_a_missing_dm_control_is_an_error_that_says_how_to_install_it(monkeypatch):
     monkeypatch.setitem(sys.modules, "dm_control", None)
     monkeypatch.setattr(sys, "version_info", (3, 12, 0))
     with pytest.raises(MmpError, match=r"dm_control cannot be imported .*; get it with: pip install 'mmp-env\[dm\]'"):
         dm.load("MultiArmCell-2")
 
 
-def test_where_python_is_too_new_for_dm_control_the_sentence_says_which_are_not(monkeypatch):
+def test_a_python_too_new_for_dm_control_is_an_error_that_names_versions(monkeypatch):
     monkeypatch.setitem(sys.modules, "dm_control", None)
     monkeypatch.setattr(sys, "version_info", (3, 13, 0))
     with pytest.raises(MmpError, match=r"it needs Python 3\.11 or 3\.12, and there: pip install"):
         dm.load("MultiArmCell-2")
 
 
-def test_a_dm_control_that_fails_with_this_mujoco_is_told_apart_from_a_missing_one(monkeypatch):
+def test_a_dm_control_that_fails_with_this_mujoco_differs_from_a_missing_one(monkeypatch):
     class Physics:
         @staticmethod
         def from_xml_string(text):

@@ -185,7 +185,7 @@ def test_a_planner_that_cannot_be_made_is_named_and_still_described():
 
 
 @pytest.mark.usefixtures("strangers")
-def test_no_stranger_takes_the_place_of_one_of_ours(monkeypatch):
+def test_no_other_package_replaces_a_built_in_task(monkeypatch):
     find = plugins.entry_points
     ecbs = EntryPoint("ecbs", "no_such_package:Planner", PLANNERS.group)
     for points in (lambda group: [*find(group=group), ecbs], lambda group: [ecbs, *find(group=group)]):

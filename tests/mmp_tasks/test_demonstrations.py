@@ -1,4 +1,4 @@
-"""The tasks of the demonstrations, all by one contract and each by what it promises."""
+"""The tasks of the demonstrations: the contract of all, and the rules of each."""
 
 import builtins
 import dataclasses
@@ -69,7 +69,7 @@ def test_every_task_is_registered_and_a_nonsense_option_is_named(task):
 
 
 @pytest.mark.parametrize("task", ALL)
-def test_what_cannot_be_drawn_is_an_error_that_names_task_cell_and_arm(task):
+def test_a_cell_without_an_instance_is_an_error_that_names_task_cell_and_arm(task):
     filled = Obstacle(
         name="block",
         shape="box",
@@ -131,9 +131,9 @@ def test_crossing_swaps_the_tool_points_of_two_arms_or_moves_one_across(cell):
 def test_parallel_displaces_all_tool_points_alike(cell):
     problem = draw_problem(find_cell(cell), "parallel", 2)
     start, goal = tool_points(problem, "start"), tool_points(problem, "goal")
-    ways = np.array([goal[name] - start[name] for name in start])
-    np.testing.assert_allclose(ways, np.tile(ways[0], (len(ways), 1)), atol=0.002)
-    assert 0.14 < np.linalg.norm(ways[0]) < 0.27
+    moves = np.array([goal[name] - start[name] for name in start])
+    np.testing.assert_allclose(moves, np.tile(moves[0], (len(moves), 1)), atol=0.002)
+    assert 0.14 < np.linalg.norm(moves[0]) < 0.27
 
 
 @pytest.mark.parametrize("cell", ["mixed-4", "ring-4-panda"])
@@ -150,7 +150,7 @@ def test_pick_goes_from_tucked_to_5_cm_above_an_object_each(cell):
 
 
 def held_middles(problem, which):
-    """Where what each arm holds is in the world."""
+    """The position of each held object in the world [m]."""
     out = {}
     for arm in problem.cell.arms:
         T = arm.T_world_base @ kinematics(arm.robot, arm.tool).tool_pose(getattr(problem, which)[arm.name])

@@ -1,4 +1,4 @@
-"""Task `reach`: what it promises of every instance, its restarts, and its errors."""
+"""Task `reach`: its rules, its repeated draws, and its errors."""
 
 from itertools import combinations
 
@@ -77,7 +77,7 @@ def test_the_same_state_of_the_generator_gives_the_same_instance_and_leaves_the_
     assert not np.array_equal(Reach().sample(cell, other)[0]["arm0"], start["arm0"])
 
 
-def test_a_seed_gives_the_same_instance_for_ever():
+def test_a_seed_gives_the_same_instance_in_every_version():
     """The last goal depends on every draw before it. Published results refer to these instances."""
     _, goal = Reach().sample(ring_cell(8), np.random.default_rng(7))
     assert goal["arm7"].tolist() == [
@@ -171,7 +171,7 @@ def test_the_last_try_still_counts():
     np.testing.assert_array_equal(start["arm0"], queries.first[0])
 
 
-def test_after_its_draws_it_gives_up_and_names_the_cell_and_the_arm():
+def test_the_task_gives_up_after_its_draws_and_names_cell_and_arm():
     queries = FakeQueries(refused=10**9)
     with pytest.raises(MmpError, match=r"no start for cell 'ring-2' in 100 draws: 100 of them ended at arm 'arm1'"):
         Reach().sample(cell_with(queries), np.random.default_rng(0))
@@ -212,12 +212,12 @@ def test_the_clearance_asked_for_is_kept():
         {"tries": True},
     ],
 )
-def test_a_value_that_makes_no_sense_is_named(options):
+def test_a_bad_option_is_named(options):
     with pytest.raises(MmpError, match=f"{next(iter(options))} of task 'reach' is"):
         mmp_tasks.make("reach", **options)
 
 
-def test_an_unknown_option_is_answered_with_the_nearest_and_the_list():
+def test_an_unknown_option_names_the_nearest_and_all_known():
     with pytest.raises(
         UnknownNameError, match=r"option of task 'reach' 'trys'.* Did you mean 'tries'.*clearance, draws"
     ):

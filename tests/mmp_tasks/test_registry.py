@@ -1,4 +1,4 @@
-"""The registry of tasks: names, and tasks of strangers that do not work."""
+"""The registry of tasks: names, and tasks of other packages that do not work."""
 
 import re
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ def strangers(monkeypatch):
     monkeypatch.setattr(EntryPoint, "load", lambda self: own.get(self.name) or load(self))
 
 
-def test_an_unknown_task_is_answered_with_the_nearest_and_the_list():
+def test_an_unknown_task_names_the_nearest_and_all_known():
     with pytest.raises(UnknownNameError, match=r"unknown task 'raech'\. Did you mean 'reach'\? Known: .*reach"):
         registry.make("raech")
 
@@ -63,7 +63,7 @@ def test_a_task_that_cannot_be_loaded_is_named_with_the_reason(name):
         registry.make(name)
 
 
-def test_no_stranger_takes_the_place_of_one_of_ours(monkeypatch):
+def test_no_other_package_replaces_a_built_in_task(monkeypatch):
     reach = EntryPoint("reach", "no_such_package:Task", TASKS.group)
     for order in (lambda ours: [*ours, reach], lambda ours: [reach, *ours]):
         monkeypatch.setattr(plugins, "entry_points", lambda group, order=order: order(list(entry_points(group=group))))

@@ -29,7 +29,7 @@ def make(name="MultiArmCell-2", **options):
     + [("MultiArmCell-2", {"control_mode": mode}) for mode in sorted(CONTROL_MODES)]
     + [("MultiArmCell-2", {"robot": robot}) for robot in mmp_env.robot_names()],
 )
-def test_gymnasiums_own_checker_has_no_word_to_say(name, options):
+def test_gymnasiums_checker_passes_without_a_warning(name, options):
     check_env(make(name, **options).unwrapped)
 
 
@@ -56,7 +56,7 @@ def test_everything_that_the_package_lists_is_there():
 
 
 @pytest.mark.parametrize("vectorization", ["sync", "async"])
-def test_vector_environments_step_and_start_anew(vectorization):
+def test_vector_environments_step_and_reset(vectorization):
     envs = gymnasium.make_vec("MultiArmCell-2", num_envs=2, vectorization_mode=vectorization, max_episode_steps=3)
     observations, _ = envs.reset(seed=5)
     start, _ = draw_instance(ring_cell(2), seed=6)
@@ -75,21 +75,21 @@ def test_problem_has_the_cell_instance_and_speed_of_the_environment():
     assert (problem.max_velocity["arm1"] == 0.5).all()
 
 
-def test_nothing_can_be_stepped_or_planned_before_the_first_reset():
+def test_step_and_problem_need_a_reset_first():
     env = make().unwrapped
     for use in (lambda: env.problem, lambda: env.step(np.zeros(12, np.float32))):
         with pytest.raises(gymnasium.error.ResetNeeded, match="reset"):
             use()
 
 
-def test_a_planner_that_found_no_plan_has_none_to_execute():
+def test_executing_the_missing_plan_of_a_failed_planner_is_an_error():
     env = make().unwrapped
     env.reset(seed=0)
     with pytest.raises(MmpError, match="there is no plan to execute; the status of the planner's result says why"):
         env.execute(None)
 
 
-def test_observations_tell_what_the_core_and_the_simulation_know():
+def test_observations_agree_with_the_core_and_the_simulation():
     env = make("MultiArmCell-4", robot="panda", control_mode="velocity")
     env.reset(seed=1)
     env.action_space.seed(1)
@@ -147,7 +147,7 @@ def test_a_wrong_option_is_an_error_with_the_nearest_match(name, options, messag
         make(name, **options)
 
 
-def test_an_unknown_id_is_answered_with_those_that_exist():
+def test_an_unknown_id_lists_the_existing_ids():
     with pytest.raises(gymnasium.error.NameNotFound, match="MultiArmCell-"):
         make("MultiArmCell-3")
 
@@ -163,7 +163,7 @@ def test_a_cell_comes_as_itself_by_name_or_from_a_file(tmp_path):
     assert cell_to_dict(find_cell(str(path))) == cell_to_dict(cell)
     assert find_cell(path, spheres="28").spheres == "28"
     assert find_cell("ring-2-fr5", spheres="fine").name == cell.name
-    cell.collision  # noqa: B018 - what is compiled by now must not stand in the way of the copies that Gymnasium makes
+    cell.collision  # noqa: B018 - the compiled queries must not prevent the copies that Gymnasium makes
     env = make("MultiArmCell", cell=cell)
     env.reset(seed=0)
     assert env.spec.kwargs["cell"].name == cell.name

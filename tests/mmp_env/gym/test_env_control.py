@@ -105,7 +105,7 @@ def test_the_reward_is_progress_and_a_bonus_for_success_which_ends_the_episode()
 
 
 @pytest.mark.parametrize("ends", [True, False])
-def test_a_contact_costs_and_ends_the_episode_unless_told_otherwise(ends):
+def test_a_contact_costs_its_penalty_and_ends_the_episode_if_asked(ends):
     env = make(control_mode="position", terminate_on_contact=ends)
     cell = env.unwrapped.cell
     env.reset(options={"start": dict.fromkeys(cell.arm_names, FACING_STEEPLY), "goal": tucked(cell)})

@@ -1,4 +1,4 @@
-"""Copies of environments, deep or through pickle: they go on as the original does, and apart from it."""
+"""Copies of environments by deepcopy or pickle: they continue like the original, and independently of it."""
 
 import copy
 import pickle
@@ -31,7 +31,7 @@ def assert_same(here, there):
 
 @every_copy
 @pytest.mark.parametrize(("name", "options"), ENVIRONMENTS)
-def test_a_copy_goes_on_exactly_as_the_original(name, options, copied):
+def test_a_copy_continues_exactly_as_the_original(name, options, copied):
     env = gymnasium.make(name, **options)
     env.reset(seed=3)
     env.action_space.seed(3)
@@ -49,7 +49,7 @@ def test_a_copy_goes_on_exactly_as_the_original(name, options, copied):
 
 
 @every_copy
-def test_a_copy_is_apart_from_the_original(copied):
+def test_a_copy_is_independent_of_the_original(copied):
     env = gymnasium.make("MultiArmCell-2", control_mode="velocity")
     env.reset(seed=0)
     other = copied(env)
@@ -62,13 +62,13 @@ def test_a_copy_is_apart_from_the_original(copied):
 
 
 @every_copy
-def test_an_environment_that_stands_nowhere_yet_can_be_copied(copied):
+def test_an_environment_before_its_first_reset_can_be_copied(copied):
     env, other = gymnasium.make("MultiArmCell-2"), copied(gymnasium.make("MultiArmCell-2"))
     assert_same(env.reset(seed=4)[0], other.reset(seed=4)[0])
 
 
 @every_copy
-def test_a_copy_executes_plans_and_tells_contacts_like_the_original(copied):
+def test_a_copy_executes_plans_and_reports_contacts_like_the_original(copied):
     env = MultiArmCellEnv(cell=ring_cell(2), self_contacts=False)
     env.reset(seed=0)
     problem = env.problem
@@ -89,7 +89,7 @@ def test_a_copy_of_a_simulation_keeps_what_counts_as_a_contact(copied):
 
 
 @every_copy
-def test_what_is_drawn_in_the_original_is_drawn_anew_in_the_copy(copied):
+def test_a_copy_opens_its_own_renderer(copied):
     if "rgb_array" not in possible_render_modes(["rgb_array"]):
         pytest.skip("nothing can be drawn on this machine")
     env = gymnasium.make("MultiArmCell-2", render_mode="rgb_array", width=64, height=48)

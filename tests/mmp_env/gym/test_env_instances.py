@@ -1,4 +1,4 @@
-"""The instances of the Gymnasium environment: drawn by seed, given as options, and what strangers' tasks draw wrong."""
+"""The instances of the Gymnasium environment: drawn by seed, given as options, and tasks that break the contract."""
 
 import gymnasium
 import numpy as np
@@ -65,7 +65,7 @@ def test_a_margin_is_that_of_every_problem_or_the_instance_is_refused():
 
 
 @pytest.mark.parametrize("margin", [-1, "wide", {"legs": 0.1}])
-def test_a_margin_that_makes_no_sense_is_an_error(margin):
+def test_a_bad_margin_is_an_error(margin):
     with unchecked(), pytest.raises(MmpError, match="margin"):
         make(margin=margin)
 
@@ -124,7 +124,7 @@ def test_wrong_options_leave_an_environment_with_objects_as_it_was():
 
 
 class Drawing:
-    """A task that gives what it is told."""
+    """A task that returns a given sample."""
 
     def __init__(self, sample):
         self.given = sample
@@ -148,12 +148,12 @@ REST = {f"arm{k}": np.array([2.6, -2.2, 2.5, -1.9, -1.6, 0.0]) for k in range(2)
         (({**REST, "arm0": np.full(6, np.nan)}, REST), "a start that is not 6 finite numbers for arm 'arm0'"),
     ],
 )
-def test_what_a_strangers_task_draws_wrong_is_named(sample, message):
+def test_a_task_that_breaks_the_contract_is_named_with_its_fault(sample, message):
     with pytest.raises(MmpError, match=message):
         make(task=Drawing(sample)).reset(seed=0)
 
 
-def test_a_class_in_the_place_of_a_task_is_refused_when_the_environment_is_made():
+def test_a_class_instead_of_a_task_is_refused_when_the_environment_is_made():
     with pytest.raises(
         MmpError, match=r"task is .*; it must be a name \(`mmp list`\) or an object with a method sample"
     ):
@@ -169,7 +169,7 @@ def test_a_task_with_objects_passes_gymnasiums_checker_and_works_in_vector_envir
     envs.close()
 
 
-def test_an_executed_plan_leaves_its_margins_to_the_environment():
+def test_the_margins_of_an_executed_plan_become_those_of_the_environment():
     env = MultiArmCellEnv(cell=ring_cell(2))
     env.reset(seed=5)
     asked = draw_problem(env.cell, "reach", 5, margin={"arms": 0.02})

@@ -69,7 +69,7 @@ def test_every_violation_of_an_episode_names_its_plan():
     assert all(line.startswith("plan 1: ") for line in str(report).splitlines())
 
 
-def test_a_plan_that_is_wrong_spoils_its_episode():
+def test_an_episode_with_an_invalid_plan_is_invalid():
     data = episode()
     data["plans"][0]["times"][0] = 0.5
     report = check_episode(data)
@@ -88,7 +88,7 @@ def test_a_plan_that_is_wrong_spoils_its_episode():
         ({"schema": "mmp-episode/1", "plans": [{}], "more": 1}, "does not know"),
     ],
 )
-def test_what_is_no_episode_is_a_violation_and_no_error(data, words):
+def test_data_that_are_no_episode_are_a_violation_and_no_error(data, words):
     report = check_episode(data)
     assert not report.valid
     assert words in str(report)

@@ -1,4 +1,4 @@
-"""The arms' colours: told apart, by colour-blind people as well."""
+"""The colours of the arms, which colour-blind people can distinguish."""
 
 from itertools import combinations
 
@@ -13,7 +13,7 @@ SIGHTS = {
     "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
     "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
 }
-"""What becomes of linear red, green, blue: G. Machado, M. Oliveira, L. Fernandes 2009, severity 1."""
+"""Matrices of linear red, green, blue: G. Machado, M. Oliveira, L. Fernandes 2009, severity 1."""
 XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 
 
@@ -27,7 +27,7 @@ def lab(color, sight):
 
 
 @pytest.mark.parametrize("sight", SIGHTS.values(), ids=SIGHTS)
-def test_eight_arms_are_told_apart_with_any_sight(sight):
+def test_eight_arms_have_distinct_colours_with_any_sight(sight):
     seen = [lab(arm_color(k), sight) for k in range(8)]
     assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) > 15  # 2.3 is just noticeable
 

@@ -45,7 +45,7 @@ def test_arms_follow_a_plan_closely_touch_nothing_and_stand_where_it_ends(robot)
     np.testing.assert_allclose(env.data.qvel, 0, atol=2e-3)
 
 
-def test_the_next_step_goes_on_from_where_the_plan_ended():
+def test_the_next_step_continues_from_the_end_of_the_plan():
     env = MultiArmCellEnv(cell=ring_cell(2), control_mode="velocity")
     start, goal = everyone(env.cell, "tucked"), elsewhere(env.cell)
     env.execute(straight(env.cell, start, goal))
@@ -131,7 +131,7 @@ def test_an_arm_driven_into_an_obstacle_names_the_obstacle():
 
 
 @pytest.mark.parametrize("told", [True, False])
-def test_an_arm_that_touches_itself_is_reported_unless_that_is_switched_off(told):
+def test_a_self_contact_is_reported_unless_switched_off(told):
     env = MultiArmCellEnv(cell=ring_cell(2), self_contacts=told)
     start = everyone(env.cell, "tucked")
     folded = start | {"arm0": np.array([0.0, -1.57, 3.1, 0.0, 0.0, 0.0])}
@@ -206,7 +206,7 @@ def test_a_plan_that_is_not_retimed_is_executed_with_one_warning_that_says_what_
     assert "--retime" in str(warning.message)
 
 
-def test_nobody_is_warned_of_a_retimed_plan_or_of_one_that_stands_still():
+def test_a_retimed_plan_and_one_that_stands_still_cause_no_warning():
     env = environment(ring_cell(2))
     start, goal = everyone(env.cell, "tucked"), elsewhere(env.cell)
     with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""What an execution reports beside goals, contacts and tracking: torques, nearness and phases."""
+"""The report of an execution: torques, distances of bodies, and phases."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from mmp_env.sim.simulation import Simulation
 pytestmark = pytest.mark.filterwarnings("ignore::mmp_env.errors.UnretimedPlanWarning")
 
 
-def test_the_largest_torque_of_each_arm_is_told_with_its_rating():
+def test_the_report_has_the_largest_torque_of_each_arm_with_its_rating():
     env = MultiArmCellEnv(cell=ring_cell(2))
     start, goal = everyone(env.cell, "tucked"), elsewhere(env.cell)
     report = env.execute(straight(env.cell, start, goal))
@@ -38,7 +38,7 @@ def test_a_retimed_plan_stays_within_the_rated_torques():
     assert max(load.share for load in report.loads.values()) < 0.7
 
 
-def test_bodies_that_keep_what_is_proved_of_the_plan_are_not_told_of():
+def test_bodies_that_keep_the_proved_clearance_are_not_reported():
     env = MultiArmCellEnv(cell=ring_cell(2))
     report = env.execute(straight(env.cell, everyone(env.cell, "tucked"), elsewhere(env.cell)))
     assert report.nearness.planned_m > 0
@@ -46,7 +46,7 @@ def test_bodies_that_keep_what_is_proved_of_the_plan_are_not_told_of():
     assert report.nearness.time_s is None
 
 
-def test_bodies_closer_than_proved_of_the_plan_are_told_with_how_much():
+def test_bodies_closer_than_proved_are_reported_with_the_difference():
     """The arm is pushed towards a wall beside it while it stands."""
     gap = 0.004
     arm = place_arm("arm", "ur5e", [0, 0, 0], [1, 0, 0, 0])
@@ -79,7 +79,7 @@ def test_bodies_closer_than_proved_of_the_plan_are_told_with_how_much():
     assert 0 < lean.time_s <= report.duration_s
 
 
-def test_nothing_is_said_of_nearness_where_a_plan_proves_nothing():
+def test_a_plan_without_a_proof_has_no_planned_clearance():
     env = MultiArmCellEnv(cell=ring_cell(2))
     ahead = {arm.name: LEVEL + FACING for arm in env.cell.arms}
     report = env.execute(straight(env.cell, everyone(env.cell, "tucked"), ahead))

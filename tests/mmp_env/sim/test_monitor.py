@@ -1,4 +1,4 @@
-"""The execution monitor: all arms stop on the common phase when one lags, within limits, and go on after."""
+"""The execution monitor: all arms stop on the common phase when one lags, within limits, and continue later."""
 
 import functools
 
@@ -45,7 +45,7 @@ def blocked(monitor, *spans_s, plan=None):
     return execute_plan(simulation, plan, tar, monitor)
 
 
-def test_an_arm_that_is_held_stops_all_and_they_go_on_when_it_has_caught_up():
+def test_an_arm_that_is_held_stops_all_arms_until_it_has_caught_up():
     free, held = blocked(None), blocked(Monitor(lag_rad=0.01))
     assert held.reached
     assert held.contacts == []
@@ -68,7 +68,7 @@ def test_the_other_arm_stays_on_its_path_and_stands_while_all_wait():
 
 
 def assert_within_limits(plan, phases, step_s=STEP_S):
-    """By differences of where the joints are told to be; third ones have 1e-3 rad/s^3 of rounding."""
+    """Derivatives by differences of the references; third differences have 1e-3 rad/s^3 of rounding."""
     rate, _ = reference_of(plan).at(np.asarray(phases))
     rate = np.pad(rate, ((3, 3), (0, 0)), mode="edge")
     for limits, noise in ((plan.problem.max_velocity, 0.0), (plan.max_acceleration, 1e-8), (plan.max_jerk, 1e-3)):
@@ -76,7 +76,7 @@ def assert_within_limits(plan, phases, step_s=STEP_S):
         assert (np.abs(rate) <= side_by_side(plan, limits) * (1 + 1e-6) + noise).all()
 
 
-def test_stopping_and_going_on_keep_the_limits_of_every_joint():
+def test_stops_and_restarts_keep_the_limits_of_every_joint():
     report = blocked(Monitor(lag_rad=0.01))
     assert_within_limits(smooth_plan(), report.phases)
 
@@ -90,7 +90,7 @@ def test_an_execution_without_lag_is_the_same_with_a_monitor():
     np.testing.assert_allclose(with_it.phases, without.phases, atol=1e-9)
 
 
-def test_patience_comes_to_an_end_with_a_sentence():
+def test_an_execution_is_given_up_after_the_patience_with_a_sentence():
     report = blocked(Monitor(lag_rad=0.01, patience_s=0.5), (BLOCKED_S[0], np.inf))
     assert report.given_up
     assert not report.reached
@@ -102,7 +102,7 @@ def test_patience_comes_to_an_end_with_a_sentence():
     assert report.duration_s < 3
 
 
-def test_an_arm_that_is_delayed_ten_times_arrives_all_the_same():
+def test_an_arm_that_is_delayed_ten_times_arrives():
     spans = [(0.3 + 0.6 * k, 0.55 + 0.6 * k) for k in range(10)]
     report = blocked(Monitor(lag_rad=0.005, caught_up_rad=0.002), *spans)
     assert report.reached
@@ -122,7 +122,7 @@ def test_a_halt_that_the_end_of_the_plan_cuts_off_lasts_until_the_arm_has_caught
     assert report.reached
 
 
-def test_an_arm_that_lags_at_every_attempt_to_go_on_is_not_waited_for_for_ever():
+def test_an_arm_that_lags_at_every_restart_ends_the_execution():
     clock, step_s = PhaseClock(reference_of(smooth_plan())), 0.01
     run = MonitorRun(Monitor(patience_s=3.0), clock, [("left", 1)])
     looks = 0
@@ -135,7 +135,7 @@ def test_an_arm_that_lags_at_every_attempt_to_go_on_is_not_waited_for_for_ever()
 
 
 def turned(plan, turns, step_s=STEP_S):
-    """Phases at each step of a clock that is turned after each of these times [s], and goes on in the end."""
+    """Phases at each step of a clock whose target changes after each of these times [s], and is 1 in the end."""
     clock = PhaseClock(reference_of(plan))
     phases = [clock.phase]
     for k, lasting in enumerate([*turns, np.inf]):
@@ -156,7 +156,7 @@ def turned(plan, turns, step_s=STEP_S):
     limits=st.sampled_from([{}, {"max_acceleration": 5.0, "max_jerk": 50.0}, {"max_acceleration": 50.0}]),
     step_s=st.sampled_from([0.002, 0.005]),
 )
-def test_however_often_the_phase_is_turned_all_joints_keep_their_limits(seed, turns, rate, share, limits, step_s):
+def test_all_joints_keep_their_limits_however_often_the_target_changes(seed, turns, rate, share, limits, step_s):
     plan = retime(cornered_plan(seed, 1), rate=rate, share=share, **limits)
     phases = turned(plan, turns, step_s)
     assert (np.diff(phases) >= 0).all()
@@ -177,7 +177,7 @@ def test_a_stop_comes_to_rest_soon_and_for_good(at, share):
     assert clock.phase == stood
 
 
-def test_how_time_is_cut_into_steps_makes_no_difference():
+def test_the_phase_does_not_depend_on_the_time_step():
     clocks = [PhaseClock(reference_of(smooth_plan())) for _ in range(2)]
     for target in (0.0, 1.0, 0.0, 1.0):
         for clock, steps in zip(clocks, (1, 37), strict=True):
@@ -210,6 +210,6 @@ def test_a_plan_at_its_limits_cannot_be_monitored():
         {"patience_s": np.inf},
     ],
 )
-def test_a_monitor_with_bounds_that_make_no_sense_is_refused(values):
+def test_a_monitor_with_bad_bounds_is_refused(values):
     with pytest.raises(MmpError, match="a monitor needs"):
         Monitor(**values)

@@ -1,4 +1,4 @@
-"""Pictures of a cell, and what is said where none can be made."""
+"""Pictures of a cell, and the errors where none can be made."""
 
 import os
 import subprocess

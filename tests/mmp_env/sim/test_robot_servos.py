@@ -66,14 +66,14 @@ def test_all_joints_follow_a_ramp_from_rest_and_back_to_rest_within_5_mrad(name)
 
 
 @every_robot
-def test_a_ramp_that_turns_round_at_once_is_followed_within_5_mrad(name):
+def test_a_ramp_that_reverses_instantly_is_followed_within_5_mrad(name):
     servos = Servos(name, load_robot(name).home)
     start = q = servos.robot.home
     velocity = ramp_toward_the_middle(servos.robot, start)
-    for way in (1, -1, 1):
+    for sign in (1, -1, 1):
         for _ in range(75):
-            q = q + way * velocity * STEP_S
-            servos.follow(q, way * velocity)
+            q = q + sign * velocity * STEP_S
+            servos.follow(q, sign * velocity)
     assert max(servos.errors) < 0.005
 
 
@@ -105,19 +105,19 @@ def test_a_pose_is_held_against_gravity(name):
 @every_robot
 def test_an_arm_that_is_driven_into_a_block_is_held_up_by_it(name):
     robot = load_robot(name)
-    way = np.zeros(robot.dof)
-    way[1] = np.sign((robot.lower + robot.upper) / 2 - robot.home)[1] or 1.0
+    direction = np.zeros(robot.dof)
+    direction[1] = np.sign((robot.lower + robot.upper) / 2 - robot.home)[1] or 1.0
     spec = mujoco.MjSpec.from_file(str(robot.mjcf))
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.worldbody.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.05, 0.05, 0.05], pos=flange_at(robot, robot.home + 0.5 * way)
+        type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.05, 0.05, 0.05], pos=flange_at(robot, robot.home + 0.5 * direction)
     )
     model = spec.compile()
     data = mujoco.MjData(model)
     data.qpos[:] = robot.home
     depths = []
     for k in range(1000):
-        data.ctrl[:] = robot.home + way * min(SPEED * k * STEP_S, 0.6)
+        data.ctrl[:] = robot.home + direction * min(SPEED * k * STEP_S, 0.6)
         mujoco.mj_step(model, data)
         depths.append(-data.contact.dist.min(initial=0.0))
     assert depths[0] == 0

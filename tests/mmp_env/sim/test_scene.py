@@ -1,4 +1,4 @@
-"""The MuJoCo model of a cell: its names and order, what touches what, and how it looks."""
+"""The MuJoCo model of a cell: names, order, contacts and appearance."""
 
 import dataclasses
 
@@ -62,7 +62,7 @@ def test_nothing_touches_in_a_ring_at_rest_though_the_bases_stand_on_the_table(r
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_tools_are_where_the_core_says_they_are(seed):
+def test_tool_poses_agree_with_the_core(seed):
     cell = mixed_cell()
     simulation = SIMULATIONS.setdefault("mixed", Simulation(cell))
     rng = np.random.default_rng(seed)

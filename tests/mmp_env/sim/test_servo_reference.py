@@ -1,4 +1,4 @@
-"""References: where a plan has the joints between its samples, and how fast."""
+"""References: positions and velocities of a plan between its samples."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from mmp_env.sim.servo_reference import Reference
 
 
 def random_motion(seed, *, times=None):
-    """A plan that states rates, whose joints jump about at random."""
+    """A plan with velocities and accelerations, whose samples are random."""
     problem = cornered_plan(0, 0).problem
     times = np.linspace(0.0, 1.0, 11) if times is None else times
     rng = np.random.default_rng(seed)
@@ -25,13 +25,13 @@ def standing(plan):
 
 
 def differences(q, step, order):
-    """Of joints that rest before and after, the largest of each joint."""
+    """The largest difference of each joint, at rest before and after."""
     rows = np.pad(q, ((order, order), (0, 0)), mode="edge")
     return np.abs(np.diff(rows, n=order, axis=0)).max(axis=0) / step**order
 
 
 @given(seed=st.integers(0, 2**32), rate=st.sampled_from([37.0, 250.0, 2000.0]))
-def test_a_motion_keeps_between_its_samples_what_their_differences_keep(seed, rate):
+def test_a_spline_keeps_the_limits_of_its_samples_between_them(seed, rate):
     plan = random_motion(seed)
     reference, q = Reference(plan, standing(plan)), side_by_side(plan, plan.positions)
     dense, _ = reference.at(np.arange(reference.start_s, reference.end_s + 1 / rate, 1 / rate))
@@ -41,7 +41,7 @@ def test_a_motion_keeps_between_its_samples_what_their_differences_keep(seed, ra
 
 
 @given(seed=st.integers(0, 2**32))
-def test_a_motion_goes_from_end_to_end_of_its_plan_and_inside_of_its_samples(seed):
+def test_a_spline_has_the_ends_of_its_plan_and_stays_inside_of_its_samples(seed):
     plan = random_motion(seed)
     reference, q = Reference(plan, standing(plan)), side_by_side(plan, plan.positions)
     assert (reference.start_s, reference.end_s) == pytest.approx((-0.1, 1.1))
@@ -53,7 +53,7 @@ def test_a_motion_goes_from_end_to_end_of_its_plan_and_inside_of_its_samples(see
 
 
 @given(seed=st.integers(0, 2**32))
-def test_velocities_of_a_motion_are_those_of_its_positions(seed):
+def test_velocities_of_a_spline_are_derivatives_of_its_positions(seed):
     reference, h = Reference(plan := random_motion(seed), standing(plan)), 1e-5
     clock = np.linspace(-0.09, 1.09, 57)
     after, before = (reference.at(clock + d)[0] for d in (h, -h))
@@ -61,7 +61,7 @@ def test_velocities_of_a_motion_are_those_of_its_positions(seed):
 
 
 @given(seed=st.integers(0, 2**32))
-def test_the_pieces_of_a_motion_tell_the_most_that_joints_do_in_them(seed):
+def test_the_pieces_of_a_spline_have_tight_bounds(seed):
     reference = Reference(plan := random_motion(seed), standing(plan))
     pieces, h = reference.pieces(), 5e-3
     assert len(pieces.velocity) == 12
@@ -71,7 +71,7 @@ def test_the_pieces_of_a_motion_tell_the_most_that_joints_do_in_them(seed):
             assert (np.abs(np.diff(q, n=order, axis=0)).max(axis=0) / h**order <= told[k] * (1 + 1e-6) + 1e-6).all()
 
 
-def test_a_motion_at_uneven_steps_goes_straight_with_the_velocities_it_states():
+def test_a_plan_with_unequal_steps_is_linear_with_its_stated_velocities():
     plan = random_motion(1, times=np.array([0.0, 0.1, 0.4]))
     reference = Reference(plan, standing(plan))
     assert not reference.is_smooth
@@ -81,7 +81,7 @@ def test_a_motion_at_uneven_steps_goes_straight_with_the_velocities_it_states():
     np.testing.assert_allclose(velocities, [(v[0] + v[1]) / 2, v[1]], atol=1e-12)
 
 
-def test_a_plan_without_rates_goes_straight_and_rests_after_its_end():
+def test_a_plan_without_velocities_is_linear_and_rests_after_its_end():
     plan = cornered_plan(1, 2)
     reference = Reference(plan, standing(plan))
     clock = np.array([0.0, 0.3 * plan.times[1], plan.times[1], plan.makespan_s, plan.makespan_s + 1.0])
@@ -110,7 +110,7 @@ def test_arms_that_a_plan_does_not_move_stand_still():
 
 
 @pytest.mark.parametrize("clock", [0.0, 0.5])
-def test_a_plan_of_one_sample_is_a_place_to_stand(clock):
+def test_a_plan_of_one_sample_stands_still(clock):
     problem = cornered_plan(0, 0).problem
     plan = Plan(problem=problem, times=np.zeros(1), positions={a: q[None] for a, q in problem.start.items()})
     positions, velocities = Reference(plan, problem.start).at(np.array([clock]))

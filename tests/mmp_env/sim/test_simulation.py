@@ -1,4 +1,4 @@
-"""The simulated cell: its two ways of stepping are one physics, contacts are timed and counted, faults are named."""
+"""The simulated cell: both methods of stepping agree, contacts are timed and counted, faults are named."""
 
 import dataclasses
 from itertools import pairwise
@@ -57,7 +57,7 @@ def test_a_ramp_is_followed_without_lag():
     np.testing.assert_allclose(simulation.velocities, (end - start) / 0.3, atol=5e-3)
 
 
-def test_what_touches_from_the_beginning_is_a_contact_at_time_zero():
+def test_bodies_that_touch_from_the_start_are_a_contact_at_time_zero():
     simulation = Simulation(ring_cell(2))
     simulation.place(np.tile([np.pi, -0.1, 0.0, 0.0, 0.0, 0.0], 2))
     assert {contact.time_s for contact in simulation.log.contacts} == {0.0}

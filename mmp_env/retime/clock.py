@@ -1,8 +1,9 @@
-"""The clock of a path: how fast its phase passes, from rest to rest. Ruckig times every zone.
+"""The clock of a path: the speed of its phase, from rest to rest. Ruckig times every zone.
 
-At the bounds of zones the clock has no acceleration, so zones only have to agree on the speeds there. These come from
-a pass backward (what can still be braked) and one forward (what can be reached), with the distance that a change of
-speed takes in closed form; then each zone is a problem of one joint for Ruckig: from speed to speed over its length.
+The clock has no acceleration at the bounds of zones, so neighbouring zones only agree on a speed. A backward pass
+limits these speeds to those that can still be braked, a forward pass to those that can be reached, with the distance of
+a change of speed in closed form. Then each zone is a problem of one joint for Ruckig: from speed to speed over its
+length.
 """
 
 from __future__ import annotations
@@ -19,17 +20,19 @@ from mmp_env.errors import MmpError
 from mmp_env.retime.zones import Zones
 
 MOST_SAMPLES = 1_000_000
+"""Largest number of samples of a motion."""
 _SLACK = 1e-6
-"""Of the length of a zone: what is just possible in theory may not be in floating point."""
+"""Share of the length of a zone that is kept free for rounding."""
 _TINY = 1e-60
+"""Smallest linear coefficient of the cubic equation of a ramp."""
 _EARLY = 1e-9
-"""In samples: what is that close to one is at it."""
+"""Distance [samples] within which a time is that of a sample."""
 _TIMED = (ruckig.Result.Working, ruckig.Result.Finished)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Clock:
-    """`phase` [t] [s], its `speed` [t] and its `growth` [t] [1/s] at times that are `period_s` apart."""
+class PhaseClock:
+    """`phase` [t] [s], its `speed` [t] and acceleration `growth` [t] [1/s] at times that are `period_s` apart."""
 
     period_s: float
     phase: Float[np.ndarray, "t"]
@@ -41,14 +44,14 @@ class Clock:
         return (len(self.phase) - 1) * self.period_s
 
 
-def run_clock(zones: Zones, period_s: float) -> Clock:
-    """The clock through all zones; where it stops it waits for the next sample.
+def run_clock(zones: Zones, period_s: float) -> PhaseClock:
+    """Returns the clock through all zones. It waits at a stop until the next sample.
 
-    Raises `MmpError` where that are more samples than anybody could use.
+    Raises `MmpError` if the motion has more than `MOST_SAMPLES` samples.
     """
     speeds, timer = speeds_at_bounds(zones), _Timer()
     pieces: list[tuple[float, float, float, float, float]] = []
-    begin = 0.0  # of the zone [s]
+    begin = 0.0  # time [s] at which the zone begins
     for k, (base, last) in enumerate(itertools.pairwise(zones.bounds.tolist())):
         limits = speed, *_ = float(zones.speed[k]), float(zones.growth[k]), float(zones.jerk[k])
         if speeds[k] == speeds[k + 1] == speed:
@@ -64,7 +67,7 @@ def run_clock(zones: Zones, period_s: float) -> Clock:
     times = period_s * np.arange(round(begin / period_s) + 1)
     piece = np.searchsorted(start, times + _EARLY * period_s, side="right") - 1
     t, v, a, j = times - start[piece], speed[piece], growth[piece], jerk[piece]
-    return Clock(
+    return PhaseClock(
         period_s=period_s,
         phase=phase[piece] + t * (v + t * (a / 2 + t * j / 6)),
         speed=v + t * (a + t * j / 2),
@@ -82,14 +85,14 @@ def check_samples(duration_s: float, period_s: float) -> None:
 
 
 def rough_duration(zones: Zones) -> float:
-    """How long the clock takes [s], but for what it does within zones."""
+    """Returns a rough duration [s] of the clock from the speeds at the bounds of zones."""
     lengths, speeds = np.diff(zones.bounds), np.array(speeds_at_bounds(zones))
     from_rest = np.minimum(zones.speed, np.sqrt(zones.growth * lengths)) / 2
     return float((lengths / np.maximum((speeds[1:] + speeds[:-1]) / 2, from_rest)).sum())
 
 
 def speeds_at_bounds(zones: Zones) -> list[float]:
-    """Speeds of the clock at the bounds of zones, as high as both neighbours allow and can be reached."""
+    """Returns the largest speeds of the clock at the bounds of zones that both neighbours allow and can reach."""
     lengths = (np.diff(zones.bounds) * (1 - _SLACK)).tolist()
     cap = np.minimum(np.append(zones.speed, 0.0), np.append(0.0, zones.speed))
     speeds = np.where(zones.stop, 0.0, cap).tolist()
@@ -102,20 +105,20 @@ def speeds_at_bounds(zones: Zones) -> list[float]:
 
 
 def _reachable(begin: float, wanted: float, length: float, growth: float, jerk: float) -> float:
-    """The highest speed up to `wanted` that can be reached from `begin` within `length`; see `_distance`."""
+    """Returns the highest speed up to `wanted` that can be reached from `begin` within `length`; see `_distance`."""
     if wanted <= begin or _distance(begin, wanted, growth, jerk) <= length:
         return wanted
     ramp = growth / jerk
-    if ramp * (2 * begin + growth * ramp) <= length:  # long enough to come to `growth`
+    if ramp * (2 * begin + growth * ramp) <= length:  # long enough to reach `growth`
         mean, beyond = begin / growth + ramp / 2, length - begin * ramp
         change = 2 * beyond / (mean + math.sqrt(mean**2 + 2 * beyond / growth))
     else:
         change = _root(2 * begin, length * math.sqrt(jerk)) ** 2
-    return math.nextafter(begin + change, begin)  # a change that is lost in rounding must not be rounded up
+    return math.nextafter(begin + change, begin)  # rounding must not enlarge a tiny change
 
 
 def _root(linear: float, value: float) -> float:
-    """The s > 0 with s^3 + linear s = value, for linear >= 0 and value > 0."""
+    """Returns the s > 0 with s^3 + linear s = value, for linear >= 0 and value > 0."""
     if linear < _TINY:
         return math.cbrt(value)
     scale = math.sqrt(linear / 3)
@@ -123,7 +126,7 @@ def _root(linear: float, value: float) -> float:
 
 
 def _distance(begin: float, end: float, growth: float, jerk: float) -> float:
-    """What a change of speed takes, from and to no acceleration: it is symmetric, so mean speed times duration."""
+    """Returns the distance of a symmetric change of speed, without acceleration at its ends: mean speed x duration."""
     change = end - begin
     ramp = growth / jerk
     duration = change / growth + ramp if change >= growth * ramp else 2 * math.sqrt(change / jerk)
@@ -131,7 +134,7 @@ def _distance(begin: float, end: float, growth: float, jerk: float) -> float:
 
 
 class _Timer:
-    """Ruckig for one joint, the phase; its objects are kept, because making them takes longer than using them."""
+    """Ruckig for one joint, the phase. It keeps Ruckig's objects, which take longer to make than to use."""
 
     def __init__(self) -> None:
         self._ruckig, self._given, self._trajectory = ruckig.Ruckig(1), ruckig.InputParameter(1), ruckig.Trajectory(1)
@@ -147,7 +150,7 @@ class _Timer:
         limits: tuple[float, float, float],
         pieces: list[tuple[float, float, float, float, float]],
     ) -> float:
-        """When a zone that begins at `begin_s` ends [s].
+        """Times a zone that begins at `begin_s`, and returns its end [s].
 
         Adds its `pieces` of constant jerk: when each begins [s], and phase, speed, growth and jerk there.
         """
@@ -158,7 +161,7 @@ class _Timer:
         result = self._ruckig.calculate(given, self._trajectory)
         profile = self._trajectory.profiles[0][0] if result in _TIMED else None
         if profile is None or profile.brake.duration > 0:
-            raise RuntimeError(f"Ruckig finds no way from speed {speed} to {end_speed} in {last - base} s: {result}")
+            raise RuntimeError(f"Ruckig finds no profile from {speed} to {end_speed} in {last - base} s: {result}")
         for piece in zip(profile.t, profile.p, profile.v, profile.a, profile.j, strict=False):
             if piece[0] > 0:
                 pieces.append((begin_s, *piece[1:]))

@@ -1,4 +1,4 @@
-"""What a controller accepts: velocity, acceleration and jerk of every joint of a cell."""
+"""Velocity, acceleration and jerk limits of all joints of a cell."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.problem import Problem
 from mmp_env.model.robot import frozen_array
 
-Given = float | Mapping[str, ArrayLike] | None
-"""One number for all joints, or arm name -> one for each joint; None stands for the robots' own."""
+JointLimits = float | Mapping[str, ArrayLike] | None
+"""Limits: a number for all joints, or arm name -> [dof]; None for the robots' own."""
 LEAST_RAMP_S = 1e-4
-"""Nobody needs speed or acceleration sooner than that, and Ruckig finds no way where it comes at once."""
+"""Shortest time [s] to reach the full velocity or acceleration. Ruckig finds no profile if it is near 0."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -29,17 +29,24 @@ class RateLimits:
     jerk: Float[np.ndarray, "n"]
 
     def reduced(self, share: float) -> RateLimits:
-        """With a share of acceleration and jerk, no more than what would be used within `LEAST_RAMP_S`."""
+        """Returns the limits with a share of acceleration and jerk, bounded by `LEAST_RAMP_S`."""
         acceleration = np.minimum(share * self.acceleration, self.velocity / LEAST_RAMP_S)
         jerk = np.minimum(share * self.jerk, acceleration / LEAST_RAMP_S)
         return RateLimits(velocity=self.velocity, acceleration=acceleration, jerk=jerk)
 
 
-def rate_limits(problem: Problem, max_acceleration: Given = None, max_jerk: Given = None) -> RateLimits:
-    """The problem's velocities, and what is given, or the robots' own. Raises `MmpError`.
+def rate_limits(problem: Problem, max_acceleration: JointLimits = None, max_jerk: JointLimits = None) -> RateLimits:
+    """Returns the problem's velocity limits, and the given or the robots' own acceleration and jerk limits.
 
-    What is given counts even above a robot's own: vendors publish acceleration limits for the Panda alone, and the
-    others' are our defaults (docs/reference/robots.md).
+    Given limits may exceed the robot's own: a vendor publishes acceleration limits for the Panda alone, the others are
+    our defaults (docs/reference/robots.md).
+
+    Args:
+        max_acceleration: [rad/s^2].
+        max_jerk: [rad/s^3].
+
+    Raises:
+        MmpError: for wrong arms or numbers.
     """
     cell = problem.cell
     return RateLimits(
@@ -49,8 +56,8 @@ def rate_limits(problem: Problem, max_acceleration: Given = None, max_jerk: Give
     )
 
 
-def arm_limits(cell: Cell, given: Given, what: str) -> dict[str, Float[np.ndarray, "_"]]:
-    """Arm name -> [dof], frozen; `what` is `acceleration` or `jerk`. Raises `MmpError`."""
+def arm_limits(cell: Cell, given: JointLimits, what: str) -> dict[str, Float[np.ndarray, "_"]]:
+    """Returns arm name -> [dof], read-only; `what` is `acceleration` or `jerk`. Raises `MmpError`."""
     if isinstance(given, Mapping):
         for name in given:
             if name not in cell.arm_names:
@@ -70,7 +77,7 @@ def arm_limits(cell: Cell, given: Given, what: str) -> dict[str, Float[np.ndarra
 
 
 def _numbers(given: ArrayLike) -> Float[np.ndarray, "..."]:
-    """As an array, an empty one where they are no numbers."""
+    """Returns an array, an empty one if these are not numbers."""
     try:
         return np.asarray(given, dtype=float)
     except (TypeError, ValueError):
@@ -78,12 +85,12 @@ def _numbers(given: ArrayLike) -> Float[np.ndarray, "..."]:
 
 
 def joined(cell: Cell, by_arm: Mapping[str, Float[np.ndarray, "*t dof"]]) -> Float[np.ndarray, "*t n"]:
-    """All arms' joints side by side, in the order of the cell."""
+    """Returns the joints of all arms side by side, in the order of the cell."""
     return np.concatenate([by_arm[name] for name in cell.arm_names], axis=-1)
 
 
 def split(cell: Cell, q: Float[np.ndarray, "*t n"]) -> dict[str, Float[np.ndarray, "*t dof"]]:
-    """Arm name -> its joints, each an array of its own."""
+    """Returns arm name -> an array of its joints."""
     ends = np.cumsum([arm.dof for arm in cell.arms]).tolist()
     return {
         arm.name: np.ascontiguousarray(q[..., end - arm.dof : end]) for arm, end in zip(cell.arms, ends, strict=True)

@@ -1,8 +1,8 @@
-"""The pace for which blends are made: full speed where velocities are what limits a motion, else what suits its lines.
+"""The pace of blends: the share of full speed at which the corners of a path are to be passed.
 
-A blend is as wide as passing its corner at the pace needs. Made for a pace that accelerations never let the motion
-come to, blends are in each other's way; made for too slow a one, they hold the motion up. So a few paces are looked at,
-each in a quick way first, and only what promises most is looked at closely.
+A blend is as wide as its corner needs at the pace. If accelerations never allow the pace, blends are too wide and
+overlap; if the pace is too slow, blends slow the motion down. So we estimate a few paces quickly, and measure only the
+best one closely.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from mmp_env.retime.smoothing import first_blends, fitted, smooth
 from mmp_env.retime.zones import zones_of
 
 GOOD = 1.25
-"""A duration, in those that velocities alone allow, at which no other pace is looked at."""
+"""Duration, relative to the fastest at velocity limits alone, at which no other pace is tried."""
 _FAST, _BETWEEN, _MEDIUM, _SLOW = 3.3, 2.2, 1.5, 0.7
-"""In natural paces, see `_natural_pace`. Lines of one length like the first ones, mixed ones the last; a finer choice
-gains 1 % on average and 5 % at most.
+"""Paces that are tried, relative to `_natural_pace`. The first ones suit lines of one length, the last mixed ones. A
+finer choice gains 1 % on average and 5 % at most.
 """
 _LEAST_PACE = 1e-4
-"""Slower ones would make much of motions by next to nothing."""
+"""Slowest pace."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,14 +38,14 @@ class _Candidate:
 
 
 def paced_path(plan: Plan, limits: RateLimits, tolerance: float) -> BlendedPath:
-    """The smoothed path of a plan, within `tolerance` [rad], that of the paces looked at is passed soonest.
+    """Returns the fastest smoothed path of a few paces, within `tolerance` [rad] of the plan.
 
-    Whether it is clear of obstacles and other arms has been looked at only where there was a choice.
+    Its clearance is tested only if there was a choice of paces; the proof of the result follows.
     """
     candidates = _candidates(plan, limits, tolerance)
     if len(candidates) == 1:
         return candidates[0].path
-    # Obstacles and other arms only ever make it longer, so what is best after a close look needs no other one.
+    # A close test only makes a path slower, so the best tested path is the best of all.
     while not (best := min(candidates, key=lambda one: one.duration_s)).is_smooth:
         path = smooth(plan.problem, best.path, tolerance)
         candidates.remove(best)
@@ -54,7 +54,7 @@ def paced_path(plan: Plan, limits: RateLimits, tolerance: float) -> BlendedPath:
 
 
 def _candidates(plan: Plan, limits: RateLimits, tolerance: float) -> list[_Candidate]:
-    """Paths for a few paces, without a look at obstacles and other arms."""
+    """Returns paths for a few paces, without regard to obstacles and other arms."""
     course = course_of(plan, limits.velocity)
     natural = _natural_pace(course, limits)
 
@@ -72,8 +72,8 @@ def _candidates(plan: Plan, limits: RateLimits, tolerance: float) -> list[_Candi
 
 
 def _natural_pace(course: Course, limits: RateLimits) -> float:
-    """The speed of the phase, a mean over the course, to which its lines can be brought within their own lengths."""
-    lengths, slope = np.diff(course.knots), np.maximum(np.abs(course.slopes), 1e-12)
+    """Returns the mean speed of the phase that the lines of the course can reach within their own lengths."""
+    lengths, slope = np.diff(course.phases), np.maximum(np.abs(course.slopes), 1e-12)
     growth, jerk = ((most / slope).min(axis=1) for most in (limits.acceleration, limits.jerk))
     speeds = np.minimum(np.sqrt(growth * lengths), np.cbrt(jerk * lengths**2))
     return max(float(speeds @ lengths / max(course.end, 1e-12)), _LEAST_PACE)

@@ -1,4 +1,4 @@
-"""The motion along a smoothed path, sampled, and the proof that what is sampled is clear of conflicts."""
+"""The sampled motion along a smoothed path, and the proof that it is free of conflicts."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ from mmp_env.errors import MmpError
 from mmp_env.model.certificate import certify
 from mmp_env.model.plan import Plan
 from mmp_env.retime.blends import BlendedPath
-from mmp_env.retime.clock import Clock, run_clock
+from mmp_env.retime.clock import PhaseClock, run_clock
 from mmp_env.retime.limits import RateLimits, split
 from mmp_env.retime.smoothing import covering, narrowed, smooth
 from mmp_env.retime.zones import LEAST_ZONE_S, zones_of
 from mmp_env.sim.servo_reference import Reference
 
 _LONG_S = 1e9
+"""Time limit of a proof [s], longer than any proof."""
 _STRAY_RAD, _MOST_PARTS = 5e-6, 64
-"""How far the curve that is followed may stray from the points that are proved; the most points in a sample."""
+"""Largest deviation [rad] of the followed curve from lines between the proved points; most points in a sample."""
 _PROOFS = 12
-"""Of the sampled motion, each after narrower blends where the last one failed; then it stops at every corner."""
+"""Largest number of proofs, each with narrower blends after a failure. Then the motion stops at every corner."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProvedMotion:
-    """A `motion` along `path`, closer to nothing than `clearance_m` [m] at any instant."""
+    """A `motion` along `path` that keeps `clearance_m` [m] at every instant."""
 
     path: BlendedPath
     motion: Plan
@@ -36,8 +37,10 @@ class ProvedMotion:
 
 
 def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, tolerance: float, period_s: float) -> ProvedMotion:
-    """The motion along `path`, a sample each `period_s` [s]; where its proof fails, there and wherever a quick look
-    finds more, blends are narrowed, in the end to stops. Raises `MmpError` for a plan that cannot be proved as it is.
+    """Returns the motion along `path` with a sample every `period_s` [s], and its proof.
+
+    Narrows blends where the proof fails, and where a quick test then finds further conflicts, finally to stops. Raises
+    `MmpError` for a plan that cannot be proved as it is.
     """
     widest, attempts = path.width, 0
     while True:
@@ -64,17 +67,17 @@ def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, tolerance: 
             path = path.narrower(np.zeros_like(widest))
 
 
-def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> Clock:
+def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> PhaseClock:
     if path.course.end > LEAST_ZONE_S:
         return run_clock(zones_of(path, limits), period_s)
-    still = np.zeros(2)  # where nothing moves, or by nothing to speak of
-    return Clock(period_s=period_s, phase=still, speed=still, growth=still)
+    still = np.zeros(2)  # nothing moves, or hardly
+    return PhaseClock(period_s=period_s, phase=still, speed=still, growth=still)
 
 
-def _sampled(plan: Plan, path: BlendedPath, clock: Clock) -> Plan:
+def _sampled(plan: Plan, path: BlendedPath, clock: PhaseClock) -> Plan:
     speed, growth, first = clock.speed[:, None], clock.growth[:, None], 0
     positions, velocities, accelerations = {}, {}, {}
-    for arm in plan.problem.cell.arms:  # one at a time: what is in between stays in the processor's cache
+    for arm in plan.problem.cell.arms:  # one at a time, within the processor's cache
         joints = slice(first, first + arm.dof)
         q, slope, curve = path.derivatives(clock.phase, (0, 1, 2), joints)
         q[0], q[-1] = path.course.q[0, joints], path.course.q[-1, joints]
@@ -109,7 +112,7 @@ def _followed(motion: Plan, kept: Int[np.ndarray, "k"]) -> tuple[Plan, Float[np.
 
 
 def _bending(path: BlendedPath, phase: Float[np.ndarray, "t"]) -> Int[np.ndarray, "k"]:
-    """Rows between which the path goes straight, so that the others add nothing: those in blends and next to them."""
+    """Returns the rows in blends and next to them. The path is straight between these rows."""
     edges = np.zeros(len(phase) + 2, int)
     np.add.at(edges, np.maximum(np.searchsorted(phase, path.corners - path.reach) - 1, 0), 1)
     np.add.at(edges, np.searchsorted(phase, path.corners + path.reach, side="right") + 1, -1)

@@ -1,55 +1,124 @@
-"""A plan that controllers accept, made of one that only knows velocities: smoothed, timed, proved."""
+"""Retiming: smooths the path of a plan, times it within acceleration and jerk limits, and proves the result."""
 
 from __future__ import annotations
 
 import dataclasses
 import time
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.argument_checks import known_keywords
 from mmp_env.errors import MmpError
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import check_fit, given_plan
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.clock import check_samples
 from mmp_env.retime.course import course_of
-from mmp_env.retime.limits import rate_limits, split
+from mmp_env.retime.limits import JointLimits, rate_limits, split
 from mmp_env.retime.options import RetimeOptions
 from mmp_env.retime.pace import paced_path
 from mmp_env.retime.proof import ProvedMotion, proved_motion
-from mmp_env.retime.report import RetimeReport
 from mmp_env.retime.smoothing import deviation
 
 _INWARD = 0.99
+"""Share of the tolerance that the smoothed path may use; the rest is for rounding."""
 
 
-def retime(plan: Plan | None, **options: Any) -> Plan:
-    """The plan with corners rounded and a clock that keeps every joint's velocity, acceleration and jerk limits.
+@dataclass(frozen=True, kw_only=True)
+class RetimeReport:
+    """What retiming did to a plan.
 
-    It starts and ends at rest and is proved conflict free at every instant, like the plan. All arms share the clock, so
-    nobody is late for anybody. Limits are the problem's velocities and the robots' accelerations and jerks, or those
-    given. `options` are the fields of `RetimeOptions`: `rate`, `tolerance`, `share`, `max_acceleration`, `max_jerk`.
-
-    Raises `MmpError` for wrong values, a plan that is retimed already, one that cannot be proved itself, and None,
-    which is what a planner has that found no plan.
+    Attributes:
+        given_s: makespan [s] of the plan before.
+        fastest_s: makespan [s] on the corners of the plan at its velocity limits; no motion on its path is shorter.
+        smoothed_s: makespan [s] on the smoothed path at the velocity limits.
+        makespan_s: makespan [s] of the result.
+        tolerance_rad: distance [rad] from the path of the plan that was allowed.
+        deviation_rad: largest distance [rad] of a joint from the path of the plan.
+        corners: number of corners of the plan.
+        stops: number of corners that are not rounded.
+        clearance_m: clearance [m] proved of the result at every instant.
+        seconds: wall-clock time [s] of retiming.
     """
-    return retime_with_report(plan, **options)[0]
+
+    given_s: float
+    fastest_s: float
+    smoothed_s: float
+    makespan_s: float
+    tolerance_rad: float
+    deviation_rad: float
+    corners: int
+    stops: int
+    clearance_m: float
+    seconds: float
+
+    @property
+    def ratio(self) -> float:
+        """Makespan of the result relative to `fastest_s`."""
+        return self.makespan_s / self.fastest_s if self.fastest_s > 0 else 1.0
 
 
-def retime_with_report(plan: Plan | None, **options: Any) -> tuple[Plan, RetimeReport]:
-    """As `retime`, and what became of the plan."""
+@known_keywords
+def retime(
+    plan: Plan | None,
+    *,
+    rate: float = RetimeOptions.rate,
+    tolerance: float = RetimeOptions.tolerance,
+    share: float = RetimeOptions.share,
+    max_acceleration: JointLimits = None,
+    max_jerk: JointLimits = None,
+) -> Plan:
+    """Rounds the corners of a plan, and times it within velocity, acceleration and jerk limits.
+
+    The result starts and ends at rest, and is proved free of conflicts at every instant. All arms share one clock, so
+    they pass each other exactly as planned. docs/how-to/retime.md describes the method.
+
+    Args:
+        plan: a plan that is not retimed.
+        rate: samples per second [Hz], from 20 to 100,000.
+        tolerance: largest distance of a joint from the path of the plan [rad].
+        share: share of the acceleration and jerk limits that the motion uses, above 0. The rest is left for a monitor
+            that slows the motion down.
+        max_acceleration: [rad/s^2], a number for all joints, or arm name -> [dof]; None for the robots' own limits.
+        max_jerk: [rad/s^3], like `max_acceleration`.
+
+    Returns:
+        The plan with new `times`, `positions`, `velocities`, `accelerations` and their limits.
+
+    Raises:
+        MmpError: for a wrong value, a plan that is retimed already, a plan that cannot be proved, or None, which a
+            planner returns if it finds no plan.
+    """
+    return retime_with_report(
+        plan, rate=rate, tolerance=tolerance, share=share, max_acceleration=max_acceleration, max_jerk=max_jerk
+    )[0]
+
+
+@known_keywords
+def retime_with_report(
+    plan: Plan | None,
+    *,
+    rate: float = RetimeOptions.rate,
+    tolerance: float = RetimeOptions.tolerance,
+    share: float = RetimeOptions.share,
+    max_acceleration: JointLimits = None,
+    max_jerk: JointLimits = None,
+) -> tuple[Plan, RetimeReport]:
+    """Retimes a plan like `retime`, with the same arguments and errors, and returns a report as well."""
     began = time.perf_counter()
-    chosen = RetimeOptions.of(options)
+    options = RetimeOptions(
+        rate=rate, tolerance=tolerance, share=share, max_acceleration=max_acceleration, max_jerk=max_jerk
+    )
     plan = given_plan(plan, "retime")
     _check(plan)
-    full = rate_limits(plan.problem, chosen.max_acceleration, chosen.max_jerk)
-    limits = full.reduced(chosen.share)
-    check_samples(course_of(plan, limits.velocity).end, 1.0 / chosen.rate)
-    tolerance = _INWARD * chosen.tolerance
-    done = proved_motion(plan, paced_path(plan, limits, tolerance), limits, tolerance, 1.0 / chosen.rate)
-    report = _report(plan, done, limits.velocity, chosen.tolerance, began)
+    full = rate_limits(plan.problem, options.max_acceleration, options.max_jerk)
+    limits = full.reduced(options.share)
+    check_samples(course_of(plan, limits.velocity).end, 1.0 / options.rate)
+    inside = _INWARD * options.tolerance
+    done = proved_motion(plan, paced_path(plan, limits, inside), limits, inside, 1.0 / options.rate)
+    report = _report(plan, done, limits.velocity, options.tolerance, began)
     told = {key: value for key, value in dataclasses.asdict(report).items() if key != "seconds"}
     cell = plan.problem.cell
     return dataclasses.replace(
@@ -62,7 +131,7 @@ def retime_with_report(plan: Plan | None, **options: Any) -> tuple[Plan, RetimeR
 
 def _check(plan: Plan) -> None:
     if len(plan.times) < 2:
-        raise MmpError("the plan has one sample; to be retimed it needs its start and its goal at least")
+        raise MmpError("the plan has one sample; retiming needs at least its start and its goal")
     check_fit(plan, plan.problem.cell)
     plan.check_complete()
     if plan.accelerations is not None:
@@ -89,7 +158,7 @@ def _report(
 
 
 def _fastest(path: BlendedPath, velocity: Float[np.ndarray, "n"]) -> float:
-    """How long the path takes at its velocity limits [s], by Gauss's rule of two points for each polynomial."""
+    """Returns the duration [s] of the path at its velocity limits, by Gauss's two-point rule on each polynomial."""
     middle, half = (path.breaks[1:] + path.breaks[:-1]) / 2, np.diff(path.breaks) / 2
     slope = path.derivatives(np.concatenate([middle - half / np.sqrt(3), middle + half / np.sqrt(3)]), (1,))[0]
     return float((np.abs(slope) / velocity).max(axis=1) @ np.tile(half, 2))

@@ -1,8 +1,8 @@
-"""Blends as wide as accelerations like and as narrow as neighbours and obstacles ask for.
+"""The widths of blends, which tolerance, joint limits, other arms and obstacles narrow.
 
-A blend begins so wide that its corner is passed at full speed. Where the path then strays too far, leaves joint limits
-or comes too close to something, the blends around that place are narrowed, in the end to a stop at the corner: what is
-left is the course itself, which is proved already.
+A blend is first wide enough to pass its corner at full speed. If the path then deviates too far, leaves joint limits or
+comes too close to a body, the blends around that place are narrowed, finally to a stop at the corner. A path of stops
+is the course itself, which is proved already.
 """
 
 from __future__ import annotations
@@ -21,22 +21,26 @@ from mmp_env.retime.course import Course
 from mmp_env.retime.limits import RateLimits, split
 
 CLEAR = 0.1
-"""Share of the planning slack that a blended path keeps beyond the margin: a little more than the proof asks for."""
+"""Share of the planning slack that a blended path keeps beyond the margin, a little more than its proof needs."""
 _SPACING_S, _GAP_S = 0.01, 0.15
+"""Spacing [s of phase] of tests in blends; largest gap between two blends of one run of tests."""
 _MOST_LOOKS = 50_000
+"""Largest number of tests on a path."""
 _SLIGHT_RAD = 1e-4
-"""A blend that misses its corner by no more is left to the proof of the result."""
+"""Distance [rad] from its corner up to which the proof of the result alone tests a blend."""
 _TURN_SHARE, _EDGE_SHARE = 0.75, 0.35
-"""Of acceleration and jerk: what a blend takes at full speed."""
+"""Shares of acceleration and jerk that a blend uses at full speed."""
 _NARROWER, _NARROWEST = 0.4, 0.05
+"""Factor of a step narrower; width, relative to the widest, below which a blend becomes a stop."""
 _FITS, _INWARD = 6, 0.98
+"""Number of steps that fit blends to the tolerance; share of the tolerance that they aim at."""
 _TINY = 1e-12
 _LEAST_S = 1e-4
-"""A blend that has to be narrower than that is passed so slowly that a stop does no worse."""
+"""Narrowest blend [s of phase]; a narrower one is as slow as a stop."""
 
 
 def first_blends(course: Course, limits: RateLimits, tolerance: float) -> BlendedPath:
-    """Every corner at full speed, but within the ends of the course and, each alone, within `tolerance` [rad]."""
+    """Returns blends for full speed at every corner, each within the course and within `tolerance` [rad] alone."""
     turn = np.abs(course.turns)
     width = (turn / (_TURN_SHARE * limits.acceleration)).max(axis=1, initial=0.0)
     width = np.maximum(width, np.sqrt((turn / (_EDGE_SHARE * limits.jerk)).max(axis=1, initial=0.0)))
@@ -47,26 +51,26 @@ def first_blends(course: Course, limits: RateLimits, tolerance: float) -> Blende
 
 
 def _within_ends(path: BlendedPath) -> Float[np.ndarray, "c"]:
-    """Factors for `narrower` with which blends reach to the ends of the course: f w + sqrt(f) e = 2 room."""
+    """Returns factors for `narrower` with which blends reach to the ends of the course: f w + sqrt(f) e = 2 room."""
     width, edge = np.maximum(path.width, _TINY), path.edge
     room = np.minimum(path.corners, path.course.end - path.corners)
     return ((np.sqrt(edge**2 + 8 * width * room) - edge) / (2 * width)) ** 2
 
 
 def _within_tolerance(path: BlendedPath, tolerance: float) -> Float[np.ndarray, "c"]:
-    """Factors with which blends miss their corners by `tolerance` [rad]: with an edge of their own, or all edge."""
+    """Returns factors with which blends miss their corners by `tolerance` [rad], with their edges or all edge."""
     width = np.maximum(path.width, _TINY)
     wanted = 8 * tolerance / np.maximum(np.abs(path.course.turns).max(axis=1), _TINY)
     return np.maximum(wanted - path.edge**2 / (3 * width), 0.75 * wanted) / width
 
 
 def fitted(cell: Cell, path: BlendedPath, tolerance: float) -> BlendedPath:
-    """Blends narrowed until the path is within `tolerance` [rad] of its course, and within joint limits.
+    """Narrows blends until the path is within `tolerance` [rad] of its course and within joint limits.
 
-    Where several at once stray too far it is by as much as that asks for, a few times, and then step by step.
+    The first few times every blend narrows in proportion to the deviation around it, then step by step.
     """
     widest, fits = path.width, _FITS
-    look = path.miss > min(_SLIGHT_RAD, tolerance / 10)  # that many slight ones are never at one place
+    look = path.miss > min(_SLIGHT_RAD, tolerance / 10)  # slight ones never add up to the tolerance
     while look.any():
         phase = np.concatenate(_around(path, look))
         _, stray, beyond = _whereabouts(cell, path, phase)
@@ -83,7 +87,7 @@ def fitted(cell: Cell, path: BlendedPath, tolerance: float) -> BlendedPath:
 
 
 def smooth(problem: Problem, path: BlendedPath, tolerance: float) -> BlendedPath:
-    """The path with blends narrowed until it is, as far as a quick look tells, as clear as it has to be."""
+    """Narrows blends until a quick test finds the path clear."""
     widest = path.width
     look = path.miss > _SLIGHT_RAD
     while look.any():
@@ -93,7 +97,7 @@ def smooth(problem: Problem, path: BlendedPath, tolerance: float) -> BlendedPath
 
 
 def covering(path: BlendedPath, phases: Float[np.ndarray, "m"]) -> Bool[np.ndarray, "c"]:
-    """The blends, not stops, that are at any of these phases."""
+    """Returns the blends, without stops, that cover any of these phases."""
     there, reach = np.sort(phases), path.reach + _SPACING_S
     first, last = (
         np.searchsorted(there, path.corners - reach),
@@ -103,22 +107,20 @@ def covering(path: BlendedPath, phases: Float[np.ndarray, "m"]) -> Bool[np.ndarr
 
 
 def narrowed(path: BlendedPath, chosen: Bool[np.ndarray, "c"], widest: Float[np.ndarray, "c"]) -> BlendedPath:
-    """The chosen blends a step narrower; a stop in the place of one that has become much narrower than `widest`."""
+    """Narrows the chosen blends by a step. One that is much narrower than `widest` becomes a stop."""
     factor = np.where(path.width * _NARROWER < np.maximum(_NARROWEST * widest, _LEAST_S), 0.0, _NARROWER)
     return path.narrower(np.where(chosen, factor, 1.0))
 
 
 def deviation(path: BlendedPath, phase: Float[np.ndarray, "t"]) -> Float[np.ndarray, "t"]:
-    """How far the path is from its course [rad], at most over all joints."""
+    """Returns the distance [rad] of the path from its course, the largest of all joints."""
     return np.abs(path.off_course(phase)[0]).max(axis=1)
 
 
 def troubles(
     problem: Problem, path: BlendedPath, runs: Sequence[Float[np.ndarray, "_"]], tolerance: float
 ) -> Float[np.ndarray, "m"]:
-    """Phases, within these runs of them, at which the path strays too far, leaves joint limits or is too close to
-    something.
-    """
+    """Returns the phases, within these runs, at which the path deviates too far, leaves limits or is not clear."""
     phase = np.concatenate(runs)
     cell = problem.cell
     q, stray, beyond = _whereabouts(cell, path, phase)
@@ -136,8 +138,8 @@ def troubles(
 def _whereabouts(
     cell: Cell, path: BlendedPath, phase: Float[np.ndarray, "t"]
 ) -> tuple[Float[np.ndarray, "t n"], Float[np.ndarray, "t"], Bool[np.ndarray, "t"]]:
-    """Configurations [rad] at ascending phases, how far they are from the course [rad], and whether any joint is
-    beyond its limits.
+    """Returns configurations [rad] at ascending phases, their distance [rad] from the course, and whether any joint
+    is beyond its limits.
     """
     off = path.off_course(phase)[0]
     q = path.course.at(phase) + off
@@ -148,7 +150,7 @@ def _whereabouts(
 def _conflicts(
     problem: Problem, rows: Sequence[Float[np.ndarray, "t _"]], pairs: Int[np.ndarray, "p 2"]
 ) -> Float[np.ndarray, "m"]:
-    """Where, in rows, arms are closer to each other or to something else than they have to be."""
+    """Returns the rows, also between two, at which an arm is too close to a body."""
     compiled, clear = problem.cell.collision.core, problem.levels(CLEAR, CLEAR)
     motions = [core.Motion(compiled, k, part) for k, part in enumerate(rows)]
     found = list(core.conflict_instants(compiled, motions, pairs, clear))
@@ -160,7 +162,7 @@ def _conflicts(
 
 
 def _around(path: BlendedPath, chosen: Bool[np.ndarray, "c"]) -> list[Float[np.ndarray, "_"]]:
-    """Phases in the chosen blends and where these are close to each other between them: a run for each such place."""
+    """Returns runs of phases that cover the chosen blends, one run for blends that are close to each other."""
     begin = (path.corners - path.reach)[chosen]
     end = (path.corners + path.reach)[chosen]
     order = np.argsort(begin)

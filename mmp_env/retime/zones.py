@@ -1,4 +1,4 @@
-"""What a path allows its phase to do, zone by zone: speed, acceleration and jerk of the clock.
+"""Limits of the clock in each zone of a path: speed, acceleration and jerk of the phase.
 
 With q(u) and the clock u(t), a joint has velocity q'u', acceleration q''u'^2 + q'u'' and jerk q'''u'^3 + 3q''u'u'' +
 q'u'''. In each zone the largest |q'|, |q''| and |q'''| of each joint give bounds C, A and J on u', u'' and u''' that
@@ -16,26 +16,30 @@ from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.limits import RateLimits
 
 CURVE_SHARE = 0.8
-"""Of the acceleration a curve may take so much; the rest is for changes of speed."""
+"""Share of the acceleration that a curve may use; the rest is for changes of speed."""
 CURVE_JERK, CROSS_JERK = 0.4, 0.2
-"""Of the jerk, for a curve that changes, and for changes of speed in a curve; the rest is for changes of those."""
+"""Shares of the jerk for a changing curve, and for changes of speed in a curve; the rest is for the clock's jerk."""
 ZONE_S = 0.04
-"""Phase that is timed as one; longer where jerk limits are so low that a change of acceleration takes as long."""
-_ZONE_RAMPS = 6.0
-_MOST_ZONES = 5_000
-_TINY = 1e-9
-_FASTEST = 1e3
+"""Length of a zone [s of phase]; longer for low jerk limits, where a change of acceleration takes longer."""
+_ZONE_RAMPS, _MOST_ZONES = 6.0, 5_000
+"""Least length of a zone in changes of acceleration; largest number of zones."""
+_TINY, _FASTEST = 1e-9, 1e3
+"""Least derivative, and largest limits of the clock."""
 _SLOW = 0.95
+"""Speed of a blend below which it is a zone of its own."""
 LEAST_ZONE_S = 1e-5
-"""Ruckig looks no closer than 1e-8."""
+"""Shortest zone [s of phase]; Ruckig resolves 1e-8."""
 _SAFETY = 1 - 1e-6
+"""Share of the limits that the zones use, for rounding."""
 _ROUNDING_S = 1e-10
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Zones:
-    """Zones between `bounds` [z + 1] (phases [s]), and what the clock may do in them: `speed` [z], `growth` [z] [1/s],
-    `jerk` [z] [1/s^2]. `stop` [z + 1] is true where it has to stand still, the ends among them.
+    """Zones between `bounds` [z + 1] (phases [s]) and the limits of the clock in them.
+
+    The limits are `speed` [z], acceleration `growth` [z] [1/s] and `jerk` [z] [1/s^2]. The clock stands still where
+    `stop` [z + 1] is true, as at both ends.
     """
 
     bounds: Float[np.ndarray, "b"]
@@ -46,7 +50,7 @@ class Zones:
 
 
 def zones_of(path: BlendedPath, limits: RateLimits) -> Zones:
-    """Zones of equal length, more or less, that end at stops."""
+    """Returns zones of about equal length, which end at stops."""
     ramp_s = np.minimum(limits.acceleration / limits.jerk, np.sqrt(limits.velocity / limits.jerk)).max()
     length_s = max(ZONE_S, _ZONE_RAMPS * float(ramp_s), path.course.end / _MOST_ZONES)
     bounds, marks = _bounds(path, limits, length_s)
@@ -64,9 +68,7 @@ def zones_of(path: BlendedPath, limits: RateLimits) -> Zones:
 def _bounds(
     path: BlendedPath, limits: RateLimits, length_s: float
 ) -> tuple[Float[np.ndarray, "b"], Float[np.ndarray, "m"]]:
-    """Bounds of zones, and those of them that are stops. Slow blends are zones of their own, so that nothing else is
-    slow.
-    """
+    """Returns the bounds of zones, and those of them that are stops. A slow blend is a zone of its own."""
     marks = np.unique(np.concatenate([[0.0], path.stops, [path.course.end]]))
     slow = path.speeds(limits, CURVE_SHARE, CURVE_JERK) < _SLOW
     ends = np.concatenate([(path.corners - path.reach)[slow], (path.corners + path.reach)[slow]])
@@ -81,17 +83,17 @@ def _bounds(
 
 
 def _largest(path: BlendedPath, bounds: Float[np.ndarray, "b"]) -> list[Float[np.ndarray, "z n"]]:
-    """The largest |q'|, |q''|, |q'''| in each zone.
+    """Returns the largest |q'|, |q''|, |q'''| in each zone.
 
-    Between breaks q'' is linear and q''' constant, so what they are at breaks and between them is all of it.
+    Between breaks q'' is linear and q''' constant, so their values at breaks suffice.
     """
-    # A stop has two slopes; what is looked at a hair before it belongs to the zone before.
+    # A stop has two slopes; the one just before it belongs to the zone before.
     before = np.nextafter(path.stops, 0.0)
     phase = np.unique(np.concatenate([path.breaks, bounds, before]))
     slope, curve, third = path.derivatives(phase, (1, 2, 3))
     long = np.diff(phase, append=-np.inf) > _ROUNDING_S
     third[~long], long = 0.0, np.flatnonzero(long)
-    # Where q'' changes its sign between two of these, q' is largest in between.
+    # If q'' changes its sign between two of these, q' is largest in between.
     turned = long[(curve[long] * curve[long + 1] < 0).any(axis=1)]
     peak = np.abs(slope)
     over = np.abs(slope[turned] - curve[turned] ** 2 / np.where(third[turned] == 0, np.inf, 2 * third[turned]))

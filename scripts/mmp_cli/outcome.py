@@ -14,7 +14,7 @@ from mmp_env.check import CheckReport
 from mmp_env.files.writing import plain
 from mmp_env.model.margins import KINDS
 from mmp_env.model.problem import Problem
-from mmp_env.retime.report import RetimeReport
+from mmp_env.retime import RetimeReport
 from mmp_env.sim.execution import ExecutionReport
 from mmp_planners import PlanResult, Status
 from mmp_planners.result_validation import COUNTS

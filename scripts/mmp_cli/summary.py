@@ -10,7 +10,7 @@ from mmp_cli.output import one_line
 from mmp_cli.rows import print_rows
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS
 from mmp_env.model.problem import Problem
-from mmp_env.retime.report import RetimeReport
+from mmp_env.retime import RetimeReport
 from mmp_env.sim.clearance_audit import ClearanceAudit
 from mmp_env.sim.execution import ExecutionReport
 from mmp_env.wording import counted, in_seconds

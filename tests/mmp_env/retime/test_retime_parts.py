@@ -29,10 +29,10 @@ def random_path(seed, *, stops=0.0):
     """A course of three joints with blends, some of which are stops."""
     rng = np.random.default_rng(seed)
     slopes = rng.uniform(-0.8, 0.8, (6, 3))
-    knots = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 0.6, 6))])
-    q = np.concatenate([np.zeros((1, 3)), np.cumsum(slopes * np.diff(knots)[:, None], axis=0)])
+    phases = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 0.6, 6))])
+    q = np.concatenate([np.zeros((1, 3)), np.cumsum(slopes * np.diff(phases)[:, None], axis=0)])
     limits = RateLimits(velocity=np.full(3, 0.8), acceleration=np.full(3, 8.0), jerk=np.full(3, 4000.0))
-    path = first_blends(Course(knots=knots, q=q, slopes=slopes), limits, 0.05)
+    path = first_blends(Course(phases=phases, q=q, slopes=slopes), limits, 0.05)
     return path.narrower(np.where(rng.uniform(size=5) < stops, 0.0, 1.0)), limits
 
 
@@ -71,7 +71,7 @@ def test_a_course_turns_only_at_corners_and_is_as_fast_as_velocities_allow():
     plan = cornered_plan(5, 4)
     velocity = rate_limits(plan.problem).velocity
     course = course_of(plan, velocity)
-    assert len(course.knots) == 6
+    assert len(course.phases) == 6
     np.testing.assert_allclose((np.abs(course.slopes) / velocity).max(axis=1), 1.0)
     assert course.end == pytest.approx(plan.makespan_s)
 

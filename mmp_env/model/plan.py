@@ -97,13 +97,31 @@ class Plan(ReadOnly):
         ]
         return np.concatenate([*pieces, self.times[-1:]])
 
-    def show(self, report: Any = None, **options: Any) -> Any:
-        """Returns a film for a notebook: of the plan, or of what an `ExecutionReport` recorded of it.
+    def show(
+        self,
+        report: Any = None,
+        *,
+        width: int = 480,
+        height: int = 360,
+        fps: float = 8.0,
+        fine: bool = False,
+        tool_paths: bool = True,
+    ) -> Any:
+        """Returns a film for a notebook, which is made when the notebook shows it.
 
-        `options` are those of `mmp_env.PlanView`.
+        Args:
+            report: an `ExecutionReport` of the plan, to show the recorded motion; None shows the plan itself.
+            width: of the film [px].
+            height: of the film [px].
+            fps: frames per second, 60 at most.
+            fine: draws shadows and smooth edges, which takes several times as long without a graphics card.
+            tool_paths: draws the paths of the tools as lines.
+
+        Returns:
+            A `mmp_env.PlanView`.
         """
         view = importlib.import_module("mmp_env.view.notebook")  # by name: the model imports no view
-        return view.PlanView(self, report, **options)
+        return view.PlanView(self, report, width=width, height=height, fps=fps, fine=fine, tool_paths=tool_paths)
 
 
 def what_else(given: object) -> str:

@@ -28,13 +28,28 @@ class StopPlanning(Exception):
 
 
 class Status(enum.StrEnum):
-    """How a run ended. `exhausted`: the constraints used up the search; nothing is proved by that."""
+    """How a run ended; `advice` says what to do next."""
 
     SOLVED = "solved"
     TIMEOUT = "timeout"
     EXHAUSTED = "exhausted"
     INVALID = "invalid"
     ERROR = "error"
+
+    @property
+    def advice(self) -> str:
+        """A sentence that tells the user what to do next."""
+        return _ADVICE[self]
+
+
+_ADVICE = {
+    Status.SOLVED: "Check the plan with mmp_env.check_plan, and retime it before a robot follows it.",
+    Status.TIMEOUT: "Give the planner more time, or try another seed or planner; a solution may exist.",
+    Status.EXHAUSTED: "Try another seed or planner; a solution may exist, although the constraints ended this search.",
+    Status.INVALID: "Change the start or the goal: one is out of limits, in collision, or closer than a margin.",
+    Status.ERROR: "Report the fault to the authors of the planner, or try another planner.",
+}
+"""Status -> what the user can do next."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -27,6 +27,8 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield "instance", outcome.instance
     yield "planner", f"{outcome.planner}, seed {outcome.seed}"
     yield "status", _status(outcome)
+    if plan is None and not outcome.interrupted:
+        yield "advice", outcome.result.status.advice
     if outcome.planning_time_s is not None:
         proof = "" if outcome.result.status == Status.ERROR else ", certificate included"
         yield "planning", f"{outcome.planning_time_s:.3f} s{proof}"

@@ -14,6 +14,7 @@ import mmp_planners
 from mmp_cli.plan import default_planner
 from mmp_env.files.cell_file import cell_to_dict
 from mmp_env.files.plan_file import load_plan
+from mmp_planners import Status
 
 COUNTS = ["expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"]
 LINE = [
@@ -152,7 +153,9 @@ def test_no_plan_in_time_is_exit_1_and_its_numbers_are_null(mmp, stand_ins, inst
     for field in ("valid", "execution", "cost_rad", "makespan_s", "min_clearance_m", "check_time_s", "plan"):
         assert ran.result[field] is None
     assert not (tmp_path / "plan.json").exists()
-    assert "no plan in time" in mmp("plan", instances, "--planner", "helpless").out
+    out = mmp("plan", instances, "--planner", "helpless").out
+    assert "no plan in time" in out
+    assert Status.TIMEOUT.advice in " ".join(out.split())
 
 
 def test_without_a_plan_it_is_said_which_older_files_are_left_as_they_were(mmp, stand_ins, instances, tmp_path):

@@ -231,3 +231,8 @@ def test_the_package_has_the_version_of_the_environment():
     assert mmp_planners.__version__ == mmp_env.__version__
     with pytest.raises(AttributeError, match="no attribute 'version'"):
         _ = mmp_planners.version
+
+
+@pytest.mark.parametrize("status", Status)
+def test_every_status_says_what_to_do_next_in_a_sentence(status):
+    assert re.fullmatch(r"[A-Z][^.]+(mmp_env\.[^.]+)*\.", status.advice)

@@ -1,5 +1,6 @@
 """What a notebook shows of a plan."""
 
+import inspect
 import io
 import re
 from base64 import b64decode
@@ -9,7 +10,7 @@ from PIL import Image
 from support import tiny_plans
 from support.picture_or_sentence import NONE_HERE, made
 
-from mmp_env import opengl
+from mmp_env import Plan, PlanView, opengl
 from mmp_env.files.plan_file import plan_from_dict
 from mmp_env.view import notebook
 from mmp_env.view.films import frame_times
@@ -60,3 +61,8 @@ def test_without_a_library_a_notebook_says_why(plan, monkeypatch):
     )
     assert view._repr_mimebundle_(include=["image/png"]) == {}
     assert repr(view).startswith("<a plan for 2 arms, ")
+
+
+def test_a_plan_shows_itself_with_the_options_of_its_view():
+    options, wanted = (list(inspect.signature(f).parameters.values())[2:] for f in (Plan.show, PlanView.__init__))
+    assert [(one.name, one.default) for one in options] == [(one.name, one.default) for one in wanted[1:]]

@@ -14,6 +14,6 @@ python=$(command -v -- "${PYTHON:-$root/.venv/bin/python}")
 if [ "${1:-}" != --check ]; then
   cp "$fresh/_core.pyi" "$stub"
 elif ! diff -u "$stub" "$fresh/_core.pyi"; then
-  echo "mmp_env/_core.pyi is not what the native core has now; write it anew with scripts/core_stub.sh" >&2
+  echo "mmp_env/_core.pyi is not what the native core has now; write it again with scripts/core_stub.sh" >&2
   exit 1
 fi

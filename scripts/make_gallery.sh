@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of the README, docs/how-to/watch-a-search.md and docs/reference/tasks.md anew, all from the program: docs/images/gallery/*.
+# Makes the pictures of the README, docs/how-to/watch-a-search.md and docs/reference/tasks.md: docs/images/gallery/*.
 # Two or three minutes without a graphics card. On a fresh machine it first makes .venv in the checkout.
 # Usage: scripts/make_gallery.sh [NAME...]   names: search trees cells paths demonstrations; without, all of them
 # shellcheck source=scripts/environment.sh

@@ -1,6 +1,6 @@
-"""What a planner tells its watcher. Planners are silent otherwise; watching changes no plan.
+"""Events of a planner for its watcher. Planners are silent otherwise, and watching changes no plan.
 
-Arrays in events are the planner's own: look, do not write.
+Arrays in events belong to the planner: watchers must not change them.
 """
 
 from __future__ import annotations
@@ -18,7 +18,11 @@ from mmp_env.wording import counted
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Event:
-    """Base of all events. `elapsed_s` is since the start of planning."""
+    """Base of all events.
+
+    Attributes:
+        elapsed_s: time since the start of planning [s].
+    """
 
     elapsed_s: float
 
@@ -29,7 +33,12 @@ class Event:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SearchStarted(Event):
-    """A conflict tree begins; the first one is `restart` 0. `sub_seed` seeds its single-arm searches."""
+    """A search begins.
+
+    Attributes:
+        restart: number of the restart, 0 for the first search.
+        sub_seed: seed of its single-arm searches.
+    """
 
     restart: int
     sub_seed: int
@@ -37,10 +46,20 @@ class SearchStarted(Event):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class NodeCreated(Event):
-    """A node of the tree: its paths on the grid of `dt_s` [s], cost, bound and conflicts, and what sets it apart.
+    """A node of the conflict tree is planned.
 
-    `constraint` says in words what the branch forbids, `arm` whom; both None for a root. `fast_track` marks a node that
-    repulsion of one arm made free of conflicts.
+    Attributes:
+        node: number of the node.
+        parent: number of its parent, None for a root.
+        arm: arm that the branch constrains, None for a root.
+        constraint: description of what the branch forbids, None for a root.
+        paths: arm -> configurations [k, dof] [rad] on a grid of `dt_s`.
+        cost_rad: sum of the L1 lengths of the paths [rad].
+        lower_bound_rad: lower bound of the cost [rad].
+        conflicts: number of conflicts.
+        conflicting_pairs: number of pairs of arms in conflict.
+        fast_track: whether repulsion of one arm made the node free of conflicts.
+        dt_s: step of the grid [s].
     """
 
     node: int
@@ -58,7 +77,14 @@ class NodeCreated(Event):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class NodeExpanded(Event):
-    """A node is taken from the open list."""
+    """A node leaves the open list to be branched.
+
+    Attributes:
+        node: number of the node.
+        open_nodes: number of nodes that stay in the open list.
+        expanded_nodes: number of nodes expanded so far.
+        conflicts: number of conflicts of the node.
+    """
 
     node: int
     open_nodes: int
@@ -68,7 +94,15 @@ class NodeExpanded(Event):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class ConflictChosen(Event):
-    """The conflict that a node is branched on: two arms and the interval [`start_s`, `end_s`]."""
+    """A node is branched on a conflict interval.
+
+    Attributes:
+        node: number of the node.
+        arm_a: first arm.
+        arm_b: second arm.
+        start_s: begin of the interval [s].
+        end_s: end of the interval [s].
+    """
 
     node: int
     arm_a: str
@@ -79,7 +113,15 @@ class ConflictChosen(Event):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Replanned(Event):
-    """A call of the low level for one arm: whether it found a path, and how many iterations it took."""
+    """The low level has planned one arm.
+
+    Attributes:
+        arm: the arm.
+        constraints: number of its constraints.
+        found: whether there is a path.
+        iterations: number of iterations.
+        tries: number of calls for this path so far.
+    """
 
     arm: str
     constraints: int
@@ -90,7 +132,13 @@ class Replanned(Event):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForceField:
-    """Spheres nearer than `d0` [m] push with k_rep (1/d - 1/d0) / d^2; d between surfaces, or `centres`."""
+    """Repulsive force k_rep (1/d - 1/d0) / d^2 between spheres nearer than `d0` [m].
+
+    Attributes:
+        k_rep: gain of the potential.
+        d0: largest distance with a force [m].
+        centres: whether d is the distance of the centres, not of the surfaces.
+    """
 
     k_rep: float
     d0: float
@@ -99,9 +147,15 @@ class ForceField:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Repelled(Event):
-    """A repulsive modification: the path before and after and, where the watcher `wants_iterates`, each iterate.
+    """Repulsion has modified a path. The event of its node follows.
 
-    The node that it is for is told of next. `field` is what pushed; None where a modification has another kind.
+    Attributes:
+        arm: the arm of the path.
+        before: configurations [k, dof] [rad] before.
+        after: configurations [k, dof] [rad] after.
+        iterations: number of accepted iterations.
+        iterates: configurations after each iteration, if the watcher `wants_iterates`.
+        field: the force field, None for a modification of another kind.
     """
 
     arm: str
@@ -114,7 +168,13 @@ class Repelled(Event):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class FastTracked(Event):
-    """The fast track was tried on a node; `arm` is in every conflict, `solved` says whether all of them went away."""
+    """The fast track was tried on a node.
+
+    Attributes:
+        node: number of the node.
+        arm: arm that is in every conflict.
+        solved: whether repulsion of this arm resolved all conflicts.
+    """
 
     node: int
     arm: str
@@ -123,7 +183,13 @@ class FastTracked(Event):
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class SolutionFound(Event):
-    """A node without conflicts whose plan has its certificate: `clearance_m` is proved at every instant."""
+    """The plan of a node is certified.
+
+    Attributes:
+        node: number of the node.
+        cost_rad: cost of the plan [rad].
+        clearance_m: clearance between arms that is proved at every instant [m].
+    """
 
     node: int
     cost_rad: float
@@ -131,19 +197,20 @@ class SolutionFound(Event):
 
 
 def _short(value: Any) -> str:
-    """Returns a field as text: of arrays their shape, of several paths how many."""
+    """Returns a field as text: the shape of an array, the number of several paths."""
     if isinstance(value, np.ndarray):
         return "x".join(map(str, value.shape))
     return counted(len(value), "path") if isinstance(value, Mapping | tuple) else repr(value)
 
 
 Watcher = Callable[[Event], None]
+"""Function that gets every event of a run. It may raise `mmp_planners.StopPlanning`."""
 
 
 def wants_iterates(watch: Watcher) -> bool:
-    """Whether a watcher asks, by a true attribute of this name, for the iterates of repulsion."""
+    """Returns whether a watcher asks for the iterates of repulsion, by a true attribute of this name."""
     return bool(getattr(watch, "wants_iterates", False))
 
 
 def ignore(event: Event) -> None:
-    """The watcher that looks away."""
+    """Does nothing: the default watcher."""

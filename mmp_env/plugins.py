@@ -11,10 +11,12 @@ from mmp_env.errors import MmpError, UnknownNameError, in_words
 
 @dataclass(frozen=True, kw_only=True)
 class PluginGroup:
-    """The plug-ins of one `kind`, such as `planner`: the entry points of `group`.
+    """The plug-ins of one kind. No package can replace a built-in name; two other packages with one name are an error.
 
-    A name that the built-in `package` has cannot be replaced. A name that two other packages have is an error that
-    names both.
+    Attributes:
+        kind: name of the kind in messages, such as `planner`.
+        group: entry-point group.
+        package: the built-in package.
     """
 
     kind: str
@@ -22,11 +24,11 @@ class PluginGroup:
     package: str
 
     def names(self) -> list[str]:
-        """Returns the names of all plug-ins, sorted. Nothing is imported for it."""
+        """Returns the names of all plug-ins, sorted, without importing them."""
         return sorted(self._points())
 
     def point(self, name: str) -> EntryPoint:
-        """Returns the entry point of that name. Nothing is imported for it.
+        """Returns the entry point of a name, without importing it.
 
         Raises:
             UnknownNameError: if no package has the name.
@@ -52,15 +54,15 @@ class PluginGroup:
             return point.load()
         except KeyboardInterrupt:
             raise
-        except BaseException as error:  # a stranger's module may raise anything while it is imported
+        except BaseException as error:  # another package's module may raise anything on import
             raise MmpError(f"{self.whose(name)} does not load: {in_words(error)}") from error
 
     def whose(self, name: str) -> str:
-        """Returns the plug-in and its place in words: `planner 'x' (package.module:Class)`."""
+        """Returns the plug-in and its location for messages: `planner 'x' (package.module:Class)`."""
         return f"{self.kind} '{name}' ({self.point(name).value})"
 
     def _points(self) -> dict[str, list[EntryPoint]]:
-        """Name -> its entry points: one that is built in, or all others that differ."""
+        """Returns name -> its entry points: the built-in one, or all others that differ."""
         points: dict[str, list[EntryPoint]] = {}
         for point in entry_points(group=self.group):
             same = points.setdefault(point.name, [])

@@ -1,4 +1,4 @@
-"""Planners for multi-arm cells. `make("apf-ecbs").plan(problem, seed=7, time_limit=60.0)` is all one needs."""
+"""Planners for multi-arm cells: `make("apf-ecbs").plan(problem, seed=7, time_limit=60.0)` returns a `PlanResult`."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +25,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Finds out the version, which takes a moment, when it is asked for."""
+    """Reads the version, which takes a moment, on first use."""
     if name != "__version__":
         raise AttributeError(f"module 'mmp_planners' has no attribute '{name}'")
     from mmp_env.version import __version__

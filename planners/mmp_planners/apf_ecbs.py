@@ -30,22 +30,24 @@ class RepulsivePlanner(OneKindPlanner):
     """Options of repulsion, common to the planners that have it."""
 
     w: float = option(1.5, "suboptimality factor of the focal list", least=1.0)
-    alpha: float = option(1e-7, "step size of the gradient descent", positive=True)
-    k_rep: float = option(0.05, "gain of the repulsive potential", positive=True)
-    d0: float = option(0.10, "largest distance of the repulsive potential [m]", positive=True)
-    max_iterations: int = option(50, "iterations of ModifyMotion", positive=True)
+    alpha: float = option(RepulsiveModification.alpha, "step size of the gradient descent", positive=True)
+    k_rep: float = option(RepulsiveModification.k_rep, "gain of the repulsive potential", positive=True)
+    d0: float = option(RepulsiveModification.d0, "largest distance of the repulsive potential [m]", positive=True)
+    max_iterations: int = option(RepulsiveModification.max_iterations, "iterations of ModifyMotion", positive=True)
     distance: str = option(
-        "surface",
+        RepulsiveModification.distance,
         "distance between spheres, surface: of their surfaces; centre (paper-literal): of their centres",
         choices=("surface", "centre"),
     )
     step: str = option(
-        "normalised",
+        RepulsiveModification.step,
         "normalised: steps of 0.02 rad; gradient (paper-literal): alpha times the force",
         choices=("gradient", "normalised"),
     )
-    early_stop: bool = option(True, "stop at 2 cm of clearance; off (paper-literal): run all iterations")
-    trace: bool = option(False, "give watchers every iterate of ModifyMotion; changes no plan")
+    early_stop: bool = option(
+        RepulsiveModification.early_stop, "stop at 2 cm of clearance; off (paper-literal): run all iterations"
+    )
+    trace: bool = option(RepulsiveModification.trace, "give watchers every iterate of ModifyMotion; changes no plan")
 
     def modification(self) -> RepulsiveModification:
         """Returns ModifyMotion with these options."""

@@ -1,4 +1,4 @@
-"""The rules that every planner keeps, each a generator of sentences about how a planner breaks it."""
+"""The rules that every planner keeps. Each rule is a generator of sentences that say how a planner breaks it."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from mmp_planners.result_validation import NUMBERS, WrongResultError, validate_r
 
 
 class BrokenError(Exception):
-    """A run came to nothing that a rule could look at; the message is the sentence."""
+    """Raised if a run has no result that a rule could test; the message is the sentence."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Subject:
-    """A planner under test, and what it is tested with; `make` gives one ready to plan."""
+    """A planner under test, the test problems, and their limits [s]; `make` returns a new planner."""
 
     make: Callable[[], Any]
     problems: tuple[Problem, ...]
@@ -37,11 +37,11 @@ class Subject:
 
     @functools.cached_property
     def first(self) -> list[PlanResult]:
-        """Its result of each problem, with seed 0."""
+        """Result of each problem with seed 0."""
         return [self.plan(problem) for problem in self.problems]
 
     def plan(self, problem: Problem, **more: Any) -> PlanResult:
-        """The result of a new planner, seed 0 unless told otherwise."""
+        """Returns the result of a new planner, with seed 0 by default."""
         planner, keywords = self.make(), {"seed": 0, "time_limit": self.time_limit} | more
         try:
             return validate_result(planner.plan(problem, **keywords), problem)[0]
@@ -171,7 +171,7 @@ def _pickles(subject: Subject) -> Iterator[str]:
 
 
 def _compared(problem: Problem, one: PlanResult, other: PlanResult, what: str) -> Iterator[str]:
-    """In what two results differ, unless one was cut short by its time limit."""
+    """Yields how two results differ, unless a time limit ended one of them."""
     if any(result.stats.get("deadline_hit") for result in (one, other)):
         return
     if one.plan is None or other.plan is None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
+from typing import Any
 
 from mmp_env.model.plan import Plan
 
@@ -14,6 +16,10 @@ class RunCounts:
     restarts: int = 0
     failed_certificates: int = 0
     shortcuts: int = 0
+
+    def stats(self) -> dict[str, Any]:
+        """Returns the counts as statistics of a result; None where nothing of the kind took place."""
+        return dataclasses.asdict(self)
 
 
 @dataclass(kw_only=True)
@@ -39,6 +45,25 @@ class TreeCounts(SingleArmCounts):
         """Counts a generated node and returns its number."""
         self.generated_nodes += 1
         return self.generated_nodes - 1
+
+
+@dataclass(kw_only=True)
+class PortfolioCounts(TreeCounts):
+    """Counts that the members of a portfolio share, and the member that found the first plan."""
+
+    found_by: str | None = None
+    replanned: int = 0
+    """Number of LNS attempts that made the plan shorter."""
+    recombined: int = 0
+    """Number of rounds in which path recombination made the plan shorter."""
+
+    def stats(self) -> dict[str, Any]:
+        """Returns the counts; those of a conflict tree are None if no tree was grown."""
+        of_tree = {f.name for f in dataclasses.fields(TreeCounts)} - {
+            f.name for f in dataclasses.fields(SingleArmCounts)
+        }
+        grown = self.generated_nodes > 0
+        return {key: value if grown or key not in of_tree else None for key, value in super().stats().items()}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

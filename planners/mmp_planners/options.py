@@ -12,6 +12,8 @@ from mmp_env.argument_checks import given, number, whole
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.problem import Problem
 
+GRID_STEP_S = 0.1
+"""Default step of the time grid [s]."""
 LARGEST_SEED = 2**63 - 1
 """Upper bound of seeds: 63 bits."""
 LARGEST_COUNT = 10**8

@@ -1,11 +1,12 @@
-"""The domain of the conflict tree: arms on a grid of time steps, their single-arm planners, conflicts and proofs.
+"""The domain of the searches: arms on a time grid, their single-arm planners, conflicts, contacts and proofs.
 
-The search itself knows no geometry; everything it asks of the cell goes through here.
+The searches know no geometry. They ask a `PlanningContext` for everything about the cell.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import copy
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,15 +17,33 @@ from mmp_env.model.certificate import Certificate, certify
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
+from mmp_planners.lipschitz import lipschitz
 from mmp_planners.low_level import SiRrtStar
 
 PairConflicts = Mapping[tuple[int, int], Float[np.ndarray, "c"]]
-"""(arm, arm) -> instants of conflict in steps, ascending, one a step at most; pairs without conflict are left out."""
+"""(arm, arm) -> ascending instants of conflict [steps], at most one per step; only pairs in conflict."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Contact:
+    """The deepest pair of spheres on the moving links of two arms at an instant [steps].
+
+    Attributes:
+        instant: the instant [steps].
+        gap: distance of the two surfaces [m], negative in contact.
+        point: point halfway between the surfaces [m], in the world.
+        links: links of the two spheres; the base is link 0.
+    """
+
+    instant: float
+    gap: float
+    point: Float[np.ndarray, "3"]
+    links: tuple[int, int]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Path:
-    """One arm's trajectory on the grid: `q` [k, dof] [rad]; it stays at its last row. `length`: L1 [rad]."""
+    """One arm's trajectory on the grid: `q` [k, dof] [rad], of L1 length `length` [rad]. It stays at its last row."""
 
     q: Float[np.ndarray, "k dof"]
     motion: core.Motion
@@ -35,13 +54,20 @@ class Path:
         return len(self.q) - 1
 
     def at(self, step: float) -> Float[np.ndarray, "dof"]:
-        """Configuration at an instant [steps]."""
+        """Returns the configuration [rad] at an instant [steps]."""
         k = min(int(step), self.last)
         return self.q[k] + (step - k) * (self.q[k + 1] - self.q[k]) if k < self.last else self.q[self.last].copy()
 
 
 class PlanningContext:
-    """One run's view of a problem: integers for arms, whole steps of `dt` [s] for times."""
+    """A problem on a time grid: arms are numbers, times are steps.
+
+    Args:
+        problem: the problem to solve.
+        dt: step of the grid [s].
+        low_level: single-arm planner.
+        clock: deadline of the searches.
+    """
 
     def __init__(self, problem: Problem, dt: float, low_level: SiRrtStar, clock: core.Clock) -> None:
         self.problem, self.dt, self.clock = problem, dt, clock
@@ -52,9 +78,17 @@ class PlanningContext:
         self.max_step = [problem.max_velocity[name] * dt for name in self.names]
         self._low_level = low_level
         self._single: list[core.SingleArm] = []
+        self._lipschitz: dict[int, float] = {}
+        self._last_contacts: tuple[Hashable, tuple[Contact, ...]] = None, ()
+
+    def with_clock(self, clock: core.Clock) -> PlanningContext:
+        """Returns a context with the same single-arm planners and another deadline."""
+        out = copy.copy(self)
+        out.clock = clock
+        return out
 
     def reseed(self, seed: int) -> None:
-        """New single-arm planners: what they share between calls depends on this seed alone."""
+        """Makes new single-arm planners. Their shared state depends on this seed alone."""
         self._single = [
             core.SingleArm(
                 self.core,
@@ -78,10 +112,18 @@ class PlanningContext:
         others: Sequence[Path] = (),
         experience: Float[np.ndarray, "k dof"] | None = None,
     ) -> tuple[Path | None, int]:
-        """A path that keeps the constraints, or None, and the iterations it took; `budget` scales the iteration cap.
+        """Plans one arm.
 
-        It is proved clear of `others`, which are other arms' paths on the same grid. `experience` is a path of this
-        arm that the search begins with, as far as it still holds.
+        Args:
+            arm: number of the arm.
+            constraints: constraints that the path satisfies.
+            seed: seed of the samples.
+            budget: factor of the iteration limit.
+            others: paths of other arms that the path is proved clear of.
+            experience: an earlier path [k, dof] [rad]; the search begins with what is still valid.
+
+        Returns:
+            The path or None, and the number of iterations.
         """
         motions = [path.motion for path in others]
         q, iterations = self._low_level(
@@ -90,7 +132,7 @@ class PlanningContext:
         return (None if q is None else self.path(arm, q)), iterations
 
     def path(self, arm: int, q: Float[np.ndarray, "k dof"]) -> Path:
-        """A path through `q`, its ends put exactly on start and goal."""
+        """Returns a path through `q` [k, dof] [rad], its ends exactly at start and goal."""
         start, goal = self.problem.start[self.names[arm]], self.problem.goal[self.names[arm]]
         q = np.clip(q, *self._limits(arm))
         if len(q) == 1 and (start != goal).any():  # so near that the core takes no step for it
@@ -99,24 +141,24 @@ class PlanningContext:
         return Path(q=q, motion=self.model.motion(self.names[arm], q), length=float(np.abs(np.diff(q, axis=0)).sum()))
 
     def conflicts(self, paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> PairConflicts:
-        """Instants of conflict for each of `pairs`; what is not in conflict is proved clear at every instant."""
+        """Returns the conflicts of pairs of arms. Pairs without conflict are proved clear at every instant."""
         found = self.model.conflict_instants(
             [p.motion for p in paths], pairs, self.problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
         )
         return {pair: instants for pair, instants in zip(pairs, found, strict=True) if len(instants)}
 
     def start_touches(self, arm: int, other: int, q: Float[np.ndarray, "dof"]) -> bool:
-        """Whether `arm` at its start is in conflict with `other` at `q`."""
+        """Returns whether `arm` at its start is in conflict with `other` at `q` [rad]."""
         a, b = self.names[arm], self.names[other]
         return bool(self.model.pair_clearance(a, self.problem.start[a][None], b, q[None])[0] < self.conflict_distance)
 
     def pairs(self, arm: int | None = None) -> list[tuple[int, int]]:
-        """All pairs of arms, or those of one."""
+        """Returns all pairs of arms, or those of one arm."""
         n = len(self.names)
         return [(i, j) for i in range(n) for j in range(i + 1, n) if arm is None or arm in (i, j)]
 
     def plan(self, paths: Sequence[Path]) -> Plan:
-        """The paths on one clock. ScaleTime: a step too fast for any joint is stretched for all arms together."""
+        """Returns the paths as a plan. A step too fast for any joint is stretched for all arms (ScaleTime)."""
         last = max(path.last for path in paths)
         q = [np.vstack([p.q, np.repeat(p.q[-1:], last - p.last, axis=0)]) for p in paths]
         stretch = np.ones(last)
@@ -130,12 +172,50 @@ class PlanningContext:
         )
 
     def certify(self, plan: Plan) -> Certificate:
-        """The proof of a plan, in the time that is left; its `instant` is in steps."""
+        """Certifies a plan in the remaining time. The `instant` of the certificate is in steps."""
         return certify(plan, self.clock)
 
     def keep_levels(self) -> core.Levels:
-        """Static clearances that a modified path is tested at and proved to keep; every planned path passes."""
+        """Returns the static clearances for tests and proofs of a modified path. Every planned path has them."""
         return self.problem.levels(PLAN_MARGIN_FACTOR - 0.1, KEEP_MARGIN_FACTOR)
+
+    def contacts(self, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]) -> tuple[Contact, ...]:
+        """Returns the contact of two arms at each instant [steps]. Bases do not count, because no path reaches them.
+
+        The last answer is kept: both arms, and several constraint kinds, ask the same in a row.
+        """
+        question = (a, path_a, b, path_b, instants)
+        if self._last_contacts[0] != question:
+            self._last_contacts = question, tuple(self._contacts(a, path_a, b, path_b, instants))
+        return self._last_contacts[1]
+
+    def lipschitz(self, arm: int) -> float:
+        """Returns how far any sphere centre of an arm moves at most if no joint moves more than one rad [m/rad]."""
+        if arm not in self._lipschitz:
+            self._lipschitz[arm] = lipschitz(self.problem.cell.arms[arm], self.problem.cell.spheres)
+        return self._lipschitz[arm]
+
+    def _contacts(self, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]) -> Iterator[Contact]:
+        centers_a, radii_a, links_a = self._moving_spheres(a, path_a, instants)
+        centers_b, radii_b, links_b = self._moving_spheres(b, path_b, instants)
+        apart = centers_b[:, None, :, :] - centers_a[:, :, None, :]
+        distance = np.linalg.norm(apart, axis=3)
+        gaps = distance - radii_a[:, None] - radii_b[None, :]
+        for n, instant in enumerate(instants):
+            s, t = np.unravel_index(int(np.argmin(gaps[n])), gaps[n].shape)
+            gap = float(gaps[n, s, t])
+            towards = apart[n, s, t] / max(float(distance[n, s, t]), 1e-9)
+            point = centers_a[n, s] + (radii_a[s] + gap / 2) * towards
+            yield Contact(instant=instant, gap=gap, point=point, links=(int(links_a[s]), int(links_b[t])))
+
+    def _moving_spheres(
+        self, arm: int, path: Path, instants: tuple[float, ...]
+    ) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "s"], np.ndarray]:
+        """Returns centres [m], radii [m] and links of the spheres that are not the base's."""
+        centers, radii = self.model.spheres(self.names[arm], np.array([path.at(k) for k in instants]))
+        links = core.sphere_table(self.core, arm)[:, 0].astype(int)
+        moving = links > 0
+        return centers[:, moving], radii[moving], links[moving]
 
     def _limits(self, arm: int) -> tuple[np.ndarray, np.ndarray]:
         robot = self.problem.cell.arms[arm].robot

@@ -1,4 +1,4 @@
-"""Planners by name: the entry points of the group `mmp_env.planners`, loaded when they are asked for."""
+"""Planners by name: the entry points of the group `mmp_env.planners`, loaded on first use."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _TYPES = {
     "float": (float, "a number"),
     "str": (str, "text"),
 }
-"""Types of options as they are written: what values are of them, and what that is called in messages."""
+"""Type of an option as written -> its Python type, and its name in messages."""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Option:
-    """A field of a planner: its name, type as written, default, and what it means."""
+    """An option of a planner: name, type as written, default and documentation."""
 
     name: str
     type: str
@@ -37,7 +37,7 @@ class Option:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Description:
-    """A planner's name, the first sentence of its docstring, its options, and where it comes from if it says so."""
+    """A planner's name, the first sentence of its docstring, its options, and its `About` if it has one."""
 
     name: str
     summary: str
@@ -46,17 +46,26 @@ class Description:
 
 
 def names() -> list[str]:
-    """Names of all installed planners, sorted; nothing is imported for it."""
+    """Returns the names of all installed planners, sorted, without importing them."""
     return PLANNERS.names()
 
 
 def is_foreign(name: str) -> bool:
-    """Whether the planner comes from another package; nothing is imported for it. Raises `UnknownNameError`."""
+    """Returns whether a planner comes from another package, without importing it.
+
+    Raises:
+        UnknownNameError: if there is no planner of that name.
+    """
     return PLANNERS.is_foreign(name)
 
 
 def load(name: str) -> type:
-    """The planner's class. Raises `UnknownNameError`, or `MmpError` that names a planner which is broken."""
+    """Returns a planner's class.
+
+    Raises:
+        UnknownNameError: if there is no planner of that name.
+        MmpError: if the planner does not load or has no method `plan` as every planner has.
+    """
     found = PLANNERS.load(name)
     fault = signature_fault(found)
     if fault:
@@ -65,7 +74,7 @@ def load(name: str) -> type:
 
 
 def signature_fault(found: Any) -> str | None:
-    """What is wrong with a planner's class as such, or None: whether it can be called as every planner is."""
+    """Returns what is wrong with a planner's class or its method `plan`, or None."""
     if not isinstance(found, type):
         return f"is no class but a {type(found).__name__}"
     method = getattr(found, "plan", None)
@@ -81,7 +90,16 @@ def signature_fault(found: Any) -> str | None:
 
 
 def make(name: str, **options: Any) -> Planner:
-    """A planner with options. Raises `MmpError` for an option that does not exist, or a value that is not allowed."""
+    """Returns a planner.
+
+    Args:
+        name: name of the planner, one of `names()`.
+        options: values of its options; `describe(name)` lists them.
+
+    Raises:
+        UnknownNameError: if there is no planner of that name.
+        MmpError: if an option does not exist, its value is not allowed, or the planner does not load.
+    """
     planner = load(name)
     known = {option.name: option for option in _description(name, planner).options}
     for key, value in options.items():
@@ -99,7 +117,12 @@ def make(name: str, **options: Any) -> Planner:
 
 
 def describe(name: str) -> Description:
-    """What `mmp list` shows of a planner. Raises like `load`."""
+    """Returns name, summary, options and paper of a planner.
+
+    Raises:
+        UnknownNameError: if there is no planner of that name.
+        MmpError: if the planner does not load.
+    """
     return _description(name, load(name))
 
 
@@ -118,7 +141,7 @@ def _description(name: str, planner: type) -> Description:
 def _options(planner: type) -> Iterator[Option]:
     try:
         hints = typing.get_type_hints(planner)
-    except Exception:  # of types imported for type checkers only
+    except Exception:  # the types are imported for type checkers only
         hints = {}
     for f in dataclasses.fields(planner) if dataclasses.is_dataclass(planner) else ():
         if f.init:
@@ -133,7 +156,7 @@ def _default(f: dataclasses.Field) -> Any:
 
 
 def _converted(planner: str, option: Option, value: Any) -> Any:
-    """The value as the option's type: NumPy scalars serve as numbers, whole numbers as floats, on and off as bools."""
+    """Returns the value in the option's type: NumPy scalars and integers serve as floats, `on` and `off` as bools."""
     if isinstance(value, np.generic):
         value = value.item()
     wanted, words = _TYPES.get(option.type, (None, ""))

@@ -1,4 +1,4 @@
-"""What a planner returned, looked at and copied before it is believed: somebody else's may return anything."""
+"""Validates and copies what a planner returned, because planners of other packages may return anything."""
 
 from __future__ import annotations
 
@@ -20,23 +20,27 @@ from mmp_planners.planner import PlanResult, Status, StopPlanning
 COUNTS = ("expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits")
 NUMBERS = (*COUNTS, "root_conflicts")
 TRUTHS = ("bound_met", "deadline_hit")
-"""The statistics that results.jsonl takes from the planner; what else there is may be anything."""
+"""Statistics that results.jsonl takes from the planner: counts, numbers and truth values. Others may be anything."""
 
 
 class WrongResultError(Exception):
-    """A planner did not return what planners return; the message says what it did."""
+    """Raised if a planner did not return a valid result; the message says what is wrong."""
 
 
 def validate_result(returned: Any, problem: Problem) -> tuple[PlanResult, dict[str, Any] | None]:
-    """The result, and its plan as plan.json has it. Raises `WrongResultError`. Whether it is safe the checker knows.
+    """Validates the form of a result. The checker, not this function, tells whether the plan is safe.
 
-    The plan is a copy that the planner never had, of the `problem` that was set.
+    Returns:
+        The result with a copy of the plan, for `problem`, and the plan as plan.json has it, if there is a plan.
+
+    Raises:
+        WrongResultError: if the planner returned something else.
     """
     try:
         return _validate_result(returned, problem)
     except (WrongResultError, StopPlanning, KeyboardInterrupt):
         raise
-    except BaseException as error:  # a property, a mapping or an array of a stranger's may do anything
+    except BaseException as error:  # another package's properties, mappings and arrays may raise anything
         raise WrongResultError(f"what plan() returned cannot be read: {in_words(error)}") from error
 
 
@@ -61,7 +65,7 @@ def _validate_result(returned: Any, problem: Problem) -> tuple[PlanResult, dict[
 
 
 def _snapshot(plan: Plan, problem: Problem) -> Plan:
-    """The plan's numbers and words, copied, as a plan of the problem that was set. Raises `WrongResultError`."""
+    """Returns a copy of the plan for the problem. Raises `WrongResultError`."""
     times = _numbers(plan.times)
     if times.ndim != 1 or not len(times):
         raise WrongResultError(f"the plan's times have the shape {list(times.shape)}; they must be a list of seconds")
@@ -88,7 +92,7 @@ def _snapshot(plan: Plan, problem: Problem) -> Plan:
 
 
 def _signature(planner: Any) -> dict[str, Any]:
-    """What the plan says of its planner, copied. Raises `WrongResultError`."""
+    """Returns a copy of the plan's name, options and seed of its planner. Raises `WrongResultError`."""
     out = _words("the planner of the plan", planner)
     if not isinstance(out.get("name", ""), str):
         raise WrongResultError(f"the planner of the plan has the name {shown(out['name'])}; it must be text")
@@ -100,7 +104,7 @@ def _signature(planner: Any) -> dict[str, Any]:
 
 
 def _words(what: str, value: Any) -> dict[str, Any]:
-    """A mapping as JSON has it. Raises `WrongResultError`."""
+    """Returns a mapping as JSON values. Raises `WrongResultError`."""
     if not isinstance(value, Mapping):
         raise WrongResultError(f"{what} is {_a(value)}; it must be a mapping")
     try:
@@ -124,7 +128,7 @@ def _checked(stats: Any) -> Mapping[str, Any]:
 
 
 def _by_arm(values: Any) -> dict[str, np.ndarray] | None:
-    """Arm -> numbers, copied; None stays None. Raises `WrongResultError`."""
+    """Returns a copy of arm -> numbers; None stays None. Raises `WrongResultError`."""
     if values is None:
         return None
     if not isinstance(values, Mapping):

@@ -1,4 +1,8 @@
-"""RRT-Connect in the composite space of all arms (Kuffner and LaValle, ICRA 2000): the baseline to beat."""
+"""RRT-Connect: Kuffner, LaValle: RRT-Connect: An efficient approach to single-query path planning, ICRA 2000; here in
+the composite space of all arms.
+
+Guarantee: probabilistically complete, up to the margin and the step between samples. No bound on the cost.
+"""
 
 from __future__ import annotations
 
@@ -14,30 +18,32 @@ from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
-from mmp_planners.options import check_options, check_steps, option
+from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
+from mmp_planners.portfolio.improve import emit_and_shorten
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
 from mmp_planners.seeds import sub_seeds
 
-_DEFAULT = core.CompositeSettings()
 NODES = 200_000
+"""Largest number of nodes of both trees before a restart."""
 SLICE = 2000
-"""Iterations between two looks at how large the trees have become."""
+"""Number of iterations between two checks of the number of nodes."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Composite:
-    """Two trees over all joints of all arms that grow towards each other; edges are looked at every `step` [rad] and
-    are `range` [rad, L2] long at most. A way is proved at every instant before it is believed; the edges that cannot be
-    proved fall, and the trees grow on (`native/joint_space/composite_rrt.hpp`).
+    """Two trees over all joints of all arms that grow towards each other (`native/joint_space/composite_rrt.hpp`).
+
+    Edges have samples every `step` [rad] and are at most `range` [rad, L2] long. A path that joins the trees is proved
+    at every instant. Edges without a proof are removed, and the trees grow on.
     """
 
-    range: float = _DEFAULT.range
-    step: float = _DEFAULT.step
+    range: float = core.CompositeSettings().range
+    step: float = core.CompositeSettings().step
 
     def search(self, problem: Problem, seed: int) -> core.CompositeSearch:
-        """A search that can be asked to go on."""
+        """Returns a search that can go on after each call of `grow`."""
         names = problem.cell.arm_names
         return core.CompositeSearch(
             problem.cell.collision.core,
@@ -50,17 +56,17 @@ class Composite:
         )
 
     def grow(self, problem: Problem, search: core.CompositeSearch, iterations: int, clock: core.Clock) -> Plan | None:
-        """The plan, if that many more iterations find one."""
-        way = search.grow(iterations, clock)
-        if way is None:
+        """Returns a plan, not certified yet, or None if that many more iterations find none."""
+        path = search.grow(iterations, clock)
+        if path is None:
             return None
         ends = np.cumsum([arm.dof for arm in problem.cell.arms])[:-1]
-        return retime_to_velocity_limits(problem, np.split(way, ends, axis=1))
+        return retime_to_velocity_limits(problem, np.split(path, ends, axis=1))
 
 
 @dataclass(frozen=True, kw_only=True)
 class RrtConnect:
-    """RRT-Connect over all joints of all arms at once: the fastest first plan, a long one, and then shortcuts."""
+    """RRT-Connect over all joints of all arms at once: a fast and long first plan, then shortcuts."""
 
     about: ClassVar[About] = About(
         paper="Kuffner, LaValle: RRT-Connect: An efficient approach to single-query path planning, ICRA 2000",
@@ -68,11 +74,13 @@ class RrtConnect:
         guarantee="probabilistically complete, up to the margin and the step between samples; no bound on the cost",
     )
 
-    range: float = option(_DEFAULT.range, "longest edge of the trees, L2 over all joints of all arms [rad]", least=0.01)
-    step: float = option(_DEFAULT.step, "distance between samples of an edge, largest joint [rad]", least=0.001)
-    nodes: int = option(NODES, "nodes of both trees before they are planted anew", positive=True)
-    shorten: int = option(200, "attempts to shorten the plan on the common clock; 0: as it was found", least=0)
-    dt: float = option(0.1, "step of the time grid that it is shortened on [s]", positive=True)
+    range: float = option(
+        Composite.range, "longest edge of the trees, L2 over all joints of all arms [rad]", least=0.01
+    )
+    step: float = option(Composite.step, "distance between samples of an edge, largest joint [rad]", least=0.001)
+    nodes: int = option(NODES, "nodes of both trees before a restart", positive=True)
+    shorten: int = option(200, "attempts to shorten the plan on the common clock; 0: keep it as found", least=0)
+    dt: float = option(GRID_STEP_S, "step of the time grid of the shortcuts [s]", positive=True)
 
     def __post_init__(self) -> None:
         check_options(self)
@@ -81,6 +89,7 @@ class RrtConnect:
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
+        """Plans a problem. Arguments and result are those of `Planner.plan`."""
         run = Run.begin("rrt-connect", self, problem, seed, time_limit)
         check_steps(problem, self.dt)
         composite = Composite(range=self.range, step=self.step)
@@ -95,7 +104,7 @@ class RrtConnect:
                 if found or run.clock.expired:
                     break
                 run.counts.restarts += 1
-            run.emit_and_shorten(watch, self.shorten, self.dt)
+            emit_and_shorten(run, watch, self.shorten, self.dt)
         except StopPlanning:
             pass
         return run.result()

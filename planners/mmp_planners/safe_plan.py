@@ -1,4 +1,4 @@
-"""Calling a planner that may be anybody's: whatever it does, a result comes of it that can be relied on."""
+"""Calls a planner of any package and always returns a valid result."""
 
 from __future__ import annotations
 
@@ -19,14 +19,25 @@ from mmp_planners.result_validation import WrongResultError, validate_result
 def run_planner(
     name: str, planner: Planner, problem: Problem, *, seed: int, time_limit: float, watch: Watcher = ignore
 ) -> PlanResult:
-    """What `planner` makes of `problem`; its plan says by whom it was made, whether or not the planner wrote it there.
+    """Runs a planner and returns its result; the plan names its planner, options and seed.
 
-    A planner that raises, exits or returns what is no result has the status `error`, and `stats["message"]` says in one
-    sentence what it did. One that lets `StopPlanning` through has found nothing. Misuse stays an `MmpError`, and names
-    the planner; so stays `KeyboardInterrupt`, which is the user's.
+    If the planner raises, exits or returns no `PlanResult`, the status is `error`, and `stats["message"]` says what it
+    did. If it lets `StopPlanning` through, the status is `timeout`.
 
-    The planner gets `problem` itself, in this process: right for planners of this package. `mmp` starts those of others
-    in a process of their own, or gives them a copy.
+    The planner gets `problem` itself, in this process. That suits planners of this package; `mmp` gives a copy to
+    planners of other packages, or starts them in a process of their own.
+
+    Args:
+        name: name of the planner.
+        planner: the planner.
+        problem: the problem to solve.
+        seed: seed of the run.
+        time_limit: time limit [s].
+        watch: watcher that gets the events of the run.
+
+    Raises:
+        MmpError: if the planner refuses an argument. The message names the planner.
+        KeyboardInterrupt: if the user interrupts the run.
     """
     try:
         returned = planner.plan(problem, seed=seed, time_limit=time_limit, watch=watch)
@@ -37,10 +48,10 @@ def run_planner(
     except KeyboardInterrupt:
         raise
     except BaseException as error:
-        return failed(name, f"raised {in_words(error)}{_place(error)}")
+        return failed(name, f"raised {in_words(error)}{_location(error)}")
     try:
         result, _ = validate_result(returned, problem)
-    except StopPlanning:  # Ctrl-C at this very moment; it comes so only once
+    except StopPlanning:  # Ctrl-C at this moment; the signal handler raises it once
         result, _ = validate_result(returned, problem)
     except WrongResultError as error:
         return failed(name, f"returned no result: {error}")
@@ -48,12 +59,12 @@ def run_planner(
 
 
 def failed(name: str, what: str) -> PlanResult:
-    """The result of a planner that did `what` instead of planning."""
+    """Returns the result `error` of a planner that did `what` instead of planning."""
     return PlanResult(status=Status.ERROR, stats={"message": f"planner '{name}' {what}"})
 
 
 def with_provenance(result: PlanResult, name: str, planner: Planner, seed: int) -> PlanResult:
-    """The result, its plan with the name, options and seed of the planner where it does not say them itself."""
+    """Returns the result with name, options and seed of the planner in its plan, unless the plan has them."""
     if result.plan is None or result.plan.planner:
         return result
     signature = {"name": name, "options": _options(planner), "seed": seed}
@@ -61,15 +72,15 @@ def with_provenance(result: PlanResult, name: str, planner: Planner, seed: int) 
 
 
 def _options(planner: Planner) -> dict[str, Any]:
-    """The planner's fields as JSON has them, in words where it has no such values."""
+    """Returns the planner's fields as JSON values, as text where JSON has no such value."""
     if not dataclasses.is_dataclass(planner) or isinstance(planner, type):
         return {}
     try:
         return plain(dataclasses.asdict(planner))
-    except Exception:  # of a stranger's types
+    except Exception:  # another package's types may raise anything
         return {field.name: shown(getattr(planner, field.name, None)) for field in dataclasses.fields(planner)}
 
 
-def _place(error: BaseException) -> str:
+def _location(error: BaseException) -> str:
     frames = traceback.extract_tb(error.__traceback__)
     return f" ({Path(frames[-1].filename).name}, line {frames[-1].lineno}, in {frames[-1].name})" if frames else ""

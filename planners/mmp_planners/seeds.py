@@ -1,4 +1,4 @@
-"""Seeds that follow from a run's seed: for its restarts, and for what is planned within one."""
+"""Derives seeds from the seed of a run: for its restarts, and for the calls within a restart."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 
 
 def sub_seeds(seed: int) -> Iterator[int]:
-    """Seeds of restarts, one after the other."""
+    """Yields the seeds of restarts."""
     sequence = np.random.SeedSequence(seed)
     while True:
         yield int(sequence.spawn(1)[0].generate_state(1, np.uint64)[0] >> 1)
 
 
 def seed_of(*key: int) -> int:
-    """A seed of its own for each key."""
+    """Returns a seed for a key; each key has its own."""
     return int(np.random.SeedSequence(key).generate_state(1, np.uint64)[0])
 
 
 def quick_seed_of(*key: int) -> int:
-    """The same in a tenth of the time, for searches that are over in less; other seeds than `seed_of` gives."""
+    """Returns a seed for a key in a tenth of the time of `seed_of`, for short searches; the seeds differ."""
     mixed = 0
     for part in key:
         mixed = (mixed ^ part) * 0x9E3779B97F4A7C15 % 2**64

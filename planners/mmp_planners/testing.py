@@ -1,4 +1,4 @@
-"""The contract that every planner keeps, as a test for anybody's planner.
+"""The contract of planners as a test for planners of any package.
 
 from mmp_planners.testing import check_planner
 
@@ -24,7 +24,7 @@ __all__ = ["RULES", "ContractError", "check_planner", "example_problems"]
 
 
 class ContractError(AssertionError):
-    """A planner breaks its contract: `broken` has a sentence for each rule that it breaks."""
+    """Raised if a planner breaks its contract: `broken` has a sentence for each broken rule."""
 
     def __init__(self, planner: str, broken: Mapping[str, str]) -> None:
         lines = "".join(f"\n- {rule}: {sentence}" for rule, sentence in broken.items())
@@ -33,7 +33,7 @@ class ContractError(AssertionError):
 
 
 def example_problems() -> tuple[Problem, ...]:
-    """What planners are tested with: two UR5e that turn a little, two in each other's way, and four."""
+    """Returns the default problems: two UR5e that turn a little, two that cross, and four."""
     pair, four = ring_cell(2), ring_cell(4)
     tucked = {arm.name: arm.robot.tucked for arm in pair.arms}
     turned = {name: q + np.eye(len(q))[0] * 0.4 for name, q in tucked.items()}
@@ -50,11 +50,17 @@ def check_planner(
     grace: float = 5.0,
     rules: Iterable[str] | None = None,
 ) -> None:
-    """Puts a planner, by name, class or as an object, through every rule of `RULES`, or through some.
+    """Tests whether a planner keeps the rules of `RULES`.
 
-    The first of `problems` must be one that it is sure to solve, and soon; the others it may fail on, in `time_limit`
-    [s] each. A run may overstep its time limit by `grace` [s], which leaves room for a busy machine. Raises
-    `ContractError` with a sentence for each rule that is broken.
+    Args:
+        planner: name, class or object of the planner.
+        problems: problems to plan. The planner must solve the first one soon; it may fail on the others.
+        time_limit: time limit of a run [s].
+        grace: time by which a run may exceed its limit [s]; it leaves room for a busy machine.
+        rules: names of the rules to test; all by default.
+
+    Raises:
+        ContractError: if the planner breaks a rule, with a sentence for each broken rule.
     """
     name = planner if isinstance(planner, str) else (planner if isinstance(planner, type) else type(planner)).__name__
     try:
@@ -73,7 +79,7 @@ def check_planner(
 
 
 def _first(rule: Rule, subject: Subject) -> list[str]:
-    """What breaks the rule first, if anything does."""
+    """Returns the first violation of a rule, if there is one."""
     try:
         return [sentence for _, sentence in zip(range(1), rule(subject), strict=False)]
     except BrokenError as error:

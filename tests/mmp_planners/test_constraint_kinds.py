@@ -25,7 +25,6 @@ from mmp_planners.conflict_tree.constraints import (
     Vertex,
 )
 from mmp_planners.conflict_tree.constraints.named import KINDS, constraint_kind, constraint_kinds
-from mmp_planners.conflict_tree.contact import contacts
 
 every_kind = pytest.mark.parametrize("name", KINDS)
 every_instant = pytest.mark.parametrize("instant", INSTANTS)
@@ -141,7 +140,7 @@ def test_branches_of_several_kinds_come_side_by_side_with_the_numbers_of_their_k
 @pytest.mark.parametrize("case", ["passing", "parked", "in the ring"])
 def test_the_point_of_contact_is_within_the_margin_of_both_arms(case):
     context, paths, interval = conflict(case)
-    (contact,) = contacts(context, interval.a, paths[interval.a], interval.b, paths[interval.b], (interval.first,))
+    (contact,) = context.contacts(interval.a, paths[interval.a], interval.b, paths[interval.b], (interval.first,))
     cell = context.problem.cell
     own = [cloud(cell, cell.arms[arm], paths[arm].at(interval.first)).moving for arm in (interval.a, interval.b)]
     between = gaps(*own)
@@ -154,12 +153,12 @@ def test_the_point_of_contact_is_within_the_margin_of_both_arms(case):
         assert off == pytest.approx(contact.gap / 2, abs=1e-9), "halfway between the two surfaces"
 
 
-def test_a_contact_is_worked_out_once_for_all_who_ask_in_a_row_and_forgotten_with_the_run():
+def test_a_context_keeps_its_last_contacts():
     context, paths, interval = conflict.__wrapped__("passing")  # which nobody else keeps
     question = (interval.a, paths[interval.a], interval.b, paths[interval.b], (interval.first,))
-    first = contacts(context, *question)
-    assert contacts(context, *question) is first
-    assert contacts(context, *question[:-1], (interval.first, interval.first + 1))[0].gap == first[0].gap
+    first = context.contacts(*question)
+    assert context.contacts(*question) is first
+    assert context.contacts(*question[:-1], (interval.first, interval.first + 1))[0].gap == first[0].gap
     run, path = weakref.ref(context), weakref.ref(paths[interval.a])
     del context, paths, question
     gc.collect()

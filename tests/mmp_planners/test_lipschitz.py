@@ -9,7 +9,7 @@ from reference.clearance import cloud
 
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import SPHERE_SETS
-from mmp_planners.conflict_tree.lipschitz import lipschitz
+from mmp_planners.lipschitz import lipschitz
 
 ROBOTS = ("ur5e", "panda", "fr5", "piper")
 CELLS = {(robot, spheres): ring_cell(2, robot, spheres) for robot in ROBOTS for spheres in SPHERE_SETS}

@@ -1,5 +1,6 @@
-"""Ways of several plans put together anew, as `auto` does where nothing else helps."""
+"""Path recombination, as `auto` uses it after shortcuts and LNS."""
 
+import contextlib
 import math
 
 import numpy as np
@@ -17,9 +18,10 @@ from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners import Status
 from mmp_planners.portfolio import path_recombination
+from mmp_planners.portfolio.improve import Step, improve
 from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
 from mmp_planners.portfolio.path_recombination import GAIN_RAD, MOST_STEPS, PathRecombination
-from mmp_planners.portfolio.run import Run, Step
+from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.shortcutting import Shortcutting, retime_to_velocity_limits
 from mmp_planners.priority_search import PrioritySearch
 
@@ -39,13 +41,13 @@ def begun(problem):
     return run
 
 
-def recombining_of(run):
+def pool_of(run):
     return PathRecombination(run, run.best.plan, 0.1, Shortcutting(attempts=20, dt=0.2), ALONE)
 
 
 def recombine(run, orders=1, turn=1, calls=1):
-    """What the last of so many calls in a row gives: groups of arms first, then other orders, and so on."""
-    part = recombining_of(run)
+    """Returns the result of the last of `calls` calls: groups of arms first, then orders, and so on."""
+    part = pool_of(run)
     return [part(run.best.plan, orders, turn + k) for k in range(calls)][-1]
 
 
@@ -68,7 +70,7 @@ def test_the_same_seed_recombines_in_the_same_way():
 
 
 @pytest.mark.parametrize(("orders", "calls"), [(1, 1), (0, 2), (1, 2), (4, 2)])
-def test_what_is_put_together_is_shorter_than_the_best_plan_and_leaves_it_alone(orders, calls):
+def test_a_recombined_plan_is_shorter_than_the_best_plan_and_does_not_replace_it(orders, calls):
     run = begun(crowded())
     before = run.best
     plan = recombine(run, orders, calls=calls)
@@ -85,49 +87,49 @@ def test_every_turn_has_a_seed_of_its_own():
 
 
 def around_each_other():
-    """Each arm's goal is in the way of the other one: one of them has to lift its hand over the other."""
+    """Each arm's goal blocks the other arm: one of them has to lift its hand over the other."""
     problem = shut_in()
     run = Run.begin("auto", None, problem, 0, math.inf)
     assert run.offer(retime_to_velocity_limits(problem, run_of(recombination(problem, lifted(problem, 1.4)))))
     return run
 
 
-def test_arms_that_shut_each_other_in_find_ways_by_themselves(monkeypatch):
+def test_mutually_blocking_arms_are_planned_as_a_group(monkeypatch):
     run, asked = around_each_other(), []
-    some = PrioritySearch.some
+    plan_group = PrioritySearch.plan_group
 
     def noted(search, context, *rest):
         asked.append(list(context))
-        return some(search, context, *rest)
+        return plan_group(search, context, *rest)
 
-    monkeypatch.setattr(PrioritySearch, "some", noted)
+    monkeypatch.setattr(PrioritySearch, "plan_group", noted)
     plan = recombine(run)
     assert asked[0] == [0, 1]
     assert plan.cost_rad < run.best.cost - GAIN_RAD + 1e-6
     assert certify(plan, core.Clock(math.inf)).valid
 
 
-def test_a_group_that_finds_no_ways_leaves_those_that_there_are(monkeypatch):
+def test_a_group_without_paths_leaves_the_pool_as_it_is(monkeypatch):
     run = around_each_other()
-    monkeypatch.setattr(PrioritySearch, "some", lambda *_: None)
+    monkeypatch.setattr(PrioritySearch, "plan_group", lambda *_: None)
     assert recombine(run) is None
 
 
-def test_arms_that_are_in_nobodys_way_are_planned_in_no_group(monkeypatch):
+def test_arms_that_block_no_other_arm_are_in_no_group(monkeypatch):
     run, asked = begun(crowded()), []
-    some = PrioritySearch.some
+    plan_group = PrioritySearch.plan_group
 
     def noted(search, context, *rest):
         asked.append(set(context))
-        return some(search, context, *rest)
+        return plan_group(search, context, *rest)
 
-    monkeypatch.setattr(PrioritySearch, "some", noted)
+    monkeypatch.setattr(PrioritySearch, "plan_group", noted)
     recombine(run)
     assert asked
     assert all(1 < len(arms) < 6 for arms in asked)
 
 
-def test_nothing_is_put_together_where_the_plan_is_as_short_as_can_be():
+def test_a_shortest_plan_is_not_recombined():
     problem = two_arms.one_moves()
     run = Run.begin("auto", None, problem, 0, math.inf)
     assert run.offer(
@@ -138,8 +140,8 @@ def test_nothing_is_put_together_where_the_plan_is_as_short_as_can_be():
     assert recombine(run) is None
 
 
-def test_a_plan_that_takes_long_has_ways_of_longer_steps(monkeypatch):
-    """What two arms may do is worked out by the product of their steps."""
+def test_a_long_plan_has_a_coarser_grid(monkeypatch):
+    """A coordination diagram has the product of two arms' steps."""
     made, steps = path_recombination.core.PathRecombination, []
 
     def noted(cell, max_step, levels):
@@ -169,7 +171,7 @@ def test_a_run_whose_time_is_up_while_it_recombines_ends_with_the_plan_that_it_h
         begin(self, run, *rest)
 
     monkeypatch.setattr(PathRecombination, "__init__", late)
-    monkeypatch.setattr(Run, "early_clock", lambda run: run.clock)
+    monkeypatch.setattr(Run, "early_clock", lambda run: contextlib.nullcontext(run.clock))
     result = mmp_planners.make("auto", shorten=20, rounds=10**6).plan(crowded(), seed=0)
     assert len(turns) == 1
     assert result.status is Status.SOLVED
@@ -194,8 +196,8 @@ def test_a_start_that_becomes_no_shorter_than_the_best_plan_is_not_taken():
     assert run.offer(short)
     best = run.best
     for attempts in (0, 200):
-        assert run.improve(Step(part=Shortcutting(attempts=attempts), seed=0), start=long) == [0]
-        assert run.improve(Step(part=LargeNeighbourhoodSearch(attempts=attempts), seed=0), start=short) == [0]
+        assert improve(run, Step(part=Shortcutting(attempts=attempts), seed=0), start=long) == [0]
+        assert improve(run, Step(part=LargeNeighbourhoodSearch(attempts=attempts), seed=0), start=short) == [0]
     assert run.best is best
     assert run.counts.shortcuts == 0
 
@@ -203,11 +205,12 @@ def test_a_start_that_becomes_no_shorter_than_the_best_plan_is_not_taken():
 def test_a_start_that_is_shorter_is_taken_though_no_part_improves_it():
     run, short, long = of_two_kinds()
     assert run.offer(long)
-    assert run.improve(
-        Step(part=Shortcutting(attempts=0), seed=0), Step(part=LargeNeighbourhoodSearch(attempts=0), seed=1)
+    assert improve(
+        run, Step(part=Shortcutting(attempts=0), seed=0), Step(part=LargeNeighbourhoodSearch(attempts=0), seed=1)
     ) == [0, 0]
     assert run.best.plan is long
-    assert run.improve(
+    assert improve(
+        run,
         Step(part=Shortcutting(attempts=0), seed=0),
         Step(part=LargeNeighbourhoodSearch(attempts=0), seed=1),
         start=short,
@@ -217,8 +220,8 @@ def test_a_start_that_is_shorter_is_taken_though_no_part_improves_it():
 
 def test_the_parts_go_on_from_the_start_and_shortcuts_are_counted():
     run, short, long = of_two_kinds()
-    first, second = run.improve(
-        Step(part=Shortcutting(attempts=200), seed=0), Step(part=Shortcutting(attempts=200), seed=1), start=long
+    first, second = improve(
+        run, Step(part=Shortcutting(attempts=200), seed=0), Step(part=Shortcutting(attempts=200), seed=1), start=long
     )
     assert first > 0
     assert run.best.cost == pytest.approx(short.cost_rad, abs=2e-3)
@@ -234,5 +237,5 @@ def test_a_start_that_is_not_safe_is_not_taken():
         problem, [np.vstack([problem.start[n], problem.goal[n]]) for n in problem.cell.arm_names]
     )
     assert interval.cost_rad < best.cost
-    assert run.improve(Step(part=Shortcutting(attempts=0), seed=0), start=interval) == [0]
+    assert improve(run, Step(part=Shortcutting(attempts=0), seed=0), start=interval) == [0]
     assert run.best is best

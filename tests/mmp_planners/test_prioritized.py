@@ -1,5 +1,6 @@
 """Prioritized planning: orders of arms, what those before and after count for, and what is done when an arm fails."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
@@ -10,15 +11,16 @@ from support import two_arms
 from mmp_env import check_plan, core
 from mmp_env.events import NodeCreated, Replanned, SearchStarted, SolutionFound, ignore
 from mmp_env.gym.instances import draw_instance
+from mmp_env.model.certificate import certify
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners import Status, StopPlanning, make, priority_search
-from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.counts import SingleArmCounts
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext
 from mmp_planners.portfolio.run import Run
 from mmp_planners.prioritized import Prioritized
+from mmp_planners.priority_search import PrioritySearch
 
 
 def ring(arms, seed, robot="ur5e"):
@@ -110,45 +112,47 @@ def test_the_arm_that_failed_goes_first_in_most_of_the_next_orders():
     assert len({tuple(priority_search._next_order([0, 1, 2, 3], None, rng)) for _ in range(200)}) == 24
 
 
-def search_of(problem):
+def search_of(problem, **fields):
+    """A search, and an independent path of each arm."""
     run = Run.begin("prioritized", None, problem, 0, math.inf)
-    search = Prioritized().search(run, SingleArmCounts(), ignore)
-    assert search.each_alone(0)
-    return search
+    search = dataclasses.replace(Prioritized().search(run, SingleArmCounts(), ignore), **fields)
+    return search, search.plan_independently(0)
 
 
-def test_some_arms_find_paths_as_if_there_were_no_others():
+def test_a_group_of_arms_finds_paths_as_if_there_were_no_others():
     cell = ring_cell(6, "panda")
     problem = make_problem(cell, *draw_instance(cell, seed=5))
-    search = search_of(problem)
-    conflicts = search.context.conflicts(search.alone, search.context.pairs())
+    search, own = search_of(problem)
+    conflicts = search.context.conflicts(own, search.context.pairs())
     pair = next(iter(conflicts))
-    paths = search.some(pair, 20, 0)
+    paths = search.plan_group(pair, 20, 0, own)
     assert set(paths) == set(pair)
     assert not search.context.conflicts([paths[arm] for arm in pair], [(0, 1)])
-    again = search_of(problem).some(pair, 20, 0)
+    search, own = search_of(problem)
+    again = search.plan_group(pair, 20, 0, own)
     for arm in pair:
         np.testing.assert_array_equal(paths[arm].q, again[arm].q)
 
 
-def test_some_arms_give_up_after_so_many_tries(monkeypatch):
-    search, orders = search_of(two_arms.passing()), []
+def test_a_group_of_arms_gives_up_after_so_many_tries(monkeypatch):
+    search, own = search_of(two_arms.passing())
+    orders = []
 
-    def fails(order, *_):
-        orders.append(list(order))
-        return {}, order[0]
+    def fails(_, order, *__):
+        orders.append(order.arms)
+        return {}, order.arms[0]
 
-    monkeypatch.setattr(search, "_one_after_the_other", fails)
-    assert search.some([0, 1], 5, 0) is None
+    monkeypatch.setattr(PrioritySearch, "_plan_in_order", fails)
+    assert search.plan_group([0, 1], 5, 0, own) is None
     assert len(orders) == 5
     search.context.clock.cancel()
-    assert search.some([0, 1], 5, 0) is None
+    assert search.plan_group([0, 1], 5, 0, own) is None
     assert len(orders) == 6, "no more once time is up"
 
 
-def test_given_ways_are_what_every_search_begins_with(monkeypatch):
-    search = search_of(two_arms.passing())
-    alone, begun = list(search.alone), []
+def test_every_search_with_experience_begins_with_the_own_path_of_its_arm(monkeypatch):
+    search, own = search_of(two_arms.passing(), experience=True)
+    begun = []
     low_level = PlanningContext.low_level
 
     def noted(context, arm, *rest, experience=None, **more):
@@ -156,12 +160,9 @@ def test_given_ways_are_what_every_search_begins_with(monkeypatch):
         return low_level(context, arm, *rest, experience=experience, **more)
 
     monkeypatch.setattr(PlanningContext, "low_level", noted)
-    search.given = True
-    assert next(search.rounds(1), "over") == "over"
-    assert search.run.best is not None
-    assert search.alone == alone, "nobody is planned alone again"
+    assert certify(next(search.plans(1, own)), core.Clock(math.inf)).valid
     assert begun
-    assert all(experience is alone[arm].q for arm, experience in begun)
+    assert all(experience is own[arm].q for arm, experience in begun)
 
 
 def test_a_plan_without_its_proof_is_counted_and_another_order_is_tried(monkeypatch):
@@ -179,11 +180,11 @@ def test_a_plan_without_its_proof_is_counted_and_another_order_is_tried(monkeypa
     assert (result.stats["failed_certificates"], result.stats["restarts"]) == (2, 2)
 
 
-def test_an_arm_that_finds_no_way_even_alone_ends_the_run(monkeypatch):
+def test_an_arm_that_finds_no_path_even_alone_ends_the_run(monkeypatch):
     monkeypatch.setattr(PlanningContext, "low_level", lambda *_, **__: (None, 7))
     result, events = planned(two_arms.passing())
     assert (result.status, result.plan) == (Status.EXHAUSTED, None)
-    assert result.stats["low_level_calls"] == priority_search.ALONE_TRIES
+    assert result.stats["low_level_calls"] == priority_search.INDEPENDENT_TRIES
     assert not of(events, SearchStarted)
 
 
@@ -220,19 +221,15 @@ def test_nothing_waits_for_arms_that_are_not_planned_yet_where_the_wait_is_zero(
     assert any(event.constraints > 0 for event in of(events, Replanned))
 
 
-def test_a_detour_keeps_an_arm_from_its_own_way_but_never_from_its_ends():
+def test_a_detour_keeps_an_arm_from_its_own_path_but_never_from_its_ends():
     there = PlanningContext(two_arms.passing(), 0.1, SiRrtStar(), core.Clock(math.inf))
     there.reseed(0)
-    run, counts = Run.begin("prioritized", None, there.problem, 0, math.inf), SingleArmCounts()
-    search = priority_search.PrioritySearch(
-        context=there, run=run, counts=counts, emitter=EventEmitter(ignore, there), wait=0
-    )
-    search.alone = [there.low_level(arm, (), 0)[0] for arm in (0, 1)]
+    own, _ = there.low_level(0, (), 0)
     rng, found = np.random.default_rng(0), []
     for _ in range(60):
-        found += search._detour(0, rng)
+        found += priority_search._detour(own, rng)
     assert 20 < len(found) < 60
-    own, ends = search.alone[0], search.alone[0].q[[0, -1]]
+    ends = own.q[[0, -1]]
     assert all(core.breaks_constraint(there.core, own.motion, [ball], 0.002) for ball in found if ball.end > own.last)
     for end in ends:
         standing = there.model.motion("left", end[None])

@@ -121,15 +121,15 @@ def moved_by(**options):
     return 0.0 if modified is None else float(np.abs(modified.path.q - paths[0].q).max())
 
 
-def test_by_the_letter_a_path_hardly_moves():
+def test_with_paper_literal_settings_a_path_hardly_moves():
     """Distances between centres and alpha = 1e-7: what docs/explanation/paper.md measures is reachable."""
     assert moved_by(distance="centre") < 1e-5
     assert moved_by(distance="surface") > 1e-3
 
 
-def test_the_letter_is_reachable_as_options_of_the_planner():
-    letter = {"distance": "centre", "step": "gradient", "early_stop": False, "fast_track": "literal"}
-    modification = ApfEcbs(**letter, max_iterations=7, alpha=2e-7, k_rep=0.1, d0=0.2, trace=True).modification()
+def test_paper_literal_settings_are_options_of_the_planner():
+    literal = {"distance": "centre", "step": "gradient", "early_stop": False, "fast_track": "literal"}
+    modification = ApfEcbs(**literal, max_iterations=7, alpha=2e-7, k_rep=0.1, d0=0.2, trace=True).modification()
     assert modification == RepulsiveModification(
         distance="centre",
         step="gradient",

@@ -1,27 +1,31 @@
-"""What a run leaves of its time for the proof of what it finds last."""
+"""Time that a run reserves for certification."""
 
 import math
 from types import SimpleNamespace
 
 import pytest
 from support import two_arms
+from support.arms_on_a_line import refusal
 
 import mmp_planners
 from mmp_env import core
 from mmp_planners.portfolio import run as run_module
-from mmp_planners.portfolio.run import LEAST_PROOF_S, PROOF_S, PROOF_SHARE, PROOFS, Run
+from mmp_planners.portfolio.run import LEAST_PROOF_S, LEAST_PROOF_SHARE_S, PROOF_SHARE, PROOFS, Run
 
 
 def left_for_proof(monkeypatch, remaining, proof_s=0.0):
-    """Of so much time [s], after a proof that took so long."""
+    """Returns how much of the remaining time [s] is reserved, after a longest proof of `proof_s`."""
     run, made, asked = Run.begin("auto", None, two_arms.passing(), 0, math.inf), core.Clock, []
     run.clock, run.proof_s = SimpleNamespace(remaining=remaining), proof_s
     monkeypatch.setattr(core, "Clock", lambda seconds: asked.append(seconds) or made(seconds))
-    run.early_clock()
+    with run.early_clock():
+        pass
     return remaining - asked[0]
 
 
-@pytest.mark.parametrize(("remaining", "kept"), [(0.1, PROOF_S), (100.0, 100.0 * PROOF_SHARE), (0.01, 0.01)])
+@pytest.mark.parametrize(
+    ("remaining", "kept"), [(0.1, LEAST_PROOF_SHARE_S), (100.0, 100.0 * PROOF_SHARE), (0.01, 0.01)]
+)
 def test_before_any_proof_a_share_is_left_or_so_many_seconds(monkeypatch, remaining, kept):
     assert left_for_proof(monkeypatch, remaining) == pytest.approx(kept)
 
@@ -37,7 +41,7 @@ def test_only_a_proof_that_succeeds_tells_how_long_they_take(monkeypatch):
     clock = iter(range(100))
     monkeypatch.setattr(run_module, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
     proved = run_module.certify
-    monkeypatch.setattr(run_module, "certify", lambda *_: SimpleNamespace(valid=False))
+    monkeypatch.setattr(run_module, "certify", lambda *_: refusal(0, 1, instant=0.0))
     assert not run.offer(plan)
     assert run.proof_s == 0
     monkeypatch.setattr(run_module, "certify", proved)

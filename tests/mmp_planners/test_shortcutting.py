@@ -20,6 +20,7 @@ from mmp_env.model.plan import Plan
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners.portfolio import run as run_module
+from mmp_planners.portfolio.improve import shorten
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid, retime_to_velocity_limits
 
@@ -197,7 +198,9 @@ def test_in_groups_of_their_own_nothing_keeps_an_arm_from_the_straight_way():
 
 def test_attempts_are_made_again_as_long_as_they_are_worth_it():
     plan = mmp_planners.make("rrt-connect", shorten=0).plan(ring(6, 4), seed=0).plan
-    once, again = (Shortcutting(attempts=20, worth=worth)(plan, 0, core.Clock(math.inf))[0] for worth in (10, 1e-3))
+    once, again = (
+        Shortcutting(attempts=20, repeat_gain=worth)(plan, 0, core.Clock(math.inf))[0] for worth in (10, 1e-3)
+    )
     assert again.cost_rad < 0.95 * once.cost_rad
     by_default = Shortcutting(attempts=20)(plan, 0, core.Clock(math.inf))[0]
     assert plan_to_dict(by_default) == plan_to_dict(once)
@@ -237,6 +240,6 @@ def test_shortcuts_that_no_time_is_left_to_prove_do_not_count(monkeypatch):
         return certify(plan, clock)
 
     monkeypatch.setattr(run_module, "certify", too_late)
-    assert not run.shorten(200, 0.1)
+    assert not shorten(run, 200, 0.1)
     assert run.best is proved
     assert (run.counts.shortcuts, run.counts.failed_certificates) == (0, 0)

@@ -68,7 +68,7 @@ class RepulsiveModification:
     d0: float = _DEFAULT.d0
     max_iterations: int = _DEFAULT.max_iterations
     distance: str = "surface"
-    step: str = "gradient"
+    step: str = "normalised"
     early_stop: bool = True
     trace: bool = False
 

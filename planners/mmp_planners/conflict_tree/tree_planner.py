@@ -8,7 +8,6 @@ import math
 from dataclasses import dataclass, field
 from typing import ClassVar
 
-from mmp_env import core
 from mmp_env.argument_checks import known_keywords
 from mmp_env.events import Watcher, ignore, wants_iterates
 from mmp_env.model.problem import Problem
@@ -22,10 +21,14 @@ from mmp_planners.conflict_tree.search import ConflictTree
 from mmp_planners.conflict_tree.selection import Selection
 from mmp_planners.counts import TreeCounts
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.options import check_options, check_steps, option
+from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import PlanResult, StopPlanning
 from mmp_planners.planning_context import PlanningContext
+from mmp_planners.portfolio.improve import shorten
 from mmp_planners.portfolio.run import Run
+
+LOW_LEVEL = SiRrtStar(iterations=200)
+"""Single-arm planner with a small limit: a failed call is repeated with a larger budget and another seed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,12 +52,14 @@ class TreePlanner(abc.ABC):
 
     name: ClassVar[str]
 
-    dt: float = option(0.1, "length of a step of the time grid [s]", positive=True)
+    dt: float = option(GRID_STEP_S, "length of a step of the time grid [s]", positive=True)
     restarts: bool = option(True, "begin a new tree with another sub-seed when a tree makes no progress; off: one tree")
     patience: int = option(20, "expansions after a solution in which a cheaper one may still be found", positive=True)
-    eta: float = option(core.STEERING_RAD, "steering distance of the single-arm planner [rad]", least=0.01)
-    iterations: int = option(200, "single-arm iterations without a path before a call fails", positive=True)
-    shortcuts: int = option(40, "attempts to shorten each single-arm path", positive=True)
+    eta: float = option(LOW_LEVEL.eta, "steering distance of the single-arm planner [rad]", least=0.01)
+    iterations: int = option(
+        LOW_LEVEL.iterations, "single-arm iterations without a path before a call fails", positive=True
+    )
+    shortcuts: int = option(LOW_LEVEL.shortcuts, "attempts to shorten each single-arm path", positive=True)
     shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: keep it as found", least=0)
     pad: float = option(0.25, "avoid-state: time that the constraint reaches beyond the conflict [s]", positive=True)
 
@@ -80,20 +85,21 @@ class TreePlanner(abc.ABC):
         Raises:
             MmpError: if an argument is not allowed.
         """
-        run = Run.begin(self.name, self, problem, seed, time_limit)
-        run.counts = counts = TreeCounts()
+        counts = TreeCounts()
+        run = Run.begin(self.name, self, problem, seed, time_limit, counts=counts)
         check_steps(problem, self.dt)
         tree: ConflictTree | None = None
+        exhausted = False
         try:  # a signal handler may stop the run at any moment, also before the search begins and after it ends
             tree = self.grow(run, counts, watch)
-            run.exhausted = tree.run(run.seed)
+            exhausted = tree.run(run.seed)
             run.take(tree.best, tree.found_s)
-            if run.shorten(self.shorten, self.dt) and tree.best is not None:
+            if shorten(run, self.shorten, self.dt) and tree.best is not None:
                 run.emit_plan(watch, node=counts.generated_nodes, parent=tree.best.node, dt=self.dt)
         except StopPlanning:
             if tree is not None and run.best is None:
                 run.take(tree.best, tree.found_s)
-        return run.result()
+        return run.result(exhausted=exhausted)
 
     def grow(self, run: Run, counts: TreeCounts, watch: Watcher) -> ConflictTree:
         """Returns the search of a run, about to begin; it counts in `counts`."""

@@ -1,1 +1,1 @@
-"""What happens around a search: the run and its result, shortcuts, LNS and path recombination."""
+"""The run around a search and its result, and the improvement of plans: shortcuts, LNS, path recombination."""

@@ -12,18 +12,19 @@ from dataclasses import dataclass
 from mmp_env import core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
+from mmp_planners.options import GRID_STEP_S
 from mmp_planners.portfolio.shortcutting import on_grid, retime_to_velocity_limits, step_of_grid
 
 
 @dataclass(frozen=True, kw_only=True)
 class LargeNeighbourhoodSearch:
-    """`attempts` to give arms shorter ways on a grid of `dt` [s]; the same seed gives the same plan."""
+    """Makes `attempts` to give arms shorter paths on a grid of `dt` [s]. The same seed gives the same plan."""
 
     attempts: int
-    dt: float = 0.1
+    dt: float = GRID_STEP_S
 
     def __call__(self, plan: Plan, seed: int, clock: core.Clock) -> tuple[Plan, int]:
-        """The plan made shorter, its certificate still to come, and how many attempts succeeded."""
+        """Returns the shorter plan, not certified yet, and the number of successful attempts."""
         problem, dt = plan.problem, step_of_grid(plan, self.dt)
         rows, kept = core.replan(
             problem.cell.collision.core,

@@ -1,142 +1,161 @@
-"""Ways of several plans put together anew, one for each arm: plans in which the arms pass each other in another order.
+"""Path recombination: chooses one known path per arm, and times the chosen paths together.
 
-Shortcuts and replanning end where no single arm finds a shorter way among the others. What more there is to gain lies
-in who passes whom, and on which side. So ways are collected: those of the best plan so far, each of them as short as it
-becomes if its arm is the only one, those that few arms find among each other, and those that other orders of the arms
-bring. Of the choices of one way for each arm the shortest that all arms can drive at once is taken
-(`native/improve/path_recombination.hpp`). Waiting costs nothing, so all that has to be found is who waits for whom.
+Shortcuts and LNS end where no single arm finds a shorter path among the others. What is left to gain lies in the order
+in which the arms pass each other, and on which side. So a path pool collects the paths of the best plan, each of them
+as short as it becomes without the other arms, those of small groups of arms, and those of other orders of the arms.
+The shortest choice of one path per arm that can be timed is taken, by coordination diagrams (O'Donnell, Lozano-Perez:
+Deadlock-free and collision-free coordination of two robot manipulators, ICRA 1989;
+`native/improve/path_recombination.hpp`). Waiting costs nothing, so the search decides only which arm waits for which.
 
-Most arms can keep the shortest way that they have alone: few pairs shut each other in. These are planned as if there
-were no others, and together with those that they then are in the way of: independence detection (Standley, AAAI 2010).
+Most arms can keep their shortest independent path, because few pairs block each other. These pairs are planned as
+groups, and groups that the new paths block are merged (independence detection: Standley: Finding optimal solutions to
+cooperative pathfinding problems, AAAI 2010).
 """
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 
 from mmp_env import core
 from mmp_env.events import ignore
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
+from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.counts import SingleArmCounts
-from mmp_planners.planning_context import Path
+from mmp_planners.planning_context import Path, PlanningContext
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid, retime_to_velocity_limits
-from mmp_planners.prioritized import Prioritized
+from mmp_planners.priority_search import LOW_LEVEL, PARKED_S, PrioritySearch
 from mmp_planners.seeds import quick_seed_of, seed_of
 
 GAIN_RAD = 1e-3
-"""Least that other ways must save."""
+"""Minimum saving of a recombined plan [rad]."""
 MOST_STEPS = 500
-"""Of the first plan on the grid of the ways: what two arms may do is worked out by the product of their steps."""
+"""Largest number of grid steps of the first plan: a coordination diagram has the product of two arms' steps."""
 MERGES = 2
-"""Times that groups of arms are planned and looked at again."""
-TRIES = 6
-"""Orders of a group's arms, at most."""
+"""Number of times that groups of arms are merged and planned."""
+GROUP_TRIES = 6
+"""Largest number of orders in which a group is planned."""
 
 
 class PathRecombination:
-    """The ways of one run, on a grid of `dt` [s]; `shorten` is for plans, `alone` for ways without regard to others."""
+    """The path pool of one run.
 
-    def __init__(self, run: Run, first: Plan, dt: float, shorten: Shortcutting, alone: Shortcutting) -> None:
-        self._run, self._shorten, self._alone = run, shorten, alone
+    Args:
+        run: the run, for its problem, seed and clock.
+        first: the plan to improve; a long one makes the grid coarser.
+        dt: least step of the pool's grid [s].
+        shorten: shortcuts for plans.
+        independent: shortcuts for paths without regard to other arms.
+    """
+
+    def __init__(self, run: Run, first: Plan, dt: float, shorten: Shortcutting, independent: Shortcutting) -> None:
+        self._run, self._shorten, self._independent = run, shorten, independent
         self._grid = max(dt, first.makespan_s / MOST_STEPS)
-        names = run.problem.cell.arm_names
-        self._ways = core.PathRecombination(
-            run.problem.cell.collision.core,
-            [run.problem.max_velocity[name] * self._grid for name in names],
-            run.problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
+        problem, names = run.problem, run.problem.cell.arm_names
+        self._pool = core.PathRecombination(
+            problem.cell.collision.core,
+            [problem.max_velocity[name] * self._grid for name in names],
+            problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
         )
-        self._each = range(len(names))
+        self._arms = range(len(names))
         self._paths: dict[int, Path] = {}
-        self._search = Prioritized(dt=self._grid).search(run, SingleArmCounts(), ignore)
-        self._search.context.reseed(quick_seed_of(run.seed, 0))
-        self._seen: Plan | None = None
+        self._context = PlanningContext(problem, self._grid, LOW_LEVEL, run.clock)
+        self._context.reseed(quick_seed_of(run.seed, 0))
+        self._last_best: Plan | None = None
         self._calls = 0
 
-    def __call__(self, best: Plan, orders: int, turn: int) -> Plan | None:
-        """A plan that is shorter than `best`, its certificate still to come, or None; none is given twice.
+    def __call__(self, best: Plan, orders: int, round_number: int) -> Plan | None:
+        """Recombines the paths of the pool, after it has added new ones.
 
-        In turn groups of arms are planned by themselves, and so many `orders` of all arms are tried; every `turn` has
-        its own seeds.
+        Calls alternate between planning groups of arms and trying orders of all arms.
+
+        Args:
+            best: the best plan so far.
+            orders: number of orders to try.
+            round_number: number of the round; each round has its own seeds.
+
+        Returns:
+            A plan that costs less than `best`, not certified yet, or None. No choice of paths is returned twice.
         """
-        clock = self._run.early_clock()
-        self._search.context.clock = clock
-        seeds = (seed_of(self._run.seed, turn, 2 + k) for k in itertools.count())
-        if best is not self._seen:
-            self._seen = best
-            self._add(best)
-            self._add_alone(best, next(seeds), clock)
-        if not self._ways.has(self._ways.shortest()):
-            return None  # too long for any of them
-        self._calls += 1
-        if self._calls % 2:
-            self._groups(seeds, clock)
-        else:
-            self._another(orders, seeds, clock)
-        rows = self._ways.recombine(best.cost_rad - GAIN_RAD, clock)
-        self._run.cut_short |= clock.expired
+        seeds = (seed_of(self._run.seed, round_number, 2 + k) for k in itertools.count())
+        with self._run.early_clock() as clock:
+            self._context = self._context.with_clock(clock)
+            if best is not self._last_best:
+                self._last_best = best
+                self._add(best)
+                self._add_independent(best, next(seeds), clock)
+            if not self._pool.has(self._pool.shortest()):
+                return None  # the pool takes no path that is so long
+            self._calls += 1
+            if self._calls % 2:
+                self._plan_groups(seeds, clock)
+            else:
+                self._try_orders(orders, seeds, clock)
+            rows = self._pool.recombine(best.cost_rad - GAIN_RAD, clock)
         return None if rows is None else retime_to_velocity_limits(best.problem, rows)
 
-    def _groups(self, seeds: Iterator[int], clock: core.Clock) -> None:
-        """Arms that shut each other in find ways among themselves, for as long as more of them do."""
-        choice, group = self._ways.shortest(), list(self._each)
+    def _plan_groups(self, seeds: Iterator[int], clock: core.Clock) -> None:
+        """Plans mutually blocking arms as groups, and merges groups that the new paths block."""
+        choice, group = self._pool.shortest(), list(self._arms)
         for _ in range(MERGES):
-            if not self._ways.has(choice):
+            if not self._pool.has(choice):
                 return
-            closed = self._ways.infeasible_pairs(choice, clock)
+            blocked = self._pool.infeasible_pairs(choice, clock)
             if clock.expired:
                 return
-            for a, b in closed:
+            for a, b in blocked:
                 group = [group[a] if g == group[b] else g for g in group]
-            for label in sorted({group[a] for a, _ in closed}):
-                arms = [arm for arm in self._each if group[arm] == label]
-                found = self._together(arms, choice, seeds, clock)
+            for label in sorted({group[a] for a, _ in blocked}):
+                members = [arm for arm in self._arms if group[arm] == label]
+                found = self._plan_group(members, choice, seeds, clock)
                 if found is not None:
-                    for arm in arms:
+                    for arm in members:
                         choice[arm] = found[arm]
 
-    def _together(
-        self, arms: Sequence[int], choice: Sequence[int], seeds: Iterator[int], clock: core.Clock
+    def _plan_group(
+        self, members: Sequence[int], choice: Sequence[int], seeds: Iterator[int], clock: core.Clock
     ) -> list[int] | None:
-        """Numbers of ways: of `arms` that are clear of each other, and of the others."""
-        self._begin_with(choice)
-        paths = self._search.some(arms, TRIES, next(seeds))
+        """Returns ids of paths on which the members are clear of each other, or None."""
+        known = self._known(choice)
+        paths = self._search(experience=True).plan_group(members, GROUP_TRIES, next(seeds), known)
         if paths is None or clock.expired:
             return None
-        plan = self._search.context.plan([paths.get(arm, self._path(arm, choice[arm])) for arm in self._each])
-        groups = [0 if arm in arms else 1 + arm for arm in self._each]
-        found = self._add(self._shorten(plan, next(seeds), clock, groups=groups)[0])
-        return None if any(found[arm] < 0 for arm in arms) else found
+        plan = self._context.plan([paths.get(arm, known[arm]) for arm in self._arms])
+        groups = [0 if arm in members else 1 + arm for arm in self._arms]
+        ids = self._add(self._shorten(plan, next(seeds), clock, groups=groups)[0])
+        return None if any(ids[arm] < 0 for arm in members) else ids
 
-    def _another(self, orders: int, seeds: Iterator[int], clock: core.Clock) -> None:
-        """The ways of a plan that another order of the arms brings, which begin with new ways of each arm alone."""
-        run = dataclasses.replace(self._run, clock=clock, counts=SingleArmCounts(), best=None, found_s=None)
-        search = self._search
-        search.run, search.given = run, False
-        if search.each_alone(next(seeds)):
-            self._add_alone(search.context.plan(search.alone), next(seeds), clock)
-        self._begin_with(self._ways.shortest())
-        for _ in itertools.islice(search.rounds(next(seeds)), orders):
-            pass
-        self._run.proof_s = max(self._run.proof_s, run.proof_s)
-        if run.best is not None:
-            plan, _ = self._shorten(run.best.plan, next(seeds), clock)
-            self._add(plan)
+    def _try_orders(self, orders: int, seeds: Iterator[int], clock: core.Clock) -> None:
+        """Adds new independent paths, and the paths of the first order of the arms that has a certified plan."""
+        own = self._search(experience=False).plan_independently(next(seeds))
+        if own is not None:
+            self._add_independent(self._context.plan(own), next(seeds), clock)
+        known = self._known(self._pool.shortest())
+        for plan in itertools.islice(self._search(experience=True).plans(next(seeds), known), orders):
+            if plan is not None and self._run.prove(plan, clock).valid:
+                self._add(self._shorten(plan, next(seeds), clock)[0])
+                return
 
-    def _begin_with(self, choice: Sequence[int]) -> None:
-        self._search.alone = [self._path(arm, choice[arm]) for arm in self._each]
-        self._search.given = True
+    def _search(self, *, experience: bool) -> PrioritySearch:
+        return PrioritySearch(
+            context=self._context,
+            counts=SingleArmCounts(),
+            emitter=EventEmitter(ignore, self._context),
+            wait=math.ceil(PARKED_S / self._grid),
+            experience=experience,
+        )
 
-    def _path(self, arm: int, number: int) -> Path:
-        if number not in self._paths:
-            self._paths[number] = self._search.context.path(arm, self._ways.path(arm, number))
-        return self._paths[number]
+    def _known(self, choice: Sequence[int]) -> list[Path]:
+        for arm, number in enumerate(choice):
+            if number not in self._paths:
+                self._paths[number] = self._context.path(arm, self._pool.path(arm, number))
+        return [self._paths[number] for number in choice]
 
-    def _add_alone(self, plan: Plan, seed: int, clock: core.Clock) -> None:
-        self._add(self._alone(plan, seed, clock, groups=self._each)[0])
+    def _add_independent(self, plan: Plan, seed: int, clock: core.Clock) -> None:
+        self._add(self._independent(plan, seed, clock, groups=self._arms)[0])
 
     def _add(self, plan: Plan) -> list[int]:
-        return self._ways.add(on_grid(plan, self._grid))
+        return self._pool.add(on_grid(plan, self._grid))

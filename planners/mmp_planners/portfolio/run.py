@@ -1,43 +1,52 @@
-"""How a run ends: what was found, shortened where that is asked for, as a result with its statistics."""
+"""One run of a planner: its clock, its counts, its best plan, and its result."""
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 from mmp_env import core
 from mmp_env.events import NodeCreated, SolutionFound, Watcher, ignore
-from mmp_env.model.certificate import certify
+from mmp_env.model.certificate import Certificate, certify
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_planners.counts import Incumbent, RunCounts
 from mmp_planners.options import check_run
 from mmp_planners.planner import PlanResult, Status, StopPlanning
-from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
-from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid
+from mmp_planners.portfolio.shortcutting import on_grid
 from mmp_planners.result_validation import NUMBERS
-from mmp_planners.seeds import seed_of
 
-PROOF_SHARE, PROOF_S = 0.1, 0.02
-"""What shortening leaves of the time that is left, so that what it found can be proved: a share, or so many seconds."""
-PROOFS, LEAST_PROOF_S = 8, 0.005
-"""As many times as long as the longest proof so far is enough, but no less than this [s]: corners become more."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Step:
-    """A part that makes plans shorter, with its seed; only for plans that are longer than `above` [rad]."""
-
-    part: Shortcutting | LargeNeighbourhoodSearch
-    seed: int
-    above: float = 0.0
+PROOF_SHARE = 0.1
+"""Share of the remaining time that is reserved for certification before the first proof."""
+LEAST_PROOF_SHARE_S = 0.02
+"""Least time that this share reserves [s]."""
+PROOFS = 8
+"""Number of longest proofs so far that fit into the reserved time; shortcuts add corners, so proofs take longer."""
+LEAST_PROOF_S = 0.005
+"""Least time that is reserved for certification [s]."""
 
 
 @dataclass(kw_only=True)
 class Run:
-    """One run of a planner: its clock, its counts and the best solution that it has so far."""
+    """One run of a planner.
+
+    Attributes:
+        name: name of the planner.
+        options: the planner, a dataclass whose fields are its options.
+        problem: the problem to solve.
+        seed: seed of the run.
+        clock: deadline of the run.
+        counts: counts of the run, for its statistics.
+        best: the best solution so far.
+        cut_short: whether an early clock has expired; the statistics then say `deadline_hit`.
+        proof_s: duration of the longest certification [s].
+        began: start of the run by `time.perf_counter()` [s].
+        found_s: time from the start to the first solution [s].
+    """
 
     name: str
     options: Any
@@ -46,31 +55,48 @@ class Run:
     clock: core.Clock
     counts: RunCounts = field(default_factory=RunCounts)
     best: Incumbent | None = None
-    exhausted: bool = False
     cut_short: bool = False
-    """Whether time ended something before the clock did, which kept a rest for the proof."""
     proof_s: float = 0.0
-    """How long the longest proof took."""
     began: float = field(default_factory=time.perf_counter)
     found_s: float | None = None
 
     @classmethod
-    def begin(cls, name: str, options: Any, problem: Problem, seed: int, time_limit: float) -> Run:
-        """The clock starts. Raises `MmpError` like `check_run`."""
+    def begin(
+        cls,
+        name: str,
+        options: Any,
+        problem: Problem,
+        seed: int,
+        time_limit: float,
+        *,
+        counts: RunCounts | None = None,
+    ) -> Run:
+        """Returns a run whose clock has started. Raises `MmpError` for a wrong problem, seed or time limit [s]."""
         seed, time_limit = check_run(problem, seed, time_limit)
         clock = core.Clock(min(time_limit, 1e10))
-        return cls(name=name, options=options, problem=problem, seed=seed, clock=clock)
+        counts = RunCounts() if counts is None else counts
+        return cls(name=name, options=options, problem=problem, seed=seed, clock=clock, counts=counts)
+
+    @property
+    def elapsed_s(self) -> float:
+        return time.perf_counter() - self.began
+
+    def prove(self, plan: Plan, clock: core.Clock) -> Certificate:
+        """Certifies a plan, and remembers how long the longest proof took."""
+        before = time.perf_counter()
+        certificate = certify(plan, clock)
+        if certificate.valid:
+            self.proof_s = max(self.proof_s, time.perf_counter() - before)
+        return certificate
 
     def offer(self, plan: Plan) -> bool:
-        """Takes a plan that can be proved and is the cheapest so far."""
+        """Takes a plan that is the cheapest so far, if it can be certified. Returns whether it was taken."""
         if self.best is not None and plan.cost_rad >= self.best.cost:
             return False
-        before = time.perf_counter()
-        certificate = certify(plan, self.clock)
+        certificate = self.prove(plan, self.clock)
         if not certificate.valid:
             self.counts.failed_certificates += not self.clock.expired
             return False
-        self.proof_s = max(self.proof_s, time.perf_counter() - before)
         bound_met = self.best.bound_met if self.best else None
         self.best = Incumbent(plan=plan, cost=plan.cost_rad, clearance=certificate.clearance, bound_met=bound_met)
         if self.found_s is None:
@@ -78,16 +104,23 @@ class Run:
         return True
 
     def take(self, best: Incumbent | None, found_s: float | None) -> None:
-        """The best of a search that proves its plans itself, the first of which it found after `found_s` [s]."""
+        """Takes the best solution of a search that certifies its plans itself, found first after `found_s` [s]."""
         if best is not None and found_s is not None:
             self.best, self.found_s = best, found_s
 
-    @property
-    def elapsed_s(self) -> float:
-        return time.perf_counter() - self.began
+    @contextlib.contextmanager
+    def early_clock(self) -> Iterator[core.Clock]:
+        """Gives a clock that expires early enough to certify what was found until then."""
+        remaining = min(self.clock.remaining, 1e10)
+        reserved = max(PROOF_SHARE * remaining, LEAST_PROOF_SHARE_S)
+        if self.proof_s > 0:
+            reserved = min(reserved, max(PROOFS * self.proof_s, LEAST_PROOF_S))
+        clock = core.Clock(max(0.0, remaining - reserved))
+        yield clock
+        self.cut_short |= clock.expired
 
     def emit_plan(self, watch: Watcher, node: int, parent: int | None, dt: float) -> None:
-        """The best plan as a node of its own and a solution, for planners that have no tree to show."""
+        """Emits the best plan as a node, on a grid of `dt` [s], and as a solution. For planners without a tree."""
         if self.best is None or watch is ignore:
             return
         names = self.problem.cell.arm_names
@@ -110,63 +143,19 @@ class Run:
             SolutionFound(elapsed_s=self.elapsed_s, node=node, cost_rad=self.best.cost, clearance_m=self.best.clearance)
         )
 
-    def shorten(self, attempts: int, dt: float) -> bool:
-        """The best plan made shorter; False where there is none or it stays as it is."""
-        return self.improve(Step(part=Shortcutting(attempts=attempts, dt=dt), seed=seed_of(self.seed, 0)))[0] > 0
-
-    def improve(self, *steps: Step, start: Plan | None = None) -> list[int]:
-        """The best plan, or `start`, made shorter step by step, and proved: how often each step succeeded.
-
-        Zeros where there is no plan, and from the step on whose plan is not shorter than the best or not proved.
-        """
-        plan = start if start is not None or self.best is None else self.best.plan
-        if plan is None:
-            return [0] * len(steps)
-        clock, plans, succeeded = self.early_clock(), [plan], []
-        for step in steps:
-            wanted = step.part.attempts > 0 and plans[-1].cost_rad > step.above
-            plan, kept = step.part(plans[-1], step.seed, clock) if wanted else (plans[-1], 0)
-            plans.append(plan)
-            succeeded.append(kept)
-        self.cut_short |= clock.expired
-        while plans[-1] is not (self.best.plan if self.best else None) and not self.offer(plans[-1]):
-            plans.pop()
-            if not plans:
-                break
-        kept_steps = max(len(plans) - 1, 0)
-        succeeded = succeeded[:kept_steps] + [0] * (len(steps) - kept_steps)
-        for step, kept in zip(steps, succeeded, strict=True):
-            if isinstance(step.part, Shortcutting):
-                self.counts.shortcuts += kept
-        return succeeded
-
-    def early_clock(self) -> core.Clock:
-        """One that ends so early that what was found until then can be proved."""
-        remaining = min(self.clock.remaining, 1e10)
-        kept = max(PROOF_SHARE * remaining, PROOF_S)
-        if self.proof_s > 0:
-            kept = min(kept, max(PROOFS * self.proof_s, LEAST_PROOF_S))
-        return core.Clock(max(0.0, remaining - kept))
-
-    def emit_and_shorten(self, watch: Watcher, attempts: int, dt: float) -> None:
-        """The end of a planner without a tree: its plan is told, and told again where `attempts` have shortened it."""
-        self.emit_plan(watch, node=0, parent=None, dt=dt)
-        if self.shorten(attempts, dt):
-            self.emit_plan(watch, node=1, parent=0, dt=dt)
-
-    def result(self) -> PlanResult:
-        """What came of it. A signal handler may raise `StopPlanning` even here, so it is made again."""
+    def result(self, *, exhausted: bool = False) -> PlanResult:
+        """Returns the result of the run. `exhausted`: the search ended without a plan before its time."""
         while True:
             try:
-                return self._result()
-            except StopPlanning:
+                return self._result(exhausted)
+            except StopPlanning:  # a signal handler may raise it even here
                 continue
 
-    def _result(self) -> PlanResult:
+    def _result(self, exhausted: bool) -> PlanResult:
         best, straight = self.best, self.problem.cost_lower_bound_rad
         stats: dict[str, Any] = {
-            **dict.fromkeys(NUMBERS),  # None: the planner has no such thing
-            **dataclasses.asdict(self.counts),
+            **dict.fromkeys(NUMBERS),  # None: the planner has no such count
+            **self.counts.stats(),
             "cost_rad": None,
             "makespan_s": None,
             "cost_lower_bound_rad": straight,
@@ -186,7 +175,7 @@ class Run:
             }
             planner = {"name": self.name, "options": dataclasses.asdict(self.options), "seed": self.seed}
             plan = dataclasses.replace(best.plan, planner=planner, stats=dict(stats))
-        status = Status.SOLVED if plan else Status.EXHAUSTED if self.exhausted else Status.TIMEOUT
+        status = Status.SOLVED if plan else Status.EXHAUSTED if exhausted else Status.TIMEOUT
         stats["first_plan_s"] = self.found_s
         stats["planning_time_s"] = time.perf_counter() - self.began
         return PlanResult(status=status, plan=plan, stats=stats)

@@ -19,29 +19,41 @@ from mmp_env import core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
+from mmp_planners.options import GRID_STEP_S
 
 Rows = Float[np.ndarray, "k _"]  # arms may have different numbers of joints
 MOST_STEPS = 10_000
-"""Of a grid; a plan that lasts longer, with a joint as slow as that, has longer steps."""
+"""Largest number of grid steps. The grid of a longer plan has longer steps."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Shortcutting:
-    """`attempts` to shorten a plan on a grid of `dt` [s]; the same seed gives the same plan.
+    """Shortens a plan on a grid. The same seed gives the same plan.
 
-    As many attempts again as long as they make it shorter by a share `worth`.
+    Attributes:
+        attempts: number of attempts. They are repeated as long as they save `repeat_gain`.
+        dt: step of the grid [s].
+        repeat_gain: minimum relative saving.
     """
 
     attempts: int
-    dt: float = 0.1
-    worth: float = math.inf
+    dt: float = GRID_STEP_S
+    repeat_gain: float = math.inf
 
     def __call__(
         self, plan: Plan, seed: int, clock: core.Clock, *, groups: Sequence[int] | None = None
     ) -> tuple[Plan, int]:
-        """The plan made shorter, its certificate still to come, and how many stretches were replaced.
+        """Shortens a plan.
 
-        `groups`: a number for each arm; those of different numbers pass through each other, so the plan is not safe.
+        Args:
+            plan: a plan without contact.
+            seed: seed of the attempts.
+            clock: deadline.
+            groups: a group number for each arm. Arms of different groups pass through each other, so the result is no
+                safe plan. Without it, all arms are one group.
+
+        Returns:
+            The shorter plan, not certified yet, and the number of replaced motion windows.
         """
         problem = plan.problem
         names, dt = problem.cell.arm_names, step_of_grid(plan, self.dt)
@@ -51,7 +63,7 @@ class Shortcutting:
             [problem.max_velocity[name] * dt for name in names],
             levels=problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
             groups=groups if groups is not None else [0] * len(names),
-            settings=core.ShortcutSettings(attempts=self.attempts, min_saving=self.worth),
+            settings=core.ShortcutSettings(attempts=self.attempts, min_saving=self.repeat_gain),
             seed=seed,
             clock=clock,
         )
@@ -59,12 +71,12 @@ class Shortcutting:
 
 
 def step_of_grid(plan: Plan, dt: float) -> float:
-    """The step [s] of a grid for the plan: `dt`, or more where those would be too many."""
+    """Returns the step [s] of a grid for the plan: `dt`, or more if it would have over `MOST_STEPS` steps."""
     return max(dt, plan.makespan_s / MOST_STEPS)
 
 
 def on_grid(plan: Plan, dt: float) -> list[Rows]:
-    """Configurations of every arm, each stretch of the plan in whole steps of `step_of_grid` or a little less."""
+    """Returns the configurations [k, dof] of each arm on a grid of at most `dt` [s] that keeps all waypoints."""
     dt = step_of_grid(plan, dt)
     counts = np.maximum(np.ceil(np.diff(plan.times) / dt - 1e-6).astype(int), 1)
     last = int(counts.sum())
@@ -76,28 +88,32 @@ def on_grid(plan: Plan, dt: float) -> list[Rows]:
 
 
 def retime_to_velocity_limits(problem: Problem, rows: Sequence[Rows]) -> Plan:
-    """A plan through `rows`, one array an arm, each step as short as the slowest of all joints allows.
+    """Returns a plan through `rows`, each step as short as the velocity limits of all joints allow.
 
-    The ends are put exactly on start and goal. One clock for all arms, so what was clear of each other stays so.
+    All arms keep one clock, so arms that were clear of each other stay clear. The ends are exactly start and goal.
+
+    Args:
+        problem: the problem of the plan.
+        rows: configurations [k, dof] [rad] of each arm, with the same k.
     """
     q: dict[str, Rows] = {}
     for arm, given in zip(problem.cell.arms, rows, strict=True):
         inside = np.clip(np.asarray(given, dtype=float), arm.robot.lower, arm.robot.upper)
         q[arm.name] = np.repeat(inside, 2, axis=0) if len(inside) == 1 else inside
         q[arm.name][0], q[arm.name][-1] = problem.start[arm.name], problem.goal[arm.name]
-    # Where nothing moves nobody waits for anything.
+    # Steps without motion are dropped: no arm waits for anything.
     kept = np.concatenate([[True], _step_durations(problem, q) > 1e-9])
     kept[-1] |= not kept[1:].any() and any((rows[0] != rows[-1]).any() for rows in q.values())
     q = {name: rows[kept] for name, rows in q.items()}
     for name, left in q.items():
         left[-1] = problem.goal[name]
     lasting = np.maximum(_step_durations(problem, q), 1e-9)
-    # A hair more: late in a plan a step of nanoseconds would come out too short, for times are rounded.
+    # One rounding step more: late in a plan, rounded times would make a step of nanoseconds too short.
     times = np.concatenate([[0.0], np.cumsum(lasting + np.spacing(lasting.sum()))])
     return Plan(problem=problem, times=times, positions=q)
 
 
 def _step_durations(problem: Problem, q: Mapping[str, Rows]) -> Float[np.ndarray, "steps"]:
-    """How long the slowest joint of all arms takes for each step [s]."""
+    """Returns how long the slowest joint of all arms takes for each step [s]."""
     needed = [np.abs(np.diff(rows, axis=0)) / problem.max_velocity[name] for name, rows in q.items()]
     return np.max([joints.max(axis=1) for joints in needed], axis=0)

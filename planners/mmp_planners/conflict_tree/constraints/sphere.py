@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 from mmp_env import core
 from mmp_planners.conflict_tree.constraints.kind import ConflictInterval, allows_start
-from mmp_planners.conflict_tree.contact import contacts
 from mmp_planners.planning_context import Path, PlanningContext
 
 
@@ -30,7 +29,7 @@ class Sphere:
     ) -> list[core.Constraint]:
         out = []
         a, b, instants = interval.a, interval.b, tuple(interval.instants(instant))
-        for contact in contacts(context, a, paths[a], b, paths[b], instants):
+        for contact in context.contacts(a, paths[a], b, paths[b], instants):
             k, link = contact.instant, contact.links[0 if arm == a else 1]
             sphere = contact.point, self.radius, min(link, 2)
             constraint = core.Constraint.sphere(*sphere, max(0, math.ceil(k) - 1), int(k) + 1)

@@ -8,9 +8,7 @@ from dataclasses import dataclass
 
 from mmp_env import core
 from mmp_planners.conflict_tree.constraints.kind import Branch, ConflictInterval
-from mmp_planners.conflict_tree.contact import Contact, contacts
-from mmp_planners.conflict_tree.lipschitz import lipschitz
-from mmp_planners.planning_context import Path, PlanningContext
+from mmp_planners.planning_context import Contact, Path, PlanningContext
 
 LEAST_DEPTH_M = 1e-5
 """Largest error of a distance in single precision [m]. A shallower conflict may be forbidden to its full depth."""
@@ -40,8 +38,7 @@ class Split:
         self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, instant: str
     ) -> tuple[Branch, ...]:
         contact = deepest(context, paths, interval)
-        cell = context.problem.cell
-        bounds = {arm: lipschitz(cell.arms[arm], cell.spheres) for arm in (interval.a, interval.b)}
+        bounds = {arm: context.lipschitz(arm) for arm in (interval.a, interval.b)}
         j = min(bounds, key=lambda arm: (bounds[arm], -arm))
         i = interval.other(j)
         q, k = paths[j].at(contact.instant), contact.instant
@@ -65,4 +62,4 @@ def deepest(context: PlanningContext, paths: Sequence[Path], interval: ConflictI
     """Returns the contact at the instant of the conflict at which the arms are nearest to each other."""
     steps = range(math.ceil(interval.first), int(interval.last) + 1)
     a, b, instants = interval.a, interval.b, sorted({interval.first, interval.last, *map(float, steps)})
-    return min(contacts(context, a, paths[a], b, paths[b], tuple(instants)), key=lambda contact: contact.gap)
+    return min(context.contacts(a, paths[a], b, paths[b], tuple(instants)), key=lambda contact: contact.gap)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 from jaxtyping import Float
 
@@ -21,7 +19,6 @@ def lipschitz(arm: Arm, sphere_set: str) -> float:
     return _lipschitz(arm.robot, arm.tool, sphere_set)
 
 
-@functools.lru_cache(maxsize=64)
 def _lipschitz(robot: Robot, tool: Tool | None, sphere_set: str) -> float:
     spheres = robot.spheres[sphere_set]
     points = [(int(k), center) for k, center in zip(spheres.links, spheres.centers, strict=True) if k > 0]

@@ -1,0 +1,117 @@
+"""Improves the plan of a run: single passes of shortcuts and LNS, and the rounds of `auto`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mmp_env.events import Watcher
+from mmp_env.model.plan import Plan
+from mmp_planners.counts import PortfolioCounts
+from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
+from mmp_planners.portfolio.path_recombination import PathRecombination
+from mmp_planners.portfolio.run import Run
+from mmp_planners.portfolio.settings import PortfolioSettings
+from mmp_planners.portfolio.shortcutting import Shortcutting
+from mmp_planners.seeds import seed_of
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """A part that shortens plans, and its seed. It is used only for plans whose cost is above `above` [rad]."""
+
+    part: Shortcutting | LargeNeighbourhoodSearch
+    seed: int
+    above: float = 0.0
+
+
+def improve(run: Run, *steps: Step, start: Plan | None = None) -> list[int]:
+    """Shortens the best plan, or `start`, step by step, and offers the result to the run.
+
+    Returns:
+        The number of successes of each step. It is 0 for steps whose plan was not cheaper than the best plan or could
+        not be certified.
+    """
+    plan = start if start is not None or run.best is None else run.best.plan
+    if plan is None:
+        return [0] * len(steps)
+    plans, successes = [plan], []
+    with run.early_clock() as clock:
+        for step in steps:
+            wanted = step.part.attempts > 0 and plans[-1].cost_rad > step.above
+            plan, count = step.part(plans[-1], step.seed, clock) if wanted else (plans[-1], 0)
+            plans.append(plan)
+            successes.append(count)
+    while plans[-1] is not (run.best.plan if run.best else None) and not run.offer(plans[-1]):
+        plans.pop()
+        if not plans:
+            break
+    kept = max(len(plans) - 1, 0)
+    successes = successes[:kept] + [0] * (len(steps) - kept)
+    run.counts.shortcuts += sum(
+        count for step, count in zip(steps, successes, strict=True) if isinstance(step.part, Shortcutting)
+    )
+    return successes
+
+
+def shorten(run: Run, attempts: int, dt: float) -> bool:
+    """Shortens the best plan on a grid of `dt` [s]. Returns whether it became shorter."""
+    return improve(run, Step(part=Shortcutting(attempts=attempts, dt=dt), seed=seed_of(run.seed, 0)))[0] > 0
+
+
+def emit_and_shorten(run: Run, watch: Watcher, attempts: int, dt: float) -> None:
+    """Emits the best plan of a planner without a tree, shortens it, and emits the shorter plan."""
+    run.emit_plan(watch, node=0, parent=None, dt=dt)
+    if shorten(run, attempts, dt):
+        run.emit_plan(watch, node=1, parent=0, dt=dt)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImprovementRounds:
+    """The rounds in which `auto` improves its first plan.
+
+    Each round after the first begins with path recombination. Shortcuts and LNS then shorten its plan, or the best one.
+
+    Attributes:
+        rounds: largest number of rounds.
+        shorten: number of shortcut attempts per round.
+        replan: number of LNS attempts per round.
+        dt: step of the time grid [s].
+        settings: thresholds and limits.
+    """
+
+    rounds: int
+    shorten: int
+    replan: int
+    dt: float
+    settings: PortfolioSettings
+
+    def __call__(self, run: Run, counts: PortfolioCounts) -> bool:
+        """Improves the best plan of the run. Returns whether it became shorter."""
+        if run.best is None:
+            return False
+        settings, dt = self.settings, self.settings.grid_coarsening * self.dt
+        first, good_cost = run.best.cost, settings.good_ratio * run.problem.cost_lower_bound_rad
+        shortcuts = Shortcutting(attempts=self.shorten, dt=dt, repeat_gain=settings.repeat_gain)
+        lns = LargeNeighbourhoodSearch(attempts=self.replan, dt=dt)
+        independent = Shortcutting(
+            attempts=settings.independent_attempts, dt=dt, repeat_gain=settings.independent_repeat_gain
+        )
+        recombine: PathRecombination | None = None
+        failures = 0
+        for number in range(self.rounds):
+            before, recombined = run.best.cost, None
+            if before <= good_cost or failures == settings.failures_before_stop or run.clock.expired:
+                break
+            if number > 0:
+                recombine = recombine or PathRecombination(run, run.best.plan, self.dt, shortcuts, independent)
+                orders = min(2 ** max(failures - 1, 0), settings.most_orders)
+                recombined = recombine(run.best.plan, orders, number)
+            if recombined is not None or failures < settings.failures_before_pause:
+                steps = (
+                    Step(part=shortcuts, seed=seed_of(run.seed, number)),
+                    Step(part=lns, seed=seed_of(run.seed, number, 1), above=good_cost),
+                )
+                counts.replanned += improve(run, *steps, start=recombined)[1]
+                counts.recombined += recombined is not None and run.best.cost < before
+            failures = failures + 1 if run.best.cost > (1 - settings.round_gain) * before else 0
+        return run.best.cost < first

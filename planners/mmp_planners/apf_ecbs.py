@@ -13,8 +13,8 @@ from typing import ClassVar
 from mmp_planners.conflict_tree.fast_track import RepulsiveFastTrack
 from mmp_planners.conflict_tree.repulsion import RepulsiveModification
 from mmp_planners.conflict_tree.selection import Focal
-from mmp_planners.conflict_tree.tree_planner import OneKindPlanner, Parts, option
 from mmp_planners.planner import About
+from mmp_planners.tree_planner import OneKindPlanner, Parts, option
 
 ABOUT = About(
     paper="Hong, Lee, Lee, Nam: Repulsive trajectory modification and conflict resolution for efficient "

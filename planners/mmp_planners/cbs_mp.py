@@ -11,8 +11,8 @@ from typing import ClassVar
 
 from mmp_planners.conflict_tree.constraints import AvoidState, EitherArm
 from mmp_planners.conflict_tree.selection import BestFirst
-from mmp_planners.conflict_tree.tree_planner import Parts, TreePlanner
 from mmp_planners.planner import About
+from mmp_planners.tree_planner import Parts, TreePlanner
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mmp_planners.conflict_tree.selection import Focal
-from mmp_planners.conflict_tree.tree_planner import OneKindPlanner, Parts, option
 from mmp_planners.planner import About
+from mmp_planners.tree_planner import OneKindPlanner, Parts, option
 
 
 @dataclass(frozen=True, kw_only=True)

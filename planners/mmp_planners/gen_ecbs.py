@@ -17,8 +17,8 @@ from mmp_planners.conflict_tree.constraints import EveryKind
 from mmp_planners.conflict_tree.constraints.named import constraint_kinds
 from mmp_planners.conflict_tree.expansion import LazyExpansion
 from mmp_planners.conflict_tree.selection import FocalPerKind
-from mmp_planners.conflict_tree.tree_planner import Parts, TreePlanner, option
 from mmp_planners.planner import About
+from mmp_planners.tree_planner import Parts, TreePlanner, option
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,9 +18,9 @@ from mmp_env.gym.instances import draw_instance
 from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_planners import Planner, PlanResult, Status, StopPlanning, describe, make, names
-from mmp_planners.conflict_tree.tree_planner import TreePlanner
 from mmp_planners.registry import load
 from mmp_planners.testing import RULES, check_planner
+from mmp_planners.tree_planner import TreePlanner
 
 TESTS = Path(__file__).parents[1]
 COUNTS = {"expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"}

@@ -7,7 +7,7 @@ from support import two_arms
 
 from mmp_env import check_plan
 from mmp_planners import Status, StopPlanning, make
-from mmp_planners.conflict_tree import tree_planner
+from mmp_planners import tree_planner
 from mmp_planners.counts import TreeCounts
 from mmp_planners.portfolio import run as run_module
 

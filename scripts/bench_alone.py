@@ -1,7 +1,7 @@
-"""How long the ways of the arms are when nobody else moves: what no plan for all of them can be much shorter than.
+"""Measures the shortest path of each arm alone, which estimates the least cost of a plan for all arms.
 
-Usage: bench_alone.py FILE...   instance files; a JSON line for each. Every arm is planned alone several times, among
-obstacles and the other arms' bases, and its shortest path counts: an estimate from above, for the planner samples.
+Usage: bench_alone.py FILE...   instance files; prints a JSON line for each. Plans every arm alone several times, among
+obstacles and the other arms' bases, and keeps its shortest path: an upper estimate, because the planner samples.
 """
 
 from __future__ import annotations

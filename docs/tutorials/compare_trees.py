@@ -1,12 +1,12 @@
 # %% [markdown]
-# # What repulsion saves: the tree of `ecbs` beside that of `apf-ecbs`
+# # Compare two conflict trees: `ecbs` and `apf-ecbs`
 #
-# The same eight arms, the same start and goal, the same seed. Both planners grow a conflict tree: every node holds one
-# path for each arm, and where two arms meet it is branched, each branch keeping one of them out of the way. `apf-ecbs`
-# also pushes paths apart after each replanning, and tries whether pushing one arm aside ends all conflicts at once.
+# Both planners solve the same instance of eight arms with the same seed. Both grow a conflict tree: every node holds
+# one path for each arm, and each branch forbids one arm its part of a conflict. `apf-ecbs` also pushes paths apart
+# after each replanning, and tests whether pushing a single arm aside resolves all conflicts.
 #
-# Run it as a script, or cell by cell in an editor that knows such cells. It writes `ecbs.svg` and `apf-ecbs.svg` into
-# the folder that it is run in.
+# Run it as a script, or cell by cell in an editor that supports `# %%` cells. It writes `ecbs.svg` and `apf-ecbs.svg`
+# into the current folder.
 
 # %%
 import gymnasium as gym
@@ -32,11 +32,11 @@ for name, tree in trees.items():
     tree.save(f"{name}.svg")
 
 # %% [markdown]
-# What the way to the solution was, step by step.
+# The path to the solution, step by step:
 
 # %%
 for node in trees["apf-ecbs"].solution_path:
-    apart = node.constraint or ("fast track" if node.fast_track else "the arms on their own")
+    apart = node.constraint or ("fast track" if node.fast_track else "root: every arm alone")
     print(f"{node.conflicts:4} conflicts, {node.cost_rad:7.2f} rad: {apart}")
 
 # %%

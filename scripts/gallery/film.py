@@ -122,7 +122,7 @@ def _until(view: CellView, plan: Plan, meeting: Conflict, frame_ms: int) -> Iter
 
 
 def _moving(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> Iterator[Shot]:
-    """The plan in real time, with the ways of the tools."""
+    """Yields the plan in real time, with the tool paths."""
     plan = run.plan
     tree = panel.picture(len(run.tree.nodes), solved=True)
     clearance = check_plan(plan).min_clearance_m or 0.0  # a plan that its planner returns has one

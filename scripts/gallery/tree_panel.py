@@ -29,7 +29,7 @@ class TreePanel:
         self._most = max((node.conflicts or 0 for node in tree.nodes), default=0)
 
     def picture(self, shown: int, current: int | None = None, *, solved: bool = False) -> UInt8[np.ndarray, "h w 3"]:
-        """The first `shown` nodes, `current` marked as the one at hand, and with `solved` the way to the solution."""
+        """Draws the first `shown` nodes, marks `current`, and with `solved` highlights the path to the solution."""
         width, height = self._size
         image = Image.new("RGB", (width * _FINER, height * _FINER), PAPER)
         draw = ImageDraw.Draw(image)
@@ -38,9 +38,9 @@ class TreePanel:
         nodes = self._tree.nodes[:shown]
         for node in nodes:
             if node.parent is not None:
-                self._edge(draw, node, way=solved and node.on_solution_path)
+                self._edge(draw, node, highlight=solved and node.on_solution_path)
         for node in nodes:
-            self._node(draw, node, way=solved and node.on_solution_path, current=node.id == current)
+            self._node(draw, node, highlight=solved and node.on_solution_path, current=node.id == current)
         return np.array(image.resize(self._size, Image.Resampling.LANCZOS))
 
     def _place(self, places: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
@@ -52,7 +52,7 @@ class TreePanel:
         left = (width - column * places[:, 0].max()) / 2
         return np.column_stack([left + column * places[:, 0], _HEAD + _BOX[1] / 2 + row * places[:, 1]])
 
-    def _edge(self, draw: ImageDraw.ImageDraw, node: TreeNode, *, way: bool) -> None:
+    def _edge(self, draw: ImageDraw.ImageDraw, node: TreeNode, *, highlight: bool) -> None:
         parent = node.parent
         assert parent is not None
         (x0, y0), (x1, y1) = self._places[parent], self._places[node.id]
@@ -62,19 +62,19 @@ class TreePanel:
         share = np.linspace(0, 1, 25)
         smooth = 3 * share**2 - 2 * share**3
         points = [(x0 + (x1 - x0) * s, begin + (top - 1 - begin) * t) for s, t in zip(smooth, share, strict=True)]
-        color, wide = (SOLUTION_PATH, 3.4) if way else (LINE, 1.5)
+        color, wide = (SOLUTION_PATH, 3.4) if highlight else (LINE, 1.5)
         draw.line([(x * _FINER, y * _FINER) for x, y in points], fill=color, width=round(wide * _FINER), joint="curve")
         for k, text in enumerate(labels):
             middle = top + _LABEL_ROW * (k + 0.5)
-            self._words(draw, x1, middle, text, _LABEL, SOLUTION_PATH if way else FAINT)
+            self._words(draw, x1, middle, text, _LABEL, SOLUTION_PATH if highlight else FAINT)
 
-    def _node(self, draw: ImageDraw.ImageDraw, node: TreeNode, *, way: bool, current: bool) -> None:
+    def _node(self, draw: ImageDraw.ImageDraw, node: TreeNode, *, highlight: bool, current: bool) -> None:
         x, y = self._places[node.id]
         half = np.array(_BOX) / 2
         color = conflict_color(node.conflicts, self._most)
         if current:
             self._box(draw, x, y, half + 4.5, None, INK, 1.8)
-        self._box(draw, x, y, half, color, SOLUTION_PATH if way else INK, 3.0 if way else 1.2)
+        self._box(draw, x, y, half, color, SOLUTION_PATH if highlight else INK, 3.0 if highlight else 1.2)
         self._words(draw, x, y, str(node.conflicts), 14, text_color(color), bold=True)
 
     def _box(

@@ -1,6 +1,6 @@
 # shellcheck shell=bash
-# Sourced by demo.sh and test.sh: `prepare [extra]` makes a virtual environment in the checkout, builds the wheel of
-# mmp-env and installs it there. What is up to date is kept. The settings of pip (PIP_*) and uv (UV_*) hold as they are.
+# Sourced by demo.sh, test.sh and docs.sh: `prepare [extra]` makes a virtual environment in the checkout, builds the
+# wheel of mmp-env and installs it there. What is up to date is kept. The settings of pip (PIP_*) and uv (UV_*) hold as they are.
 #   PYTHON    the interpreter to start from (default: python3, 3.11 or newer)
 #   MMP_VENV  where the environment goes (default: .venv in the checkout)
 set -euo pipefail
@@ -148,16 +148,17 @@ lend_pip_settings_to_uv() {
 
 # --- what is installed in it ---
 
-# What pyproject.toml asks for, one requirement a line: to build, to run, and of the extras named.
-requirements() {
+# What pyproject.toml asks for, one requirement a line: to build, to run, and of the extras named, or of all of them.
+requirements() { # requirements [extra... | --all]
   "$python" - "$root/pyproject.toml" "$@" <<'PYTHON'
 import sys, tomllib
 
 with open(sys.argv[1], "rb") as file:
     data = tomllib.load(file)
 lines = data["build-system"]["requires"] + data["project"]["dependencies"]
-for extra in sys.argv[2:]:
-    lines += data["project"]["optional-dependencies"][extra]
+extras = data["project"]["optional-dependencies"]
+for extra in extras if sys.argv[2:] == ["--all"] else sys.argv[2:]:
+    lines += extras[extra]
 print("\n".join(lines))
 PYTHON
 }
@@ -165,6 +166,15 @@ PYTHON
 # shellcheck disable=SC2143 # grep -q would break the pipe, which pipefail takes for a failure
 requirements_met() {
   [ -f "$venv/.mmp-requirements" ] && [ -z "$(requirements "$@" | grep -vxFf "$venv/.mmp-requirements")" ]
+}
+
+# Notes what is installed. Packages that other scripts asked for are still there: their lines stay while pyproject.toml has
+# them.
+record_requirements() { # record_requirements [extra...]
+  local lines
+  touch "$venv/.mmp-requirements"
+  mapfile -t lines < <(requirements "$@" && grep -xFf "$venv/.mmp-requirements" <<<"$(requirements --all)")
+  printf '%s\n' "${lines[@]}" >"$venv/.mmp-requirements"
 }
 
 install_requirements() { # install_requirements [extra...]
@@ -179,7 +189,7 @@ install_requirements() { # install_requirements [extra...]
   mapfile -t wanted < <(cd "$root" && "$venv/bin/python" -P -c \
     'from scikit_build_core.build import get_requires_for_build_wheel as needs; print(*needs(), sep="\n")')
   if [ -n "${wanted[*]}" ]; then quietly "Fetching build tools" "${install[@]}" "${wanted[@]}"; fi
-  requirements "$@" >"$venv/.mmp-requirements"
+  record_requirements "$@"
   say "... done, took $((SECONDS - started)) s"
 }
 

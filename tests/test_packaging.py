@@ -130,7 +130,7 @@ def test_the_core_has_the_names_of_the_variant():
     assert all(getattr(core, name) is value for name, value in public.items())
 
 
-def shell(command: str, path: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+def shell(command: str, path: Path | str, **environment: str) -> subprocess.CompletedProcess[str]:
     """Runs `command` after scripts/environment.sh on a machine whose PATH is `path` alone."""
     script = f"source '{ROOT}/scripts/environment.sh'; {command}"
     return subprocess.run(
@@ -149,6 +149,16 @@ def bare_path(tmp_path) -> Path:
         found = next(Path(folder, tool) for folder in os.defpath.split(":") if Path(folder, tool).exists())
         (tmp_path / tool).symlink_to(found)
     return tmp_path
+
+
+def test_packages_of_one_script_stay_recorded_when_another_asks_for_others(tmp_path):
+    (tmp_path / ".mmp-requirements").write_text("ray>=2.40\nforgotten==1\n")
+    command = f"python={sys.executable}; venv={tmp_path}; record_requirements film"
+    done = shell(command, os.defpath)
+    assert done.returncode == 0, done.stderr
+    kept = (tmp_path / ".mmp-requirements").read_text().splitlines()
+    assert {"ray>=2.40", "imageio-ffmpeg>=0.5", "numpy>=1.26"} <= set(kept)
+    assert "forgotten==1" not in kept
 
 
 def test_all_that_a_machine_lacks_is_named_with_one_command(bare_path):

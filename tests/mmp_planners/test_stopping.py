@@ -6,8 +6,7 @@ import pytest
 from support import two_arms
 
 from mmp_env import check_plan
-from mmp_planners import Status, StopPlanning, make
-from mmp_planners import tree_planner
+from mmp_planners import Status, StopPlanning, make, tree_planner
 from mmp_planners.counts import TreeCounts
 from mmp_planners.portfolio import run as run_module
 

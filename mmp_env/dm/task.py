@@ -14,12 +14,11 @@ from mmp_env.errors import MmpError
 from mmp_env.gym.cell_instance import CellInstance, InstanceSource
 from mmp_env.gym.control import ControlMode, checked_action, steps_per_action
 from mmp_env.gym.observation import Observer, joint_limits
-from mmp_env.gym.reward import step_reward
+from mmp_env.gym.reward import GoalProgress
 from mmp_env.model.cell import Cell
 from mmp_env.model.problem import Problem
 from mmp_env.model.task import State
 from mmp_env.sim.contacts import Contact
-from mmp_env.sim.execution import REACHED_RAD
 from mmp_env.sim.simulation import Simulation
 
 
@@ -56,7 +55,8 @@ class CellTask(control.Task):
         reach = source.fastest / control_rate_hz
         self.mode = ControlMode(name=control_mode, lower=lower, upper=upper, reach=reach)
         self._observer: Observer | None = None
-        self._target = self._q = self._reference = simulation.positions
+        self._progress = GoalProgress(simulation.positions, simulation.positions)
+        self._reference = self._progress.reference
         self._reward = 0.0
 
     @property
@@ -89,12 +89,12 @@ class CellTask(control.Task):
     @property
     def distance_rad(self) -> float:
         """Largest distance of a joint to its goal [rad]."""
-        return float(np.abs(self._target - self._q).max())
+        return self._progress.distance_rad
 
     @property
     def is_success(self) -> bool:
         """Whether every joint has reached its goal."""
-        return self.distance_rad <= REACHED_RAD
+        return self._progress.is_success
 
     def initialize_episode(self, physics: CellPhysics) -> None:
         """Draws the next instance with the objects of its task, and puts the arms at rest at its start."""
@@ -105,14 +105,15 @@ class CellTask(control.Task):
         self._instance = instance
         simulation = physics.simulation
         simulation.place(simulation.joined(instance.start))
-        self._target = simulation.joined(instance.goal)
-        self._q = self._reference = simulation.positions
+        self._progress = GoalProgress(simulation.positions, simulation.joined(instance.goal))
         self.contacts, self._reward = [], 0.0
 
     def before_step(self, action: Any, physics: CellPhysics) -> None:
         """Gives the servos their reference. Raises `MmpError` for an action of the wrong shape or not finite."""
         simulation = physics.simulation
-        begin, end = self.mode.reference(checked_action(action, simulation.count), self._q, self._reference)
+        begin, end = self.mode.reference(
+            checked_action(action, simulation.count), self._progress.q, self._progress.reference
+        )
         simulation.log.clear()
         simulation.set_reference(begin, end, self.steps)
         self._reference = end
@@ -120,10 +121,8 @@ class CellTask(control.Task):
     def after_step(self, physics: CellPhysics) -> None:
         """Reads positions, contacts and reward after the action."""
         simulation = physics.simulation
-        before = self._mean_distance
-        self._q, self.contacts = simulation.positions, simulation.log.contacts
-        progress = before - self._mean_distance
-        self._reward = step_reward(progress, success=self.is_success, contact=bool(self.contacts))
+        self.contacts = simulation.log.contacts
+        self._reward = self._progress.update(simulation.positions, self._reference, contact=bool(self.contacts))
 
     def get_reward(self, physics: CellPhysics) -> float:
         return self._reward
@@ -134,7 +133,7 @@ class CellTask(control.Task):
 
     def get_observation(self, physics: CellPhysics) -> dict[str, Float[np.ndarray, "..."]]:
         """Returns the observation of the Gymnasium environment."""
-        return self._observed(physics).observe(self._q, self._target)
+        return self._observed(physics).observe(self._progress.q, self._progress.target)
 
     def action_spec(self, physics: CellPhysics) -> specs.BoundedArray:
         """Returns a spec of one number in [-1, 1] per servo, named after the servos, with tabs in between."""
@@ -156,7 +155,3 @@ class CellTask(control.Task):
         if self._observer is None:
             self._observer = Observer(physics.simulation)
         return self._observer
-
-    @property
-    def _mean_distance(self) -> float:
-        return float(np.abs(self._target - self._q).mean())

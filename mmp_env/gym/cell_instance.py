@@ -109,8 +109,8 @@ class InstanceSource:
             MmpError: if the task finds none.
             InvalidInstanceError: if start or goal is closer than the margin of the environment.
         """
-        drawn = draw(self.cell, self._task, rng)
-        instance = self.instance(drawn.cell, drawn.start, drawn.goal, name=name, margin=self._margin)
+        start, goal, cell = draw(self.cell, self._task, rng)
+        instance = self.instance(cell, start, goal, name=name, margin=self._margin)
         if self._margin is not None:
             _ = instance.problem  # raises if the instance does not keep the margin
         return instance

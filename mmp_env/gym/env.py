@@ -25,7 +25,7 @@ from mmp_env.gym.environment_options import check_options
 from mmp_env.gym.instances import DEFAULT_TASK
 from mmp_env.gym.observation import Observer, joint_limits
 from mmp_env.gym.registration import ANY_CELL
-from mmp_env.gym.reward import step_reward
+from mmp_env.gym.reward import GoalProgress
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import check_fit, given_plan
@@ -33,7 +33,7 @@ from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, keeps_margins
 from mmp_env.model.task import Task
 from mmp_env.opengl import check_render_mode, possible_render_modes
 from mmp_env.sim.contacts import Contact
-from mmp_env.sim.execution import REACHED_RAD, SHOWN_STEPS, ExecutionReport, execute_plan
+from mmp_env.sim.execution import SHOWN_STEPS, ExecutionReport, execute_plan
 from mmp_env.sim.monitor import Monitor
 from mmp_env.sim.rendering import Camera, Window
 from mmp_env.sim.simulation import Simulation
@@ -201,14 +201,14 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         """
         self._present()
         simulation = self._simulation
-        begin, end = self._mode.reference(checked_action(action, simulation.count), self._q, self._reference)
-        before = self._mean_distance
+        begin, end = self._mode.reference(
+            checked_action(action, simulation.count), self._progress.q, self._progress.reference
+        )
         simulation.log.clear()
         self._move(begin, end)
-        self._q, self._reference = simulation.positions, end
         contacts = simulation.log.contacts
+        reward = self._progress.update(simulation.positions, end, contact=bool(contacts))
         observation, info = self._outcome(contacts)
-        reward = step_reward(before - self._mean_distance, success=info["is_success"], contact=bool(contacts))
         terminated = info["is_success"] or (self._terminate_on_contact and bool(contacts))
         return observation, reward, terminated, False, info
 
@@ -274,10 +274,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
 
     def _stand(self) -> None:
         """Begins references and progress at the present joint positions."""
-        self._target = self._simulation.joined(self._present().goal)
-        self._q = self._simulation.positions
-        self._reference = self._q
-        self._mean_distance = float(np.abs(self._target - self._q).mean())
+        self._progress = GoalProgress(self._simulation.positions, self._simulation.joined(self._present().goal))
 
     def _label(self, seed: int | None) -> str:
         """Returns the name of a drawn instance, `<environment id or cell>/<seed>`; empty without a seed."""
@@ -287,10 +284,9 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         return f"{source}/{seed}"
 
     def _outcome(self, contacts: list[Contact]) -> tuple[Observation, dict[str, Any]]:
-        away = np.abs(self._target - self._q)
-        distance, self._mean_distance = float(away.max()), float(away.sum()) / len(away)
-        info = {"is_success": distance <= REACHED_RAD, "contacts": contacts, "distance_rad": distance}
-        return self._observer.observe(self._q, self._target), info
+        progress = self._progress
+        info = {"is_success": progress.is_success, "contacts": contacts, "distance_rad": progress.distance_rad}
+        return self._observer.observe(progress.q, progress.target), info
 
     def _move(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"]) -> None:
         """Moves the arms for one control period, in several parts if a window shows the motion."""

@@ -3,39 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mmp_env.argument_checks import known_keywords, whole
-from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.cell import Cell, given_cell
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
 from mmp_env.model.task import State, Task
 from mmp_env.plugins import TASKS
-from mmp_env.wording import counted
 
 DEFAULT_TASK = "reach"
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Drawn:
-    """Start and goal, arm name -> [dof] [rad], and the cell with the objects of the task."""
-
-    start: State
-    goal: State
-    cell: Cell
-
-    @brief
-    def __repr__(self) -> str:
-        return f"start and goal of {counted(len(self.start), 'arm')} in cell {self.cell.name}"
-
-
-def draw(cell: Cell, task: Task, rng: np.random.Generator) -> Drawn:
-    """Returns what a task draws in a cell. Raises `MmpError` if the task finds nothing, or breaks its contract."""
+def draw(cell: Cell, task: Task, rng: np.random.Generator) -> tuple[State, State, Cell]:
+    """Returns start, goal and cell that a task draws. Raises `MmpError` if it finds none, or breaks its contract."""
     sample = task.sample(given_cell(cell), rng)
     whose = f"task {type(task).__name__}"
     if not (isinstance(sample, tuple) and len(sample) in (2, 3)):
@@ -50,7 +34,7 @@ def draw(cell: Cell, task: Task, rng: np.random.Generator) -> Drawn:
             q = state.get(arm.name, ())
             if np.shape(q) != (arm.dof,) or not np.isfinite(q).all():
                 raise MmpError(f"{whose} has drawn a {which} that is not {arm.dof} finite numbers for arm '{arm.name}'")
-    return Drawn(start=start, goal=goal, cell=meant)
+    return start, goal, meant
 
 
 @known_keywords
@@ -79,8 +63,8 @@ def draw_problem(
         MmpError: for an unknown task or a bad value, or if the task finds no instance.
         InvalidInstanceError: if start or goal is closer than a margin that was asked for.
     """
-    drawn = draw(cell, find_task(task), _generator(seed))
-    return make_problem(drawn.cell, drawn.start, drawn.goal, max_velocity=max_velocity, margin=margin, name=name)
+    start, goal, changed = draw(cell, find_task(task), _generator(seed))
+    return make_problem(changed, start, goal, max_velocity=max_velocity, margin=margin, name=name)
 
 
 def draw_instance(cell: Cell, task: str | Task = DEFAULT_TASK, seed: int = 0) -> tuple[State, State]:
@@ -94,10 +78,10 @@ def draw_instance(cell: Cell, task: str | Task = DEFAULT_TASK, seed: int = 0) ->
     Raises:
         MmpError: for an unknown task, a bad seed or a task that changes the cell, or if the task finds no instance.
     """
-    drawn = draw(cell, find_task(task), _generator(seed))
-    if drawn.cell is not cell:
+    start, goal, changed = draw(cell, find_task(task), _generator(seed))
+    if changed is not cell:
         raise MmpError(f"task '{task}' puts objects into cell '{cell.name}'; draw_problem gives start, goal and cell")
-    return drawn.start, drawn.goal
+    return start, goal
 
 
 def _generator(seed: int) -> np.random.Generator:

@@ -2,18 +2,46 @@
 
 from __future__ import annotations
 
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.sim.execution import REACHED_RAD
+
 PROGRESS_WEIGHT = 10.0
 """Reward per radian by which the mean distance of the joints to their goals decreases."""
 SUCCESS_BONUS = 10.0
 CONTACT_PENALTY = 10.0
 
 
-def step_reward(progress_rad: float, *, success: bool, contact: bool) -> float:
-    """Returns the reward of one control period.
+class GoalProgress:
+    """Joint positions `q`, end of the last `reference`, and distance to the `target` of all joints [n] [rad].
 
-    Args:
-        progress_rad: decrease of the mean distance of the joints to their goals [rad].
-        success: whether every joint has reached its goal.
-        contact: whether an arm touched anything.
+    `distance_rad` is the largest distance of a joint to its target [rad].
     """
-    return PROGRESS_WEIGHT * progress_rad + SUCCESS_BONUS * success - CONTACT_PENALTY * contact
+
+    def __init__(self, q: Float[np.ndarray, "n"], target: Float[np.ndarray, "n"]) -> None:
+        self.q, self.reference, self.target = q, q, target
+        self._measure()
+
+    @property
+    def is_success(self) -> bool:
+        """Whether every joint has reached its goal."""
+        return self.distance_rad <= REACHED_RAD
+
+    def update(self, q: Float[np.ndarray, "n"], reference: Float[np.ndarray, "n"], *, contact: bool) -> float:
+        """Takes over the positions after an action, and returns its reward.
+
+        Args:
+            q: joint positions [rad].
+            reference: end of the reference [rad].
+            contact: whether an arm touched anything.
+        """
+        before = self._mean_distance
+        self.q, self.reference = q, reference
+        self._measure()
+        progress = before - self._mean_distance
+        return PROGRESS_WEIGHT * progress + SUCCESS_BONUS * self.is_success - CONTACT_PENALTY * contact
+
+    def _measure(self) -> None:
+        distances = np.abs(self.target - self.q)
+        self.distance_rad, self._mean_distance = float(distances.max()), float(distances.sum()) / len(distances)

@@ -16,12 +16,12 @@ from mmp_env.check.distance import GEOM_KINDS
 from mmp_env.check.fields import UnreadableError
 from mmp_env.check.geom_distance import GeomDistance, GeomSteps
 from mmp_env.check.items import Bounds, Items, by_pair
-from mmp_env.check.model import CellModel, Poses, RigidParts, SphereCloud, enclosing_ball, stack_parts
+from mmp_env.check.model import CellModel, LinkSpheres, Poses, RigidParts, enclosing_ball, stack_parts
 from mmp_env.check.pairs import Pairs, part_pairs
 from mmp_env.check.spheres import SpherePairs, SphereSolids, closest, cloud_centers
 
 
-def geom_parts(model: CellModel) -> tuple[RigidParts, tuple[SphereCloud, ...], tuple[np.ndarray, ...]]:
+def geom_parts(model: CellModel) -> tuple[RigidParts, tuple[LinkSpheres, ...], tuple[np.ndarray, ...]]:
     """Returns a part for each link or tool with colliding geoms, the balls around its geoms, and their ids.
 
     Raises:
@@ -43,7 +43,7 @@ def geom_parts(model: CellModel) -> tuple[RigidParts, tuple[SphereCloud, ...], t
         center, radius = enclosing_ball(centers, radii)
         reach = model.reaches(body, np.vstack([centers, center]), np.append(radii, 0.0))
         rows.append((link, arms[arm], body, model.moves(body), center, radius, reach))
-        clouds.append(SphereCloud(link=link, centers=centers, radii=radii, center=center, radius=radius))
+        clouds.append(LinkSpheres(link=link, centers=centers, radii=radii, center=center, radius=radius))
         ids.append(geoms)
     return stack_parts(rows), tuple(clouds), tuple(ids)
 
@@ -98,7 +98,7 @@ class GeomPairs(SpherePairs):
         self,
         model: CellModel,
         parts: RigidParts,
-        clouds: tuple[SphereCloud, ...],
+        clouds: tuple[LinkSpheres, ...],
         pairs: Pairs,
         ids: tuple[np.ndarray, ...],
     ) -> None:
@@ -121,7 +121,7 @@ class GeomSolids(SphereSolids):
     """Geoms of moving links against obstacles."""
 
     def __init__(
-        self, model: CellModel, parts: RigidParts, clouds: tuple[SphereCloud, ...], ids: tuple[np.ndarray, ...]
+        self, model: CellModel, parts: RigidParts, clouds: tuple[LinkSpheres, ...], ids: tuple[np.ndarray, ...]
     ) -> None:
         super().__init__(model, parts, clouds)
         self._ids, self._distance = ids, GeomDistance(model)

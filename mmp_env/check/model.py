@@ -121,7 +121,7 @@ class CellModel:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SphereCloud:
+class LinkSpheres:
     """The spheres of one link or tool in its frame, and a ball around them (`center`, `radius`) [m]."""
 
     link: str
@@ -131,7 +131,7 @@ class SphereCloud:
     radius: float
 
 
-def sphere_parts(model: CellModel) -> tuple[RigidParts, tuple[SphereCloud, ...]]:
+def sphere_parts(model: CellModel) -> tuple[RigidParts, tuple[LinkSpheres, ...]]:
     """Returns a part and its cloud for every link or tool that has spheres, and for held objects."""
     rows, clouds = [], []
     for index, arm in enumerate(model.cell.arms):
@@ -147,16 +147,16 @@ def sphere_parts(model: CellModel) -> tuple[RigidParts, tuple[SphereCloud, ...]]
 
 
 @functools.cache
-def _clouds(folder: str, name: str, spheres: str) -> tuple[SphereCloud, ...]:
+def _clouds(folder: str, name: str, spheres: str) -> tuple[LinkSpheres, ...]:
     rows = robot_data(folder, name, "spheres.json")[spheres]
     by_link = rows if isinstance(rows, dict) else {name: rows}
     return tuple(_cloud(link, np.array(table, dtype=float)) for link, table in by_link.items())
 
 
-def _cloud(link: str, table: Float[np.ndarray, "s 4"]) -> SphereCloud:
+def _cloud(link: str, table: Float[np.ndarray, "s 4"]) -> LinkSpheres:
     centers, radii = table[:, :3], table[:, 3]
     center, radius = enclosing_ball(centers, radii)
-    return SphereCloud(link=link, centers=centers, radii=radii, center=center, radius=radius)
+    return LinkSpheres(link=link, centers=centers, radii=radii, center=center, radius=radius)
 
 
 def stack_parts(rows: Sequence[tuple]) -> RigidParts:

@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 from mmp_env.check.bounding_spheres import BoundingSpherePairs, BoundingSphereSolids, step_minimum
 from mmp_env.check.distance import chord_minimum
 from mmp_env.check.items import Bounds, Items, by_pair
-from mmp_env.check.model import CellModel, Poses, RigidParts, SphereCloud
+from mmp_env.check.model import CellModel, LinkSpheres, Poses, RigidParts
 from mmp_env.check.pairs import Pairs
 
 _BATCH = 400_000
@@ -18,7 +18,7 @@ _BATCH = 400_000
 class SpherePairs(BoundingSpherePairs):
     """Clouds of different arms, and of different links of one arm."""
 
-    def __init__(self, model: CellModel, parts: RigidParts, clouds: tuple[SphereCloud, ...], pairs: Pairs) -> None:
+    def __init__(self, model: CellModel, parts: RigidParts, clouds: tuple[LinkSpheres, ...], pairs: Pairs) -> None:
         super().__init__(model, parts, pairs)
         self._clouds = clouds
 
@@ -50,7 +50,7 @@ class SpherePairs(BoundingSpherePairs):
 class SphereSolids(BoundingSphereSolids):
     """Clouds of moving links against obstacles."""
 
-    def __init__(self, model: CellModel, parts: RigidParts, clouds: tuple[SphereCloud, ...]) -> None:
+    def __init__(self, model: CellModel, parts: RigidParts, clouds: tuple[LinkSpheres, ...]) -> None:
         super().__init__(model, parts)
         self._clouds = clouds
 
@@ -66,7 +66,7 @@ class SphereSolids(BoundingSphereSolids):
         return Bounds.of(items, lower - self.deviations(items), at_start, at_end)
 
 
-def cloud_centers(poses: Poses, at: Int[np.ndarray, "m"], body: int, cloud: SphereCloud) -> Float[np.ndarray, "m s 3"]:
+def cloud_centers(poses: Poses, at: Int[np.ndarray, "m"], body: int, cloud: LinkSpheres) -> Float[np.ndarray, "m s 3"]:
     """Returns the sphere centres [m] of a cloud on a body in the world, at some of the poses."""
     return poses.positions[at, body][:, None] + cloud.centers @ poses.rotations[at, body].transpose(0, 2, 1)
 

@@ -1,4 +1,4 @@
-"""Arms at their base poses with their tools, and the solids that stand beside them or are held."""
+"""Arms at their base poses with their tools, and solids: obstacles and held objects."""
 
 from __future__ import annotations
 
@@ -21,29 +21,35 @@ SMALLEST_M, LARGEST_M = 1e-6, 100.0
 LARGEST_YAW_RAD = 2 * np.pi + 1e-4
 """Largest yaw [rad]: a full turn, with room for rounding. A larger number is probably in degrees."""
 NAMES = "1 to 100 printable characters without '/'"
-"""What may be a name: it stands in paths such as `<cell>/<instance>` and `<arm>/joint1`, and in files."""
+"""Rule for names, which stand in paths such as `<cell>/<instance>` and `<arm>/joint1`, and in files."""
 _LONGEST_NAME, _LONGEST_INSTANCE_NAME = 100, 250
 
 
 def is_name(text: str) -> bool:
-    """Returns whether a cell, an arm, an obstacle or an instance may have this name, see `NAMES`."""
+    """Returns whether the text may name a cell, an arm, an obstacle or an instance, see `NAMES`."""
     return 0 < len(text) <= _LONGEST_NAME and text.isprintable() and "/" not in text
 
 
 INSTANCE_NAMES = f"names joined by '/', each {NAMES}; {_LONGEST_INSTANCE_NAME} characters at most"
-"""What may be the name of a problem, such as `<cell>/<instance>`."""
+"""Rule for the names of problems, such as `<cell>/<instance>`."""
 
 
 def is_instance_name(text: str) -> bool:
-    """Returns whether a problem may have this name, see `INSTANCE_NAMES`; it may also have none."""
+    """Returns whether the text may name a problem, see `INSTANCE_NAMES`; it may be empty."""
     return not text or (len(text) <= _LONGEST_INSTANCE_NAME and all(map(is_name, text.split("/"))))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Arm(ReadOnly):
-    """A robot at its place: `position` [m] and `quaternion` (wxyz) of its base frame in the world.
+    """A robot in a cell. `place_arm` makes one from names.
 
-    What it holds, if anything, is a solid whose pose is in the frame of the tool, or of the flange where it has none.
+    Attributes:
+        name: unique in its cell.
+        robot: the robot model.
+        tool: the tool on the flange, or None.
+        position: of the base frame in the world [3] [m].
+        quaternion: of the base frame in the world (wxyz), of length 1.
+        held: a held object, whose pose is in the frame of the tool, or of the flange without a tool; or None.
     """
 
     name: str
@@ -62,18 +68,27 @@ class Arm(ReadOnly):
 
     @property
     def dof(self) -> int:
+        """Number of joints."""
         return self.robot.dof
 
     @property
     def T_world_base(self) -> Float[np.ndarray, "4 4"]:
+        """Pose of the base frame in the world."""
         return transform(matrix_from_quaternion(self.quaternion), self.position)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Obstacle(ReadOnly):
-    """A solid that stands still, or is held by an arm.
+    """A solid that stands still in a cell, or that an arm holds.
 
-    `size` [3] are full edge lengths [m] of a box; `radius`, `length` (without caps) [m] of others.
+    Attributes:
+        name: unique among the obstacles of a cell.
+        shape: `box`, `sphere`, `cylinder` or `capsule`.
+        position: of its centre [3] [m].
+        quaternion: of its frame (wxyz); cylinders and capsules lie along z.
+        size: full edge lengths [3] [m] of a box, otherwise None.
+        radius: of the other shapes [m].
+        length: of a cylinder, or of a capsule without its caps [m].
     """
 
     name: str
@@ -93,14 +108,14 @@ class Obstacle(ReadOnly):
 
     @property
     def half_size(self) -> Float[np.ndarray, "3"]:
-        """As MuJoCo has it [m]: half edges of a box; of others radius, half length without caps, and 0."""
+        """MuJoCo's size [m]: half edges of a box; otherwise radius, half length without caps, and 0."""
         if self.size is not None:
             return self.size / 2
         return np.array([self.radius or 0.0, (self.length or 0.0) / 2, 0.0])
 
     @property
     def half_extents(self) -> Float[np.ndarray, "3"]:
-        """Half edges [m] of the box around it that is turned as it is."""
+        """Half edges [m] of the bounding box in its own frame."""
         if self.size is not None:
             return self.size / 2
         radius, straight, _ = self.half_size
@@ -108,10 +123,21 @@ class Obstacle(ReadOnly):
 
 
 def place_arm(name: str, robot: str, position: ArrayLike, quaternion: ArrayLike, tool: str | None = "default") -> Arm:
-    """An arm from names; `tool="default"` takes the robot's own, None leaves the flange bare.
+    """Makes an arm from the names of a robot and a tool.
 
-    `position` [3] [m] and `quaternion` [4] (wxyz, of any length) are those of its base. Raises `UnknownNameError`, and
-    `MmpError` for a pose that is none.
+    Args:
+        name: name of the arm in its cell.
+        robot: name of the robot, see `robot_names`.
+        position: of the base frame in the world [3] [m].
+        quaternion: of the base frame in the world [4] (wxyz), of any length above 0.
+        tool: name of the tool, see `tool_names`; `"default"` for the robot's own; None for a bare flange.
+
+    Returns:
+        The arm, which holds nothing.
+
+    Raises:
+        UnknownNameError: for an unknown robot or tool.
+        MmpError: for a position or quaternion that is not finite numbers, or a zero quaternion.
     """
     model = load_robot(robot)
     tool_name = model.default_tool if tool == "default" else tool

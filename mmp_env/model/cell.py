@@ -19,7 +19,18 @@ from mmp_env.wording import counted
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cell:
-    """Arms and obstacles; `spheres` names the sphere set, `28` or `fine`, that stands for the arms in every query."""
+    """Arms and obstacles.
+
+    Attributes:
+        name: name of the cell.
+        arms: at least one.
+        obstacles: static solids.
+        spheres: name of the sphere set of all queries: `28` (28 spheres an arm) or `fine`.
+
+    Raises:
+        UnknownNameError: for an unknown sphere set.
+        MmpError: for a bad or repeated name, or a cell without arms.
+    """
 
     name: str
     arms: tuple[Arm, ...]
@@ -43,14 +54,15 @@ class Cell:
 
     @property
     def arm_names(self) -> tuple[str, ...]:
+        """Names of the arms, in their order."""
         return tuple(arm.name for arm in self.arms)
 
     def arm(self, name: str) -> Arm:
-        """The arm of that name. Raises `UnknownNameError`."""
+        """Returns the arm of that name. Raises `UnknownNameError`."""
         return self.arms[self.arm_index(name)]
 
     def arm_index(self, name: str) -> int:
-        """Place of the arm of that name in `arms`. Raises `UnknownNameError`."""
+        """Returns the index of the arm of that name in `arms`. Raises `UnknownNameError`."""
         if name not in self.arm_names:
             raise UnknownNameError("arm", name, self.arm_names)
         return self.arm_names.index(name)
@@ -64,12 +76,12 @@ class Cell:
         return f"{self.name}: {counted(len(self.arms), 'arm')} ({arms}), {obstacles}, sphere set {self.spheres}"
 
     def __getstate__(self) -> dict[str, object]:
-        # What is copied or sent to another process is the data; the compiled queries are built there anew.
+        # A copy, or a cell in another process, builds its compiled queries itself.
         return {key: value for key, value in vars(self).items() if key != "collision"}
 
     @cached_property
     def collision(self) -> CollisionModel:
-        """The collision queries of this cell, built on first use."""
+        """The collision queries of this cell, compiled at first use."""
         return CollisionModel(self)
 
 

@@ -1,4 +1,4 @@
-"""The proof that comes with a plan: a clearance that all bodies keep at every instant, in double precision."""
+"""The certificate of a plan: clearances that all bodies keep at every instant, proved in double precision."""
 
 from __future__ import annotations
 
@@ -12,17 +12,20 @@ from mmp_env.model.margins import KINDS, Margins
 from mmp_env.model.plan import Plan
 
 SHARE = 0.5
-"""How much of what the sampled clearance has beyond the required one a certificate may leave unproved: the closer it is
-to prove what was sampled, the longer it takes.
+"""Share of the sampled clearance beyond the required one that a certificate may leave unproved. A smaller share takes
+longer to prove.
 """
 
 
 @dataclass(frozen=True, kw_only=True)
 class Certificate:
-    """Whether the clearances `proved` [m] are proved of a plan; if not, which arms (second -1: one alone) break them,
-    and when.
+    """The result of a proof.
 
-    `instant` counts segments of the plan, with the fraction of the last one.
+    Attributes:
+        valid: whether the proof ended with at least the margins of the problem.
+        proved: clearances [m] proved, if valid.
+        arms: indices of the arms that break the proof; the second is -1 for one arm alone.
+        instant: where they do: segments of the plan, with the fraction of the last one.
     """
 
     valid: bool
@@ -37,7 +40,7 @@ class Certificate:
 
 
 def certify(plan: Plan, clock: core.Clock, *, share: float = SHARE) -> Certificate:
-    """The certificate of a plan; it is not valid either where the clock ends the proof."""
+    """Proves the clearances of a plan. Returns a certificate that is not valid if the clock ends the proof."""
     required = plan.problem.levels(REQUIRED_MARGIN_FACTOR, REQUIRED_MARGIN_FACTOR)
     q = [np.ascontiguousarray(plan.positions[name]) for name in plan.problem.cell.arm_names]
     proof = core.certify(plan.problem.cell.collision.core, q, required, share, clock)

@@ -1,7 +1,7 @@
-"""Collision queries of a cell: batched, float64 arrays in and out, over the native core.
+"""Collision queries of a cell, batched: float64 arrays in and out, computed by the native core.
 
-Distances are between sphere surfaces, negative in contact. The single-precision kernels agree with exact arithmetic to
-1e-5 m within 40 m of the origin; `precise=True` computes in double precision, with the same bits on every processor.
+Distances are between sphere surfaces, and negative in contact. The single-precision kernels agree with exact arithmetic
+to 1e-5 m within 40 m of the origin. `precise=True` computes in double precision, with the same bits on every processor.
 """
 
 from __future__ import annotations
@@ -19,35 +19,34 @@ from mmp_env import core
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.arm import SHAPES, Arm, Obstacle
-from mmp_env.model.arm_parts import part_names
 from mmp_env.model.conflict import Conflict, TimedPlan, plan_conflicts
-from mmp_env.model.joint_chain import joint_chain
+from mmp_env.model.joint_chain import joint_chain, part_names
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins
 from mmp_env.model.transforms import matrix_from_quaternion, transform
 from mmp_env.wording import counted
 
 SEARCH_MARGIN_FACTOR = 1.0
-"""Share of the planning slack: surfaces closer than the margin and this are a conflict at the instants looked at."""
+"""Share of the planning slack that a search adds to the margin at the tested instants."""
 PLAN_MARGIN_FACTOR = 0.5
 """Share of the planning slack that single-arm planning proves beyond the margin at every instant."""
 KEEP_MARGIN_FACTOR = 0.2
-"""Share that motions are proved to keep between the instants looked at: between arms, and after repulsion."""
+"""Share that motions are proved to keep between the tested instants: between arms, and after repulsion."""
 REQUIRED_MARGIN_FACTOR = 0.0
-"""Share that a certificate proves: the margin itself. The steps between these leave each later proof room to end."""
+"""Share that a certificate proves: the margin itself. The gaps between these shares let each later proof end."""
 
 
 def levels_of(margins: Margins, looked: float, proved: float) -> core.Levels:
-    """Returns the clearances for the core: the margins with `looked` and `proved` [m] added."""
+    """Returns the clearances for the core: the margins plus `looked` and `proved` [m]."""
     arms = margins.arms
     return core.Levels(arms + looked, arms + proved, margins.obstacles - arms, margins.self - arms)
 
 
 _EDGE_ROOM_M = 1e-4
-"""Room [m] beyond the margin at the instants that `edge_free` looks at."""
+"""Clearance [m] beyond the margin at the instants that `edge_free` tests."""
 
 
 class Nearest(NamedTuple):
-    """What is nearest to each other in a state, in words, and its clearance [m]."""
+    """The nearest bodies of a state, in words, and their clearance [m]."""
 
     bodies: str
     clearance_m: float
@@ -55,7 +54,7 @@ class Nearest(NamedTuple):
 
 @runtime_checkable
 class ArmsAndObstacles(Protocol):
-    """What collision queries need of a cell."""
+    """The part of a cell that collision queries use."""
 
     @property
     def name(self) -> str: ...
@@ -72,7 +71,11 @@ class ArmsAndObstacles(Protocol):
 
 
 class CollisionModel:
-    """What a planner may ask of a cell. `core` is the compiled cell, `index` its number for an arm's name."""
+    """The collision queries of a cell, `Cell.collision`. `core` is the compiled cell.
+
+    Configurations `q` are [n, dof] [rad], clearances [m]. Unknown arms raise `UnknownNameError`, wrong shapes and
+    numbers that are not finite raise `MmpError`.
+    """
 
     def __init__(self, cell: ArmsAndObstacles) -> None:
         self.cell = cell
@@ -87,7 +90,7 @@ class CollisionModel:
         self._links = [core.sphere_table(self.core, k)[:, 0].astype(int) for k in range(len(cell.arms))]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # The core does not go through pickle; the cell does, and builds its queries where they are needed.
+        # The compiled core cannot be pickled; the cell can, and compiles its queries again.
         return attrgetter("collision"), (self.cell,)
 
     @brief
@@ -97,48 +100,51 @@ class CollisionModel:
         return f"of cell {self.cell.name}: {sizes}, {spheres}"
 
     def index(self, arm: str) -> int:
-        """Number of an arm in the core. Raises `UnknownNameError`."""
+        """Returns the number of an arm in the core. Raises `UnknownNameError`."""
         number = self._numbers.get(arm)
         return self.cell.arm_index(arm) if number is None else number
 
     def spheres(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "s"]]:
-        """Sphere centres [n, s, 3] [m] in the world and radii [s] [m] at `q` [n, dof]; the base's come first."""
+        """Returns sphere centres [n, s, 3] [m] in the world and radii [s] [m] of an arm, those of the base first."""
         return core.spheres(self.core, self.index(arm), self._rows(arm, q)), self._radii[self.index(arm)].copy()
 
     def sphere_links(self, arm: str) -> list[str]:
-        """Name of the link that each sphere of `spheres` belongs to; that of the tool, or `held` for what it holds."""
+        """Returns the name of the link of each sphere of `spheres`; the tool's name, or `held` for a held object."""
         names = part_names(self.cell.arm(arm))
         return [names[k] for k in self._links[self.index(arm)]]
 
     def is_base(self, arm: str) -> Bool[np.ndarray, "s"]:
-        """Which of the spheres of `spheres` are those of the base, which stands still."""
+        """Returns which spheres of `spheres` belong to the base, which stands still."""
         return self._links[self.index(arm)] == 0
 
     def tool_points(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n 3"]:
-        """Tool points in the world [m] at `q` [n, dof]; the flange's origin where no tool is mounted."""
+        """Returns the tool points [n, 3] [m] in the world; the origin of the flange without a tool."""
         return core.tool_points(self.core, self.index(arm), self._rows(arm, q))
 
     def within_limits(self, arm: str, q: ArrayLike) -> Bool[np.ndarray, "n"]:
-        """Whether `q` [n, dof] is within the joint limits."""
+        """Returns whether each configuration is within the joint limits."""
         rows, robot = self._rows(arm, q), self.cell.arms[self.index(arm)].robot
         return np.all((rows >= robot.lower) & (rows <= robot.upper), axis=1)
 
     def static_clearance(self, arm: str, q: ArrayLike, *, precise: bool = False) -> Float[np.ndarray, "n"]:
-        """Clearance [n] [m] of one arm at `q` [n, dof] from obstacles, the other arms' bases and itself."""
+        """Returns the clearances [n] [m] of an arm from obstacles, the other arms' bases and itself."""
         return core.static_clearance(self.core, self.index(arm), self._rows(arm, q), precise=precise)
 
     def is_free(self, arm: str, q: ArrayLike, *, margin: float = 0.0) -> Bool[np.ndarray, "n"]:
-        """Whether `q` [n, dof] is within limits and farther than `margin` [m] from all the arm can touch alone."""
+        """Returns whether each configuration is within limits, and its `static_clearance` above `margin` [m]."""
         return self.within_limits(arm, q) & (self.static_clearance(arm, q) > margin)
 
     def edge_free(
         self, arm: str, q_from: ArrayLike, q_to: ArrayLike, *, margin: float | Margins = DEFAULT_MARGIN_M
     ) -> Bool[np.ndarray, "n"]:
-        """Whether straight segments from `q_from` to `q_to` [n, dof] are free at every instant, limits included.
+        """Returns whether straight segments from `q_from` to `q_to` [n, dof] are free at every instant.
 
-        A free segment is proved to keep the margin [m] at every instant: of obstacles, the bases of other arms and the
-        arm itself, or each of `problem.margins`. A segment that comes within 0.1 mm of its margin may count as not
-        free: without that room a proof might not end.
+        A free segment is within joint limits, and proved to keep the margin at every instant from obstacles, the bases
+        of other arms and the arm itself. A segment that comes within 0.1 mm of its margin may count as not free,
+        because its proof might not end.
+
+        Args:
+            margin: one margin [m] for all bodies, or `problem.margins`.
         """
         start, end = self._rows(arm, q_from), self._rows(arm, q_to)
         if start.shape != end.shape:
@@ -153,14 +159,18 @@ class CollisionModel:
     def pair_clearance(
         self, arm_a: str, q_a: ArrayLike, arm_b: str, q_b: ArrayLike, *, precise: bool = False
     ) -> Float[np.ndarray, "n"]:
-        """Clearance [n] [m] between two arms at `q_a`, `q_b` [n, dof], their bases included."""
+        """Returns the clearances [n] [m] between two arms at `q_a`, `q_b` [n, dof], with their bases."""
         a, b = self._rows(arm_a, q_a), self._rows(arm_b, q_b)
         if len(a) != len(b) or arm_a == arm_b:
             raise MmpError(f"pair_clearance: {len(a)} rows of {arm_a} and {len(b)} of {arm_b}; two arms, equal rows")
         return core.pair_clearance(self.core, self.index(arm_a), a, self.index(arm_b), b, precise=precise)
 
     def clearance(self, q: Mapping[str, ArrayLike]) -> Float[np.ndarray, "n"]:
-        """Least clearance [n] [m] of whole states over pairs of arms, and arms and obstacles; `q`: arm -> [n, dof]."""
+        """Returns the least clearances [n] [m] of whole states over pairs of arms, and of arms and obstacles.
+
+        Args:
+            q: arm name -> [n, dof] [rad].
+        """
         rows = [self._rows(name, q[name]) for name in self.cell.arm_names]
         if len({len(r) for r in rows}) != 1:
             raise MmpError("clearance: every arm needs the same number of rows")
@@ -169,7 +179,7 @@ class CollisionModel:
     def nearest(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> dict[str, Nearest]:
         """Returns the nearest bodies of one state, in double precision, for each kind of margin.
 
-        A kind without bodies, such as `obstacles` in a cell without any, is infinitely clear.
+        The clearance of a kind without bodies, such as `obstacles` in a cell without obstacles, is infinite.
 
         Args:
             q: arm name -> [dof] [rad].
@@ -190,26 +200,29 @@ class CollisionModel:
         return out
 
     def least_clearance(self, q: Mapping[str, Float[np.ndarray, "dof"]]) -> tuple[float, str]:
-        """Least clearance [m] of one state, in double precision, over everything, and what is nearest to what."""
+        """Returns the least clearance [m] of one state over all bodies, in double precision, and the nearest bodies."""
         least = min(self.nearest(q).values(), key=lambda near: near.clearance_m)
         return least.clearance_m, least.bodies or "nothing is near anything"
 
     def conflicts(self, plan: TimedPlan) -> list[Conflict]:
-        """Where arms of a plan come closer than its problem's margin, earliest first; see `mmp_env.model.conflict`."""
+        """Returns the conflicts of a plan, earliest first; see `mmp_env.model.conflict`."""
         return plan_conflicts(self, plan)
 
     def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> core.Motion:
-        """A trajectory on the grid of steps, as `conflict_instants` and repulsion take it."""
+        """Returns a compiled trajectory on the grid of steps [k, dof] [rad], for `conflict_instants` and repulsion."""
         return core.Motion(self.core, self.index(arm), np.ascontiguousarray(q, dtype=float))
 
     def conflict_instants(
         self, motions: Sequence[core.Motion], pairs: ArrayLike, levels: core.Levels, *, bases: bool = False
     ) -> list[Float[np.ndarray, "c"]]:
-        """For each pair of indices into `motions`, the instants of conflict in steps, ascending, at most one a step.
+        """Returns the instants of conflict [steps] of each pair of indices into `motions`, ascending.
 
-        Whole numbers where surfaces are closer than `levels.margin` at a step, broken ones for a contact between two
-        steps; elsewhere `levels.proof` is proved to be kept. `bases`: one arm's moving links against the other's base
-        as well, which paths that are free on their own never touch.
+        There is at most one instant per step: a whole number if surfaces are closer than `levels.margin` at the step,
+        otherwise one between two steps. Between all other steps `levels.proof` is proved.
+
+        Args:
+            pairs: indices into `motions` [p, 2].
+            bases: tests one arm's moving links against the other's base too. Paths that are free alone never touch it.
         """
         numbers = np.ascontiguousarray(pairs, dtype=np.int32).reshape(-1, 2)
         return core.conflict_instants(self.core, motions, numbers, levels, bases=bases)

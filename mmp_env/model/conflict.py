@@ -1,4 +1,4 @@
-"""Conflicts: where two arms of a plan touch."""
+"""Conflicts: two arms of a plan that come closer than the margin."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from mmp_env.brief import brief
 from mmp_env.wording import in_seconds
 
 _RESAMPLED_RAD = 0.02
+"""Largest move [rad] of a joint between the instants that resolve a conflict."""
 _ROUNDING_M = 1e-5
 """Accuracy [m] of the single-precision kernels within 40 m of the origin."""
 
 
 @runtime_checkable
 class TimedPlan(Protocol):
-    """What a search for conflicts needs of a `Plan`."""
+    """The part of a `Plan` that a search for conflicts uses."""
 
     @property
     def problem(self) -> Any: ...
@@ -32,7 +33,7 @@ class TimedPlan(Protocol):
 
 @runtime_checkable
 class MotionQueries(Protocol):
-    """What a search for conflicts needs of a `CollisionModel`."""
+    """The part of a `CollisionModel` that a search for conflicts uses."""
 
     def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> core.Motion: ...
     def conflict_instants(
@@ -47,11 +48,18 @@ class MotionQueries(Protocol):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Conflict:
-    """Arms `arm_a` and `arm_b` come closer than the margin at `time_s`, the first instant of [`start_s`, `end_s`].
+    """Two arms that come closer than the margin.
 
-    `q_a`, `q_b` [dof] [rad] are their configurations at the instant of least clearance within the interval, `spheres`
-    the nearest pair (indices as in `CollisionModel.spheres`) and `depth_m` how deep it is (margin not counted, negative
-    where the surfaces do not quite touch).
+    Attributes:
+        arm_a: name of one arm.
+        arm_b: name of the other arm.
+        time_s: first instant [s], the same as `start_s`.
+        start_s: begin of the conflict interval [s].
+        end_s: end of the conflict interval [s].
+        q_a: configuration [rad] of `arm_a` at the instant of least clearance.
+        q_b: configuration [rad] of `arm_b` at that instant.
+        spheres: the nearest pair of spheres then, indices as in `CollisionModel.spheres`.
+        depth_m: penetration of that pair [m], negative if the surfaces do not touch.
     """
 
     arm_a: str
@@ -71,10 +79,10 @@ class Conflict:
 
 
 def plan_conflicts(model: MotionQueries, plan: TimedPlan) -> list[Conflict]:
-    """All conflicts of a plan, earliest first, one for each pair of arms and unbroken interval.
+    """Returns all conflicts of a plan, earliest first, one for each pair of arms and unbroken interval.
 
-    Intervals are resolved to instants between which no joint moves more than 0.02 rad; whether anything happens between
-    them is known from the proof behind `conflict_instants`. Raises `MmpError` for a plan that lacks an arm.
+    Intervals are resolved to instants between which no joint moves more than 0.02 rad. No conflict between two instants
+    is missed, because `conflict_instants` proves the motion between them. Raises `MmpError` for a plan without an arm.
     """
     plan.check_complete()
     times = plan.finer_times(_RESAMPLED_RAD)
@@ -92,7 +100,7 @@ def plan_conflicts(model: MotionQueries, plan: TimedPlan) -> list[Conflict]:
 
 
 def unbroken_runs(instants: Float[np.ndarray, "c"]) -> list[Float[np.ndarray, "_"]]:
-    """The instants of conflict of two arms [steps], split where there is more than a step between two of them."""
+    """Returns the instants of conflict of two arms [steps], split at gaps of more than one step."""
     return np.split(instants, np.flatnonzero(np.diff(instants) > 1) + 1) if len(instants) else []
 
 

@@ -1,6 +1,6 @@
-"""Held objects: what an arm carries moves with its tool, and stands for itself as spheres that cover it.
+"""Held objects, which move with the tool of their arm. Spheres cover them in every query.
 
-docs/reference/files.md states the rule of the cover; the checker follows it with code of its own.
+docs/reference/files.md states the rule of the cover; the checker follows it with its own code.
 """
 
 from __future__ import annotations
@@ -14,17 +14,19 @@ from mmp_env.model.arm import Obstacle
 from mmp_env.model.transforms import matrix_from_quaternion
 
 HELD = "held"
-"""What a held object is called beside the links of its arm: `arm0/held`."""
+"""Name of a held object beside the links of its arm: `arm0/held`."""
 MOST_SPHERES = 64
+"""Largest number of spheres that cover an object."""
 PITCH_M = 0.02
-"""A box is cut into cells no longer than this, as long as there are no more than `MOST_SPHERES` of them."""
+"""Largest edge [m] of the cells of a box, unless there are more than `MOST_SPHERES` cells."""
 _COARSER = 1.25
+"""Factor of the edge for fewer cells."""
 
 
 def covering_spheres(solid: Obstacle) -> tuple[Float[np.ndarray, "s 3"], Float[np.ndarray, "s"]]:
-    """Centres [s, 3] [m], in the frame that the pose of `solid` is given in, and radii [s] [m].
+    """Returns centres [s, 3] [m], in the frame of the solid's pose, and radii [s] [m] of spheres that cover a solid.
 
-    Every point of the solid is in one of the spheres. They stand out of a box of 4 x 4 x 8 cm by 7 mm.
+    The spheres of a box of 4 x 4 x 8 cm protrude by 7 mm.
     """
     centers, radius = _box(solid.size) if solid.size is not None else _round(solid)
     placed = centers @ matrix_from_quaternion(solid.quaternion).T + solid.position
@@ -32,7 +34,7 @@ def covering_spheres(solid: Obstacle) -> tuple[Float[np.ndarray, "s 3"], Float[n
 
 
 def _box(size: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "s 3"], float]:
-    """A sphere around each of equal cells."""
+    """Returns spheres around equal cells of a box."""
     pitch = PITCH_M
     while np.prod(np.ceil(size / pitch)) > MOST_SPHERES:
         pitch *= _COARSER
@@ -43,11 +45,11 @@ def _box(size: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "s 3"], float]
 
 
 def _round(solid: Obstacle) -> tuple[Float[np.ndarray, "s 3"], float]:
-    """Spheres along the z axis."""
+    """Returns spheres along the z axis."""
     radius, length = solid.radius or 0.0, solid.length or 0.0
     if length == 0.0:
         return np.zeros((1, 3)), radius
-    if solid.shape == "capsule":  # from one centre of a cap to the other; the caps are covered by those at the ends
+    if solid.shape == "capsule":  # from one centre of a cap to the other; the spheres at the ends cover the caps
         count = min(int(np.ceil(length / radius)), MOST_SPHERES - 1)
         heights = np.linspace(-length / 2, length / 2, count + 1)
     else:

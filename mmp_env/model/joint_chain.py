@@ -1,7 +1,7 @@
-"""An arm as the native core takes it: joints that all turn about the z axes of their frames, and spheres in these.
+"""An arm in the form of the native core: joints that turn about the z axes of their frames, and spheres in frames.
 
-Frame 0 is the world, in which the base stands; frame k + 1 turns with joint k, its z axis along that of the joint.
-Each of the arm's parts moves with one of them.
+Frame 0 is the world, in which the base stands. Frame k + 1 turns with joint k, whose axis is the z axis of the frame.
+Each rigid part of the arm (link, tool, held object) moves with one frame.
 """
 
 from __future__ import annotations
@@ -14,15 +14,31 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.model.arm import Arm
-from mmp_env.model.arm_parts import part_names, untested_pairs
-from mmp_env.model.held import covering_spheres
+from mmp_env.model.held import HELD, covering_spheres
 from mmp_env.model.robot import Robot, Tool
 from mmp_env.model.transforms import transform
 
 
+def part_names(arm: Arm) -> tuple[str, ...]:
+    """Returns the names of the rigid parts in the order of the core: links from the base on, tool, `held`."""
+    return arm.robot.link_names + ((arm.tool.name,) if arm.tool else ()) + ((HELD,) if arm.held else ())
+
+
+def untested_pairs(arm: Arm, sphere_set: str) -> set[frozenset[str]]:
+    """Returns the names of parts that may overlap: those that the sphere set ignores, and a held object's holders."""
+    links = arm.robot.link_names
+    out = {frozenset((links[i], links[j])) for i, j in arm.robot.self_ignore[sphere_set]}
+    if arm.tool is not None:
+        out |= {frozenset((link, arm.tool.name)) for link in arm.tool.self_ignore[sphere_set]}
+    if arm.held is not None:
+        holding = (links[-1], arm.tool.name) if arm.tool else links[-1:]
+        out |= {frozenset((part, HELD)) for part in holding}
+    return out
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Part:
-    """`spheres` are centres in the frame and radii [m]."""
+    """Spheres of a part: centres in its frame and radii [m]."""
 
     frame: int
     spheres: Float[np.ndarray, "s 4"]
@@ -30,10 +46,10 @@ class _Part:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Moving:
-    """What is the same wherever the base stands, and whatever is held.
+    """The data of an arm that depend neither on its base nor on a held object.
 
     `joints[0]` is the pose of frame 1 in the base frame, `joints[k]` that of frame k + 1 in frame k, at q = 0. `parts`
-    are all but the base. `T_last_grip` is the frame in which a held object's pose is given, `T_last_tool` that with the
+    are all parts but the base. `T_last_grip` is the frame of a held object's pose, `T_last_tool` the frame with the
     tool point as its origin, both in the last frame.
     """
 
@@ -44,7 +60,7 @@ class _Moving:
 
 
 def joint_chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
-    """The arguments of the core's `add_arm`."""
+    """Returns the arguments of the core's `add_arm`."""
     robot = arm.robot
     moving = _moving(robot, arm.tool, sphere_set)
     base = robot.spheres[sphere_set]
@@ -88,13 +104,13 @@ def _moving(robot: Robot, tool: Tool | None, sphere_set: str) -> _Moving:
 def _part(
     frame: int, pose: Float[np.ndarray, "4 4"], centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]
 ) -> _Part:
-    """A part of spheres whose centres are given at a pose in its frame."""
+    """Returns a part of spheres whose centres are given at a pose in its frame."""
     placed = np.array([pose[:3, :3] @ center + pose[:3, 3] for center in centers]).reshape(-1, 3)
     return _Part(frame=frame, spheres=np.column_stack([placed, radii]))
 
 
 def _tested_pairs(arm: Arm, sphere_set: str) -> np.ndarray:
-    """Pairs of part numbers [p, 2] that must not touch, the lower number first."""
+    """Returns pairs of part numbers [p, 2] that must not touch, the lower number first."""
     untested = untested_pairs(arm, sphere_set)
     numbered = combinations(enumerate(part_names(arm)), 2)
     pairs = [(i, j) for (i, first), (j, second) in numbered if frozenset((first, second)) not in untested]
@@ -102,7 +118,7 @@ def _tested_pairs(arm: Arm, sphere_set: str) -> np.ndarray:
 
 
 def _z_to(axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "4 4"]:
-    """A rotation that takes z to `axis`; the identity where it is z already."""
+    """Returns a rotation that takes z to `axis`; the identity if it is z already."""
     a = axis / np.linalg.norm(axis)
     z = np.array([0.0, 0.0, 1.0])
     v, c = np.cross(z, a), float(z @ a)

@@ -14,14 +14,15 @@ from mmp_env.model.arm import LARGEST_M
 DEFAULT_MARGIN_M = 0.002
 """Margin [m] where none is asked for; smaller where start or goal is tighter."""
 KINDS = ("arms", "obstacles", "self")
-"""The three margins: between two arms, between an arm and an obstacle, between two parts of one arm."""
+"""Kinds of margin: between two arms, between an arm and an obstacle, between two parts of one arm."""
 KIND_WORDS = {"arms": "between arms", "obstacles": "to obstacles", "self": "between parts of one arm"}
+"""Kind of margin -> words for messages."""
 TIGHT_FACTOR = 0.8
-"""Largest default margin, relative to the clearance of start and goal: what is left is room to plan in."""
+"""Largest default margin, relative to the clearance of start and goal; the rest is room to plan in."""
 SLACK_FACTOR = 0.5
 """Slack of the planners, relative to the smallest margin."""
 LEAST_SLACK_M, MOST_SLACK_M = 1e-4, 1e-3
-"""Bounds of the slack [m], where start and goal leave that much room."""
+"""Bounds of the slack [m], if start and goal leave that much room."""
 _ALLOWED = f"a finite number of metres above 0, {LARGEST_M:g} at most"
 _END_FACTOR = 0.9
 """Largest slack, relative to the room between the margin and the clearance of start and goal."""
@@ -32,7 +33,9 @@ _LEAST_ROOM_M = 2e-5 / _END_FACTOR
 @dataclass(frozen=True, kw_only=True)
 class Margins:
     """Clearances [m]: `arms` between two arms, `obstacles` between an arm and an obstacle, `self` between two parts
-    of one arm. Also readable as a mapping: `margins["arms"]`, `dict(margins)`.
+    of one arm.
+
+    Margins are also readable as a mapping: `margins["arms"]`, `dict(margins)`.
     """
 
     arms: float
@@ -52,25 +55,25 @@ class Margins:
         return iter(KINDS)
 
     def __str__(self) -> str:
-        """`2 mm`, or each of them where they differ."""
+        """Returns `2 mm`, or each margin if they differ."""
         if len({f"{self[kind]:.6f}" for kind in KINDS}) == 1:
             return f"{millimetres(self.arms)} mm"
         return ", ".join(f"{millimetres(self[kind])} mm {KIND_WORDS[kind]}" for kind in KINDS)
 
 
 NO_MARGINS = Margins(arms=0.0, obstacles=0.0, self=0.0)
-"""Margins [m] of those who look for contacts alone."""
+"""Margins [m] for queries that look for contacts alone."""
 
 
 def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[str, float]:
-    """Returns the margins that were asked for, by kind; a kind that is missing was not asked for.
+    """Returns the margins that were asked for, by kind; a missing kind was not asked for.
 
     Args:
         margin: metres between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`; or None.
             A kind that is None was not asked for either.
 
     Raises:
-        MmpError: for an unknown kind, or a margin that is not a number above 0, or is larger than any cell.
+        MmpError: for an unknown kind, or a margin that is not a number above 0 and at most 100 m.
     """
     if margin is None:
         return {}
@@ -96,7 +99,7 @@ def check_margins(margins: object) -> None:
 
 
 def margin_in_force(kind: str, asked: Mapping[str, float], clearance: float) -> float:
-    """Returns the margin [m] of one kind: what was asked for, or the default, smaller for a tight start or goal.
+    """Returns the margin [m] of one kind: the one asked for, or the default, which adapts to a tight start or goal.
 
     Args:
         clearance: the least clearance [m] of that kind in start and goal.
@@ -105,12 +108,12 @@ def margin_in_force(kind: str, asked: Mapping[str, float], clearance: float) -> 
 
 
 def largest_margin(clearance: float) -> float:
-    """Returns the largest margin [m] that can be kept where start or goal has this `clearance` [m]."""
+    """Returns the largest margin [m] that a plan can keep if start or goal has this `clearance` [m]."""
     return clearance - _LEAST_ROOM_M
 
 
 def planning_slack(margins: Margins, clearances: Mapping[str, float]) -> float:
-    """Returns how far beyond the margins planners look [m], so that a later proof of the whole margins ends.
+    """Returns the slack [m] that planners add to the margins, so that a later proof of the margins ends.
 
     Args:
         clearances: kind -> the least clearance [m] of start and goal.
@@ -120,6 +123,6 @@ def planning_slack(margins: Margins, clearances: Mapping[str, float]) -> float:
 
 
 def millimetres(metres: float) -> str:
-    """Returns a length in millimetres, rounded down: a margin is not to look larger than it is."""
+    """Returns a length in millimetres, rounded down, so that no margin looks larger than it is."""
     digits = 2 if metres >= 1e-5 else 2 - math.floor(math.log10(metres * 1e3))
     return f"{math.floor(metres * 1e3 * 10**digits + 1e-6) / 10**digits:g}"

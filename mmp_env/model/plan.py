@@ -20,11 +20,18 @@ from mmp_env.wording import counted, in_seconds
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Plan(ReadOnly):
-    """`times` [t] [s], ascending from 0; `positions`: arm name -> [t, dof] [rad].
+    """The trajectories of all arms. Mappings and arrays are read-only, also in copies.
 
-    `planner` is name, options and seed; `stats` are counts, never wall-clock times, so that the same run gives the same
-    plan file. A retimed plan also has `velocities`, `accelerations` like `positions`, and the limits that it was made
-    for: arm name -> [dof] [rad/s^2], [rad/s^3].
+    Attributes:
+        problem: the problem that the plan solves.
+        times: [t] [s], ascending from 0.
+        positions: arm name -> [t, dof] [rad].
+        planner: name, options and seed of the planner.
+        stats: counts of the run, no wall-clock times: the same run gives the same plan file.
+        velocities: arm name -> [t, dof] [rad/s], of a retimed plan.
+        accelerations: arm name -> [t, dof] [rad/s^2], of a retimed plan.
+        max_acceleration: arm name -> [dof] [rad/s^2], limits of a retimed plan.
+        max_jerk: arm name -> [dof] [rad/s^3], limits of a retimed plan.
     """
 
     problem: Problem
@@ -48,25 +55,26 @@ class Plan(ReadOnly):
 
     @property
     def makespan_s(self) -> float:
+        """Duration of the plan [s]."""
         return float(self.times[-1])
 
     @property
     def retimed(self) -> bool:
-        """Whether the plan has velocities of its own, as `mmp_env.retime` makes them, and not just straight lines."""
+        """Whether the plan has velocities, as `mmp_env.retime` adds them, and not only straight lines."""
         return self.velocities is not None
 
     @property
     def steps_in_velocity(self) -> bool:
-        """Whether the plan moves and is not retimed: it changes velocity at once, which no motor can follow."""
+        """Whether the plan moves and is not retimed: its velocity jumps, which no motor can follow."""
         return not self.retimed and self.cost_rad > 0
 
     @property
     def cost_rad(self) -> float:
-        """sum over arms and joints of |dq| [rad]."""
+        """Cost [rad]: the sum of |dq| over arms, joints and steps."""
         return float(sum(np.abs(np.diff(q, axis=0)).sum() for q in self.positions.values()))
 
     def check_complete(self) -> None:
-        """Raises `MmpError` for a plan that lacks an arm of its own cell.
+        """Raises `MmpError` for a plan without an arm of its cell.
 
         Executions and pictures let such an arm stand still.
         """
@@ -75,12 +83,16 @@ class Plan(ReadOnly):
             raise MmpError(f"the plan does not say where arm '{lacking[0]}' of its cell is")
 
     def at(self, t: float) -> dict[str, Float[np.ndarray, "dof"]]:
-        """Configurations at time `t` [s]; before the first and after the last time the arms stand still."""
+        """Returns the configurations at time `t` [s]: arm name -> [dof] [rad].
+
+        The arms stand still before the first and after the last time.
+        """
         return {arm: q[0] for arm, q in self.sampled(np.array([t])).items()}
 
     def sampled(self, times: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "n dof"]]:
-        """Configurations at `times` [n] [s]: arm name -> [n, dof] [rad]; before the first and after the last time of
-        the plan the arms stand still.
+        """Returns the configurations at `times` [n] [s]: arm name -> [n, dof] [rad].
+
+        The arms stand still before the first and after the last time of the plan.
         """
         return {
             arm: np.column_stack([np.interp(times, self.times, column) for column in q.T])
@@ -88,7 +100,7 @@ class Plan(ReadOnly):
         }
 
     def finer_times(self, step_rad: float) -> Float[np.ndarray, "n"]:
-        """The times and as many in between that no joint moves farther than `step_rad` from one to the next [s]."""
+        """Returns times [s] between which no joint moves farther than `step_rad`: those of the plan, and more."""
         moves = [np.abs(np.diff(q, axis=0)).max(axis=1, initial=0.0) for q in self.positions.values()]
         counts = np.maximum(np.ceil(np.max(moves, axis=0, initial=0.0) / step_rad), 1).astype(int)
         pieces = [
@@ -125,12 +137,12 @@ class Plan(ReadOnly):
 
 
 def what_else(given: object) -> str:
-    """Returns what was given in the place of a plan, in words."""
+    """Returns words for an object that is not a plan."""
     return "None" if given is None else f"of type {type(given).__name__}"
 
 
 def how_to_plan(given: object) -> str:
-    """Returns the end of a sentence: how to get the plan from what was given in its place; empty where none is."""
+    """Returns the end of a sentence: how to get the plan from another object; empty for an unknown one."""
     if isinstance(given, str | PathLike):
         return "; load a plan file with load_plan"
     if hasattr(given, "plan") and hasattr(given, "status"):

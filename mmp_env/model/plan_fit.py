@@ -1,4 +1,4 @@
-"""Whether a plan can be played in a cell at all: made for these arms and obstacles, and well formed."""
+"""Tests that a plan can be played in a cell: that it is well formed, and made for these arms and obstacles."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ from mmp_env.model.transforms import matrix_from_quaternion
 LONGEST_EXECUTION_S = 1200.0
 """Longest plan that is executed [s]: an execution keeps the positions of all physics steps in memory."""
 _SAME = 1e-6
+"""Largest difference between equal poses and sizes [m]."""
 
 
 def given_plan(plan: object, to: str) -> Plan:
-    """`plan` itself. Raises `MmpError` for None, which is what a planner has that found no plan, and for other things.
+    """Returns the plan. Raises `MmpError` for None, which a planner returns without a plan, and for other objects.
 
-    `to` is what is to be done with it.
+    `to` is a verb for the message, such as `save`.
     """
     if plan is None:
         raise MmpError(f"there is no plan to {to}; the status of the planner's result says why it found none")
@@ -32,7 +33,7 @@ def given_plan(plan: object, to: str) -> Plan:
 def check_fit(plan: Plan, cell: Cell) -> None:
     """Raises `MmpError` for a plan of other arms or obstacles than those of `cell`, or of wrong shapes or times.
 
-    The plan's cell may have fewer arms. The name of the cell and its sphere set are no part of what is played.
+    The plan's cell may have fewer arms. Name and sphere set of the cell may differ.
     """
     difference = None if plan.problem.cell is cell else next(_differences(plan.problem.cell, cell), None)
     if difference is not None:

@@ -1,4 +1,4 @@
-"""A problem: a cell, a start and a goal configuration per arm, and how fast and how close the arms may move."""
+"""A problem: a cell, a start and a goal of each arm, velocity limits, and margins."""
 
 from __future__ import annotations
 
@@ -33,18 +33,25 @@ from mmp_env.model.robot import frozen_array
 from mmp_env.wording import counted, degrees_hint
 
 DEFAULT_MAX_VELOCITY = 0.8
-"""[rad/s] per joint, as in the paper; never above the robot's own limit."""
+"""Velocity limit [rad/s] of every joint, as in the paper; a robot's own limit holds as well."""
 PLAUSIBLE_VELOCITY = 4 * np.pi
-"""Largest velocity [rad/s] that is taken as one in radians where the robot is slower: two turns a second."""
+"""Largest velocity limit [rad/s] that is plausible for a slower robot: two turns a second. Above are degrees."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Problem(ReadOnly):
-    """One instance. `start`, `goal`: arm name -> [dof] [rad]; `max_velocity`: arm name -> [dof] [rad/s].
+    """One instance. `make_problem` makes a validated one. Mappings and arrays are read-only, also in copies.
 
-    Mappings and arrays are read-only, and so are those of copies.
+    Attributes:
+        cell: arms and obstacles.
+        start: arm name -> [dof] [rad].
+        goal: arm name -> [dof] [rad].
+        max_velocity: arm name -> [dof] [rad/s].
+        margins: clearances [m] that a plan keeps at every instant, start and goal included.
+        name: name of the instance, such as `<cell>/<instance>`, or empty.
 
-    `margins` are those in force: a plan keeps them at every instant, start and goal included.
+    Raises:
+        MmpError: for margins that are not numbers above 0, and a bad name.
     """
 
     cell: Cell
@@ -73,28 +80,29 @@ class Problem(ReadOnly):
 
     @cached_property
     def slack(self) -> float:
-        """How far beyond the margins planners look [m], so that the proof of the whole margins ends. It follows from
-        the margins, and from the clearance of start and goal.
+        """Slack [m] that planners add to the margins, so that the proof of the margins ends.
+
+        It follows from the margins and from the clearance of start and goal.
         """
         return planning_slack(self.margins, _least_clearances(self.cell, (self.start, self.goal)))
 
     def levels(self, looked: float, proved: float) -> core.Levels:
-        """Returns the clearances that the core looks for and proves: the margins and shares of the planning slack.
+        """Returns the clearances that the core tests and proves: the margins and shares of the planning slack.
 
         Args:
-            looked: share of the slack at the instants looked at, such as `SEARCH_MARGIN_FACTOR`.
+            looked: share of the slack at the tested instants, such as `SEARCH_MARGIN_FACTOR`.
             proved: share of the slack at every instant, such as `PLAN_MARGIN_FACTOR`.
         """
         return levels_of(self.margins, looked * self.slack, proved * self.slack)
 
     @property
     def conflict_distances(self) -> Margins:
-        """Margins and slack [m]: planners take bodies closer than this as a conflict."""
+        """Clearances [m] below which planners see a conflict: the margins and the slack."""
         return Margins(**{kind: self.margins[kind] + self.slack for kind in KINDS})
 
     @property
     def cost_lower_bound_rad(self) -> float:
-        """sum_i |q_goal - q_start|_1 [rad], the only bound that holds for every planner."""
+        """Lower bound of the cost of every plan: sum_i |q_goal - q_start|_1 [rad]."""
         return float(sum(np.abs(self.goal[a] - self.start[a]).sum() for a in self.cell.arm_names))
 
 
@@ -110,18 +118,20 @@ def make_problem(
 ) -> Problem:
     """Returns a validated problem.
 
-    A margin that is asked for is kept at every instant, or the instance is refused. Where none is asked for, it is
-    2 mm, or 0.8 times the least clearance of start and goal where that is less.
+    A plan keeps a margin that is asked for at every instant, or the instance is refused. A margin that is not asked for
+    is 2 mm, or 0.8 times the least clearance of start and goal if that is less.
 
     Args:
-        start: arm name -> [dof] [rad].
-        goal: arm name -> [dof] [rad].
-        max_velocity: for all joints, or arm name -> [dof] [rad/s].
-        margin: metres between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
+        cell: arms and obstacles, such as `ring_cell` or `load_cell` gives.
+        start: arm name -> [dof] [rad], for every arm of the cell.
+        goal: arm name -> [dof] [rad], for every arm of the cell.
+        max_velocity: [rad/s] for all joints, or arm name -> [dof]; a robot's own limit holds as well.
+        margin: [m] between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
+        name: name of the instance, such as `<cell>/<instance>`.
 
     Raises:
-        MmpError: for missing arms, wrong lengths, non-finite numbers, or a margin that is none.
-        InvalidInstanceError: where start or goal is out of limits, in collision, or closer than a margin asked for.
+        MmpError: for missing arms, wrong lengths, numbers that are not finite, a bad margin or a bad name.
+        InvalidInstanceError: if start or goal is out of limits, in collision, or closer than a margin asked for.
     """
     given_cell(cell)
     ends = {"start": _configurations(cell, start, "start"), "goal": _configurations(cell, goal, "goal")}
@@ -146,19 +156,19 @@ def make_problem(
 
 
 def keeps_margins(cell: Cell, states: Sequence[Mapping[str, Float[np.ndarray, "dof"]]], margins: Margins) -> bool:
-    """Returns whether each state, arm name -> [dof] [rad], is so clear that a plan can keep the margins in it."""
+    """Returns whether a plan can keep the margins in each of the states, arm name -> [dof] [rad]."""
     clearances = _least_clearances(cell, states)
     return all(margins[kind] <= largest_margin(clearances[kind]) for kind in KINDS)
 
 
 def _least_clearances(cell: Cell, states: Sequence[Mapping[str, Float[np.ndarray, "dof"]]]) -> dict[str, float]:
-    """Kind of margin -> the least clearance [m] in any of the states."""
+    """Returns kind of margin -> the least clearance [m] in any of the states."""
     found = [cell.collision.nearest(state) for state in states]
     return {kind: min(near[kind].clearance_m for near in found) for kind in KINDS}
 
 
 def _check_margins(near: Mapping[str, Mapping[str, Nearest]], asked: Mapping[str, float]) -> None:
-    """Raises `InvalidInstanceError` where start or goal is closer than a margin that was asked for.
+    """Raises `InvalidInstanceError` if start or goal is closer than a margin that was asked for.
 
     Args:
         near: `start`, `goal` -> kind of margin -> the nearest bodies.
@@ -220,7 +230,7 @@ def _check_limits(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> None:
 
 
 def asked_velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
-    """`velocity_limits` of what a user asks for. Raises `MmpError` as well for what looks like degrees per second."""
+    """Returns `velocity_limits` of a user's request. Raises `MmpError` also for apparent degrees per second."""
     limits = velocity_limits(cell, given)
     for arm in cell.arms:
         wanted = np.broadcast_to(_floats(given[arm.name] if isinstance(given, Mapping) else given), arm.dof)
@@ -235,7 +245,10 @@ def asked_velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) ->
 
 
 def velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[str, np.ndarray]:
-    """Arm name -> [dof] [rad/s]: what is `given`, never above the robot's own limit. Raises `MmpError`."""
+    """Returns arm name -> [dof] [rad/s]: the `given` limits, or the robot's own if they are lower.
+
+    Raises `MmpError`.
+    """
     out = {}
     for arm in cell.arms:
         if isinstance(given, Mapping):
@@ -251,6 +264,6 @@ def velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[
 
 
 def _floats(given: ArrayLike) -> np.ndarray:
-    """The numbers as an array; NaN for what is none, such as text or a whole number beyond all floats."""
+    """Returns the numbers as an array; NaN for text, and for whole numbers beyond all floats."""
     numbers = as_numbers(given)
     return np.array(np.nan) if numbers is None else numbers

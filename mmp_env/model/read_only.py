@@ -1,4 +1,4 @@
-"""Read-only values: frozen dataclasses whose mappings and arrays cannot be changed either, not even in a copy."""
+"""Read-only values: frozen dataclasses whose mappings and arrays are read-only too, also in copies."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _refuse(*args: Any, **keywords: Any) -> NoReturn:
 
 
 class ReadOnlyDict(dict[_Key, _Value]):
-    """A dict that cannot be changed. It pickles and deep-copies; `dict(it)` and `it | other` are ordinary dicts."""
+    """A dict that refuses changes. It pickles and deep-copies; `dict(it)` and `it | other` are ordinary dicts."""
 
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
 
@@ -37,9 +37,9 @@ class ReadOnly:
 
 
 def read_only(value: Any) -> Any:
-    """A read-only view of an array, or a read-only copy of a mapping and of the mappings and arrays in it.
+    """Returns a read-only view of an array, or a read-only copy of a mapping with its mappings and arrays.
 
-    Anything else is returned as it is.
+    Any other value is returned as it is.
     """
     if isinstance(value, np.ndarray) and value.flags.writeable:
         value = value.view()

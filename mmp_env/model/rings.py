@@ -18,19 +18,30 @@ from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.wording import shown
 
 RING_RADIUS_M = {2: 0.40, 4: 0.55, 6: 0.62, 8: 0.70}
+"""Number of arms -> distance [m] of the bases from the centre, for arms of full reach."""
 _SHORT_REACH_M, _SHORT_SCALE = 0.7, 0.73
 _TABLE_BORDER_M, _TABLE_THICKNESS_M = 0.35, 0.10
 
 
 def ring_radius(count: int, robot: str) -> float:
-    """Distance of the bases from the centre [m]; shorter arms stand closer together."""
+    """Returns the distance of the bases from the centre [m]; arms of short reach stand closer together."""
     return RING_RADIUS_M[count] * (_SHORT_SCALE if load_robot(robot).reach < _SHORT_REACH_M else 1.0)
 
 
 def ring_cell(count: int, robot: str = "ur5e", spheres: str = "28") -> Cell:
-    """`count` (2, 4, 6 or 8) arms `arm0`... in a ring; the top of the table is z = 0.
+    """Makes a cell of equal arms in a ring on a table, facing the centre. The top of the table is z = 0.
 
-    Raises `UnknownNameError` for another count, robot or sphere set, and `MmpError` for a count that is no number.
+    Args:
+        count: number of arms: 2, 4, 6 or 8.
+        robot: name of the robot, see `robot_names`.
+        spheres: sphere set of all queries: `28` or `fine`.
+
+    Returns:
+        The cell `ring-<count>`, or `ring-<count>-<robot>`, with arms `arm0`, `arm1`, ...
+
+    Raises:
+        UnknownNameError: for another count, robot or sphere set.
+        MmpError: for a count that is not a whole number.
     """
     if not isinstance(count, Integral):
         raise MmpError(f"count is {shown(count)}; it must be one of the numbers {', '.join(map(str, RING_RADIUS_M))}")
@@ -40,7 +51,7 @@ def ring_cell(count: int, robot: str = "ur5e", spheres: str = "28") -> Cell:
     arms = []
     for k in range(count):
         angle = 2 * np.pi * k / count
-        # Rounded to the millimetre and milliradian, so that a pose in a file says all of it.
+        # Rounded to the millimetre and milliradian, so that a file holds the whole pose.
         position = [round(radius * np.cos(angle), 3) + 0.0, round(radius * np.sin(angle), 3) + 0.0, 0.0]
         yaw = round(float(np.mod(angle + np.pi, 2 * np.pi)), 3)
         arms.append(place_arm(f"arm{k}", robot, position, quaternion_from_yaw(yaw)))

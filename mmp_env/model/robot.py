@@ -1,8 +1,8 @@
 """Robots and tools: kinematics, limits and collision spheres, read from `mmp_env/robots` and `mmp_env/tools`.
 
-One folder a robot: `robot.json` (joints, limits, poses), `spheres.json` (its sphere sets) and `<name>.xml` (MJCF with
-primitive geoms). A new folder is a new robot; nothing else lists them. The checker reads the kinematics from the MJCF,
-the planners from `robot.json`; a test holds them together.
+Each robot has a folder with `robot.json` (joints, limits, poses), `spheres.json` (its sphere sets) and `<name>.xml`
+(MJCF with primitive geoms). A new folder is a new robot; nothing else lists them. The checker reads the kinematics from
+the MJCF, the planners from `robot.json`; a test compares both.
 """
 
 from __future__ import annotations
@@ -23,12 +23,13 @@ from mmp_env.model.transforms import matrix_from_rpy, transform
 from mmp_env.wording import counted
 
 SPHERE_SETS = ("28", "fine")
+"""Names of the sphere sets: 28 spheres an arm, or many small ones."""
 _ROBOTS = Path(__file__).parents[1] / "robots"
 _TOOLS = Path(__file__).parents[1] / "tools"
 
 
 def frozen_array(values: object, dtype: type = float) -> np.ndarray:
-    """A read-only copy of `values`."""
+    """Returns a read-only copy of `values` as an array."""
     array = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array
@@ -49,14 +50,22 @@ class Spheres(ReadOnly):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Tool(ReadOnly):
-    """A rigid tool. `mount` is T_flange_tool, `point` the tool point [m] and the spheres are in the tool frame."""
+    """A rigid tool.
+
+    Attributes:
+        name: name of the tool.
+        mount: T_flange_tool, the pose of the tool frame in the flange's.
+        point: the tool point in the tool frame [3] [m].
+        spheres: sphere set -> spheres in the tool frame.
+        self_ignore: sphere set -> names of the robot's links that may overlap with the tool.
+        mjcf: file of the MuJoCo model.
+    """
 
     name: str
     mount: Float[np.ndarray, "4 4"]
     point: Float[np.ndarray, "3"]
     spheres: Mapping[str, Spheres]
     self_ignore: Mapping[str, frozenset[str]]
-    """Sphere set -> names of the robot's links that the tool is not tested against."""
     mjcf: Path
 
     @brief
@@ -66,11 +75,35 @@ class Tool(ReadOnly):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Robot(ReadOnly):
-    """One arm model: a serial chain of revolute joints. Link 0 is the base, link k + 1 is moved by joint k.
+    """A robot model: a serial chain of revolute joints. Link 0 is the base; joint k moves link k + 1.
 
-    `origins[k]` is the pose of joint k's frame in link k at q = 0, `axes[k]` its axis in that frame (URDF convention).
-    Limits: `lower`, `upper` [rad], `velocity` [rad/s], `acceleration` [rad/s^2], `jerk` [rad/s^3], `effort` [N m].
-    `acceleration_published` is False where the vendor publishes none and the values are our stated defaults.
+    docs/reference/robots.md gives the sources of the numbers.
+
+    Attributes:
+        name: name of the robot, such as `ur5e`.
+        title: name of the product.
+        joint_names: names of the joints in the vendor's description.
+        link_names: names of the links, the base first.
+        origins: pose of the frame of joint k in link k at q = 0 (URDF convention).
+        axes: axis of joint k in its frame.
+        lower: lower joint limits [rad].
+        upper: upper joint limits [rad].
+        velocity: velocity limits [rad/s].
+        acceleration: acceleration limits [rad/s^2].
+        jerk: jerk limits [rad/s^3].
+        effort: torque limits [N m].
+        draw_lower: lower corner of the box of random configurations [rad]: `draw_limits` of robot.json, or the joint
+            limits within +-pi.
+        draw_upper: upper corner of that box [rad].
+        acceleration_published: whether the vendor publishes acceleration and jerk; they are our defaults otherwise.
+        flange: T_lastlink_flange, the pose of the flange in the last link.
+        home: configuration [rad] of a ready arm.
+        tucked: configuration [rad] of a folded arm.
+        reach: horizontal reach [m].
+        default_tool: name of the robot's own tool, or None.
+        spheres: sphere set -> spheres; those of link 0 cover the base.
+        self_ignore: sphere set -> pairs of links (low, high) that may overlap.
+        mjcf: file of the MuJoCo model.
     """
 
     name: str
@@ -87,19 +120,14 @@ class Robot(ReadOnly):
     effort: Float[np.ndarray, "dof"]
     draw_lower: Float[np.ndarray, "dof"]
     draw_upper: Float[np.ndarray, "dof"]
-    """The box that random configurations come from [rad]: `draw_limits` of robot.json, or the limits cut to +-pi."""
     acceleration_published: bool
     flange: Float[np.ndarray, "4 4"]
-    """T_lastlink_flange."""
     home: Float[np.ndarray, "dof"]
     tucked: Float[np.ndarray, "dof"]
     reach: float
-    """Horizontal reach [m], for scaling layouts."""
     default_tool: str | None
     spheres: Mapping[str, Spheres]
-    """By sphere set; link 0 holds the base's."""
     self_ignore: Mapping[str, frozenset[tuple[int, int]]]
-    """By sphere set: link pairs (low, high) that are left out of the self-collision test."""
     mjcf: Path
 
     @brief
@@ -108,22 +136,23 @@ class Robot(ReadOnly):
 
     @property
     def dof(self) -> int:
+        """Number of joints."""
         return len(self.joint_names)
 
 
 def robot_names() -> list[str]:
-    """Names of all robots, sorted."""
+    """Returns the names of all robots, sorted."""
     return sorted(path.parent.name for path in _ROBOTS.glob("*/robot.json"))
 
 
 def tool_names() -> list[str]:
-    """Names of all tools, sorted."""
+    """Returns the names of all tools, sorted."""
     return sorted(path.parent.name for path in _TOOLS.glob("*/tool.json"))
 
 
 @functools.cache
 def load_robot(name: str) -> Robot:
-    """The robot of that name. Raises `UnknownNameError`."""
+    """Returns the robot of that name, see `robot_names`. Raises `UnknownNameError`."""
     if name not in robot_names():
         raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD)
     folder = _ROBOTS / name
@@ -172,7 +201,7 @@ def load_robot(name: str) -> Robot:
 
 @functools.cache
 def load_tool(name: str) -> Tool:
-    """The tool of that name. Raises `UnknownNameError`."""
+    """Returns the tool of that name, see `tool_names`. Raises `UnknownNameError`."""
     if name not in tool_names():
         raise UnknownNameError("tool", name, tool_names(), suggest=misspelled, advice=HOW_TO_ADD)
     folder = _TOOLS / name

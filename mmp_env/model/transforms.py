@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 
 def matrix_from_quaternion(wxyz: ArrayLike) -> Float[np.ndarray, "3 3"]:
-    """Rotation matrix of a quaternion, which is normalised first."""
+    """Returns the rotation matrix of a quaternion (wxyz) of any length above 0."""
     w, x, y, z = np.asarray(wxyz, dtype=float) / np.linalg.norm(wxyz)
     return np.array(
         [
@@ -20,12 +20,12 @@ def matrix_from_quaternion(wxyz: ArrayLike) -> Float[np.ndarray, "3 3"]:
 
 
 def quaternion_from_yaw(yaw: float) -> Float[np.ndarray, "4"]:
-    """Quaternion (wxyz) of a rotation by `yaw` [rad] about +z."""
+    """Returns the quaternion (wxyz) of a rotation by `yaw` [rad] about +z."""
     return np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
 
 
 def matrix_from_rpy(rpy: ArrayLike) -> Float[np.ndarray, "3 3"]:
-    """Rotation matrix Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
+    """Returns the rotation matrix Rz(yaw) Ry(pitch) Rx(roll) of angles [rad]."""
     r, p, y = np.asarray(rpy, dtype=float)
     cr, sr, cp, sp, cy, sy = np.cos(r), np.sin(r), np.cos(p), np.sin(p), np.cos(y), np.sin(y)
     return np.array(
@@ -38,7 +38,7 @@ def matrix_from_rpy(rpy: ArrayLike) -> Float[np.ndarray, "3 3"]:
 
 
 def transform(rotation: ArrayLike, translation: ArrayLike) -> Float[np.ndarray, "4 4"]:
-    """Homogeneous transform of a rotation matrix and a translation [m]."""
+    """Returns the homogeneous transform of a rotation matrix and a translation [m]."""
     out = np.eye(4)
     out[:3, :3] = rotation
     out[:3, 3] = translation

@@ -31,7 +31,7 @@ _TIMED = (ruckig.Result.Working, ruckig.Result.Finished)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class PhaseClock:
+class PathTiming:
     """`phase` [t] [s], its `speed` [t] and acceleration `growth` [t] [1/s] at times that are `period_s` apart."""
 
     period_s: float
@@ -44,7 +44,7 @@ class PhaseClock:
         return (len(self.phase) - 1) * self.period_s
 
 
-def run_clock(zones: Zones, period_s: float) -> PhaseClock:
+def run_clock(zones: Zones, period_s: float) -> PathTiming:
     """Returns the clock through all zones. It waits at a stop until the next sample.
 
     Raises `MmpError` if the motion has more than `MOST_SAMPLES` samples.
@@ -67,7 +67,7 @@ def run_clock(zones: Zones, period_s: float) -> PhaseClock:
     times = period_s * np.arange(round(begin / period_s) + 1)
     piece = np.searchsorted(start, times + _EARLY * period_s, side="right") - 1
     t, v, a, j = times - start[piece], speed[piece], growth[piece], jerk[piece]
-    return PhaseClock(
+    return PathTiming(
         period_s=period_s,
         phase=phase[piece] + t * (v + t * (a / 2 + t * j / 6)),
         speed=v + t * (a + t * j / 2),

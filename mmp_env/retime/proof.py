@@ -13,7 +13,7 @@ from mmp_env.errors import MmpError
 from mmp_env.model.certificate import certify
 from mmp_env.model.plan import Plan
 from mmp_env.retime.blends import BlendedPath
-from mmp_env.retime.clock import PhaseClock, run_clock
+from mmp_env.retime.clock import PathTiming, run_clock
 from mmp_env.retime.limits import RateLimits, split
 from mmp_env.retime.smoothing import covering, narrowed, smooth
 from mmp_env.retime.zones import LEAST_ZONE_S, zones_of
@@ -67,14 +67,14 @@ def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, tolerance: 
             path = path.narrower(np.zeros_like(widest))
 
 
-def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> PhaseClock:
+def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> PathTiming:
     if path.course.end > LEAST_ZONE_S:
         return run_clock(zones_of(path, limits), period_s)
     still = np.zeros(2)  # nothing moves, or hardly
-    return PhaseClock(period_s=period_s, phase=still, speed=still, growth=still)
+    return PathTiming(period_s=period_s, phase=still, speed=still, growth=still)
 
 
-def _sampled(plan: Plan, path: BlendedPath, clock: PhaseClock) -> Plan:
+def _sampled(plan: Plan, path: BlendedPath, clock: PathTiming) -> Plan:
     speed, growth, first = clock.speed[:, None], clock.growth[:, None], 0
     positions, velocities, accelerations = {}, {}, {}
     for arm in plan.problem.cell.arms:  # one at a time, within the processor's cache

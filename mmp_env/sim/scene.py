@@ -12,9 +12,9 @@ from typing import Any
 
 from mmp_env.errors import MmpError
 from mmp_env.model.arm import Arm, Obstacle
-from mmp_env.model.arm_parts import untested_pairs
 from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
+from mmp_env.model.joint_chain import untested_pairs
 from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.arm_colors import arm_color
 from mmp_env.sim.scene_appearance import OBJECT_RGBA, obstacle_rgba, set_stage

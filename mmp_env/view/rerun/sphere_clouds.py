@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, UInt8
 
 from mmp_env.check.distance import solid_distance
-from mmp_env.model.arm_parts import untested_pairs
 from mmp_env.model.cell import Cell
+from mmp_env.model.joint_chain import untested_pairs
 from mmp_env.model.margins import Margins
 from mmp_env.model.transforms import matrix_from_quaternion
 from mmp_env.view.rerun.colors import CONTACT, arm_colors

@@ -1,4 +1,4 @@
-"""Every measured figure by its name: the lines of docs/results/figures.jsonl, and what the kept benchmarks come to.
+"""Reads every measured figure by its name: the lines of docs/results/figures.jsonl, and the figures of kept benchmarks.
 
 A kept benchmark is a folder of `mmp bench` under docs/results, its `results.jsonl` compressed. Its figures are named
 FOLDER/CELL/PLANNER/WHAT and computed by the functions of `mmp report`; those of the folders in `PLAIN`, planners with
@@ -31,14 +31,14 @@ _FIELDS = {
     "cost": ("cost_ratio", "x the straight lines"),
     "cost_rad": ("cost_rad", "rad"),
 }
-"""What of a figure's name -> field of a line, and unit. All are over the solved instances, as in `mmp report`."""
+"""Field of a result line, and unit, of each quantity; all over solved instances, as in `mmp report`."""
 
 Row = dict[str, Any]
 Figures = Mapping[str, Row]
 
 
 def read_figures(results: Path = RESULTS) -> dict[str, Row]:
-    """Name -> line; where a kept benchmark has a figure, its own counts."""
+    """Returns the line of each figure by name; a kept benchmark has priority over `figures.jsonl`."""
     path = results / FIGURES.name
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     out = {row["name"]: row for row in map(json.loads, lines)}
@@ -51,7 +51,7 @@ def read_figures(results: Path = RESULTS) -> dict[str, Row]:
 
 
 def folder_figures(folder: Path) -> dict[str, Row]:
-    """CELL/PLANNER/WHAT -> line, of one kept benchmark."""
+    """Returns the lines of one kept benchmark by the names CELL/PLANNER/QUANTITY."""
     with tempfile.TemporaryDirectory() as place:
         with gzip.open(folder / "results.jsonl.gz") as packed, open(Path(place) / "results.jsonl", "wb") as unpacked:
             shutil.copyfileobj(packed, unpacked)
@@ -65,7 +65,7 @@ def folder_figures(folder: Path) -> dict[str, Row]:
 
 
 def condition(folder: Path) -> Row:
-    """On what and how a kept benchmark was measured."""
+    """Returns machine, commit and workers of a kept benchmark."""
     return json.loads((folder / "condition.json").read_text(encoding="utf-8"))
 
 

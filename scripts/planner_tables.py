@@ -89,7 +89,7 @@ def _on_largest_ring(figures: Figures, planner: str) -> tuple[str, str, str]:
             solved, time, _, cost = outcome(figures, ring, planner)
             named = solved if ring == "MultiArmCell-8" else f"{solved} on `{ring}`"
             return named, time.partition(" / ")[0], cost
-    return (NOT_MEASURED,) * 3
+    return NOT_MEASURED, NOT_MEASURED, NOT_MEASURED
 
 
 def linked(about: About | None, *, short: bool = False) -> str:

@@ -2,9 +2,8 @@
 
 Usage: planners_page.py [--check]
 
-What a planner is, where it is from, what it promises and which options it has comes from its class, the constraint
-kinds from theirs, the figures from docs/results (`measured.py`). With --check nothing is written, and the exit code
-is 1 where the page is not up to date.
+Descriptions, papers, guarantees and options come from the classes of planners and constraint kinds, figures from
+docs/results (`measured.py`). With --check the script writes nothing, and the exit code is 1 if the page is out of date.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-"""Figures quoted in running text: `<!-- figure: EXPRESSION as FORMAT -->what it comes to<!-- end -->`.
+"""Writes figures into running text: `<!-- figure: EXPRESSION as FORMAT -->value<!-- end -->`.
 
-EXPRESSION: names of figures (NAME, or NAME#KEY for another key of its line) and numbers, joined by ` + `, ` - `, ` * `
-and ` / `, from left to right; `max NAME`, `min NAME` and `sum NAME`, NAME a pattern, go over all that match. FORMAT: a
-format of Python such as `.1f`, `time` for a time as people read it, or `of` for "49 of 50".
+EXPRESSION joins names of figures (NAME, or NAME#KEY for another key of its line) and numbers by ` + `, ` - `, ` * `
+and ` / `, from left to right; `max NAME`, `min NAME` and `sum NAME`, NAME a pattern, combine all matches. FORMAT is a
+format of Python such as `.1f`, `time` for a time with a suitable unit, or `of` for "49 of 50".
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ _OVER: dict[str, Callable[[list[float]], float]] = {"max": max, "min": min, "sum
 
 
 def quoted(page: str, figures: Figures) -> str:
-    """The page with each quoted figure as it was measured. Raises `MmpError` for a name that is none."""
+    """Returns the page with each quoted figure as measured. Raises `MmpError` for an unknown name."""
     return PLACE.sub(lambda place: place[1] + shown(place[2], place[3], figures) + place[5], page)
 
 
 def shown(expression: str, form: str, figures: Figures) -> str:
-    """What stands on the page."""
+    """Returns the text of a figure on the page."""
     if form == "of":
         row = _row(expression, figures)
         return f"{row['value']} {row['unit']}"
@@ -36,7 +36,7 @@ def shown(expression: str, form: str, figures: Figures) -> str:
 
 
 def seconds(value: float) -> str:
-    """A time as people read it."""
+    """Returns a time [s] as text with a suitable unit."""
     for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "µs")):
         if value * factor >= 1:
             told = value * factor

@@ -1,8 +1,8 @@
 """Writes measured figures into README.md and docs, as tables and in the text. Usage: readme_table.py [--check]
 
-`measured.py` says where figures are from, `quoted.py` how the text quotes one. A table stands between
-`<!-- table: NAME -->` and `<!-- end of table -->`. With --check nothing is written, and the exit code is 1 where a page
-is not up to date.
+`measured.py` reads the figures, `quoted.py` writes them into sentences. A table stands between
+`<!-- table: NAME -->` and `<!-- end of table -->`. With --check the script writes nothing, and the exit
+code is 1 if a page is out of date.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ ENVIRONMENT = {
     "`reset` that draws its instance [ms]": ("env_reset_drawn", "value", ".1f"),
     "`execute`, for a simulated second [ms]": ("execute_per_simulated_second", "value", ".0f"),
 }
-"""What -> figure, key of its line, and format."""
+"""Figure, key of its line, and format of each row."""
 CORE = {
     "cell_check_8x28": "kinematics and least clearance over the 28 pairs of 8 UR5e, in a batch, a state",
     "cell_check_8x28_single_state": "the same, one state at a time",
@@ -49,11 +49,11 @@ CORE = {
     "MultiArmCell-8/env_step": "`step` of `MultiArmCell-8`",
     "import": "`import mmp_env, mmp_planners` beyond MuJoCo and Gymnasium",
 }
-"""Figure -> what it says."""
+"""Description of each figure."""
 
 
 def main() -> None:
-    """Brings the pages up to date, or says that they are not."""
+    """Writes the pages, or reports that they are out of date."""
     check = checking_parser("readme_table.py", __doc__).parse().check
     figures = read_figures()
     texts = {page: page.read_text(encoding="utf-8") for page in PAGES}
@@ -66,7 +66,7 @@ def main() -> None:
 
 
 def draw_table(figures: Figures) -> Iterator[list[str]]:
-    """How long drawing an instance takes, in the median and at most."""
+    """Yields the median and largest time to draw an instance."""
     yield ["cell", *(f"`{task}`" for task in TASKS)]
     for cell in _DRAWN_CELLS:
         rows = [figures.get(f"{cell}/{task}/draw") for task in TASKS]
@@ -74,7 +74,7 @@ def draw_table(figures: Figures) -> Iterator[list[str]]:
 
 
 def environment_table(figures: Figures) -> Iterator[list[str]]:
-    """What the environment costs beside the physics."""
+    """Yields the times of the environment, and their ratio to plain physics."""
     yield ["", *(f"`{ring.removeprefix('MultiArmCell')}`" for ring in _RINGS)]
     for words, (name, key, form) in ENVIRONMENT.items():
         rows = [figures.get(f"{ring}/{name}") for ring in _RINGS]
@@ -88,7 +88,7 @@ def _in_ms(row: dict[str, Any], key: str, form: str) -> str:
 _RETIME_HEAD = (
     "ratio, median / largest",
     "processor time [ms], median / largest",
-    "strays by at most [rad]",
+    "largest deviation [rad]",
     "valid",
     "goals reached, contacts",
     "tracking error [rad]",
@@ -97,7 +97,7 @@ _RETIME_HEAD = (
 
 
 def retime_table(figures: Figures) -> Iterator[list[str]]:
-    """Retimed plans and their executions."""
+    """Yields the results of retimed plans and their executions."""
     yield ["", *_RETIME_HEAD]
     names = [f"retime_{ring}" for ring in _RINGS[1:]] + [f"retime_MultiArmCell-mixed-4_{task}" for task in TASKS]
     for name in names:
@@ -119,7 +119,7 @@ def retime_table(figures: Figures) -> Iterator[list[str]]:
 
 
 def recording_table(figures: Figures) -> Iterator[list[str]]:
-    """What a recording costs."""
+    """Yields size and time of recordings."""
     yield ["search", "expanded nodes", "file", "added to planning"]
     for name, row in figures.items():
         what, _, planner = name.partition("/")
@@ -129,8 +129,8 @@ def recording_table(figures: Figures) -> Iterator[list[str]]:
 
 
 def core_table(figures: Figures) -> Iterator[list[str]]:
-    """Small things, and how they compare."""
-    yield ["what", "time", "compared"]
+    """Yields the times of small operations, and how they compare."""
+    yield ["operation", "time", "compared"]
     scale = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
     for name, words in CORE.items():
         figure = figures.get(name)
@@ -144,7 +144,7 @@ def core_table(figures: Figures) -> Iterator[list[str]]:
 
 
 def cpu_line(figures: Figures) -> Iterator[list[str]]:
-    """On what it was measured."""
+    """Yields the processors of the measurements."""
     yield sorted({figure["cpu"] for figure in figures.values() if "cpu" in figure})
 
 

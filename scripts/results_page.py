@@ -1,10 +1,10 @@
-"""Puts what was measured into docs/results. Usage: results_page.py FOLDER | --check
+"""Keeps a measurement in docs/results. Usage: results_page.py FOLDER | --check
 
-FOLDER is what `scripts/measure.py` has written, or `scripts/reproduce_paper.sh`. Every benchmark folder in it is kept:
-the results (compressed), the settings and the condition. Of `cells` and `literal` tables and figures are kept too, and
-the tables that matter most go into docs/results/README.md, between `<!-- table: NAME -->` and `<!-- end of table -->`.
-The lines of FOLDER/*.jsonl replace those of the same name in docs/results/figures.jsonl. With --check nothing is
-written, and the exit code is 1 where the page is not up to date.
+FOLDER is the output of `scripts/measure.py` or `scripts/reproduce_paper.sh`. The script keeps results (compressed),
+settings and condition of every benchmark folder, and tables and figures of `cells` and `literal`. The most important
+tables go into docs/results/README.md, between `<!-- table: NAME -->` and `<!-- end of table -->`.
+The lines of FOLDER/*.jsonl replace those of the same name in docs/results/figures.jsonl. With --check the
+script writes nothing, and the exit code is 1 if the page is out of date.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ from mmp_env.errors import MmpError
 
 PAGE = RESULTS / "README.md"
 FOLDERS = ("cells", "literal")
-"""Those that stand on the page."""
+"""Benchmark folders that the page shows."""
 _SHOWN = ("Cells", "Errors", "Success, nodes, time, makespan and cost", "Where all of them solve", "Fast track")
-"""Headings of table.md whose tables stand on the page; the rest is linked."""
+"""Headings of table.md whose tables the page shows."""
 _PAPER_ECBS_FAILED = {"MultiArmCell-4": 24, "MultiArmCell-6": 52, "MultiArmCell-8": 48}
-"""Of the paper's ECBS, after 1800 s [%]."""
+"""Failures of the paper's ECBS after 1800 s [%]."""
 _NOT_RUN = "Not run yet: `scripts/reproduce_paper.sh`, then `scripts/results_page.py FOLDER`.\n"
 
 
 def main() -> None:
-    """Keeps a reproduction and brings the page up to date, or says that it is not."""
+    """Keeps a measurement and writes the page, or reports that the page is out of date."""
     parser = checking_parser("results_page.py", __doc__)
     parser.add_argument("folder", nargs="?", type=Path, metavar="FOLDER", help="what to keep; not with --check")
     args = parser.parse()
@@ -49,7 +49,7 @@ def main() -> None:
 
 
 def keep_all(source: Path, results: Path) -> None:
-    """Keeps each benchmark of a folder, and its lines of figures. Raises `MmpError` where there is neither."""
+    """Keeps each benchmark of a folder, and its lines of figures. Raises `MmpError` if it has neither."""
     folders = sorted(path.parent for path in source.glob("*/results.jsonl"))
     lines = [line for path in sorted(source.glob("*.jsonl")) for line in path.read_text(encoding="utf-8").splitlines()]
     if not folders and not lines:
@@ -60,7 +60,7 @@ def keep_all(source: Path, results: Path) -> None:
 
 
 def keep(source: Path, target: Path) -> None:
-    """Copies a benchmark folder, with its report where it stands on the page; the results always to the same bytes."""
+    """Copies a benchmark folder, with its report if the page shows it; equal results give equal bytes."""
     if source.name in FOLDERS and not (source / "table.md").is_file():
         raise MmpError(f"{source} has no table.md; `mmp report {source}` writes it")
     shutil.rmtree(target, ignore_errors=True)
@@ -78,7 +78,7 @@ def keep(source: Path, target: Path) -> None:
 
 
 def keep_lines(lines: list[str], path: Path) -> None:
-    """Puts lines in the place of those of the same name; what a kept benchmark has by now is left out."""
+    """Replaces lines by those of the same name, and drops figures that a kept benchmark has."""
     before = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     named = {json.loads(line)["name"]: line for line in [*before, *lines]}
     for folder in PLAIN:
@@ -91,12 +91,12 @@ def keep_lines(lines: list[str], path: Path) -> None:
 
 
 def with_tables(page: str, results: Path) -> str:
-    """The page with the tables of what is kept under `results`."""
+    """Returns the page with the tables of the benchmarks kept in `results`."""
     return filled(page, lambda name: _conditions(results) if name == "conditions" else _content(name, results))
 
 
 def _conditions(results: Path) -> str:
-    """On what and how each kept benchmark was measured."""
+    """Returns the table of the conditions of each kept benchmark."""
     rows = [
         "| folder | instances of a cell | time limit | runs at a time | commit | machine |",
         "|---|---|---|---|---|---|",
@@ -118,7 +118,7 @@ def _content(name: str, results: Path) -> str:
 
 
 def _chosen(table: str) -> Iterator[str]:
-    """Facts and the tables that are shown, their headings one level further down."""
+    """Yields facts and shown tables, with headings one level deeper."""
     for level, heading, body in _blocks(table):
         if level == 1:
             yield body
@@ -129,7 +129,7 @@ def _chosen(table: str) -> Iterator[str]:
 
 
 def _beside(table: str) -> Iterator[str]:
-    """Solved by ecbs, in the paper and here."""
+    """Yields the table of instances that ecbs solves, in the paper and here."""
     yield "| cell | paper, 1800 s | here |"
     yield "| --- | ---: | ---: |"
     cell = ""
@@ -141,7 +141,7 @@ def _beside(table: str) -> Iterator[str]:
 
 
 def _blocks(text: str) -> Iterator[tuple[int, str, str]]:
-    """Level, heading and what stands below it, up to the next heading of any level."""
+    """Yields level, heading and the text up to the next heading of any level."""
     parts = re.split(r"^(#+) (.*)$", text, flags=re.MULTILINE)[1:]
     for hashes, heading, body in zip(parts[::3], parts[1::3], parts[2::3], strict=True):
         yield len(hashes), heading, body.strip()

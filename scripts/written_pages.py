@@ -1,4 +1,4 @@
-"""Pages that scripts write, whole or between marks: brought up to date, or found not to be."""
+"""Writes pages, whole or between marks, or reports that they are out of date."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ _PLACE = re.compile(r"(<!-- table: (\S+) -->\n).*?(<!-- end of table -->)", re.D
 
 
 def filled(page: str, table: Callable[[str], str]) -> str:
-    """The page with `table(NAME)` between each `<!-- table: NAME -->` and the next `<!-- end of table -->`."""
+    """Returns the page with `table(NAME)` between each `<!-- table: NAME -->` and the next `<!-- end of table -->`."""
     return _PLACE.sub(lambda place: place[1] + table(place[2]) + place[3], page)
 
 
 def checking_parser(prog: str, description: str | None) -> Parser:
-    """The arguments of a script that writes pages."""
+    """Returns the argument parser of a script that writes pages."""
     out = Parser(prog, description, argparse.RawDescriptionHelpFormatter)
-    out.add_argument("--check", action="store_true", help="write nothing; exit 1 where a page is not up to date")
+    out.add_argument("--check", action="store_true", help="write nothing; exit 1 if a page is out of date")
     return out
 
 
 def bring_up_to_date(pages: Mapping[Path, str], *, check: bool) -> NoReturn:
-    """Writes the pages that are not as their text here, and ends the program.
+    """Writes the pages that differ from their text here, and ends the program.
 
-    With `check` nothing is written, and the exit code is 1 where one is out of date.
+    With `check` it writes nothing, and the exit code is 1 if a page is out of date.
     """
     stale = [path for path, text in pages.items() if not path.exists() or path.read_text(encoding="utf-8") != text]
     if not check:

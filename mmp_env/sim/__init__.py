@@ -1,1 +1,1 @@
-"""A cell in MuJoCo: its scene, its simulation, and the execution of plans with what is watched meanwhile."""
+"""A cell in MuJoCo: scene, simulation, renderer, and the monitored execution of plans."""

@@ -165,19 +165,19 @@ def test_at_the_goal_the_episode_ends_with_the_bonus_and_discount_0():
     assert environment.task.is_success
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_an_arm_that_touches_itself_is_a_contact_unless_that_is_switched_off(told):
+@pytest.mark.parametrize("counted", [True, False])
+def test_an_arm_that_touches_itself_is_a_contact_unless_that_is_switched_off(counted):
     unfolded, folded = (np.array([0.0, -1.3, elbow, -1.57, 1.57, 0.0]) for elbow in (2.2, 3.0))
     start = {"arm0": unfolded, "arm1": mmp_env.load_robot("ur5e").tucked}
-    environment = dm.load("MultiArmCell-2", task=Given(start, start | {"arm0": folded}), self_contacts=told)
+    environment = dm.load("MultiArmCell-2", task=Given(start, start | {"arm0": folded}), self_contacts=counted)
     environment.reset()
     both = action_towards(environment, np.concatenate([folded, start["arm1"]]))
     for _ in range(20):
         time_step = environment.step(both)
         if time_step.last():
             break
-    assert {contact.body_a for contact in environment.task.contacts} == ({"arm0/upperarm"} if told else set())
-    assert (time_step.reward < -5) == told
+    assert {contact.body_a for contact in environment.task.contacts} == ({"arm0/upperarm"} if counted else set())
+    assert (time_step.reward < -5) == counted
 
 
 @pytest.mark.parametrize("ends", [True, False])

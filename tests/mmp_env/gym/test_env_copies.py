@@ -82,10 +82,10 @@ def test_a_copy_executes_plans_and_reports_contacts_like_the_original(copied):
 @every_copy
 def test_a_copy_of_a_simulation_keeps_what_counts_as_a_contact(copied):
     folded = np.concatenate([[0.0, -1.57, 3.1, 0.0, 0.0, 0.0], mmp_env.load_robot("ur5e").tucked])
-    for told in (True, False):
-        other = copied(Simulation(ring_cell(2), self_contacts=told))
+    for counted in (True, False):
+        other = copied(Simulation(ring_cell(2), self_contacts=counted))
         other.place(folded)
-        assert bool(other.log.contacts) == told
+        assert bool(other.log.contacts) == counted
 
 
 @every_copy

@@ -130,14 +130,14 @@ def test_an_arm_driven_into_an_obstacle_names_the_obstacle():
     assert all(contact.body_a.startswith("arm1/") for contact in report.contacts)
 
 
-@pytest.mark.parametrize("told", [True, False])
-def test_a_self_contact_is_reported_unless_switched_off(told):
-    env = MultiArmCellEnv(cell=ring_cell(2), self_contacts=told)
+@pytest.mark.parametrize("counted", [True, False])
+def test_a_self_contact_is_reported_unless_switched_off(counted):
+    env = MultiArmCellEnv(cell=ring_cell(2), self_contacts=counted)
     start = everyone(env.cell, "tucked")
     folded = start | {"arm0": np.array([0.0, -1.57, 3.1, 0.0, 0.0, 0.0])}
     contacts = env.execute(straight(env.cell, start, folded)).contacts
     bodies = {(contact.body_a, contact.body_b) for contact in contacts}
-    assert bodies == ({("arm0/upperarm", "arm0/wrist2"), ("arm0/upperarm", "arm0/wrist3")} if told else set())
+    assert bodies == ({("arm0/upperarm", "arm0/wrist2"), ("arm0/upperarm", "arm0/wrist3")} if counted else set())
 
 
 def test_arms_that_a_plan_does_not_move_stay_and_a_plan_may_be_for_fewer_arms():
@@ -196,11 +196,11 @@ def test_velocities_of_a_retimed_plan_are_followed_closer_than_its_corners_alone
 def test_a_plan_that_is_not_retimed_is_executed_with_one_warning_that_says_what_helps():
     env = environment(ring_cell(2))
     plan = straight(env.cell, everyone(env.cell, "tucked"), elsewhere(env.cell))
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("default")
         for _ in range(2):
             assert env.execute(plan).reached
-    (warning,) = told
+    (warning,) = caught
     assert warning.category is UnretimedPlanWarning
     assert "mmp_env.retime.retime(plan)" in str(warning.message)
     assert "--retime" in str(warning.message)

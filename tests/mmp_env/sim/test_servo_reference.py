@@ -67,8 +67,8 @@ def test_the_pieces_of_a_spline_have_tight_bounds(seed):
     assert len(pieces.velocity) == 12
     for k in range(12):
         q, _ = reference.at(pieces.start_s + pieces.step_s * np.linspace(k, k + 1, 21))
-        for order, told in ((1, pieces.velocity), (2, pieces.acceleration), (3, pieces.jerk)):
-            assert (np.abs(np.diff(q, n=order, axis=0)).max(axis=0) / h**order <= told[k] * (1 + 1e-6) + 1e-6).all()
+        for order, bound in ((1, pieces.velocity), (2, pieces.acceleration), (3, pieces.jerk)):
+            assert (np.abs(np.diff(q, n=order, axis=0)).max(axis=0) / h**order <= bound[k] * (1 + 1e-6) + 1e-6).all()
 
 
 def test_a_plan_with_unequal_steps_is_linear_with_its_stated_velocities():

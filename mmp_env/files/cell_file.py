@@ -23,10 +23,13 @@ from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.wording import degrees_hint, shown
 
 MEASURES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
-"""What gives the size of each shape."""
+"""Shape -> the fields that give its size."""
 MAX_ARMS, MAX_OBSTACLES = 64, 1000
+"""Largest numbers of arms and obstacles of a cell."""
 NO_TOOL = "none"
+"""Name that stands for a bare flange in files."""
 _UNIT_ROUNDING = 1e-12
+"""Largest deviation of the length of a unit quaternion from 1."""
 
 Vector = tuple[float, float, float]
 
@@ -67,21 +70,33 @@ class CellData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 def load_cell(path: str | PathLike[str]) -> Cell:
-    """The cell in a JSON or YAML file. Raises `MmpError` that names file, field and value."""
+    """Reads a cell from a JSON or YAML file. docs/reference/files.md describes the fields.
+
+    Args:
+        path: the file. Its stem names the cell if the file does not.
+
+    Raises:
+        MmpError: for a file that cannot be read, or a fault in it, with file, field and value.
+    """
     return cell_from_dict(read_for("load_cell", path, CELL), str(path), name=Path(path).stem)
 
 
 def cell_from_dict(data: Any, where: str | Location, *, name: str = "cell") -> Cell:
-    """The cell in a file's `data`; `where` begins the messages, `name` stands in where the data has none.
+    """Returns the cell in a file's `data`.
 
-    Raises `MmpError` that names field and value.
+    Args:
+        where: begin of the messages, such as the name of the file.
+        name: name of the cell if the data has none.
+
+    Raises:
+        MmpError: for a fault, with field and value.
     """
     place = where if isinstance(where, Location) else Location(where)
     return cell_from_data(decode(data, CellData, place), place, name=name)
 
 
 def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
-    """The cell in decoded data, see `cell_from_dict`."""
+    """Returns the cell in decoded data, see `cell_from_dict`."""
     for key, items, most in (("arms", data.arms, MAX_ARMS), ("obstacles", data.obstacles, MAX_OBSTACLES)):
         if len(items) > most:
             raise MmpError(f"{place / key} has {len(items)} entries; it must have at most {most}")
@@ -101,7 +116,7 @@ def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
 
 
 def cell_to_dict(cell: Cell) -> dict[str, Any]:
-    """The cell as it is written: tool, sphere set and every pose in full; reading it back gives the same cell."""
+    """Returns the cell as files have it, with tool, sphere set and every pose. Reading it gives the same cell."""
     return {
         "name": cell.name,
         "spheres": cell.spheres,
@@ -130,13 +145,13 @@ def _solid_to_dict(solid: Obstacle) -> dict[str, Any]:
 
 
 def check_name(name: str, place: Location) -> None:
-    """Raises `MmpError` for what is no name, see `NAMES`."""
+    """Raises `MmpError` for text that is not a name, see `NAMES`."""
     if not is_name(name):
         raise place.wrong(name, NAMES)
 
 
 def name_or_stem(name: str | None, stem: str, place: Location) -> str:
-    """Returns the name at `place`, or the file's own where it has none. Raises `MmpError` where that is no name."""
+    """Returns the name at `place`, or the stem of the file if there is none. Raises `MmpError` for a bad name."""
     if name is not None:
         check_name(name, place)
         return name
@@ -221,16 +236,16 @@ def _pose(data: ArmData | SolidData, place: Location) -> tuple[Float[np.ndarray,
     largest = np.max(np.abs(quaternion))
     if not (np.isfinite(quaternion).all() and largest > 0):
         raise (place / "quaternion").wrong(data.quaternion, "four finite numbers w, x, y, z that are not all zero")
-    # Scaled first, so that neither tiny nor huge numbers are lost in the squares.
+    # Scaled first, which keeps tiny and huge numbers out of the squares.
     norm = largest * np.linalg.norm(quaternion / largest)
-    # A unit quaternion stays as it is to the last bit: a cell that was written reads back the same.
+    # A unit quaternion keeps its bits, so a written cell reads back the same.
     return position, quaternion if abs(norm - 1) < _UNIT_ROUNDING else frozen_array(
         quaternion / largest / (norm / largest)
     )
 
 
 def _refuse_overlapping_bases(cell: Cell, place: Location) -> None:
-    """Raises `MmpError` where the base spheres of two arms intersect: nothing tests bases against each other later."""
+    """Raises `MmpError` if the base spheres of two arms intersect. No later query tests two bases."""
     bases = [_base_spheres(arm, cell.spheres) for arm in cell.arms]
     for i, j in combinations(range(len(bases)), 2):
         (centers_i, radii_i), (centers_j, radii_j) = bases[i], bases[j]
@@ -244,7 +259,7 @@ def _refuse_overlapping_bases(cell: Cell, place: Location) -> None:
 
 
 def _base_spheres(arm: Arm, sphere_set: str) -> tuple[Float[np.ndarray, "s 3"], Float[np.ndarray, "s"]]:
-    """Centres in the world and radii [m] of the spheres of the link that does not move."""
+    """Returns centres in the world and radii [m] of the spheres of the base link."""
     spheres = arm.robot.spheres[sphere_set]
     base = spheres.links == 0
     return spheres.centers[base] @ arm.T_world_base[:3, :3].T + arm.T_world_base[:3, 3], spheres.radii[base]

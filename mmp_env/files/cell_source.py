@@ -20,27 +20,32 @@ _RING_ROBOT, _RING_SPHERES = "ur5e", "28"
 
 
 def ring_names() -> list[str]:
-    """Names of the rings: `ring-<count>` of UR5e arms, `ring-<count>-<robot>` of others."""
+    """Returns the names of the rings: `ring-<count>` of UR5e arms, `ring-<count>-<robot>` of others."""
     others = [f"-{name}" for name in robot_names() if name != _RING_ROBOT]
     return [f"ring-{count}{suffix}" for count in RING_RADIUS_M for suffix in ["", *others]]
 
 
 def layout_names() -> list[str]:
-    """Names of the layouts in `mmp_env/cells`, which say which arms they have."""
+    """Returns the names of the cells in `mmp_env/cells`, which have arms of their own."""
     return sorted(path.stem for path in _CELLS.glob("*.json"))
 
 
 def cell_names() -> list[str]:
-    """Names of all cells that `find_cell` knows."""
+    """Returns the names of all cells that `find_cell` knows."""
     return ring_names() + layout_names()
 
 
 def find_cell(source: Cell | str | PathLike[str], *, robot: str | None = None, spheres: str | None = None) -> Cell:
-    """The cell that `source` is, names, or is the path of.
+    """Returns a cell by its name or file.
 
-    `robot` exchanges the arms of a ring, `spheres` (`28` or `fine`) the sphere set of any cell; a ring has `28`, a file
-    says what it has. Raises `UnknownNameError` for an unknown name, robot or sphere set, and `MmpError` for a file that
-    cannot be read and for a `robot` where the cell already says which arms it has.
+    Args:
+        source: a cell; the name of one, such as `ring-8`, `ring-4-panda` or `mixed-4`; or a cell file or instance file.
+        robot: name of the robot of a ring; None for `ur5e`.
+        spheres: sphere set, `28` or `fine`; None for that of the cell, which is `28` for a ring.
+
+    Raises:
+        UnknownNameError: for an unknown cell, robot or sphere set.
+        MmpError: for a file that cannot be read, or a `robot` for a cell that has arms of its own.
     """
     if not isinstance(source, Cell | str | PathLike):
         raise refused("cell", source, "a Cell, a file, or the name of a cell, such as 'ring-4'")

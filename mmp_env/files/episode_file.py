@@ -1,4 +1,4 @@
-"""Episodes: plans in a row, each from where the one before it ends. Files of schema `mmp-episode/1`."""
+"""Episodes, schema `mmp-episode/1`: plans in a row, each from the end of the one before it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,12 @@ class EpisodeData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Episode:
-    """Plans of the same arms, in cells that differ in their obstacles and in what the arms hold."""
+    """Plans of the same arms in a row. Their cells may differ in obstacles and held objects.
+
+    Attributes:
+        name: name of the episode.
+        plans: the plans, at least one.
+    """
 
     name: str
     plans: tuple[Plan, ...]
@@ -41,11 +46,12 @@ class Episode:
 
     @property
     def makespan_s(self) -> float:
+        """Duration of all plans [s]."""
         return sum(plan.makespan_s for plan in self.plans)
 
 
 def episode_to_dict(episode: Episode) -> dict[str, Any]:
-    """The episode as `mmp-episode/1` has it, in dicts, lists and scalars."""
+    """Returns the episode in the form of `mmp-episode/1`, in dicts, lists and scalars."""
     return {
         "schema": EPISODE_SCHEMA,
         "name": episode.name,
@@ -54,10 +60,14 @@ def episode_to_dict(episode: Episode) -> dict[str, Any]:
 
 
 def episode_from_dict(data: Any, where: str | Location = "episode", *, name: str = "episode") -> Episode:
-    """The episode in a file's `data`; `where` begins the messages, `name` stands in where the data has none.
+    """Returns the episode in a file's `data`. The checker, not this function, tests that its plans are right.
 
-    The data must be well formed; whether the plans are right and fit together is left to the checker. Raises `MmpError`
-    that names field and value.
+    Args:
+        where: begin of the messages, such as the name of the file.
+        name: name of the episode if the data has none.
+
+    Raises:
+        MmpError: for malformed data, with field and value.
     """
     place = where if isinstance(where, Location) else Location(where)
     check_schema(data, EPISODE_SCHEMA, place)
@@ -70,16 +80,16 @@ def episode_from_dict(data: Any, where: str | Location = "episode", *, name: str
 
 
 def plans_from_dict(data: Any, where: str | Location, *, name: str = "episode") -> Plan | Episode:
-    """What a file's `data` mean to be by their schema: an episode, or else a plan. Raises `MmpError` like both."""
+    """Returns the episode or the plan in a file's `data`, by its schema. Raises `MmpError` like their readers."""
     in_a_row = isinstance(data, dict) and data.get("schema") == EPISODE_SCHEMA
     return episode_from_dict(data, where, name=name) if in_a_row else plan_from_dict(data, where)
 
 
 def save_episode(episode: Episode, path: str | PathLike[str]) -> None:
-    """Writes the whole file or nothing. Raises `MmpError` where it cannot be written."""
+    """Writes an episode file, the whole file or nothing. Raises `MmpError` if it cannot be written."""
     write_text(path, json_text(episode_to_dict(episode)))
 
 
 def load_episode(path: str | PathLike[str]) -> Episode:
-    """The episode in a file, see `episode_from_dict`. Raises `MmpError` that names file, field and value."""
+    """Reads an episode file, see `episode_from_dict`. Raises `MmpError` with file, field and value."""
     return episode_from_dict(read_for("load_episode", path, EPISODE), str(path), name=Path(path).stem)

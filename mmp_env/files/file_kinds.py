@@ -1,4 +1,4 @@
-"""What kind of file was given, by what is in it: one of another kind is called by its name."""
+"""Kinds of files, recognised by their content, for messages about a file of the wrong kind."""
 
 from __future__ import annotations
 
@@ -23,20 +23,25 @@ _BY_FIELD = {
     _RESULT_FIELD: "a file of results",
     _TRAJECTORY_FIELD: _TRAJECTORY,
 }
-"""A field that only files of this kind have."""
+"""Field -> the only kind of file that has it."""
 
 
 def read_as(path: str | PathLike[str], kinds: tuple[str, ...], takes: str) -> Any:
-    """The content of a file, see `read_document`; `takes` says in messages what may be given here.
+    """Returns the content of a file, see `read_document`.
 
-    Raises `MmpError` for a file that is clearly of none of the `kinds`. One of no kind is left to their readers.
+    Args:
+        kinds: the kinds of file that are allowed.
+        takes: words for messages on the kinds that are allowed.
+
+    Raises:
+        MmpError: for a file of another kind. A file of unknown kind is left to the reader.
     """
     try:
         data = read_document(path)
     except NotJsonError:
         if Path(path).suffix.lower() != ".jsonl":
             raise
-        data = {_RESULT_FIELD: None}  # a line of JSON for each result, which together are none
+        data = {_RESULT_FIELD: None}  # lines of JSON, which together are not JSON
     except TooLargeError as error:
         if f"\n{_TRAJECTORY_FIELD}:".encode() not in b"\n" + error.beginning:
             raise
@@ -48,19 +53,19 @@ def read_as(path: str | PathLike[str], kinds: tuple[str, ...], takes: str) -> An
 
 
 def check_replaceable(path: str | PathLike[str], option: str) -> None:
-    """Raises `MmpError` where writing to `path`, as `option` asks, would replace an input of this program."""
+    """Raises `MmpError` if `path`, the value of `option`, is an input file of this program."""
     if not is_file(path):
         return
     try:
         kind = _kind(read_document(path))
-    except MmpError:  # what no reader takes is none
+    except MmpError:  # no reader takes it
         return
     if kind in (INSTANCES, PLAN, EPISODE, CELL):
         raise MmpError(f"{option} would overwrite {path}, which is {kind}; give another name, or remove it first")
 
 
 def read_for(loader: str, path: str | PathLike[str], *kinds: str) -> Any:
-    """The content of a file, see `read_as`, for a function that reads these `kinds`."""
+    """Returns the content of a file, see `read_as`, for a function that reads these `kinds`."""
     argument_checks.path("path", path)
     return read_as(path, kinds, f"{loader} takes {' or '.join(kinds)}")
 

@@ -44,13 +44,19 @@ class InstancesData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Instance:
-    """A start and a goal, arm name -> [dof] [rad], of the right form; whether they are free is not yet known."""
+    """A start and a goal of an instance file, not yet tested for limits and collisions.
+
+    Attributes:
+        name: name of the instance.
+        start: arm name -> [dof] [rad].
+        goal: arm name -> [dof] [rad].
+        place: its place in the file, for messages.
+    """
 
     name: str
     start: Mapping[str, Float[np.ndarray, "dof"]]
     goal: Mapping[str, Float[np.ndarray, "dof"]]
     place: Location
-    """Where it stands, for messages."""
 
     @brief
     def __repr__(self) -> str:
@@ -59,7 +65,13 @@ class Instance:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class InstanceFile:
-    """A cell and its instances, at least one."""
+    """A cell and its instances.
+
+    Attributes:
+        name: name of the file.
+        cell: the cell of all instances.
+        instances: at least one.
+    """
 
     name: str
     cell: Cell
@@ -72,7 +84,7 @@ class InstanceFile:
         return f"{self.name}: {counted(len(self.instances), 'instance')} ({names}) of {cell}"
 
     def instance(self, name: str) -> Instance:
-        """The instance of that name. Raises `UnknownNameError`."""
+        """Returns the instance of that name. Raises `UnknownNameError`."""
         for instance in self.instances:
             if instance.name == name:
                 return instance
@@ -85,9 +97,16 @@ class InstanceFile:
         max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
         margin: float | Mapping[str, float] | Margins | None = None,
     ) -> Problem:
-        """The problem `<cell name>/<instance name>` of an instance of this file, or of the one of that name.
+        """Returns the problem `<cell name>/<instance name>` of an instance.
 
-        Raises `UnknownNameError`, and `InvalidInstanceError` where start or goal is out of limits or in collision.
+        Args:
+            instance: an instance of this file, or its name.
+            max_velocity: as in `make_problem`.
+            margin: as in `make_problem`.
+
+        Raises:
+            UnknownNameError: for an unknown name.
+            InvalidInstanceError: if start or goal is out of limits, in collision, or closer than a margin asked for.
         """
         if isinstance(instance, str):
             instance = self.instance(instance)
@@ -100,19 +119,34 @@ class InstanceFile:
 
 
 def holds_instances(data: Any) -> bool:
-    """Whether a file's `data` means to be of a schema, such as instances, and not a cell alone."""
+    """Returns whether a file's `data` has a schema or instances, and is not a cell alone."""
     return isinstance(data, dict) and ("schema" in data or "instances" in data)
 
 
 def load_instances(path: str | PathLike[str]) -> InstanceFile:
-    """The instances in a file. Raises `MmpError` that names file, field and value."""
+    """Reads an instance file, schema `mmp-instances/1`. docs/reference/files.md describes the fields.
+
+    Args:
+        path: a JSON or YAML file.
+
+    Returns:
+        The cell and its instances. `.problem(name)` makes a problem of one.
+
+    Raises:
+        MmpError: for a file that cannot be read, or a fault in it, with file, field and value.
+    """
     return instances_from_dict(read_for("load_instances", path, INSTANCES), str(path), name=Path(path).stem)
 
 
 def instances_from_dict(data: Any, where: str | Location, *, name: str = "instances") -> InstanceFile:
-    """The instances in a file's `data`; `where` begins the messages, `name` stands in where the data has none.
+    """Returns the instances in a file's `data`.
 
-    Raises `MmpError` that names field and value.
+    Args:
+        where: begin of the messages, such as the name of the file.
+        name: name of the file if the data has none.
+
+    Raises:
+        MmpError: for a fault, with field and value.
     """
     place = where if isinstance(where, Location) else Location(where)
     check_schema(data, INSTANCES_SCHEMA, place)
@@ -136,7 +170,7 @@ def instances_from_dict(data: Any, where: str | Location, *, name: str = "instan
 
 
 def configurations_from_dict(cell: Cell, data: Any, place: Location) -> dict[str, Float[np.ndarray, "dof"]]:
-    """One configuration [dof] [rad] for every arm of the cell. Raises `MmpError` that names arm, joint and value."""
+    """Returns a configuration [dof] [rad] for every arm of the cell. Raises `MmpError` with arm, joint and value."""
     check_arms(cell, data, place)
     return {
         arm.name: frozen_array(numbers(data[arm.name], arm.dof, place / arm.name, f"joint of a {arm.robot.name}"))
@@ -145,7 +179,7 @@ def configurations_from_dict(cell: Cell, data: Any, place: Location) -> dict[str
 
 
 def check_arms(cell: Cell, data: Any, place: Location) -> None:
-    """Raises `MmpError` unless `data` is an object with an entry for each arm of the cell and for nothing else."""
+    """Raises `MmpError` unless `data` is an object with exactly one entry for each arm of the cell."""
     if not isinstance(data, dict):
         raise place.wrong(data, "an object of arm name -> numbers")
     for name in data:

@@ -1,7 +1,7 @@
-"""What there is at a path: the one place that asks the system, and says in one sentence what the system refuses.
+"""Queries about paths. A refusal of the system becomes an `MmpError` of one sentence.
 
-`Path.exists` and its kind raise for a folder without permission or a name that is too long, and `Path.resolve` for a
-working directory that was deleted.
+`Path.exists` and its like raise for a folder without permission or a name that is too long, and `Path.resolve` for a
+working directory that was deleted. So all code that takes paths of users uses this module.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ _NOTHING_THERE = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG)
 
 
 def status(path: str | PathLike[str]) -> os.stat_result | None:
-    """Returns what the system says of a file or folder, behind any links; None where there is none.
+    """Returns the status of a file or folder behind any links; None if there is none.
 
-    No file can have a name that is too long or holds a NUL byte. Raises `MmpError` where the system does not tell.
+    A name that is too long or holds a NUL byte names no file. Raises `MmpError` if the system refuses to look.
     """
     try:
         return os.stat(path)
@@ -33,26 +33,26 @@ def status(path: str | PathLike[str]) -> os.stat_result | None:
 
 
 def exists(path: str | PathLike[str]) -> bool:
-    """Returns whether there is anything at the path. Raises `MmpError` where the system does not tell."""
+    """Returns whether there is anything at the path. Raises `MmpError` if the system refuses to look."""
     return status(path) is not None
 
 
 def is_file(path: str | PathLike[str]) -> bool:
-    """Returns whether there is a regular file at the path. Raises `MmpError` where the system does not tell."""
+    """Returns whether there is a regular file at the path. Raises `MmpError` if the system refuses to look."""
     found = status(path)
     return found is not None and stat.S_ISREG(found.st_mode)
 
 
 def is_folder(path: str | PathLike[str]) -> bool:
-    """Returns whether there is a folder at the path. Raises `MmpError` where the system does not tell."""
+    """Returns whether there is a folder at the path. Raises `MmpError` if the system refuses to look."""
     found = status(path)
     return found is not None and stat.S_ISDIR(found.st_mode)
 
 
 def real_path(path: str | PathLike[str]) -> Path:
-    """Returns the absolute path without links, of what need not be there yet.
+    """Returns the absolute path without links of a file that may not be there yet.
 
-    Raises `MmpError` where nothing ever can be, or where the system does not tell.
+    Raises `MmpError` if no file can be there, or if the system refuses to look.
     """
     try:
         real = os.path.realpath(path)
@@ -69,6 +69,6 @@ def real_path(path: str | PathLike[str]) -> Path:
 
 
 def refusal(path: str | PathLike[str], what: str, error: OSError | ValueError) -> MmpError:
-    """Returns the sentence that something cannot be read, written or the like, and why."""
+    """Returns the error that a path cannot be read, written or the like (`what`), and why."""
     reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
     return MmpError(f"{path} cannot be {what}: {reason}")

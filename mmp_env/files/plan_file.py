@@ -1,4 +1,4 @@
-"""Plan files, schema `mmp-plan/1`: self-contained; the same plan gives the same bytes (docs/reference/files.md)."""
+"""Plan files, schema `mmp-plan/1`: self-contained, the same bytes for the same plan (docs/reference/files.md)."""
 
 from __future__ import annotations
 
@@ -58,7 +58,10 @@ class PlanData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 def plan_to_dict(plan: Plan) -> dict[str, Any]:
-    """The plan as `mmp-plan/1` has it, in dicts, lists and scalars. Raises `MmpError` where it lacks an arm."""
+    """Returns the plan in the form of `mmp-plan/1`, in dicts, lists and scalars.
+
+    Raises `MmpError` if an arm is missing.
+    """
     problem = plan.problem
     limits = {"max_acceleration": plan.max_acceleration, "max_jerk": plan.max_jerk}
     out = {
@@ -83,10 +86,14 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
 
 
 def plan_from_dict(data: Any, where: str | Location = "plan") -> Plan:
-    """The plan in a file's `data`; `where` begins the messages.
+    """Returns the plan in a file's `data`. The checker, not this function, tests that the plan is right.
 
-    The data must be well formed, the plan need not be right: the margin is the one in the file, and starts out of their
-    limits, contacts and times out of order are left to the checker. Raises `MmpError` that names field and value.
+    Args:
+        data: content of a plan.json.
+        where: begin of the messages, such as the name of the file.
+
+    Raises:
+        MmpError: for malformed data, with field and value.
     """
     place = where if isinstance(where, Location) else Location(where)
     check_schema(data, PLAN_SCHEMA, place)
@@ -111,7 +118,16 @@ def plan_from_dict(data: Any, where: str | Location = "plan") -> Plan:
 
 
 def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
-    """Writes the whole file or nothing. Raises `MmpError` where it cannot be written, or would be too large to read."""
+    """Writes a plan file, the whole file or nothing. The same plan gives the same bytes.
+
+    Args:
+        plan: a plan with finite numbers.
+        path: the file; a file that is there is replaced.
+
+    Raises:
+        MmpError: for None or another object, numbers that are not finite, a plan larger than 64 MB, and a file that
+            cannot be written.
+    """
     given_plan(plan, "save")
     _check_finite(plan)
     text = json_text(plan_to_dict(plan))
@@ -122,7 +138,7 @@ def save_plan(plan: Plan, path: str | PathLike[str]) -> None:
 
 
 def _check_finite(plan: Plan) -> None:
-    """Raises `MmpError` for NaN and infinity, which JSON does not have."""
+    """Raises `MmpError` for NaN and infinity, which JSON lacks."""
     arrays = {"times": plan.times}
     for key in ("positions", "velocities", "accelerations"):
         by_arm: Mapping[str, np.ndarray] = getattr(plan, key) or {}
@@ -133,12 +149,19 @@ def _check_finite(plan: Plan) -> None:
 
 
 def load_plan(path: str | PathLike[str]) -> Plan:
-    """The plan in a file, see `plan_from_dict`. Raises `MmpError` that names file, field and value."""
+    """Reads a plan file, schema `mmp-plan/1`. The plan may still be wrong; `check_plan` tests it.
+
+    Args:
+        path: a JSON file.
+
+    Raises:
+        MmpError: for a file that cannot be read, or malformed data, with file, field and value.
+    """
     return plan_from_dict(read_for("load_plan", path, PLAN), str(path))
 
 
 def _by_arm(cell: Cell, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """In the order of the cell's arms, whatever the order in which a planner finished them."""
+    """Returns the values in the order of the cell's arms."""
     if values.keys() != set(cell.arm_names):
         has, wanted = (", ".join(names) or "none" for names in (values, cell.arm_names))
         raise MmpError(f"the plan has numbers for the arms {has}; a file needs them for {wanted}")
@@ -164,7 +187,7 @@ def _name(name: str, place: Location) -> str:
 
 
 def _margins(data: ProblemData, place: Location) -> Margins:
-    """Older files have no `margins`: what was proved of their plans is half of `margin`."""
+    """Returns the margins; half of `margin` for older files without `margins`, whose plans were proved for that."""
     margin = _positive(data.margin, place / "margin")
     if data.margins is None:
         return Margins(arms=margin / 2, obstacles=margin / 2, self=margin / 2)
@@ -183,7 +206,7 @@ def _positive(value: float, place: Location) -> float:
 
 
 def _limits(cell: Cell, data: Any, place: Location) -> float | dict[str, Float[np.ndarray, "dof"]]:
-    """A positive number for all joints, or one for each joint of each arm."""
+    """Returns a positive number for all joints, or one for each joint of each arm."""
     if not isinstance(data, dict):
         if not (math.isfinite(data) and data > 0):
             raise place.wrong(data, "a positive number")
@@ -196,7 +219,7 @@ def _limits(cell: Cell, data: Any, place: Location) -> float | dict[str, Float[n
 
 
 def _by_joint(cell: Cell, data: Any, place: Location) -> dict[str, Float[np.ndarray, "dof"]]:
-    """As `_limits`, with a number for each joint in any case."""
+    """Returns `_limits` with a number for each joint."""
     limits = _limits(cell, data, place)
     if isinstance(limits, dict):
         return {name: frozen_array(values) for name, values in limits.items()}
@@ -204,7 +227,7 @@ def _by_joint(cell: Cell, data: Any, place: Location) -> dict[str, Float[np.ndar
 
 
 def _matrices(cell: Cell, data: Any, count: int, place: Location) -> dict[str, Float[np.ndarray, "t dof"]]:
-    """Per arm one row of joints for each of `count` times."""
+    """Returns arm name -> a row of joints for each of `count` times."""
     check_arms(cell, data, place)
     out = {}
     for arm in cell.arms:
@@ -222,7 +245,10 @@ def _matrices(cell: Cell, data: Any, count: int, place: Location) -> dict[str, F
 
 
 def _at_once(rows: list[Any], dof: int) -> Float[np.ndarray, "t dof"] | None:
-    """The rows as a matrix, or None where any is not `dof` finite numbers. A retimed plan has many thousands."""
+    """Returns the rows as a matrix, or None if any is not `dof` finite numbers.
+
+    Fast, for the many rows of retimed plans.
+    """
     if not all(type(row) is list and len(row) == dof for row in rows):
         return None
     if not {type(value) for row in rows for value in row} <= {int, float}:

@@ -1,8 +1,8 @@
-"""Reading JSON and YAML that other people wrote: every fault becomes one sentence with file, field and value.
+"""Reads JSON and YAML files. Every fault becomes one sentence with file, field and value.
 
-Two layers: `read_document` turns a file into plain dicts and lists (malformed, binary, deep, huge, twice-named fields),
-`decode` turns those into a msgspec `Struct` (missing, unknown and mistyped fields). What the values mean is checked by
-the module that asked.
+`read_document` turns a file into plain dicts and lists, and refuses malformed, binary, deep and huge files and repeated
+fields. `decode` turns these into a msgspec `Struct`, and refuses missing, unknown and mistyped fields. The calling
+module checks the meaning of the values.
 """
 
 from __future__ import annotations
@@ -27,9 +27,8 @@ from mmp_env.wording import shown
 T = TypeVar("T", bound=msgspec.Struct)
 
 _YAML_SUFFIXES = (".yaml", ".yml")
-MAX_JSON_BYTES = 64 * 2**20
-MAX_YAML_BYTES = 2**18
-"""YAML is for cells written by hand; its reader is a thousand times slower than that of JSON."""
+MAX_JSON_BYTES, MAX_YAML_BYTES = 64 * 2**20, 2**18
+"""Largest files that are read. YAML is for cells written by hand; its reader is a thousand times slower."""
 
 _PLAIN_WORDS = {
     "str": "text",
@@ -41,6 +40,7 @@ _PLAIN_WORDS = {
     "null": "null",
 }
 _LONGEST_INTEGER = 18
+"""Largest number of digits of a whole number; a longer one becomes a float."""
 MOST_COLLECTIONS = 2_000_000
 """Most lists and objects that are read of one JSON text. A plan of 64 MB has about half a million; empty lists take 30
 times the memory of their text.
@@ -48,12 +48,12 @@ times the memory of their text.
 
 
 class NotJsonError(MmpError):
-    """Text that is not JSON."""
+    """A text is not JSON."""
 
 
 @dataclass(frozen=True)
 class Location:
-    """Where a value stands, for messages: `cell.yaml: arms[2].yaw`."""
+    """Place of a value in a file, for messages: `cell.yaml: arms[2].yaw`."""
 
     file: str
     field: str = ""
@@ -66,7 +66,7 @@ class Location:
         return f"{self.file}: {self.field}" if self.field else self.file
 
     def wrong(self, value: object, allowed: str) -> MmpError:
-        """The error that the value here is not what is `allowed`."""
+        """Returns the error that the value here is not allowed; `allowed` says what is."""
         return MmpError(f"{self} is {shown(value)}; it must be {allowed}")
 
 
@@ -82,15 +82,14 @@ def named(place: Location | str) -> Iterator[None]:
 
 
 def names_file(text: str) -> bool:
-    """Whether a text is meant as a JSON or YAML file, there or not, rather than as the name of something."""
+    """Returns whether a text looks like the path of a JSON or YAML file rather than a name."""
     return "/" in text or Path(text).suffix.lower() in (".json", *_YAML_SUFFIXES)
 
 
 def read_document(path: str | PathLike[str]) -> Any:
-    """The content of a JSON or (`.yaml`, `.yml`) YAML file as dicts, lists and scalars. Raises `MmpError`.
+    """Returns the content of a JSON or YAML file (`.yaml`, `.yml`) as dicts, lists and scalars. Raises `MmpError`.
 
-    A name without a suffix, as pipes have, says nothing: there, text is YAML unless it begins like an object or a list
-    of JSON.
+    Text from a name without suffix, such as a pipe, is YAML unless it begins like an object or a list of JSON.
     """
     suffix = Path(path).suffix.lower()
     is_yaml = suffix in _YAML_SUFFIXES
@@ -111,9 +110,9 @@ def read_document(path: str | PathLike[str]) -> Any:
 
 
 def parse_json(text: str, place: Location) -> Any:
-    """JSON, with NaN and infinities let through so that the field that holds them can be named.
+    """Returns the value of a JSON text. It may hold NaN and infinity, so that later messages can name their fields.
 
-    Raises `MmpError`, namely `NotJsonError` for text that is none.
+    Raises `NotJsonError` for text that is not JSON, and `MmpError` for other faults.
     """
 
     def whole(digits: str) -> int | float:
@@ -131,7 +130,7 @@ def parse_json(text: str, place: Location) -> Any:
 
 
 def parse_yaml(text: str, place: Location) -> Any:
-    """The value of a YAML document, see `yaml_value`. Raises `MmpError`."""
+    """Returns the value of a YAML document, see `yaml_value`. Raises `MmpError`."""
     from mmp_env.files.yaml_reading import yaml_value
 
     with named(place):
@@ -149,7 +148,7 @@ def check_schema(data: Any, wanted: str, place: Location) -> None:
 
 
 def numbers(value: Any, count: int, place: Location, of: str) -> list[float]:
-    """`value`, a list of `count` finite numbers; `of` says in messages what has that many. Raises `MmpError`."""
+    """Returns `value`, a list of `count` finite numbers, one for each `of` in messages. Raises `MmpError`."""
     if not isinstance(value, list):
         raise place.wrong(value, f"a list of {count} numbers")
     for k, number in enumerate(value):
@@ -162,7 +161,7 @@ def numbers(value: Any, count: int, place: Location, of: str) -> list[float]:
 
 
 def decode(data: Any, kind: type[T], place: Location) -> T:
-    """`data` as a `kind`, a msgspec `Struct`. Raises `MmpError` that names the field; for a typo, the nearest one."""
+    """Returns `data` as a `kind`, a msgspec `Struct`. Raises `MmpError` with the field; for a typo, the nearest one."""
     try:
         return msgspec.convert(data, kind)
     except UnicodeEncodeError as error:
@@ -188,7 +187,7 @@ def decode(data: Any, kind: type[T], place: Location) -> T:
 
 
 def _beyond_floats(data: Any, place: Location) -> Iterator[tuple[Location, int]]:
-    """The whole numbers that no float can hold, with their places. Only data that Python code made has any."""
+    """Yields the whole numbers that no float can hold, with their places. Only Python code makes such data."""
     if isinstance(data, int) and abs(data) > sys.float_info.max:
         yield place, data
     items = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list | tuple) else ()
@@ -201,13 +200,13 @@ def _in_words(types: str) -> str:
 
 
 def _inside(owner: Any, field: str) -> Any:
-    """The `Struct` that a field of a `Struct` holds, alone, in a list or in a union; its type where it holds none."""
+    """Returns the `Struct` in a field of a `Struct`, alone, in a list or in a union; or the type of the field."""
     inner = {f.encode_name: f.type for f in msgspec.structs.fields(owner)}[field]
     return next((part for part in get_args(inner) if hasattr(part, "__struct_fields__")), inner)
 
 
 def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """The object of these fields. Raises `MmpError` for one that is there twice."""
+    """Returns the object of these fields. Raises `MmpError` for a repeated field."""
     out = dict(pairs)
     if len(out) < len(pairs):
         [(twice, _)] = Counter(name for name, _ in pairs).most_common(1)

@@ -1,4 +1,4 @@
-"""The bytes of regular files, and of what a shell pipes in: what may never end is not read."""
+"""Reads the bytes of regular files and shell pipes, and refuses files that may never end."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class TooLargeError(MmpError):
 
 
 def read_bytes(path: str | PathLike[str], limit: int, kind: str) -> bytes:
-    """The content of a file of at most `limit` bytes; `kind` is its format in messages. Raises `MmpError`."""
+    """Returns the content of a file of at most `limit` bytes; `kind` is its format in messages. Raises `MmpError`."""
     try:
         if _may_never_end(path):
             raise OSError(errno.EINVAL, "it is not a regular file")
@@ -42,9 +42,9 @@ def check_size(path: str | PathLike[str], content: bytes, limit: int, kind: str)
 
 
 def _may_never_end(path: str | PathLike[str]) -> bool:
-    """Whether it is a terminal, another device, or a named pipe that nobody may ever write to.
+    """Returns whether the path is a terminal, another device, or a named pipe, which may have no writer.
 
-    What a shell pipes in, as /dev/stdin or by `<(...)`, has its writer.
+    A pipe of the shell, /dev/stdin or `<(...)`, has a writer.
     """
     mode = os.stat(path).st_mode
     name = os.path.abspath(path)

@@ -1,4 +1,4 @@
-"""Files and folders that are there for a moment beside the place of another, and at no end of the program."""
+"""Temporary files and folders beside a target. None is left when the program ends."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pathlib import Path
 PREFIX = ".mmp-"
 """Beginning of the name of every temporary file."""
 _THERE: dict[Path, int] = {}
-"""What may be there -> the process that has made it."""
+"""Temporary path -> the process that made it."""
 
 
 @contextlib.contextmanager
 def beside(target: Path) -> Iterator[Path]:
-    """A name in the folder of `target` for a file or a folder, which is removed in the end if it is still there."""
+    """Yields a path in the folder of `target` for a file or folder, and removes it in the end if it is still there."""
     path = target.with_name(f"{PREFIX}{os.getpid()}-{secrets.token_hex(4)}.tmp")
-    _THERE[path] = os.getpid()  # before it is made: an interrupt at any instant leaves it in the list or removed
+    _THERE[path] = os.getpid()  # listed before it is made: an interrupt at any instant leaves it listed or removed
     try:
         yield path
     finally:
@@ -29,9 +29,9 @@ def beside(target: Path) -> Iterator[Path]:
 
 @atexit.register
 def remove_all() -> None:
-    """Removes what an interrupt in the middle of a removal has left; for those who end a process by force."""
+    """Removes all temporary files of this process, also those that an interrupted removal left."""
     for path, process in list(_THERE.items()):
-        if process == os.getpid():  # a fork has the list of its parent
+        if process == os.getpid():  # a forked process inherits the list of its parent
             _remove(path)
 
 

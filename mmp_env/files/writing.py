@@ -1,4 +1,4 @@
-"""Writing so that nothing is ever half written, and JSON so that the same values give the same bytes."""
+"""Writes whole files or none, and JSON with the same bytes for the same values."""
 
 from __future__ import annotations
 
@@ -22,22 +22,23 @@ from mmp_env.files.paths import exists, is_file, real_path, refusal
 from mmp_env.files.temporaries import beside
 
 _LINE = 240
+"""Longest line of an object or list of objects or lists."""
 _NESTED = (dict, list)
 _STRANGE = re.compile(r"^\.|[^\w .+=@-]", re.ASCII)
 _LONGEST_FILE_NAME = 100
 
 
 def json_text(value: Any) -> str:
-    """`value` as JSON, a line for each object or list that is short or holds scalars only; floats as `repr` has them.
+    """Returns `value` as JSON, with a line for each object or list that is short or holds only scalars.
 
-    The text is ASCII, other characters escaped. NumPy scalars and arrays become numbers and lists; numbers that are not
-    finite become null.
+    The text is ASCII; other characters are escaped. Floats are written like `repr`. NumPy scalars and arrays become
+    numbers and lists. Numbers that are not finite become null.
     """
     return _layout(plain(value), "") + "\n"
 
 
 def plain(value: Any) -> Any:
-    """`value` as dicts, lists and scalars that JSON knows. Raises `TypeError` for what has no such form."""
+    """Returns `value` in dicts, lists and scalars of JSON. Raises `TypeError` for a type that JSON lacks."""
     if type(value) is float:
         return value if math.isfinite(value) else None
     if isinstance(value, np.ndarray | np.generic):
@@ -59,7 +60,7 @@ def plain(value: Any) -> Any:
 
 
 def check_writable(path: str | PathLike[str]) -> None:
-    """Raises `MmpError` where `write_text` could not write; leaves nothing behind."""
+    """Raises `MmpError` if `write_text` could not write this file. Leaves nothing behind."""
     target = _target(path)
     with beside(target) as temporary:
         try:
@@ -69,22 +70,22 @@ def check_writable(path: str | PathLike[str]) -> None:
 
 
 def write_text(path: str | PathLike[str], text: str) -> None:
-    """Writes a whole file or none: beside its place first, then moved there. Raises `MmpError`."""
+    """Writes a whole file or none: a temporary file beside it, which is then moved. Raises `MmpError`."""
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
 @contextlib.contextmanager
 def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
-    """A place beside `path` to write to, which is moved there in the end; nothing is left where the block fails.
+    """Yields a temporary path to write to, and moves that file to `path` in the end, or removes it after an error.
 
-    Raises `MmpError` for what the system refuses.
+    Raises `MmpError` for a refusal of the system.
     """
     target = _target(path)
     with beside(target) as temporary:
         try:
             if target.exists():
-                temporary.touch(0o600)  # nobody else reads it before it has the mode of the file that it replaces
+                temporary.touch(0o600)  # private until it has the mode of the file that it replaces
             yield temporary
             move_onto(temporary, target)
         except OSError as error:
@@ -92,7 +93,7 @@ def whole_file(path: str | PathLike[str]) -> Iterator[Path]:
 
 
 def move_onto(new: Path, target: Path) -> None:
-    """Moves a file onto another one, whose mode it takes. Raises `OSError`."""
+    """Moves a file onto another one, and keeps the mode of that one. Raises `OSError`."""
     with contextlib.suppress(FileNotFoundError):
         there = target.lstat()
         if stat.S_ISREG(there.st_mode):
@@ -101,20 +102,20 @@ def move_onto(new: Path, target: Path) -> None:
 
 
 def file_name(name: str) -> str:
-    """Returns the name for a file in one folder, with a hash where file systems or shells may trip over the name."""
+    """Returns a safe file name, with a hash if file systems or shells may misread the name."""
     tame = _STRANGE.sub("_", name)[:_LONGEST_FILE_NAME]
     return tame if tame == name else f"{tame}-{hashlib.sha256(name.encode(errors='surrogatepass')).hexdigest()[:8]}"
 
 
 def left_alone(paths: Iterable[str]) -> list[str]:
-    """A sentence for each path at which there is something, though nothing was written to it."""
+    """Returns a sentence for each path with a file that this run did not write."""
     return [f"{path} is left as it was; this run wrote nothing to it" for path in paths if os.path.exists(path)]
 
 
 def _target(path: str | PathLike[str]) -> Path:
-    """The file behind any links. Moving onto a folder fails, and onto a device such as /dev/null would replace it.
+    """Returns the regular file behind any links. Raises `MmpError` for a folder or device, which a move would replace.
 
-    Moving would replace also a file that nobody may write to: that is refused, as writing into it would be.
+    A move would also replace a file without write permission, so it is refused too.
     """
     target = real_path(argument_checks.path("path", path))
     if not exists(target):

@@ -1,7 +1,7 @@
-"""YAML of plain values, by the core schema of YAML 1.2: null, true and false, numbers, text, lists and objects.
+"""Reads YAML by the core schema of YAML 1.2: null, true and false, numbers, text, lists and objects.
 
-The parser's events become values here. PyYAML's own loader follows YAML 1.1, where `off` is false, `1:30` is 90 and
-`1e-3` is text; and what a tag asks for may raise anything.
+This module builds values from the parser's events. PyYAML's own loader follows YAML 1.1, where `off` is false, `1:30`
+is 90 and `1e-3` is text, and its tags may raise any exception.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from typing import Any
 from mmp_env.errors import MmpError
 
 _MOST_LEVELS = 50
+"""Deepest nesting that is read."""
 _LONGEST_INTEGER = 18
+"""Largest number of digits of a whole number; a longer one becomes a float."""
 _TAGS = "tag:yaml.org,2002:"
 _WORDS = {
     **dict.fromkeys(("", "~", "null", "Null", "NULL"), None),
@@ -32,7 +34,7 @@ Pairs = list[tuple[str, Any]]
 
 @dataclass(kw_only=True)
 class _Collection:
-    """A list or an object whose end is yet to come; `key` is the field that waits for its value."""
+    """An unfinished list or object; `key` is the field without a value so far."""
 
     is_object: bool
     items: list[Any] = field(default_factory=list)
@@ -41,9 +43,9 @@ class _Collection:
 
 
 def yaml_value(text: str | bytes, as_object: Callable[[Pairs], dict[str, Any]]) -> Any:
-    """Returns the value of the one document in `text`, None where there is none; `as_object` makes an object of pairs.
+    """Returns the value of the only document in `text`, None for no document; `as_object` makes an object of pairs.
 
-    Raises `MmpError` that names the line, for aliases, which can make a small file enormous, and for tags as well.
+    Raises `MmpError` with the line for faults, for tags, and for aliases, which can make a small file enormous.
     """
     import yaml
 
@@ -55,7 +57,7 @@ def yaml_value(text: str | bytes, as_object: Callable[[Pairs], dict[str, Any]]) 
         raise MmpError(f"not YAML: {_one_line(error.problem or error.context)}{where}") from None
     except MmpError:
         raise
-    # The scanner that is written in Python asks chr() and int() for what no character and no number is.
+    # The scanner in Python calls chr() and int() with bad values.
     except (yaml.YAMLError, ValueError, OverflowError) as error:
         raise MmpError(f"not YAML: {_one_line(error)}") from None
 
@@ -91,7 +93,7 @@ def _value(events: Any, as_object: Callable[[Pairs], dict[str, Any]]) -> Any:
 
 
 def _add(collection: _Collection, value: Any, line: int) -> None:
-    """Puts a value where it belongs: among the items, as the next field, or as the value of that field."""
+    """Adds a value to a collection: as an item, as the next field, or as the value of that field."""
     if not collection.is_object:
         collection.items.append(value)
     elif collection.key is not None:
@@ -111,7 +113,7 @@ def _refuse_tag(event: Any, line: int) -> None:
 
 
 def _scalar(text: str) -> Any:
-    """What a word without quotes means. As in JSON, whole numbers that are very long become floats."""
+    """Returns the value of a word without quotes. As in JSON, very long whole numbers become floats."""
     if text in _WORDS:
         return _WORDS[text]
     if _WHOLE.fullmatch(text):

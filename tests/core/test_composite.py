@@ -1,4 +1,4 @@
-"""RRT-Connect over all arms: its ways, and that it goes on where it stopped."""
+"""RRT-Connect over all arms: its paths, and continued searches."""
 
 from itertools import pairwise
 
@@ -51,19 +51,19 @@ def crowded(seed=3):
 
 
 @pytest.mark.parametrize("kind", [two_arms.passing, two_arms.one_in_the_way, crowded])
-def test_a_way_goes_from_start_to_goal_by_edges_no_longer_than_asked(kind):
+def test_a_path_goes_from_start_to_goal_by_edges_no_longer_than_the_range(kind):
     problem = kind()
-    way = search_of(problem).grow(1_000_000, forever())
+    path = search_of(problem).grow(1_000_000, forever())
     names = problem.cell.arm_names
-    np.testing.assert_array_equal(way[0], np.concatenate([problem.start[n] for n in names]).astype(np.float32))
-    np.testing.assert_array_equal(way[-1], np.concatenate([problem.goal[n] for n in names]).astype(np.float32))
-    assert np.linalg.norm(np.diff(way, axis=0), axis=1).max() <= RANGE_RAD * (1 + 1e-5)
+    np.testing.assert_array_equal(path[0], np.concatenate([problem.start[n] for n in names]).astype(np.float32))
+    np.testing.assert_array_equal(path[-1], np.concatenate([problem.goal[n] for n in names]).astype(np.float32))
+    assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= RANGE_RAD * (1 + 1e-5)
 
 
-def dense(way, samples=60):
-    """Configurations of all joints along a way, [n, joints]."""
+def dense(path, samples=60):
+    """Configurations of all joints along a path, [n, joints]."""
     fractions = np.linspace(0, 1, samples, endpoint=False)[:, None]
-    return np.concatenate([*(a + fractions * (b - a) for a, b in pairwise(way)), way[-1:]])
+    return np.concatenate([*(a + fractions * (b - a) for a, b in pairwise(path)), path[-1:]])
 
 
 def split(cell, q):
@@ -72,10 +72,10 @@ def split(cell, q):
 
 
 @pytest.mark.parametrize("step", [STEP_RAD, 2.0])
-def test_a_way_is_clear_between_its_samples_by_the_twin(step):
+def test_a_path_is_clear_between_its_samples_by_the_reference(step):
     problem = two_arms.passing()
-    way = search_of(problem, step=step).grow(1_000_000, forever())
-    for q in dense(way):
+    path = search_of(problem, step=step).grow(1_000_000, forever())
+    for q in dense(path):
         between = clearance.moving_clearance(problem.cell, "left", q[:6], "right", q[6:])
         assert between >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - FLOAT_M
 
@@ -91,7 +91,7 @@ def obstacle_in_the_way():
 
 
 def base_in_the_way():
-    """The other arm stands right where the fore arm would pass, and reaches the other way itself."""
+    """The other arm stands right where the fore arm would pass, and reaches in the other direction itself."""
     left = place_arm("left", "ur5e", [-0.3, 0, 0], quaternion_from_yaw(0.0))
     right = place_arm("right", "ur5e", [0.3, 0, 0], quaternion_from_yaw(0.0))
     return turned(Cell(name="close", arms=(left, right)), 1.2, -1.2, low=True)
@@ -128,44 +128,44 @@ def itself_in_the_way():
         (itself_in_the_way, clearance.self_clearance),
     ],
 )
-def test_a_way_is_clear_of_obstacles_bases_and_the_arms_themselves_by_the_twin(kind, what, step):
+def test_a_path_is_clear_of_obstacles_bases_and_the_arms_themselves_by_the_reference(kind, what, step):
     problem = kind()
     cell = problem.cell
     straight = np.linspace(problem.start["left"], problem.goal["left"], 60)
-    assert min(what(cell, "left", q) for q in straight) < 0, "the straight way is closed"
-    way = search_of(problem, step=step).grow(1_000_000, forever())
-    for row in dense(way, 40):
+    assert min(what(cell, "left", q) for q in straight) < 0, "the straight line is blocked"
+    path = search_of(problem, step=step).grow(1_000_000, forever())
+    for row in dense(path, 40):
         q = split(cell, row)
         least = min(clearance.static_clearance(cell, arm, q[arm]) for arm in q)
         least = min(least, clearance.moving_clearance(cell, "left", q["left"], "right", q["right"]))
         assert least >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - FLOAT_M
 
 
-def test_an_edge_that_coarse_samples_let_through_falls_by_the_proof_and_the_search_goes_on():
-    """One sample an edge, its end: the straight way through the other hand becomes a node, and no way."""
+def test_the_proof_removes_an_edge_that_coarse_samples_let_through_and_the_search_goes_on():
+    """One sample per edge, its end: the straight line through the other hand becomes an edge, but no path."""
     problem = two_arms.passing()
     fine, coarse = (search_of(problem, edge=4.0, step=step) for step in (STEP_RAD, 2.0))
     assert fine.grow(1, forever()) is None
     assert fine.nodes == 2, "the samples see the contact"
     assert coarse.grow(1, forever()) is None
     assert coarse.nodes == 3, "start, goal, and the goal again at the end of the straight edge"
-    way = coarse.grow(1_000_000, forever())
-    assert len(way) > 2
-    assert_proved(problem, way)
+    path = coarse.grow(1_000_000, forever())
+    assert len(path) > 2
+    assert_proved(problem, path)
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_ways_of_coarse_samples_are_proved_all_the_same(seed):
-    """Longer ways, whose edges fall in either tree."""
+def test_paths_of_coarse_samples_are_proved(seed):
+    """Longer paths; the proof removes edges of both trees."""
     problem = crowded(seed)
     coarse, fine = (search_of(problem, seed, step=step) for step in (1.0, STEP_RAD))
     assert_proved(problem, coarse.grow(1_000_000, forever()))
     assert_proved(problem, fine.grow(1_000_000, forever()))
 
 
-def assert_proved(problem, way):
-    """The certificate, in double precision, of what the search proved in single precision."""
-    rows = [np.ascontiguousarray(q) for q in np.split(way, len(problem.cell.arms), axis=1)]
+def assert_proved(problem, path):
+    """Certifies in double precision what the search proved in single precision."""
+    rows = [np.ascontiguousarray(q) for q in np.split(path, len(problem.cell.arms), axis=1)]
     required = problem.levels(KEEP_MARGIN_FACTOR / 2, KEEP_MARGIN_FACTOR / 2)
     proof = core.certify(problem.cell.collision.core, rows, required, 0.5, forever())
     assert proof.valid, (proof.arm_a, proof.arm_b, proof.segment)
@@ -175,26 +175,26 @@ def assert_proved(problem, way):
 def test_slices_find_what_one_go_finds():
     problem = crowded()
     once, sliced = search_of(problem), search_of(problem)
-    way = once.grow(1_000_000, forever())
+    path = once.grow(1_000_000, forever())
     found = None
     while found is None:
         found = sliced.grow(7, forever())
-    np.testing.assert_array_equal(found, way)
+    np.testing.assert_array_equal(found, path)
     assert sliced.iterations == once.iterations
     assert sliced.nodes == once.nodes
 
 
-def test_another_seed_finds_another_way():
+def test_another_seed_finds_another_path():
     problem = crowded()
-    ways = [search_of(problem, seed).grow(1_000_000, forever()) for seed in (0, 1)]
-    assert ways[0].shape != ways[1].shape or (ways[0] != ways[1]).any()
+    paths = [search_of(problem, seed).grow(1_000_000, forever()) for seed in (0, 1)]
+    assert paths[0].shape != paths[1].shape or (paths[0] != paths[1]).any()
 
 
 def test_arms_that_are_at_their_goals_need_not_move():
     problem = two_arms.nothing_to_do()
-    way = search_of(problem).grow(1, forever())
-    assert way.shape == (2, 12)
-    np.testing.assert_array_equal(way[0], way[1])
+    path = search_of(problem).grow(1, forever())
+    assert path.shape == (2, 12)
+    np.testing.assert_array_equal(path[0], path[1])
 
 
 def test_no_iterations_and_no_time_find_nothing():

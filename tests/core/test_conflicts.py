@@ -12,7 +12,7 @@ from mmp_env.model.problem import make_problem
 
 
 def plan_of(cell, waypoints, times):
-    """A plan through way points, arm name -> [t, dof]."""
+    """A plan through waypoints, arm name -> [t, dof]."""
     start, goal = ({arm: q[k] for arm, q in waypoints.items()} for k in (0, -1))
     return Plan(problem=make_problem(cell, start, goal), times=np.array(times, dtype=float), positions=waypoints)
 
@@ -25,7 +25,7 @@ def three_arms():
 
 
 def passing_twice():
-    """Arm a passes the parked tip of b at 3 s and, faster, on its way back at 6 s."""
+    """Arm a passes the parked tip of b at 3 s and, faster, moving back at 6 s."""
     still = np.zeros((4, 2))
     return {"a": np.array([[-1.0, 0], [1.0, 0], [1.0, 0], [-1.0, 0]]), "b": still, "c": still}, [0.0, 6.0, 6.5, 7.5]
 

@@ -112,7 +112,7 @@ def single_arm(cell, name, start, goal, seed=0):
 
 
 def assert_path_is_right(cell, name, path, start, goal, constraints):
-    """What the planner promises, by the reference implementation: ends, speed, limits, contacts, constraints."""
+    """Checks the planner's promises by the reference implementation: ends, speed, limits, contacts, constraints."""
     np.testing.assert_allclose(path[[0, -1]], [start, goal], rtol=0, atol=FLOAT_RAD)
     assert np.abs(np.diff(path, axis=0)).max() <= STEP_RAD * (1 + 1e-3)
     robot = cell.arm(name).robot
@@ -136,7 +136,7 @@ def test_planned_paths_keep_all_that_they_promise(robot, spheres):
         core.Constraint.standing(cell.collision.core, 1, q, start=begin, end=end) for _, q, (begin, end) in places
     ]
     reference = [intervals.standing(cell, "arm1", q, *window, proved) for _, q, window in places]
-    # The way that it takes when it is free to is then closed for a while, halfway.
+    # The path without constraints is then blocked for a while, halfway.
     free, _ = planner.plan([], 0, core.Clock(60.0))
     assert_path_is_right(cell, "arm0", free, start["arm0"], goal["arm0"], [])
     halfway = free[len(free) // 2].copy()
@@ -148,17 +148,17 @@ def test_planned_paths_keep_all_that_they_promise(robot, spheres):
 
 
 def narrow_arm():
-    """A toy arm whose second joint can hardly move: there is one way only."""
+    """A toy arm whose second joint can hardly move: there is a single path."""
     limits = {"lower": np.array([-np.pi, -1e-3]), "upper": np.array([np.pi, 1e-3])}
     return toys.toy_cell(toys.toy_arm("a", [0, 0, 0], **limits))
 
 
-def test_a_free_straight_way_is_driven_at_full_speed():
+def test_a_free_straight_path_is_driven_at_full_speed():
     path, _ = single_arm(narrow_arm(), "a", np.array([-0.3, 0]), np.array([0.3, 0]), 1).plan([], 0, core.Clock(60.0))
     assert len(path) - 1 == np.ceil(0.6 / STEP_RAD)
 
 
-def test_an_arm_with_one_way_only_waits_as_long_as_it_must():
+def test_an_arm_with_a_single_path_waits_as_long_as_it_must():
     cell, (start, goal) = narrow_arm(), np.array([[-0.3, 0], [0.3, 0]])
     window = (0, 30)
     path, _ = single_arm(cell, "a", start, goal).plan(
@@ -168,7 +168,7 @@ def test_an_arm_with_one_way_only_waits_as_long_as_it_must():
     assert_path_is_right(cell, "a", path, start, goal, [reference])
     duration = 0.6 / STEP_RAD
     earliest = intervals.earliest_departure(cell, "a", start, goal, duration, [reference], (0, np.inf))
-    # Whole steps for each piece of the way, and a blocked piece is known to 0.03 rad.
+    # Whole steps for each piece of the path, and a blocked piece is known to 0.03 rad.
     assert earliest + duration <= len(path) - 1 <= earliest + duration + 3
 
 

@@ -139,7 +139,7 @@ def test_a_contact_between_two_steps_is_found_and_placed():
     cell = toys.toy_cell(toys.toy_arm("a", [0, 0, 0]), toys.toy_arm("b", [4, 0, 0], yaw=np.pi))
     still = np.zeros((1, 2))
     for meeting in (0.2, 0.5, 0.8):
-        # The tip of a passes that of b within the second step, `meeting` of the way through it.
+        # The tip of a passes that of b within the second step, `meeting` of it.
         a = np.array([[-1.5, 0], [-1.0 * meeting, 0], [1.0 * (1 - meeting), 0], [1.5, 0]])
         assert motion.conflicting_steps(cell, "a", a, "b", still, 0.002) == [1]
         for found in (instants_of(cell, a, still, 0.002, ("a", "b")), instants_of(cell, still, a, 0.002, ("b", "a"))):
@@ -183,8 +183,8 @@ def sampled_clearance(cell, paths, samples):
     arms = cell.arm_names
     least, slack = np.inf, 0.0
     for k in range(len(paths[0]) - 1):
-        ways = [motion.along(path[k], path[k + 1], samples) for path in paths]
-        states = [dict(zip(arms, qs, strict=True)) for qs in zip(*ways, strict=True)]
+        sampled_paths = [motion.along(path[k], path[k + 1], samples) for path in paths]
+        states = [dict(zip(arms, qs, strict=True)) for qs in zip(*sampled_paths, strict=True)]
         least = min([least, *(clearance.least_clearance(cell, state) for state in states)])
         travel = [
             motion.travel_bound(arm, cell.spheres, p[k + 1] - p[k]) for arm, p in zip(cell.arms, paths, strict=True)

@@ -1,4 +1,4 @@
-"""Arms planned anew among the others: detours go, another arm makes room where it must, and all stays safe."""
+"""Large-neighbourhood search: removes detours, makes another arm give room, and keeps the plan safe."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def lifted_over(problem):
 
 
 def first_come():
-    """The right arm comes to where it is in the way of the left one at once, and stays: the left one goes over it."""
+    """The right arm moves at once to where it blocks the left one, and stays: the left one goes over it."""
     problem = two_arms.turning((0.8, -0.8), (0.8, 0.0))
     come = straight(problem.start["right"], problem.goal["right"], 10)
     right = np.vstack([come, np.repeat(come[-1:], 70, axis=0)])
@@ -66,7 +66,7 @@ def test_an_arm_comes_later_where_another_one_then_needs_no_detour():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_shorter_way_round_keeps_clear_by_the_twin(seed):
+def test_a_shorter_path_stays_clear_by_the_reference(seed):
     problem, rows = in_the_way()
     found, kept = replanned(problem, rows, seed=seed)
     assert kept > 0
@@ -84,7 +84,7 @@ def test_the_ends_stay_and_nobody_drives_too_fast():
             assert (np.abs(np.diff(after, axis=0)) <= problem.max_velocity[name] * DT_S * (1 + 1e-4)).all()
 
 
-def test_the_same_seed_replans_in_the_same_way():
+def test_the_same_seed_gives_the_same_plan():
     problem, rows = in_the_way()
     (first, kept), (second, again) = (replanned(problem, rows, seed=5) for _ in range(2))
     assert kept == again

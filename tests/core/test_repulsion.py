@@ -37,7 +37,7 @@ def motions_of(cell, paths):
 @pytest.mark.parametrize("distance", ["surface", "centre"])
 @pytest.mark.parametrize("spheres", ["28", "fine"])
 @pytest.mark.parametrize("robots", ROBOTS, ids="-".join)
-def test_the_force_field_agrees_with_the_twin(robots, spheres, distance):
+def test_the_force_field_agrees_with_the_reference(robots, spheres, distance):
     rng = np.random.default_rng(61)
     for _ in range(2):
         cell, paths = near_paths(rng, robots, spheres)

@@ -183,10 +183,10 @@ def test_instances_agree_to_the_last_bit(monkeypatch):
 STEP_RAD = 0.08
 
 
-def stepwise(way, step):
-    """A way on a grid of steps, no joint farther than `step` [rad] in one: [steps + 1, joints]."""
-    rows = [way[:1]]
-    for a, b in itertools.pairwise(way):
+def stepwise(path, step):
+    """A path on a grid of steps, no joint farther than `step` [rad] in one: [steps + 1, joints]."""
+    rows = [path[:1]]
+    for a, b in itertools.pairwise(path):
         count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
         rows.append(a + np.arange(1, count + 1)[:, None] / count * (b - a))
     return np.concatenate(rows)
@@ -194,7 +194,7 @@ def stepwise(way, step):
 
 @pytest.mark.parametrize("robot", ["ur5e", "panda"])
 @pytest.mark.parametrize("step", [STEP_RAD, 0.01])
-def test_composite_ways_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot, step):
+def test_composite_paths_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot, step):
     """With the finer grid the plans have more than 512 steps."""
     cell = ring_cell(4, robot)
     start, goal = draw_instance(cell, seed=2)
@@ -212,12 +212,12 @@ def test_composite_ways_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot, 
                 seed=seed,
                 settings=core.CompositeSettings(step=edge),
             )
-            way = search.grow(3000, core.Clock(60.0))
-            assert way is not None
-            rows = np.split(stepwise(way, step), 4, axis=1)
+            path = search.grow(3000, core.Clock(60.0))
+            assert path is not None
+            rows = np.split(stepwise(path, step), 4, axis=1)
             assert step > 0.05 or len(rows[0]) > 512
             speeds = [np.full(dof, step)] * 4
-            out += [way, search.nodes, search.iterations]
+            out += [path, search.nodes, search.iterations]
             settings, clock = core.ShortcutSettings(attempts=60), core.Clock(60.0)
             levels = core.Levels(*LEVELS)
             out.append(
@@ -240,7 +240,7 @@ def sweep(cell, arm, turn, wait, steps):
 
 @pytest.mark.parametrize("robot", ["ur5e", "panda"])
 @pytest.mark.parametrize(("wait", "steps"), [(0, 13), (5, 40), (21, 33), (3, 600), (517, 35)])
-def test_planning_among_movers_agrees_to_the_last_bit(monkeypatch, robot, wait, steps):
+def test_planning_among_dynamic_obstacles_agrees_to_the_last_bit(monkeypatch, robot, wait, steps):
     """Motions within a block of steps, across some, and beyond the last one; set out at steps that begin no block."""
     cell = ring_cell(2, robot)
     own, other = sweep(cell, "arm0", -1, 0, 33), sweep(cell, "arm1", 1, wait, steps)

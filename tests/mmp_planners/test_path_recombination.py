@@ -6,8 +6,8 @@ import math
 import numpy as np
 import pytest
 from support import two_arms
-from support.recombinations import lifted, recombination, shut_in
-from support.recombinations import run as run_of
+from support.path_pools import lifted, mutually_blocking, path_pool
+from support.path_pools import run as run_of
 
 import mmp_planners
 from mmp_env import check_plan, core
@@ -88,9 +88,9 @@ def test_every_turn_has_a_seed_of_its_own():
 
 def around_each_other():
     """Each arm's goal blocks the other arm: one of them has to lift its hand over the other."""
-    problem = shut_in()
+    problem = mutually_blocking()
     run = Run.begin("auto", None, problem, 0, math.inf)
-    assert run.offer(retime_to_velocity_limits(problem, run_of(recombination(problem, lifted(problem, 1.4)))))
+    assert run.offer(retime_to_velocity_limits(problem, run_of(path_pool(problem, lifted(problem, 1.4)))))
     return run
 
 

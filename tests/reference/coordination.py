@@ -1,4 +1,4 @@
-"""When two arms on given ways may go on, by looking at every place: how many steps each of the two has done."""
+"""Coordination diagram of two paths by testing every state: how many steps each arm has done."""
 
 import itertools
 
@@ -8,7 +8,7 @@ from reference.clearance import cloud, least_gap
 from reference.motion import along
 
 
-def gaps_of_ways(cell, arm_a, rows_a, arm_b, rows_b, samples):
+def gaps_of_paths(cell, arm_a, rows_a, arm_b, rows_b, samples):
     """Clearances [m] of the moving links, [a, b]: each arm at its steps and at `samples` - 1 instants between two."""
     a, b = (
         [cloud(cell, cell.arm(arm), q).moving for q in sampled(rows, samples)]
@@ -18,7 +18,7 @@ def gaps_of_ways(cell, arm_a, rows_a, arm_b, rows_b, samples):
 
 
 def sampled(rows, samples):
-    """The rows [k, dof] and what lies between them."""
+    """The rows [k, dof] and interpolated rows between them."""
     steps = itertools.pairwise(rows)
     return [rows[0], *(q for here, there in steps for q in along(here, there, samples)[1:])]
 
@@ -33,6 +33,6 @@ def both_can_arrive(gaps, samples, required):
     for s, t in np.ndindex(count_a, count_b):
         for on_a, on_b in ((1, 1), (1, 0), (0, 1)):
             if on_a <= s and on_b <= t and reached[s - on_a, t - on_b]:
-                way = free[(s - on_a) * samples + on_a * instants, (t - on_b) * samples + on_b * instants]
-                reached[s, t] |= way.all()
+                clear = free[(s - on_a) * samples + on_a * instants, (t - on_b) * samples + on_b * instants]
+                reached[s, t] |= clear.all()
     return bool(reached[-1, -1])

@@ -47,8 +47,8 @@ def states_near_the_centre(cell, count, seed=0):
     return q[cell.collision.is_free("arm0", q, margin=MARGIN_M)]
 
 
-def test_a_stay_is_safe_where_nobody_comes_near_and_only_there(cell):
-    """Never unsafe; and not overcautious by more than the bulge of a step, about 3 cm."""
+def test_a_stay_is_safe_exactly_where_no_arm_comes_near(cell):
+    """Never unsafe; and not overcautious by more than the chord deviation of a step, about 3 cm."""
     other = sweep(cell, "arm1", 1, wait=5)
     moving = cell.collision.motion("arm1", other)
     touched = passed = 0
@@ -69,7 +69,7 @@ def test_a_stay_is_safe_where_nobody_comes_near_and_only_there(cell):
     assert passed > 2
 
 
-def test_a_path_among_movers_keeps_clear_of_them_at_every_instant(cell):
+def test_a_path_is_clear_of_dynamic_obstacles_at_every_instant(cell):
     own, other = sweep(cell, "arm0", -1), sweep(cell, "arm1", 1)
     moving = cell.collision.motion("arm1", other)
     planner = single_arm(cell, own)
@@ -83,7 +83,7 @@ def test_a_path_among_movers_keeps_clear_of_them_at_every_instant(cell):
         assert min(gap(cell, path, other, t) for t in np.arange(0, horizon, 0.5)) >= PROOF_M - FLOAT_M
 
 
-def test_constraints_and_movers_hold_together(cell):
+def test_constraints_and_dynamic_obstacles_hold_together(cell):
     own, other = sweep(cell, "arm0", -1), sweep(cell, "arm1", 1)
     moving, ball = cell.collision.motion("arm1", other), core.Constraint.ball(own[-1], 0.3, 0, 70)
     path, _ = single_arm(cell, own).plan([ball], 1, core.Clock(60.0), others=[moving])
@@ -93,7 +93,7 @@ def test_constraints_and_movers_hold_together(cell):
     assert len(path) - 1 >= 70
 
 
-def test_an_arm_that_stops_in_the_way_for_ever_leaves_no_way_and_one_that_passes_does(cell):
+def test_an_arm_that_stops_at_the_goal_leaves_no_path_and_one_that_passes_does(cell):
     own = sweep(cell, "arm0", -1)
     planner = single_arm(cell, own)
     for rows, found in ((sweep(cell, "arm1", 1), True), (own_goal_blocked(cell, own), False)):
@@ -118,8 +118,8 @@ def own_goal_blocked(cell, own):
     return home + np.linspace(0, 1, steps + 1)[:, None] * (end - home)
 
 
-def test_a_mover_that_begins_long_after_the_arm_has_arrived_still_counts(cell):
-    """It would run over the arm that stands at its goal, so the arm gives way and comes back."""
+def test_a_dynamic_obstacle_that_starts_long_after_the_arrival_still_counts(cell):
+    """It would run over the arm that stands at its goal, so the arm moves aside and comes back."""
     own = sweep(cell, "arm0", -1, far=0.4)
     late = sweep(cell, "arm1", 1, wait=60)
     assert min(gap(cell, own, late, t) for t in range(60, len(late))) < 0
@@ -138,7 +138,7 @@ def test_the_same_seed_finds_the_same_path_whatever_was_asked_before(cell):
 
 
 def detour(planner, own):
-    """A path around a ball that closes the straight way for good, and not shortened."""
+    """A path around a ball that blocks the straight line forever, and not shortened."""
     ball = core.Constraint.ball((own[0] + own[-1]) / 2, 0.2, 0, core.FOREVER)
     return planner.plan([ball], 1, core.Clock(60.0), settings=core.SingleArmSettings(shortcuts=0))[0]
 
@@ -156,7 +156,7 @@ def test_an_experience_that_holds_is_the_solution(cell):
     assert np.abs(np.diff(straight, axis=0)).sum() < np.abs(np.diff(path, axis=0)).sum() - 0.1
 
 
-def test_of_an_experience_the_beginning_is_kept_as_far_as_it_holds(cell):
+def test_the_valid_beginning_of_an_experience_is_kept(cell):
     own = sweep(cell, "arm0", -1)
     planner = single_arm(cell, own)
     before = detour(planner, own)

@@ -35,7 +35,7 @@ def shortened(problem, rows, attempts=400, min_saving=math.inf, seed=0, clock=No
 
 
 def detour(q_from, q_via, q_to, steps):
-    """There by way of somewhere else, `steps` for each half."""
+    """A path through a via point, `steps` for each half."""
     there = q_from + np.linspace(0, 1, steps + 1)[:, None] * (q_via - q_from)
     back = q_via + np.linspace(0, 1, steps + 1)[1:, None] * (q_to - q_via)
     return np.vstack([there, back])
@@ -46,7 +46,7 @@ def length(rows):
 
 
 def aside():
-    """The left arm makes a detour though nothing is in its way; the right one stands still."""
+    """The left arm makes a detour though nothing blocks it; the right one stands still."""
     problem = two_arms.one_moves()
     start, goal = problem.start["left"], problem.goal["left"]
     via = (start + goal) / 2 + [0.3, 0.2, -0.3, 0.0, 0.2, 0.0]
@@ -54,7 +54,7 @@ def aside():
 
 
 def over():
-    """The left arm lifts its hand over the right one, which stands in the straight way."""
+    """The left arm lifts its hand over the right one, which blocks the straight line."""
     problem = two_arms.one_in_the_way()
     start, goal = problem.start["left"], problem.goal["left"]
     via = two_arms.reaching(0.0) + np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])
@@ -70,7 +70,7 @@ def test_a_detour_in_the_open_becomes_straight():
 
 
 def lifted():
-    """Like `over`, but the goal is higher: straight is in the way, to lift first and then to turn is no detour."""
+    """Like `over`, but the goal is higher: the straight line is blocked, and lifting before turning is no detour."""
     raised = np.array([0.0, -0.4, -0.2, 0.0, 0.0, 0.0])
     start = {"left": two_arms.reaching(0.8), "right": two_arms.reaching(0.0)}
     goal = {"left": two_arms.reaching(-0.8) + raised, "right": two_arms.reaching(0.0)}
@@ -80,7 +80,7 @@ def lifted():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_way_round_on_which_no_joint_turns_back_is_as_short_as_the_straight_one(seed):
+def test_a_path_on_which_no_joint_turns_back_is_as_short_as_the_straight_line(seed):
     problem, rows = lifted()
     straight = detour(
         problem.start["left"], (problem.start["left"] + problem.goal["left"]) / 2, problem.goal["left"], 40
@@ -91,7 +91,7 @@ def test_a_way_round_on_which_no_joint_turns_back_is_as_short_as_the_straight_on
     assert length(found) == pytest.approx(problem.cost_lower_bound_rad, abs=2e-3)
 
 
-def test_a_detour_about_an_arm_gets_shorter_and_stays_clear_by_the_twin():
+def test_a_detour_around_an_arm_gets_shorter_and_stays_clear_by_the_reference():
     problem, rows = over()
     found, kept = shortened(problem, rows)
     assert kept > 0
@@ -108,7 +108,7 @@ def test_the_ends_stay_and_nobody_drives_too_fast():
             assert (np.abs(np.diff(after, axis=0)) <= problem.max_velocity[name] * DT_S * (1 + 1e-4)).all()
 
 
-def test_the_same_seed_shortens_in_the_same_way():
+def test_the_same_seed_gives_the_same_shortcuts():
     problem, rows = over()
     (first, kept), (second, again) = shortened(problem, rows, seed=5), shortened(problem, rows, seed=5)
     assert kept == again
@@ -214,7 +214,7 @@ def test_it_ends_where_nothing_can_be_gained():
         assert not clock.expired
 
 
-def test_attempts_that_are_worth_nothing_are_refused():
+def test_a_saving_that_is_not_positive_is_refused():
     problem, rows = aside()
     for min_saving in (0.0, -0.1, math.nan):
         with pytest.raises(ValueError, match="min_saving must be positive"):

@@ -13,7 +13,7 @@ LEVELS = core.Levels(MARGIN_M, 0.0015)
 
 
 def narrow_arm():
-    """A toy arm whose second joint can hardly move: there is one way only."""
+    """A toy arm whose second joint can hardly move: there is a single path."""
     limits = {"lower": np.array([-np.pi, -1e-3]), "upper": np.array([np.pi, 1e-3])}
     return toys.toy_cell(toys.toy_arm("a", [0, 0, 0], **limits))
 
@@ -23,7 +23,7 @@ HERE = np.zeros(2)
 
 
 def standing(forbidden):
-    """Safe intervals at a place that is forbidden in each of the windows."""
+    """Safe intervals at a configuration that is forbidden in each of the windows."""
     balls = [core.Constraint.ball(HERE, 0.1, *window) for window in forbidden]
     return [(int(lo), int(hi)) for lo, hi in core.safe_intervals(CELL.collision.core, 0, HERE, balls, LEVELS)]
 
@@ -75,7 +75,7 @@ def test_a_path_is_somewhere_else_at_a_forbidden_instant_and_late_by_no_more_tha
     path = planned([(instant, instant)])
     at = np.interp(instant, np.arange(len(path)), path[:, 0])
     assert abs(at) > 0.1 - 1e-6
-    # Ten steps for 0.8 rad; the ball takes two and a half of them, and whole steps for each piece of the way.
+    # Ten steps for 0.8 rad; the ball takes two and a half of them, and whole steps for each piece of the path.
     assert 10 <= len(path) - 1 <= 10 + 5
 
 

@@ -1,4 +1,4 @@
-"""Ways of two arms for the core to put together: straight, lifted over everything, and ways that shut each other in."""
+"""Path pools of two arms: straight paths, paths lifted over everything, and mutually blocking paths."""
 
 import numpy as np
 from support import two_arms
@@ -12,20 +12,20 @@ LIFT = np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])
 NO_END = float("inf")
 
 
-def recombination(problem, *ways):
-    """With `ways`, each of them one for every arm, added."""
+def path_pool(problem, *paths):
+    """Returns a pool with `paths`, each of them one path per arm."""
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
     out = core.PathRecombination(
         problem.cell.collision.core, speeds, problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
     )
-    for way in ways:
-        out.add(way)
+    for path in paths:
+        out.add(path)
     return out
 
 
-def run(ways, limit=NO_END):
-    return ways.recombine(limit, core.Clock(NO_END))
+def run(paths, limit=NO_END):
+    return paths.recombine(limit, core.Clock(NO_END))
 
 
 def straight(problem):
@@ -35,22 +35,22 @@ def straight(problem):
     ]
 
 
-def by_way_of(problem, offset):
-    """The left arm goes by way of a place that is so far [rad] from halfway; the right one goes straight."""
+def through(problem, offset):
+    """The left arm goes through a point `offset` [rad] from halfway; the right one goes straight."""
     start, goal, right = problem.start["left"], problem.goal["left"], straight(problem)[1]
     return [along(problem.max_velocity["left"][0] * DT_S, start, (start + goal) / 2 + offset, goal), right]
 
 
 def lifted(problem, height=1.0):
     """The left arm lifts its hand over everything."""
-    return by_way_of(problem, height * LIFT)
+    return through(problem, height * LIFT)
 
 
 def with_a_twist(problem, turn):
-    """The left arm turns its hand and back, which helps nobody."""
-    return by_way_of(problem, turn * np.eye(6)[5])
+    """The left arm turns its hand and back, a detour without use."""
+    return through(problem, turn * np.eye(6)[5])
 
 
-def shut_in():
-    """Each arm's goal is in the way of the other one, so that neither may come first."""
+def mutually_blocking():
+    """Each arm blocks the other at its goal, so that neither may arrive first."""
     return two_arms.turning((-1.0, 0.3), (-1.0, 0.3))

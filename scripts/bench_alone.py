@@ -14,7 +14,7 @@ import numpy as np
 from figure import print_figure
 
 from mmp_cli.arguments import Parser
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 from mmp_env import InvalidInstanceError, core, load_instances
 from mmp_env.model.problem import Problem
 from mmp_planners.low_level import SiRrtStar

@@ -1,8 +1,8 @@
-"""How fast the native core is on eight UR5e arms: one JSON line per figure. Usage: bench_core.py [--states N]
+"""Speed of the native core on eight UR5e arms: a JSON line per figure. Usage: bench_core.py [--states N]
 
-Every value is the best of many repeats, `median` the middle one: other programs only ever make a repeat slower. One
-core is used. The states are starts and goals of the task `reach`; the motions are the straight ones from start to goal,
-which is about what the root of a conflict tree looks like. Ratios are against MuJoCo on the same states, in this run.
+Every value is the best of many repeats on one core, because other programs only make a repeat slower; `median` is the
+middle one. The states are starts and goals of the task `reach`. The motions are straight lines from start to goal, like
+the root of a conflict tree. Ratios compare with MuJoCo on the same states in the same run.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from figure import print_figure, timed
 
 import mmp_planners
 from mmp_cli.arguments import Parser, whole
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 from mmp_env import core, draw_instance, make_problem, ring_cell
 from mmp_env.model.cell import Cell
 from mmp_env.model.certificate import SHARE
@@ -42,19 +42,19 @@ class Spent:
     median: float
 
     def per(self, count: int) -> Spent:
-        """Of one of the `count` things that a call does."""
+        """Returns the times of one of the `count` items of a call."""
         return Spent(best=self.best / count, median=self.median / count)
 
 
 def measure(call: Callable[[], object], repeats: int) -> Spent:
-    """Times of a call after one that is not counted."""
+    """Measures a call, after one call that does not count."""
     call()
     times = timed(call, repeats)
     return Spent(best=times[0], median=statistics.median(times))
 
 
 def measure_each(call: Callable[[Any], object], things: Sequence[Any], repeats: int) -> Spent:
-    """Mean time of a call with one thing; taken in short parts, so that other programs do not spoil every repeat."""
+    """Measures the mean time of a call with one item, in short parts, so that other programs disturb few repeats."""
 
     def go_through(part: Sequence[Any]) -> None:
         for thing in part:
@@ -80,7 +80,7 @@ def main() -> None:
 
 
 def report(name: str, spent: Spent, unit: str, scale: float, rival: Spent | None = None) -> None:
-    """Prints a time; the ratio is how many times longer the rival takes, best against best."""
+    """Prints a time; the ratio is the best time of the rival relative to ours."""
     ratio, ratio_to = (rival.best / spent.best, MUJOCO) if rival else (None, None)
     median = float(f"{spent.median * scale:.4g}")
     variant = core.preferred_variant()
@@ -88,7 +88,7 @@ def report(name: str, spent: Spent, unit: str, scale: float, rival: Spent | None
 
 
 def print_cell_checks(cell: Cell, rows: Sequence[np.ndarray]) -> None:
-    """Kinematics and least clearance over all pairs of arms, no early exit: per state of a batch, and of one alone."""
+    """Prints the time of kinematics and least clearance over all pairs of arms, per state, in a batch and alone."""
     compiled, count = cell.collision.core, len(rows[0])
     rival = mujoco_check(cell, np.concatenate(rows, axis=1))
     batch = measure(lambda: core.cell_clearance(compiled, rows, obstacles=False), 100).per(count)
@@ -102,7 +102,7 @@ def print_cell_checks(cell: Cell, rows: Sequence[np.ndarray]) -> None:
 
 
 def mujoco_check(cell: Cell, states: np.ndarray) -> Spent:
-    """MuJoCo on the same states. Python's share, three calls a state, is about a microsecond."""
+    """Measures MuJoCo on the same states. Python's share, three calls per state, is about a microsecond."""
     model = compile_scene(cell)
     data = mujoco.MjData(model)
     kinematics, collision, qpos = mujoco.mj_kinematics, mujoco.mj_collision, data.qpos
@@ -116,7 +116,7 @@ def mujoco_check(cell: Cell, states: np.ndarray) -> Spent:
 
 
 def print_motions(cell: Cell, problems: Sequence[Problem]) -> None:
-    """What a node of the conflict tree costs: spheres of eight motions, their conflicts, and the force on one arm."""
+    """Prints the cost of a node of the conflict tree: spheres of eight motions, conflicts, and the force on one arm."""
     model = cell.collision
     paths, looked = (
         [straight(problem) for problem in problems],
@@ -133,7 +133,7 @@ def print_motions(cell: Cell, problems: Sequence[Problem]) -> None:
 
 
 def straight(problem: Problem) -> dict[str, np.ndarray]:
-    """Every arm from start to goal in a straight line at full speed, in whole steps."""
+    """Returns straight lines of all arms from start to goal at full speed, in whole steps."""
     out = {}
     for name in problem.cell.arm_names:
         start, goal = problem.start[name], problem.goal[name]
@@ -143,18 +143,18 @@ def straight(problem: Problem) -> dict[str, np.ndarray]:
 
 
 def force(cell: Cell, motions: Sequence[core.Motion], k: int) -> np.ndarray:
-    """The joint forces that all other arms put on arm k, with the planners' default gain and reach."""
+    """Returns the joint forces of all other arms on arm k, with the planners' default gain and reach."""
     others = [motion for j, motion in enumerate(motions) if j != k]
     return core.repulsive_force(cell.collision.core, motions[k], others, core.RepulsionSettings())
 
 
 def planned(problem: Problem) -> Plan | None:
-    """A plan to be proved."""
+    """Returns a plan to certify."""
     return mmp_planners.make("apf-ecbs").plan(problem, time_limit=10.0).plan
 
 
 def print_certificate(cell: Cell, plans: Sequence[Plan]) -> None:
-    """The proof that comes with each plan."""
+    """Prints the time of the certificate of a plan."""
     clock = core.Clock(600.0)
     positions = [[np.ascontiguousarray(plan.positions[name]) for name in cell.arm_names] for plan in plans]
 

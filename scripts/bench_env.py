@@ -1,7 +1,7 @@
-"""What the environment costs beside the physics: one JSON line per figure. Usage: bench_env.py [ID...]
+"""Cost of the environment relative to the physics: a JSON line per figure. Usage: bench_env.py [ID...]
 
-Both sides of a ratio are timed in turn, block by block from the same states; the fastest block of each counts, which
-other work on the machine touches least.
+Both sides of a ratio are timed alternately, in blocks from the same states. The fastest block of each counts, because
+other work on the machine disturbs it least.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ import numpy as np
 from figure import print_figure
 
 import mmp_env
-from mmp_cli.arguments import Parser
-from mmp_cli.standalone import environment_id, run_script
+from mmp_cli.arguments import Parser, environment_id
+from mmp_cli.main import run_script
 
 SOURCES = tuple(f"MultiArmCell-{arms}" for arms in (2, 4, 6, 8))
 BLOCKS, STEPS = 20, 10
 SEED = 7
 CALM = 0.2
-"""Of the largest motion: contacts, in which the physics costs ten times as much, stay rare."""
+"""Share of the largest motion in an action: contacts, which make the physics ten times slower, stay rare."""
 
 
 def main() -> None:
@@ -40,7 +40,7 @@ def main() -> None:
 
 
 def print_stepping(source: str, env: Any) -> None:
-    """Control periods of the wrapped environment against as many bare `mj_step` calls from the same state."""
+    """Prints the time of a control period, relative to as many bare `mj_step` calls from the same state."""
     simulated = env.unwrapped
     model, bare = simulated.model, mujoco.MjData(simulated.model)
     substeps = round(1 / (env.metadata["render_fps"] * model.opt.timestep))
@@ -57,7 +57,7 @@ def print_stepping(source: str, env: Any) -> None:
 
 
 def print_resets(source: str, env: Any) -> None:
-    """A reset to a given instance, which is validated, and one that draws its instance."""
+    """Prints the times of a reset to a given instance, which is validated, and of one that draws its instance."""
     given, drawn = [], []
     for seed in range(20):
         drawn.append(seconds(lambda seed=seed: env.reset(seed=seed)))
@@ -68,7 +68,7 @@ def print_resets(source: str, env: Any) -> None:
 
 
 def print_execution(source: str, env: Any) -> None:
-    """Execution of a plan that holds still for 2 s, against real time."""
+    """Prints the time of executing a plan that stands still for 2 s, relative to real time."""
     env.reset(seed=SEED)
     problem = env.unwrapped.problem
     still = {name: np.array([q, q]) for name, q in problem.start.items()}
@@ -80,12 +80,12 @@ def print_execution(source: str, env: Any) -> None:
 
 
 def ends(env: Any) -> dict[str, Any]:
-    """The present instance as `reset` takes it."""
+    """Returns the current instance as `reset` takes it."""
     return {"start": env.problem.start, "goal": env.problem.goal}
 
 
 def seconds(call: Any) -> float:
-    """Processor time of a call [s], which on an idle machine is the time that it takes."""
+    """Returns the processor time of a call [s]."""
     begin = time.thread_time()
     call()
     return time.thread_time() - begin

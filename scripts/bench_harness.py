@@ -1,7 +1,7 @@
-"""What `mmp bench` costs beside planning and checking, per unit: a JSON line. Usage: bench_harness.py [SOURCE]
+"""Overhead of `mmp bench` per unit, in addition to planning and checking: a JSON line. Usage: bench_harness.py [SOURCE]
 
-One worker runs the units of one source; of the time from one answer to the next, what its line does not say is the
-harness: keeping the line before it for good, drawing the instance, handing over, writing down the plan.
+One worker runs the units of one source. The overhead is the time from one answer to the next, minus planning and
+checking time: writing the last line to disk, drawing the instance, passing messages, and serialising the plan.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from mmp_cli.arguments import Parser
 from mmp_cli.bench import parser
 from mmp_cli.benchmark.folder import ResultsFolder
 from mmp_cli.benchmark.job import Job, Result, Unit
+from mmp_cli.benchmark.planner_variants import read_variants
 from mmp_cli.benchmark.pool import Pool
 from mmp_cli.benchmark.settings import settings_of
 from mmp_cli.benchmark.sources import read_sources
-from mmp_cli.benchmark.variants import read_variants
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 
 SOURCE, PLANNER, COUNT = "MultiArmCell-8", "apf-ecbs", 30
 
@@ -49,7 +49,7 @@ def main() -> None:
 
 
 def overheads(args: Namespace, job: Job, path: Path) -> list[float]:
-    """For each unit but the first, what is neither planning nor checking [s]."""
+    """Returns the overhead of each unit except the first [s]."""
     units = job.units()
     out: list[float] = []
     before = None

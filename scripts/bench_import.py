@@ -1,4 +1,4 @@
-"""How long `import mmp_env, mmp_planners` takes beyond MuJoCo and Gymnasium: a JSON line. Usage: bench_import.py"""
+"""Time of `import mmp_env, mmp_planners` after MuJoCo and Gymnasium: a JSON line. Usage: bench_import.py"""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 from figure import print_figure, rounded
 
 from mmp_cli.arguments import Parser
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 
 PROCESSES = 15
 THEIRS, OURS = "mujoco, gymnasium", "mmp_env, mmp_planners"
@@ -24,7 +24,7 @@ print(between - begin, time.perf_counter() - between)
 
 
 def main() -> None:
-    """Prints the best of fresh processes, the median beside it, and how it compares with what is imported anyway."""
+    """Prints the best time of several processes, the median, and the ratio to the time of MuJoCo and Gymnasium."""
     Parser("bench_import.py", __doc__).parse()
     times = [measured() for _ in range(PROCESSES + 1)][1:]  # the first one may still compile
     theirs, ours = ([row[k] for row in times] for k in (0, 1))
@@ -39,7 +39,7 @@ def main() -> None:
 
 
 def measured() -> list[float]:
-    """Import times [s] in a fresh process: theirs, and ours after it."""
+    """Returns the import times [s] in a new process: theirs, and ours after it."""
     out = subprocess.run([sys.executable, "-c", PROGRAM], check=True, capture_output=True, text=True)
     return [float(number) for number in out.stdout.split()]
 

@@ -1,7 +1,7 @@
-"""Mean cost beside that of a published planner: a JSON line for each of ours. Usage: bench_published.py FOLDER CSV...
+"""Mean cost relative to a published planner: a JSON line per planner. Usage: bench_published.py FOLDER CSV...
 
-FOLDER is what `mmp bench` has written, SOURCE.published.csv the published results of an instance file of it. Only the
-instances that both have solved count.
+FOLDER is the folder of `mmp bench --out`; SOURCE.published.csv has the published results of one of its instance files.
+Only instances that both have solved count.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from pathlib import Path
 from figure import print_figure
 
 from mmp_cli.arguments import Parser
+from mmp_cli.main import run_script
 from mmp_cli.reporting.results import read_results
 from mmp_cli.reporting.sections import sections
-from mmp_cli.standalone import run_script
 from mmp_env import MmpError
 
 PUBLISHED = "XECBS"
-"""The planner of a published table that costs are compared with."""
+"""Published planner that costs are compared with."""
 
 
 def main() -> None:
@@ -42,7 +42,7 @@ def main() -> None:
 
 
 def published_costs(file: str) -> dict[str, float]:
-    """Instance -> cost [rad] of those that the published planner solved. Raises `MmpError`."""
+    """Returns instance -> cost [rad] of the instances that the published planner solved. Raises `MmpError`."""
     try:
         with open(file, encoding="utf-8", newline="") as lines:
             rows = [row for row in csv.DictReader(lines) if row["planner"].upper() == PUBLISHED]

@@ -1,7 +1,7 @@
-"""What a recording costs: its size and the time that it adds to planning, a JSON line each. Usage: bench_rerun.py [ID]
+"""Size of a recording and the time that it adds to planning: a JSON line each. Usage: bench_rerun.py [ID]
 
-For each planner the instance, of the first twenty of the environment, whose search expands nearest to fifty nodes. Time
-is that with the watcher, its file written, less that without; the import of rerun is a figure of its own.
+It uses, for each planner, the one of the first twenty instances whose search expands closest to fifty nodes. The time
+added is that with the watcher, including its file, minus that without. The import of rerun is a figure of its own.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ import gymnasium
 from figure import print_figure, timed
 
 import mmp_env  # noqa: F401 - registers the environments
-from mmp_cli.arguments import Parser
-from mmp_cli.standalone import environment_id, run_script
+from mmp_cli.arguments import Parser, environment_id
+from mmp_cli.main import run_script
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun import RerunWatcher, require
 from mmp_planners import make
@@ -50,13 +50,13 @@ def main() -> None:
 
 
 def draw(env: gymnasium.Env, seed: int) -> Problem:
-    """The instance of a seed."""
+    """Returns the instance of a seed."""
     env.reset(seed=seed)
     return env.unwrapped.problem  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def nearest(problems: list[Problem], planner: str) -> tuple[int, int]:
-    """The seed whose search expands nearest to `NODES`, and how many it expands."""
+    """Returns the seed whose search expands closest to `NODES` nodes, and its number of expanded nodes."""
     counts = []
     for seed, problem in enumerate(problems):
         result = make(planner).plan(problem, seed=seed, time_limit=LIMIT_S)
@@ -66,7 +66,7 @@ def nearest(problems: list[Problem], planner: str) -> tuple[int, int]:
 
 
 def record(problem: Problem, planner: str, seed: int, path: Path) -> None:
-    """Plans, and writes the recording of it."""
+    """Plans and writes the recording."""
     with RerunWatcher(problem, path) as watcher:
         watcher.show_plan(make(planner).plan(problem, seed=seed, time_limit=LIMIT_S, watch=watcher).plan)
 

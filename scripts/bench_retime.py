@@ -1,7 +1,7 @@
-"""What retiming costs and gives, and what executing the result comes to: one JSON line per figure.
+"""Time and result of retiming, and of executing retimed plans: a JSON line per figure.
 
-Usage: bench_retime.py [SOURCE...] [--count 50] [--no-execute]. A source is ENVIRONMENT or ENVIRONMENT:TASK, its
-instances are those of the seeds 0, 1, ..., the plans those of `auto`.
+Usage: bench_retime.py [SOURCE...] [--count 50] [--no-execute]. A source is ENVIRONMENT or ENVIRONMENT:TASK. Its
+instances are those of the seeds 0, 1, ...; `auto` plans them.
 """
 
 from __future__ import annotations
@@ -17,12 +17,11 @@ from figure import print_figure
 
 import mmp_env
 import mmp_planners
-from mmp_cli.arguments import Parser, whole
-from mmp_cli.standalone import environment_id, run_script
-from mmp_env.model.plan import Plan
+from mmp_cli.arguments import Parser, environment_id, whole
+from mmp_cli.execution import execute as executed
+from mmp_cli.main import run_script
 from mmp_env.retime import RetimeReport, retime_with_report
-from mmp_env.sim.execution import ExecutionReport, execute_plan
-from mmp_env.sim.simulation import Simulation
+from mmp_env.sim.execution import ExecutionReport
 
 TIME_LIMIT_S = 60.0
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
@@ -30,8 +29,8 @@ SOURCES = (*(f"MultiArmCell-{arms}" for arms in (4, 6, 8)), *(f"MultiArmCell-mix
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ran:
-    """One instance: `retimed_s` [s] is processor time, which other work on the machine does not change much."""
+class RetimedRun:
+    """One instance; `retimed_s` is processor time [s], which other work on the machine disturbs little."""
 
     retiming: RetimeReport
     retimed_s: float
@@ -49,17 +48,17 @@ def main() -> None:
     args = parser.parse()
     for source in args.sources:
         runs = [run(source, seed, execute=not args.no_execute) for seed in range(args.count)]
-        print_source(source.replace(":", "_"), [ran for ran in runs if ran is not None], args.count)
+        print_source(source.replace(":", "_"), [done for done in runs if done is not None], args.count)
 
 
 def _source(text: str) -> str:
-    """An environment id, or one and a task, as an argument."""
+    """Returns an environment id, or an id and a task."""
     environment_id(text.partition(":")[0])
     return text
 
 
-def run(source: str, seed: int, *, execute: bool) -> Ran | None:
-    """None where the planner finds no plan in time."""
+def run(source: str, seed: int, *, execute: bool) -> RetimedRun | None:
+    """Returns the result of one instance, or None if the planner finds no plan in time."""
     environment, _, task = source.partition(":")
     options: dict[str, Any] = {"task": task} if task else {}
     env = gymnasium.make(environment, **options)
@@ -71,46 +70,39 @@ def run(source: str, seed: int, *, execute: bool) -> Ran | None:
     begin = time.thread_time()
     smooth, retiming = retime_with_report(plan)
     spent = time.thread_time() - begin
-    return Ran(
+    return RetimedRun(
         retiming=retiming,
         retimed_s=spent,
         valid=mmp_env.check_plan(smooth).valid,
-        before=played(plan) if execute else None,
-        after=played(smooth) if execute else None,
+        before=executed(plan) if execute else None,
+        after=executed(smooth) if execute else None,
     )
 
 
-def played(plan: Plan) -> ExecutionReport:
-    """The plan executed in a simulation of its own."""
-    simulation = Simulation(plan.problem.cell)
-    simulation.place(simulation.joined(plan.problem.start))
-    return execute_plan(simulation, plan)
-
-
-def print_source(source: str, runs: Sequence[Ran], count: int) -> None:
-    """The figures of one source."""
+def print_source(source: str, runs: Sequence[RetimedRun], count: int) -> None:
+    """Prints the figures of one source."""
     name = f"retime_{source}"
     of: dict[str, Any] = {"plans": len(runs), "of": count}
-    told = [ran.retiming for ran in runs]
+    reports_of_retiming = [done.retiming for done in runs]
     for key, values in (
-        ("ratio", [one.ratio for one in told]),
-        ("makespan_s", [one.makespan_s for one in told]),
-        ("cpu_ms", [1e3 * ran.retimed_s for ran in runs]),
-        ("deviation_rad", [one.deviation_rad for one in told]),
-        ("stops", [one.stops for one in told]),
+        ("ratio", [one.ratio for one in reports_of_retiming]),
+        ("makespan_s", [one.makespan_s for one in reports_of_retiming]),
+        ("cpu_ms", [1e3 * done.retimed_s for done in runs]),
+        ("deviation_rad", [one.deviation_rad for one in reports_of_retiming]),
+        ("stops", [one.stops for one in reports_of_retiming]),
     ):
         unit = {"makespan_s": "s", "cpu_ms": "ms", "deviation_rad": "rad"}.get(key, "1")
         print_figure(f"{name}_{key}_median", float(median(values)), unit, **of)
         print_figure(f"{name}_{key}_max", float(max(values)), unit, **of)
-    print_figure(f"{name}_valid", sum(ran.valid for ran in runs), "plans", **of)
+    print_figure(f"{name}_valid", sum(done.valid for done in runs), "plans", **of)
     for which in ("before", "after"):
-        reports = [report for ran in runs if (report := getattr(ran, which)) is not None]
+        reports = [report for done in runs if (report := getattr(done, which)) is not None]
         if reports:
             print_executions(f"{name}_executed_{which}", reports)
 
 
 def print_executions(name: str, reports: Sequence[ExecutionReport]) -> None:
-    """What executions came to, the worst of each."""
+    """Prints the worst values of the executions."""
     of: dict[str, Any] = {"of": len(reports)}
     loads = [load.share for report in reports for load in report.loads.values()]
     print_figure(f"{name}_reached", sum(report.reached for report in reports), "plans", **of)

@@ -1,6 +1,6 @@
-"""How long drawing an instance takes, in processor time: a JSON line for each cell and task. Usage: bench_tasks.py
+"""Processor time of drawing an instance: a JSON line per cell and task. Usage: bench_tasks.py
 
-The first draw of a process, which imports mink and makes the table of configurations, is not counted.
+The first draw of a process does not count: it imports mink and makes the table of configurations.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from statistics import median
 from figure import print_figure, rounded
 
 from mmp_cli.arguments import Parser, whole
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 from mmp_env import draw_problem, find_cell
 from mmp_env.model.cell import Cell
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Eight UR5e arms around a table: plans their motion with APF-ECBS, proves it safe and executes it in MuJoCo.
+# Plans the motion of eight UR5e arms around a table with APF-ECBS, proves it safe, and executes it in MuJoCo.
 # On a fresh machine it first makes .venv in the checkout, builds mmp-env and installs it there.
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
@@ -8,6 +8,6 @@ source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 prepare
 say "Planning MultiArmCell-8 with apf-ecbs, seed 7, and executing the plan in MuJoCo"
 "$venv/bin/mmp" plan MultiArmCell-8 --planner apf-ecbs --seed 7 --retime --execute --out "$root/plan.json"
-say "Checking the saved plan once more, on its own"
+say "Checking the saved plan again"
 "$venv/bin/mmp" check "$root/plan.json"
 say "Done. More: ${venv}/bin/mmp --help"

@@ -1,4 +1,4 @@
-"""Pick, pack, home: three plans one after another from where the arms are, checked, and executed as one run."""
+"""Picks, packs and returns home: three plans, each from the end of the last one, checked and executed as one run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 import mmp_planners
 from mmp_cli.arguments import Parser, check_spared, seconds, seed
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 from mmp_env import find_cell, make_problem
 from mmp_env.check.episode import check_episode
 from mmp_env.files.episode_file import Episode, episode_to_dict, save_episode
@@ -28,7 +28,7 @@ from mmp_tasks.sequence import Stage, stages
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Draws, plans, checks, saves and executes: 0 when every plan is valid and there was no contact, 1 otherwise.
+    """Draws, plans, checks, saves and executes. Returns 0 if every plan is valid and no contact occurs, 1 otherwise.
 
     Raises `MmpError` for misuse.
     """
@@ -68,7 +68,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def save_video(episode: Episode, execution: EpisodeExecution, path: str) -> None:
-    """One film of all that was executed, the objects where each plan has them. Raises `MmpError`."""
+    """Writes one film of the whole execution, with the objects where each plan has them. Raises `MmpError`."""
     kind = ENCODERS[Path(path).suffix.lower()]
     outline = np.concatenate([plan_outline(plan) for plan in episode.plans])  # the camera stands still
     with whole_file(path) as temporary, kind(temporary, WIDTH, HEIGHT, kind.usual_fps) as encoder:
@@ -80,7 +80,7 @@ def save_video(episode: Episode, execution: EpisodeExecution, path: str) -> None
 
 
 def planned(name: str, drawn: Sequence[Stage], planner: Planner, seed: int, time_limit: float) -> Episode | None:
-    """Each stage planned from where the plan before it ends; None where one is not solved in time."""
+    """Plans each stage from the end of the last one. Returns None if a stage is not solved in time."""
     plans = []
     for stage in drawn:
         start = stage.start if not plans else {arm: q[-1] for arm, q in plans[-1].positions.items()}

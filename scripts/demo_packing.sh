@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Two FR5 and two PiPER on one table pick up objects, pack them into one box and go home: three plans, one run.
+# Two FR5 and two PiPER on one table pick up objects, pack them into a box and go home, in three plans.
 # On a fresh machine it first makes .venv in the checkout, builds mmp-env and installs it there.
 # Usage: scripts/demo_packing.sh [arguments of scripts/demo_packing.py, see --help]
 # shellcheck source=scripts/environment.sh
@@ -9,5 +9,5 @@ source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 prepare
 say "Picking, packing and going home in MultiArmCell-mixed-4"
 "$venv/bin/python" -P "$root/scripts/demo_packing.py" --out "$root/episode.json" "$@"
-say "Checking the saved episode once more, on its own"
+say "Checking the saved episode again"
 "$venv/bin/mmp" check "$root/episode.json"

@@ -1,4 +1,4 @@
-"""A measured figure as one line of JSON, which all `bench_*.py` print; docs/results/figures.jsonl is made of them."""
+"""A measured figure as a line of JSON. All `bench_*.py` print such lines, and docs/results/figures.jsonl has them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROOT = Path(__file__).parent.parent
 def print_figure(
     name: str, value: float, unit: str, *, ratio: float | None = None, ratio_to: str | None = None, **more: Any
 ) -> None:
-    """Prints a figure. `ratio` says how it compares with `ratio_to`; `more` are further keys of the line."""
+    """Prints a figure. `ratio` is relative to what `ratio_to` names; `more` are further keys of the line."""
     line: dict[str, Any] = {"name": name, "value": rounded(value), "unit": unit}
     if ratio is not None:
         line |= {"ratio": rounded(ratio), "ratio_to": ratio_to}
@@ -27,7 +27,7 @@ def print_figure(
 
 @cache
 def commit() -> str | None:
-    """The commit of the checkout, with `-dirty` where files differ from it; None outside of Git."""
+    """Returns the commit of the checkout, with `-dirty` if files differ from it; None outside of Git."""
     words = ["git", "-C", str(ROOT), "describe", "--always", "--dirty", "--abbrev=10", "--exclude=*"]
     try:
         return subprocess.run(words, check=True, capture_output=True, text=True).stdout.strip()
@@ -36,12 +36,12 @@ def commit() -> str | None:
 
 
 def rounded(value: float) -> float | int:
-    """Four significant digits: no timing is better than that. Whole numbers stay as they are."""
+    """Returns the value with four significant digits, the accuracy of a timing; whole numbers stay as they are."""
     return value if isinstance(value, int) else float(f"{value:.4g}")
 
 
 def timed(call: Callable[[], object], repeats: int) -> list[float]:
-    """Wall-clock times [s] of `repeats` calls, shortest first: on a busy machine the shortest says most."""
+    """Returns the wall-clock times [s] of `repeats` calls, shortest first; other work disturbs the shortest least."""
     out = []
     for _ in range(repeats):
         begin = time.perf_counter()

@@ -19,7 +19,7 @@ from gallery.film import save_search
 from gallery.tool_paths import save_tool_paths
 
 from mmp_cli.arguments import Parser
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 from mmp_env.errors import UnknownNameError
 
 FOLDER = Path(__file__).parent.parent / "docs" / "images" / "gallery"

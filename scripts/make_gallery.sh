@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes the pictures of the README, docs/how-to/watch-a-search.md and docs/reference/tasks.md: docs/images/gallery/*.
-# Two or three minutes without a graphics card. On a fresh machine it first makes .venv in the checkout.
+# Makes the pictures in docs/images/gallery, which the README and the pages show.
+# It takes two or three minutes without a graphics card. On a fresh machine it first makes .venv in the checkout.
 # Usage: scripts/make_gallery.sh [NAME...]   names: search trees cells paths demonstrations; without, all of them
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"

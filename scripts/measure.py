@@ -1,7 +1,7 @@
-"""Measures the figures of README and docs again, and writes the pages. Usage: measure.py [PART...]
+"""Measures the figures of README and docs, and writes the pages. Usage: measure.py [PART...]
 
-Stopped and started again, it goes on where it was, on the same commit. One run at a time uses the machine, so that
-times are those of an idle core. Parts: {parts}.
+Stopped and started again on the same commit, it continues. It runs one command at a time, so that times are those of an
+idle core. Parts: {parts}.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from measured import ROOT
 
 from mmp_cli.arguments import Parser, seconds, whole
 from mmp_cli.machine import machine
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 from mmp_env.errors import MmpError, UnknownNameError
 
 SCRIPTS = ROOT / "scripts"
@@ -59,7 +59,7 @@ __doc__ = __doc__.format(parts=", ".join(PARTS)) if __doc__ else None
 
 
 def main() -> None:
-    """Does the parts in their order, and says how long each took."""
+    """Runs the parts in order and prints the duration of each."""
     args = arguments()
     chosen = args.parts or [part for part in PARTS if part != "circles" or args.instances]
     for part in [part for part in PARTS if part in chosen]:
@@ -72,7 +72,7 @@ def main() -> None:
 
 
 def arguments() -> argparse.Namespace:
-    """The command line."""
+    """Returns the arguments of the command line."""
     parser = Parser("measure.py", __doc__, argparse.RawDescriptionHelpFormatter)
     parser.add_argument("parts", nargs="*", type=_part, metavar="PART", help="default: all")
     parser.add_argument(
@@ -96,7 +96,7 @@ def _part(text: str) -> str:
 
 
 def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[str]]]:
-    """What a part runs: a name under `--out`, and the command that makes it."""
+    """Yields the commands of a part, each with the name of its output below `--out`."""
     limits = ["--count", str(args.count), "--time-limit", f"{args.time_limit:g}"]
     if part == "small":
         for name in SMALL:
@@ -120,7 +120,7 @@ def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[st
 
 
 def condition(args: argparse.Namespace, name: str) -> None:
-    """Notes the commit of what is measured. Raises `MmpError` where the folder was begun on another one."""
+    """Writes down commit and machine. Raises `MmpError` if the folder was begun with others."""
     path = args.out / "conditions" / f"{name}.json"
     now = {"commit": commit(), "workers": 1, "cpu": machine()}
     if name.endswith(".py"):
@@ -132,7 +132,7 @@ def condition(args: argparse.Namespace, name: str) -> None:
 
 
 def run(command: list[str], target: Path) -> None:
-    """Runs a command; what it prints goes to `target` where that is a `.jsonl`, which is there when all of it is."""
+    """Runs a command. If `target` is a `.jsonl`, the output goes there once it is complete."""
     if target.suffix != ".jsonl":
         done = subprocess.run(command, check=False)
     else:
@@ -143,7 +143,7 @@ def run(command: list[str], target: Path) -> None:
         if done.returncode == 0:
             begun.replace(target)
     if done.returncode:
-        raise MmpError(f"{target.name} ended with exit code {done.returncode}; the same command goes on from there")
+        raise MmpError(f"{target.name} ended with exit code {done.returncode}; the same command continues from there")
 
 
 if __name__ == "__main__":

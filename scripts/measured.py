@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from mmp_cli.reporting.results import read_results
-from mmp_cli.reporting.sections import Runs, Section, commonly_solved, sections
+from mmp_cli.reporting.sections import PlannerRuns, Section, commonly_solved, sections
 
 ROOT = Path(__file__).parent.parent
 RESULTS = ROOT / "docs" / "results"
@@ -81,7 +81,7 @@ def _section_figures(section: Section) -> Iterator[tuple[str, float, str, Row]]:
             yield f"{BASE}/expanded_nodes_where_both_solve", base.mean, "nodes", more
 
 
-def _run_figures(run: Runs, section: Section) -> Iterator[tuple[str, float, str, Row]]:
+def _run_figures(run: PlannerRuns, section: Section) -> Iterator[tuple[str, float, str, Row]]:
     failed = {line.instance: line.status for line in run.unsolved}
     yield "solved", len(run.solved), f"of {len(run.valid)}", {"failed": failed}
     yield "errors", len(run.errors), "runs", {}
@@ -97,5 +97,5 @@ def _run_figures(run: Runs, section: Section) -> Iterator[tuple[str, float, str,
     yield "fast_track_hits", hits, f"of {tries}", {}
 
 
-def _common(run: Runs, field: str, section: Section) -> Any:
+def _common(run: PlannerRuns, field: str, section: Section) -> Any:
     return run.spread(field, among=section.common) if section.common and run.solved else None

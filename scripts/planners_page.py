@@ -21,7 +21,7 @@ from readme_table import cpu_line
 from written_pages import bring_up_to_date, checking_parser
 
 import mmp_planners
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 from mmp_planners.conflict_tree.constraints import EitherArm
 from mmp_planners.conflict_tree.constraints.named import KINDS as CONSTRAINTS
 from mmp_planners.conflict_tree.constraints.named import constraint_kind

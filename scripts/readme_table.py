@@ -23,7 +23,7 @@ from planner_tables import (
 from quoted import quoted, seconds
 from written_pages import bring_up_to_date, checking_parser, filled
 
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*/*.md")))
 

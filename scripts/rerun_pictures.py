@@ -17,14 +17,14 @@ from PIL import Image
 from rerun.experimental import ViewerClient
 
 from mmp_cli.arguments import Parser
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 from mmp_env.view.rerun import RerunRecorder, RerunWatcher
 from mmp_planners import make
 
 FOLDER = Path(__file__).parent.parent / "docs" / "images"
 WIDTH, COLORS, PORT = 1280, 256, 9911
 TITLE_BAR = 38
-"""Pixels of the viewer's window that are left out above."""
+"""Height [px] of the window's title bar, which is cropped."""
 SEARCH, PLAN = ("apf-ecbs", "MultiArmCell-8", 3), ("apf-ecbs", "MultiArmCell-4", 2)
 PICTURES = {
     "rerun-search.png": (SEARCH, "Search", {"timeline": "expansion", "sequence": 6}),
@@ -56,7 +56,7 @@ def main() -> None:
 
 
 def record_search(path: Path, planner: str, source: str, seed: int) -> None:
-    """A search and its plan."""
+    """Records a search and its plan."""
     env: Any = gymnasium.make(f"mmp_env:{source}")
     env.reset(seed=seed)
     problem = env.unwrapped.problem
@@ -65,7 +65,7 @@ def record_search(path: Path, planner: str, source: str, seed: int) -> None:
 
 
 def record_episodes(path: Path) -> None:
-    """Two episodes of random actions."""
+    """Records two episodes of random actions."""
     made = gymnasium.make("mmp_env:MultiArmCell-4", control_mode="delta", terminate_on_contact=False)
     env = RerunRecorder(made, path)
     for seed in range(2):
@@ -77,9 +77,9 @@ def record_episodes(path: Path) -> None:
 
 
 def take(viewer: Any, path: Path, tab: str | None, moment: dict[str, Any], shot: Path) -> None:
-    """Opens a recording at a tab and a moment."""
+    """Takes a screenshot of a recording at a tab and a moment."""
     viewer.open(str(path))
-    time.sleep(3)  # the viewer says nothing when it has drawn
+    time.sleep(3)  # the viewer does not report when it has drawn
     if tab is not None:
         blueprint = viewer.get_blueprint().blueprint
         parts = {key: part["ContainerBlueprint"] for key, part in blueprint.items() if key.startswith("/container")}
@@ -95,11 +95,11 @@ def take(viewer: Any, path: Path, tab: str | None, moment: dict[str, Any], shot:
 
 
 def keep(shot: Path, path: Path) -> None:
-    """The screenshot, smaller and with few colours."""
+    """Writes the screenshot, smaller and with fewer colours."""
     image = Image.open(shot).convert("RGB")
     image = image.crop((0, TITLE_BAR, image.width, image.height))
     image = image.resize((WIDTH, round(WIDTH * image.height / image.width)), Image.Resampling.LANCZOS)
-    # With its own palette the small parts of a picture lose their colour; the means of clusters keep it.
+    # Pillow's own palette loses the colours of small parts; cluster means keep them.
     image.quantize(COLORS, kmeans=4, dither=Image.Dither.NONE).save(path, optimize=True)
     print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
 

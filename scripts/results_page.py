@@ -22,7 +22,7 @@ from quoted import quoted
 from written_pages import bring_up_to_date, checking_parser, filled
 
 from mmp_cli.machine import machine
-from mmp_cli.standalone import run_script
+from mmp_cli.main import run_script
 from mmp_env.errors import MmpError
 
 PAGE = RESULTS / "README.md"

@@ -8,7 +8,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 prepare dev ray
 cd "$root"
 export PYTHON=$venv/bin/python PATH=$venv/bin:$PATH
-export PYTHONSAFEPATH=1 # nothing is imported from the checkout just because it is the working directory
+export PYTHONSAFEPATH=1 # keeps the working directory, which may be the checkout, off the import path
 failed=()
 
 step() { # step <name> <command...>
@@ -29,7 +29,7 @@ for package in (mmp_cli, mmp_env, mmp_planners, mmp_tasks):
     assert package.__file__.startswith(sys.prefix), f"{package.__file__} is not in {sys.prefix}"'
 }
 
-# The oldest supported MuJoCo, and dm-control, which does not know the newest: beside the environment, in front of it.
+# The oldest supported MuJoCo, and dm-control, which does not support the newest one: in a folder before the environment.
 older=$root/build/mujoco-3.17-dm-control
 
 fetch_older() {

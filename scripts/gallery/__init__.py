@@ -1,1 +1,1 @@
-"""The parts of the gallery: pictures for the README, each made from the program."""
+"""The pictures of the README, each made by the program."""

@@ -1,4 +1,4 @@
-"""The cell beside a conflict tree: single arms in colour while the others are pale, and rings around meetings."""
+"""Pictures of the cell beside a conflict tree: some arms in colour, the others pale."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from mmp_env.sim.scene_appearance import CAMERA, TABLE_RGBA, frame, outline
 from mmp_env.sim.simulation import Simulation
 
 _PALE = 0.8
-"""So much of a pale arm's colour is that of the table."""
+"""Share of the table's colour in that of a pale arm."""
 
 
 class CellView:
-    """Pictures of `width` x `height` pixels, cut out of ones that are larger by `cut` (left, top, right, bottom).
+    """Renders pictures of `width` x `height` pixels, cropped by `cut` (left, top, right, bottom); a context manager.
 
-    A context. The camera's own picture has room for arms that stretch out as far as they can.
+    The camera's own picture has room for arms that are fully stretched.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class CellView:
         lines: Sequence[Line] = (),
         colored: Collection[str] | None = None,
     ) -> UInt8[np.ndarray, "h w 3"]:
-        """The arms at `q`, those that are not among `colored` pale; without it, all in colour."""
+        """Returns a picture of the arms at `q`. Arms that are not in `colored` are pale; by default none is."""
         model = self._simulation.model
         model.mat_rgba[:] = self._colors
         for k in range(model.nmat):
@@ -64,7 +64,7 @@ class CellView:
         return self._camera.show(None, lines)[self._window].copy()
 
     def pixel(self, point: Float[np.ndarray, "3"]) -> tuple[float, float]:
-        """Where a point in the world [m] is in the picture: across from the left, down from the top [px]."""
+        """Returns the place [px] of a point in the world [m], from the left and from the top."""
         right, up, back = (point - self._eye) @ self._axes
         left_side, right_side, low, high = self._sides
         share = np.array([(right / -back - left_side) / (right_side - left_side), (high - up / -back) / (high - low)])

@@ -1,4 +1,4 @@
-"""A row of cells: what stands in them, and that there are other arms than one kind."""
+"""A picture of several cells with different arms."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ _SEED = 0
 
 
 def save_cells(path: Path) -> None:
-    """Writes the picture: rings of the program, and the cell that the README writes down."""
+    """Writes the picture of built-in rings and of the cell in the README."""
     cells = [*(find_cell(name) for name in NAMES), readme_cell()]
     with whole_file(path) as temporary:
         Image.fromarray(cells_picture(cells)).save(temporary, "WEBP", quality=84, method=6)
 
 
 def cells_picture(cells: list[Cell], size: tuple[int, int] = _SIZE) -> UInt8[np.ndarray, "h w 4"]:
-    """The cells side by side at the start of a random instance, each with its name; between them nothing."""
+    """Returns the cells side by side at the start of a random instance, with their names; the gaps are transparent."""
     width, height = size
     letters = _WORDS * width
     out = Image.new("RGBA", (len(cells) * (width + _GAP) - _GAP, height))
@@ -46,7 +46,7 @@ def cells_picture(cells: list[Cell], size: tuple[int, int] = _SIZE) -> UInt8[np.
 
 
 def readme_cell() -> Cell:
-    """The cell that stands as YAML in the README."""
+    """Returns the cell that the README has as YAML."""
     block = re.search(r"^```yaml\n(.*?)^```$", README.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
     if block is None:
         raise MmpError(f"{README} has no cell in YAML")

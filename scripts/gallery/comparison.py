@@ -1,4 +1,4 @@
-"""The conflict trees of `ecbs` and `apf-ecbs` on one instance, side by side, and what they come to in the mean."""
+"""The conflict trees of `ecbs` and `apf-ecbs` on one instance, side by side, with the means over many."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _FAINT: dict[str, Any] = {"class_": "mmp-faint", "fill": FAINT}
 
 
 def save_comparison(path: Path) -> None:
-    """Writes the drawing for the instance whose ratio of expanded nodes is nearest to that of the means."""
+    """Writes the drawing for the instance whose ratio of expanded nodes is closest to that of the means."""
     figures = read_figures()
     pair = typical(float(figures[_BOTH]["ratio"]))
     write_text(path, comparison(*pair, figures))
@@ -34,16 +34,16 @@ def save_comparison(path: Path) -> None:
 
 
 def comparison(first: Search, second: Search, figures: Figures) -> str:
-    """The text of an SVG file, which goes with the reader's light or dark colours."""
+    """Returns the text of an SVG file with light and dark colours."""
     runs = (first, second)
     most = max(node.conflicts or 0 for run in runs for node in run.tree.nodes)
     canvases = [draw_discs(run.tree, _DISCS, None, most) for run in runs]
     out, x, top = [], _BORDER, _BORDER + 2 * _LINE + 28
     for run, canvas in zip(runs, canvases, strict=True):
         out.append(words(run.planner, x, _BORDER + _TITLE, size=_TITLE, bold=True))
-        for k, line in enumerate(_told(run)):
+        for k, line in enumerate(_subtitle(run)):
             out.append(words(line, x, _BORDER + _TITLE + _LINE * (k + 1), size=_TEXT, **_FAINT))
-        wide = max(canvas.width, *(text_width(line, _TEXT) for line in _told(run)))
+        wide = max(canvas.width, *(text_width(line, _TEXT) for line in _subtitle(run)))
         aside = x + (wide - canvas.width) / 2
         out.append(element("g", *canvas.edges, *canvas.nodes, transform=f"translate({aside:.1f} {top:.1f})"))
         x += wide + _BETWEEN
@@ -58,26 +58,26 @@ def comparison(first: Search, second: Search, figures: Figures) -> str:
     return svg_page(out, width, y + _BORDER, f"Conflict trees of ecbs and apf-ecbs on {first.problem.name}")
 
 
-def _told(run: Search) -> list[str]:
+def _subtitle(run: Search) -> list[str]:
     trees = f" in {len(run.tree.roots)} trees" if len(run.tree.roots) > 1 else ""
     ratio = run.plan.cost_rad / run.problem.cost_lower_bound_rad
     return [f"{run.expanded} nodes expanded{trees}", f"cost {ratio:.2f} x the straight lines"]
 
 
 def _foot(first: Search, second: Search, figures: Figures) -> Iterator[str]:
-    """Which instance it is, and what many of them come to."""
+    """Yields the caption: the instance, and the means over many."""
     figure = figures[_BOTH]
     mean, ratio = figure["value"], figure["ratio"]
     yield (
-        f"One instance, {first.problem.name}: of {figure['instances']} the one where the ratio of expanded nodes,"
-        f" {first.expanded / max(second.expanded, 1):.1f}, is nearest"
+        f"One instance, {first.problem.name}: among {figure['instances']} its ratio of expanded nodes,"
+        f" {first.expanded / max(second.expanded, 1):.1f}, is closest"
     )
-    meant = f"{ratio:.1f}: {mean:.1f} against {mean / ratio:.1f} nodes"
-    yield f"to that of the means, {meant}. In a disc: the conflicts that are left."
+    ratios = f"{ratio:.1f}: {mean:.1f} against {mean / ratio:.1f} nodes"
+    yield f"to that of the means, {ratios}. In a disc: the conflicts that are left."
 
 
 def _together(first: SearchTree, second: SearchTree) -> SearchTree:
-    """A tree with the nodes of both, for the legend."""
+    """Returns a tree with the nodes of both, for the legend."""
     out = SearchTree()
     out.nodes, out.solution = [*first.nodes, *second.nodes], first.solution
     return out

@@ -16,17 +16,17 @@ from mmp_env.view.films import HOLD_S, frames
 CELL, SEED = "mixed-4", 0
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
 _SIZE, _FPS, _QUALITY = (640, 480), 5.0, 50
-"""Together the five films stay well below 1.5 MB."""
+"""CombinedWatcher the five films stay well below 1.5 MB."""
 
 
 def save_demonstrations(folder: Path) -> None:
-    """Writes `task-NAME.webp` for each task: what MuJoCo recorded of its first instance, goals as ghosts."""
+    """Writes `task-NAME.webp` for each task: the execution of its first instance, with transparent goals."""
     for task in TASKS:
         save_demonstration(task, folder / f"task-{task}.webp")
 
 
 def save_demonstration(task: str, path: Path, size: tuple[int, int] = _SIZE, fps: float = _FPS) -> None:
-    """Raises `MmpError` where nothing is found, or the execution does not reach its goals."""
+    """Writes the film of one task. Raises `MmpError` if there is no plan or the execution misses its goals."""
     problem = draw_problem(find_cell(CELL), task, seed=SEED)
     result = mmp_planners.make("auto").plan(problem, seed=SEED, time_limit=60.0)
     if result.plan is None:

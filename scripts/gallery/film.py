@@ -1,4 +1,4 @@
-"""The animation of the README: where the paths of a node would meet, the tree that grows out of it, and the plan."""
+"""The animation of the README: the conflicts of each node, the growing conflict tree, and the plan."""
 
 from __future__ import annotations
 
@@ -26,27 +26,27 @@ WIDTH, HEIGHT, PANEL, CAPTION = 840, 470, 306, 56
 _CUT = (14, 26, 36, 0)
 _FRAME_MS = 125
 _LEAD_S = 1.2
-"""A meeting is played from so long before it."""
+"""Time [s] that is shown before a conflict."""
 _LOOK_MS, _BRANCH_MS, _LAST_MS = 1400, 800, 2500
 _RING = 24
 _QUALITY = 57
 _WHOLE = (20, 32)
-"""A whole picture comes after so many at least and at most: more of them are a larger file, fewer leave traces."""
-_ROOT = "the root of the tree: every arm for itself, blind to the others"
+"""Least and largest distance of key frames: more of them enlarge the file, fewer leave artefacts."""
+_ROOT = "the root of the tree: every arm alone, without the others"
 
 Picture = UInt8[np.ndarray, "h w 3"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Shot:
-    """One picture of the animation and how long it is seen [ms]."""
+    """One picture of the animation and its duration [ms]."""
 
     picture: Picture
     duration_ms: int
 
 
 def save_search(path: Path) -> None:
-    """Writes the animation of the first small search, as a WebP that plays for ever."""
+    """Writes the animation of the first small search, as an endless WebP."""
     shots = list(film(first_small()))
     write_webp(path, shots)
     seconds = sum(shot.duration_ms for shot in shots) / 1e3
@@ -54,7 +54,7 @@ def save_search(path: Path) -> None:
 
 
 def write_webp(path: Path, shots: list[Shot]) -> None:
-    """Writes the shots one after the other."""
+    """Writes the shots to a WebP file."""
     first, *rest = (Image.fromarray(shot.picture) for shot in shots)
     durations = [shot.duration_ms for shot in shots]
     with whole_file(path) as temporary:
@@ -75,7 +75,7 @@ def write_webp(path: Path, shots: list[Shot]) -> None:
 def film(
     run: Search, *, width: int = WIDTH, height: int = HEIGHT, frame_ms: int = _FRAME_MS, fine: bool = True
 ) -> Iterator[Shot]:
-    """The search node by node, and then the plan at `frame_ms` from picture to picture."""
+    """Yields the search node by node, and then the plan with a picture every `frame_ms` [ms]."""
     panel = TreePanel(run.tree, PANEL, height)
     with CellView(run.problem.cell, width - PANEL, height - CAPTION, _CUT, fine=fine) as view:
         yield from _searching(run, view, panel, frame_ms)
@@ -83,7 +83,7 @@ def film(
 
 
 def _searching(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> Iterator[Shot]:
-    """For each node that is branched on, where its paths meet; then its children."""
+    """Yields the conflict of each node that is branched on, and then its children."""
     shown, last = 0, view.picture(run.problem.start)
     nodes = run.tree.nodes
     for event in run.events:
@@ -95,27 +95,27 @@ def _searching(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> 
             elif node.fast_track:
                 words = (f"Fast track: {node.arm} is pushed aside", "all conflicts were its own; none is left")
             else:
-                told = f"{node.constraint}: {node.conflicts} conflicts"
-                words = (told, "replanned with the constraint, then pushed away from the others")
+                text = f"{node.constraint}: {node.conflicts} conflicts"
+                words = (text, "replanned with the constraint, then pushed away from the others")
             tree = panel.picture(shown, node.id)
             yield Shot(picture=_joined(last, tree, *words), duration_ms=_BRANCH_MS)
         elif isinstance(event, ConflictChosen):
             plan = _plan_of(run, event.node)
-            meeting = _meeting(plan, event)
+            conflict = _conflict_in_plan(plan, event)
             tree = panel.picture(shown, event.node)
             words = (
-                f"Here {event.arm_a} and {event.arm_b} would meet",
-                "two branches: one arm gives way, or the other",
+                f"Here {event.arm_a} and {event.arm_b} would collide",
+                "two branches: one arm avoids the other, or the other one does",
             )
-            for shot, ended in _until(view, plan, meeting, frame_ms):
+            for shot, ended in _until(view, plan, conflict, frame_ms):
                 last = shot
                 yield Shot(picture=_joined(shot, tree, *words), duration_ms=_LOOK_MS if ended else frame_ms)
 
 
-def _until(view: CellView, plan: Plan, meeting: Conflict, frame_ms: int) -> Iterator[tuple[Picture, bool]]:
-    """The arms up to where two of them are deepest in each other; the last picture has a ring around that."""
-    end_s, point = _deepest(plan, meeting)
-    arms = (meeting.arm_a, meeting.arm_b)
+def _until(view: CellView, plan: Plan, conflict: Conflict, frame_ms: int) -> Iterator[tuple[Picture, bool]]:
+    """Yields the arms up to the deepest point of the conflict; the last picture has a ring around it."""
+    end_s, point = _deepest(plan, conflict)
+    arms = (conflict.arm_a, conflict.arm_b)
     for time_s in np.arange(max(0.0, end_s - _LEAD_S), end_s - 1e-9, frame_ms / 1e3):
         yield view.picture(plan.at(float(time_s)), colored=arms), False
     yield _ringed(view.picture(plan.at(end_s), colored=arms), view.pixel(point)), True
@@ -125,7 +125,7 @@ def _moving(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> Ite
     """Yields the plan in real time, with the tool paths."""
     plan = run.plan
     tree = panel.picture(len(run.tree.nodes), solved=True)
-    clearance = check_plan(plan).min_clearance_m or 0.0  # a plan that its planner returns has one
+    clearance = check_plan(plan).min_clearance_m or 0.0  # a returned plan has a clearance
     proved = f"proved: at every instant at least {math.floor(1e4 * clearance) / 10:.1f} mm between all bodies"
     times = np.append(np.arange(0.0, plan.makespan_s, frame_ms / 1e3), plan.makespan_s)
     for k, time_s in enumerate(times.tolist()):
@@ -136,28 +136,30 @@ def _moving(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> Ite
 
 
 def _plan_of(run: Search, number: int) -> Plan:
-    """What a node would do: its paths as a plan, arms that are there earlier waiting."""
+    """Returns the paths of a node as a plan, in which arms that arrive early wait."""
     event = next(e for e in run.events if isinstance(e, NodeCreated) and e.node == number)
     count = max(len(path) for path in event.paths.values())
     padded = {arm: np.concatenate([q, np.repeat(q[-1:], count - len(q), axis=0)]) for arm, q in event.paths.items()}
     return Plan(problem=run.problem, times=event.dt_s * np.arange(count), positions=padded)
 
 
-def _meeting(plan: Plan, chosen: ConflictChosen) -> Conflict:
-    """The conflict that was chosen, as it lies in the plan: of the same arms the one nearest in time."""
+def _conflict_in_plan(plan: Plan, chosen: ConflictChosen) -> Conflict:
+    """Returns the chosen conflict in the plan: that of the same arms which is closest in time."""
     found = plan_conflicts(plan.problem.cell.collision, plan)
     same = [c for c in found if {c.arm_a, c.arm_b} == {chosen.arm_a, chosen.arm_b}]
     return min(same, key=lambda c: abs(c.start_s - chosen.start_s))
 
 
-def _deepest(plan: Plan, meeting: Conflict) -> tuple[float, Float[np.ndarray, "3"]]:
-    """When the conflict is worst [s], and the point between the two spheres [m]."""
+def _deepest(plan: Plan, conflict: Conflict) -> tuple[float, Float[np.ndarray, "3"]]:
+    """Returns when the conflict is deepest [s], and the point between the two spheres [m]."""
     model = plan.problem.cell.collision
-    times = np.linspace(meeting.start_s, meeting.end_s, 50)
-    apart = [np.abs(plan.at(float(t))[meeting.arm_a] - meeting.q_a).max() for t in times]
+    times = np.linspace(conflict.start_s, conflict.end_s, 50)
+    apart = [np.abs(plan.at(float(t))[conflict.arm_a] - conflict.q_a).max() for t in times]
     one, other = (
         model.spheres(arm, q[None])[0][0][k]
-        for arm, q, k in zip((meeting.arm_a, meeting.arm_b), (meeting.q_a, meeting.q_b), meeting.spheres, strict=True)
+        for arm, q, k in zip(
+            (conflict.arm_a, conflict.arm_b), (conflict.q_a, conflict.q_b), conflict.spheres, strict=True
+        )
     )
     return float(times[int(np.argmin(apart))]), (one + other) / 2
 
@@ -171,7 +173,7 @@ def _ringed(picture: Picture, place: tuple[float, float]) -> Picture:
 
 
 def _joined(cell: Picture, tree: Picture, words: str, more: str) -> Picture:
-    """Cell and caption on the left, the tree on the right."""
+    """Returns cell and caption on the left, the tree on the right."""
     caption = Image.new("RGB", (cell.shape[1], CAPTION), PAPER)
     draw = ImageDraw.Draw(caption)
     draw.text((14, 18), words, INK, font(15, bold=True), anchor="lm")

@@ -1,4 +1,4 @@
-"""Words in pictures: DejaVu Sans, which comes with matplotlib, so that all machines draw the same."""
+"""Font and colours of text in pictures: DejaVu Sans, which matplotlib contains, so that all machines draw the same."""
 
 from __future__ import annotations
 
@@ -14,6 +14,6 @@ ALARM = (204, 32, 39)
 
 @functools.cache
 def font(size: float, *, bold: bool = False) -> ImageFont.FreeTypeFont:
-    """The font at that size [px]."""
+    """Returns the font at a size [px]."""
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
     return ImageFont.truetype(str(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name), size)

@@ -1,4 +1,4 @@
-"""Which instances the pictures show, by rules that know nothing of how a picture looks."""
+"""Choice of the instances in the pictures, by rules that do not depend on how a picture looks."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from mmp_env.view.search_tree import SearchTree
 
 ARMS = 8
 SEEDS = range(50)
-"""Those of the figures in docs/results/figures.jsonl."""
+"""Seeds of the figures in docs/results/figures.jsonl."""
 SMALL = range(3, 11)
 _TIME_LIMIT_S = 60.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Search:
-    """A planner's run on the instance of a seed: what it told, its tree and its plan."""
+    """A planner's run on the instance of a seed: its events, its tree and its plan."""
 
     planner: str
     seed: int
@@ -32,12 +32,12 @@ class Search:
 
     @property
     def expanded(self) -> int:
-        """How many nodes were expanded."""
+        """Returns the number of expanded nodes."""
         return len(self.tree.expansions)
 
 
 def search(planner: str, seed: int, arms: int = ARMS) -> Search:
-    """Plans the instance `seed` of a ring of UR5e. Raises `MmpError` where no plan is found."""
+    """Plans the instance `seed` of a ring of UR5e. Raises `MmpError` if no plan is found."""
     cell = ring_cell(arms)
     problem = make_problem(cell, *draw_instance(cell, seed=seed), name=f"MultiArmCell-{arms}, seed {seed}")
     tree, events = SearchTree(problem, title=planner, keep_paths=True), []
@@ -53,9 +53,9 @@ def search(planner: str, seed: int, arms: int = ARMS) -> Search:
 
 
 def first_small(seeds: Iterable[int] = SEEDS, arms: int = ARMS) -> Search:
-    """The first seed for which apf-ecbs grows one tree of 3 to 10 nodes and ends with the fast track.
+    """Returns the first search of apf-ecbs with one tree of 3 to 10 nodes that ends with the fast track.
 
-    So small a tree can be read while it grows, and has all that the paper adds.
+    Readers can follow such a small tree, and it has everything that the paper adds.
     """
     for seed in seeds:
         run = search("apf-ecbs", seed, arms)
@@ -66,7 +66,7 @@ def first_small(seeds: Iterable[int] = SEEDS, arms: int = ARMS) -> Search:
 
 
 def typical(ratio: float, seeds: Iterable[int] = SEEDS, arms: int = ARMS) -> tuple[Search, Search]:
-    """ecbs and apf-ecbs on the seed where the ratio of the nodes that they expand is nearest to `ratio`."""
-    # Made one by one: only the best one so far is kept, for the events of a search hold all its paths.
+    """Returns ecbs and apf-ecbs on the seed whose ratio of expanded nodes is closest to `ratio`."""
+    # A generator keeps the best pair only: the events of a search hold all its paths.
     pairs = ((search("ecbs", seed, arms), search("apf-ecbs", seed, arms)) for seed in seeds)
     return min(pairs, key=lambda pair: abs(pair[0].expanded / max(pair[1].expanded, 1) - ratio))

@@ -1,4 +1,4 @@
-"""Command-line arguments: every mistake becomes one sentence, a misspelt option with the nearest that exists."""
+"""Command-line arguments. Every mistake becomes one sentence; a misspelt option comes with the nearest existing one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _LARGEST_COUNT = 10**9 - 1
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser that raises `MmpError` where argparse would print its usage and exit."""
+    """An argument parser that raises `MmpError` instead of printing its usage and exiting."""
 
     def __init__(
         self,
@@ -31,7 +31,7 @@ class Parser(argparse.ArgumentParser):
         self.given = set[str]()
 
     def parse(self, argv: Sequence[str] | None = None) -> argparse.Namespace:
-        """The arguments, those of the process by default. Raises `MmpError`."""
+        """Returns the arguments, by default those of the process. Raises `MmpError`."""
         self.given.clear()
         args, extra = self.parse_known_args(argv)
         for word in extra:
@@ -42,7 +42,7 @@ class Parser(argparse.ArgumentParser):
             raise MmpError(f"{self.prog} has no use for the argument '{extra[0]}'; see {self.prog} --help")
         for action in self._actions:
             value = getattr(args, action.dest, None)
-            if value == "" or (isinstance(value, list) and "" in value):  # in a shell, a variable that is not set
+            if value == "" or (isinstance(value, list) and "" in value):  # an unset shell variable
                 name = action.option_strings[0] if action.option_strings else action.metavar
                 raise MmpError(f"argument {name} is empty; give a value")
         return args
@@ -53,7 +53,7 @@ class Parser(argparse.ArgumentParser):
 
 
 class _Once(argparse.Action):
-    """Keeps the value of an argument; an option that is given again is refused."""
+    """Stores the value of an argument and refuses an option that is given twice."""
 
     def __call__(
         self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: str | None = None
@@ -67,22 +67,22 @@ class _Once(argparse.Action):
 
 
 def seed(text: str) -> int:
-    """A whole number from 0."""
+    """Returns a whole number from 0."""
     return _whole(text, 0, LARGEST_SEED)
 
 
 def whole(text: str) -> int:
-    """A whole number from 1."""
+    """Returns a whole number from 1."""
     return _whole(text, 1, _LARGEST_COUNT)
 
 
 def whole_or_zero(text: str) -> int:
-    """A whole number from 0, of what there may be none of."""
+    """Returns a whole number from 0, for counts that may be 0."""
     return _whole(text, 0, _LARGEST_COUNT)
 
 
 def positive(text: str) -> float:
-    """A finite number above zero."""
+    """Returns a finite number above 0."""
     value = _number(text)
     if not (math.isfinite(value) and value > 0):
         raise argparse.ArgumentTypeError(f"'{text}' is not a finite number above 0")
@@ -90,7 +90,7 @@ def positive(text: str) -> float:
 
 
 def margins(text: str) -> dict[str, float]:
-    """Kind of margin -> metres: one number for arms and obstacles, or `arms=A,obstacles=B,self=C`, any of them."""
+    """Returns kind of margin -> metres, from one number for arms and obstacles or from `arms=A,obstacles=B,self=C`."""
     from mmp_env.model.margins import asked_margins
 
     out: dict[str, float] = {}
@@ -101,12 +101,12 @@ def margins(text: str) -> dict[str, float]:
         out[kind] = _metres(value, text)
     try:
         return asked_margins(out or _metres(text, text))
-    except MmpError as error:  # as a ValueError, argparse would drop what it says
+    except MmpError as error:  # argparse drops the message of a ValueError
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _metres(number: str, text: str) -> float:
-    """A length in the `text` of a margin."""
+    """Returns a length in the `text` of a margin."""
     value = _number(number)
     if not (math.isfinite(value) and value > 0):
         allowed = "metres, a finite number above 0 such as 0.005, or arms=A,obstacles=B,self=C with such numbers"
@@ -115,23 +115,35 @@ def _metres(number: str, text: str) -> float:
 
 
 def add_margin(parser: Parser) -> None:
-    """The clearances that plans keep."""
-    help = "clearance [m] between arms and to obstacles, or arms=A,obstacles=B,self=C, kept at every instant or refused"
+    """Adds the option for the clearances that plans keep."""
+    help = "clearance [m] between arms and to obstacles, or arms=A,obstacles=B,self=C; kept at every instant or refused"
     drawn = "start and goal of a seed are the same for every margin"
     parser.add_argument(
-        "--margin", type=margins, metavar="M", help=f"{help}; {drawn}; default: 0.002, less at tight ends"
+        "--margin",
+        type=margins,
+        metavar="M",
+        help=f"{help}; {drawn}; default: 0.002, less for a tight start or goal",
     )
 
 
+def environment_id(text: str) -> str:
+    """Returns an environment id."""
+    from mmp_env.gym.registration import CELLS
+
+    if text not in CELLS:
+        raise argparse.ArgumentTypeError(str(UnknownNameError("environment id", text, CELLS)))
+    return text
+
+
 def output(text: str) -> str:
-    """The name of what is written; `-` is none."""
+    """Returns the name of an output file or folder; `-` is refused."""
     if text == "-":
         raise argparse.ArgumentTypeError("'-' does not stand for standard output here; give a name")
     return text
 
 
 def seconds(text: str) -> float:
-    """A time above zero [s]; `inf` for none."""
+    """Returns a time above 0 [s]; `inf` means no limit."""
     value = _number(text)
     if not value > 0:
         raise argparse.ArgumentTypeError(f"'{text}' is not a number of seconds above 0")
@@ -139,7 +151,7 @@ def seconds(text: str) -> float:
 
 
 def setting(text: str) -> tuple[str, Any]:
-    """`key=value`; the value is a JSON number, true, false or null, and text otherwise."""
+    """Returns key and value of `key=value`; the value is a JSON number, true, false or null, otherwise text."""
     key, equals, value = text.partition("=")
     if not (key and equals):
         raise argparse.ArgumentTypeError(f"'{text}' is not of the form key=value")
@@ -151,29 +163,31 @@ def setting(text: str) -> tuple[str, Any]:
 
 
 def check_spared(source: str, option: str, path: str | Path) -> None:
-    """Raises `MmpError` where writing to `path`, as `option` asks, would replace the file that is read.
+    """Raises `MmpError` if the output `path` of `option` is the input file `source`.
 
-    A `source` may also be the name of a cell or environment: then there is no such file.
+    A `source` may also be the name of a cell or an environment, which is no file.
     """
     if is_file(source) and real_path(path) == real_path(source):
         raise MmpError(f"{option} would overwrite {source} itself; give another name")
 
 
 def add_source(parser: Parser) -> None:
-    """The arguments that say which instance: see `mmp_cli.source`."""
+    """Adds the arguments that choose an instance; see `mmp_cli.instance_source`."""
     parser.add_argument("source", metavar="SOURCE", help="environment id, instance file or cell file (JSON or YAML)")
     parser.add_argument("--instance", metavar="NAME", help="instance of an instance file; default: its first")
     parser.add_argument("--robot", metavar="NAME", help="robot of an environment id; default: ur5e")
     parser.add_argument("--task", metavar="NAME", help="task to draw the instance from; default: reach")
-    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="of the planner and the draw; default: 0")
-    help = "configurations by hand: '{\"left\": [0, ...], ...}' [rad], or @FILE with a file of that (JSON or YAML)"
+    parser.add_argument(
+        "--seed", type=seed, default=0, metavar="N", help="seed of the planner and of the instance; default: 0"
+    )
+    help = "configurations '{\"left\": [0, ...], ...}' [rad], or @FILE (JSON or YAML)"
     parser.add_argument("--start", metavar="JSON", help=help)
     parser.add_argument("--goal", metavar="JSON", help="like --start")
     add_margin(parser)
 
 
 def add_time_limit(parser: Parser, what: str) -> None:
-    """The time that planning may take; `what` it is for begins the help."""
+    """Adds the option for the time limit of `what`."""
     help = f"for {what} [s]; default: {DEFAULT_TIME_LIMIT_S:g}"
     parser.add_argument("--time-limit", type=seconds, default=DEFAULT_TIME_LIMIT_S, metavar="S", help=help)
 

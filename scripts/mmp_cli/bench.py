@@ -1,4 +1,4 @@
-"""`mmp bench SOURCE...`: many instances x planners, each unit in a worker process, the results in a folder."""
+"""`mmp bench SOURCE...`: runs many instances with several planners in worker processes, results in a folder."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ DEFAULT_MEMORY_LIMIT_MB = 4096
 DEFAULT_FOLDER = "bench"
 _SHOWN_REASONS = 10
 _PROGRAM = "mmp bench"
-_ABOUT = """Runs many instances through several planners, each run in a worker process with one thread and its own
-deadline. A planner that crashes, hangs or eats the memory costs one line of status error, and the rest goes on. Results
-go to OUT/results.jsonl, a line each; started again with the same settings, a run that was ended goes on where it
-stopped. Exit 0: the run is complete; 2: bad usage, or a folder that was made with other settings; 130: interrupted."""
+_ABOUT = """Runs many instances with several planners, each run in a worker process with one thread and its own
+deadline. A planner that crashes, hangs or exceeds the memory limit causes a result with status error; the other runs
+continue. Each run writes a line to OUT/results.jsonl. Started again with the same settings, an interrupted benchmark
+continues. Exit 0: complete; 2: bad usage, or a folder with other settings or other files; 130: interrupted."""
 
 
 def parser() -> Parser:
-    """The arguments of the command."""
+    """Returns the parser of the command."""
     out = Parser("mmp bench", _ABOUT)
     out.add_argument(
         "sources", nargs="+", metavar="SOURCE", help="environment ids, instance files and cell files (JSON or YAML)"
     )
     _add_planners(out)
     out.add_argument("--count", type=whole, metavar="N", help="instances of each source; default: all of a file, or 50")
-    help = "of the planners; instance k of an id has seed N + k; default: 0"
+    help = "seed of the planners; instance k of an id has seed N + k; default: 0"
     out.add_argument("--seed", type=seed, default=0, metavar="N", help=help)
     out.add_argument("--robot", metavar="NAME", help="robot of environment ids; default: ur5e")
     out.add_argument("--task", metavar="NAME", help="task to draw instances from; default: reach")
@@ -54,11 +54,11 @@ def parser() -> Parser:
 
 
 def _add_planners(parser: Parser) -> None:
-    """Who plans, with what options."""
-    from mmp_cli.benchmark.planner_setting import planner_setting
+    """Adds the options for the planners."""
+    from mmp_cli.benchmark.planner_variants import planner_setting
 
     parser.add_argument(
-        "--planners", metavar="A,LABEL=B", help="names; a label is for a second one of a kind; default: auto"
+        "--planners", metavar="A,LABEL=B", help="names; a label tells two of the same name apart; default: auto"
     )
     parser.add_argument(
         "--set",
@@ -72,7 +72,7 @@ def _add_planners(parser: Parser) -> None:
 
 
 def _add_workers(parser: Parser) -> None:
-    """Where the runs take place, and what each of them may use."""
+    """Adds the options for workers and limits."""
     parser.add_argument("--workers", type=whole, metavar="N", help="runs at a time; default: one for each core")
     add_time_limit(parser, "each run")
     help = f"for each run; default: {DEFAULT_MEMORY_LIMIT_MB}"
@@ -92,7 +92,7 @@ def run(args: Namespace) -> int:
     with ExitStack() as stack:
         pool = None
         if not folder.known():
-            # Before the folder is made: with a misspelt option there shall be none to be refused later.
+            # Before the folder is made: a misspelt option must not leave one, which the next start would refuse.
             pool = stack.enter_context(_pool(args, job))
             _examine(job, pool)
         stack.enter_context(folder)
@@ -100,19 +100,19 @@ def run(args: Namespace) -> int:
             _work(args, job, folder, pool or stack.enter_context(_pool(args, job)))
     lines = [folder.lines[unit.key] for unit in units]
     print_table(list(job.variants), lines)
-    told = reasons(lines)
-    for sentence in told[:_SHOWN_REASONS]:
+    sentences = reasons(lines)
+    for sentence in sentences[:_SHOWN_REASONS]:
         complain(sentence, program=_PROGRAM)
-    if len(told) > _SHOWN_REASONS:
-        complain(f"{len(told) - _SHOWN_REASONS} more reasons stand in the results", program=_PROGRAM)
+    if len(sentences) > _SHOWN_REASONS:
+        complain(f"{len(sentences) - _SHOWN_REASONS} more reasons are in the results", program=_PROGRAM)
     say(f"results: {folder.results}; the report of them: mmp report {args.out}")
     return 0
 
 
 def _job(args: Namespace) -> Job:
     from mmp_cli.benchmark.job import MOST_UNITS, Job
+    from mmp_cli.benchmark.planner_variants import read_variants
     from mmp_cli.benchmark.sources import read_sources
-    from mmp_cli.benchmark.variants import read_variants
     from mmp_cli.plan import default_planner
 
     variants = read_variants(args.planners or default_planner(), args.settings)
@@ -141,7 +141,7 @@ def _pool(args: Namespace, job: Job) -> Pool | RayPool:
 
 
 def _examine(job: Job, pool: Pool | RayPool) -> None:
-    """Raises `MmpError` for an option that a planner does not have; a planner that is broken costs itself alone."""
+    """Raises `MmpError` for an option that a planner does not have; a broken planner is only reported."""
     from mmp_cli.benchmark.job import Examination, Verdict
 
     for task, answer in pool.run([Examination(planner=label) for label in job.variants]):
@@ -154,12 +154,12 @@ def _examine(job: Job, pool: Pool | RayPool) -> None:
 
 
 def _work(args: Namespace, job: Job, folder: ResultsFolder, pool: Pool | RayPool) -> None:
-    """Runs the units that have no line yet."""
+    """Runs the units that have no result yet."""
     from rich.console import Console
 
     from mmp_cli.benchmark.job import Failure, Result, Unit
-    from mmp_cli.benchmark.lines import line_of_failure
     from mmp_cli.benchmark.progress import BenchProgress
+    from mmp_cli.benchmark.result_line import line_of_failure
 
     units = [unit for unit in job.units() if unit.key not in folder.lines]
     with BenchProgress(units, folder.lines.values(), pool.workers, Console(stderr=True)) as progress:

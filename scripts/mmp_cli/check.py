@@ -1,4 +1,4 @@
-"""`mmp check PLAN...`: checks plan files on their own, without planner or core."""
+"""`mmp check PLAN...`: checks plan files, without planner or native core."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def parser() -> Parser:
-    """The arguments of the command."""
+    """Returns the parser of the command."""
     out = Parser("mmp check", "Checks plans again. Exit 0: all are valid; 1: one is not; 2: one cannot be read.")
     out.add_argument(
         "plans", nargs="+", metavar="PLAN", help="plan files (schema mmp-plan/1), or episodes of them (mmp-episode/1)"
@@ -27,7 +27,7 @@ def parser() -> Parser:
 
 
 def run(args: Namespace) -> int:
-    """Checks all of them, whatever is wrong with the first; returns the highest code."""
+    """Checks all plans and returns the highest exit code."""
     return max(_check(path, args) for path in args.plans)
 
 

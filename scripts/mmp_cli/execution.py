@@ -1,4 +1,4 @@
-"""Execution of a plan for the command line: in a simulated cell of its own."""
+"""Execution of a plan in a new simulation."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from mmp_env.sim.execution import ExecutionReport
 
 
 def execute(plan: Plan) -> ExecutionReport:
-    """Plays the plan through the actuators in MuJoCo. Raises `MmpError` for one that does not fit its cell."""
+    """Executes the plan with the actuators in MuJoCo. Raises `MmpError` if the plan does not fit its cell."""
     from mmp_env.sim.execution import execute_plan
     from mmp_env.sim.simulation import Simulation
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def parser() -> Parser:
-    """The arguments of the command."""
+    """Returns the parser of the command."""
     from mmp_env.export import FORMATS, JOINT_NAMES
     from mmp_env.export.joint_names import PLACEHOLDERS
 
@@ -32,7 +32,7 @@ def parser() -> Parser:
         "--joint-names",
         default=JOINT_NAMES,
         metavar="PATTERN",
-        help=f"what joints are called in tables and trajectories, of {fields}; default: {JOINT_NAMES}",
+        help=f"names of joints in tables and trajectories, from {fields}; default: {JOINT_NAMES}",
     )
     return out
 
@@ -58,7 +58,7 @@ def run(args: Namespace) -> int:
         say(f"{path}: {_content(path, plans[0], motion)}")
     report = (check_episode if in_a_row else check_document)(data)
     if not report.valid:
-        # What leaves this program may well move real arms: a refusal is loud.
+        # The exported file may move real arms, so this message is loud.
         complain(f"THE CHECKER REFUTES {args.plan}: {report.sentences[0]}. Do not run it.")
     return 0 if report.valid else 1
 

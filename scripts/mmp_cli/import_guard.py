@@ -1,7 +1,7 @@
-"""Ctrl-C, SIGTERM and SIGHUP end a command by an exception; while modules are imported they wait until they are.
+"""Turns Ctrl-C, SIGTERM and SIGHUP into exceptions, but not in the middle of an import.
 
-In the middle of an import it is not safe to raise: a module may turn the `KeyboardInterrupt` into an `ImportError` or a
-`RuntimeError`, and what is raised in a callback of the import system is printed and forgotten.
+There an exception is not safe: a module may turn the `KeyboardInterrupt` into an `ImportError` or a `RuntimeError`, and
+Python prints and forgets an exception in a callback of the import system. The signal waits until the import is done.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ _AGAIN_S = 0.02
 _IMPORT_SYSTEM = "<frozen importlib._bootstrap"
 
 
-class Ended(KeyboardInterrupt):
-    """SIGTERM or SIGHUP has come: all that is open is left as at Ctrl-C, but by no planner's leave."""
+class EndedBySignal(KeyboardInterrupt):
+    """SIGTERM or SIGHUP. It ends the command like Ctrl-C, but does not let a planner finish."""
 
     def __init__(self, signum: int) -> None:
         super().__init__(signum)
@@ -28,8 +28,8 @@ class Ended(KeyboardInterrupt):
 
 
 def signal_of(interrupt: BaseException | None) -> signal.Signals:
-    """Which signal a `KeyboardInterrupt` stands for."""
-    return signal.Signals(interrupt.signum if isinstance(interrupt, Ended) else signal.SIGINT)
+    """Returns the signal that a `KeyboardInterrupt` stands for."""
+    return signal.Signals(interrupt.signum if isinstance(interrupt, EndedBySignal) else signal.SIGINT)
 
 
 def describe_interrupt(interrupt: KeyboardInterrupt) -> str:
@@ -40,7 +40,7 @@ def describe_interrupt(interrupt: KeyboardInterrupt) -> str:
 
 
 class ImportGuard:
-    """The handler of the signals. In imports the first one waits for their end, and the second ends the process."""
+    """The signal handler. During an import the first signal waits for its end, and the second ends the process."""
 
     def __init__(self) -> None:
         self._waiting: int | None = None
@@ -48,7 +48,7 @@ class ImportGuard:
 
     def handle(self, signum: int, frame: FrameType | None) -> None:
         """Handles SIGINT, SIGTERM and SIGHUP."""
-        interrupt = KeyboardInterrupt() if signum == signal.SIGINT else Ended(signum)
+        interrupt = KeyboardInterrupt() if signum == signal.SIGINT else EndedBySignal(signum)
         if not _is_importing(frame):
             raise interrupt
         if self._waiting is not None:
@@ -57,8 +57,8 @@ class ImportGuard:
             end_at_once(128 + signum)
         self._wait(signum)
 
-    def tell(self, unraisable: Any) -> None:
-        """Takes the place of `sys.unraisablehook`: an interrupt that nothing can raise any more is raised again."""
+    def handle_unraisable(self, unraisable: Any) -> None:
+        """Replaces `sys.unraisablehook`: it raises an interrupt again that got lost in a callback."""
         if issubclass(unraisable.exc_type, KeyboardInterrupt):
             self._wait(signal_of(unraisable.exc_value))
         else:
@@ -74,35 +74,36 @@ class ImportGuard:
             signal.setitimer(signal.ITIMER_REAL, _AGAIN_S)
             return
         signum, self._waiting = self._waiting or signal.SIGINT, None
-        handler = signal.getsignal(signum)  # planning has one of its own
+        handler = signal.getsignal(signum)  # planning installs its own handler
         if callable(handler):
             handler(signum, frame)
 
 
 @contextmanager
 def guarded_imports() -> Iterator[None]:
-    """Within it Ctrl-C raises `KeyboardInterrupt`, and SIGTERM and SIGHUP `Ended`, but not in the middle of an import.
+    """Installs the signal handler: Ctrl-C raises `KeyboardInterrupt`, SIGTERM and SIGHUP raise `EndedBySignal`.
 
-    A second one there exits. What the caller has made the process deaf to, as `nohup` does, stays so.
+    During an import the first signal waits, and the second ends the process. A signal that the caller ignores, as
+    `nohup` does, stays ignored.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     guard, hook = ImportGuard(), sys.unraisablehook
-    heard = [signal.SIGINT, *(s for s in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(s) == signal.SIG_DFL)]
-    before = {signum: signal.signal(signum, guard.handle) for signum in heard}
-    sys.unraisablehook = guard.tell
+    signals = [signal.SIGINT, *(s for s in (signal.SIGTERM, signal.SIGHUP) if signal.getsignal(s) == signal.SIG_DFL)]
+    before = {signum: signal.signal(signum, guard.handle) for signum in signals}
+    sys.unraisablehook = guard.handle_unraisable
     try:
         yield
     finally:
         sys.unraisablehook = hook
         for signum, handler in before.items():
-            if signal.getsignal(signum) == guard.handle:  # otherwise the process has been made deaf
+            if signal.getsignal(signum) == guard.handle:  # otherwise the signal is ignored by now
                 signal.signal(signum, handler)
 
 
 def end_at_once(code: int) -> NoReturn:
-    """Ends the process without taking the interpreter down; no temporary file stays."""
+    """Ends the process without shutting the interpreter down. It removes temporary files first."""
     ignore_interrupts()
     if (temporaries := sys.modules.get("mmp_env.files.temporaries")) is not None:
         temporaries.remove_all()
@@ -110,7 +111,7 @@ def end_at_once(code: int) -> NoReturn:
 
 
 def ignore_interrupts() -> None:
-    """Makes the process deaf to Ctrl-C, SIGTERM and SIGHUP: it is about to end."""
+    """Ignores Ctrl-C, SIGTERM and SIGHUP from now on: the process is about to end."""
     if threading.current_thread() is threading.main_thread():
         for signum in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             signal.signal(signum, signal.SIG_IGN)

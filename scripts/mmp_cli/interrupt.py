@@ -1,4 +1,4 @@
-"""Ctrl-C while planning: the first ends the planning with the best plan so far, the second ends the program."""
+"""Ctrl-C during planning: the first ends the planning with the best plan so far, the second ends the program."""
 
 from __future__ import annotations
 
@@ -11,29 +11,27 @@ from mmp_planners import Event, StopPlanning
 
 
 class Interruption:
-    """Whether Ctrl-C was pressed; `check` among the watchers makes sure that the planner has heard of it."""
+    """State of Ctrl-C. `check`, as a watcher, raises again if the exception of the handler got lost."""
 
     def __init__(self) -> None:
         self.happened = False
 
     def handle(self, signum: int, frame: FrameType | None) -> None:
-        """The signal handler. The core polls for signals, so this is raised in the middle of native code as well."""
+        """Handles SIGINT. The native core polls for signals, so this interrupts native code too."""
         if self.happened:
             raise KeyboardInterrupt
         self.happened = True
         raise StopPlanning("interrupted")
 
     def check(self, event: Event) -> None:
-        """A watcher that asks whether Ctrl-C was pressed: an exception from a handler can get lost, say in a callback
-        of the garbage collector.
-        """
+        """Raises `StopPlanning` if Ctrl-C was pressed: the handler's exception can get lost in a callback."""
         if self.happened:
             raise StopPlanning("interrupted")
 
 
 @contextmanager
 def stopping_on_interrupt() -> Iterator[Interruption]:
-    """Within it Ctrl-C raises `StopPlanning`, once."""
+    """Installs a handler: the first Ctrl-C raises `StopPlanning`, the second `KeyboardInterrupt`."""
     interruption = Interruption()
     before = signal.signal(signal.SIGINT, interruption.handle)
     try:

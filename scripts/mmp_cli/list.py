@@ -16,7 +16,7 @@ from mmp_env.files.writing import plain
 
 
 def parser() -> Parser:
-    """The arguments of the command."""
+    """Returns the parser of the command."""
     out = Parser("mmp list", "Lists robots, cells, tasks, and planners with their options.")
     out.add_argument("--json", action="store_true", help="print one JSON object")
     return out
@@ -28,14 +28,14 @@ def run(args: Namespace) -> int:
     if args.json:
         print(json.dumps(found))
     else:
-        from mmp_cli.rows import print_rows
+        from mmp_cli.output import print_rows
 
         print_rows(_rows(found))
     return 0
 
 
 def inventory() -> dict[str, list[dict[str, Any]]]:
-    """Everything that has a name, by kind; a planner or task that does not load has an `error` in place of the rest."""
+    """Returns robots, cells, tasks and planners. A planner or task that does not load has an `error` only."""
     import mmp_planners
     import mmp_tasks
     from mmp_env.gym.registration import CELLS
@@ -61,7 +61,7 @@ def _plugin(describe: Callable[[str], dict[str, Any]], name: str, is_foreign: Ca
 
 
 def _cell(name: str, cell: str) -> dict[str, Any]:
-    """`robots` where the cell says which they are; a ring takes any."""
+    """Describes a cell; `robots` is missing for a ring, which takes any robot."""
     from mmp_env.files.cell_source import find_cell, layout_names
 
     robots = [arm.robot.name for arm in find_cell(cell).arms]
@@ -87,7 +87,7 @@ def _planner(name: str) -> dict[str, Any]:
 
 
 def _value(default: Any) -> Any:
-    """A default as JSON; what JSON has no form for, in words."""
+    """Returns a default as a JSON value, or as text if JSON has no such value."""
     try:
         return plain(default)
     except TypeError:

@@ -1,4 +1,4 @@
-"""What a result was made with: the version and the machine."""
+"""Version of mmp-env and description of the machine, which results state."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import mmp_env
 
 
 def version() -> str:
-    """The version of mmp-env."""
+    """Returns the version of mmp-env."""
     return mmp_env.__version__
 
 
 @functools.cache
 def machine() -> str:
-    """Model of the processor and number of its cores."""
+    """Returns the model of the processor and the number of its cores."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

@@ -1,18 +1,18 @@
-"""The console script `mmp`: finds the command, and turns misuse into one sentence and an exit code.
+"""The console script `mmp`: it runs a command and turns misuse into one sentence and an exit code.
 
-Exit 0: done; 1: no plan in time, a violation, a goal not reached, a planner that failed; 2: bad usage or bad input, or
-output that cannot be written; 130: interrupted; 129 and 143: ended by SIGHUP and SIGTERM; 141: the reader of the output
-has gone. Any other exception is a fault
-of the program and keeps its traceback.
+Exit codes: 0: done; 1: no plan in time, a violation, a goal not reached, a planner that failed; 2: bad usage or input,
+or output that cannot be written; 130: interrupted; 129 and 143: ended by SIGHUP and SIGTERM; 141: the reader of the
+output has gone. Any other exception is a fault of the program and keeps its traceback.
 """
 
 from __future__ import annotations
 
 import sys
 
-TYPE_CHECKING = False  # until the guard stands, nothing is imported that takes time, `typing` included
+TYPE_CHECKING = False  # before the signal handler is installed, no slow module is imported, `typing` included
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
+    from typing import NoReturn
 
 COMMANDS = {
     "plan": "plan one instance, check the plan and print a summary",
@@ -25,9 +25,9 @@ COMMANDS = {
 }
 INTERRUPTED = 130
 ENDED = (129, INTERRUPTED, 143)
-"""Exit codes after SIGHUP, SIGINT and SIGTERM: 128 and the number of the signal."""
+"""Exit codes after SIGHUP, SIGINT and SIGTERM: 128 plus the number of the signal."""
 UNREAD = 141
-"""Exit code for output whose reader has gone, that of a program that SIGPIPE ends."""
+"""Exit code if the reader of the output has gone, as after SIGPIPE."""
 _HELP = """usage: mmp COMMAND ...
 
 Collision-free motions for crowded robot-arm cells, found and proved.
@@ -40,15 +40,15 @@ commands:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Runs one command line, that of the process by default, and returns its exit code."""
+    """Runs a command line, by default that of the process, and returns its exit code."""
     try:
         from mmp_cli.import_guard import guarded_imports, ignore_interrupts
 
         with guarded_imports():
             if argv is not None:
-                return _heard(list(argv))
-            code = _of_process()
-            ignore_interrupts()  # the process ends, and what its modules do then is not to be interrupted
+                return _run_with_output(list(argv))
+            code = _run_process()
+            ignore_interrupts()  # the exit handlers of modules must not be interrupted
             return code
     except KeyboardInterrupt as interrupt:
         from mmp_cli.import_guard import describe_interrupt, signal_of
@@ -57,26 +57,38 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 128 + signal_of(interrupt)
 
 
-def _of_process() -> int:
+def run_script(script: Callable[[], int | None]) -> NoReturn:
+    """Runs a script beside `mmp` and ends the process with its exit code, or with one sentence and 2 for `MmpError`."""
+    from mmp_cli.output import complain
+    from mmp_env.errors import MmpError
+
+    try:
+        sys.exit(script())
+    except MmpError as error:
+        complain(error, program=sys.argv[0].rpartition("/")[2])
+        sys.exit(2)
+
+
+def _run_process() -> int:
     from mmp_cli.output import guard_streams
 
     guard_streams()
-    code = _heard(sys.argv[1:])
+    code = _run_with_output(sys.argv[1:])
     if code in ENDED:
         from mmp_cli.import_guard import end_at_once
 
         sys.stderr.flush()
-        # Taking the interpreter down with MuJoCo loaded takes longer than anybody who pressed Ctrl-C wants to wait.
+        # Shutting the interpreter down with MuJoCo loaded takes longer than a user who pressed Ctrl-C wants to wait.
         end_at_once(code)
     return code
 
 
-def _heard(argv: list[str]) -> int:
-    """Runs a command line whose output may find no room, or no reader."""
+def _run_with_output(argv: list[str]) -> int:
+    """Runs a command line. Standard output may be full or closed, or its reader may have gone."""
     from mmp_cli.output import OutputError, complain, forget_output
 
     try:
-        code = _guarded(argv)
+        code = _run_with_errors(argv)
         sys.stdout.flush()
     except OutputError as error:
         forget_output()
@@ -87,7 +99,7 @@ def _heard(argv: list[str]) -> int:
     return code
 
 
-def _guarded(argv: list[str]) -> int:
+def _run_with_errors(argv: list[str]) -> int:
     from mmp_cli.output import complain
 
     try:

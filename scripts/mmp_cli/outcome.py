@@ -1,4 +1,4 @@
-"""What became of one run of `mmp plan`: planned, checked, executed; as an exit code and as a line of results.jsonl."""
+"""The outcome of one run of `mmp plan`, as an exit code and as a line of results.jsonl."""
 
 from __future__ import annotations
 
@@ -24,12 +24,13 @@ _RECORDED = ("times", "positions", "phases")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Outcome:
-    """One run. What it did not come to is None: an invalid instance has no problem, no plan has no check.
+    """One run. Missing parts are None: an invalid instance has no problem, and without a plan there is no check.
 
-    `asked`: kind of margin -> metres, those that were asked for. `steps`: which of `retime`, `out` and `execute` were
-    asked for.
-    `shown`: option -> file of its picture, film, tree or recording. `failures`: sentences on what could not be done:
-    to write the plan or one of these files, to retime, to execute.
+    Attributes:
+        asked: kind of margin -> metres that the user asked for.
+        steps: which of `retime`, `out` and `execute` the user asked for.
+        shown: row of the summary -> file of the picture, film, tree or recording.
+        failures: sentences on files that could not be written, and on retiming or execution that failed.
     """
 
     instance: str
@@ -51,8 +52,8 @@ class Outcome:
 
     @property
     def exit_code(self) -> int:
-        """0: a valid plan, executed without contact where asked; 1: not; 2: an invalid instance, or something that was
-        asked for could not be shown; 130: interrupted.
+        """Returns 0 for a valid plan, executed without contact if asked; 1 otherwise; 2 for an invalid instance or an
+        output that failed; 130 if interrupted.
         """
         if self.interrupted:
             return INTERRUPTED
@@ -64,12 +65,12 @@ class Outcome:
 
     @property
     def refuted(self) -> bool:
-        """Whether the checker found fault with a plan that its planner had proved."""
+        """Whether the checker refutes a plan that its planner returned as solved."""
         return self.check is not None and not self.check.valid
 
     @property
     def message(self) -> str | None:
-        """What the planner did wrong, where the status is `error`."""
+        """Returns what the planner did wrong if the status is `error`."""
         message = self.result.stats.get("message") if self.result.status is Status.ERROR else None
         return None if message is None else shortened(str(message))
 
@@ -89,11 +90,11 @@ class Outcome:
         return f"interrupted; {self.plan_path} holds the plan, {', '.join(words) or 'checked'}"
 
     def failed(self, sentence: str) -> Outcome:
-        """Returns this outcome with one more failure, something that was asked for and could not be done."""
+        """Returns this outcome with one more failure."""
         return dataclasses.replace(self, failures=(*self.failures, sentence))
 
     def line(self) -> dict[str, Any]:
-        """The fields of a line of results.jsonl, as JSON values; what does not exist is null."""
+        """Returns the fields of a line of results.jsonl as JSON values; missing values are null."""
         plan, stats = self.result.plan, self.result.stats
         return plain(
             {
@@ -120,9 +121,7 @@ class Outcome:
         )
 
     def verdict(self) -> dict[str, Any]:
-        """What `mmp plan --json` says beyond the line: `valid`, of an error the `message`; if asked for `retimed` and
-        `execution`.
-        """
+        """Returns the further fields of `mmp plan --json`: `valid`, `message` of an error, `retimed`, `execution`."""
         out: dict[str, Any] = {"valid": self.check.valid if self.check is not None else None}
         if self.message is not None:
             out["message"] = self.message
@@ -134,13 +133,13 @@ class Outcome:
 
 
 def execution_fields(report: ExecutionReport) -> dict[str, Any]:
-    """The report as JSON values, without what was recorded."""
+    """Returns the report as JSON values, without the recorded motion."""
     fields = {field.name: getattr(report, field.name) for field in dataclasses.fields(report)}
     return plain({key: _values(value) for key, value in fields.items() if key not in _RECORDED})
 
 
 def _values(value: Any) -> Any:
-    """Dataclasses, alone or in lists and mappings, as dicts."""
+    """Returns dataclasses, also those in lists and mappings, as dicts."""
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return dataclasses.asdict(value)
     if isinstance(value, Mapping):

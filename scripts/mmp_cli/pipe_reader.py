@@ -1,4 +1,4 @@
-"""Reads the messages of another process without ever waiting for the rest of one."""
+"""Reader of the messages of another process that never waits for the rest of a message."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _SHORT, _LONG = struct.Struct("!i"), struct.Struct("!Q")
 class PipeReader:
     """Complete messages of a `multiprocessing.connection.Connection`, from its file descriptor.
 
-    A process that stops in the middle of a message blocks nobody.
+    A process that stops in the middle of a message does not block the reader.
     """
 
     def __init__(self, descriptor: int) -> None:
@@ -25,7 +25,7 @@ class PipeReader:
         Raises:
             EOFError: if the other end is closed and no complete message is left.
             OSError: if the pipe cannot be read.
-            ValueError: if the bytes are no messages.
+            ValueError: if the bytes are not messages.
         """
         while (message := self._complete()) is None:
             if not wait([self._descriptor], timeout=0):
@@ -37,7 +37,7 @@ class PipeReader:
         return message
 
     def _complete(self) -> bytes | None:
-        """The first message, framed as `Connection.send_bytes` does it: its length, as 4 bytes or -1 and 8, and it."""
+        """Returns the first message. `Connection.send_bytes` puts its length before it: 4 bytes, or -1 and 8 bytes."""
         head = _SHORT.size
         if len(self._bytes) < head:
             return None

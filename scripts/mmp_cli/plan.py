@@ -13,15 +13,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, output, setting, whole
-from mmp_cli.import_guard import Ended
+from mmp_cli.import_guard import EndedBySignal
 from mmp_cli.output import complain
-from mmp_cli.showing import SPAWN, Showing, Together, add_showing, check_showing
+from mmp_cli.visual_outputs import SPAWN, CombinedWatcher, VisualOutputs, add_visual_options, check_visual_outputs
 from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.model.margins import asked_margins
 
 if TYPE_CHECKING:
+    from mmp_cli.instance_source import InstanceSource
     from mmp_cli.outcome import Outcome
-    from mmp_cli.source import Source
     from mmp_env.model.plan import Plan
     from mmp_env.model.problem import Problem
     from mmp_planners import Planner, PlanResult
@@ -30,7 +30,7 @@ PREFERRED, OTHERWISE = "auto", "apf-ecbs"
 
 
 def parser() -> Parser:
-    """The arguments of the command."""
+    """Returns the parser of the command."""
     out = Parser("mmp plan", "Plans one instance, checks the plan and prints a summary.")
     add_source(out)
     help = f"default: {PREFERRED}, or {OTHERWISE} where that is not installed"
@@ -50,7 +50,7 @@ def parser() -> Parser:
     out.add_argument("--retime", action="store_true", help="smooth the plan and keep acceleration and jerk limits")
     out.add_argument("--out", type=_plan_file, metavar="FILE", help="write the plan to this file (schema mmp-plan/1)")
     out.add_argument("--execute", action="store_true", help="play the plan through the actuators in MuJoCo")
-    add_showing(out)
+    add_visual_options(out)
     out.add_argument("--json", action="store_true", help="print the result as one JSON object instead of the summary")
     return out
 
@@ -83,7 +83,7 @@ def ready(name: str, options: Mapping[str, Any], memory_limit_mb: int | None = N
 
 def _run(args: Namespace, planner: Planner) -> int:
     import mmp_planners
-    from mmp_cli.source import files_read, read_source
+    from mmp_cli.instance_source import files_read, read_source
     from mmp_env.files.writing import check_writable, left_alone
 
     source = read_source(args)
@@ -92,7 +92,7 @@ def _run(args: Namespace, planner: Planner) -> int:
             check_spared(read, f"--{name}", path)
     if args.out is not None:
         check_writable(args.out)
-    check_showing(args)
+    check_visual_outputs(args)
     try:
         problem = _problem(source)
     except InvalidInstanceError:
@@ -100,16 +100,16 @@ def _run(args: Namespace, planner: Planner) -> int:
             result = mmp_planners.PlanResult(status=mmp_planners.Status.INVALID)
             _report(args, _outcome(args, source.label, result))
         raise
-    with Showing(args, problem, _title(args, source.label)) as showing:
-        outcome = _run_to_the_end(args, planner, source.label, problem, showing)
+    with VisualOutputs(args, problem, _title(args, source.label)) as outputs:
+        outcome = _run_to_the_end(args, planner, source.label, problem, outputs)
     _report(args, outcome)
     for sentence in left_alone(_unwritten(args, outcome)):
         complain(sentence)
     return outcome.exit_code
 
 
-def _problem(source: Source) -> Problem:
-    """The problem of a source; a line on a terminal says what takes so long where a task finds room for none."""
+def _problem(source: InstanceSource) -> Problem:
+    """Returns the problem of a source; on a terminal a line says that it is being drawn."""
     from rich.console import Console
 
     with Console(stderr=True).status("drawing the instance"):
@@ -117,7 +117,7 @@ def _problem(source: Source) -> Problem:
 
 
 def default_planner() -> str:
-    """The planner for those who name none."""
+    """Returns the planner that is used if the user names none."""
     import mmp_planners
 
     return PREFERRED if PREFERRED in mmp_planners.names() else OTHERWISE
@@ -133,7 +133,7 @@ def _options(settings: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _plan_file(text: str) -> str:
-    """The name of a plan file: JSON, and not in a format that plans are exported to."""
+    """Returns the name of a plan file; the suffix of an export format is refused."""
     suffix = Path(text).suffix.lower().replace(".yml", ".yaml")
     if suffix not in ("", ".json"):
         from mmp_env.export import FORMATS
@@ -149,20 +149,20 @@ def _title(args: Namespace, label: str) -> str:
     return f"{args.planner} on {label}{seed}"
 
 
-def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Problem, showing: Showing) -> Outcome:
+def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Problem, outputs: VisualOutputs) -> Outcome:
     """Plans, and then retimes, writes, checks, executes and shows the plan, as far as that is asked for.
 
     The first Ctrl-C ends the step that is running and leaves out those after it, except writing what there is. The
     second one raises `KeyboardInterrupt`.
     """
-    outcome = _planned(args, planner, label, problem, showing)
+    outcome = _planned(args, planner, label, problem, outputs)
     steps = {"retime": _retimed, "out": _written, "check": _checked, "execute": _executed}
     for name, step in steps.items() if outcome.result.plan is not None else ():
         is_asked = name == "check" or name in outcome.steps
         if is_asked and (name == "out" or not outcome.interrupted):
             outcome = _interruptible(outcome, partial(step, args, outcome))
-    outcome = _interruptible(outcome, partial(_shown, outcome, showing))
-    return replace(outcome, shown=showing.told, failures=(*outcome.failures, *showing.failures))
+    outcome = _interruptible(outcome, partial(_shown, outcome, outputs))
+    return replace(outcome, shown=outputs.rows, failures=(*outcome.failures, *outputs.failures))
 
 
 def _interruptible(outcome: Outcome, step: Callable[[], Outcome]) -> Outcome:
@@ -171,15 +171,15 @@ def _interruptible(outcome: Outcome, step: Callable[[], Outcome]) -> Outcome:
         return step()
     except KeyboardInterrupt as interrupt:
         stopped = replace(outcome, interrupted=True)
-        if outcome.interrupted or isinstance(interrupt, Ended):
+        if outcome.interrupted or isinstance(interrupt, EndedBySignal):
             interrupt.add_note((stopped.interruption or "").partition("; ")[2])
             raise
         return stopped
 
 
-def _planned(args: Namespace, planner: Planner, label: str, problem: Problem, showing: Showing) -> Outcome:
+def _planned(args: Namespace, planner: Planner, label: str, problem: Problem, outputs: VisualOutputs) -> Outcome:
     started = time.perf_counter()
-    result, interrupted = _plan(args, planner, problem, showing)
+    result, interrupted = _plan(args, planner, problem, outputs)
     return replace(
         _outcome(args, label, result),
         problem=problem,
@@ -241,8 +241,8 @@ def _executed(args: Namespace, outcome: Outcome) -> Outcome:
         return outcome.failed(f"--execute: {error}")
 
 
-def _shown(outcome: Outcome, showing: Showing) -> Outcome:
-    showing.finish(outcome.result.plan, outcome.execution, interrupted=outcome.interrupted)
+def _shown(outcome: Outcome, outputs: VisualOutputs) -> Outcome:
+    outputs.finish(outcome.result.plan, outcome.execution, interrupted=outcome.interrupted)
     return outcome
 
 
@@ -251,8 +251,8 @@ def _plan_of(outcome: Outcome) -> Plan:
     return outcome.result.plan
 
 
-def _plan(args: Namespace, planner: Planner, problem: Problem, showing: Showing) -> tuple[PlanResult, bool]:
-    """The result, and whether Ctrl-C ended the planning."""
+def _plan(args: Namespace, planner: Planner, problem: Problem, outputs: VisualOutputs) -> tuple[PlanResult, bool]:
+    """Returns the result, and whether Ctrl-C ended the planning."""
     from rich.console import Console
 
     from mmp_cli.interrupt import stopping_on_interrupt
@@ -260,25 +260,25 @@ def _plan(args: Namespace, planner: Planner, problem: Problem, showing: Showing)
     from mmp_planners.safe_plan import run_planner
 
     with ProgressLine(args.planner, Console(stderr=True)) as line, stopping_on_interrupt() as interruption:
-        watch = Together(interruption.check, line, *showing.watchers)
+        watch = CombinedWatcher(interruption.check, line, *outputs.watchers)
         result = run_planner(args.planner, planner, problem, seed=args.seed, time_limit=args.time_limit, watch=watch)
     return result, interruption.happened
 
 
 def _asked(args: Namespace) -> dict[str, str]:
-    """Option -> file that it asks for."""
+    """Returns option -> file to write."""
     given = {name: getattr(args, name) for name in ("out", "tree", "rerun", "image", "video")}
     return {name: path for name, path in given.items() if path is not None and (name, path) != ("rerun", SPAWN)}
 
 
 def _unwritten(args: Namespace, outcome: Outcome) -> list[str]:
-    """The files that were asked for, and that this run has not come to write."""
+    """Returns the files that this run should write and has not written."""
     written = {outcome.plan_path, *outcome.shown.values()}
     return [path for path in _asked(args).values() if path not in written]
 
 
 def _report(args: Namespace, outcome: Outcome) -> None:
-    """The summary, or with --json the one object, on stdout; what must not be missed on stderr."""
+    """Prints the summary, or with --json one object, to stdout, and warnings to stderr."""
     if outcome.refuted:
         complain(
             f"THE CHECKER REFUTES THIS PLAN, which {outcome.planner} returned as solved. Do not run it. This is a "

@@ -1,4 +1,4 @@
-"""The child's side of `planner_process`: it makes the planner, lets it plan, and tells events and result."""
+"""The child process of `planner_process`: it makes the planner, runs it, and sends events and the result."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from typing import Any
 
 from mmp_cli.benchmark.worker import end_with, flush_output
 from mmp_cli.interrupt import Interruption, stopping_on_interrupt
-from mmp_cli.planner_messages import is_known, result_to_data, written
+from mmp_cli.planner_messages import encode, is_known, result_to_data
 from mmp_env.errors import MmpError, in_words
 from mmp_env.model.problem import Problem
 from mmp_planners import Planner, PlanResult, Status, StopPlanning, make
 from mmp_planners.safe_plan import failed, run_planner
 
 MADE, MISUSE, EVENT, RESULT = "made", "misuse", "event", "result"
-"""Kinds of messages. A process tells `MADE` or `MISUSE`; then events, and `RESULT` or `MISUSE`."""
+"""Kinds of messages. A child sends `MADE` or `MISUSE`; then events, and `RESULT` or `MISUSE`."""
 
 
 @contextlib.contextmanager
-def held_back() -> Iterator[None]:
-    """Within it SIGINT waits, so that no message is torn."""
+def sigint_blocked() -> Iterator[None]:
+    """Blocks SIGINT, so that no message is torn."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -34,28 +34,28 @@ def held_back() -> Iterator[None]:
 
 
 def serve(connection: Connection, of_parent: Connection, parent: int, name: str, options: Mapping[str, Any]) -> None:
-    """Makes the planner and plans what comes. SIGINT is blocked on entry, and is let through while it plans."""
+    """Makes the planner and runs it on the problem that arrives. SIGINT is blocked except during planning."""
     of_parent.close()
     for signum in (signal.SIGTERM, signal.SIGHUP):
-        signal.signal(signum, signal.SIG_DFL)  # the parent's handler is not the planner's
-    os.setpgid(0, 0)  # Ctrl-C is the parent's alone to handle, and what the planner starts can be ended with it
+        signal.signal(signum, signal.SIG_DFL)  # not the handlers of the parent
+    os.setpgid(0, 0)  # the parent alone handles Ctrl-C, and ends the whole group
     end_with(parent)
-    with contextlib.suppress(OSError):  # where standard error is closed
-        os.dup2(2, 1)  # standard output is for the summary, or the one object of --json
-    speaker = _Speaker(connection)
+    with contextlib.suppress(OSError):  # standard error may be closed
+        os.dup2(2, 1)  # standard output is for the summary or the JSON object
+    sender = _Sender(connection)
     try:
         planner = make(name, **options)
     except MmpError as error:
-        speaker.tell(MISUSE, in_words(error))
+        sender.send(MISUSE, in_words(error))
         return
     except BaseException as error:
-        speaker.tell(MISUSE, f"planner '{name}' does not load: {in_words(error)}")
+        sender.send(MISUSE, f"planner '{name}' does not load: {in_words(error)}")
         return
-    speaker.tell(MADE, None)
+    sender.send(MADE, None)
     problem, seed, time_limit, wants_iterates = connection.recv()
-    kind, value = _planned(name, planner, problem, seed, time_limit, speaker, wants_iterates)
+    kind, value = _planned(name, planner, problem, seed, time_limit, sender, wants_iterates)
     flush_output()
-    speaker.tell(kind, value)
+    sender.send(kind, value)
 
 
 def _planned(
@@ -64,13 +64,13 @@ def _planned(
     problem: Problem,
     seed: int,
     time_limit: float,
-    speaker: _Speaker,
+    sender: _Sender,
     wants_iterates: bool,
 ) -> tuple[str, Any]:
     result = PlanResult(status=Status.TIMEOUT)
     try:
         with stopping_on_interrupt() as interruption:
-            watch = _Forwarder(speaker, interruption, wants_iterates)
+            watch = _Forwarder(sender, interruption, wants_iterates)
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
             try:
                 result = run_planner(name, planner, problem, seed=seed, time_limit=time_limit, watch=watch)
@@ -80,13 +80,13 @@ def _planned(
         pass
     except MmpError as error:
         return MISUSE, in_words(error)
-    except BaseException as error:  # KeyboardInterrupt: no user's, for that is asked for with StopPlanning
+    except BaseException as error:  # a KeyboardInterrupt is not the user's, who causes StopPlanning
         result = failed(name, f"raised {in_words(error)}")
     return RESULT, result_to_data(result)
 
 
-class _Speaker:
-    """Tells the parent; only from the process that the parent has started, and one message at a time."""
+class _Sender:
+    """Sends messages to the parent, one at a time, and only from the process that the parent has started."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection, self._pid, self._lock = connection, os.getpid(), threading.Lock()
@@ -95,23 +95,23 @@ class _Speaker:
     def is_another_process(self) -> bool:
         return os.getpid() != self._pid
 
-    def tell(self, kind: str, value: Any) -> None:
-        if self.is_another_process:  # a fork of the planner's, which has come back out of `plan` as well
+    def send(self, kind: str, value: Any) -> None:
+        if self.is_another_process:  # a fork that the planner made and that returned from `plan` too
             os._exit(0)
-        data = kind.encode() + b"\n" + written(value)
-        with held_back(), self._lock:
+        data = kind.encode() + b"\n" + encode(value)
+        with sigint_blocked(), self._lock:
             self._connection.send_bytes(data)
 
 
 class _Forwarder:
-    """The watcher of the planner: hands on the events of `mmp_env.events`, which all watchers know, and no others."""
+    """The planner's watcher: it forwards the events of `mmp_env.events`, which all watchers know, and no others."""
 
-    def __init__(self, speaker: _Speaker, interruption: Interruption, wants_iterates: bool) -> None:
-        self._speaker, self._interruption, self.wants_iterates = speaker, interruption, wants_iterates
+    def __init__(self, sender: _Sender, interruption: Interruption, wants_iterates: bool) -> None:
+        self._sender, self._interruption, self.wants_iterates = sender, interruption, wants_iterates
 
     def __call__(self, event: Any) -> None:
-        if not is_known(event) or self._speaker.is_another_process:
+        if not is_known(event) or self._sender.is_another_process:
             return
         self._interruption.check(event)
-        with contextlib.suppress(TypeError, AttributeError, pickle.PicklingError):  # it holds more than data
-            self._speaker.tell(EVENT, event)
+        with contextlib.suppress(TypeError, AttributeError, pickle.PicklingError):  # the event holds more than data
+            self._sender.send(EVENT, event)

@@ -1,4 +1,4 @@
-"""What a planner's process tells: plain data, which names no code that the one who reads it would have to run."""
+"""Messages of a planner's process: plain data, which names no code that the reader would have to run."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ _NUMPY = {"_reconstruct", "_frombuffer", "scalar", "ndarray", "dtype"}
 _PARTS = [field.name for field in dataclasses.fields(Plan) if field.name != "problem"]
 
 
-def written(message: Any) -> bytes:
-    """The message as bytes. Raises whatever a value raises that cannot be written."""
+def encode(message: Any) -> bytes:
+    """Returns the message as bytes. Raises what a value raises that cannot be pickled."""
     return pickle.dumps(message, protocol=5)
 
 
-def read(data: bytes) -> Any:
-    """The message again. Raises `pickle.UnpicklingError` where it holds anything but data."""
+def decode(data: bytes) -> Any:
+    """Returns the message. Raises `pickle.UnpicklingError` if it holds anything but data."""
     return _Reader(io.BytesIO(data)).load()
 
 
 def is_known(event: Any) -> bool:
-    """Whether it is one of the events of `mmp_env.events`, which all that watch know."""
+    """Returns whether it is one of the events of `mmp_env.events`, which all watchers know."""
     return isinstance(event, Event) and getattr(events, type(event).__name__, None) is type(event)
 
 
 def result_to_data(result: PlanResult) -> dict[str, Any]:
-    """A result that was examined, without the problem; of its statistics those that can be written."""
+    """Returns a validated result without its problem, and with the statistics that JSON can hold."""
     plan = None if result.plan is None else {name: getattr(result.plan, name) for name in _PARTS}
     return {"status": str(result.status), "stats": _writable(result.stats), "plan": plan}
 
 
 def result_from_data(data: Any, problem: Problem) -> PlanResult:
-    """What a planner would have returned for `problem`; it has yet to be examined. Raises anything for other data."""
+    """Returns the result for `problem`, not yet validated. Raises any exception for other data."""
     plan = None if data["plan"] is None else Plan(problem=problem, **data["plan"])
     return PlanResult(status=Status(data["status"]), stats=data["stats"], plan=plan)
 
@@ -60,7 +60,7 @@ def _writable(stats: Mapping[str, Any]) -> dict[str, Any]:
 class _Reader(pickle.Unpickler):
     def find_class(self, module: str, name: str) -> Any:
         if module == "mmp_env.events":
-            found = getattr(events, name, None)  # a name with dots, which would reach what the module imports, is none
+            found = getattr(events, name, None)  # `getattr` finds no name with dots, so none that the module imports
             if isinstance(found, type) and issubclass(found, Event):
                 return found
         elif (module, name) == ("mmp_env.model.read_only", "read_only"):

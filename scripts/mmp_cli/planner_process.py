@@ -1,6 +1,6 @@
-"""A planner of another package plans in a process of its own: whatever it does there, an answer or one sentence comes.
+"""A process of its own for a planner of another package. Whatever the planner does, it ends in a result or a sentence.
 
-The process is forked before the planner is imported, and its answer is data: nothing of a stranger's runs in this one.
+The process is forked before the planner is imported, and its answer is data: no foreign code runs in this process.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from types import TracebackType
 from typing import Any
 
 from mmp_cli.pipe_reader import PipeReader
-from mmp_cli.planner_child import EVENT, MISUSE, held_back, serve
-from mmp_cli.planner_messages import read, result_from_data
+from mmp_cli.planner_child import EVENT, MISUSE, serve, sigint_blocked
+from mmp_cli.planner_messages import decode, result_from_data
 from mmp_cli.process_status import how_it_ended, memory_mb
 from mmp_env.errors import MmpError
 from mmp_env.events import Event, Watcher, ignore, wants_iterates
@@ -34,15 +34,15 @@ _TICK_S = 0.1
 
 
 def grace_s(time_limit: float) -> float:
-    """How long after its time limit a planner that does not end is ended [s]."""
+    """Returns how long after its time limit a planner is ended [s]."""
     return GRACE_S + GRACE_SHARE * time_limit
 
 
 class PlannerProcess:
-    """A planner in a process of its own, as a `Planner` that plans once; a context.
+    """A planner in a process of its own: a `Planner` that plans once, and a context manager.
 
-    Entering it makes the planner. Raises `MmpError` where that fails. A process that uses more than `memory_limit_mb`
-    is ended.
+    Entering it makes the planner, and raises `MmpError` if that fails. The process is ended if it uses more than
+    `memory_limit_mb`.
     """
 
     def __init__(self, name: str, options: Mapping[str, Any], *, memory_limit_mb: int | None = None) -> None:
@@ -55,7 +55,7 @@ class PlannerProcess:
         self._messages = PipeReader(self._connection.fileno())
         fork = multiprocessing.get_context("fork")
         self._process = fork.Process(target=serve, args=(theirs, self._connection, os.getpid(), name, dict(options)))
-        with held_back(), warnings.catch_warnings():
+        with sigint_blocked(), warnings.catch_warnings():
             warnings.simplefilter(
                 "ignore", DeprecationWarning
             )  # the threads that Python 3.12 sees are idle ones of BLAS
@@ -84,13 +84,13 @@ class PlannerProcess:
     def plan(
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
-        """What the planner makes of its copy of the problem. Raises `MmpError` where it calls that misuse."""
+        """Returns the planner's result for its copy of the problem. Raises `MmpError` if the planner reports misuse."""
         self._limit_s, self._until = time_limit, time.monotonic() + time_limit + grace_s(time_limit)
         is_sent = False
         while True:
             try:
                 if not is_sent:
-                    with held_back(), contextlib.suppress(OSError):  # if it is gone, its end is found below
+                    with sigint_blocked(), contextlib.suppress(OSError):  # the end of the process is noticed below
                         is_sent = True
                         self._connection.send((problem, seed, time_limit, wants_iterates(watch)))
                 kind, value = self._next()
@@ -106,16 +106,16 @@ class PlannerProcess:
                 return failed(self._name, f"gave no answer: {error}")
 
     def _next(self) -> tuple[str, Any]:
-        """The next message, which stays in the inbox: Ctrl-C at any moment loses none. Raises `_LostError`."""
+        """Returns the next message. It stays in the inbox, so that Ctrl-C loses none. Raises `_LostError`."""
         while self._inbox is None:
-            ended = self._process.exitcode  # before the messages: what it sent before its end is read
-            with held_back():
+            ended = self._process.exitcode  # asked before reading, so that its last messages are read
+            with sigint_blocked():
                 self._receive()
             silent = self._inbox is None and not wait([self._connection], timeout=_TICK_S if ended is None else 0)
             if silent and ended is not None:
                 raise _LostError(f"its process {how_it_ended(ended)} while {self._phase}")
             self._check_memory()
-            # An event is no answer: a planner that tells of them for ever is late as well.
+            # An event is no answer: a planner that sends events for ever is late too.
             if time.monotonic() > self._until and (self._inbox is None or self._inbox[0] == EVENT):
                 self._inbox = None
                 grace = f"{grace_s(self._limit_s):g} s after its time limit of {self._limit_s:g} s"
@@ -138,20 +138,20 @@ class PlannerProcess:
                 return
             kind, data = message.split(b"\n", 1)
             if kind == EVENT.encode():
-                with contextlib.suppress(pickle.UnpicklingError):  # one that holds more than data is left out
-                    self._inbox = EVENT, read(data)
+                with contextlib.suppress(pickle.UnpicklingError):  # an event that holds more than data is ignored
+                    self._inbox = EVENT, decode(data)
             else:
-                self._inbox = kind.decode(), read(data)
+                self._inbox = kind.decode(), decode(data)
         except (EOFError, OSError):
             self._process.join(_TICK_S)
             code = self._process.exitcode
             how = "closed its connection" if code is None else how_it_ended(code)
             raise _LostError(f"its process {how} while {self._phase}") from None
-        except Exception as error:  # whatever a stranger's bytes make of the reader
-            raise _LostError(f"its process sent what cannot be read ({type(error).__name__})") from None
+        except Exception as error:  # foreign bytes may cause any exception
+            raise _LostError(f"its process sent an unreadable message ({type(error).__name__})") from None
 
     def _show(self, event: Event, watch: Watcher) -> None:
-        """Hands an event to the watcher, whose time is not the planner's."""
+        """Passes an event to the watcher and extends the deadline by the time that the watcher takes."""
         begin = time.monotonic()
         try:
             watch(event)
@@ -165,7 +165,7 @@ class PlannerProcess:
                 os.kill(self._process.pid, signal.SIGINT)
 
     def _end(self) -> None:
-        """Ends the process and all that it has started in its group."""
+        """Ends the process and its process group."""
         if self._process.pid is not None:
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)
@@ -175,4 +175,4 @@ class PlannerProcess:
 
 
 class _LostError(Exception):
-    """No answer can come any more; the message says why."""
+    """No answer can arrive any more; the message says why."""

@@ -1,4 +1,4 @@
-"""How much memory a process uses, and how it ended, in words."""
+"""Memory use of a process, and the reason of its end in words."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _WORDS = {"SIGSEGV": " (it crashed)", "SIGKILL": " (out of memory, or by hand)"}
 
 
 def how_it_ended(code: int) -> str:
-    """Returns the words for an exit code as Python has it: that of the process, or minus the number of a signal."""
+    """Returns in words how a process ended, from its exit code or from minus the number of a signal."""
     if code >= 0:
         return f"ended by itself with exit code {code}"
     try:

@@ -1,4 +1,4 @@
-"""The progress line: a watcher of the planner's events that tells on the terminal how the search is going."""
+"""The progress line: a watcher that shows the state of the search on the terminal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _REFRESH_S = 0.1
 
 
 class ProgressLine:
-    """One line that is gone when the planning ends; nothing at all where `console` is not a terminal."""
+    """A line that disappears when the planning ends. If `console` is not a terminal, there is none."""
 
     def __init__(self, planner: str, console: Console) -> None:
         self._planner = printable(planner)
@@ -57,7 +57,7 @@ class ProgressLine:
             self._bar.update(self._task, description=self.text())
 
     def text(self) -> str:
-        """What the line says."""
+        """Returns the text of the line."""
         parts = [f"{self._expanded} nodes expanded, {self._open} open, {self._conflicts} conflicts in the last"]
         if self._restart:
             parts.append(f"restart {self._restart}")

@@ -1,4 +1,4 @@
-"""`mmp show FILE`: opens a recording, a plan, a benchmark folder or a picture; or makes pictures of a plan."""
+"""`mmp show FILE`: opens a recording, a plan, a benchmark folder or a picture, or makes pictures of a plan."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser
 from mmp_cli.output import say
-from mmp_cli.showing import SPAWN, add_showing, check_showing, save_image, save_video
+from mmp_cli.visual_outputs import SPAWN, add_visual_options, check_visual_outputs, save_image, save_video
 from mmp_env.errors import MmpError
 from mmp_env.files.file_kinds import PLAN, read_as
 from mmp_env.files.paths import exists, is_folder, real_path, status
@@ -29,15 +29,15 @@ _PAUSE_S = 1.0
 
 
 def parser() -> Parser:
-    """The arguments of the command."""
+    """Returns the parser of the command."""
     out = Parser("mmp show", "Opens a recording (.rrd), a plan, a benchmark folder, a page or a picture in a window.")
     out.add_argument("file", metavar="FILE", help="what to open")
-    add_showing(out, *_MADE)
+    add_visual_options(out, *_MADE)
     return out
 
 
 def run(args: Namespace) -> int:
-    """Runs the command. Raises `MmpError` for what cannot be opened, and where there is no display to open it on."""
+    """Runs the command. Raises `MmpError` for a file that cannot be opened, and if there is no display."""
     path, wanted = Path(args.file), [name for name in _MADE if getattr(args, name) is not None]
     if not exists(path):
         raise MmpError(f"{path} cannot be opened: there is no such file or folder")
@@ -50,7 +50,7 @@ def run(args: Namespace) -> int:
     elif path.suffix.lower() in _PAGES:
         _open_page(path)
     elif wanted or args.moments is not None:
-        check_showing(args)
+        check_visual_outputs(args)
         _make(args, _read(path))
     else:
         _play(_read(path), path)
@@ -81,7 +81,7 @@ def _make(args: Namespace, plan: Plan) -> None:
 
 
 def _play(plan: Plan, path: Path) -> None:
-    """Over and over in MuJoCo's viewer, as the actuators do it, until the window is closed."""
+    """Executes the plan again and again in MuJoCo's viewer, until the window is closed."""
     instead = f"`mmp show {path} --image FILE.png` makes a picture of it, --video a film, --rerun a recording"
     _check_display(path, instead)
     from mmp_env.sim.execution import execute_plan
@@ -115,7 +115,7 @@ def _open_recording(path: Path) -> None:
 
 
 def _open_report(folder: Path) -> None:
-    """The page of a benchmark, made first where it is missing or older than the results."""
+    """Opens the report of a benchmark, and first makes it if it is missing or older than the results."""
     results, page = folder / "results.jsonl", folder / "report.html"
     made, needed = status(page), status(results)
     if needed is not None and (made is None or made.st_mtime < needed.st_mtime):
@@ -128,8 +128,8 @@ def _open_report(folder: Path) -> None:
 
 
 def _open_page(path: Path) -> None:
-    """In the browser, or in whatever the desktop opens such a file with."""
-    if "BROWSER" not in os.environ:  # which may well work without a display
+    """Opens a file in the browser, or in the desktop's program for it."""
+    if "BROWSER" not in os.environ:  # a browser named there may work without a display
         _check_display(path, "copy it to a machine that has one")
     if not webbrowser.open(real_path(path).as_uri()):
         raise MmpError(f"{path} cannot be opened: no browser was found; the variable BROWSER names one")

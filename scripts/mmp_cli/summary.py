@@ -1,4 +1,4 @@
-"""The summary of a run for people, and its loud lines."""
+"""The summary of a run as text."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from itertools import chain, repeat
 
 from mmp_cli.outcome import Outcome
-from mmp_cli.output import one_line
-from mmp_cli.rows import print_rows
+from mmp_cli.output import one_line, print_rows
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS
 from mmp_env.model.problem import Problem
 from mmp_env.retime import RetimeReport
@@ -18,7 +17,7 @@ from mmp_planners import PlanResult, Status
 
 
 def print_summary(outcome: Outcome) -> None:
-    """A line on stdout for each thing that there is to say."""
+    """Prints the summary, a row per fact."""
     print_rows((name, "bold", text) for name, text in _rows(outcome))
 
 
@@ -84,7 +83,7 @@ def _search(result: PlanResult) -> str:
         "low_level_calls": ("low-level call", "low-level calls"),
         "root_conflicts": ("conflict at the root", "conflicts at the root"),
     }
-    if stats.get("found_by"):  # a portfolio: what its members that were not asked have not done says nothing
+    if stats.get("found_by"):  # a portfolio: zero counts of members that did not run say nothing
         names = {key: name for key, name in names.items() if stats.get(key)}
     parts = [_counted(stats[key], *name) for key, name in names.items() if stats.get(key) is not None]
     if stats.get("fast_track_tries"):
@@ -119,7 +118,7 @@ def _cost(result: PlanResult, cost: float, bound: float) -> str:
 
 
 def _margin(outcome: Outcome, problem: Problem) -> str:
-    """The margins in force, and why the default is not."""
+    """Returns the margins in force, and why a default is smaller than usual."""
     when = ", at every instant" if outcome.result.plan else "" if outcome.asked else ", the default"
     text = f"{problem.margins}{when}"
     tight = [kind for kind in KINDS if kind not in outcome.asked and problem.margins[kind] < DEFAULT_MARGIN_M]

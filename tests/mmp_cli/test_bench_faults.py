@@ -11,7 +11,7 @@ from support import bench_runs
 from mmp_cli.benchmark import worker_slot
 from mmp_cli.benchmark.job import Examination, Job, Verdict
 from mmp_cli.benchmark.worker import READY
-from mmp_cli.benchmark.worker_slot import Seat
+from mmp_cli.benchmark.worker_slot import WorkerSlot
 from mmp_cli.pipe_reader import PipeReader
 
 CRASH = "killed by SIGSEGV"
@@ -196,9 +196,9 @@ def test_an_answer_to_an_earlier_task_is_not_taken_for_that_to_the_present_one(m
         self._messages = PipeReader(ours.fileno())
         theirs.send((0, READY))
 
-    monkeypatch.setattr(Seat, "_start", start)
+    monkeypatch.setattr(WorkerSlot, "_start", start)
     job = Job(sources=(), variants={}, time_limit_s=60.0, memory_limit_mb=4096)
-    with theirs, contextlib.closing(Seat(job)) as one:
+    with theirs, contextlib.closing(WorkerSlot(job)) as one:
         for name in ("first", "second"):
             one.give(Examination(planner=name))
             number, task = theirs.recv()

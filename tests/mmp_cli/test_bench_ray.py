@@ -89,5 +89,5 @@ def test_an_address_where_no_cluster_is_is_named(tmp_path):
     with bench_runs.started(tmp_path, *words) as process:
         _, err = process.communicate()
     assert process.returncode == 2
-    assert err.startswith("mmp: there is no way to the Ray cluster at 127.0.0.1:1: ")
+    assert err.startswith("mmp: the Ray cluster at 127.0.0.1:1 cannot be reached: ")
     assert err.count("\n") == 1

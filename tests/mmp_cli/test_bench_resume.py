@@ -128,7 +128,7 @@ def complete(tmp_path_factory):
 
 @pytest.fixture
 def copied(complete, tmp_path):
-    """A copy of it, and a way to start it with other words."""
+    """Returns a copy of it, and a function that starts it with other words."""
     folder, source, words = complete
     out = Path(shutil.copytree(folder, tmp_path / "out"))
 
@@ -233,12 +233,12 @@ def test_two_at_once_in_one_folder_are_refused(copied):
 @pytest.mark.parametrize(
     ("row", "words"),
     [
-        (b"{}", ["line 7", "no result of this benchmark"]),
-        (b"[1]", ["line 7", "no result of this benchmark"]),
+        (b"{}", ["line 7", "not a result of this benchmark"]),
+        (b"[1]", ["line 7", "not a result of this benchmark"]),
         (b"torn in the middle", ["line 7 is not JSON"]),
         (b"\xff\xfe", ["line 7 is not text in UTF-8"]),
-        (b'{"instance": "pair/x", "planner": "quick", "seed": 4, "status": "solved"}', ["line 7", "no result of"]),
-        (b'{"instance": "pair/turn0", "planner": "quick", "seed": 4, "status": "won"}', ["line 7", "no result of"]),
+        (b'{"instance": "pair/x", "planner": "quick", "seed": 4, "status": "solved"}', ["line 7", "not a result of"]),
+        (b'{"instance": "pair/turn0", "planner": "quick", "seed": 4, "status": "won"}', ["line 7", "not a result of"]),
         (b'{"instance": "pair/turn0", "planner": "quick", "seed": 4, "status": "error"}', ["line 7", "second time"]),
     ],
 )

@@ -24,7 +24,7 @@ def test_json_has_the_options_with_types_and_defaults(mmp, stand_ins):
     found = mmp("list", "--json").result
     assert list(found) == ["robots", "cells", "tasks", "planners"]
     (straight,) = [planner for planner in found["planners"] if planner["name"] == "straight"]
-    assert straight["summary"] == "Goes straight, whatever is in the way."
+    assert straight["summary"] == "Goes straight, through every obstacle."
     assert straight["options"][0] == {"name": "steps", "type": "int", "default": 4, "doc": "pieces of the line"}
     (panda,) = [robot for robot in found["robots"] if robot["name"] == "panda"]
     assert (panda["joints"], panda["tool"]) == (7, "franka-hand")

@@ -8,7 +8,7 @@ import sys
 import pytest
 from support import report_folders
 
-from mmp_cli.rows import print_rows
+from mmp_cli.output import print_rows
 from mmp_env.errors import MmpError
 from mmp_env.opengl import offscreen_backend
 

@@ -149,7 +149,7 @@ def test_one_that_tells_of_events_for_ever_is_ended_as_well(mmp, instances, tmp_
 def test_a_message_that_names_code_is_not_read(module, name):
     named = b"".join(b"\x8c" + bytes([len(word)]) + word.encode() for word in (module, name))
     with pytest.raises(pickle.UnpicklingError, match=f"names {module}.{name}, which is no data"):
-        planner_messages.read(b"\x80\x04" + named + b"\x93.")
+        planner_messages.decode(b"\x80\x04" + named + b"\x93.")
 
 
 def test_the_grace_time_is_five_seconds_and_a_tenth_of_the_limit():

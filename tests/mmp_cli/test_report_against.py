@@ -36,7 +36,7 @@ def folder(tmp_path):
 
 @pytest.fixture
 def against(mmp, folder, tmp_path_factory):
-    """Runs the report against a CSV of that content and name."""
+    """PlannerRuns the report against a CSV of that content and name."""
 
     def run(content, *more, name="ring.published.csv"):
         path = tmp_path_factory.mktemp("csv") / name

@@ -10,7 +10,7 @@ from support.report_folders import folder_of, line, row, settings
 
 from mmp_cli.main import main
 from mmp_cli.reporting import cactus_figure, pairs_figure
-from mmp_cli.reporting.drawing import looks
+from mmp_cli.reporting.figure_style import plot_styles
 from mmp_cli.reporting.results import read_results
 from mmp_cli.reporting.sections import sections
 from mmp_env.view.tree_drawing.colors import contrast
@@ -56,26 +56,28 @@ def oklab(color, seen_as):
 
 @pytest.mark.parametrize(("eyes", "least"), [("everyone", 0.15), ("no green", 0.07), ("no red", 0.07)])
 def test_ten_colours_can_be_told_apart(eyes, least):
-    colors = {look.colour for look in looks(LABELS).values()}
+    colors = {style.colour for style in plot_styles(LABELS).values()}
     assert len(colors) == len(LABELS)
     seen = [oklab(color, SEEN_AS[eyes]) for color in colors]
     assert min(np.linalg.norm(one - other) for one, other in combinations(seen, 2)) > least
 
 
 def test_every_colour_can_be_seen_on_a_light_and_on_a_dark_page():
-    for look in looks(LABELS).values():
-        assert min(contrast(look.colour, page) for page in PAGES) > 2.2, look
+    for style in plot_styles(LABELS).values():
+        assert min(contrast(style.colour, page) for page in PAGES) > 2.2, style
 
 
 def test_no_two_of_forty_planners_look_the_same():
-    every = {(look.colour, look.marker, str(look.dashes)) for look in looks([str(k) for k in range(40)]).values()}
+    every = {
+        (style.colour, style.marker, str(style.dashes)) for style in plot_styles([str(k) for k in range(40)]).values()
+    }
     assert len(every) == 40
 
 
-def drawn(monkeypatch, module, *told):
+def figure_and_caption(monkeypatch, module, *told):
     """The figure of a module before it becomes a file, and its caption."""
-    figures, finished = [], module.finished
-    monkeypatch.setattr(module, "finished", lambda figure, *more: figures.append(figure) or finished(figure, *more))
+    figures, rendered = [], module.rendered
+    monkeypatch.setattr(module, "rendered", lambda figure, *more: figures.append(figure) or rendered(figure, *more))
     drawing = getattr(module, module.__name__.rpartition(".")[2])(*told)
     return figures[0], drawing.caption
 
@@ -83,7 +85,7 @@ def drawn(monkeypatch, module, *told):
 @pytest.mark.parametrize("count", [7, 10])
 def test_many_planners_have_a_panel_of_the_cactus_plot_each(section, monkeypatch, count):
     some = dataclasses.replace(section, runs=section.runs[:count])
-    figure, _ = drawn(monkeypatch, cactus_figure, some, looks(LABELS), "cactus", 10.0)
+    figure, _ = figure_and_caption(monkeypatch, cactus_figure, some, plot_styles(LABELS), "cactus", 10.0)
     shown = [axes for axes in figure.axes if axes.axison]
     assert [axes.get_title(loc="left") for axes in shown] == LABELS[:count]
     for axes in shown:
@@ -91,7 +93,7 @@ def test_many_planners_have_a_panel_of_the_cactus_plot_each(section, monkeypatch
 
 
 def test_planners_without_a_tree_leave_no_hole_among_the_nodes(section, monkeypatch):
-    figure, caption = drawn(monkeypatch, pairs_figure, section, "p5", looks(LABELS), "pairs")
+    figure, caption = figure_and_caption(monkeypatch, pairs_figure, section, "p5", plot_styles(LABELS), "pairs")
     assert all(axes.get_visible() for axes in figure.axes)
     below = [axes.get_xlabel().split("\n")[0] for axes in figure.axes[4:]]
     assert below == ["p0", "p2", "p3", "p4"]
@@ -103,7 +105,7 @@ def test_the_ratio_of_a_pair_says_of_how_many_instances_it_is(tmp_path, monkeypa
     counts = {"a": (0, 0, 4), "b": (0, 0, 8), "c": (1, 1, 1)}
     lines = [line(f"ring/{k}", x, expanded_nodes=count) for x in counts for k, count in enumerate(counts[x])]
     (found,) = sections(read_results(folder_of(tmp_path, lines)).lines, list(counts))
-    figure, _ = drawn(monkeypatch, pairs_figure, found, "a", looks(list(counts)), "pairs")
+    figure, _ = figure_and_caption(monkeypatch, pairs_figure, found, "a", plot_styles(list(counts)), "pairs")
     titles = [axes.get_title(loc="left") for axes in figure.axes]
     assert titles[:3:2] == ["3 instances, ×1", "1 of 3 instances, ×2"]
 

@@ -11,7 +11,7 @@ from PIL import Image
 from support import bad_files
 from support.picture_or_sentence import made, pixels_of_arm
 
-from mmp_cli.reporting.choice import choose
+from mmp_cli.reporting.instance_choice import choose
 from mmp_cli.reporting.results import Line
 from mmp_cli.reporting.sections import sections
 from mmp_env.opengl import offscreen_backend

@@ -35,7 +35,7 @@ def straight_plan(problem, planner, steps=4):
 
 @dataclass
 class Straight:
-    """Goes straight, whatever is in the way.
+    """Goes straight, through every obstacle.
 
     This is not part of the summary.
     """

@@ -42,7 +42,7 @@ def _items(tree: TreeRecord, style: str) -> Iterator[tuple[list[str], float]]:
         line = element(
             "path", d="M0 12H18", stroke=SOLUTION_PATH, stroke_width=4.0, stroke_linecap="round", class_="mmp-solution"
         )
-        yield _named([line], "way to the solution" if len(tree.solution_path) > 1 else "the solution")
+        yield _named([line], "path to the solution" if len(tree.solution_path) > 1 else "the solution")
 
 
 def _scale(counts: set[int | None]) -> Iterator[tuple[list[str], float]]:

@@ -1,1 +1,1 @@
-"""`mmp bench`: many instances x planners, each unit in a worker process, a line of results.jsonl for each."""
+"""`mmp bench`: runs instances with planners in worker processes, and writes a line of results.jsonl for each run."""

@@ -1,4 +1,4 @@
-"""Which core a worker stays on, such that two benchmarks on one machine do not share one while others idle."""
+"""Assignment of workers to cores, so that two benchmarks on one machine do not share a core while others idle."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import os
 import socket
 
 _NAME = "\0mmp-bench-core-{}"
-"""A name in Linux's list of abstract sockets: taken by one process at a time, and free when that ends, however."""
+"""Name of an abstract socket of Linux, which one process can hold, and which is free when that process ends."""
 
 
 class Core:
-    """A core of this machine that nobody else here has claimed; `number` is None where all are, or cores have none."""
+    """A core that no other process has claimed; `number` is None if all are claimed or cores have no numbers."""
 
     def __init__(self) -> None:
         self.number: int | None = None
@@ -23,15 +23,15 @@ class Core:
                 return
 
     def free(self) -> None:
-        """Gives it back."""
+        """Releases the core."""
         self._claim.close()
 
 
 def available() -> set[int]:
-    """The cores that this process may use; empty where that cannot be asked."""
+    """Returns the cores that this process may use; empty if the system does not say."""
     return os.sched_getaffinity(0) if hasattr(os, "sched_getaffinity") else set()
 
 
 def count() -> int:
-    """How many processes can run at once."""
+    """Returns how many processes can run at once."""
     return len(available()) or os.cpu_count() or 1

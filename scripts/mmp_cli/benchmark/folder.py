@@ -1,4 +1,4 @@
-"""The folder of a benchmark: results.jsonl, which survives whatever ends a run, and the plans beside it."""
+"""The folder of a benchmark: results.jsonl, which is valid however a run ends, and the plans beside it."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from mmp_planners import Status
 
 RESULTS, PLANS = "results.jsonl", "plans"
 MOST_BYTES = 2**28
-"""Largest file of results: that of about 250,000 units."""
+"""Largest size of results.jsonl: about 250,000 units."""
 
 
 class ResultsFolder:
-    """A folder that one run at a time writes to; a context.
+    """A folder that one run at a time writes to; a context manager.
 
-    Entering it makes the folder, or goes on with what is there: a torn last line is cut off, and `lines` are the
-    results so far. Raises `MmpError` for a folder of other settings or from elsewhere, or one that is in use.
+    Entering it makes the folder, or continues an earlier run: it cuts off a torn last line, and `lines` has the results
+    so far. Raises `MmpError` for a folder with other settings or other content, and for one that is in use.
     """
 
     def __init__(self, path: Path, settings: Mapping[str, Any], keys: Collection[Key]) -> None:
@@ -43,7 +43,7 @@ class ResultsFolder:
         return self.path / RESULTS
 
     def known(self) -> bool:
-        """Whether it was begun before, with these settings. Raises `MmpError`: it was with others, or it cannot be."""
+        """Returns whether an earlier run with these settings exists. Raises `MmpError` if the folder cannot be used."""
         target = real_path(self.path)
         standing = next(path for path in (target, *target.parents) if exists(path))
         if not (is_folder(standing) and os.access(standing, os.W_OK | os.X_OK)):
@@ -62,7 +62,7 @@ class ResultsFolder:
     def __enter__(self) -> ResultsFolder:
         try:
             self.path.mkdir(parents=True, exist_ok=True)
-            # Without waiting: a pipe may never be written to.
+            # Without blocking: if it is a pipe, nobody may ever write to it.
             self._file = os.open(self.results, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_NONBLOCK, 0o666)
             if not stat.S_ISREG(os.fstat(self._file).st_mode):
                 raise OSError(errno.EINVAL, f"{RESULTS} is not a regular file")
@@ -85,7 +85,7 @@ class ResultsFolder:
         self._close()
 
     def add(self, unit: Unit, line: dict[str, Any], plan: str | None) -> None:
-        """Keeps a result, for good when this returns. Raises `MmpError` where it cannot be written."""
+        """Writes a result to the disk. Raises `MmpError` if it cannot be written."""
         if plan is not None:
             file = plan_path(unit)
             try:
@@ -98,7 +98,7 @@ class ResultsFolder:
         self.lines[unit.key] = line
 
     def _append(self, row: bytes) -> None:
-        """One write for a whole line: whatever happens, there is all of it or a last line without its end."""
+        """Writes a line with one call: afterwards it is complete, or it is a last line without its end."""
         end = os.lseek(self._file, 0, os.SEEK_END)
         try:
             if os.write(self._file, row) < len(row):
@@ -115,7 +115,7 @@ class ResultsFolder:
         there = load_settings(self.path)
         if there is None:
             if content:
-                raise MmpError(f"{self.results} is there without its settings.json; give another folder (--out)")
+                raise MmpError(f"{self.results} exists without its settings.json; give another folder (--out)")
             save_settings(self._settings, self.path)
             return
         check_same(there, self._settings, self.path)
@@ -135,9 +135,9 @@ class ResultsFolder:
             line = parse_json(text, place)
             key = _key(line)
             if key is None or key not in self._keys:
-                raise MmpError(f"{place} is no result of this benchmark; take it out, or give another folder (--out)")
+                raise MmpError(f"{place} is not a result of this benchmark; remove it, or give another folder (--out)")
             if key in self.lines:
-                raise MmpError(f"{place} has the result of {' '.join(map(str, key))} for the second time; take it out")
+                raise MmpError(f"{place} has the result of {' '.join(map(str, key))} for the second time; remove it")
             read_line(text, place)
             self.lines[key] = line
 
@@ -148,7 +148,7 @@ class ResultsFolder:
 
 
 def plan_path(unit: Unit) -> Path:
-    """Where the plan of a unit goes: plans/<instance>/<label>-<seed>.json, in the folder."""
+    """Returns the file of a unit's plan in the folder: plans/<instance>/<label>-<seed>.json."""
     parts = [file_name(part) for part in unit.instance.split("/")]
     return Path(PLANS, *parts, f"{file_name(unit.planner)}-{unit.seed}.json")
 

@@ -1,32 +1,24 @@
-"""What a benchmark is to do: sources, planners, limits, and the units that they make."""
+"""The task of a benchmark: sources, planners, limits, and the units that they make."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, TypeAlias
 
+from mmp_cli.benchmark.planner_variants import Variant
 from mmp_cli.benchmark.sources import Instances
 
 MOST_UNITS = 250_000
-"""Largest benchmark."""
+"""Largest number of units in a benchmark."""
 
 Key: TypeAlias = tuple[str, str, int]
-"""Instance, label of the planner, seed: what a line of results.jsonl is known by."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Variant:
-    """A planner with options, under a label of its own; the label is its name where there is one of it."""
-
-    label: str
-    name: str
-    options: Mapping[str, Any] = field(default_factory=dict)
+"""Instance, label of the planner, seed: the key of a line of results.jsonl."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Unit:
-    """One run of one planner on one instance; `instance` is what it is called, `source` and `item` where it is."""
+    """One run of one planner on one instance; `instance` is its name, `source` and `item` are its indices."""
 
     instance: str
     planner: str
@@ -41,14 +33,14 @@ class Unit:
 
 @dataclass(frozen=True, kw_only=True)
 class Examination:
-    """Whether a planner can be made with its options."""
+    """Request to make a planner with its options."""
 
     planner: str
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Job:
-    """All that a worker must know; it is sent to it once, and units are a few numbers after that."""
+    """Data that each worker gets once; a unit then needs a few numbers only."""
 
     sources: tuple[Instances, ...]
     variants: Mapping[str, Variant]
@@ -58,7 +50,7 @@ class Job:
     save_plans: bool = False
 
     def units(self) -> list[Unit]:
-        """All of them; the planners of an instance follow each other, so what is there early can be compared."""
+        """Returns all units. The planners of an instance follow each other, so that early results can be compared."""
         return [
             Unit(instance=item.name, planner=label, seed=item.seed, source=source, item=k)
             for source, instances in enumerate(self.sources)
@@ -69,7 +61,7 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """What became of a unit: its line of results.jsonl, and the text of its plan file where plans are saved."""
+    """The result of a unit: its line of results.jsonl, and the text of its plan file if plans are saved."""
 
     line: dict[str, Any]
     plan: str | None = None
@@ -77,7 +69,7 @@ class Result:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What became of an examination: `misuse` is the user's mistake, `fault` the planner's."""
+    """The result of an examination: `misuse` is a mistake of the user, `fault` one of the planner."""
 
     misuse: str | None = None
     fault: str | None = None
@@ -85,10 +77,7 @@ class Verdict:
 
 @dataclass(frozen=True, kw_only=True)
 class Failure:
-    """The worker did not survive the task; `machine` is where that was.
-
-    `started` is False where no worker came so far as to look at the task.
-    """
+    """A worker that ended during the task, on `machine`. `started` is False if no worker could start."""
 
     message: str
     machine: str

@@ -1,4 +1,4 @@
-"""Workers on this machine: each has a seat, a seat has one task at a time, and answers come as they are ready."""
+"""Workers on this machine. Each has a slot with one task at a time; answers come as they are ready."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from multiprocessing.connection import wait
 from types import TracebackType
 
 from mmp_cli.benchmark.job import Answer, Failure, Job, Task
-from mmp_cli.benchmark.worker_slot import TICK_S, Seat
+from mmp_cli.benchmark.worker_slot import TICK_S, WorkerSlot
 from mmp_env.errors import MmpError
 
 
 class StartCheck:
-    """Tells one worker that did not start, which costs its task, from none that can."""
+    """Distinguishes a worker that did not start, which costs one task, from workers that cannot start at all."""
 
     def __init__(self) -> None:
         self._has_any_started = False
 
     def __call__(self, answer: Answer) -> None:
-        """Looks at an answer. Raises `MmpError` where no worker has started yet, and this one did not either."""
+        """Raises `MmpError` if the answer is that of a worker that did not start, and no other one has started."""
         if not isinstance(answer, Failure) or answer.started:
             self._has_any_started = True
         elif not self._has_any_started:
@@ -27,11 +27,11 @@ class StartCheck:
 
 
 class Pool:
-    """`workers` seats; a context, and no worker is left when it ends. The workers stay from one `run` to the next."""
+    """`workers` slots; a context manager that ends all workers. They stay from one `run` to the next."""
 
     def __init__(self, job: Job, workers: int) -> None:
         self._job, self.workers = job, workers
-        self._seats: list[Seat] = []
+        self._slots: list[WorkerSlot] = []
         self._check = StartCheck()
 
     def __enter__(self) -> Pool:
@@ -40,32 +40,32 @@ class Pool:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for seat in self._seats:
-            seat.close()
+        for slot in self._slots:
+            slot.close()
 
     def run(self, tasks: Iterable[Task]) -> Generator[tuple[Task, Answer]]:
-        """Each task with its answer, in the order in which they come. Raises `MmpError` where none has ever started."""
+        """Yields each task with its answer as they arrive. Raises `MmpError` if no worker can start."""
         waiting = deque(tasks)
-        while len(self._seats) < min(self.workers, len(waiting)):
-            self._seats.append(Seat(self._job))
-        busy: dict[Seat, Task] = {}
-        idle = list(self._seats)
+        while len(self._slots) < min(self.workers, len(waiting)):
+            self._slots.append(WorkerSlot(self._job))
+        busy: dict[WorkerSlot, Task] = {}
+        idle = list(self._slots)
         while waiting or busy:
             while waiting and idle:
-                seat = idle.pop()
-                busy[seat] = waiting.popleft()
-                seat.give(busy[seat])
-            wait([seat.connection for seat in busy], timeout=TICK_S)
-            for seat, task in list(busy.items()):
-                answer = seat.look()
+                slot = idle.pop()
+                busy[slot] = waiting.popleft()
+                slot.give(busy[slot])
+            wait([slot.connection for slot in busy], timeout=TICK_S)
+            for slot, task in list(busy.items()):
+                answer = slot.look()
                 if answer is None:
                     continue
                 self._check(answer)
-                del busy[seat]
-                # The next task first: the worker plans while the one who asked is busy with the answer.
+                del busy[slot]
+                # Hand out the next task first: the worker plans while the caller handles the answer.
                 if waiting:
-                    busy[seat] = waiting.popleft()
-                    seat.give(busy[seat])
+                    busy[slot] = waiting.popleft()
+                    slot.give(busy[slot])
                 else:
-                    idle.append(seat)
+                    idle.append(slot)
                 yield task, answer

@@ -1,4 +1,4 @@
-"""How far a benchmark is and how long it will take: a bar on a terminal, a plain line now and then elsewhere."""
+"""Progress of a benchmark and the remaining time: a bar on a terminal, otherwise a line every few seconds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PLAIN_EVERY_S = 10.0
 
 
 class BenchProgress:
-    """A context. `lines` are the results of an earlier start, `units` those that are still to come."""
+    """A context manager. `lines` are the results of an earlier start, `units` those still to run."""
 
     def __init__(
         self, units: Sequence[Unit], lines: Iterable[Mapping[str, Any]], workers: int, console: Console
@@ -70,7 +70,7 @@ class BenchProgress:
             self._print(self._line())
 
     def left_s(self) -> float | None:
-        """How long the rest will take [s], each planner as long as it did on average; None before the first result."""
+        """Returns the remaining time [s] from the mean time of each planner; None before the first result."""
         known = {planner: statistics.mean(times) for planner, times in self._spent.items()}
         if not known:
             return None
@@ -78,7 +78,7 @@ class BenchProgress:
         return sum(known.get(planner, middle) * count for planner, count in self._left.items()) / self._workers
 
     def text(self) -> str:
-        """How it is going: time left, and how many ended how."""
+        """Returns the remaining time and the counts by status."""
         left = self.left_s() if self._left.total() else None
         ends = ", ".join(f"{count} {status}" for status, count in sorted(self._statuses.items()))
         return "; ".join(part for part in (f"about {duration(left)} left" if left is not None else "", ends) if part)
@@ -99,7 +99,7 @@ class BenchProgress:
 
 
 def duration(seconds: float) -> str:
-    """For people: `40 s`, `12 min`, `3 h 20 min`."""
+    """Returns a duration as text: `40 s`, `12 min`, `3 h 20 min`."""
     whole = round(seconds)
     if whole < 100:
         return f"{whole} s"

@@ -1,4 +1,4 @@
-"""Workers on a Ray cluster: an actor for each, which has a seat and its watch just as one on this machine."""
+"""Workers on a Ray cluster: an actor for each, with a slot like that of a worker on this machine."""
 
 from __future__ import annotations
 
@@ -12,47 +12,47 @@ from typing import Any
 
 from mmp_cli.benchmark.job import Answer, Failure, Job, Task
 from mmp_cli.benchmark.pool import StartCheck
-from mmp_cli.benchmark.worker_slot import TICK_S, Seat
+from mmp_cli.benchmark.worker_slot import TICK_S, WorkerSlot
 from mmp_cli.machine import machine, version
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import real_path
 
 _PATIENCE_S = 10.0
 _TRIES = 3
-"""How often a task is begun whose machine is lost; that may well be the task's doing."""
+"""Number of tries for a task whose machine is lost; the task may be the cause."""
 
 
 class Remote:
-    """What runs in an actor: one seat."""
+    """The code of an actor: one slot."""
 
     def __init__(self, job: Job, not_imported_from: str | None) -> None:
         sys.path[:] = [folder for folder in sys.path if folder != not_imported_from]
-        self._seat = Seat(job)
+        self._slot = WorkerSlot(job)
 
     def version(self) -> str:
-        """The version of mmp-env on this machine."""
+        """Returns the version of mmp-env on this machine."""
         return version()
 
     def do(self, task: Task) -> Answer:
-        """The answer."""
+        """Returns the answer to a task."""
         from multiprocessing.connection import wait
 
-        self._seat.give(task)
+        self._slot.give(task)
         while True:
-            wait([self._seat.connection], timeout=TICK_S)
-            answer = self._seat.look()
+            wait([self._slot.connection], timeout=TICK_S)
+            answer = self._slot.look()
             if answer is not None:
                 return answer
 
 
 class RayPool:
-    """As `Pool`, on the cluster at `address`; without a number of workers, one for each core of the cluster."""
+    """A `Pool` on the cluster at `address`; without a number of workers, it has one per core of the cluster."""
 
     def __init__(self, job: Job, address: str, workers: int | None) -> None:
         self._ray = _connected(address)
         self._job = self._ray.put(job)
-        # Ray lets its workers import from the folder in which we were started. That may be a checkout without a core,
-        # and is none of their business unless it is ours.
+        # Ray's workers also import from our current folder. That may be a checkout without a native core, so they skip
+        # it unless it is on our own path.
         here = str(real_path("."))
         self._not_imported_from = None if here in sys.path else here
         cores = int(self._ray.cluster_resources().get("CPU", 1))
@@ -73,7 +73,7 @@ class RayPool:
         self._ray.shutdown()
 
     def run(self, tasks: Iterable[Task]) -> Generator[tuple[Task, Answer]]:
-        """Each task with its answer, in the order in which they come. Raises `MmpError` where none has ever started."""
+        """Yields each task with its answer as they arrive. Raises `MmpError` if no worker can start."""
         waiting = deque((task, 1) for task in tasks)
         while len(self._actors) < min(self.workers, len(waiting)):
             self._actors.append(self._actor())
@@ -97,14 +97,14 @@ class RayPool:
                 elif tries < _TRIES:
                     waiting.append((task, tries + 1))
                 else:
-                    message = f"{tries} times the machine that it ran on was lost to the cluster"
+                    message = f"the cluster lost the machine of the run {tries} times"
                     yield task, Failure(message=message, machine=machine())
 
     def _actor(self) -> Any:
         return self._kind.remote(self._job, self._not_imported_from)
 
     def _check(self, address: str) -> None:
-        """Raises `MmpError` where the machines of the cluster have another mmp-env, or none."""
+        """Raises `MmpError` if the machines of the cluster have another version of mmp-env, or none."""
         first = self._actor()
         self._actors.append(first)
         try:
@@ -118,7 +118,7 @@ class RayPool:
             )
 
     def _answer(self, reference: Any) -> Answer | None:
-        """What an actor answered; None where it is lost."""
+        """Returns the answer of an actor, or None if its machine is lost."""
         try:
             return self._ray.get(reference)
         except self._ray.exceptions.RayActorError:
@@ -126,26 +126,26 @@ class RayPool:
 
 
 def _connected(address: str) -> Any:
-    """The module `ray`, connected. Raises `MmpError`."""
+    """Returns the module `ray`, connected. Raises `MmpError`."""
     try:
         import ray
     except ImportError:
         raise MmpError("--ray needs the package Ray; get it with: pip install 'mmp-env[ray]'") from None
-    _knock(address)
+    _check_reachable(address)
     try:
         ray.init(address=address, logging_level=logging.CRITICAL, log_to_driver=False)
     except Exception as error:  # of many kinds: no answer, another version of Ray or Python, a bad address
-        told = str(error).strip().splitlines() or [type(error).__name__]
-        raise MmpError(f"there is no way to the Ray cluster at {address}: {told[0]}") from None
+        lines = str(error).strip().splitlines() or [type(error).__name__]
+        raise MmpError(f"the Ray cluster at {address} cannot be reached: {lines[0]}") from None
     return ray
 
 
-def _knock(address: str) -> None:
-    """Raises `MmpError` where nobody is at `host:port`: Ray itself would go on trying for minutes."""
+def _check_reachable(address: str) -> None:
+    """Raises `MmpError` if nothing answers at `host:port`: Ray itself would try for minutes."""
     host, _, port = address.rpartition("://")[2].rpartition(":")
     if not (host and port.isdigit()):
         return
     try:
         socket.create_connection((host.strip("[]"), int(port)), timeout=_PATIENCE_S).close()
     except (OSError, OverflowError) as error:
-        raise MmpError(f"there is no way to the Ray cluster at {address}: {error}") from None
+        raise MmpError(f"the Ray cluster at {address} cannot be reached: {error}") from None

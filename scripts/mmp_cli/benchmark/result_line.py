@@ -1,25 +1,30 @@
-"""Reading a line of `results.jsonl`: its fields, of what types and how large they may be."""
+"""A line of `results.jsonl`: its fields with their types and bounds, and writing one."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from typing import Any
 
 import msgspec
 
+from mmp_cli.benchmark.job import Failure, Job, Unit
+from mmp_cli.outcome import Outcome
+from mmp_cli.output import shortened
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.reading import Location, decode, parse_json
-from mmp_env.model.margins import KINDS
-from mmp_planners import Status
+from mmp_env.model.margins import KINDS, asked_margins
+from mmp_planners import PlanResult, Status
 
 LARGEST = 1e12
-"""Largest number in a result, of any unit: what is computed from such numbers stays finite."""
+"""Largest number in a result, of any unit; sums and products of such numbers stay finite."""
 LONGEST_TEXT = 10_000
-"""Characters in a field, at most."""
+"""Largest number of characters in a field."""
 _SAME_RAD = 1e-9
 
 
 class ByKind(msgspec.Struct, frozen=True, kw_only=True):
-    """Lengths [m] by kind of margin, see `mmp_env.model.margins`; None where there is none."""
+    """Lengths [m] by kind of margin, see `mmp_env.model.margins`; None if there is none."""
 
     arms: float | None = None
     obstacles: float | None = None
@@ -27,9 +32,9 @@ class ByKind(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Line(msgspec.Struct, frozen=True, kw_only=True):
-    """One line; what did not come about, or is not counted by the planner, is None. `planner` is the label.
+    """One line. Values that do not exist, or that the planner does not count, are None. `planner` is the label.
 
-    A line without generated nodes has no conflict tree, and so no expanded nodes either.
+    A line without generated nodes has no conflict tree, and so no expanded nodes.
     """
 
     instance: str
@@ -59,22 +64,22 @@ class Line(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def source(self) -> str:
-        """Name of the cell, or environment id: what stands before the first slash of the instance."""
+        """Returns the name of the cell or the environment id: the instance up to its first slash."""
         return self.instance.partition("/")[0]
 
     @property
     def section(self) -> str:
-        """Which part of the report it belongs to."""
+        """Returns the section of the report that the line belongs to."""
         return self.cell or self.source
 
     @property
     def problem(self) -> tuple[str, int]:
-        """What planners are compared on: the instance and the seed."""
+        """Returns instance and seed, on which planners are compared."""
         return self.instance, self.seed
 
     @property
     def cost_ratio(self) -> float | None:
-        """Cost by the sum of the straight lines; None without a plan, or where start and goal are the same."""
+        """Returns the cost relative to the straight lines; None without a plan, or if start and goal are the same."""
         if self.cost_rad is None or self.cost_lower_bound_rad is None or self.cost_lower_bound_rad < _SAME_RAD:
             return None
         return self.cost_rad / self.cost_lower_bound_rad
@@ -108,3 +113,19 @@ def read_line(row: str, place: Location) -> Line:
 def _check_number(value: float | None, place: Location, least: float) -> None:
     if value is not None and not (math.isfinite(value) and least <= value <= LARGEST):
         raise place.wrong(value, f"a finite number from {least:g} to {LARGEST:g}, or null")
+
+
+def line_of(job: Job, unit: Unit, outcome: Outcome, message: str | None = None) -> dict[str, Any]:
+    """Returns the line of a unit; `message` explains a status that does not explain itself."""
+    source = job.sources[unit.source]
+    text = None if message is None else shortened(" ".join(message.split()))
+    outcome = replace(outcome, asked=asked_margins(source.margin))
+    return outcome.line() | {"cell": source.title, "arms": len(source.cell.arms), "message": text}
+
+
+def line_of_failure(job: Job, unit: Unit, failure: Failure) -> dict[str, Any]:
+    """Returns the line of a unit whose worker ended."""
+    outcome = Outcome(
+        instance=unit.instance, planner=unit.planner, seed=unit.seed, result=PlanResult(status=Status.ERROR)
+    )
+    return line_of(job, unit, outcome, failure.message) | {"machine": failure.machine}

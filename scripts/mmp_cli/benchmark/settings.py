@@ -1,4 +1,4 @@
-"""settings.json: what a folder of results was made with, so that a second start goes on with the same."""
+"""settings.json: the settings of a folder of results, which a second start must repeat."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SCHEMA = "mmp-bench/1"
 
 
 def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
-    """All that results depend on, as JSON values. Workers, the cluster and the folder are no part of it."""
+    """Returns all settings that results depend on, as JSON values; workers, cluster and folder are not among them."""
     drawn = [source for source in job.sources if isinstance(source, Drawn)]
     return plain(
         {
@@ -48,7 +48,7 @@ def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
 
 
 def load_settings(folder: Path) -> dict[str, Any] | None:
-    """The settings that a folder was made with, None where there are none yet. Raises `MmpError`."""
+    """Returns the settings of a folder, or None if there are none yet. Raises `MmpError`."""
     path = folder / SETTINGS
     if not exists(path):
         return None
@@ -58,12 +58,12 @@ def load_settings(folder: Path) -> dict[str, Any] | None:
 
 
 def save_settings(settings: Mapping[str, Any], folder: Path) -> None:
-    """Writes them. Raises `MmpError` where that fails."""
+    """Writes the settings. Raises `MmpError` if that fails."""
     write_text(folder / SETTINGS, json_text(settings))
 
 
 def check_same(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> None:
-    """Raises `MmpError` that says which settings differ, and how."""
+    """Raises `MmpError` that names the settings that differ."""
     differences = [*_sources(there, here), *_planners(there, here)]
     for key in here:
         if key not in ("sources", "digests", "planners") and there.get(key) != here[key]:
@@ -71,12 +71,12 @@ def check_same(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) 
     if differences:
         raise MmpError(
             f"{folder} holds a benchmark with other settings: {'; '.join(differences)}; "
-            "give the same again to go on with it, or another folder (--out)"
+            "give the same settings to continue it, or another folder (--out)"
         )
 
 
 def _sources(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
-    """By content: another way of writing the path to the same file makes no difference."""
+    """Compares sources by content: another path to the same file makes no difference."""
     old, new = _texts(there.get("digests")), _texts(here["digests"])
     if sorted(old) == sorted(new):
         return []
@@ -99,7 +99,7 @@ def _planners(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
 
 
 def _word(planner: Mapping[str, Any]) -> str:
-    """As `--planners` has it."""
+    """Returns the planner as `--planners` writes it."""
     label, name = planner.get("label"), planner.get("name")
     return f"{label}" if label == name else f"{label}={name}"
 

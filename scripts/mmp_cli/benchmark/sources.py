@@ -1,4 +1,4 @@
-"""Where the instances of a benchmark come from: those of a file, or those that a task draws in a cell by seed."""
+"""Sources of the instances of a benchmark: a file, or a task that draws them in a cell by seed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
-from mmp_cli.source import NamedCell, open_source
+from mmp_cli.instance_source import NamedCell, open_source
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import cell_to_dict
 from mmp_env.files.instance_file import InstanceFile
@@ -20,12 +20,12 @@ from mmp_env.model.problem import Problem, make_problem
 from mmp_env.model.task import Task
 
 DRAWN_COUNT = 50
-"""How many instances of an id or a cell file, unless the count is given."""
+"""Default number of instances of an environment id or a cell file."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Item:
-    """An instance: what it is called in results, and the seed of the planners for it."""
+    """An instance: its name in results, and the seed of the planners for it."""
 
     name: str
     seed: int
@@ -33,7 +33,7 @@ class Item:
 
 @runtime_checkable
 class Instances(Protocol):
-    """A source. `title` is what its cell is called in results, `digest` a hash of all that its problems are made of."""
+    """A source. `title` is the name of its cell in results, `digest` a hash of everything that defines its problems."""
 
     @property
     def title(self) -> str: ...
@@ -47,7 +47,7 @@ class Instances(Protocol):
     def margin(self) -> float | Mapping[str, float] | None: ...
 
     def problem(self, k: int) -> Problem:
-        """The problem of item `k`. Raises `InvalidInstanceError`, or `MmpError` where none can be drawn."""
+        """Returns the problem of item `k`. Raises `InvalidInstanceError`, or `MmpError` if none can be drawn."""
         ...
 
 
@@ -66,14 +66,14 @@ class Listed:
         return self.file.cell
 
     def problem(self, k: int) -> Problem:
-        # Not by the file's own `problem`: where that file lies is no part of a result.
+        # Not the file's own `problem`, whose name contains the path of the file.
         instance = self.file.instances[k]
         return make_problem(self.cell, instance.start, instance.goal, margin=self.margin, name=self.items[k].name)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Drawn:
-    """Instances of a cell that a task draws, each with a seed that is the planner's too."""
+    """Instances that a task draws in a cell; the seed of each is also that of the planner."""
 
     title: str
     cell: Cell
@@ -89,7 +89,7 @@ class Drawn:
 
 
 def read_sources(args: Namespace) -> tuple[Instances, ...]:
-    """All sources of the command line. Raises `MmpError`, for an instance that is in two of them as well."""
+    """Returns all sources of the command line. Raises `MmpError`, also for an instance that is in two of them."""
     sources = tuple(_read(Namespace(**vars(args) | {"source": source})) for source in args.sources)
     found: dict[str, str] = {}
     for name, source in zip(args.sources, sources, strict=True):
@@ -104,7 +104,7 @@ def _read(args: Namespace) -> Listed | Drawn:
     opened = open_source(args)
     if isinstance(opened, NamedCell):
         task = args.task or DEFAULT_TASK
-        _task(task)  # an unknown one is found before anything is planned
+        _task(task)  # reports an unknown task before anything is planned
         seeds = range(args.seed, args.seed + (args.count or DRAWN_COUNT))
         return Drawn(
             title=opened.title,
@@ -126,7 +126,7 @@ def _read(args: Namespace) -> Listed | Drawn:
 
 @functools.cache
 def _task(name: str) -> Task:
-    """The task, looked for once in a process."""
+    """Returns the task; each process looks it up once."""
     return find_task(name)
 
 

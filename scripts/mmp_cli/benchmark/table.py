@@ -1,4 +1,4 @@
-"""What a benchmark came to, in a few lines: a row for each planner, the errors, and why instances are invalid."""
+"""The result of a benchmark: a table with a row per planner, and the reasons of errors and invalid instances."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from mmp_cli import rows
+from mmp_cli import output
 from mmp_cli.output import printable
 
 _NUMBERS = ("solved", "timeout", "exhausted", "error", "invalid", "median time", "mean time", "cost / straight lines")
 
 
 def print_table(planners: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> None:
-    """A table on stdout, a row for each planner in the order of `planners`."""
+    """Prints a table with a row for each planner, in the order of `planners`."""
     by_planner: dict[str, list[Mapping[str, Any]]] = {planner: [] for planner in planners}
     for line in lines:
         by_planner[line["planner"]].append(line)
@@ -27,13 +27,13 @@ def print_table(planners: Sequence[str], lines: Iterable[Mapping[str, Any]]) -> 
         table.add_column(name, justify="right")
     for planner, own in by_planner.items():
         table.add_row(Text(printable(planner)), *_cells(own))
-    rows.print_table(table)
+    output.print_table(table)
 
 
 def reasons(lines: Iterable[Mapping[str, Any]]) -> list[str]:
-    """A sentence for each kind of error of each planner, then for each reason why instances are invalid.
+    """Returns a sentence per kind of error of each planner, then one per reason why instances are invalid.
 
-    They tell what it was, where first, and of how many more instances.
+    Each names the first instance and the number of further ones.
     """
     found: dict[tuple[str, str], dict[str, None]] = {}
     for line in sorted(lines, key=lambda line: line["status"] == "invalid"):

@@ -1,4 +1,4 @@
-"""One unit, in a worker: the problem is made, planned and checked, and whatever happens becomes a line."""
+"""One unit in a worker: it makes the problem, plans and checks it, and turns every outcome into a line."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from typing import Any
 
 import mmp_planners
 from mmp_cli.benchmark.job import Job, Result, Unit, Variant, Verdict
-from mmp_cli.benchmark.lines import line_of
-from mmp_cli.benchmark.result_line import read_line
+from mmp_cli.benchmark.result_line import line_of, read_line
 from mmp_cli.outcome import Outcome
 from mmp_env.check import CheckReport, check_document
 from mmp_env.errors import InvalidInstanceError, MmpError, in_words
@@ -26,23 +25,23 @@ from mmp_planners.result_validation import WrongResultError, validate_result
 from mmp_planners.safe_plan import with_provenance
 
 PLANNING, CHECKING = "planning", "checking"
-"""What a worker says when it begins with these; before the first it prepares."""
+"""Phases that a worker reports; before the first one it prepares."""
 LATE_SHARE, LATE_LEAST_S = 0.1, 1.0
-"""A plan that comes this much later than the time limit does not count: it is a timeout."""
+"""Largest delay of a plan behind the time limit, as a share and at least [s]; a later plan is a timeout."""
 
 
 class Trials:
-    """The trials of one worker; what they share is built once: cells, planners, the last problem."""
+    """The units of one worker. They share cells, planners and the last problem."""
 
-    def __init__(self, job: Job, tell: Callable[[str], None]) -> None:
-        self._job, self._tell = job, tell
+    def __init__(self, job: Job, report_phase: Callable[[str], None]) -> None:
+        self._job, self._report_phase = job, report_phase
         self._planners: dict[str, Planner | BaseException] = {}
         self._foreign = dict[str, bool]()
         self._folder = os.open(".", os.O_PATH)
         self._last: tuple[tuple[int, int], Problem | MmpError] | None = None
 
     def examine(self, label: str) -> Verdict:
-        """Whether a planner can be made with its options, and whose fault it is where it cannot."""
+        """Returns whether a planner can be made with its options, and otherwise whose fault that is."""
         variant = self._job.variants[label]
         try:
             registry.load(variant.name)
@@ -57,7 +56,7 @@ class Trials:
         return Verdict()
 
     def run(self, unit: Unit) -> Result:
-        """Runs a unit; raises nothing."""
+        """Runs a unit. It raises no exception."""
         out = Outcome(
             instance=unit.instance, planner=unit.planner, seed=unit.seed, result=PlanResult(status=Status.ERROR)
         )
@@ -74,7 +73,8 @@ class Trials:
             return Result(line=line_of(self._job, unit, out, in_words(error)))
         try:
             result = self._planned(unit, out, planner)
-            read_line(json.dumps(result.line), Location("the result"))  # one that cannot be read would spoil all others
+            # An unreadable line would make the whole file unreadable.
+            read_line(json.dumps(result.line), Location("the result"))
             return result
         except MmpError as error:
             return Result(line=line_of(self._job, unit, out, in_words(error)))
@@ -85,16 +85,16 @@ class Trials:
         problem, limit_s = out.problem, self._job.time_limit_s
         assert problem is not None
         given = self._given(unit, problem)
-        gc.collect()  # what the last unit left behind is not swept up in this one's time
-        self._tell(PLANNING)
+        gc.collect()  # so that no garbage of the last unit is collected in the planning time
+        self._report_phase(PLANNING)
         returned, fault, begin = None, None, time.perf_counter()
         try:
             returned = planner.plan(given, seed=unit.seed, time_limit=limit_s, watch=ignore)
-        except BaseException as error:  # also SystemExit, KeyboardInterrupt and StopPlanning: nobody asked for those
+        except BaseException as error:  # SystemExit, KeyboardInterrupt and StopPlanning too: no user caused them
             fault = f"plan() raised {in_words(error)}"
         spent_s = time.perf_counter() - begin
-        self._tell(CHECKING)
-        os.fchdir(self._folder)  # it may have gone elsewhere
+        self._report_phase(CHECKING)
+        os.fchdir(self._folder)  # the planner may have changed the folder
         out = dataclasses.replace(out, planning_time_s=spent_s)
         if fault:
             return Result(line=line_of(self._job, unit, out, fault))
@@ -104,8 +104,8 @@ class Trials:
                 result = with_provenance(result, self._job.variants[unit.planner].name, planner, unit.seed)
                 document["planner"] = plain(result.plan.planner if result.plan else {})
         except BaseException as error:
-            told = str(error) if isinstance(error, WrongResultError) else in_words(error)
-            return Result(line=line_of(self._job, unit, out, told))
+            text = str(error) if isinstance(error, WrongResultError) else in_words(error)
+            return Result(line=line_of(self._job, unit, out, text))
         if document is None:
             return Result(line=line_of(self._job, unit, dataclasses.replace(out, result=result)))
         if spent_s > limit_s + max(LATE_LEAST_S, LATE_SHARE * limit_s):
@@ -123,22 +123,22 @@ class Trials:
             reports.append((" by the geoms", check_document(document, exact=True)))
         refuted = [_refuted(how, found) for how, found in reports if not found.valid]
         if refuted:
-            # It is no result, with no cost and no clearance; but its file shows what was wrong with it.
+            # The line has no cost and no clearance; the plan file shows the fault.
             wrong = PlanResult(status=Status.ERROR, stats=out.result.stats)
             out = dataclasses.replace(out, result=wrong, check=None)
         text = json_text(document) if self._job.save_plans else None
         return Result(line=line_of(self._job, unit, out, "; ".join(refuted) or None), plan=text)
 
     def _given(self, unit: Unit, problem: Problem) -> Problem:
-        """The problem; for a planner of another package a copy, robots included, that nobody else will see."""
+        """Returns the problem; a planner of another package gets a copy, robots included."""
         if not self._foreign[unit.planner]:
             return problem
         given = copy.deepcopy(problem)
-        _ = given.cell.collision  # as with the problem itself, building this is no part of the planning time
+        _ = given.cell.collision  # built before the planning time, as for the problem itself
         return given
 
     def _problem(self, unit: Unit) -> Problem:
-        """Raises `InvalidInstanceError`, or `MmpError` where none can be drawn. Planners of an instance share it."""
+        """Returns the problem, which the planners of an instance share. Raises `InvalidInstanceError` or `MmpError`."""
         place = unit.source, unit.item
         if self._last is None or self._last[0] != place:
             source = self._job.sources[unit.source]
@@ -153,14 +153,14 @@ class Trials:
         return found
 
     def _planner(self, variant: Variant) -> Planner:
-        """A new one for each unit. Raises whatever keeps it from being made, each time."""
+        """Returns a new planner for each unit. Raises the exception of its constructor, each time."""
         if variant.label not in self._planners:
             try:
                 self._foreign[variant.label] = registry.is_foreign(variant.name)
                 self._planners[variant.label] = mmp_planners.make(variant.name, **variant.options)
             except BaseException as error:
                 self._planners[variant.label] = error
-            # Packages stay for ever; not looking through them makes every later collection quick.
+            # Loaded packages stay for ever: without them every later collection is quick.
             gc.collect()
             gc.freeze()
         first = self._planners[variant.label]

@@ -1,4 +1,4 @@
-"""A seat for a worker process, and the watch over it: a worker that dies, hangs or grows is replaced by a new one."""
+"""A slot for a worker process. It replaces a worker that ends, hangs or exceeds its memory limit."""
 
 from __future__ import annotations
 
@@ -24,31 +24,31 @@ from mmp_cli.pipe_reader import PipeReader
 from mmp_cli.process_status import how_it_ended, memory_mb
 
 TICK_S = 0.05
-"""How often a worker is looked at [s]."""
+"""Time between two looks at a worker [s]."""
 GRACE_LEAST_S, GRACE_MOST_S = 2.0, 30.0
 PREPARING_S, CHECKING_S = 120.0, 600.0
-"""What a unit may take before and after planning [s]."""
+"""Time limits of a unit before and after planning [s]."""
 _STARTS = 2
-"""How often a worker is started for a task: the first may have been killed by hand, or for want of memory."""
+"""Number of starts of a worker for a task; the first one may have been killed from outside."""
 _PROGRAM = "import sys; sys.path[:] = {path!r}; from mmp_cli.benchmark.worker import main; main({fd}, {parent}, {core})"
 _FRAME = re.compile(r'File "([^<].*)", line (\d+) in (\S+)')
 _TAIL_BYTES = 65536
 
 
 def grace_s(time_limit_s: float) -> float:
-    """How long after its time limit a planner that does not end is killed: the limit again, from 2 s to 30 s."""
+    """Returns how long after its time limit a planner is killed [s]: the limit again, from 2 s to 30 s."""
     return min(max(time_limit_s, GRACE_LEAST_S), GRACE_MOST_S)
 
 
-class Seat:
-    """One worker at a time. `give` it a task, then `look` until there is an answer; `close` ends it.
+class WorkerSlot:
+    """One worker at a time: `give` it a task, then `look` until there is an answer; `close` ends it.
 
-    Each task has a number, which comes back with the answer: what comes for an earlier one is not taken for it.
+    Each task has a number that comes back with the answer, so that an answer to an earlier task is ignored.
     """
 
     def __init__(self, job: Job) -> None:
         self._job, self._core = job, Core()
-        self._log = tempfile.TemporaryFile()  # noqa: SIM115  what planners print; its end says why a worker crashed
+        self._log = tempfile.TemporaryFile()  # noqa: SIM115  the output of planners; its end says why a worker crashed
         self._process: subprocess.Popen | None = None
         self._ready, self._starts = False, 0
         self._number, self._task = 0, None
@@ -56,13 +56,13 @@ class Seat:
 
     @property
     def connection(self) -> Connection:
-        """What to wait for; readable when `look` may have news."""
+        """Returns the connection to wait for: it is readable when `look` may have an answer."""
         return self._connection
 
     def give(self, task: Task) -> None:
-        """Hands a task to the worker, a new one if need be."""
+        """Passes a task to the worker, and starts one if there is none."""
         if self._process is not None and self._process.poll() is not None:
-            self._kill()  # it ended after its last answer: this task has nothing to do with it
+            self._kill()  # it ended after its last answer; this task is not the cause
         self._number, self._task, self._starts = self._number + 1, task, 0
         if self._process is None:
             self._start()
@@ -70,13 +70,13 @@ class Seat:
 
     def _hand_over(self) -> None:
         self._enter("preparing")
-        with contextlib.suppress(OSError):  # a worker that is gone by now is found by the next look
+        with contextlib.suppress(OSError):  # `look` notices a worker that has ended
             self._connection.send((self._number, self._task))
 
     def look(self) -> Answer | None:
-        """The answer if it is there. A worker that ends while it starts is started once more."""
+        """Returns the answer, or None if there is none yet. A worker that ends at its start is started once more."""
         assert self._process is not None
-        ended = self._process.poll()  # before the messages: what it sent before its end is read
+        ended = self._process.poll()  # asked before reading, so that its last messages are read
         with contextlib.suppress(EOFError, OSError, ValueError, TypeError, pickle.UnpicklingError):
             while (received := self._messages.next()) is not None:
                 number, message = pickle.loads(received)
@@ -88,7 +88,7 @@ class Seat:
                     self._enter(message)
                 else:
                     return self._done(message)
-        reason = self._end(ended) if ended is not None else self._trespass()
+        reason = self._end(ended) if ended is not None else self._exceeded_limit()
         if reason is None:
             return None
         self._kill()
@@ -98,7 +98,7 @@ class Seat:
             self._start()
             self._hand_over()
             return None
-        message = f"a worker process does not start: {reason}; its last words: {self._last_line()}"
+        message = f"a worker process does not start: {reason}; its last output: {self._last_line()}"
         return Failure(message=message, machine=machine(), started=False)
 
     def close(self) -> None:
@@ -115,7 +115,7 @@ class Seat:
         program = _PROGRAM.format(path=sys.path, fd=theirs.fileno(), parent=os.getpid(), core=self._core.number)
         self._log.truncate(0)
         with theirs:
-            # A process group of its own: Ctrl-C is ours alone to handle, and its children can be ended with it.
+            # A process group of its own: only this process handles Ctrl-C, and the whole group can be ended.
             self._process = subprocess.Popen(
                 [sys.executable, "-c", program],
                 stdin=subprocess.DEVNULL,
@@ -135,15 +135,15 @@ class Seat:
         self._phase, self._until = phase, time.monotonic() + allowed[phase]
 
     def _done(self, answer: Any) -> Answer:
-        # The descriptor is shared with the worker: the next unit's output starts at the beginning again.
+        # The worker shares the descriptor: the output of its next unit starts at the beginning again.
         os.lseek(self._log.fileno(), 0, os.SEEK_SET)
         os.ftruncate(self._log.fileno(), 0)
         if self._memory_mb() > self._job.memory_limit_mb / 2:
-            self._kill()  # what this unit left behind shall not be held against the next one
+            self._kill()  # the memory of this unit must not count for the next one
         return answer
 
-    def _trespass(self) -> str | None:
-        """What the worker does that it must not, if anything."""
+    def _exceeded_limit(self) -> str | None:
+        """Returns which limit the worker exceeds, or None."""
         if time.monotonic() > self._until:
             if self._phase != "planning":
                 return f"killed: it was still {self._phase} after {CHECKING_S if self._ready else PREPARING_S:g} s"
@@ -155,7 +155,7 @@ class Seat:
         return None
 
     def _end(self, code: int) -> str:
-        """Why the worker ended, from its exit code and from what the fault handler wrote."""
+        """Returns why the worker ended, from its exit code and the output of the fault handler."""
         return f"the worker process {how_it_ended(code)} while {self._phase}{self._frame()}"
 
     def _frame(self) -> str:

@@ -1,4 +1,4 @@
-"""Ours beside what others have published, on the instances that both have and that are valid with our geometry."""
+"""Our results and published ones, on the instances that both have and that are valid with our geometry."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from mmp_cli.reporting.tables import Table, measured
 from mmp_env.wording import counted
 
 ROUNDING_RAD = 0.01
-"""What a published cost may be below the straight lines by being rounded."""
+"""Largest amount [rad] by which rounding can put a published cost below the straight lines."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Entry:
-    """One planner, ours or theirs: of `tried` units the times and costs of those solved, by unit."""
+    """One planner, ours or published: times and costs of the solved units, of `tried` ones."""
 
     label: str
     published: bool
@@ -29,24 +29,24 @@ class Entry:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Comparison:
-    """One file against one section."""
+    """One published file and one section."""
 
     source: str
     note: str
     instances: tuple[str, ...]
     left_out: Mapping[str, str]
-    """Instance that the file names -> why it is not compared."""
+    """Instance of the file -> reason why it is not compared."""
     entries: tuple[Entry, ...]
 
 
 def compare(published: Published, section: Section, matched: Mapping[str, Mapping[str, Sequence[Row]]]) -> Comparison:
-    """Both sides on the common instances; `matched`: see `published.match`."""
+    """Compares both sides on the common instances; for `matched` see `published.match`."""
     rows = matched[section.name]
     left_out = {name: why for name in rows if (why := _why_not(section, name, rows[name]))}
     names = tuple(name for name in rows if name not in left_out)
     left_out |= dict.fromkeys(unknown(published, matched), "not in these results")
     entries = [_ours(section, index, frozenset(names)) for index in range(len(section.runs))]
-    # A published result stands for every seed that we have run the instance with.
+    # A published result counts for every seed of ours.
     for planner in published.planners:
         told = {(name, seed): row for name in names for row in rows[name] if row.planner == planner
                 for seed in section.seeds[name]}  # fmt: skip
@@ -60,7 +60,7 @@ def compare(published: Published, section: Section, matched: Mapping[str, Mappin
 
 
 def _why_not(section: Section, name: str, rows: Sequence[Row]) -> str | None:
-    """Why an instance that both have cannot be compared, if so."""
+    """Returns why a common instance cannot be compared, or None."""
     if name in section.invalid:
         return f"invalid here: {section.invalid[name] or 'the results do not say why'}"
     bound = section.lower_bounds.get(name)
@@ -84,7 +84,7 @@ def _ours(section: Section, index: int, names: frozenset[str]) -> Entry:
 
 
 def comparison_tables(comparison: Comparison) -> list[Table]:
-    """Solved, times and costs; and the costs where one of ours and one of theirs both solve."""
+    """Returns the table of solved instances, times and costs, and the table of costs where both sides solve."""
     rows = []
     for entry in comparison.entries:
         costs: Spread | None = spread(entry.costs.values())

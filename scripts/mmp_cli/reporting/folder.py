@@ -1,4 +1,4 @@
-"""Writing the files of a report: all of them beside their place first, then each is moved there."""
+"""Writing the files of a report: first all of them into a temporary folder, then each to its place."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from mmp_env.files.writing import move_onto
 
 _PICTURES = "(cell|quickest|hardest|unsolved)-{name}[.]png"
 _FIGURES = "(cactus|pairs|published)-{name}(-[0-9]+)?[.](svg|png)"
-"""Names of the files that a report may have for a cell; which of them it has depends on what is known of it."""
+"""Patterns of the files that a report may have for a cell."""
 
 
 def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:
-    """Writes name -> content into the folder, in this order. Raises `MmpError`, and then has left no half file."""
+    """Writes name -> content into the folder, in this order. Raises `MmpError`; no file is half written."""
     with beside(folder / "report") as temporary:  # inside the folder, so that moving stays on one file system
         try:
             temporary.mkdir(0o700)
@@ -24,7 +24,7 @@ def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:
             raise MmpError(f"{folder} cannot be written to: {error.strerror}") from None
         try:
             for name, content in files.items():
-                # A folder or a title may hold bytes that are not UTF-8.
+                # The name of a folder or a title may contain bytes that are not UTF-8.
                 data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
                 (temporary / name).write_bytes(data)
             for name in files:
@@ -34,9 +34,9 @@ def write_files(folder: Path, files: Mapping[str, str | bytes]) -> None:
 
 
 def remove_outdated(folder: Path, names: Iterable[str], kept: Container[str]) -> None:
-    """Removes the pictures and figures of an earlier report of the same cells that are not `kept`.
+    """Removes pictures and figures of an earlier report of the same cells, except those in `kept`.
 
-    `names` are what the files of the cells are called after. What else is in the folder stays. Raises `MmpError`.
+    `names` are the cells' parts of the file names. Other files stay. Raises `MmpError`.
     """
     made = [re.compile(kind.replace("{name}", re.escape(name))) for name in names for kind in (_PICTURES, _FIGURES)]
     try:

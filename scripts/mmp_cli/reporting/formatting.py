@@ -1,4 +1,4 @@
-"""Numbers as people read them."""
+"""Numbers as text for people."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ NOTHING = "–"
 
 
 def number(value: float | None) -> str:
-    """Three significant digits, and every digit before the point."""
+    """Returns three significant digits, and every digit before the point."""
     if value is None:
         return NOTHING
     if value == 0:
@@ -20,7 +20,7 @@ def number(value: float | None) -> str:
 
 
 def seconds(value: float | None) -> str:
-    """A time in the unit that suits it."""
+    """Returns a time in s, ms or µs."""
     if value is None:
         return NOTHING
     for factor, unit in ((1.0, "s"), (1e3, "ms")):
@@ -30,12 +30,12 @@ def seconds(value: float | None) -> str:
 
 
 def mean_and_std(values: Spread | None) -> str:
-    """Mean ± sample standard deviation; of a single value the mean alone."""
+    """Returns mean ± sample standard deviation, or the mean of a single value."""
     if values is None:
         return NOTHING
     return f"{number(values.mean)} ± {number(values.std)}" if values.std is not None else number(values.mean)
 
 
 def share(part: int, whole: int) -> str:
-    """`part of whole (percent)`."""
+    """Returns `part of whole (percent)`."""
     return f"{part} of {whole} ({100 * part / whole:.0f} %)" if whole else f"{part} of {whole}"

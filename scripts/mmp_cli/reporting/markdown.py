@@ -1,4 +1,4 @@
-"""`table.md`: the tables of the report as Markdown, to be pasted or included elsewhere."""
+"""`table.md`: the tables of the report as Markdown, to paste or include elsewhere."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mmp_env.wording import markdown_escaped
 
 
 def as_markdown(report: Report) -> str:
-    """The whole file."""
+    """Returns the file."""
     parts = [f"# {escaped(report.title)}", *(escaped(x) for x in report.facts), *(f"**{escaped(x)}**" for x in
              report.warnings), table_text(report.overview, level=2)]  # fmt: skip
     if report.errors:
@@ -21,7 +21,7 @@ def as_markdown(report: Report) -> str:
 
 
 def table_text(table: Table, *, level: int) -> str:
-    """Heading, table and note; numbers to the right."""
+    """Returns heading, table and note; numbers are right-aligned."""
     rule = ["---" if table.text or not k else "---:" for k in range(len(table.head))]
     lines = ["| " + " | ".join(row) + " |" for row in [list(map(escaped, table.head)), rule]]
     lines += ["| " + " | ".join(map(escaped, row)) + " |" for row in table.rows]
@@ -30,5 +30,5 @@ def table_text(table: Table, *, level: int) -> str:
 
 
 def escaped(text: str) -> str:
-    """Text that means nothing to Markdown: one line, no tags, no columns, no emphasis, no headings, no links."""
+    """Returns text on one line in which no character has a meaning in Markdown."""
     return markdown_escaped(one_line(text))

@@ -1,6 +1,6 @@
-"""Figures that others have published: a CSV with the columns instance, planner, solved, planning_time_s, cost_rad.
+"""Published results of others: a CSV with the columns instance, planner, solved, planning_time_s, cost_rad.
 
-Lines before the head that begin with `#` say on what machine and with what limit it was made.
+Lines before the head that begin with `#` describe machine and time limit.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _YES, _NO = ("1", "true", "yes"), ("0", "false", "no")
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One published result; `cost_rad` None where the file has none."""
+    """One published result; `cost_rad` is None if the file has none."""
 
     instance: str
     planner: str
@@ -36,7 +36,7 @@ class Row:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Published:
-    """A file: its name, what is known about how it was made, and its rows."""
+    """A file: its name, a note on how it was made, and its rows."""
 
     name: str
     note: str
@@ -44,12 +44,12 @@ class Published:
 
     @property
     def planners(self) -> list[str]:
-        """In the order of the file."""
+        """Returns the planners in the order of the file."""
         return list(dict.fromkeys(row.planner for row in self.rows))
 
 
 def read_published(path: str, note: str | None = None) -> Published:
-    """The rows of a file; `note` goes before what its comments say. Raises `MmpError` that names line and column."""
+    """Returns the rows of a file; `note` comes before its comments. Raises `MmpError` that names line and column."""
     lines = _text(path).splitlines()
     comments = []
     while lines and (not lines[0].strip() or lines[0].startswith("#")):
@@ -74,10 +74,10 @@ def read_published(path: str, note: str | None = None) -> Published:
 
 
 def match(published: Published, sections: Sequence[Section]) -> dict[str, dict[str, list[Row]]]:
-    """Section name -> full name of an instance of ours -> the rows about it.
+    """Returns section name -> full name of one of our instances -> its rows.
 
-    A bare name means the cell that the file is named after, or the only one with such an instance. Raises `MmpError`
-    where several could be meant, and where nothing is common.
+    A bare name means the cell that the file is named after, or the only one with such an instance. Raises `MmpError` if
+    several cells match, and if there is no common instance.
     """
     out: dict[str, dict[str, list[Row]]] = {}
     for row in published.rows:
@@ -101,13 +101,13 @@ def match(published: Published, sections: Sequence[Section]) -> dict[str, dict[s
 
 
 def unknown(published: Published, matched: Mapping[str, Mapping[str, Sequence[Row]]]) -> list[str]:
-    """The instances that the file names and none of the results has; `matched`: see `match`."""
-    found = {row.instance for rows in matched.values() for told in rows.values() for row in told}
+    """Returns the instances of the file that are not in the results; for `matched` see `match`."""
+    found = {row.instance for rows in matched.values() for found_rows in rows.values() for row in found_rows}
     return list(dict.fromkeys(row.instance for row in published.rows if row.instance not in found))
 
 
 def _homes(published: Published, row: Row, sections: Iterable[Section]) -> list[tuple[Section, str]]:
-    """The sections that have the instance, with its full name there."""
+    """Returns the sections that have the instance, with its full name there."""
     found = []
     for section in sections:
         for name in section.instances:
@@ -126,7 +126,7 @@ def _text(path: str) -> str:
 
 
 def _head(path: str, table: Sequence[tuple[int, list[str]]]) -> dict[str, int]:
-    """Column -> index. Raises `MmpError` for one that is missing."""
+    """Returns column -> index. Raises `MmpError` for a missing column."""
     names = [cell.strip() for cell in table[0][1]] if table else []
     for column in COLUMNS:
         if column not in names:

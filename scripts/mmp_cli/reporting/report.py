@@ -1,4 +1,4 @@
-"""What a report says, before it becomes Markdown, a page and figures."""
+"""The content of a report, before it becomes Markdown, a page and figures."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from mmp_cli.reporting.cactus_figure import cactus_figure, published_figure
-from mmp_cli.reporting.choice import RULE
 from mmp_cli.reporting.comparison import compare, comparison_tables
-from mmp_cli.reporting.drawing import Drawing, Look, looks, slug
+from mmp_cli.reporting.figure_style import PlotStyle, RenderedFigure, plot_styles, slug
+from mmp_cli.reporting.instance_choice import RULE
 from mmp_cli.reporting.pairs_figure import pairs_figure
-from mmp_cli.reporting.photographs import Photograph, take_photographs
+from mmp_cli.reporting.pictures import ReportPicture, render_pictures
 from mmp_cli.reporting.published import Published, match
 from mmp_cli.reporting.results import Results, read_results
 from mmp_cli.reporting.sections import Section, sections
@@ -33,12 +33,12 @@ from mmp_env.wording import counted
 
 _USUAL_REFERENCE = "apf-ecbs"
 _MOST_SHOWN = 100
-"""Cells, and planners, in a report."""
+"""Largest number of cells, and of planners, in a report."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wish:
-    """What is asked for. `reference`: whom the others are paired with; by default `apf-ecbs`, or the last planner."""
+class ReportRequest:
+    """Arguments of a report. The others are compared with `reference`; default: `apf-ecbs`, or the last planner."""
 
     folder: Path
     against: Sequence[str] = ()
@@ -48,70 +48,73 @@ class Wish:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Part:
-    """What is said of one cell."""
+class CellReport:
+    """The part of a report about one cell."""
 
     name: str
     tables: tuple[Table, ...]
-    drawings: tuple[Drawing, ...]
-    photographs: tuple[Photograph, ...]
+    drawings: tuple[RenderedFigure, ...]
+    pictures: tuple[ReportPicture, ...]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Report:
-    """All of it. `warnings` are what must not be missed, `facts` how it was made, `commands` how to make it again."""
+    """A report. `facts` say how the results were made, `commands` how to make them again."""
 
     title: str
     warnings: tuple[str, ...]
     facts: tuple[str, ...]
     overview: Table
     errors: Table | None
-    success: Drawing
-    parts: tuple[Part, ...]
+    success: RenderedFigure
+    parts: tuple[CellReport, ...]
     planners: Table | None
     commands: tuple[str, ...]
     names: tuple[str, ...]
-    """What the files of each part are called after."""
-    drawings: tuple[Drawing, ...] = field(default=())
+    """Parts' names in the names of files."""
+    drawings: tuple[RenderedFigure, ...] = field(default=())
     rule: str = RULE
 
     @property
-    def photographs(self) -> tuple[Photograph, ...]:
-        """Those of all parts."""
-        return tuple(photograph for part in self.parts for photograph in part.photographs)
+    def pictures(self) -> tuple[ReportPicture, ...]:
+        """Returns the pictures of all parts."""
+        return tuple(picture for part in self.parts for picture in part.pictures)
 
 
-def make_report(wish: Wish, published: Sequence[Published]) -> Report:
-    """Reads the folder and says all that there is to say. Raises `MmpError`; writes nothing."""
-    results, settings = read_results(wish.folder), read_settings(wish.folder)
+def make_report(request: ReportRequest, published: Sequence[Published]) -> Report:
+    """Reads the folder and returns the report. Raises `MmpError`. It writes nothing."""
+    results, settings = read_results(request.folder), read_settings(request.folder)
     held = sections(results.lines, [x.label for x in settings.planners] if settings else ())
     labels = list(dict.fromkeys(run.label for section in held for run in section.runs))
     for what, count in (("cells", len(held)), ("planners", len(labels))):
         if count > _MOST_SHOWN:
-            raise MmpError(f"{wish.folder} has results of {count} {what}; a report shows at most {_MOST_SHOWN}")
-    reference = _reference(wish.reference, labels)
-    looked = looks(labels)
+            raise MmpError(f"{request.folder} has results of {count} {what}; a report shows at most {_MOST_SHOWN}")
+    reference = _reference(request.reference, labels)
+    styles = plot_styles(labels)
     matches = [(x, match(x, held)) for x in published]
     taken = {"success"}
     names = [slug(section.name, taken) for section in held]
-    album = take_photographs(held, names, settings, wish.folder)
+    pictures_of = render_pictures(held, names, settings, request.folder)
     parts = tuple(
-        _part(section, matches, looked, reference, settings, name, album.photographs.get(section.name, ()))
+        _part(section, matches, styles, reference, settings, name, pictures_of.pictures.get(section.name, ()))
         for section, name in zip(held, names, strict=True)
     )
-    success = success_figure(held, looked)
-    lacking = missing(settings, results.lines, wish.folder) if settings else Missing()
-    commands = [bench_command(settings, wish.folder)] if settings else []
+    success = success_figure(held, styles)
+    lacking = missing(settings, results.lines, request.folder) if settings else Missing()
+    commands = [bench_command(settings, request.folder)] if settings else []
     return Report(
-        title=wish.title or f"Benchmark: {', '.join(section.name for section in held)}",
+        title=request.title or f"Benchmark: {', '.join(section.name for section in held)}",
         warnings=tuple(_warnings(results, held, lacking)),
-        facts=(*_facts(results, settings), *album.lacking),
+        facts=(*_facts(results, settings), *pictures_of.lacking),
         overview=overview(held),
         errors=error_table(held),
         success=success,
         parts=parts,
         planners=_planner_table(settings) if settings else None,
-        commands=(*commands, report_command(wish.folder, wish.against, wish.note, wish.title, wish.reference)),
+        commands=(
+            *commands,
+            report_command(request.folder, request.against, request.note, request.title, request.reference),
+        ),
         names=tuple(names),
         drawings=(success, *(drawing for part in parts for drawing in part.drawings)),
     )
@@ -128,16 +131,16 @@ def _reference(asked: str | None, labels: Sequence[str]) -> str:
 def _part(
     section: Section,
     matches: Sequence[tuple[Published, dict[str, dict[str, Any]]]],
-    looked: dict[str, Look],
+    styles: dict[str, PlotStyle],
     reference: str,
     settings: Settings | None,
     name: str,
-    photographs: tuple[Photograph, ...],
-) -> Part:
+    pictures: tuple[ReportPicture, ...],
+) -> CellReport:
     limit_s = settings.time_limit_s if settings else None
     drawings = [
-        cactus_figure(section, looked, f"cactus-{name}", limit_s),
-        pairs_figure(section, reference, looked, f"pairs-{name}"),
+        cactus_figure(section, styles, f"cactus-{name}", limit_s),
+        pairs_figure(section, reference, styles, f"pairs-{name}"),
     ]
     tables = section_tables(section)
     for k, (published, rows) in enumerate(matches, 1):
@@ -145,9 +148,9 @@ def _part(
             comparison = compare(published, section, rows)
             tables += comparison_tables(comparison)
             count = f"-{k}" if len(matches) > 1 else ""
-            drawings.append(published_figure(comparison, looked, f"published-{name}{count}"))
-    return Part(
-        name=section.name, tables=tuple(tables), drawings=tuple(x for x in drawings if x), photographs=photographs
+            drawings.append(published_figure(comparison, styles, f"published-{name}{count}"))
+    return CellReport(
+        name=section.name, tables=tuple(tables), drawings=tuple(x for x in drawings if x), pictures=pictures
     )
 
 

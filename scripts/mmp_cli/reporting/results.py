@@ -1,4 +1,4 @@
-"""Reading `results.jsonl`: one line per unit, a unit being an instance, a planner and a seed."""
+"""Reading `results.jsonl`: a line per unit, which is an instance, a planner and a seed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mmp_env.files.regular_files import read_bytes
 class Results:
     """The units of a folder in the order of the file.
 
-    `torn`: the last line was cut off and left out; `repeated`: lines of units that stand before (the first counts).
+    `torn` says that the last line was cut off and left out; `repeated` counts lines of units that occur before them.
     """
 
     lines: tuple[Line, ...]
@@ -26,10 +26,10 @@ class Results:
 
 
 def read_results(folder: Path) -> Results:
-    """The results of a benchmark folder. Raises `MmpError` for a folder without any, or with a line that is none."""
+    """Returns the results of a benchmark folder. Raises `MmpError` if it has none, or a line that is no result."""
     path = folder / RESULTS
     rows = _text(folder, path).split("\n")
-    # A line counts once its line feed is written: what follows the last one is a line that was cut off.
+    # A line counts once its line feed is written; text after the last one is a line that was cut off.
     torn = bool(rows.pop().strip())
     units: dict[tuple[str, str, int], Line] = {}
     filled = [(number, row) for number, row in enumerate(rows, 1) if row.strip()]

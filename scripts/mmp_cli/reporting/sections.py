@@ -1,4 +1,4 @@
-"""The parts of the report: one section per cell, in it the runs of each planner."""
+"""Sections of the report, one per cell, with the runs of each planner."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ Problem = tuple[str, int]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Runs:
-    """What one planner did in one cell. Each line is one of invalid, solved and unsolved."""
+class PlannerRuns:
+    """Results of one planner in one cell. Each line is invalid, solved or unsolved."""
 
     label: str
     lines: tuple[Line, ...]
 
     @cached_property
     def valid(self) -> tuple[Line, ...]:
-        """Those that count: all but the invalid instances."""
+        """Returns the lines that count: all except invalid instances."""
         return tuple(line for line in self.lines if line.status != "invalid")
 
     @cached_property
@@ -32,7 +32,7 @@ class Runs:
 
     @cached_property
     def unsolved(self) -> tuple[Line, ...]:
-        """No plan in time, the search used up, or an error."""
+        """Returns the lines with a timeout, an exhausted search or an error."""
         return tuple(line for line in self.valid if line.status != "solved")
 
     @cached_property
@@ -41,44 +41,44 @@ class Runs:
 
     @cached_property
     def by_problem(self) -> dict[Problem, Line]:
-        """The solved lines."""
+        """Returns the solved lines by problem."""
         return {line.problem: line for line in self.solved}
 
     @cached_property
     def asked(self) -> tuple[str, ...]:
-        """The kinds of margins that were asked for, where the checker's proof of each plan is there by kind."""
+        """Returns the kinds of margins that were asked for, if every plan has a proof by kind."""
         if any(line.margins_proved is None for line in self.solved):
             return ()
         return tuple(kind for kind in KINDS if any(getattr(line.margins_asked, kind, None) for line in self.solved))
 
     def proved_m(self, kind: str | None) -> float | None:
-        """The least clearance of a kind, of all kinds for None, that the checker has proved of the plans."""
+        """Returns the least clearance of a kind that the checker proved for the plans; None means all kinds."""
         lines = self.solved
         values = [line.min_clearance_m if kind is None else getattr(line.margins_proved, kind, None) for line in lines]
         return min((value for value in values if value is not None), default=None)
 
     def spread(self, field: str, *, among: Iterable[Problem] | None = None) -> Spread | None:
-        """Of a field over the solved lines, or over those of the problems `among`."""
+        """Returns the spread of a field over the solved lines, or over those of the problems `among`."""
         lines = self.solved if among is None else [self.by_problem[problem] for problem in among]
         return spread(getattr(line, field) for line in lines)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Section:
-    """One cell with all that was run in it; planners in the order of the settings, else of the file."""
+    """One cell with all its runs; planners in the order of the settings, or else of the file."""
 
     name: str
     arms: int | None
-    runs: tuple[Runs, ...]
+    runs: tuple[PlannerRuns, ...]
 
     @cached_property
     def instances(self) -> tuple[str, ...]:
-        """Every instance that somebody was run on, in the order of the file."""
+        """Returns every instance with a run, in the order of the file."""
         return tuple(dict.fromkeys(line.instance for run in self.runs for line in run.lines))
 
     @cached_property
     def seeds(self) -> dict[str, set[int]]:
-        """Instance -> the seeds it was run with."""
+        """Returns instance -> seeds of its runs."""
         out: dict[str, set[int]] = {}
         for run in self.runs:
             for line in run.lines:
@@ -87,38 +87,38 @@ class Section:
 
     @cached_property
     def invalid(self) -> dict[str, str]:
-        """Instances whose start or goal breaks a limit or a margin, and why, where that is told."""
+        """Returns instances whose start or goal breaks a limit or a margin -> the reason, if known."""
         lines = [line for run in self.runs for line in run.lines if line.status == "invalid"]
         why = {line.instance: line.message for line in lines if line.message}
         return {line.instance: why.get(line.instance, "") for line in lines}
 
     @cached_property
     def lower_bounds(self) -> dict[str, float]:
-        """Instance -> the cost of the straight lines from start to goal [rad], where the results have it."""
+        """Returns instance -> cost of the straight lines from start to goal [rad], if known."""
         lines = (line for run in self.runs for line in run.lines)
         return {line.instance: x for line in lines if (x := line.cost_lower_bound_rad) is not None}
 
     @cached_property
     def solved_by_none(self) -> tuple[str, ...]:
-        """Valid instances that no planner has solved with any seed."""
+        """Returns the valid instances that no planner has solved with any seed."""
         solved = {line.instance for run in self.runs for line in run.solved} | set(self.invalid)
         return tuple(name for name in self.instances if name not in solved)
 
     @cached_property
-    def successful(self) -> tuple[Runs, ...]:
-        """The planners that have solved something."""
+    def successful(self) -> tuple[PlannerRuns, ...]:
+        """Returns the planners that have solved an instance."""
         return tuple(run for run in self.runs if run.solved)
 
     @cached_property
     def common(self) -> tuple[Problem, ...]:
-        """What every successful planner has solved; nothing where fewer than two are."""
+        """Returns the problems that all successful planners have solved; none for fewer than two planners."""
         if len(self.successful) < 2:
             return ()
         return commonly_solved(self.successful)
 
     @cached_property
     def root_conflicts(self) -> tuple[float, ...]:
-        """Per valid problem, the mean over the planners that count them."""
+        """Returns the mean number of root conflicts of each valid problem, over the planners that count them."""
         counts: dict[Problem, list[float]] = {}
         for run in self.runs:
             for line in run.valid:
@@ -127,14 +127,14 @@ class Section:
         return tuple(sum(values) / len(values) for values in counts.values())
 
 
-def commonly_solved(runs: Iterable[Runs]) -> tuple[Problem, ...]:
-    """The problems that all of them have solved, in the order of the first."""
+def commonly_solved(runs: Iterable[PlannerRuns]) -> tuple[Problem, ...]:
+    """Returns the problems that all of them have solved, in the order of the first."""
     first, *others = runs
     return tuple(problem for problem in first.by_problem if all(problem in run.by_problem for run in others))
 
 
 def sections(lines: Iterable[Line], order: Iterable[str] = ()) -> tuple[Section, ...]:
-    """The lines by cell; planners in `order` first, those that it does not name as they come."""
+    """Returns the sections by cell; planners in `order` come first, the others as they occur."""
     cells: dict[str, list[Line]] = {}
     for line in lines:
         cells.setdefault(line.section, []).append(line)
@@ -142,7 +142,7 @@ def sections(lines: Iterable[Line], order: Iterable[str] = ()) -> tuple[Section,
     out = []
     for name, held in cells.items():
         labels = sorted(dict.fromkeys(line.planner for line in held), key=lambda x: ranks.get(x, len(ranks)))
-        runs = [Runs(label=x, lines=tuple(line for line in held if line.planner == x)) for x in labels]
+        runs = [PlannerRuns(label=x, lines=tuple(line for line in held if line.planner == x)) for x in labels]
         arms = next((line.arms for line in held if line.arms is not None), None)
         out.append(Section(name=name, arms=arms, runs=tuple(runs)))
     return tuple(out)

@@ -1,4 +1,4 @@
-"""`settings.json`, which `mmp bench` writes beside the results: what was asked for, and what of it is missing yet."""
+"""`settings.json`, which `mmp bench` writes beside the results: the settings, and the units that are missing yet."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from mmp_env.model.margins import asked_margins
 
 
 class Variant(msgspec.Struct, frozen=True, kw_only=True):
-    """A planner as it was run: its label, its registered name and the options that were set."""
+    """A planner of a benchmark: label, registered name and options."""
 
     label: str
     name: str
@@ -32,7 +32,7 @@ class Variant(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True):
-    """What was asked for. `time_limit_s` None: no limit; `count` None: all of a file, 50 of anything drawn."""
+    """Settings of a benchmark. No `time_limit_s` means no limit; no `count` means all of a file, or 50 drawn ones."""
 
     schema: str
     sources: list[str]
@@ -52,7 +52,7 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, kw_only=True)
 class Missing:
-    """Units that were asked for and have no line. `unknown`: sources that cannot be read here, so nobody can say."""
+    """Units without a result. `unknown` are sources that cannot be read here, whose units are not known."""
 
     units: int = 0
     expected: int = 0
@@ -61,7 +61,7 @@ class Missing:
 
 
 def read_settings(folder: Path) -> Settings | None:
-    """The settings of a benchmark folder, None where there are none. Raises `MmpError`."""
+    """Returns the settings of a benchmark folder, or None if there are none. Raises `MmpError`."""
     path = folder / SETTINGS
     if not exists(path):
         return None
@@ -74,9 +74,9 @@ def read_settings(folder: Path) -> Settings | None:
 
 
 def may_be_read(source: str, folder: Path) -> bool:
-    """Returns whether a source is no file, or a file in the current folder or beside the results, or below these.
+    """Returns whether a source is no file, or a file in or below the current folder or the parent of the results.
 
-    Settings may come from elsewhere: they do not make a report read any other file.
+    Settings may come from elsewhere; they must not make a report read any other file.
     """
     try:
         if not (names_file(source) or exists(source)):
@@ -88,7 +88,7 @@ def may_be_read(source: str, folder: Path) -> bool:
 
 
 def _check(settings: Settings, place: Location) -> None:
-    """Raises `MmpError` for numbers that no benchmark has."""
+    """Raises `MmpError` for numbers that no benchmark can have."""
     with named(place):
         asked = asked_margins(settings.margin)
     bounds = {
@@ -110,7 +110,7 @@ def _check(settings: Settings, place: Location) -> None:
 
 
 def missing(settings: Settings, lines: Iterable[Line], folder: Path) -> Missing:
-    """What the results lack."""
+    """Returns the units that the results lack."""
     done = {(line.instance, line.planner) for line in lines}
     names: list[str] = []
     unknown = []
@@ -128,7 +128,7 @@ def missing(settings: Settings, lines: Iterable[Line], folder: Path) -> Missing:
 
 
 def bench_command(settings: Settings, folder: Path) -> str:
-    """The command line that makes these results again, in the folder that holds the one of the results."""
+    """Returns the command line that makes these results again, in the parent of the folder."""
     sources = [without_place(source) for source in settings.sources]
     planners = [x.label if x.label == x.name else f"{x.label}={x.name}" for x in settings.planners]
     words = ["mmp", "bench", *sources, "--planners", ",".join(planners)]
@@ -137,7 +137,7 @@ def bench_command(settings: Settings, folder: Path) -> str:
         ("seed", settings.seed),
         ("time-limit", "inf" if settings.time_limit_s is None else f"{settings.time_limit_s:g}"),
         ("robot", settings.robot),
-        # An instance file takes no task, so the usual one is left unsaid.
+        # An instance file takes no task, so the default one is left out.
         ("task", None if settings.task == DEFAULT_TASK else settings.task),
         ("margin", ",".join(f"{kind}={m}" for kind, m in asked_margins(settings.margin).items()) or None),
         ("memory-limit", settings.memory_limit_mb),
@@ -153,7 +153,7 @@ def bench_command(settings: Settings, folder: Path) -> str:
 def report_command(
     folder: Path, against: Sequence[str], note: str | None, title: str | None, reference: str | None
 ) -> str:
-    """The command line that makes this report again, in that folder too."""
+    """Returns the command line that makes this report again, in the parent of the folder."""
     words = ["mmp", "report", real_path(folder).name]
     for path in against:
         words += ["--against", Path(path).name]
@@ -163,17 +163,17 @@ def report_command(
 
 
 def option_text(value: object) -> str:
-    """The value of an option as `--set` takes it."""
+    """Returns the value of an option as `--set` takes it."""
     return str(value).lower() if isinstance(value, bool) else "null" if value is None else str(value)
 
 
 def without_place(source: str) -> str:
-    """The name alone of a file; a page that is passed on says nothing of our machine."""
+    """Returns the name of a file without its folder, which a published page should not contain."""
     return Path(source).name if names_file(source) else source
 
 
 def _instances(settings: Settings, source: str) -> list[str] | None:
-    """The names of a source's instances as they stand in results; None where its file cannot be read here."""
+    """Returns the names of a source's instances in the results, or None if its file cannot be read here."""
     drawn = range(settings.seed, settings.seed + (DRAWN_COUNT if settings.count is None else settings.count))
     if not names_file(source):
         name = source.rpartition(":")[2]

@@ -1,4 +1,4 @@
-"""The numbers of the report: spreads over what was solved, and success rates with their uncertainty."""
+"""Statistics of the report: spreads over solved instances, and success rates with their uncertainty."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _Z95 = 1.959963984540054
 
 @dataclass(frozen=True, kw_only=True)
 class Spread:
-    """Of `n` values, at least one. `std` is the sample's (n - 1 in the denominator), None of a single value.
+    """Statistics of `n` values, at least one. `std` is that of the sample (n - 1), None for a single value.
 
-    `median` and `p90` are quantiles with linear interpolation between the two nearest values.
+    `median` and `p90` are quantiles, interpolated between the two nearest values; `most` is the largest value.
     """
 
     n: int
@@ -27,7 +27,7 @@ class Spread:
 
 
 def spread(values: Iterable[float | None]) -> Spread | None:
-    """The spread of the values that exist; None where none does."""
+    """Returns the spread of the values that are not None, or None if there are none."""
     known = np.array([value for value in values if value is not None], dtype=np.float64)
     if not known.size:
         return None
@@ -43,7 +43,7 @@ def spread(values: Iterable[float | None]) -> Spread | None:
 
 
 def wilson(solved: int, tried: int) -> tuple[float, float]:
-    """The 95 % interval of a success rate by Wilson (1927), each end in [0, 1]. Needs `tried` > 0."""
+    """Returns the 95 % interval of a success rate by Wilson (1927), within [0, 1]. Needs `tried` > 0."""
     rate, z2 = solved / tried, _Z95**2
     middle = rate + z2 / (2 * tried)
     half = _Z95 * math.sqrt(rate * (1 - rate) / tried + z2 / (4 * tried**2))

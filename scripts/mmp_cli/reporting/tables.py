@@ -1,4 +1,4 @@
-"""The tables of one section: words and numbers only, which the Markdown file and the page lay out in their own way."""
+"""The tables of one section, as text and numbers; the Markdown file and the page do the layout."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from mmp_cli.reporting.formatting import NOTHING, mean_and_std, number, seconds, share
-from mmp_cli.reporting.sections import Runs, Section
+from mmp_cli.reporting.sections import PlannerRuns, Section
 from mmp_cli.reporting.statistics import Spread, spread
 from mmp_env.model.margins import KIND_WORDS, millimetres
 from mmp_env.wording import counted
@@ -14,7 +14,7 @@ from mmp_env.wording import counted
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Table:
-    """The first column names the row. `text`: the other columns are words, not numbers; `note`: how to read it."""
+    """A table whose first column names the row. `text` says that the other columns are text; `note` explains them."""
 
     title: str
     head: Sequence[str]
@@ -24,7 +24,7 @@ class Table:
 
 
 def overview(sections: Iterable[Section]) -> Table:
-    """What was run, and how hard it is."""
+    """Returns the table of cells, instances and their difficulty."""
     rows = []
     for section in sections:
         roots = spread(section.root_conflicts)
@@ -49,7 +49,7 @@ def overview(sections: Iterable[Section]) -> Table:
 
 
 def main_table(section: Section) -> Table:
-    """The paper's table I."""
+    """Returns the table like table I of the paper."""
     rows = [
         [
             run.label,
@@ -61,7 +61,7 @@ def main_table(section: Section) -> Table:
     head = ["planner", "solved", "expanded nodes", "planning time [s]", "makespan [s]", "cost [rad]"]
     note = (
         "Mean ± standard deviation over what the planner itself has solved, so a planner that solves only the easy "
-        "instances looks good here; success is over the valid instances."
+        "instances plot_styles good here; success is over the valid instances."
     )
     note += _tree_note(rows, head.index("expanded nodes"))
     return Table(title="Success, nodes, time, makespan and cost", head=head, rows=rows, note=note)
@@ -71,7 +71,7 @@ _MEASURES = ("expanded_nodes", "planning_time_s", "makespan_s", "cost_rad")
 
 
 def common_table(section: Section) -> Table | None:
-    """The same where every successful planner has a plan."""
+    """Returns the same over the instances that every successful planner has solved, or None."""
     if not section.common:
         return None
     rows = [
@@ -88,7 +88,7 @@ def common_table(section: Section) -> Table | None:
 
 
 def time_table(section: Section) -> Table:
-    """Quantiles of the time, the cost against the straight lines, and what the planner said of its result."""
+    """Returns the table of time quantiles, cost ratios, bounds and clearances."""
     rows = []
     for run in section.runs:
         time, ratio = run.spread("planning_time_s"), run.spread("cost_ratio")
@@ -116,7 +116,7 @@ def time_table(section: Section) -> Table:
 
 
 def fast_track_table(section: Section) -> Table | None:
-    """How often the fast track was tried, and what it brought; None where no planner has one."""
+    """Returns the table of fast-track tries and hits, or None if no planner has a fast track."""
     rows = []
     for run in section.runs:
         tries = sum(line.fast_track_tries or 0 for line in run.valid)
@@ -131,7 +131,7 @@ def fast_track_table(section: Section) -> Table | None:
 
 
 def unsolved_table(section: Section) -> Table | None:
-    """Every instance without a plan, by name."""
+    """Returns the table of instances without a plan, or None."""
     rows = []
     for run in section.runs:
         for status in ("timeout", "exhausted", "error"):
@@ -148,7 +148,7 @@ def unsolved_table(section: Section) -> Table | None:
 
 
 def invalid_table(section: Section) -> Table | None:
-    """Every invalid instance, by name."""
+    """Returns the table of invalid instances, or None."""
     if not section.invalid:
         return None
     rows = [[_short(section, name), section.invalid[name] or NOTHING] for name in section.instances if name in
@@ -161,7 +161,7 @@ def invalid_table(section: Section) -> Table | None:
 
 
 def error_table(sections: Iterable[Section]) -> Table | None:
-    """Every unit that ended in an error, with its message."""
+    """Returns the table of units that ended in an error, or None."""
     rows = [
         [run.label, line.instance, str(line.seed), line.message or "no message"]
         for section in sections
@@ -173,7 +173,7 @@ def error_table(sections: Iterable[Section]) -> Table | None:
 
 
 def section_tables(section: Section) -> list[Table]:
-    """The tables of a cell that there are."""
+    """Returns the tables of a cell."""
     tables = [
         main_table(section),
         common_table(section),
@@ -186,20 +186,20 @@ def section_tables(section: Section) -> list[Table]:
 
 
 def measured(values: Spread | None) -> tuple[str, str, str]:
-    """Median, 90th percentile and mean ± standard deviation of times [s]."""
+    """Returns median, 90th percentile and mean ± standard deviation of times [s]."""
     if values is None:
         return NOTHING, NOTHING, NOTHING
     return seconds(values.median), seconds(values.p90), mean_and_std(values)
 
 
 def _mean(values: Spread | None, count: int) -> str:
-    """Mean and standard deviation, and over how many of `count` lines where some have no value."""
+    """Returns mean and standard deviation, with the number of values if some of `count` lines have none."""
     some = f" ({values.n} of {count})" if values and values.n < count else ""
     return mean_and_std(values) + some
 
 
-def _proved(run: Runs) -> str:
-    """The clearance proved of each kind that was asked for; the least of all kinds where none was, or none is told."""
+def _proved(run: PlannerRuns) -> str:
+    """Returns the clearance proved of each kind that was asked for, or else the least of all kinds."""
     proved = {kind: run.proved_m(kind) for kind in run.asked or (None,)}
     told = {kind: f"{millimetres(clear)} mm" for kind, clear in proved.items() if clear is not None}
     words = (f"{text} {KIND_WORDS[kind]}" if kind else f"{text} of all kinds" for kind, text in told.items())
@@ -207,7 +207,7 @@ def _proved(run: Runs) -> str:
 
 
 def _tree_note(rows: Iterable[Sequence[str]], column: int) -> str:
-    """What dashes and brackets in the column of nodes mean, where there are any."""
+    """Returns the explanation of dashes and brackets in the column of nodes, if there are any."""
     cells, out = [row[column] for row in rows], ""
     if NOTHING in cells:
         out += f" {NOTHING}: the planner has grown no conflict tree, or has solved nothing."
@@ -216,13 +216,13 @@ def _tree_note(rows: Iterable[Sequence[str]], column: int) -> str:
     return out
 
 
-def _said(run: Runs, field: str, lines: Sequence[object]) -> str:
-    """How many of the lines say so; nothing where the planner says nothing."""
+def _said(run: PlannerRuns, field: str, lines: Sequence[object]) -> str:
+    """Returns how many lines have the field set, or a dash if the planner does not report it."""
     told = [getattr(line, field) for line in lines]
     return NOTHING if all(value is None for value in told) else f"{sum(map(bool, told))} of {len(told)}"
 
 
 def _short(section: Section, instance: str, seed: int | None = None) -> str:
-    """The instance without its cell; with its seed where it was run with several."""
+    """Returns the instance without its cell, and with its seed if it was run with several."""
     name = instance.partition("/")[2] or instance
     return name if seed is None or len(section.seeds[instance]) < 2 else f"{name} (seed {seed})"

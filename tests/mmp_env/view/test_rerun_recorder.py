@@ -60,7 +60,7 @@ def test_actions_rewards_and_distances_are_those_of_the_environment(episodes):
                 np.testing.assert_allclose(actions[step], action[6 * k : 6 * k + 6], atol=1e-6)
 
 
-def test_the_return_starts_anew_with_each_episode(episodes):
+def test_the_return_restarts_with_each_episode(episodes):
     rows, told, _, _ = episodes
     found = rows.at("/episodes/return", "Scalars:scalars", "step")
     assert found[0] == found[STEPS + 1] == [0.0]

@@ -146,7 +146,7 @@ def test_of_large_trees_some_moments_are_left_out_but_not_the_last_one():
     assert (moments[0], moments[-1], counts[-1]) == (0, 1501, 3002)
 
 
-def test_a_planner_that_numbers_its_nodes_anew_has_all_of_them_shown(tmp_path):
+def test_a_planner_that_restarts_its_node_numbers_has_all_of_them_shown(tmp_path):
     with RerunWatcher(PROBLEM, tmp_path / "again.rrd") as watcher:
         for restart in range(2):
             watcher(events.SearchStarted(elapsed_s=0.0, restart=restart, sub_seed=1))

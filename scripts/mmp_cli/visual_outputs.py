@@ -1,6 +1,6 @@
-"""What a run shows of itself: `--tree`, `--rerun`, `--image`, `--video`. Checked before anything is planned.
+"""The options `--tree`, `--rerun`, `--image` and `--video`. They are checked before planning.
 
-Viewers watch the planning and change nothing in it; one that fails is told of afterwards, and costs no plan.
+Their watchers do not change the planning. A failure is reported afterwards and does not cost the plan.
 """
 
 from __future__ import annotations
@@ -32,11 +32,11 @@ _OPTIONS = {
 }
 
 _ROWS = {"tree": "tree", "rerun": "recording", "image": "picture", "video": "film"}
-"""What they are called in the summary."""
+"""Option -> name of its row in the summary."""
 
 
-def add_showing(parser: Parser, *names: str) -> None:
-    """The options of those names, all of them by default."""
+def add_visual_options(parser: Parser, *names: str) -> None:
+    """Adds the options of those names, by default all of them."""
     for name in names or _OPTIONS:
         metavar, help = _OPTIONS[name]
         parser.add_argument(f"--{name}", metavar=metavar, help=help)
@@ -44,28 +44,28 @@ def add_showing(parser: Parser, *names: str) -> None:
         "--moments",
         type=_moments,
         metavar="A,B",
-        help="what --image shows: start, middle, end, or seconds; default: start,middle,end",
+        help="moments of --image: start, middle, end, or seconds; default: start,middle,end",
     )
 
 
-def check_showing(args: Namespace) -> None:
-    """Raises `MmpError` where something that is asked for cannot be made: package, library, display, file."""
+def check_visual_outputs(args: Namespace) -> None:
+    """Raises `MmpError` if an output cannot be made: a package, library or display is missing, or a file."""
     wanted = _wanted(args)
     _check_distinct({"out": getattr(args, "out", None), **wanted})
     if args.moments is not None and "image" not in wanted:
-        raise MmpError("--moments says what --image shows; give --image FILE too")
+        raise MmpError("--moments chooses the moments of --image; give --image FILE too")
     for name in wanted:
         _CHECKS[name](args)
 
 
-class Showing:
-    """The viewers of one run, as watchers of its planning; `finish` writes what is asked for.
+class VisualOutputs:
+    """The visual outputs of one run: watchers of its planning, and `finish`, which writes the files.
 
-    `told` has a row of the summary for each of them, `failures` a sentence for each that could not do its work.
+    `rows` has a row of the summary for each output, `failures` a sentence for each that failed.
     """
 
     def __init__(self, args: Namespace, problem: Problem, title: str) -> None:
-        self.told: dict[str, str] = {}
+        self.rows: dict[str, str] = {}
         self.failures: list[str] = []
         self._wanted, self._tree, self._recording = _wanted(args), None, None
         self._moments = args.moments
@@ -79,21 +79,23 @@ class Showing:
 
             self._recording = RerunWatcher(problem, self._wanted["rerun"])
         named: dict[str, Any] = {"--tree": self._tree, "--rerun": self._recording}
-        self.watchers = [_Guarded(name, viewer, self.failures) for name, viewer in named.items() if viewer is not None]
+        self.watchers = [
+            _GuardedWatcher(name, viewer, self.failures) for name, viewer in named.items() if viewer is not None
+        ]
 
-    def __enter__(self) -> Showing:
+    def __enter__(self) -> VisualOutputs:
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._recording is not None:  # what was seen before a run broke off is worth most
+        if self._recording is not None:  # the recording of a run that failed is the most useful one
             self._recording.close()
 
     def finish(self, plan: Plan | None, execution: ExecutionReport | None, *, interrupted: bool) -> None:
-        """Tree and recording always; picture and film where there is a plan, and time. A film needs an execution.
+        """Writes tree and recording, and picture and film if there is a plan and no interruption.
 
-        Ctrl-C leaves out what is not made yet, and is passed on.
+        Ctrl-C leaves out the outputs that are not written yet; this method raises it again.
         """
         try:
             self._make("tree", lambda path: self._draw(plan, path))
@@ -107,11 +109,11 @@ class Showing:
     def _say_what_is_missing(self, plan: Plan | None) -> None:
         failed = {failure.partition(":")[0].removeprefix("--") for failure in self.failures}
         for name in self._wanted:
-            if _ROWS[name] in self.told or name in failed:
+            if _ROWS[name] in self.rows or name in failed:
                 continue
             instead = "; mmp show makes it from the plan file" if self._is_saved and name != "tree" else ""
             why = "none, as there is no plan" if plan is None else f"left out, the run was interrupted{instead}"
-            self.told[_ROWS[name]] = why
+            self.rows[_ROWS[name]] = why
 
     def _draw(self, plan: Plan | None, path: str) -> None:
         assert self._tree is not None
@@ -132,14 +134,14 @@ class Showing:
             make(path)
         except (MmpError, OSError) as error:
             self.failures.append(f"--{name}: {error}")
-        except Exception as error:  # of what a planner told that no viewer expects, say
+        except Exception as error:  # such as an event with values that no viewer expects
             self.failures.append(f"--{name}: it failed with {type(error).__name__}: {error}")
         else:
-            self.told[_ROWS[name]] = "in the viewer" if (name, path) == ("rerun", SPAWN) else path
+            self.rows[_ROWS[name]] = "in the viewer" if (name, path) == ("rerun", SPAWN) else path
 
 
-class Together:
-    """Several watchers as one; each hears of an event in its turn."""
+class CombinedWatcher:
+    """Several watchers as one; each gets every event."""
 
     def __init__(self, *watchers: Watcher) -> None:
         self._watchers = watchers
@@ -150,8 +152,8 @@ class Together:
             watch(event)
 
 
-class _Guarded:
-    """A viewer whose failure is noted, not mistaken for one of the planner that called it."""
+class _GuardedWatcher:
+    """A watcher whose failure is recorded, instead of appearing as a failure of the planner."""
 
     def __init__(self, name: str, viewer: Watcher, failures: list[str]) -> None:
         self._name, self._viewer, self._failures = name, viewer, failures
@@ -167,18 +169,18 @@ class _Guarded:
             raise
         except Exception as error:
             self._failed = True
-            self._failures.append(f"{self._name}: it stopped watching at {type(error).__name__}: {error}")
+            self._failures.append(f"{self._name}: it stopped at {type(error).__name__}: {error}")
 
 
 def save_image(plan: Plan, path: str, moments: Sequence[Moment] | None = None) -> None:
-    """A picture of those moments, or without any of start, middle and end. Raises `MmpError`."""
+    """Writes a picture of the moments, by default start, middle and end. Raises `MmpError`."""
     from mmp_env.view.pictures import MOMENTS, save_picture
 
     save_picture(plan, path, moments=moments or tuple(MOMENTS))
 
 
 def save_video(plan: Plan, path: str, report: ExecutionReport | None = None) -> None:
-    """A film of the execution, which is done for it if need be; a line on a terminal tells how far it is.
+    """Writes a film of the execution, which it runs if there is none; a terminal shows the progress.
 
     Raises `MmpError`.
     """
@@ -193,7 +195,7 @@ def save_video(plan: Plan, path: str, report: ExecutionReport | None = None) -> 
 
 
 def _moments(text: str) -> list[Moment]:
-    """Names, and numbers of seconds, with commas between them."""
+    """Returns the moments in a list of names and seconds, separated by commas."""
     out: list[Moment] = []
     for word in text.split(","):
         try:

@@ -1,4 +1,4 @@
-"""Pictures of the cells of a report and of chosen instances: small inside the page, and as files beside it."""
+"""Pictures of the cells of a report and of chosen instances, in the page and as files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from mmp_cli.benchmark.sources import Instances, read_sources
-from mmp_cli.reporting.choice import choose
+from mmp_cli.reporting.instance_choice import choose
 from mmp_cli.reporting.sections import Section
 from mmp_cli.reporting.settings import Settings, may_be_read, without_place
 from mmp_env.errors import MmpError
@@ -24,8 +24,8 @@ WIDTH, HEIGHT = 400, 300
 
 
 @dataclass(frozen=True, kw_only=True)
-class Photograph:
-    """A picture: `name` is that of its file without suffix, `png` what stands in it, `inline` an URL for the page."""
+class ReportPicture:
+    """A picture: the name of its file without suffix, its content `png`, and `inline`, a URL for the page."""
 
     name: str
     caption: str
@@ -36,17 +36,19 @@ class Photograph:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Album:
-    """The photographs by section; `lacking` says in a sentence each why some are not there."""
+class PictureSet:
+    """Pictures by section; `lacking` has a sentence for each missing one."""
 
-    photographs: Mapping[str, tuple[Photograph, ...]] = field(default_factory=dict)
+    pictures: Mapping[str, tuple[ReportPicture, ...]] = field(default_factory=dict)
     lacking: tuple[str, ...] = ()
 
 
-def take_photographs(held: Sequence[Section], names: Sequence[str], settings: Settings | None, folder: Path) -> Album:
-    """Of each section whose cell can be had; `names` are what their files are called after."""
+def render_pictures(
+    held: Sequence[Section], names: Sequence[str], settings: Settings | None, folder: Path
+) -> PictureSet:
+    """Renders pictures of each section whose cell is available; `names` are parts of the file names."""
     if settings is None:
-        return Album(lacking=("No pictures: without settings.json the cells are not known.",))
+        return PictureSet(lacking=("No pictures: without settings.json the cells are not known.",))
     try:
         offscreen_backend()
         sources, lacking = _open(settings, folder)
@@ -56,12 +58,12 @@ def take_photographs(held: Sequence[Section], names: Sequence[str], settings: Se
             if section.name in sources
         }
     except MmpError as error:
-        return Album(lacking=(f"No pictures: {str(error).removeprefix('no picture can be made: ').rstrip('.')}.",))
-    return Album(photographs=taken, lacking=tuple(lacking))
+        return PictureSet(lacking=(f"No pictures: {str(error).removeprefix('no picture can be made: ').rstrip('.')}.",))
+    return PictureSet(pictures=taken, lacking=tuple(lacking))
 
 
 def _open(settings: Settings, folder: Path) -> tuple[dict[str, Instances], list[str]]:
-    """The sources by the title of their cell, and why some cannot be had."""
+    """Returns the sources by the title of their cell, and sentences on those that are not available."""
     out: dict[str, Instances] = {}
     lacking = []
     for k, name in enumerate(settings.sources):
@@ -74,7 +76,7 @@ def _open(settings: Settings, folder: Path) -> tuple[dict[str, Instances], list[
             continue
         try:
             (source,) = read_sources(Namespace(**asked | own))
-        except MmpError:  # whose message may quote a file that is none of ours
+        except MmpError:  # its message may quote a foreign file
             lacking.append(f"No pictures of {without_place(name)}: it cannot be read here as a cell or instances.")
             continue
         if k < len(settings.digests) and source.digest != settings.digests[k]:
@@ -84,27 +86,27 @@ def _open(settings: Settings, folder: Path) -> tuple[dict[str, Instances], list[
     return out, lacking
 
 
-def _taken(section: Section, name: str, source: Instances) -> Iterator[Photograph]:
+def _taken(section: Section, name: str, source: Instances) -> Iterator[ReportPicture]:
     from mmp_env.view.offscreen_renderer import OffscreenRenderer
 
     cell = source.cell
     items = {item.name: k for k, item in enumerate(source.items)}
     with OffscreenRenderer(cell, WIDTH, HEIGHT) as renderer:
         at_home = renderer.picture({arm.name: arm.robot.home for arm in cell.arms})
-        yield _photograph(f"cell-{name}", f"The cell: {counted(len(cell.arms), 'arm')}.", at_home)
+        yield _report_picture(f"cell-{name}", f"The cell: {counted(len(cell.arms), 'arm')}.", at_home)
         for choice in choose(section):
             if choice.instance not in items:
                 continue
             try:
                 problem = source.problem(items[choice.instance])
             except MmpError:
-                continue  # a task that draws something else by now
+                continue  # the task draws another instance by now
             image = renderer.picture(problem.start, problem.goal)
-            yield _photograph(f"{choice.kind}-{name}", choice.caption, image)
+            yield _report_picture(f"{choice.kind}-{name}", choice.caption, image)
 
 
-def _photograph(name: str, caption: str, image: UInt8[np.ndarray, "h w 3"]) -> Photograph:
+def _report_picture(name: str, caption: str, image: UInt8[np.ndarray, "h w 3"]) -> ReportPicture:
     from mmp_env.view.pictures import encoded
 
     inline = "data:image/webp;base64," + b64encode(encoded(image, "WEBP")).decode()
-    return Photograph(name=name, caption=caption, png=encoded(image), inline=inline)
+    return ReportPicture(name=name, caption=caption, png=encoded(image), inline=inline)

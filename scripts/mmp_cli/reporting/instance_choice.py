@@ -1,4 +1,4 @@
-"""Which instances of a cell a report shows pictures of, by a rule that it states."""
+"""Choice of the instances that a report shows pictures of, by the rule that it states."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from mmp_env.wording import counted
 
 RULE = (
     "Each picture of an instance shows its start, with the goals as ghosts. The time of an instance is that of the "
-    "quickest planner. Quickest: the shortest time. Hardest: of those that the fewest planners have solved, the one "
-    "with the longest time. Unsolved: of those that nobody has solved, the one with the most root conflicts, else the "
-    "first."
+    "quickest planner. Quickest: the shortest time. Hardest: among those that the fewest planners have solved, the "
+    "one with the longest time. Unsolved: among those that no planner has solved, the one with the most root "
+    "conflicts, or else the first."
 )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Choice:
-    """An instance to be shown: `kind` is part of a file name, `caption` says why it was chosen."""
+    """An instance to show: `kind` is part of a file name, `caption` says why it was chosen."""
 
     kind: str
     instance: str
@@ -26,14 +26,14 @@ class Choice:
 
 
 def choose(section: Section) -> list[Choice]:
-    """At most three: the quickest, the hardest that was solved, and one that nobody has solved."""
+    """Returns at most three: the quickest, the hardest solved one, and an unsolved one."""
     best: dict[str, tuple[float, str]] = {}
     solvers: dict[str, set[str]] = {}
     for run in section.runs:
         for line in run.solved:
             if line.planning_time_s is not None:
-                told = line.planning_time_s, run.label
-                best[line.instance] = min(best.get(line.instance, told), told)
+                entry = line.planning_time_s, run.label
+                best[line.instance] = min(best.get(line.instance, entry), entry)
                 solvers.setdefault(line.instance, set()).add(run.label)
     out = []
     if best:

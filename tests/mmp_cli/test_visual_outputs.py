@@ -8,8 +8,8 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 from support.refusals import assert_refused
 
-import mmp_cli.showing
-from mmp_cli.showing import Together
+import mmp_cli.visual_outputs
+from mmp_cli.visual_outputs import CombinedWatcher
 from mmp_env.errors import MmpError
 from mmp_env.events import SearchStarted
 from mmp_env.view import films, pictures
@@ -169,14 +169,14 @@ def test_a_viewer_that_fails_costs_no_plan_and_is_named(mmp, stand_ins, instance
     monkeypatch.setattr(SearchTree, "__call__", broken)
     ran = mmp("plan", instances, "--planner", "straight", "--tree", tmp_path / "t.svg", "--json")
     assert (ran.code, ran.result["status"], ran.result["valid"]) == (2, "solved", True)
-    assert ran.err == "mmp: --tree: it stopped watching at KeyError: 'a bug'\n"
+    assert ran.err == "mmp: --tree: it stopped at KeyError: 'a bug'\n"
 
 
 def test_a_file_that_cannot_be_written_in_the_end_costs_no_summary(mmp, stand_ins, instances, tmp_path, monkeypatch):
     def full(plan, path, moments):
         raise MmpError(f"{path} cannot be written: No space left on device")
 
-    monkeypatch.setattr(mmp_cli.showing, "save_image", full)
+    monkeypatch.setattr(mmp_cli.visual_outputs, "save_image", full)
     options = ["--tree", tmp_path / "t.svg", "--image", tmp_path / "p.png"]
     ran = mmp("plan", instances, "--planner", "straight", *options)
     assert ran.code == 2
@@ -222,10 +222,10 @@ def test_watchers_together_hear_everything_in_turn_and_any_of_them_can_stop():
         def __call__(self, event):
             heard.append(("c", event))
 
-    together = Together(lambda event: heard.append(("a", event)), stops, Wants())
+    together = CombinedWatcher(lambda event: heard.append(("a", event)), stops, Wants())
     together(one)
     with pytest.raises(StopPlanning):
         together(other)
     assert heard == [("a", one), ("b", one), ("c", one), ("a", other), ("b", other)]
     assert together.wants_iterates
-    assert not Together(stops).wants_iterates
+    assert not CombinedWatcher(stops).wants_iterates

@@ -1,4 +1,4 @@
-"""SOURCE: an environment id, an instance file or a cell file, and the options that pick one instance of it."""
+"""SOURCE of `mmp plan` and `mmp bench`: an environment id, an instance file or a cell file, and the options for it."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.problem import Problem, make_problem
 
 _MODULE = "mmp_env:"
-_BY_HAND = "given"
+_GIVEN = "given"
 _AT = "@"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Source:
+class InstanceSource:
     """One instance: `label` is its name in results, `problem` makes it.
 
-    `problem` raises `InvalidInstanceError` where start or goal is out of limits or in collision, and `MmpError` where
-    none can be drawn.
+    `problem` raises `InvalidInstanceError` if start or goal is out of limits or in collision, and `MmpError` if the
+    task cannot draw an instance.
     """
 
     label: str
@@ -39,7 +39,7 @@ class Source:
 
 @dataclass(frozen=True, kw_only=True)
 class NamedCell:
-    """A cell to draw instances in; `name` stands before their seeds, `title` says which robot it is too."""
+    """A cell to draw instances in; the names of instances begin with `name`, and `title` also names the robot."""
 
     name: str
     title: str
@@ -47,7 +47,7 @@ class NamedCell:
 
 
 def open_source(args: Namespace) -> NamedCell | InstanceFile:
-    """What SOURCE is. Raises `MmpError` where it is nothing, or where an option is given that means nothing for it."""
+    """Returns the cell or instance file of SOURCE. Raises `MmpError`, also for an option that SOURCE does not have."""
     source = args.source.removeprefix(_MODULE)
     if source in CELLS:
         _refuse(args, "an environment id", "instance")
@@ -69,15 +69,15 @@ def open_source(args: Namespace) -> NamedCell | InstanceFile:
     return NamedCell(name=cell.name, title=cell.name, cell=cell)
 
 
-def read_source(args: Namespace) -> Source:
-    """The instance that the command line asks for. Raises `MmpError`."""
+def read_source(args: Namespace) -> InstanceSource:
+    """Returns the instance that the command line chooses. Raises `MmpError`."""
     opened = open_source(args)
     if isinstance(opened, NamedCell):
         return _from_cell(args, opened.cell, opened.name)
     with named(args.source):
         instance = opened.instances[0] if args.instance is None else opened.instance(args.instance)
     label = f"{opened.cell.name}/{instance.name}"
-    return Source(label=label, problem=lambda: opened.problem(instance, margin=args.margin))
+    return InstanceSource(label=label, problem=lambda: opened.problem(instance, margin=args.margin))
 
 
 def files_read(args: Namespace) -> list[str]:
@@ -86,33 +86,33 @@ def files_read(args: Namespace) -> list[str]:
     return [args.source, *(text.removeprefix(_AT) for text in given if text.startswith(_AT))]
 
 
-def _from_cell(args: Namespace, cell: Cell, name: str) -> Source:
+def _from_cell(args: Namespace, cell: Cell, name: str) -> InstanceSource:
     if args.start is None and args.goal is None:
-        return Source(label=f"{name}/{args.seed}", problem=lambda: _drawn(args, cell, f"{name}/{args.seed}"))
+        return InstanceSource(label=f"{name}/{args.seed}", problem=lambda: _drawn(args, cell, f"{name}/{args.seed}"))
     for given, other in (("start", "goal"), ("goal", "start")):
         if getattr(args, other) is None:
             raise MmpError(f"--{other} is missing; --{given} is there, and the two go together")
     if args.task is not None:
         raise MmpError(f"--task is '{args.task}' beside --start and --goal; an instance is drawn or given, not both")
-    start, goal = _by_hand(args, cell, "start"), _by_hand(args, cell, "goal")
-    label = f"{name}/{_BY_HAND}"
+    start, goal = _configurations_of(args, cell, "start"), _configurations_of(args, cell, "goal")
+    label = f"{name}/{_GIVEN}"
 
     def problem() -> Problem:
         with named(args.source):
             return make_problem(cell, start, goal, margin=args.margin, name=label)
 
-    return Source(label=label, problem=problem)
+    return InstanceSource(label=label, problem=problem)
 
 
 def _drawn(args: Namespace, cell: Cell, label: str) -> Problem:
-    """The instance of `env.reset(seed=...)` in this cell."""
+    """Returns the instance of `env.reset(seed=...)` in this cell."""
     from mmp_env.gym.instances import DEFAULT_TASK, draw_problem
 
     return draw_problem(cell, args.task or DEFAULT_TASK, args.seed, margin=args.margin, name=label)
 
 
-def _by_hand(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:
-    """The configurations of --start or --goal, which are JSON themselves or name a file."""
+def _configurations_of(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:
+    """Returns the configurations of --start or --goal, which are JSON or name a file."""
     given, option = getattr(args, which), f"--{which}"
     if given.startswith(_AT):
         path = given.removeprefix(_AT)
@@ -129,8 +129,8 @@ def _by_hand(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:
 
 
 def _refuse(args: Namespace, kind: str, *options: str) -> None:
-    """Raises `MmpError` where an option was given that means nothing for this kind of source."""
+    """Raises `MmpError` if an option was given that this kind of source does not have."""
     for option in options:
-        value = getattr(args, option, None)  # not every command has them all
+        value = getattr(args, option, None)  # some commands lack some options
         if value is not None:
             raise MmpError(f"--{option} is '{value}', but '{args.source}' is {kind}, which has no {option} to choose")

@@ -1,10 +1,9 @@
-"""The documents: their programs run, their cells load, their links lead somewhere, their tables are up to date."""
+"""README and pages: their programs run, their cells load, and their links lead to files."""
 
 import re
 from pathlib import Path
 
 import pytest
-from support import checkout_scripts
 
 from mmp_cli.main import main
 from mmp_env import load_cell
@@ -44,13 +43,13 @@ def without_machine(text: str) -> list[str]:
     return [re.sub(r"(?<=^planning   )\S+ s|(?<=checked in )\S+ s$", "", line) for line in lines]
 
 
-def test_the_cell_of_the_readme_is_one(tmp_path):
+def test_the_cell_of_the_readme_can_be_loaded(tmp_path):
     (text,) = blocks(README, "yaml")
     (tmp_path / "packing.yaml").write_text(text, encoding="utf-8")
     assert load_cell(tmp_path / "packing.yaml").arm_names == ("left", "right", "back")
 
 
-def test_whatever_the_pages_and_the_demo_execute_is_retimed():
+def test_pages_and_demo_retime_every_plan_that_they_execute():
     texts = [page.read_text(encoding="utf-8") for page in [*PAGES, ROOT / "scripts" / "demo.sh"]]
     commands = [line for text in texts for line in text.splitlines() if re.search(r'mmp"? plan .*--execute', line)]
     calls = [line for text in texts for line in text.splitlines() if re.search(r"\benv\.\S*execute\(", line)]
@@ -61,13 +60,13 @@ def test_whatever_the_pages_and_the_demo_execute_is_retimed():
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_the_links_of_a_page_lead_to_files_that_are_there(page):
+def test_the_links_of_a_page_lead_to_files(page):
     targets = re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8"))
     missing = [t for t in targets if "://" not in t and not (page.parent / t).exists()]
     assert missing == []
 
 
-def test_every_picture_is_shown_on_a_page_and_all_together_are_small():
+def test_pages_show_every_picture_and_all_pictures_are_small():
     folder = ROOT / "docs" / "images"
     kept = {path for path in folder.rglob("*") if path.is_file()}
     shown = {
@@ -80,17 +79,7 @@ def test_every_picture_is_shown_on_a_page_and_all_together_are_small():
     assert sum(path.stat().st_size for path in kept) <= 3e6
 
 
-def test_the_tables_are_made_of_the_figures_that_are_kept():
-    done = checkout_scripts.run("readme_table.py", "--check")
-    assert done.returncode == 0, done.stdout + done.stderr
-
-
-def test_the_page_of_planners_is_made_of_their_classes_and_the_figures():
-    done = checkout_scripts.run("planners_page.py", "--check")
-    assert done.returncode == 0, done.stdout + done.stderr
-
-
-def test_the_line_numbers_in_the_conflict_tree_are_lines_of_the_algorithm_that_the_page_has():
+def test_line_numbers_in_the_conflict_tree_are_lines_of_the_published_algorithm():
     code = (ROOT / "planners" / "mmp_planners" / "conflict_tree" / "search.py").read_text(encoding="utf-8")
     algorithm = blocks((ROOT / "docs" / "explanation" / "paper.md").read_text(encoding="utf-8"), "")[0]
     lines = {int(number) for number in re.findall(r"^ *(\d+)  ", algorithm, re.MULTILINE)}

@@ -1,4 +1,4 @@
-"""The examples of docs/: their cells run one after the other, and what a notebook would show can be shown."""
+"""The tutorials and the programs of the pages run, and a notebook can show their results."""
 
 import ast
 import json
@@ -17,7 +17,7 @@ EXAMPLES = sorted(path for path in FOLDER.iterdir() if path.suffix in (".py", ".
 
 
 def cells(path: Path) -> list[str]:
-    """The code cells of a notebook, or of a script with `# %%` between them."""
+    """Returns the code cells of a notebook, or of a script with `# %%` between them."""
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".ipynb":
         return ["".join(cell["source"]) for cell in json.loads(text)["cells"] if cell["cell_type"] == "code"]
@@ -25,7 +25,7 @@ def cells(path: Path) -> list[str]:
 
 
 def run(path: Path) -> list[object]:
-    """Runs the cells; the values that stand in their last lines."""
+    """Runs the cells and returns the values of their last lines."""
     names: dict[str, object] = {"__name__": "__main__"}
     out = []
     for cell in cells(path):
@@ -38,7 +38,7 @@ def run(path: Path) -> list[object]:
 
 
 def run_page(name: str) -> dict[str, Any]:
-    """Runs the Python programs of a page of docs/ one after the other; the names that they leave."""
+    """Runs the Python programs of a page one after the other and returns their names."""
     page = (FOLDER.parent / name).read_text(encoding="utf-8")
     names: dict[str, Any] = {}
     for program in re.findall(r"^```python\n(.*?)^```$", page, re.DOTALL | re.MULTILINE):
@@ -59,7 +59,15 @@ def test_the_cells_of_an_example_run_and_show_something(path, tmp_path, monkeypa
             assert ("base64" in value._repr_html_()) == (made(offscreen_backend) is not None)
 
 
-def test_the_programs_of_the_page_on_seeing_run(tmp_path, monkeypatch, capsys):
+def test_the_first_cell_of_the_tutorial_is_planned(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    page = (FOLDER / "first-cell.md").read_text(encoding="utf-8")
+    Path("bench.yaml").write_text(page.partition("```yaml\n")[2].partition("```")[0], encoding="utf-8")
+    assert run_page("tutorials/first-cell.md")["report"].valid
+    assert re.search(r"^cost +(\S+ rad),", page, re.MULTILINE)[1] in capsys.readouterr().out
+
+
+def test_the_programs_of_the_page_on_searches_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     run_page("how-to/watch-a-search.md")
     assert ElementTree.parse(tmp_path / "tree.svg").getroot().get("viewBox")
@@ -80,6 +88,6 @@ def test_the_programs_of_the_page_on_recordings_run_from_top_to_bottom(tmp_path,
     assert names["result"].plan is not None
 
 
-def test_notebooks_are_kept_without_what_they_have_shown():
+def test_notebooks_are_kept_without_output():
     for path in FOLDER.glob("*.ipynb"):
         assert all(not cell.get("outputs") for cell in json.loads(path.read_text(encoding="utf-8"))["cells"])

@@ -1,4 +1,4 @@
-"""Quoted figures: each one on a page is its raw value, or is a constant that tests/quoted_constants.toml explains."""
+"""Every number on a page is a measured figure, or a constant that tests/quoted_constants.toml explains."""
 
 import importlib
 import re
@@ -32,7 +32,7 @@ WRITTEN = (
 
 
 def claims(text: str) -> set[str]:
-    """Numbers with a unit, and `n of m`, in what is written by hand; code is left out."""
+    """Returns numbers with a unit, and `n of m`, in hand-written text without code."""
     for pattern in WRITTEN:
         text = re.sub(pattern, "", text, flags=re.DOTALL | re.MULTILINE)
     return {re.sub(r"\s+", " ", found[0]) for found in MEASURED.finditer(text)}
@@ -57,11 +57,11 @@ def test_a_figure_in_a_sentence_is_marked_or_is_a_constant(page):
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
-def test_a_constant_that_a_page_no_longer_has_is_forgotten(page):
+def test_listed_constants_stand_on_their_page(page):
     assert known(page).keys() - claims(page.read_text(encoding="utf-8")) == set()
 
 
-def test_only_pages_that_there_are_have_constants():
+def test_constants_belong_to_existing_pages():
     assert CONSTANTS.keys() <= {str(page.relative_to(ROOT)) for page in PAGES}
 
 
@@ -74,7 +74,7 @@ CODE = [
 
 
 @pytest.mark.parametrize(("page", "text", "place"), CODE)
-def test_a_constant_of_the_code_is_quoted_as_it_is(page, text, place):
+def test_a_quoted_constant_equals_that_of_the_code(page, text, place):
     module, _, name = place.partition(":")
     value = importlib.import_module(module)
     for part in name.split("."):
@@ -117,24 +117,24 @@ FIGURES = {
         ("ring/a/solved", "of", "49 of 50"),
     ],
 )
-def test_a_quoted_figure_is_written_as_it_was_measured(quoted, expression, form, text):
+def test_a_quoted_figure_equals_its_measurement(quoted, expression, form, text):
     mark = f"It is <!-- figure: {expression} as {form} -->"
     assert quoted.quoted(f"{mark}old<!-- end -->.", FIGURES) == f"{mark}{text}<!-- end -->."
 
 
-def test_a_quoted_figure_that_does_not_exist_is_a_sentence(quoted):
+def test_an_unknown_figure_is_an_error_with_the_nearest_name(quoted):
     with pytest.raises(MmpError, match=r"unknown figure 'ring/a/tim'\. Did you mean 'ring/a/time'"):
         quoted.quoted("<!-- figure: ring/a/tim as time -->?<!-- end -->", FIGURES)
 
 
 @pytest.mark.parametrize("script", ["readme_table.py", "results_page.py", "planners_page.py"])
-def test_the_pages_say_what_was_measured(script):
+def test_the_pages_are_up_to_date(script):
     done = checkout_scripts.run(script, "--check")
     assert done.returncode == 0, done.stdout + done.stderr
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/reference/planners.md"])
-def test_a_dash_for_the_times_stands_only_beside_unsolved_instances_and_is_explained(page):
+def test_a_dash_replaces_times_only_beside_unsolved_instances_and_is_explained(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     dashed = re.findall(r"(\d+) of (\d+)[;,] –[;,]", text)
     for solved, times in re.findall(r"^\| \*\*solved\*\* (.*)\n\| \*\*median time\*\* (.*)$", text, re.MULTILINE):

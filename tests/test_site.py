@@ -1,9 +1,14 @@
 """The documentation site: its navigation names every page, and each package and command has its place."""
 
 import ast
+import importlib.util
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
+import pytest
 import yaml
 
 from mmp_cli.main import COMMANDS
@@ -79,3 +84,13 @@ def test_a_list_follows_an_empty_line_because_the_site_needs_one():
         text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
         glued = re.findall(r"^(?!\s*(?:[-*]|\d+\.)\s|\s|\||<!--)\S.*\n(?=(?:-|1\.) )", text, re.MULTILINE)
         assert glued == [], page
+
+
+def test_the_site_builds_without_a_warning(tmp_path):
+    if importlib.util.find_spec("mkdocs") is None:
+        pytest.skip("MkDocs is not installed; scripts/docs.sh installs the extra `docs`")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
+    done = subprocess.run(
+        command, cwd=ROOT, env=os.environ | {"NO_MKDOCS_2_WARNING": "1"}, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr

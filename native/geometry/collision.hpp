@@ -2,6 +2,7 @@
 #pragma once
 
 #include "geometry/kinematics.hpp"
+#include "geometry/sphere_pairs.hpp"
 
 namespace mmp {
 
@@ -26,63 +27,89 @@ struct Levels {
   T obstacles{}, self{};
 };
 
+// Centres of two poses' groups and spheres, one lane per configuration.
+template <class V>
+struct PoseVisitor : SpherePairVisitor {
+  static constexpr bool kTestsGroupWithLink = true;
+  const Vec3<V>*groups_a, *groups_b, *spheres_a, *spheres_b, *bound_b;
+
+  PoseVisitor(const Pose<V>& a, const Pose<V>& b, int lb)
+      : groups_a(a.groups.data()),
+        groups_b(b.groups.data()),
+        spheres_a(a.spheres.data()),
+        spheres_b(b.spheres.data()),
+        bound_b(&b.link[lb]) {}
+
+  MMP_INLINE const Vec3<V>& link_b() const { return *bound_b; }
+  MMP_INLINE const Vec3<V>& group_a(int g) const { return groups_a[g]; }
+  MMP_INLINE const Vec3<V>& group_b(int g) const { return groups_b[g]; }
+  MMP_INLINE const Vec3<V>& sphere_a(int i) const { return spheres_a[i]; }
+  MMP_INLINE const Vec3<V>& sphere_b(int j) const { return spheres_b[j]; }
+};
+
+// Finds contacts at `margin` and within `reach`; `far` is the larger one.
+template <class V>
+struct ContactVisitor : PoseVisitor<V> {
+  using T = Scalar<V>;
+  T margin;
+  V reach, far;
+  Contacts<V>& out;
+
+  ContactVisitor(const Pose<V>& a, const Pose<V>& b, int lb, T at_margin, V at_reach, V farther, Contacts<V>& result)
+      : PoseVisitor<V>(a, b, lb), margin(at_margin), reach(at_reach), far(farther), out(result) {}
+
+  MMP_INLINE bool near(const Vec3<V>& p, T rp, const Vec3<V>& q, T rq) const {
+    return bits<V>(closer(p, q, far + (rp + rq)));
+  }
+  MMP_INLINE void pair(const Vec3<V>& p, T rp, const Vec3<V>& q, T rq) {
+    const auto d = p - q;
+    const V d2 = dot(d, d);
+    const T radii = rp + rq, close = margin + radii;
+    const V wide = reach + radii;
+    out.touching |= (d2 < splat<V>(close * close)) & (splat<V>(close) > V{});
+    out.undecided |= (d2 < wide * wide) & (wide > V{});
+  }
+};
+
 // Tests link la of pose a against link lb of pose b.
 template <class V>
 inline void contact(Pose<V>& a, int la, Pose<V>& b, int lb, Scalar<V> margin, V reach, Contacts<V>& out) {
-  const auto &ma = *a.arm, &mb = *b.arm;
-  const auto &A = ma.links[la], &B = mb.links[lb];
   const V far = max(reach, splat<V>(margin));
-  if (!bits<V>(closer(a.link[la], b.link[lb], far + (A.bound.r + B.bound.r)))) return;
+  const auto radii = a.arm->links[la].bound.r + b.arm->links[lb].bound.r;
+  if (!bits<V>(closer(a.link[la], b.link[lb], far + radii))) return;
   a.detail(la);
   b.detail(lb);
-  for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
-    const auto ra = ma.groups[ga].r;
-    if (A.groups.count > 1 && !bits<V>(closer(a.groups[ga], b.link[lb], far + (ra + B.bound.r)))) continue;
-    for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
-      if (!bits<V>(closer(a.groups[ga], b.groups[gb], far + (ra + mb.groups[gb].r)))) continue;
-      const Range sa = ma.group_spheres[ga], sb = mb.group_spheres[gb];
-      for (int i = sa.first; i < sa.first + sa.count; ++i) {
-        const auto& p = a.spheres[i];
-        for (int j = sb.first; j < sb.first + sb.count; ++j) {
-          const auto d = p - b.spheres[j];
-          const V d2 = dot(d, d);
-          const auto radii = ma.spheres[i].r + mb.spheres[j].r;
-          const auto near = margin + radii;
-          const V wide = reach + radii;
-          out.touching |= (d2 < splat<V>(near * near)) & (splat<V>(near) > V{});
-          out.undecided |= (d2 < wide * wide) & (wide > V{});
-        }
-      }
-    }
-  }
+  visit_sphere_pairs(*a.arm, la, *b.arm, lb, ContactVisitor<V>(a, b, lb, margin, reach, far, out));
 }
+
+// Lowers `best` to the least distance of two spheres' surfaces.
+template <class V>
+struct ClearanceVisitor : PoseVisitor<V> {
+  static constexpr bool kTestsSphereWithGroup = true;
+  using T = Scalar<V>;
+  V& best;
+
+  ClearanceVisitor(const Pose<V>& a, const Pose<V>& b, int lb, V& result) : PoseVisitor<V>(a, b, lb), best(result) {}
+
+  MMP_INLINE bool near(const Vec3<V>& p, T rp, const Vec3<V>& q, T rq) const {
+    return bits<V>(closer(p, q, best + (rp + rq)));
+  }
+  MMP_INLINE void pair(const Vec3<V>& p, T rp, const Vec3<V>& q, T rq) {
+    const auto d = p - q;
+    const T radii = rp + rq;
+    const V d2 = dot(d, d), limit = best + radii;
+    if (bits<V>((d2 < limit * limit) & (limit > V{}))) best = min(best, sqrt<V>(d2) - radii);
+  }
+};
 
 // Lowers `best` to the clearance between two links where that is smaller.
 template <class V>
 inline void lower_clearance(Pose<V>& a, int la, Pose<V>& b, int lb, V& best) {
-  const auto &ma = *a.arm, &mb = *b.arm;
-  const auto &A = ma.links[la], &B = mb.links[lb];
-  if (!bits<V>(closer(a.link[la], b.link[lb], best + (A.bound.r + B.bound.r)))) return;
+  const auto radii = a.arm->links[la].bound.r + b.arm->links[lb].bound.r;
+  if (!bits<V>(closer(a.link[la], b.link[lb], best + radii))) return;
   a.detail(la);
   b.detail(lb);
-  for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
-    const auto ra = ma.groups[ga].r;
-    if (A.groups.count > 1 && !bits<V>(closer(a.groups[ga], b.link[lb], best + (ra + B.bound.r)))) continue;
-    for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
-      if (!bits<V>(closer(a.groups[ga], b.groups[gb], best + (ra + mb.groups[gb].r)))) continue;
-      const Range sa = ma.group_spheres[ga], sb = mb.group_spheres[gb];
-      for (int i = sa.first; i < sa.first + sa.count; ++i) {
-        const auto p = a.spheres[i];
-        if (!bits<V>(closer(p, b.groups[gb], best + (ma.spheres[i].r + mb.groups[gb].r)))) continue;
-        for (int j = sb.first; j < sb.first + sb.count; ++j) {
-          const auto d = p - b.spheres[j];
-          const auto radii = ma.spheres[i].r + mb.spheres[j].r;
-          const V d2 = dot(d, d), limit = best + radii;
-          if (bits<V>((d2 < limit * limit) & (limit > V{}))) best = min(best, sqrt<V>(d2) - radii);
-        }
-      }
-    }
-  }
+  visit_sphere_pairs(*a.arm, la, *b.arm, lb, ClearanceVisitor<V>(a, b, lb, best));
 }
 
 // Returns the signed distance from points to the surface of an obstacle, negative inside.

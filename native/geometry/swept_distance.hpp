@@ -2,6 +2,7 @@
 #pragma once
 
 #include "geometry/motion.hpp"
+#include "geometry/sphere_pairs.hpp"
 
 namespace mmp {
 
@@ -15,35 +16,45 @@ MMP_INLINE unsigned chords_near(const Chord<V>& a, const Chord<V>& b, V limit) {
   return bits<V>(ends | between);
 }
 
+// Finds the lanes of `asked` in which chords come closer than `far`.
+template <class V, class AtA, class AtB>
+struct SweptVisitor : SpherePairVisitor {
+  static constexpr bool kTestsGroupWithLink = true, kTestsSphereWithGroup = true;
+  using M = Motion<V>;
+  using T = Scalar<V>;
+  const AtA& at_a;
+  const AtB& at_b;
+  const Chord<V>& bound_b;
+  V far;
+  unsigned asked, lanes = 0;
+
+  SweptVisitor(const AtA& a, const AtB& b, const Chord<V>& bound, V limit, unsigned wanted)
+      : at_a(a), at_b(b), bound_b(bound), far(limit), asked(wanted) {}
+
+  MMP_INLINE const Chord<V>& link_b() const { return bound_b; }
+  MMP_INLINE Chord<V> group_a(int g) const { return at_a(&M::groups, g); }
+  MMP_INLINE Chord<V> group_b(int g) const { return at_b(&M::groups, g); }
+  MMP_INLINE Chord<V> sphere_a(int i) const { return at_a(&M::spheres, i); }
+  MMP_INLINE Chord<V> sphere_b(int j) const { return at_b(&M::spheres, j); }
+  MMP_INLINE bool near(const Chord<V>& p, T rp, const Chord<V>& q, T rq) const {
+    return asked & ~lanes & chords_near(p, q, far + rp + rq);
+  }
+  MMP_INLINE void pair(const Chord<V>& p, T rp, const Chord<V>& q, T rq) { lanes |= chords_near(p, q, far + rp + rq); }
+  MMP_INLINE bool done() const { return !(asked & ~lanes); }
+};
+
 // Returns the lanes of `asked` in which spheres of link la of arm a come closer than `far` to spheres of link lb of arm
 // b. `at_a` and `at_b` return chords of elements of Motion's arrays.
 template <class V, class AtA, class AtB>
 inline unsigned links_near(const ArmModel<Scalar<V>>& a, int la, const AtA& at_a, const ArmModel<Scalar<V>>& b, int lb,
                            const AtB& at_b, V far, unsigned asked) {
   using M = Motion<V>;
-  const auto &A = a.links[la], &B = b.links[lb];
   const auto link = at_b(&M::links, lb);
-  if (!(asked & chords_near(at_a(&M::links, la), link, far + (A.bound.r + B.bound.r)))) return 0;
-  unsigned near = 0;
-  for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
-    const auto mine = at_a(&M::groups, ga);
-    const V wide = far + a.groups[ga].r;
-    if (A.groups.count > 1 && !(asked & ~near & chords_near(mine, link, wide + B.bound.r))) continue;
-    for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
-      const auto theirs = at_b(&M::groups, gb);
-      if (!(asked & ~near & chords_near(mine, theirs, wide + b.groups[gb].r))) continue;
-      const Range sa = a.group_spheres[ga], sb = b.group_spheres[gb];
-      for (int i = sa.first; i < sa.first + sa.count; ++i) {
-        const auto sphere = at_a(&M::spheres, i);
-        const V reach = far + a.spheres[i].r;
-        if (!(asked & ~near & chords_near(sphere, theirs, reach + b.groups[gb].r))) continue;
-        for (int j = sb.first; j < sb.first + sb.count; ++j)
-          near |= chords_near(sphere, at_b(&M::spheres, j), reach + b.spheres[j].r);
-      }
-      if (!(asked & ~near)) return asked;
-    }
-  }
-  return asked & near;
+  const auto radii = a.links[la].bound.r + b.links[lb].bound.r;
+  if (!(asked & chords_near(at_a(&M::links, la), link, far + radii))) return 0;
+  SweptVisitor<V, AtA, AtB> visitor(at_a, at_b, link, far, asked);
+  visit_sphere_pairs(a, la, b, lb, visitor);
+  return asked & visitor.lanes;
 }
 
 // Returns the squared least distance of two points whose difference moves straight from d0 to d1.

@@ -53,6 +53,37 @@ class PairCheck {
   }
 
  private:
+  // A sphere at one step and at the next.
+  struct Ends {
+    Vec3<V> here, next;
+  };
+
+  // Tests chords of spheres between steps ka and ka + 1, kb and kb + 1.
+  struct Visitor : SpherePairVisitor {
+    const Motion<V>&a, &b;
+    int ka, kb;
+    T margin;
+    V slack;
+    Mask<V>&touching, &undecided;
+    V far = max(slack, splat<V>(margin));
+
+    MMP_INLINE Ends group_a(int g) const { return {a.centers(a.groups, g, ka), a.centers(a.groups, g, ka + 1)}; }
+    MMP_INLINE Ends group_b(int g) const { return {b.centers(b.groups, g, kb), b.centers(b.groups, g, kb + 1)}; }
+    MMP_INLINE Ends sphere_a(int i) const { return {a.centers(a.spheres, i, ka), a.centers(a.spheres, i, ka + 1)}; }
+    MMP_INLINE Ends sphere_b(int j) const { return {b.centers(b.spheres, j, kb), b.centers(b.spheres, j, kb + 1)}; }
+    MMP_INLINE bool near(const Ends& p, T rp, const Ends& q, T rq) const {
+      const V limit = far + (rp + rq);
+      return bits<V>(chord_distance2<V>(p.here - q.here, p.next - q.next) < limit * limit);
+    }
+    MMP_INLINE void pair(const Ends& p, T rp, const Ends& q, T rq) {
+      const T radii = rp + rq;
+      const auto d0 = p.here - q.here, d1 = p.next - q.next;
+      const V wide = slack + radii;
+      touching |= dot(d0, d0) < splat<V>((margin + radii) * (margin + radii));
+      undecided |= chord_distance2<V>(d0, d1) < wide * wide;
+    }
+  };
+
   void block(const Motion<V>& a, const Motion<V>& b, int k, int last, Levels<T> levels, std::vector<double>& instants) {
     Mask<V> touching{}, undecided{};
     chords(a, b, k, k, levels, touching, undecided);
@@ -80,33 +111,9 @@ class PairCheck {
         if (!bits<V>(d2 < far * far)) continue;
         a.need(la);
         b.need(lb);
-        links(a, la, b, lb, ka, kb, slack, levels, touching, undecided);
+        visit_sphere_pairs(*a.arm, la, *b.arm, lb,
+                           Visitor{{}, a, b, ka, kb, levels.margin, slack, touching, undecided});
         if (bits<V>(touching) & stop_at) return;
-      }
-    }
-  }
-
-  void links(const Motion<V>& a, int la, const Motion<V>& b, int lb, int ka, int kb, V slack, Levels<T> levels,
-             Mask<V>& touching, Mask<V>& undecided) {
-    const auto &A = a.arm->links[la], &B = b.arm->links[lb];
-    const V far = max(slack, splat<V>(levels.margin));
-    for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
-      const auto a0 = a.centers(a.groups, ga, ka), a1 = a.centers(a.groups, ga, ka + 1);
-      for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
-        const V limit = far + (a.arm->groups[ga].r + b.arm->groups[gb].r);
-        const V d2 = chord_distance2<V>(a0 - b.centers(b.groups, gb, kb), a1 - b.centers(b.groups, gb, kb + 1));
-        if (!bits<V>(d2 < limit * limit)) continue;
-        const Range sa = a.arm->group_spheres[ga], sb = b.arm->group_spheres[gb];
-        for (int i = sa.first; i < sa.first + sa.count; ++i) {
-          const auto p0 = a.centers(a.spheres, i, ka), p1 = a.centers(a.spheres, i, ka + 1);
-          for (int j = sb.first; j < sb.first + sb.count; ++j) {
-            const T radii = a.arm->spheres[i].r + b.arm->spheres[j].r;
-            const auto d0 = p0 - b.centers(b.spheres, j, kb), d1 = p1 - b.centers(b.spheres, j, kb + 1);
-            const V wide = slack + radii;
-            touching |= dot(d0, d0) < splat<V>((levels.margin + radii) * (levels.margin + radii));
-            undecided |= chord_distance2<V>(d0, d1) < wide * wide;
-          }
-        }
       }
     }
   }

@@ -57,48 +57,56 @@ class Repulsion {
         const auto& B = o.arm->links[j];
         const auto cb = j == 0 ? fixed(B.bound) : o.centers(o.links, static_cast<int>(j), k);
         if (!bits<V>(closer(ca, cb, d0 + (A.bound.r + B.bound.r)))) continue;
-        for (int ga = A.groups.first; ga < A.groups.first + A.groups.count; ++ga) {
-          const auto pa = m.centers(m.groups, ga, k);
-          for (int gb = B.groups.first; gb < B.groups.first + B.groups.count; ++gb) {
-            const auto pb = j == 0 ? fixed(o.arm->groups[gb]) : o.centers(o.groups, gb, k);
-            if (!bits<V>(closer(pa, pb, d0 + (m.arm->groups[ga].r + o.arm->groups[gb].r)))) continue;
-            any |= spheres(m, ga, o, gb, j == 0, k, push[A.frame], moment[A.frame]);
-          }
-        }
+        Visitor visitor{{}, settings_, m, o, j == 0, k, push[A.frame], moment[A.frame]};
+        visit_sphere_pairs(*m.arm, static_cast<int>(i), *o.arm, static_cast<int>(j), visitor);
+        any |= visitor.any;
       }
     }
     return any;
   }
 
-  bool spheres(const Motion<V>& m, int ga, const Motion<V>& o, int gb, bool base, int k, Vec3<V>& push,
-               Vec3<V>& moment) {
-    const Range sa = m.arm->group_spheres[ga], sb = o.arm->group_spheres[gb];
-    const T d0 = T(settings_.d0), k_rep = T(settings_.k_rep);
-    bool any = false;
-    for (int i = sa.first; i < sa.first + sa.count; ++i) {
-      const auto p = m.centers(m.spheres, i, k);
-      Vec3<V> sum{V{}, V{}, V{}};
-      bool mine = false;
-      for (int j = sb.first; j < sb.first + sb.count; ++j) {
-        const auto away = p - (base ? fixed(o.arm->spheres[j]) : o.centers(o.spheres, j, k));
-        const V d2 = dot(away, away);
-        const T radii = settings_.centre_distance ? T(0) : m.arm->spheres[i].r + o.arm->spheres[j].r;
-        const Mask<V> near = d2 <= splat<V>((d0 + radii) * (d0 + radii));
-        if (!bits<V>(near)) continue;
-        const V centres = max(sqrt<V>(d2), splat<V>(T(1e-6)));
-        const V d = max(centres - radii, splat<V>(T(kDistanceFloor)));
-        const V inverse = T(1) / d;
-        const V size = max(k_rep * (inverse - T(1) / d0) * inverse * inverse, V{});
-        sum = sum + away * select<V>(near, size / centres, V{});
-        mine = true;
-      }
-      if (!mine) continue;
+  // Sums the forces of one arm's spheres on another arm's link. A base (`fixed_b`) does not move.
+  struct Visitor : SpherePairVisitor {
+    const RepulsionSettings& settings;
+    const Motion<V>&a, &b;
+    bool fixed_b;
+    int k;
+    Vec3<V>&push, &moment;
+    T d0 = T(settings.d0), k_rep = T(settings.k_rep);
+    bool any = false, near_sphere = false;
+    Vec3<V> sum{V{}, V{}, V{}};
+
+    MMP_INLINE Vec3<V> group_a(int g) const { return a.centers(a.groups, g, k); }
+    MMP_INLINE Vec3<V> group_b(int g) const { return fixed_b ? fixed(b.arm->groups[g]) : b.centers(b.groups, g, k); }
+    MMP_INLINE Vec3<V> sphere_a(int i) const { return a.centers(a.spheres, i, k); }
+    MMP_INLINE Vec3<V> sphere_b(int j) const { return fixed_b ? fixed(b.arm->spheres[j]) : b.centers(b.spheres, j, k); }
+    MMP_INLINE bool near(const Vec3<V>& p, T rp, const Vec3<V>& q, T rq) const {
+      return bits<V>(closer(p, q, splat<V>(d0) + (rp + rq)));
+    }
+    MMP_INLINE void begin_sphere() {
+      sum = {V{}, V{}, V{}};
+      near_sphere = false;
+    }
+    MMP_INLINE void pair(const Vec3<V>& p, T rp, const Vec3<V>& q, T rq) {
+      const auto away = p - q;
+      const V d2 = dot(away, away);
+      const T radii = settings.centre_distance ? T(0) : rp + rq;
+      const Mask<V> in_range = d2 <= splat<V>((d0 + radii) * (d0 + radii));
+      if (!bits<V>(in_range)) return;
+      const V centres = max(sqrt<V>(d2), splat<V>(T(1e-6)));
+      const V d = max(centres - radii, splat<V>(T(kDistanceFloor)));
+      const V inverse = T(1) / d;
+      const V size = max(k_rep * (inverse - T(1) / d0) * inverse * inverse, V{});
+      sum = sum + away * select<V>(in_range, size / centres, V{});
+      near_sphere = true;
+    }
+    MMP_INLINE void end_sphere(const Vec3<V>& p) {
+      if (!near_sphere) return;
       push = push + sum;
       moment = moment + cross(p, sum);
       any = true;
     }
-    return any;
-  }
+  };
 
   void transpose_jacobian(const Motion<V>& m, Pose<V>& pose, int k, const Vec3<V>* push, const Vec3<V>* moment,
                           std::vector<T>& out) {

@@ -14,6 +14,13 @@ PAGES = sorted(
     [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").glob("*.md"), *(ROOT / "docs").glob("*/*.md")]
 )
 
+SOURCES = [
+    path
+    for folder in ("mmp_env", "planners", "tasks", "native", "scripts")
+    for path in (ROOT / folder).rglob("*")
+    if path.suffix in (".py", ".hpp", ".cpp", ".sh")
+]
+
 
 def blocks(text: str, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
@@ -64,6 +71,22 @@ def test_the_links_of_a_page_lead_to_files(page):
     targets = re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8"))
     missing = [t for t in targets if "://" not in t and not (page.parent / t).exists()]
     assert missing == []
+
+
+@pytest.mark.parametrize("page", sorted((ROOT / "docs" / "explanation").glob("*.md")), ids=lambda page: page.name)
+def test_the_code_has_the_names_and_files_of_an_explanation(page, code_words):
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    names = set(re.findall(r"`([A-Za-z_][\w.:]*)`", text))
+    files = {name for name in names if re.search(r"\.(py|hpp|cpp|sh)$", name)}
+    assert files - {path.name for path in SOURCES} == set()
+    assert {name for name in names - files if re.split(r"[.:]", name)[-1] not in code_words} == set()
+
+
+@pytest.fixture(scope="module")
+def code_words():
+    """Every word of the sources."""
+    texts = [path.read_text(encoding="utf-8") for path in [*SOURCES, ROOT / "pyproject.toml"]]
+    return {word for text in texts for word in re.findall(r"\w+", text)}
 
 
 def test_pages_show_every_picture_and_all_pictures_are_small():

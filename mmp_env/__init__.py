@@ -1,7 +1,7 @@
 """Crowded robot-arm cells: robots, collision queries, problems and plans, their checker, and a Gymnasium environment.
 
-Importing this package registers `MultiArmCell-2`, `-4`, `-6`, `-8` and `MultiArmCell` with Gymnasium and little more:
-what is listed below is loaded when it is first used.
+Importing this package registers the environments `MultiArmCell-2`, `-4`, `-6`, `-8` and `MultiArmCell` with Gymnasium.
+The names below are loaded at first use.
 """
 
 from __future__ import annotations

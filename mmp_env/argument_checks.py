@@ -1,4 +1,4 @@
-"""Checks of what callers give to functions: every fault becomes one sentence with name, value and what is allowed."""
+"""Checks of arguments. A fault becomes one sentence with the name, the value and the allowed values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ T = TypeVar("T")
 
 
 def given(name: str, value: object, kind: type[T], allowed: str) -> T:
-    """Returns the value. Raises `MmpError` where it is not of this kind."""
+    """Returns the value. Raises `MmpError` if it is not of this kind."""
     if isinstance(value, kind):
         return value
     raise refused(name, value, allowed)
@@ -34,12 +34,12 @@ def flag(name: str, value: object) -> bool:
 
 
 def text(name: str, value: object) -> str:
-    """Returns the value. Raises `MmpError` where it is not text."""
+    """Returns the value. Raises `MmpError` if it is not text."""
     return given(name, value, str, "text")
 
 
 def whole(name: str, value: object, least: int, most: int | None = None) -> int:
-    """Returns the value as an int. Raises `MmpError` where it is no whole number of Python or NumPy in these bounds."""
+    """Returns the value as an int. Raises `MmpError` unless it is a whole number of Python or NumPy within bounds."""
     bounds = f"{least} or more" if most is None else f"{least} or more, and {most} at most"
     if isinstance(value, int | np.integer) and not isinstance(value, bool):
         out = int(value)
@@ -49,8 +49,9 @@ def whole(name: str, value: object, least: int, most: int | None = None) -> int:
 
 
 def number(name: str, value: object, allowed: str, *, zero: bool = False, infinite: bool = False) -> float:
-    """Returns the value as a float. Raises `MmpError`, which says what is `allowed`, for no number and one out of
-    bounds: above 0, or from 0 on with `zero`; `infinite` allows infinity.
+    """Returns the value as a float. Raises `MmpError`, with the `allowed` values, unless it is a number above 0.
+
+    `zero` allows 0, and `infinite` infinity.
     """
     try:
         out = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
@@ -62,7 +63,7 @@ def number(name: str, value: object, allowed: str, *, zero: bool = False, infini
 
 
 def path(name: str, value: object) -> str | os.PathLike[str]:
-    """Returns the value. Raises `MmpError` where it is neither text nor a path of text."""
+    """Returns the value. Raises `MmpError` unless it is text or a path of text."""
     if isinstance(value, str) or (isinstance(value, os.PathLike) and isinstance(os.fspath(value), str)):
         return value
     raise refused(name, value, "the path of a file")
@@ -84,7 +85,7 @@ def known_keywords(function: Callable[P, T]) -> Callable[P, T]:
 
 
 def as_numbers(value: Any) -> np.ndarray | None:
-    """Returns the value as an array of floats; None for text, for truth values, and for what no floats can hold."""
+    """Returns the value as an array of floats; None for text, truth values, and numbers beyond all floats."""
     try:
         array = np.asarray(value)
         return np.asarray(array, dtype=float) if array.dtype.kind in "fiuO" else None
@@ -93,6 +94,6 @@ def as_numbers(value: Any) -> np.ndarray | None:
 
 
 def refused(name: str, value: object, allowed: str) -> MmpError:
-    """Returns the sentence that a value is not allowed, and what is."""
+    """Returns the error that a value is not allowed; `allowed` says what is."""
     said = "None" if value is None else repr(value) if isinstance(value, bool) else " ".join(shown(value).split())
     return MmpError(f"{name} is {said}; it must be {allowed}")

@@ -1,4 +1,4 @@
-"""What values say of themselves at a prompt and in a notebook: one line, with units."""
+"""Short `__repr__` texts for prompts and notebooks: one line, with units."""
 
 from __future__ import annotations
 
@@ -10,12 +10,13 @@ import numpy as np
 from jaxtyping import Float
 
 _LONGEST = 300
+"""Largest number of characters of a text."""
 
 
 def brief(tell: Callable[[Any], str]) -> Callable[[Any], str]:
-    """Makes a `__repr__`, `<Class text>`, of a method that returns the text.
+    """Turns a method that returns a text into a `__repr__`, `<Class text>`.
 
-    The line stays short and printable whatever names the value holds, and a malformed value is shown as well.
+    The line is short and printable for all names in the value. A malformed value gets Python's own `__repr__`.
     """
 
     @functools.wraps(tell)

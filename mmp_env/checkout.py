@@ -1,8 +1,8 @@
-"""What `import mmp_env` gives in a checkout that holds no compiled core: the installed package.
+"""Replaces a checkout without a compiled core by the installed package.
 
-Python looks for packages in the folder of its script, or in the current one, before the installed packages. In a
-checkout it therefore finds the sources, which can do nothing without the native core. The installed package takes their
-place as a whole, so that its modules, its core and the packages beside it are of one version.
+Python looks for packages in the folder of its script, or in the current folder, before the installed packages. In a
+checkout it therefore finds the sources, which cannot work without the native core. The installed package replaces them
+as a whole, so that its modules, its core and the other packages are of one version.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ _PACKAGE = "mmp_env"
 _SOURCES = (_PACKAGE, "planners/mmp_planners", "tasks/mmp_tasks", "scripts/mmp_cli")
 """Folders of the packages in a checkout."""
 _BUILT = {".so", ".pyc"}
+"""Suffixes of built files, which no checkout tracks."""
 
 
 def installed_package(folders: Iterable[str]) -> ModuleSpec | None:
@@ -36,7 +37,7 @@ def installed_package(folders: Iterable[str]) -> ModuleSpec | None:
 
 
 def take_place(installed: ModuleSpec, checkout: Path) -> None:
-    """Makes the installed package what `import mmp_env` gives; warns when the checkout's sources differ from it."""
+    """Makes `import mmp_env` give the installed package. Warns if the checkout's sources differ from it."""
     for name in [name for name in sys.modules if name.startswith(f"{_PACKAGE}.")]:
         del sys.modules[name]
     module = importlib.util.module_from_spec(installed)
@@ -62,7 +63,7 @@ def _has_core(folder: str) -> bool:
 
 
 def _differs(source: Path) -> bool:
-    """Whether a package's folder in the checkout and the package that Python imports hold different files."""
+    """Returns whether a package's folder in the checkout differs from the package that Python imports."""
     spec = importlib.util.find_spec(source.name) if source.is_dir() else None
     if spec is None or spec.origin is None:
         return False

@@ -1,4 +1,4 @@
-"""Errors that say what was wrong, what is allowed and what comes nearest to what was asked for."""
+"""Errors that say what was wrong, what is allowed, and the nearest match."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 HOW_TO_ADD = "docs/how-to/add-a-robot.md explains how to add another"
-"""Last words of the messages about unknown robots and tools."""
+"""End of the messages about unknown robots and tools."""
 _MISSPELLED = 0.8
-"""Least likeness (`difflib` ratio) of a name and what is probably a misspelling of it."""
+"""Least similarity (`difflib` ratio) of a name and a probable misspelling of it."""
 
 
 class MmpError(ValueError):
-    """Misuse: a bad file, name, option or value. The message is one sentence for the user; `mmp` exits with 2."""
+    """Misuse: a bad file, name, option or value. The message is one sentence for the user; `mmp` then exits with 2."""
 
 
 class UnretimedPlanWarning(UserWarning):
-    """A plan was executed that changes velocity at once at its corners, as no motor can; `mmp_env.retime` helps."""
+    """An executed plan is not retimed: its velocity jumps at corners, which no motor can follow. See `retime`."""
 
 
 def in_words(error: BaseException) -> str:
@@ -27,7 +27,7 @@ def in_words(error: BaseException) -> str:
     """
     try:
         text = " ".join(str(error).split())
-    except BaseException:  # of a stranger's class: its text may do anything
+    except BaseException:  # the class of another package may do anything
         return f"{type(error).__name__}, whose text cannot be read"
     if isinstance(error, MmpError):
         return text
@@ -35,7 +35,7 @@ def in_words(error: BaseException) -> str:
 
 
 def nearest(name: str, known: Sequence[str]) -> str | None:
-    """Returns the name in `known` that is most like `name`, in capitals or not, or None where none is."""
+    """Returns the name in `known` that is most similar to `name`, regardless of case, or None."""
     by_folded = {other.casefold(): other for other in known}
     close = difflib.get_close_matches(name.casefold(), by_folded, n=1, cutoff=0.4)
     return by_folded[close[0]] if close else None
@@ -44,7 +44,7 @@ def nearest(name: str, known: Sequence[str]) -> str | None:
 def misspelled(name: str, known: Sequence[str]) -> str | None:
     """Returns the name in `known` that `name` probably misspells, or None.
 
-    The names of products differ by their numbers: an `fr3` is no misspelled `fr5`, and a `ur3e` no `ur5e`.
+    Names of products differ by their numbers: `fr3` is not a misspelled `fr5`, nor `ur3e` a `ur5e`.
     """
     asked = name.lower()
     same_number = [other for other in known if _digits(other) == _digits(asked)]
@@ -53,9 +53,14 @@ def misspelled(name: str, known: Sequence[str]) -> str | None:
 
 
 class UnknownNameError(MmpError):
-    """A name that is not registered; the message lists the names that are, and the one that was probably meant.
+    """An unknown name. The message lists the known names, and the one that was probably meant.
 
-    `suggest` finds that one; the message ends with `advice`.
+    Args:
+        kind: what the name names, for the message.
+        name: the unknown name.
+        known: all known names.
+        suggest: finds the name that was probably meant.
+        advice: end of the message.
     """
 
     def __init__(
@@ -75,7 +80,7 @@ class UnknownNameError(MmpError):
         self.kind, self.name, self.known = kind, name, names
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (type(self), str(self)), vars(self)  # worker processes hand their errors on
+        return _restored, (type(self), str(self)), vars(self)  # errors of worker processes are pickled
 
 
 class UnknownArgumentError(UnknownNameError, TypeError):
@@ -83,7 +88,7 @@ class UnknownArgumentError(UnknownNameError, TypeError):
 
 
 class InvalidInstanceError(MmpError):
-    """A start or goal that is out of limits or in collision: the instance is `invalid`, no planner can solve it."""
+    """A start or goal is out of limits, in collision, or closer than a margin: no planner can solve the instance."""
 
 
 def _restored(error: type[UnknownNameError], message: str) -> UnknownNameError:

@@ -1,4 +1,4 @@
-"""The one place that imports MuJoCo for simulation and pictures: where that fails for want of a library, it says which.
+"""The only import of MuJoCo. If a library is missing, the error names it.
 
 MuJoCo loads the OpenGL library that `MUJOCO_GL` names while it is imported; some versions fail there.
 """

@@ -1,4 +1,4 @@
-"""Pictures without a display: which OpenGL library there is, and what to install where there is none."""
+"""Pictures without a display: chooses an OpenGL library, and says what to install if there is none."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _DISABLED = ("off", "false", "0", "disable", "disabled")
 
 @contextlib.contextmanager
 def silent_children() -> Iterator[None]:
-    """Within it Ctrl-C waits, and a process that is started never hears of it: none prints a traceback of its own.
+    """Delays Ctrl-C, and hides it from processes that start meanwhile, so that none prints a traceback of its own.
 
-    glfw looks for its library with such processes while it is imported.
+    glfw starts such processes at its import to look for its library.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -36,9 +36,9 @@ def silent_children() -> Iterator[None]:
 
 
 def asked_for() -> str:
-    """The backend that `MUJOCO_GL` names, empty where it names none.
+    """Returns the backend that `MUJOCO_GL` names, or an empty text.
 
-    Raises `MmpError` that names the package to install where its library is missing, or the values that exist.
+    Raises `MmpError` with the package to install if its library is missing, or with the known values.
     """
     name = os.environ.get("MUJOCO_GL", "").strip().lower()
     if sys.platform.startswith("linux") and name not in ("", *_LIBRARIES, *_WINDOWED, *_DISABLED):
@@ -49,7 +49,7 @@ def asked_for() -> str:
 
 
 def missing_library(backend: str) -> str | None:
-    """The library that a backend, `egl` or `osmesa`, lacks; None where nothing is missing."""
+    """Returns the missing library of a backend, `egl` or `osmesa`; None if all are there."""
     return next((f"lib{name}" for name in _LIBRARIES.get(backend, ()) if not found(name)), None)
 
 
@@ -59,12 +59,12 @@ def found(library: str) -> bool:
 
 
 def has_display() -> bool:
-    """Whether a window can be opened."""
+    """Returns whether a window can be opened."""
     return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def display_answers() -> bool:
-    """Whether a window system is there, not only named; MuJoCo's viewer would end the program where none is."""
+    """Returns whether a window system answers. Without one, MuJoCo's viewer would end the program."""
     if not sys.platform.startswith("linux"):
         return True
     with silent_children():
@@ -72,12 +72,12 @@ def display_answers() -> bool:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        # Left as it is: MuJoCo's viewer begins with the same, and ending it would close windows that are open.
+        # Not terminated: MuJoCo's viewer initialises glfw too, and termination would close its windows.
         return bool(glfw.init())
 
 
 def check_render_mode(mode: str | None) -> None:
-    """Raises `MmpError` where pictures in this mode, `human` or `rgb_array`, cannot be made here."""
+    """Raises `MmpError` if this mode, `human` or `rgb_array`, is impossible here."""
     if mode == "human" and not has_display():
         raise MmpError("render_mode 'human' needs a display, and DISPLAY is not set; use 'rgb_array' instead")
     if mode == "rgb_array":
@@ -85,7 +85,7 @@ def check_render_mode(mode: str | None) -> None:
 
 
 def possible_render_modes(modes: Iterable[str]) -> list[str]:
-    """Those of `modes` in which pictures can be made here."""
+    """Returns the render modes that are possible here."""
     out = []
     for mode in modes:
         with contextlib.suppress(MmpError):
@@ -95,9 +95,9 @@ def possible_render_modes(modes: Iterable[str]) -> list[str]:
 
 
 def offscreen_backend() -> str:
-    """`egl`, `osmesa` or `window`: what `MUJOCO_GL` asks for, or else the first that is there.
+    """Returns `egl`, `osmesa` or `window`: the backend that `MUJOCO_GL` names, or the first one available.
 
-    Raises `MmpError` that names the package to install, or the values that `MUJOCO_GL` may have.
+    Raises `MmpError` with the package to install, or with the values of `MUJOCO_GL`.
     """
     wanted = asked_for()
     if wanted in _DISABLED:
@@ -118,10 +118,10 @@ def offscreen_backend() -> str:
 
 
 def open_context(width: int, height: int) -> Any:
-    """A MuJoCo OpenGL context for pictures of `width` x `height` pixels, not yet current; `free()` it in the end.
+    """Returns a MuJoCo OpenGL context for pictures of `width` x `height` pixels, not yet current. `free()` releases it.
 
-    The backend is imported here, not chosen by `MUJOCO_GL` when MuJoCo is imported: so neither matters which was first,
-    nor does a library without a driver stop those who make no pictures. Raises `MmpError`.
+    The backend is imported here, not by MuJoCo's own import. So the order of imports does not matter, and a library
+    without a driver only stops programs that make pictures. Raises `MmpError`.
     """
     backend = offscreen_backend()
     try:
@@ -133,7 +133,7 @@ def open_context(width: int, height: int) -> Any:
             else:
                 from mujoco.gl_context import GLContext
         return GLContext(width, height)
-    except Exception as error:  # PyOpenGL and glfw raise what they like where there is no driver or display
+    except Exception as error:  # PyOpenGL and glfw raise various errors without a driver or display
         packages = " or ".join(f"`apt install {names}`" for names in _PACKAGES.values())
         raise MmpError(
             f"no picture can be made: {backend} gives no OpenGL context ({error}); {packages} may help,"

@@ -10,7 +10,7 @@ _NAME = "mmp-env"
 
 
 def _version() -> str:
-    """Returns what the checkout's pyproject.toml says: an older version may be installed beside the checkout."""
+    """Returns the version of the checkout's pyproject.toml, or of the installed distribution without a checkout."""
     file = Path(__file__).parents[1] / "pyproject.toml"
     project = tomllib.loads(file.read_text(encoding="utf-8")).get("project", {}) if file.is_file() else {}
     return project["version"] if project.get("name") == _NAME else importlib.metadata.version(_NAME)

@@ -1,4 +1,4 @@
-"""Words that go with numbers in messages."""
+"""Numbers and values in messages."""
 
 import math
 import re
@@ -7,21 +7,22 @@ import reprlib
 _LEAST_DEGREES, _MOST_DEGREES = 10.0, 3600.0
 """Bounds of a number that was probably meant in degrees."""
 _LONG_S = 1e6
+"""Duration [s] from which a few digits suffice."""
 
 
 def in_seconds(duration_s: float, decimals: int = 2) -> str:
-    """Returns a duration as text, `2.35 s`; one that no plan really takes has few digits, `1e+300 s`."""
+    """Returns a duration as text, `2.35 s`; an absurd one has few digits, `1e+300 s`."""
     digits = f".{decimals}f" if abs(duration_s) < _LONG_S else ".6g"
     return f"{duration_s:{digits}} s"
 
 
 def counted(count: int, noun: str) -> str:
-    """`1 node`, `2 nodes`."""
+    """Returns `1 node`, `2 nodes`."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
 def degrees_hint(angle: float) -> str:
-    """Returns the end of a message about an angle that must be in radians; empty where degrees explain nothing."""
+    """Returns the end of a message about an angle in radians: a hint if it looks like degrees, otherwise nothing."""
     return f"; {angle:g} looks like degrees" if _LEAST_DEGREES <= abs(angle) <= _MOST_DEGREES else ""
 
 
@@ -45,10 +46,10 @@ _SHORT.maxlist, _SHORT.maxdict, _SHORT.maxlevel = 7, 3, 2
 
 
 def shown(value: object) -> str:
-    """A value on one short line."""
+    """Returns a value on one short line."""
     return "null" if value is None else str(value).lower() if isinstance(value, bool) else _SHORT.repr(value)
 
 
 def _digits(number: int) -> int:
-    """About how many digits a whole number has."""
+    """Returns about how many digits a whole number has."""
     return int(number.bit_length() * math.log10(2)) + 1

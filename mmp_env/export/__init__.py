@@ -1,9 +1,9 @@
-"""Plans in the formats of other programs: tables, NumPy archives, ROS 2 trajectories, and cells as MJCF.
+"""Exports plans as tables, NumPy archives and ROS 2 trajectories, and cells as MJCF.
 
     export_plan(plan, "all.yaml")                                     # one JointTrajectory for all arms
     export_plan(plan, "{arm}.yaml", joint_names="{arm}_{joint}")      # one for each arm
 
-docs/how-to/export.md says what is in each of them and how to run them.
+docs/how-to/export.md describes the formats and their use.
 """
 
 from mmp_env.export.formats import FORMATS, check_target, export_plan

@@ -1,4 +1,4 @@
-"""The formats by suffix, and writing them so that there are whole files or none."""
+"""Export formats by suffix. An export writes all files or none."""
 
 from __future__ import annotations
 
@@ -16,22 +16,32 @@ from mmp_env.files.writing import whole_file
 from mmp_env.model.plan import Plan
 
 ARM = "arm"
+"""Placeholder of file names: a file for each arm."""
 FORMATS = {
     ".csv": "a table: time, then a column for each joint",
     ".npz": "NumPy arrays of each arm",
     ".yaml": "ROS 2 trajectory_msgs/msg/JointTrajectory",
     ".xml": "the cell as MJCF with keyframes start and goal",
 }
-"""Suffix -> what it is."""
+"""Suffix -> description of the format."""
 
 
 def export_plan(
     plan: Plan | Sequence[Plan], path: str | PathLike[str], *, joint_names: str = JOINT_NAMES
 ) -> dict[Path, Motion]:
-    """Writes a plan, or plans one after another as one motion, in the format of the suffix; all files or none.
+    """Writes a plan in the format of the suffix, all files or none. docs/how-to/export.md describes the formats.
 
-    With `{arm}` in its name there is a file for each arm. Returns what was written, file -> motion. Raises `MmpError`
-    for an unknown suffix or placeholder, for joints that get the same name, and where the system refuses to write.
+    Args:
+        plan: a plan, or plans in a row, which become one motion.
+        path: the file: `.csv`, `.npz`, `.yaml` (ROS 2) or `.xml` (MJCF). `{arm}` in its name makes a file for each arm.
+        joint_names: pattern of the joints' names, such as `{arm}/{joint}` or `{arm}_{vendor}`.
+
+    Returns:
+        File -> the motion that it holds.
+
+    Raises:
+        MmpError: for an unknown suffix or placeholder, joints of the same name, plans that do not follow one
+            another, and files that cannot be written.
     """
     check_target(path)
     plans = [plan] if isinstance(plan, Plan) else list(plan)
@@ -46,7 +56,7 @@ def export_plan(
 
 
 def check_target(path: str | PathLike[str]) -> None:
-    """Raises `MmpError` where no format goes with the name; whether it can be written is looked at when it is."""
+    """Raises `MmpError` for a name without an export format. It does not test whether the file can be written."""
     suffix = _suffix(path)
     if not suffix:
         raise MmpError(
@@ -67,12 +77,12 @@ def _suffix(path: str | PathLike[str]) -> str:
 
 
 def of_arm(path: str, arm: str) -> str:
-    """Returns the name of the file for an arm, which leads to no other folder, whatever the arm is called."""
+    """Returns the name of the file for an arm. No name of an arm leads to another folder."""
     return path.replace(f"{{{ARM}}}", file_part(arm))
 
 
 def _parts(motion: Motion, path: str) -> dict[Path, Motion]:
-    """The files to write, and the motion for each."""
+    """Returns file -> the motion that it is to hold."""
     if f"{{{ARM}}}" not in path:
         return {Path(path): motion}
     return {Path(of_arm(path, name)): motion.only(name) for name in motion.arms}
@@ -83,7 +93,7 @@ def _write(suffix: str, plans: Sequence[Plan], motion: Motion, path: Path) -> No
         write_npz(motion, path)
         return
     if suffix == ".xml":
-        # MuJoCo is imported for those alone who ask for its format.
+        # Imported here, because only this format needs MuJoCo.
         from mmp_env.export.mjcf import mjcf_text
 
         text = mjcf_text(plans[0].problem.cell, {"start": plans[0].problem.start, "goal": plans[-1].problem.goal})

@@ -1,4 +1,4 @@
-"""What joints are called outside: a pattern such as `{arm}/{joint}` or `{arm}_{vendor}`."""
+"""Names of joints in exported files, by a pattern such as `{arm}/{joint}` or `{arm}_{vendor}`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mmp_env.files.writing import file_name
 from mmp_env.model.cell import Cell
 
 JOINT_NAMES = "{arm}/{joint}"
-"""As in the MuJoCo model: `arm0/joint1`."""
+"""Default pattern, which gives the names of the MuJoCo model: `arm0/joint1`."""
 PLACEHOLDERS = {
     "arm": "name of the arm",
     "joint": "joint1, joint2, ... from the base outwards",
@@ -19,15 +19,16 @@ PLACEHOLDERS = {
     "vendor": "the joint in the vendor's description, such as shoulder_pan_joint",
     "robot": "name of the robot",
 }
+"""Placeholder of a pattern -> its meaning."""
 FIELD = re.compile(r"\{([^{}]*)\}")
-"""A placeholder, in a pattern of joint names or a file name."""
+"""Regular expression of a placeholder in a pattern of joint names or a file name."""
 _OTHER_FOLDER = re.compile(r"^\.+$|[/\\]")
 
 
 def joint_names(cell: Cell, pattern: str = JOINT_NAMES) -> dict[str, tuple[str, ...]]:
-    """Arm name -> the names of its joints.
+    """Returns arm name -> the names of its joints.
 
-    Raises `MmpError` for a placeholder that does not exist, and for characters that do not print.
+    Raises `MmpError` for an unknown placeholder and for characters that do not print.
     """
     for field in FIELD.findall(pattern):
         if field not in PLACEHOLDERS:
@@ -47,12 +48,12 @@ def joint_names(cell: Cell, pattern: str = JOINT_NAMES) -> dict[str, tuple[str, 
 
 
 def file_part(arm: str) -> str:
-    """Returns the arm's name as part of a file name; one that leads to another folder is replaced."""
+    """Returns the arm's name as part of a file name, replaced if it leads to another folder."""
     return file_name(arm) if _OTHER_FOLDER.search(arm) else arm
 
 
 def check_distinct(names: Sequence[str], pattern: str) -> None:
-    """Raises `MmpError` where two joints of one file have the same name."""
+    """Raises `MmpError` if two joints of one file have the same name."""
     name, count = Counter(names).most_common(1)[0]
     if count > 1:
         raise MmpError(f"joint names '{pattern}' call {count} joints '{name}'; {{arm}} and {{joint}} tell them apart")

@@ -1,7 +1,7 @@
-"""A cell as one MJCF file that needs no other, with keyframes, and a site that one can see at each tool.
+"""A cell as one self-contained MJCF file, with keyframes and a visible site at each tool.
 
-It is written from the compiled model, number by number: MuJoCo's own writer rounds to six digits, and what it makes of
-parts that were attached with a prefix does not compile.
+This module writes the numbers of the compiled model. MuJoCo's own writer rounds to six digits, and its output for parts
+that were attached with a prefix does not compile.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from mmp_env.sim.scene import compile_scene
 from mmp_env.sim.scene_appearance import SKY
 
 TOOL_SITE = "tool_point"
-"""`<arm>/tool_point`: at the tool's point, at the flange where an arm has no tool."""
+"""Name of the site `<arm>/tool_point`: at the tool point, or at the flange of an arm without a tool."""
 _MARK = {"size": "0.015", "group": "0", "rgba": "0.9 0.2 0.1 1"}
 _NOTE = " Keyframes `start` and `goal`: in MuJoCo's viewer, choose one under Simulation and press Load key. "
 
 _GEOMS = {"plane": 3, "sphere": 1, "capsule": 2, "ellipsoid": 3, "cylinder": 2, "box": 3}
-"""How many numbers of `size` a type has."""
+"""Type of geom -> number of its sizes."""
 _TOUCH = ["contype", "conaffinity", "condim", "priority", "friction", "solmix", "solref", "solimp", "margin", "gap"]
 _GEOM = ["pos", "quat", "group", "rgba", *_TOUCH]
 _SITE = ["size", "pos", "quat", "group", "rgba"]
@@ -44,10 +44,13 @@ _PLAIN = """
 
 
 def mjcf_text(cell: Cell, keyframes: Mapping[str, Mapping[str, Float[np.ndarray, " dof"]]]) -> str:
-    """The XML of a cell; `keyframes`: name -> arm -> [dof] [rad], with the servos' set points there too.
+    """Returns the XML of a cell.
 
-    Raises `MmpError` where the MJCF of a robot has geoms that are kept in files, such as meshes, or other actuators
-    than position servos.
+    Args:
+        keyframes: name -> arm name -> [dof] [rad]; the set points of the servos are the same.
+
+    Raises:
+        MmpError: if the MJCF of a robot has geoms in files, such as meshes, or actuators other than position servos.
     """
     return _Writer(cell).text(keyframes)
 
@@ -94,7 +97,7 @@ class _Writer:
                 ET.SubElement(visual, tag, {name: _words(np.float32(value)) for name, value in other.items()})
 
     def _fill(self, element: ET.Element, body: int) -> None:
-        """Puts into the element what is fixed to a body, and the bodies that hang from it."""
+        """Adds the joints, geoms, sites, cameras and lights of a body, and its child bodies."""
         model = self._model
         for k in _of(model.jnt_bodyid, body):
             ET.SubElement(element, "joint", self._joint(k))
@@ -146,7 +149,7 @@ class _Writer:
         return out | self._unlike("geom", _GEOM, k)
 
     def _site(self, element: ET.Element, k: int) -> None:
-        """A site as it is, but tool points so that one sees them; a flange without a tool is one too."""
+        """Adds a site; a tool point is visible, and a flange without a tool becomes one."""
         here = self._named("site", k) | self._unlike("site", _SITE, k)
         name = here["name"]
         ET.SubElement(element, "site", here | (_MARK if name.endswith(f"/{TOOL_SITE}") else {}))
@@ -174,7 +177,7 @@ class _Writer:
         return {"name": name} if name else {}
 
     def _unlike(self, prefix: str, keys: list[str], k: int) -> dict[str, str]:
-        """Those attributes of element `k` that are not what MuJoCo takes without them."""
+        """Returns the attributes of element `k` that differ from MuJoCo's defaults."""
         out = {}
         for key in keys:
             value = getattr(self._model, f"{prefix}_{key}")[k]
@@ -188,7 +191,7 @@ def _of(owners: np.ndarray, body: int) -> list[int]:
 
 
 def _words(value: Any) -> str:
-    """Numbers in the shortest form that reads back the same, in their own precision."""
+    """Returns numbers in the shortest form that reads back the same, in their own precision."""
     return " ".join(_word(number) for number in np.atleast_1d(value))
 
 

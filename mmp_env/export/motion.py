@@ -1,4 +1,4 @@
-"""What is exported: times and joint motions of one plan, or of several that follow one another."""
+"""The exported motion: times and joint positions of one plan, or of several in a row."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from mmp_env.export.joint_names import joint_names
 from mmp_env.model.plan import Plan
 
 SAME_RAD = 1e-6
-"""A plan begins where the one before it ends, up to this."""
+"""Largest distance [rad] between the end of a plan and the begin of the next."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ArmMotion:
-    """One arm: names of its joints, and rows for the times of the motion; only a retimed plan has derivatives."""
+    """The motion of one arm: names of its joints, and a row for each time; derivatives of retimed plans only."""
 
     joints: tuple[str, ...]
     positions: Float[np.ndarray, "t dof"]
@@ -29,12 +29,18 @@ class ArmMotion:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
-    """`times` [t] [s] from 0, and the motion of each arm on it, linear between the times."""
+    """The motion of all arms.
+
+    Attributes:
+        times: [t] [s], from 0.
+        arms: arm name -> its motion at the times, linear in between.
+    """
 
     times: Float[np.ndarray, "t"]
     arms: dict[str, ArmMotion]
 
     def only(self, arm: str) -> Motion:
+        """Returns the motion of one arm."""
         return replace(self, arms={arm: self.arms[arm]})
 
     @property
@@ -43,16 +49,16 @@ class Motion:
         return [name for arm in self.arms.values() for name in arm.joints]
 
     def joined(self, key: str) -> Float[np.ndarray, "t n"] | None:
-        """`positions`, `velocities` or `accelerations` of all joints, arm after arm; None where there are none."""
+        """Returns `positions`, `velocities` or `accelerations` of all joints, arm after arm; None without them."""
         parts = [getattr(arm, key) for arm in self.arms.values()]
         return None if any(part is None for part in parts) else np.concatenate(parts, axis=1)
 
 
 def motion_of(plans: Sequence[Plan], pattern: str) -> Motion:
-    """The motion of plans one after another; between two of them the arms stand still for no time at all.
+    """Returns the motion of plans in a row, without a pause between them.
 
-    Raises `MmpError` where one does not begin where the one before it ends, or is retimed and another is not; for plans
-    that lack an arm, and for none.
+    Raises `MmpError` for no plan, a plan without an arm, a plan that does not begin at the end of the one before, and
+    if only some are retimed.
     """
     if not plans:
         raise MmpError("there is no plan to export")
@@ -63,7 +69,7 @@ def motion_of(plans: Sequence[Plan], pattern: str) -> Motion:
         _check_joint(before, after, number)
     starts = np.cumsum([0.0, *(plan.makespan_s for plan in plans[:-1])])
     names = joint_names(first.problem.cell, pattern)
-    # Where two plans meet there is one row, the earlier plan's.
+    # The row where two plans meet is that of the earlier plan.
     times = np.concatenate(
         [plan.times[k > 0 :] + start for k, (plan, start) in enumerate(zip(plans, starts, strict=True))]
     )
@@ -84,7 +90,7 @@ def _rows(plans: Sequence[Plan], key: str, arm: str) -> Float[np.ndarray, "t dof
 
 
 def _check_joint(before: Plan, after: Plan, number: int) -> None:
-    """Raises `MmpError` where plan `number`, counted from 0, cannot follow the one before it."""
+    """Raises `MmpError` if plan `number`, counted from 0, cannot follow the one before it."""
     between = f"plan {number} does not go on from plan {number - 1}"
     one, other = ([(arm.name, arm.robot.name) for arm in plan.problem.cell.arms] for plan in (before, after))
     if one != other:

@@ -1,4 +1,4 @@
-"""ROS 2 `trajectory_msgs/msg/JointTrajectory` as YAML, written and read without ROS."""
+"""Writes and reads ROS 2 `trajectory_msgs/msg/JointTrajectory` as YAML, without ROS."""
 
 from __future__ import annotations
 
@@ -26,7 +26,15 @@ _UNTIMED = "# Positions only: the plan is not retimed. Controllers move in strai
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointTrajectory:
-    """The message: `times` [t] [s] from the start, a row for each in the rest; None for fields that are left empty."""
+    """The message.
+
+    Attributes:
+        joint_names: names of the joints [n].
+        times: times from the start [t] [s].
+        positions: [t, n] [rad].
+        velocities: [t, n] [rad/s], or None if the message has none.
+        accelerations: [t, n] [rad/s^2], or None if the message has none.
+    """
 
     joint_names: tuple[str, ...]
     times: Float[np.ndarray, "t"]
@@ -41,9 +49,10 @@ class JointTrajectory:
 
 
 def yaml_text(motion: Motion) -> str:
-    """One message, that starts when it arrives (stamp 0). Velocities and accelerations only of a retimed motion.
+    """Returns one message that starts on arrival (stamp 0), with the derivatives of a retimed motion.
 
-    Raises `MmpError` where two times are the same nanosecond, which controllers refuse, or too late for the message.
+    Raises `MmpError` for two times in the same nanosecond, which controllers refuse, and for times too late for the
+    message.
     """
     values = {key: motion.joined(key) for key in _FIELDS}
     comment = _UNTIMED if values["velocities"] is None else ""
@@ -61,7 +70,14 @@ def yaml_text(motion: Motion) -> str:
 
 
 def load_joint_trajectory(path: str | PathLike[str]) -> JointTrajectory:
-    """A message that `yaml_text` or `ros2 topic echo` wrote. Raises `MmpError` that names file and field."""
+    """Reads a message that `export_plan` or `ros2 topic echo` wrote.
+
+    Args:
+        path: a YAML file of at most 64 MB.
+
+    Raises:
+        MmpError: for a file that cannot be read, or a fault in it, with file and field.
+    """
     content = read_bytes(path, MAX_JSON_BYTES, "trajectory")
     with named(str(path)):
         data = yaml_value(content, unique)
@@ -79,7 +95,7 @@ def load_joint_trajectory(path: str | PathLike[str]) -> JointTrajectory:
 
 
 def _time(stamp: Any) -> int:
-    """A duration in nanoseconds. Raises `TypeError` for what is none."""
+    """Returns a duration in nanoseconds. Raises `TypeError` for a bad one."""
     sec, nanosec = stamp["sec"], stamp["nanosec"]
     if type(sec) is not int or type(nanosec) is not int:
         raise TypeError(f"time_from_start is {shown(stamp)}; it must have whole numbers sec and nanosec")
@@ -87,7 +103,7 @@ def _time(stamp: Any) -> int:
 
 
 def _matrix(points: list[dict[str, Any]], key: str, count: int) -> Float[np.ndarray, "t n"] | None:
-    """The field of all points; None where it is empty in all of them. Raises `ValueError` for a wrong number."""
+    """Returns a field of all points, None if it is empty in all of them. Raises `ValueError` for a wrong length."""
     rows = [point.get(key) or [] for point in points]
     if not any(rows):
         return None
@@ -117,6 +133,6 @@ def _numbers(row: list[float]) -> str:
 
 
 def _number(value: float) -> str:
-    """Shortest, with a point: to YAML 1.1, which ROS reads, 1e-05 is a word."""
+    """Returns the shortest form with a point. For YAML 1.1, which ROS reads, 1e-05 is text."""
     text = repr(value)
     return text if "." in text else text.replace("e", ".0e")

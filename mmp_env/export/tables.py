@@ -1,4 +1,4 @@
-"""Motions as CSV and as NumPy archives."""
+"""Writes motions as CSV and as NumPy archives."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ DERIVATIVES = {"velocities": "velocity", "accelerations": "acceleration"}
 
 
 def csv_text(motion: Motion) -> str:
-    """A row for each time: `time` [s], then a column for each joint [rad].
+    """Returns a row for each time: `time` [s], then a column for each joint [rad].
 
-    A retimed motion has the velocities [rad/s] and accelerations [rad/s^2] behind, as `<joint>/velocity` and so on.
-    Numbers are in the shortest form that reads back the same. A name that a spreadsheet would compute follows "'".
+    A retimed motion has velocities [rad/s] and accelerations [rad/s^2] in further columns, `<joint>/velocity` and so
+    on. Numbers have the shortest form that reads back the same. An apostrophe precedes a name that is a formula.
     """
     header, columns = ["time", *motion.joints], [motion.times[:, None], motion.joined("positions")]
     for key, word in DERIVATIVES.items():
@@ -36,14 +36,14 @@ def csv_text(motion: Motion) -> str:
 
 
 def _no_formula(text: str) -> str:
-    """Returns text that a spreadsheet shows and does not compute: after an apostrophe where it would be a formula."""
+    """Returns text that a spreadsheet does not compute: an apostrophe precedes a formula."""
     return f"'{text}" if text.startswith(_FORMULA) else text
 
 
 def write_npz(motion: Motion, path: Path) -> None:
-    """Arrays `times` [t], `arms`, and of each arm `<arm>/joints`, `<arm>/positions` [t, dof], and so on.
+    """Writes arrays `times` [t], `arms`, and for each arm `<arm>/joints`, `<arm>/positions` [t, dof], and so on.
 
-    An arm whose name leads to another folder has another one there: each array is a file of an archive.
+    Each array is a file of an archive, so an arm's name is replaced if it leads to another folder.
     """
     arrays: dict[str, Any] = {"times": motion.times, "arms": np.array(list(motion.arms))}
     for arm_name, arm in motion.arms.items():
@@ -53,5 +53,5 @@ def write_npz(motion: Motion, path: Path) -> None:
             values = getattr(arm, key)
             if values is not None:
                 arrays[f"{name}/{key}"] = values
-    with path.open("wb") as file:  # given a name, savez would add its own suffix
+    with path.open("wb") as file:  # savez adds a suffix to a name, not to a file
         np.savez(file, **arrays)

@@ -1,4 +1,4 @@
-"""Small good files, and every way of spoiling them that their readers must name: file, field and value."""
+"""Small good files, and every fault in them that their readers must name, with file, field and value."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ TURNED = [2.1052, -2.2, 2.5, -1.87, -1.5708, 0.0]
 
 
 def good_cell() -> dict[str, Any]:
-    """Two UR5e 1.2 m apart on a table, with one obstacle of each shape out of their way."""
+    """Two UR5e 1.2 m apart on a table, with one obstacle of each shape out of their reach."""
     return {
         "name": "pair",
         "arms": [
@@ -260,9 +260,9 @@ def spoilt(good: dict[str, Any], path: list[Any], value: Any) -> dict[str, Any]:
     """The good data with `value` at `path`, or with what stands there gone."""
     # Through JSON: no two places share a list, and the next test finds the good data as it was.
     good = json.loads(json.dumps(good))
-    *way, last = path
+    *parents, last = path
     inner: Any = good
-    for key in way:
+    for key in parents:
         inner = inner[key]
     if value is GONE:
         del inner[last]

@@ -80,7 +80,7 @@ class ElsewhereAtTheEnd(Sound):
 
 class ReturnsWords(Sound):
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
-        return SimpleNamespace(status="solved", plan="this way", stats={})
+        return SimpleNamespace(status="solved", plan="that path", stats={})
 
 
 class Moody(Sound):
@@ -101,7 +101,7 @@ class LikesToBeWatched(Sound):
 class TellsInWords(Sound):
     def found(self, problem, seed, watch):
         if watch is not ignore:
-            watch("half way")
+            watch("halfway")
         return super().found(problem, seed, watch)
 
 

@@ -54,7 +54,7 @@ def distance_to_lines(q, corners):
     """
     least = np.full(len(q), np.inf)
     for a, b in itertools.pairwise(corners):
-        way = b - a
-        share = np.clip((q - a) @ way / (way @ way), 0.0, 1.0)
-        least = np.minimum(least, np.abs(q - a - share[:, None] * way).max(axis=1))
+        line = b - a
+        share = np.clip((q - a) @ line / (line @ line), 0.0, 1.0)
+        least = np.minimum(least, np.abs(q - a - share[:, None] * line).max(axis=1))
     return least

@@ -30,7 +30,7 @@ def retimed(plan):
 
 
 def back(plan):
-    """The way back, which begins where `plan` ends."""
+    """The plan back, which begins where `plan` ends."""
     problem = replace(plan.problem, start=plan.problem.goal, goal=plan.problem.start)
     return replace(plan, problem=problem, positions={arm: q[::-1] for arm, q in plan.positions.items()})
 

@@ -182,11 +182,11 @@ ODD = [
 ]
 
 
-def paths(data, way=()):
+def paths(data, prefix=()):
     """Every place in nested dicts, and the first in nested lists."""
     for key in data if isinstance(data, dict) else range(len(data[:1])) if isinstance(data, list) else ():
-        yield [*way, key]
-        yield from paths(data[key], (*way, key))
+        yield [*prefix, key]
+        yield from paths(data[key], (*prefix, key))
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from mmp_env.sim.simulation import Simulation
 
 @pytest.fixture(scope="module")
 def with_panda():
-    """A Panda at a corner of the table, its base not in the way of the others."""
+    """A Panda at a corner of the table, its base out of reach of the others."""
     mixed = find_cell("mixed-4")
     panda = place_arm("panda", "panda", [0.55, 0.6, 0.0], quaternion_from_yaw(-2.2))
     return dataclasses.replace(mixed, name="mixed-5", arms=(*mixed.arms, panda))

@@ -1,4 +1,4 @@
-"""Problems, plans and cells cannot be changed by whoever is given them; neither can copies of them."""
+"""Problems, plans and cells are read-only, and so are copies of them."""
 
 import copy
 import pickle
@@ -25,7 +25,7 @@ HANDED_ON = {
 
 @pytest.fixture(params=HANDED_ON)
 def plan(request):
-    """The plan, handed on in every way."""
+    """The plan, and copies of it of every kind."""
     return HANDED_ON[request.param](PLAN)
 
 

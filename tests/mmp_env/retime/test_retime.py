@@ -111,8 +111,8 @@ def test_a_higher_acceleration_limit_makes_no_motion_longer(seed, corners, jerk)
 @pytest.mark.parametrize("speed", [3.0, 50.0, 1000.0])
 def test_a_straight_line_takes_little_longer_than_accelerations_alone_allow(speed):
     plan = at_most(cornered_plan(4, 0), speed)
-    way = max(np.abs(q[1] - q[0]).max() for q in plan.positions.values())
-    assert retime(plan, share=1.0).makespan_s < 1.1 * 2 * np.sqrt(way / 8.0)
+    distance = max(np.abs(q[1] - q[0]).max() for q in plan.positions.values())
+    assert retime(plan, share=1.0).makespan_s < 1.1 * 2 * np.sqrt(distance / 8.0)
 
 
 def test_many_short_lines_take_much_less_than_with_a_stop_at_each_corner():
@@ -210,12 +210,12 @@ def test_limits_and_rates_far_from_usual_are_kept_like_others(options):
     assert check_plan(plan).valid
 
 
-@pytest.mark.parametrize("way", [0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3])
-def test_one_arm_may_move_by_as_little_as_it_likes(way):
+@pytest.mark.parametrize("distance", [0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3])
+def test_one_arm_may_move_by_very_little(distance):
     q = two_arms.reaching(0.0)
     cell = Cell(name="alone", arms=(place_arm("only", "ur5e", [0, 0, 0], np.eye(4)[0]),), obstacles=())
-    problem = make_problem(cell, {"only": q}, {"only": q + way})
-    plan = retime(cornered_plans.plan_through(problem, {"only": np.array([q, q + way])}))
+    problem = make_problem(cell, {"only": q}, {"only": q + distance})
+    plan = retime(cornered_plans.plan_through(problem, {"only": np.array([q, q + distance])}))
     assert max(largest_shares(plan)) <= 1 + ROUNDING
     assert check_plan(plan).violations == ()
     assert plan.makespan_s < 0.5

@@ -134,7 +134,7 @@ def test_the_clock_keeps_to_what_zones_allow_and_arrives_at_rest(seed, count):
     jerk=st.floats(0.1, 1e4),
 )
 def test_a_zone_is_left_at_the_highest_speed_that_can_be_reached_in_it(slow, length, growth, jerk):
-    def way(speed):
+    def distance(speed):
         change, ramp = speed - slow, growth / jerk
         lasting = change / growth + ramp if change > growth * ramp else 2 * np.sqrt(change / jerk)
         return lasting * (slow + speed) / 2
@@ -149,8 +149,8 @@ def test_a_zone_is_left_at_the_highest_speed_that_can_be_reached_in_it(slow, len
     )
     _, first, second, _ = speeds_at_bounds(zones)
     assert first == slow
-    assert way(second) <= length * (1 + 1e-9)
-    assert second == high or way(second) >= length * (1 - 1e-5)
+    assert distance(second) <= length * (1 + 1e-9)
+    assert second == high or distance(second) >= length * (1 - 1e-5)
 
 
 def test_a_path_that_stops_at_every_corner_is_the_course_itself():

@@ -89,7 +89,7 @@ def test_a_quoted_constant_equals_that_of_the_code(page, text, place):
         ("It takes 3.8 ms, 18 s or 20 % of it.", {"3.8 ms", "18 s", "20 %"}),
         ("It solves 49 of 50.", {"49 of 50"}),
         ("It was 2.3 times as fast, with 10.3 nodes.", {"2.3 times", "10.3 nodes"}),
-        ("A limit of 0.8 rad/s, of 8 rad/s², or `5 s`, in 4 ways", set()),
+        ("A limit of 0.8 rad/s, of 8 rad/s², or `5 s`, in 4 turns", set()),
         ("It takes <!-- figure: a/b as time -->3.8 ms<!-- end --> here.", set()),
         ("<!-- checked by tests/a.py -->\n| 56 % |\n<!-- end -->", set()),
         ("<!-- table: core -->\n| 3.8 ms |\n<!-- end of table -->", set()),

@@ -212,7 +212,8 @@ def test_no_time_is_no_plan():
     assert (result.status, result.stats["deadline_hit"]) == (Status.TIMEOUT, True)
 
 
-def test_nothing_waits_for_arms_that_are_not_planned_yet_where_the_wait_is_zero():
+def test_nothing_waits_for_arms_that_are_not_planned_yet_where_the_wait_is_zero(monkeypatch):
+    monkeypatch.setattr(priority_search, "FIRST_DETOUR_RESTART", 10**6)  # detours are constraints too
     problem, seed, _, _ = hard()
     result, events = planned(problem, seed, wait=0.0)
     assert result.status is Status.SOLVED

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from PIL import Image
-
 import mmp_planners
+from gallery.film import Shot, write_webp
 from mmp_env import MmpError, draw_problem, find_cell
-from mmp_env.files.writing import whole_file
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.retime import retime
 from mmp_env.view.films import HOLD_S, frames
@@ -38,16 +37,5 @@ def save_demonstration(task: str, path: Path, size: tuple[int, int] = _SIZE, fps
     if not report.reached or report.contacts:
         raise MmpError(f"{task} on {CELL}, seed {SEED}, is not executed as planned")
     shown = frames(plan, report, fps=fps, width=size[0], height=size[1], tool_paths=True)
-    first, *rest = (Image.fromarray(frame) for frame in shown)
-    durations = [round(1e3 / fps)] * len(rest) + [round(1e3 * HOLD_S)]
-    with whole_file(path) as temporary:
-        first.save(
-            temporary,
-            "WEBP",
-            save_all=True,
-            append_images=rest,
-            duration=durations,
-            loop=0,
-            quality=_QUALITY,
-            method=6,
-        )
+    *shots, last = (Shot(picture=frame, duration_ms=round(1e3 / fps)) for frame in shown)
+    write_webp(path, [*shots, replace(last, duration_ms=round(1e3 * HOLD_S))], quality=_QUALITY, method=6)

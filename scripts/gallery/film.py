@@ -48,28 +48,17 @@ class Shot:
 def save_search(path: Path) -> None:
     """Writes the animation of the first small search, as an endless WebP."""
     shots = list(film(first_small()))
-    write_webp(path, shots)
+    write_webp(path, shots, quality=_QUALITY, method=4, kmin=_WHOLE[0], kmax=_WHOLE[1])
     seconds = sum(shot.duration_ms for shot in shots) / 1e3
     print(f"{path.name}: {len(shots)} pictures, {seconds:.1f} s")
 
 
-def write_webp(path: Path, shots: list[Shot]) -> None:
-    """Writes the shots to a WebP file."""
+def write_webp(path: Path, shots: list[Shot], **encoding: int) -> None:
+    """Writes the shots to an endless WebP. `encoding` are options of Pillow for WebP files."""
     first, *rest = (Image.fromarray(shot.picture) for shot in shots)
     durations = [shot.duration_ms for shot in shots]
     with whole_file(path) as temporary:
-        first.save(
-            temporary,
-            "WEBP",
-            save_all=True,
-            append_images=rest,
-            duration=durations,
-            loop=0,
-            quality=_QUALITY,
-            method=4,
-            kmin=_WHOLE[0],
-            kmax=_WHOLE[1],
-        )
+        first.save(temporary, "WEBP", save_all=True, append_images=rest, duration=durations, loop=0, **encoding)
 
 
 def film(

@@ -15,7 +15,6 @@ import time
 import warnings
 from collections.abc import Mapping
 from multiprocessing.connection import wait
-from types import TracebackType
 from typing import Any
 
 from mmp_cli.pipe_reader import PipeReader
@@ -76,9 +75,7 @@ class PlannerProcess:
         self._inbox, self._phase = None, "planning"
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._end()
 
     def plan(

@@ -8,7 +8,6 @@ from __future__ import annotations
 from argparse import Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
 from mmp_cli.arguments import Parser
@@ -86,9 +85,7 @@ class VisualOutputs:
     def __enter__(self) -> VisualOutputs:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._recording is not None:  # the recording of a run that failed is the most useful one
             self._recording.close()
 

@@ -45,7 +45,7 @@ class RepulsionSteps:
 
 
 def repulsion_steps(problem: Problem, repulsion: RecordedRepulsion) -> RepulsionSteps:
-    """Computes a modification. If the planner told no iterates, only the paths before and after are shown."""
+    """Computes a modification. If the planner reports no iterates, only the paths before and after are shown."""
     cell, repelled = problem.cell, repulsion.repelled
     arm = repelled.arm
     paths = np.array([repelled.before, *(repelled.iterates or (repelled.after,))])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from os import PathLike
-from types import TracebackType
 from typing import Any
 
 from mmp_env.events import Event
@@ -64,9 +63,7 @@ class RerunWatcher:
     def __enter__(self) -> RerunWatcher:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def show_plan(self, plan: Plan | None) -> None:

@@ -30,12 +30,12 @@ def quoted(text: str) -> str:
 
 def element(tag: str, *content: str, **attributes: object) -> str:
     """Returns an element; `content` is XML. `class_` means `class`, `_` within a name means `-`, None is left out."""
-    told = "".join(
+    fields = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{quoted(_plain(value))}"'
         for name, value in attributes.items()
         if value is not None
     )
-    return f"<{tag}{told}>{''.join(content)}</{tag}>" if content else f"<{tag}{told}/>"
+    return f"<{tag}{fields}>{''.join(content)}</{tag}>" if content else f"<{tag}{fields}/>"
 
 
 def words(text: str, x: float, y: float, *, size: float, bold: bool = False, **attributes: object) -> str:

@@ -9,7 +9,6 @@ import os
 import stat
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from mmp_cli.benchmark.job import Key, Unit
@@ -79,9 +78,7 @@ class ResultsFolder:
             raise
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._close()
 
     def add(self, unit: Unit, line: dict[str, Any], plan: str | None) -> None:

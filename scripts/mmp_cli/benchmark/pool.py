@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Generator, Iterable
 from multiprocessing.connection import wait
-from types import TracebackType
 
 from mmp_cli.benchmark.job import Answer, Failure, Job, Task
 from mmp_cli.benchmark.worker_slot import TICK_S, WorkerSlot
@@ -37,9 +36,7 @@ class Pool:
     def __enter__(self) -> Pool:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         for slot in self._slots:
             slot.close()
 

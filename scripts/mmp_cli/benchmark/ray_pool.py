@@ -7,7 +7,6 @@ import socket
 import sys
 from collections import deque
 from collections.abc import Generator, Iterable
-from types import TracebackType
 from typing import Any
 
 from mmp_cli.benchmark.job import Answer, Failure, Job, Task
@@ -65,9 +64,7 @@ class RayPool:
     def __enter__(self) -> RayPool:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         for actor in self._actors:
             self._ray.kill(actor)
         self._ray.shutdown()

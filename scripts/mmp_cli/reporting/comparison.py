@@ -48,12 +48,12 @@ def compare(published: Published, section: Section, matched: Mapping[str, Mappin
     entries = [_ours(section, index, frozenset(names)) for index in range(len(section.runs))]
     # A published result counts for every seed of ours.
     for planner in published.planners:
-        told = {(name, seed): row for name in names for row in rows[name] if row.planner == planner
+        rows_of_planner = {(name, seed): row for name in names for row in rows[name] if row.planner == planner
                 for seed in section.seeds[name]}  # fmt: skip
-        solved = {unit: row for unit, row in told.items() if row.solved}
+        solved = {unit: row for unit, row in rows_of_planner.items() if row.solved}
         times = {unit: row.planning_time_s for unit, row in solved.items() if row.planning_time_s is not None}
         costs = {unit: row.cost_rad for unit, row in solved.items() if row.cost_rad is not None}
-        entries.append(Entry(label=planner, published=True, tried=len(told), times=times, costs=costs))
+        entries.append(Entry(label=planner, published=True, tried=len(rows_of_planner), times=times, costs=costs))
     return Comparison(
         source=published.name, note=published.note, instances=names, left_out=left_out, entries=tuple(entries)
     )
@@ -88,16 +88,16 @@ def comparison_tables(comparison: Comparison) -> list[Table]:
     rows = []
     for entry in comparison.entries:
         costs: Spread | None = spread(entry.costs.values())
-        told = share(len(entry.times), entry.tried), *measured(spread(entry.times.values())), mean_and_std(costs)
-        rows.append([entry.label, "published" if entry.published else "ours", *told])
+        figures = share(len(entry.times), entry.tried), *measured(spread(entry.times.values())), mean_and_std(costs)
+        rows.append([entry.label, "published" if entry.published else "ours", *figures])
     note = (
         f"Published: {comparison.source}, {comparison.note}. Times are of different machines. On the "
         f"{counted(len(comparison.instances), 'instance')} that both have and that are valid here; times and costs "
         "over what the planner itself has solved."
     )
     if comparison.left_out:
-        told = (f"{name.partition('/')[2] or name} ({why})" for name, why in comparison.left_out.items())
-        note += f" Left out: {'; '.join(told)}."
+        reasons = (f"{name.partition('/')[2] or name} ({why})" for name, why in comparison.left_out.items())
+        note += f" Left out: {'; '.join(reasons)}."
     head = ["planner", "whose", "solved", "median time", "90 %", "mean time [s]", "mean cost [rad]"]
     first = Table(title=f"Beside {comparison.source}", head=head, rows=rows, note=note)
     return [first, _cost_table(comparison)]

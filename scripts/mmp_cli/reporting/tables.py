@@ -97,8 +97,8 @@ def time_table(section: Section) -> Table:
                 run.label,
                 *(seconds(getattr(time, field)) if time else NOTHING for field in ("median", "p90", "most")),
                 *(f"{getattr(ratio, field):.3f}" if ratio else NOTHING for field in ("mean", "median", "most")),
-                _said(run, "bound_met", run.solved),
-                _said(run, "deadline_hit", run.valid),
+                _reported(run, "bound_met", run.solved),
+                _reported(run, "deadline_hit", run.valid),
                 _proved(run),
             ]
         )
@@ -201,8 +201,8 @@ def _mean(values: Spread | None, count: int) -> str:
 def _proved(run: PlannerRuns) -> str:
     """Returns the clearance proved of each kind that was asked for, or else the least of all kinds."""
     proved = {kind: run.proved_m(kind) for kind in run.asked or (None,)}
-    told = {kind: f"{millimetres(clear)} mm" for kind, clear in proved.items() if clear is not None}
-    words = (f"{text} {KIND_WORDS[kind]}" if kind else f"{text} of all kinds" for kind, text in told.items())
+    texts = {kind: f"{millimetres(clear)} mm" for kind, clear in proved.items() if clear is not None}
+    words = (f"{text} {KIND_WORDS[kind]}" if kind else f"{text} of all kinds" for kind, text in texts.items())
     return ", ".join(words) or NOTHING
 
 
@@ -216,10 +216,10 @@ def _tree_note(rows: Iterable[Sequence[str]], column: int) -> str:
     return out
 
 
-def _said(run: PlannerRuns, field: str, lines: Sequence[object]) -> str:
+def _reported(run: PlannerRuns, field: str, lines: Sequence[object]) -> str:
     """Returns how many lines have the field set, or a dash if the planner does not report it."""
-    told = [getattr(line, field) for line in lines]
-    return NOTHING if all(value is None for value in told) else f"{sum(map(bool, told))} of {len(told)}"
+    values = [getattr(line, field) for line in lines]
+    return NOTHING if all(value is None for value in values) else f"{sum(map(bool, values))} of {len(values)}"
 
 
 def _short(section: Section, instance: str, seed: int | None = None) -> str:

@@ -38,16 +38,16 @@ def proof(clearance: float) -> Certificate:
 
 
 def refusal(*arms: int, instant: float) -> Certificate:
-    """What says that a plan is no good: there the arms touch, or one arm alone (the second is -1) touches something."""
+    """Returns a failed certificate: the arms touch there, or one arm alone (the second is -1) touches a body."""
     return Certificate(valid=False, proved=_all(-0.1), arms=(arms[0], arms[1]), instant=instant)
 
 
 PROVED = proof(0.01)
-"""What certifying gives where nothing else is written down."""
+"""Default certificate."""
 
 # Arms a and b go to each other's places and meet at place 1; a may go around by -5, at a cost of 12 instead of 2.
 CROSSING = ([(0, 1, 2), (0, -5, 2)], [(2, 1, 0)])
-# As above, but b finds a cheap way as well, after its third constraint.
+# As above, but b finds a cheap path as well, after its third constraint.
 LATER = (
     lambda count: (0, 1, 2) if count == 0 else (0, -5, 2),
     lambda count: (2, 1, 0) if count < 3 else (2, 1.5, 0.5, 0),
@@ -60,7 +60,7 @@ def endless(count):
 
 
 def path(*places: float) -> Path:
-    """A path through places, one a step; it costs the way from each to the next."""
+    """Returns a path through places, one a step; its cost is the distance between them."""
     q = np.array(places, dtype=float)[:, None]
     return Path(q=q, motion=_MOTION, length=float(np.abs(np.diff(q, axis=0)).sum()))
 
@@ -78,7 +78,7 @@ def conflicts(paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> dict[t
 
 def node(number: int, *places: Sequence[float], bounds: Sequence[float] | None = None) -> Node:
     """A node of the tree with one path for each arm; without `bounds` [rad] the paths' lengths are the bounds."""
-    paths = tuple(path(*way) for way in places)
+    paths = tuple(path(*row) for row in places)
     pairs = [(a, b) for a in range(len(paths)) for b in range(a + 1, len(paths))]
     return Node(
         id=number,
@@ -91,33 +91,33 @@ def node(number: int, *places: Sequence[float], bounds: Sequence[float] | None =
 
 
 class ArmsOnALine(PlanningContext):
-    """`ways[arm](n)` are the places of an arm that has n constraints to keep, None where it has no way.
+    """`places[arm](n)` are the places of an arm with n constraints, None if it has no path.
 
-    A sequence will do for a function: beyond its end there is no way. `certificates` are what the first plans get.
+    A sequence may stand for a function: beyond its end there is no path. The first plans get the `certificates`.
     """
 
-    def __init__(self, *ways: Sequence | Callable, certificates: Sequence[Certificate] = ()) -> None:
+    def __init__(self, *places: Sequence | Callable, certificates: Sequence[Certificate] = ()) -> None:
         self.problem, self.names, self.dt, self.clock = (
             _PROBLEM,
-            tuple("abcdef"[: len(ways)]),
+            tuple("abcdef"[: len(places)]),
             0.1,
             core.Clock(math.inf),
         )
-        self.max_step = [np.full(1, 100.0) for _ in ways]
+        self.max_step = [np.full(1, 100.0) for _ in places]
         self.certificates = list(certificates)
         self.seeds: list[int] = []
         self.calls: list[tuple[int, int, int, float]] = []  # arm, how many constraints, seed, budget
         self.experiences: list[np.ndarray | None] = []
-        self._ways = ways
+        self._places = places
 
     def reseed(self, seed):
         self.seeds.append(seed)
 
     def low_level(self, arm, constraints, seed, budget=1.0, others=(), experience=None):
-        count, ways = len(constraints), self._ways[arm]
+        count, rows = len(constraints), self._places[arm]
         self.calls.append((arm, count, seed, budget))
         self.experiences.append(experience)
-        places = ways(count) if callable(ways) else ways[count] if count < len(ways) else None
+        places = rows(count) if callable(rows) else rows[count] if count < len(rows) else None
         return (None if places is None else path(*places)), 1
 
     def conflicts(self, paths, pairs):

@@ -18,6 +18,7 @@ from markdown.inlinepatterns import InlineProcessor
 from mkdocs.structure.files import File  # pyright: ignore[reportMissingImports] # extra `docs`
 
 _HELP = re.compile(r"^<!-- help: (\w+) -->$", re.MULTILINE)
+_MARK = re.compile(r"<!-- (?:figure|table|checked|file|end)\b.*?-->", re.DOTALL)
 _PROGRAM = re.compile(r"(\]\([^)\s]*(?:plan_and_look|compare_trees))\.(?:ipynb|py)\)")
 _CELL = re.compile(r"^# %%(.*)\n", re.MULTILINE)
 PROGRAMS = ("tutorials/plan_and_look.ipynb", "tutorials/compare_trees.py")
@@ -61,8 +62,12 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def on_page_markdown(markdown: str, *, page: Any, **_: Any) -> str:
-    """Inserts the help of a command at each `<!-- help: COMMAND -->`; links to programs become links to pages."""
+    """Inserts the help of a command at each `<!-- help: COMMAND -->`; links to programs become links to pages.
+
+    Drops the marks of figures and tables, which would end a paragraph.
+    """
     markdown = _HELP.sub(lambda mark: f"```text\n{command_help(mark[1])}```", markdown)
+    markdown = _MARK.sub("", markdown)
     if page.file.generated_by:
         return markdown
     return _PROGRAM.sub(r"\1.md)", markdown)

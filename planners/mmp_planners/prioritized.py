@@ -34,8 +34,9 @@ class Prioritized:
     """
 
     about: ClassVar[About] = About(
-        paper="Erdmann, Lozano-Perez: On multiple moving objects, Algorithmica 2, 1987; Sim, Kim, Nam: SI-RRT*, 2024",
-        url="https://arxiv.org/abs/2404.01752",
+        paper="Erdmann, Lozano-Pérez: On multiple moving objects, Algorithmica 2, 1987 (with the single-arm planner of "
+        "Sim, Kim, Nam 2024, arXiv 2404.01752)",
+        url="https://doi.org/10.1007/BF01840371",
         guarantee="neither complete (an instance may need all arms to give way at once) nor bounded in cost",
     )
 

@@ -12,9 +12,9 @@ import jaxtyping
 
 sys.path.insert(0, str(Path(__file__).parent))
 importlib.import_module("support.typechecker")  # the hook looks it up in `support`
-# Before any of the packages is imported: the hook acts at import.
+# This comes before the packages, because the hook acts at import.
 jaxtyping.install_import_hook(["mmp_env", "mmp_planners", "mmp_tasks", "mmp_cli"], "support.typechecker.checked")
 
-# A busy machine makes no test fail; examples are the same in every run, so a failure seen once is seen again.
+# No deadline: a busy machine makes no test fail. Examples are the same in every run, so failures repeat.
 hypothesis.settings.register_profile("mmp", deadline=None, derandomize=True, database=None)
 hypothesis.settings.load_profile("mmp")

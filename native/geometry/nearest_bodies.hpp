@@ -1,4 +1,4 @@
-// NearestBodies bodies of one state, in double precision: two arms, an arm and an obstacle, two parts of one arm.
+// Nearest bodies of one state, in double precision: two arms, an arm and an obstacle, two parts of one arm.
 #pragma once
 
 #include <array>

@@ -38,7 +38,7 @@ struct PooledPath {
     for (int k = 1; k < count; ++k) {
       if (longest_move<T>({row(to), row(k)}, dof) <= kStraight && k + 1 < count) continue;
       bool straight = limits.steps(row(from), row(k)) <= 1;
-      for (int via = from + 1; straight && via < k; ++via) straight = on_the_way(row(from), row(via), row(k), dof);
+      for (int via = from + 1; straight && via < k; ++via) straight = is_between(row(from), row(via), row(k), dof);
       if (to > from && !straight) close();
       to = k;
     }
@@ -46,7 +46,7 @@ struct PooledPath {
     return out;
   }
 
-  static bool on_the_way(const T* p, const T* via, const T* q, int dof) {
+  static bool is_between(const T* p, const T* via, const T* q, int dof) {
     T whole = 0, part = 0;
     for (int j = 0; j < dof; ++j) {
       whole += (q[j] - p[j]) * (q[j] - p[j]);

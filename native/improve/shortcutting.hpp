@@ -181,7 +181,7 @@ class Shortcutter {
       window(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
       for (auto& b : others_[a]) {
         if (check_.is_clear(window(a, n), motions_[b], i + from, levels_, clock_)) continue;
-        std::swap(b, others_[a][0]);  // likely in the way again
+        std::swap(b, others_[a][0]);  // likely to block the next candidate too
         return false;
       }
       return true;

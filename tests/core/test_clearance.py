@@ -12,7 +12,7 @@ from mmp_env.model.transforms import quaternion_from_yaw
 
 CELLS = [("ur5e", "ur5e"), ("panda", "panda"), ("fr5", "fr5"), ("piper", "piper"), ("panda", "ur5e", "piper")]
 BOUND_M = {False: 1e-5, True: 1e-9}
-COUNT = 21  # no multiple of any number of lanes
+COUNT = 21  # not a multiple of any number of vector lanes
 
 
 def with_cells(test):
@@ -27,7 +27,7 @@ def drawn(robots, spheres, seed):
 
 
 @with_cells
-def test_static_clearance_agrees_with_the_twin(robots, spheres):
+def test_static_clearance_agrees_with_the_reference(robots, spheres):
     cell, q = drawn(robots, spheres, 31)
     for arm in cell.arm_names:
         expected = np.array([clearance.static_clearance(cell, arm, row) for row in q[arm]])
@@ -37,7 +37,7 @@ def test_static_clearance_agrees_with_the_twin(robots, spheres):
 
 
 @with_cells
-def test_pair_clearance_agrees_with_the_twin(robots, spheres):
+def test_pair_clearance_agrees_with_the_reference(robots, spheres):
     cell, q = drawn(robots, spheres, 32)
     expected = np.array(
         [clearance.pair_clearance(cell, "arm0", a, "arm1", b) for a, b in zip(q["arm0"], q["arm1"], strict=True)]
@@ -52,7 +52,7 @@ def test_pair_clearance_agrees_with_the_twin(robots, spheres):
 
 
 @with_cells
-def test_the_clearance_of_whole_states_agrees_with_the_twin(robots, spheres):
+def test_the_clearance_of_whole_states_agrees_with_the_reference(robots, spheres):
     cell, q = drawn(robots, spheres, 33)
     states = [{arm: q[arm][k] for arm in q} for k in range(COUNT)]
     expected = [clearance.clearance(cell, state) for state in states]
@@ -60,7 +60,7 @@ def test_the_clearance_of_whole_states_agrees_with_the_twin(robots, spheres):
 
 
 @with_cells
-def test_the_least_clearance_over_everything_agrees_with_the_twin(robots, spheres):
+def test_the_least_clearance_over_everything_agrees_with_the_reference(robots, spheres):
     cell, q = drawn(robots, spheres, 34)
     for k in range(8):
         state = {arm: q[arm][k] for arm in q}
@@ -70,7 +70,7 @@ def test_the_least_clearance_over_everything_agrees_with_the_twin(robots, sphere
 
 
 @with_cells
-def test_validity_agrees_with_the_twin(robots, spheres):
+def test_validity_agrees_with_the_reference(robots, spheres):
     cell, q = drawn(robots, spheres, 35)
     for arm in cell.arms:
         rows = q[arm.name].copy()
@@ -93,7 +93,7 @@ SOLIDS = {
 
 @pytest.mark.parametrize("shape", SOLIDS)
 def test_the_distance_from_each_kind_of_solid_is_exact_inside_and_outside(shape):
-    """A toy arm in three dimensions brings one small sphere to places all around and inside the solid."""
+    """A toy arm moves one small sphere around the solid and into it."""
     rng = np.random.default_rng(36)
     axes = np.array([[0.0, 0, 1], [0, 1, 0]])
     arm = toys.toy_arm("a", [0, 0, 0], axes=axes)
@@ -109,7 +109,7 @@ def test_the_distance_from_each_kind_of_solid_is_exact_inside_and_outside(shape)
 
 
 def test_bases_too_close_to_each_other_are_no_contact():
-    """Two bases that overlap stand there for good; only moving links are looked at."""
+    """Bases never move, so the core tests moving links only."""
     away = [quaternion_from_yaw(yaw) for yaw in (0.0, np.pi)]
     arms = tuple(place_arm(f"arm{k}", "ur5e", [0.04 * k, 0, 0], away[k]) for k in (0, 1))
     cell = Cell(name="close", arms=arms)

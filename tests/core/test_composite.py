@@ -50,7 +50,7 @@ def crowded(seed=3):
     return make_problem(cell, *draw_instance(cell, seed=seed))
 
 
-@pytest.mark.parametrize("kind", [two_arms.passing, two_arms.one_in_the_way, crowded])
+@pytest.mark.parametrize("kind", [two_arms.passing, two_arms.parked_arm_between, crowded])
 def test_a_path_goes_from_start_to_goal_by_edges_no_longer_than_the_range(kind):
     problem = kind()
     path = search_of(problem).grow(1_000_000, forever())
@@ -80,8 +80,8 @@ def test_a_path_is_clear_between_its_samples_by_the_reference(step):
         assert between >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - FLOAT_M
 
 
-def obstacle_in_the_way():
-    """A ball where the hand of the left arm would pass, and the right arm far off."""
+def obstacle_between():
+    """Returns a problem with a ball on the straight line of the left hand. The right arm is far away."""
     tip = two_arms.facing_cell(2.4).collision.tool_points("left", two_arms.reaching(0.0)[None])[0]
     ball = {"position": frozen_array(tip), "quaternion": frozen_array([1.0, 0, 0, 0]), "radius": 0.05}
     cell = Cell(
@@ -90,15 +90,15 @@ def obstacle_in_the_way():
     return turned(cell, 0.8, -0.8)
 
 
-def base_in_the_way():
-    """The other arm stands right where the fore arm would pass, and reaches in the other direction itself."""
+def base_between():
+    """Returns a problem with the other arm's base on the straight line of the left forearm."""
     left = place_arm("left", "ur5e", [-0.3, 0, 0], quaternion_from_yaw(0.0))
     right = place_arm("right", "ur5e", [0.3, 0, 0], quaternion_from_yaw(0.0))
     return turned(Cell(name="close", arms=(left, right)), 1.2, -1.2, low=True)
 
 
 def turned(cell, start, goal, low=False):
-    """The left arm turns from one pan to the other; the right one holds still."""
+    """Returns a problem in which the left arm turns its first joint. The right arm stands still."""
     ends = [{"left": reach(pan, low), "right": two_arms.reaching(0.0)} for pan in (start, goal)]
     return make_problem(cell, *ends)
 
@@ -107,8 +107,8 @@ def reach(pan, low):
     return two_arms.reaching(pan) + (np.array([0, 0.6, 0.3, 0, 0, 0]) if low else 0)
 
 
-def itself_in_the_way():
-    """Two places that the left arm cannot go straight between without touching itself: the first ones drawn."""
+def itself_between():
+    """Returns a problem in which the straight line of the left arm is in self-collision: the first drawn."""
     cell = two_arms.facing_cell(2.4)
     rng = np.random.default_rng(5)
     q = rng.uniform(-2.8, 2.8, (4000, 6))
@@ -123,9 +123,9 @@ def itself_in_the_way():
 @pytest.mark.parametrize(
     ("kind", "what"),
     [
-        (obstacle_in_the_way, clearance.obstacle_clearance),
-        (base_in_the_way, clearance.base_clearance),
-        (itself_in_the_way, clearance.self_clearance),
+        (obstacle_between, clearance.obstacle_clearance),
+        (base_between, clearance.base_clearance),
+        (itself_between, clearance.self_clearance),
     ],
 )
 def test_a_path_is_clear_of_obstacles_bases_and_the_arms_themselves_by_the_reference(kind, what, step):
@@ -142,7 +142,7 @@ def test_a_path_is_clear_of_obstacles_bases_and_the_arms_themselves_by_the_refer
 
 
 def test_the_proof_removes_an_edge_that_coarse_samples_let_through_and_the_search_goes_on():
-    """One sample per edge, its end: the straight line through the other hand becomes an edge, but no path."""
+    """With one sample per edge, its end, the straight line through the other hand becomes an edge first."""
     problem = two_arms.passing()
     fine, coarse = (search_of(problem, edge=4.0, step=step) for step in (STEP_RAD, 2.0))
     assert fine.grow(1, forever()) is None
@@ -156,7 +156,7 @@ def test_the_proof_removes_an_edge_that_coarse_samples_let_through_and_the_searc
 
 @pytest.mark.parametrize("seed", range(4))
 def test_paths_of_coarse_samples_are_proved(seed):
-    """Longer paths; the proof removes edges of both trees."""
+    """The paths are longer, and the proof removes edges of both trees."""
     problem = crowded(seed)
     coarse, fine = (search_of(problem, seed, step=step) for step in (1.0, STEP_RAD))
     assert_proved(problem, coarse.grow(1_000_000, forever()))
@@ -172,7 +172,7 @@ def assert_proved(problem, path):
     assert proof.clearance > 0
 
 
-def test_slices_find_what_one_go_finds():
+def test_a_search_in_slices_finds_the_same_path_as_one_call():
     problem = crowded()
     once, sliced = search_of(problem), search_of(problem)
     path = once.grow(1_000_000, forever())
@@ -206,7 +206,7 @@ def test_no_iterations_and_no_time_find_nothing():
     assert search.iterations < 100
 
 
-def test_what_does_not_fit_the_cell_is_refused():
+def test_states_of_the_wrong_size_are_refused():
     problem = two_arms.passing()
     q = np.zeros(5)
     with pytest.raises(ValueError, match="number of joints"):
@@ -220,7 +220,7 @@ def test_edges_and_steps_of_no_length_are_refused(edge, step):
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -1e9])
-def test_ends_that_are_no_configurations_are_refused(value):
+def test_a_start_or_goal_that_is_not_finite_is_refused(value):
     problem = two_arms.passing()
     free, broken = np.zeros(12), np.full(12, value)
     for ends in ((free, broken), (broken, free)):

@@ -1,4 +1,4 @@
-"""Conflicts of a whole plan against what dense sampling by the reference implementation finds."""
+"""Conflicts of a whole plan against dense sampling by the reference implementation."""
 
 import dataclasses
 
@@ -12,26 +12,26 @@ from mmp_env.model.problem import make_problem
 
 
 def plan_of(cell, waypoints, times):
-    """A plan through waypoints, arm name -> [t, dof]."""
+    """Returns a plan through waypoints, arm name -> [t, dof]."""
     start, goal = ({arm: q[k] for arm, q in waypoints.items()} for k in (0, -1))
     return Plan(problem=make_problem(cell, start, goal), times=np.array(times, dtype=float), positions=waypoints)
 
 
 def three_arms():
-    """The tips of a and b meet at x = 2 when both are stretched; c stands far off."""
+    """Returns a cell in which the tips of stretched arms a and b touch at x = 2. Arm c is far away."""
     return toys.toy_cell(
         toys.toy_arm("a", [0, 0, 0]), toys.toy_arm("b", [4, 0, 0], yaw=np.pi), toys.toy_arm("c", [0, 9, 0])
     )
 
 
 def passing_twice():
-    """Arm a passes the parked tip of b at 3 s and, faster, moving back at 6 s."""
+    """Returns a plan in which arm a passes the parked tip of b at 3 s and, faster, moves back at 6 s."""
     still = np.zeros((4, 2))
     return {"a": np.array([[-1.0, 0], [1.0, 0], [1.0, 0], [-1.0, 0]]), "b": still, "c": still}, [0.0, 6.0, 6.5, 7.5]
 
 
 def touching_times(plan, arm_a, arm_b):
-    """(begin, end) of every unbroken time of contact, sampled each 5 ms."""
+    """Returns (begin, end) [s] of each uninterrupted contact, sampled every 5 ms."""
     cell, times = plan.problem.cell, np.arange(0, plan.times[-1], 0.005)
     states = [plan.at(float(t)) for t in times]
     near = [clearance.moving_clearance(cell, arm_a, s[arm_a], arm_b, s[arm_b]) < plan.problem.margin for s in states]

@@ -1,4 +1,4 @@
-"""Windows of constraints: open ones, broken numbers of steps, and single instants. Times are in steps."""
+"""Time windows of constraints: open windows, fractions of steps, and single instants. Times are in steps."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ LEVELS = core.Levels(MARGIN_M, 0.0015)
 
 
 def narrow_arm():
-    """A toy arm whose second joint can hardly move: there is a single path."""
+    """Returns a toy arm whose second joint can hardly move, so there is a single path."""
     limits = {"lower": np.array([-np.pi, -1e-3]), "upper": np.array([np.pi, 1e-3])}
     return toys.toy_cell(toys.toy_arm("a", [0, 0, 0], **limits))
 
@@ -23,7 +23,7 @@ HERE = np.zeros(2)
 
 
 def standing(forbidden):
-    """Safe intervals at a configuration that is forbidden in each of the windows."""
+    """Returns the safe intervals of a configuration that is forbidden in each of the windows."""
     balls = [core.Constraint.ball(HERE, 0.1, *window) for window in forbidden]
     return [(int(lo), int(hi)) for lo, hi in core.safe_intervals(CELL.collision.core, 0, HERE, balls, LEVELS)]
 
@@ -51,7 +51,7 @@ def planned(forbidden, **options):
         (4, [(0, 3), (5, core.FOREVER)]),
     ],
 )
-def test_to_stay_somewhere_must_not_take_in_a_forbidden_instant(instant, expected):
+def test_a_stay_contains_no_forbidden_instant(instant, expected):
     assert standing([(instant, instant)]) == expected
 
 
@@ -65,21 +65,21 @@ def test_safe_intervals_are_the_longest_stays_that_windows_allow(drawn):
     found = [(lo, min(hi, LAST)) for lo, hi in standing(forbidden)]
     expected = windows.stays(forbidden, LAST)
     assert [stay for stay in found if stay[0] < stay[1]] == [stay for stay in expected if stay[0] < stay[1]]
-    # Single steps between open windows are of no use to anybody; where instants are forbidden they may be all there is.
+    # A safe interval of a single step is of use only between forbidden instants.
     if any(start == end for start, end in forbidden):
         assert found == expected
 
 
 @pytest.mark.parametrize("instant", [*np.arange(0, 13, 0.5), 4.3, 5.77])
-def test_a_path_is_somewhere_else_at_a_forbidden_instant_and_late_by_no_more_than_it_must(instant):
+def test_a_path_avoids_a_forbidden_instant_with_the_least_delay(instant):
     path = planned([(instant, instant)])
     at = np.interp(instant, np.arange(len(path)), path[:, 0])
     assert abs(at) > 0.1 - 1e-6
-    # Ten steps for 0.8 rad; the ball takes two and a half of them, and whole steps for each piece of the path.
+    # 0.8 rad take ten steps. The ball takes two and a half of them, and each piece of the path takes whole steps.
     assert 10 <= len(path) - 1 <= 10 + 5
 
 
-def test_many_instants_are_passed_by_between_them():
+def test_a_path_passes_between_many_forbidden_instants():
     instants = [4.5, 12.5, 13.5, 20.25]
     path = planned([(t, t) for t in instants])
     assert (np.abs(np.interp(instants, np.arange(len(path)), path[:, 0])) > 0.1 - 1e-6).all()
@@ -105,8 +105,8 @@ def test_a_window_that_ends_before_it_begins_is_refused(window):
 @pytest.mark.parametrize(
     ("instant", "broken"), [(4, False), (5, True), (5.4, True), (5.7, True), (5.9, False), (6.5, False), (99, True)]
 )
-def test_a_motion_breaks_an_instant_only_where_it_is_there(instant, broken):
-    """From 4.75 to 5.75 steps it passes the ball, and at its end it is in it."""
+def test_a_motion_breaks_an_instant_only_if_it_is_inside_the_ball_then(instant, broken):
+    """The motion passes the ball from 4.75 to 5.75 steps, and ends inside it."""
     rows = np.array([[x, 0.0] for x in (-1.05, -0.85, -0.65, -0.45, -0.25, -0.05, 0.15, 0.35, 0.05)])
     motion = CELL.collision.motion("a", rows)
     ball = core.Constraint.ball(HERE, 0.1, instant, instant)

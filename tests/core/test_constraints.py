@@ -16,14 +16,14 @@ STEP_RAD = 0.08
 
 
 def near_states(rng, cell, count):
-    """Configurations of the first two arms, `count` of each, with -5 to 5 cm between them."""
+    """Returns configurations of the first two arms, `count` of each, with a clearance of -5 to 5 cm."""
     q = [toys.random_configurations(rng, arm, 2000) for arm in cell.arms[:2]]
     near = np.flatnonzero(np.abs(cell.collision.pair_clearance("arm0", q[0], "arm1", q[1])) < 0.05)[:count]
     return q[0][near], q[1][near]
 
 
 def random_constraints(rng, cell, q, q_other):
-    """One of each kind about a configuration q of arm0, for the core and for the reference implementation."""
+    """Returns one constraint of each kind about q of arm0, for the core and for the reference implementation."""
     begins = rng.integers(-4, 20, 3)
     windows = [(int(lo), int(max(lo, 0) + length)) for lo, length in zip(begins, rng.integers(1, 9, 3), strict=True)]
     if rng.random() < 0.2:
@@ -47,7 +47,7 @@ def random_constraints(rng, cell, q, q_other):
 
 
 def is_close_call(cell, q, constraint):
-    """Whether rounding to single precision may decide about the constraint at q."""
+    """Returns whether rounding to single precision may decide if q breaks the constraint."""
     if isinstance(constraint, intervals.BallConstraint):
         return abs(np.abs(q - constraint.center).max() - constraint.radius) < FLOAT_RAD
     own = clearance.cloud(cell, cell.arms[0], q)
@@ -66,7 +66,7 @@ def test_safe_intervals_are_what_broken_constraints_leave(robots):
         assert not any(is_close_call(cell, q, constraint) for constraint in reference)
         found = core.safe_intervals(cell.collision.core, 0, q, native, LEVELS)
         expected = intervals.safe_intervals(cell, "arm0", q, reference)
-        # Windows are open: between two that touch there is an instant, which is of no use to anybody.
+        # Windows are open, so two adjacent windows leave a single instant between them. It is not a usable interval.
         found = [(lo, np.inf if hi == core.FOREVER else hi) for lo, hi in found if lo < hi]
         assert found == [(lo, hi) for lo, hi in expected if lo < core.FOREVER]
         broken += sum(constraint.is_broken(cell, "arm0", q) for constraint in reference)
@@ -97,7 +97,7 @@ def test_a_path_breaks_a_constraint_where_its_half_steps_do(robots):
     assert min(sum(verdicts), len(verdicts) - sum(verdicts)) >= 10
 
 
-def test_a_window_that_is_over_before_the_start_breaks_nothing():
+def test_a_window_that_ends_before_the_start_is_never_broken():
     cell, q = narrow_arm(), np.zeros(2)
     path = cell.collision.motion("a", np.zeros((3, 2)))
     for window, broken in [((-3, -1), False), ((-3, 0), False), ((-3, 1), True)]:
@@ -112,7 +112,7 @@ def single_arm(cell, name, start, goal, seed=0):
 
 
 def assert_path_is_right(cell, name, path, start, goal, constraints):
-    """Checks the planner's promises by the reference implementation: ends, speed, limits, contacts, constraints."""
+    """Checks ends, speed, limits, contacts and constraints of a path by the reference implementation."""
     np.testing.assert_allclose(path[[0, -1]], [start, goal], rtol=0, atol=FLOAT_RAD)
     assert np.abs(np.diff(path, axis=0)).max() <= STEP_RAD * (1 + 1e-3)
     robot = cell.arm(name).robot
@@ -126,7 +126,7 @@ def assert_path_is_right(cell, name, path, start, goal, constraints):
 
 
 @pytest.mark.parametrize(("robot", "spheres"), [*((name, "28") for name in robot_names()), ("ur5e", "fine")])
-def test_planned_paths_keep_all_that_they_promise(robot, spheres):
+def test_planned_paths_keep_ends_speed_limits_clearance_and_constraints(robot, spheres):
     cell = ring_cell(2, robot, spheres)
     start, goal = Reach().sample(cell, np.random.default_rng(53))
     planner = single_arm(cell, "arm0", start["arm0"], goal["arm0"])
@@ -136,7 +136,7 @@ def test_planned_paths_keep_all_that_they_promise(robot, spheres):
         core.Constraint.standing(cell.collision.core, 1, q, start=begin, end=end) for _, q, (begin, end) in places
     ]
     reference = [intervals.standing(cell, "arm1", q, *window, proved) for _, q, window in places]
-    # The path without constraints is then blocked for a while, halfway.
+    # The constraint then blocks the middle of the unconstrained path for some time.
     free, _ = planner.plan([], 0, core.Clock(60.0))
     assert_path_is_right(cell, "arm0", free, start["arm0"], goal["arm0"], [])
     halfway = free[len(free) // 2].copy()
@@ -148,7 +148,7 @@ def test_planned_paths_keep_all_that_they_promise(robot, spheres):
 
 
 def narrow_arm():
-    """A toy arm whose second joint can hardly move: there is a single path."""
+    """Returns a toy arm whose second joint can hardly move, so there is a single path."""
     limits = {"lower": np.array([-np.pi, -1e-3]), "upper": np.array([np.pi, 1e-3])}
     return toys.toy_cell(toys.toy_arm("a", [0, 0, 0], **limits))
 
@@ -168,7 +168,7 @@ def test_an_arm_with_a_single_path_waits_as_long_as_it_must():
     assert_path_is_right(cell, "a", path, start, goal, [reference])
     duration = 0.6 / STEP_RAD
     earliest = intervals.earliest_departure(cell, "a", start, goal, duration, [reference], (0, np.inf))
-    # Whole steps for each piece of the path, and a blocked piece is known to 0.03 rad.
+    # Each piece of the path takes whole steps, and the blocked piece is known to 0.03 rad.
     assert earliest + duration <= len(path) - 1 <= earliest + duration + 3
 
 

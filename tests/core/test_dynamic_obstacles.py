@@ -1,4 +1,4 @@
-"""Other arms in motion, in planning and in safe intervals, against distances at many instants. Times are in steps."""
+"""Dynamic obstacles in planning and in safe intervals, against distances at many instants. Times are in steps."""
 
 import gc
 
@@ -20,7 +20,7 @@ def cell():
 
 
 def sweep(cell, arm, turn, wait=0, far=1.3):
-    """A path that waits, turns about the base from `far` on one side to the other, and stops: [k, dof]."""
+    """Returns a path that waits, turns about the base from `far` on one side to the other, and stops: [k, dof]."""
     home = np.array(cell.arm(arm).robot.home)
     start, goal = home.copy(), home.copy()
     start[0] -= turn * far
@@ -31,7 +31,7 @@ def sweep(cell, arm, turn, wait=0, far=1.3):
 
 
 def gap(cell, path_a, path_b, t):
-    """Clearance of the arms' moving parts at an instant, by the reference; both stay at their last rows."""
+    """Returns the clearance of the arms' moving parts at an instant. Both arms stay at their last rows."""
     a, b = ([np.interp(t, np.arange(len(path)), joint) for joint in np.transpose(path)] for path in (path_a, path_b))
     return clearance.moving_clearance(cell, "arm0", a, "arm1", b)
 
@@ -48,7 +48,7 @@ def states_near_the_centre(cell, count, seed=0):
 
 
 def test_a_stay_is_safe_exactly_where_no_arm_comes_near(cell):
-    """Never unsafe; and not overcautious by more than the chord deviation of a step, about 3 cm."""
+    """Safe intervals are never unsafe, and cautious by at most the chord deviation of a step, about 3 cm."""
     other = sweep(cell, "arm1", 1, wait=5)
     moving = cell.collision.motion("arm1", other)
     touched = passed = 0
@@ -108,7 +108,7 @@ def test_an_arm_that_stops_at_the_goal_leaves_no_path_and_one_that_passes_does(c
 
 
 def own_goal_blocked(cell, own):
-    """A path of the other arm that comes to lie on this arm's goal and stays."""
+    """Returns a path of the other arm that ends on this arm's goal."""
     rng = np.random.default_rng(3)
     home = np.array(cell.arms[1].robot.home)
     ends = home + rng.uniform(-1.5, 1.5, (4000, 6))
@@ -119,7 +119,7 @@ def own_goal_blocked(cell, own):
 
 
 def test_a_dynamic_obstacle_that_starts_long_after_the_arrival_still_counts(cell):
-    """It would run over the arm that stands at its goal, so the arm moves aside and comes back."""
+    """The obstacle passes through the goal after the arrival, so the arm moves aside and returns."""
     own = sweep(cell, "arm0", -1, far=0.4)
     late = sweep(cell, "arm1", 1, wait=60)
     assert min(gap(cell, own, late, t) for t in range(60, len(late))) < 0
@@ -128,7 +128,7 @@ def test_a_dynamic_obstacle_that_starts_long_after_the_arrival_still_counts(cell
     assert min(gap(cell, path, late, t) for t in np.arange(60, len(late) + 1, 0.25)) >= PROOF_M - FLOAT_M
 
 
-def test_the_same_seed_finds_the_same_path_whatever_was_asked_before(cell):
+def test_the_same_seed_finds_the_same_path_after_other_calls(cell):
     own, moving = sweep(cell, "arm0", -1), cell.collision.motion("arm1", sweep(cell, "arm1", 1))
     ball = core.Constraint.ball((own[0] + own[-1]) / 2, 0.3, 0, core.FOREVER)
     planner = single_arm(cell, own)
@@ -138,7 +138,7 @@ def test_the_same_seed_finds_the_same_path_whatever_was_asked_before(cell):
 
 
 def detour(planner, own):
-    """A path around a ball that blocks the straight line forever, and not shortened."""
+    """Returns a path around a ball that blocks the straight line for ever, without shortcuts."""
     ball = core.Constraint.ball((own[0] + own[-1]) / 2, 0.2, 0, core.FOREVER)
     return planner.plan([ball], 1, core.Clock(60.0), settings=core.SingleArmSettings(shortcuts=0))[0]
 
@@ -180,7 +180,7 @@ def test_an_experience_of_nothing_changes_nothing(cell, rows):
     np.testing.assert_array_equal(path, planner.plan([], 1, core.Clock(60.0))[0])
 
 
-def test_what_is_no_motion_of_another_arm_of_the_cell_is_refused(cell):
+def test_a_motion_of_no_other_arm_of_the_cell_is_refused(cell):
     own, reference = sweep(cell, "arm0", -1), ring_cell(2)
     planner, clock = single_arm(cell, own), core.Clock(1.0)
     mine, theirs = cell.collision.motion("arm0", own), reference.collision.motion("arm1", own)
@@ -199,7 +199,7 @@ def test_what_is_no_motion_of_another_arm_of_the_cell_is_refused(cell):
         planner.plan([], 0, clock, experience=np.full((3, 6), np.nan))
 
 
-def test_what_is_no_constraint_of_the_arm_is_refused(cell):
+def test_a_constraint_of_another_arm_is_refused(cell):
     own = sweep(cell, "arm0", -1)
     planner, motion, compiled = single_arm(cell, own), cell.collision.motion("arm0", own), cell.collision.core
     for wrong, error in (

@@ -18,7 +18,7 @@ REFUSALS = ("ValueError", "TypeError")
 
 
 def offered() -> set[str]:
-    """Names of all functions and methods of the core."""
+    """Returns the names of all functions and methods of the core."""
     names = set()
     for name, value in vars(core.load_variant(core.preferred_variant())).items():
         if name.startswith("_"):
@@ -67,7 +67,7 @@ def test_a_cell_is_finished_once_and_not_without_arms():
         core.Cell().freeze()
 
 
-def test_nothing_is_asked_of_a_cell_that_is_not_finished():
+def test_an_unfinished_cell_refuses_queries():
     cell = core_calls.two_arms(frozen=False)
     with pytest.raises(ValueError, match="the cell is not frozen"):
         core.conflict_instants(cell, [], np.zeros((0, 2), dtype=np.int32), core_calls.MARGINS)

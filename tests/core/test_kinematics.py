@@ -10,18 +10,18 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.robot import SPHERE_SETS, robot_names
 
 PRECISE_M = 1e-9
-COUNT = 21  # no multiple of any number of lanes
+COUNT = 21  # not a multiple of any number of vector lanes
 
 
 def tilted_cell(rng, robot, spheres):
-    """One arm that stands anywhere, at any angle."""
+    """Returns a cell of one arm with a random base pose."""
     arm = place_arm("arm", robot, rng.uniform(-1, 1, 3), toys.random_rotation(rng))
     return Cell(name="tilted", arms=(arm,), spheres=spheres)
 
 
 @pytest.mark.parametrize("spheres", SPHERE_SETS)
 @pytest.mark.parametrize("robot", robot_names())
-def test_sphere_centres_agree_with_the_twin(robot, spheres):
+def test_sphere_centres_agree_with_the_reference(robot, spheres):
     rng = np.random.default_rng(21)
     cell = tilted_cell(rng, robot, spheres)
     q = toys.random_configurations(rng, cell.arms[0], COUNT)
@@ -50,7 +50,7 @@ def test_the_spheres_of_the_base_come_first(robot, spheres):
 
 @pytest.mark.parametrize("tool", ["default", None])
 @pytest.mark.parametrize("robot", robot_names())
-def test_tool_points_agree_with_the_twin(robot, tool):
+def test_tool_points_agree_with_the_reference(robot, tool):
     rng = np.random.default_rng(23)
     arm = place_arm("arm", robot, rng.uniform(-1, 1, 3), toys.random_rotation(rng), tool)
     q = toys.random_configurations(rng, arm, COUNT)

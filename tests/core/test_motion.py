@@ -1,7 +1,7 @@
 """Edges, conflicts and certificates of the core against dense sampling by the reference implementation.
 
 Sampling leaves a slack: the least clearance of a motion lies between that of its samples and the slack below that.
-Where that decides nothing, nothing is asked; each test sees to it that enough was decided.
+Tests skip cases that the slack leaves undecided, and check that enough cases were decided.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from mmp_tasks.reach import Reach
 
 FLOAT_M = 1e-5
 KEPT = 0.6
-"""What is proved between steps, relative to the margin at them."""
+"""Clearance proved between steps, relative to the margin at the steps."""
 MIXES = [
     ("ur5e", "ur5e", "28", 0.002),
     ("panda", "piper", "fine", 0.002),
@@ -26,7 +26,7 @@ MIXES = [
 
 
 def edges_to_ask_about(rng, cell, margin):
-    """Short edges of arm0: some that touch something at an end or in the middle, some that do not, some of any kind."""
+    """Returns short edges of arm0: in contact at an end, in contact in the middle, free, and random."""
     arm, queries = cell.arms[0], cell.collision
     q_from = toys.random_configurations(rng, arm, 1500)
     q_to = np.clip(q_from + rng.uniform(-0.2, 0.2, q_from.shape), arm.robot.lower, arm.robot.upper)
@@ -45,7 +45,7 @@ def test_an_edge_is_free_where_all_its_samples_are_and_not_where_one_is_in_conta
     decided = {True: 0, False: 0}
     for k in range(len(q_from)):
         sampled = [clearance.static_clearance(cell, "arm0", q) for q in motion.along(q_from[k], q_to[k], 25)]
-        # Neighbouring samples tell how fast the clearance changes; in between it falls by less than that.
+        # The clearance between two samples falls by less than it changes from one sample to the next.
         change = np.abs(np.diff(sampled)).max()
         if min(sampled) < margin - FLOAT_M:
             assert not found[k]
@@ -81,7 +81,7 @@ def test_an_edge_out_of_the_limits_is_not_free():
 
 
 def wandering_paths(rng, cell, lengths, step):
-    """A path on the grid for each arm, from where the first two are near, with a new direction at every third step."""
+    """Returns a path on the grid for each arm: the first two start near each other, and turn every third step."""
     starts = [toys.random_configurations(rng, arm, 300) for arm in cell.arms]
     nearest = np.argmin(np.abs(cell.collision.pair_clearance("arm0", starts[0], "arm1", starts[1]) - 0.03))
     paths = []
@@ -138,13 +138,13 @@ def check_instants(cell, a, b, margin, found, decided):
 def test_a_contact_between_two_steps_is_found_and_placed():
     cell = toys.toy_cell(toys.toy_arm("a", [0, 0, 0]), toys.toy_arm("b", [4, 0, 0], yaw=np.pi))
     still = np.zeros((1, 2))
-    for meeting in (0.2, 0.5, 0.8):
-        # The tip of a passes that of b within the second step, `meeting` of it.
-        a = np.array([[-1.5, 0], [-1.0 * meeting, 0], [1.0 * (1 - meeting), 0], [1.5, 0]])
+    for passing in (0.2, 0.5, 0.8):
+        # The tip of a passes the tip of b at the fraction `passing` of the second step.
+        a = np.array([[-1.5, 0], [-1.0 * passing, 0], [1.0 * (1 - passing), 0], [1.5, 0]])
         assert motion.conflicting_steps(cell, "a", a, "b", still, 0.002) == [1]
         for found in (instants_of(cell, a, still, 0.002, ("a", "b")), instants_of(cell, still, a, 0.002, ("b", "a"))):
             # They touch where the angle is less than 0.1 rad.
-            assert found == pytest.approx([1 + meeting - 0.1], abs=0.04)
+            assert found == pytest.approx([1 + passing - 0.1], abs=0.04)
 
 
 def test_a_finished_arm_stays_at_its_goal_and_still_collides():
@@ -155,7 +155,7 @@ def test_a_finished_arm_stays_at_its_goal_and_still_collides():
     assert instants_of(cell, parked, passing, 0.002, ("b", "a")).tolist() == [3]
 
 
-def test_every_pair_of_motions_that_is_asked_for_is_answered_in_its_place():
+def test_results_are_in_the_order_of_the_given_pairs_of_motions():
     rng = np.random.default_rng(43)
     cell = toys.random_cell(rng, ["ur5e", "panda", "piper"], "28", obstacles=False)
     paths = wandering_paths(rng, cell, (8, 6, 9), step=0.1)
@@ -179,7 +179,7 @@ def paths_from_a_valid_state(cell, seed, steps, size):
 
 
 def sampled_clearance(cell, paths, samples):
-    """Least clearance over everything of dense samples, and how far below it may be in between [m]."""
+    """Returns the least clearance of dense samples, and the slack between samples [m]."""
     arms = cell.arm_names
     least, slack = np.inf, 0.0
     for k in range(len(paths[0]) - 1):
@@ -211,7 +211,7 @@ def test_a_certificate_proves_nearly_what_dense_sampling_finds_and_never_more(co
             assert valid
         if valid:
             assert required <= proved <= least + 1e-9
-            # All but a ten-thousandth of what was sampled beyond the required clearance is aimed at.
+            # The proof aims at all but a ten-thousandth of the sampled clearance beyond the required one.
             assert proved >= max(required, least - slack - 4 * tolerance)
     assert verdicts == {True, False}, "both kinds of motions are among those that were tried"
 

@@ -16,7 +16,7 @@ def cell():
 
 @pytest.fixture(scope="module")
 def crossing(cell):
-    """arm1 sweeps its whole reach past the centre and stops."""
+    """Returns a path in which arm1 sweeps its whole reach past the centre and stops."""
     robot = cell.arms[1].robot
     start, goal = np.array(robot.home), np.array(robot.home)
     start[0] -= 1.4

@@ -24,7 +24,7 @@ def length(rows):
 
 
 def assert_driven(problem, found, *paths):
-    """Exact at the ends, no faster than allowed, each arm on one of its paths, and clear of the other."""
+    """Checks exact ends, velocity limits, that each arm is on one of its paths, and clearance."""
     assert len({len(rows) for rows in found}) == 1
     for k, name in enumerate(problem.cell.arm_names):
         given = [path[k] for path in paths]
@@ -76,7 +76,7 @@ def test_the_shortest_feasible_combination_is_chosen():
         assert length(found) == pytest.approx(length(lifted(problem)), abs=1e-5)
 
 
-def test_what_is_found_is_shorter_than_the_limit():
+def test_a_found_combination_is_shorter_than_the_limit():
     problem = mutually_blocking()
     paths = path_pool(problem, straight(problem), lifted(problem))
     shortest = length(lifted(problem))

@@ -1,4 +1,4 @@
-"""The clearance reference on toy arms whose clearances are worked out by hand: spheres of 0.1 m at 0, 1 and 2 m."""
+"""The clearance reference on toy arms with spheres of 0.1 m at 0, 1 and 2 m, against values computed by hand."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def test_overlap_is_negative_clearance():
     assert clearance.pair_clearance(cell, "a", STRAIGHT, "b", STRAIGHT) == pytest.approx(-0.05)
 
 
-def test_a_moving_link_is_tested_against_the_base_of_the_other_arm_both_ways():
+def test_moving_links_of_both_arms_are_tested_against_the_other_base():
     cell = toys.toy_cell(toys.toy_arm("a", [0, 0, 0]), toys.toy_arm("b", [2.3, 0, 0]))
     away = np.array([np.pi / 2, 0])
     assert clearance.pair_clearance(cell, "a", STRAIGHT, "b", away) == pytest.approx(0.1)
@@ -82,7 +82,7 @@ def test_the_tool_counts_against_everything_else():
     assert clearance.obstacle_clearance(cell, "a", STRAIGHT) == pytest.approx(1 - 0.5 - 0.1)
 
 
-def test_limits_make_a_configuration_invalid_however_free_it_stands():
+def test_a_free_configuration_beyond_its_limits_is_invalid():
     cell = toys.toy_cell(toys.toy_arm("a", [0, 0, 0]))
     assert clearance.is_free(cell, "a", np.array([np.pi, 0]))
     assert not clearance.is_free(cell, "a", np.array([np.pi + 1e-9, 0]))

@@ -49,7 +49,7 @@ def test_a_capsule_of_radius_1_and_length_4_without_its_caps(point, expected):
 
 
 def test_an_obstacle_is_turned_and_moved_into_its_place():
-    quarter_about_y = (np.sqrt(0.5), 0, np.sqrt(0.5), 0)  # takes z to x
+    quarter_about_y = (np.sqrt(0.5), 0, np.sqrt(0.5), 0)  # turns z to x
     lying = toys.solid("cylinder", [1, 2, 3], quarter_about_y, radius=0.5, length=4.0)
     assert distance.to_obstacle([4.0, 2, 3], lying) == pytest.approx(1.0)
     assert distance.to_obstacle([1.0, 2, 5], lying) == pytest.approx(1.5)

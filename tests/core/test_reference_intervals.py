@@ -1,4 +1,4 @@
-"""Reference of constraints, safe intervals and departures, on a toy arm and times worked out by hand."""
+"""Reference of constraints, safe intervals and departures, against values computed by hand for a toy arm."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def test_a_cloud_forbids_coming_closer_than_the_margin():
     assert clouds(1, 2, [2.5, 0, 0], margin=0.31).is_broken(CELL, "a", STRAIGHT)
 
 
-def test_a_cloud_is_no_matter_to_the_base_nor_to_parts_before_the_first():
+def test_a_cloud_ignores_the_base_and_parts_before_the_first():
     assert not clouds(1, 2, [0, 0, 0]).is_broken(CELL, "a", STRAIGHT)
     assert clouds(1, 2, [1, 0, 0]).is_broken(CELL, "a", STRAIGHT)
     assert not clouds(1, 2, [1, 0, 0], first_part=2).is_broken(CELL, "a", STRAIGHT)
@@ -73,7 +73,7 @@ def test_a_time_is_safe_exactly_where_no_window_holds_it(windows, times):
 
 
 def crossing_edge():
-    """Sweeps the first joint through the ball about 0 with radius 0.2: inside it for the fractions 0.3 to 0.7."""
+    """Returns an edge of the first joint through the ball about 0 with radius 0.2, inside for fractions 0.3 to 0.7."""
     return np.array([-0.5, 0]), np.array([0.5, 0])
 
 

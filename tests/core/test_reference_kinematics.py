@@ -87,7 +87,7 @@ def configurations(name, count):
 def test_the_flange_stands_where_the_vendor_s_table_puts_it(name):
     for q in configurations(name, 30):
         flange = kinematics.flange_frame(arm_at_origin(name), q)
-        # The chain of the FR5 has its right angles rounded to 1.5708.
+        # The chain of the FR5 rounds its right angles to 1.5708.
         np.testing.assert_allclose(flange, flange_by_table(name, q), rtol=0, atol=1e-5)
 
 

@@ -1,4 +1,4 @@
-"""The motion reference: edges and steps by dense sampling, on toy arms and with its bounds checked on real ones."""
+"""The motion reference samples edges and steps densely: values for toy arms, bounds for real arms."""
 
 import numpy as np
 import pytest
@@ -9,11 +9,11 @@ from mmp_env.model.robot import robot_names
 
 
 def facing_arms():
-    """Tips meet at x = 2 when both arms are stretched along the x axis."""
+    """Returns a cell of two arms whose tips touch at x = 2 when both are stretched along the x axis."""
     return toys.toy_cell(toys.toy_arm("a", [0, 0, 0]), toys.toy_arm("b", [4, 0, 0], yaw=np.pi))
 
 
-def test_an_edge_through_an_obstacle_is_seen_though_both_ends_are_free():
+def test_an_edge_through_an_obstacle_is_found_though_both_ends_are_free():
     cell = toys.toy_cell(toys.toy_arm("a", [0, 0, 0]), obstacles=[toys.solid("sphere", [2, 0, 0], radius=0.05)])
     before, after = np.array([-0.5, 0]), np.array([0.5, 0])
     assert min(clearance.static_clearance(cell, "a", q) for q in (before, after)) > 0.5

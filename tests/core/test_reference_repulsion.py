@@ -8,7 +8,7 @@ STRAIGHT = np.zeros(2)
 
 
 def parallel_arms(gap):
-    """Two stretched arms side by side: elbows face elbows, and tips tips, `gap` [m] between their surfaces."""
+    """Returns two stretched arms side by side, with `gap` [m] between facing elbows and facing tips."""
     return toys.toy_cell(toys.toy_arm("a", [0, 0, 0]), toys.toy_arm("b", [0, gap + 0.2, 0]))
 
 
@@ -55,7 +55,7 @@ def test_the_ends_of_a_path_feel_nothing_and_a_finished_arm_still_pushes():
 
 
 def potential(cell, q, others, k_rep, d0, distance):
-    """sum of k_rep / 2 (1/d - 1/d0)^2 over the pairs with d <= d0; its slope is minus the force."""
+    """Returns the sum of k_rep / 2 (1/d - 1/d0)^2 over the pairs with d <= d0; its gradient is minus the force."""
     own = clearance.cloud(cell, cell.arm("arm0"), q).moving
     total = 0.0
     for name, other_q in others.items():
@@ -69,7 +69,7 @@ def potential(cell, q, others, k_rep, d0, distance):
 
 
 def near_states(cell, rng, count):
-    """States with 2 to 8 cm between the arms, so that the field is strong and free of its floor."""
+    """Returns states with a clearance of 2 to 8 cm: the field is strong there, and above its distance floor."""
     found = []
     while len(found) < count:
         state = {arm.name: toys.random_configurations(rng, arm, 1)[0] for arm in cell.arms}

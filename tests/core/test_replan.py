@@ -34,26 +34,26 @@ def straight(q_from, q_to, steps):
 
 
 def lifted_over(problem):
-    """The left arm lifts its hand over where the right one would stand, 40 steps there and 40 back."""
+    """Returns a detour of the left arm over the place of the right arm, 40 steps up and 40 down."""
     start, goal = problem.start["left"], problem.goal["left"]
     via = two_arms.reaching(0.0) + np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])
     return np.vstack([straight(start, via, 40), straight(via, goal, 40)[1:]])
 
 
 def first_come():
-    """The right arm moves at once to where it blocks the left one, and stays: the left one goes over it."""
+    """Returns a plan in which the right arm moves first and blocks the left arm, which lifts over it."""
     problem = two_arms.turning((0.8, -0.8), (0.8, 0.0))
     come = straight(problem.start["right"], problem.goal["right"], 10)
     right = np.vstack([come, np.repeat(come[-1:], 70, axis=0)])
     return problem, [lifted_over(problem), right]
 
 
-def in_the_way():
-    problem = two_arms.one_in_the_way()
+def blocked_by_parked_arm():
+    problem = two_arms.parked_arm_between()
     return problem, [lifted_over(problem), np.repeat(problem.start["right"][None], 81, axis=0)]
 
 
-def test_an_arm_comes_later_where_another_one_then_needs_no_detour():
+def test_an_arm_is_delayed_if_this_spares_another_arm_a_detour():
     problem, rows = first_come()
     assert check_plan(retime_to_velocity_limits(problem, rows)).valid
     found, kept = replanned(problem, rows)
@@ -67,7 +67,7 @@ def test_an_arm_comes_later_where_another_one_then_needs_no_detour():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_a_shorter_path_stays_clear_by_the_reference(seed):
-    problem, rows = in_the_way()
+    problem, rows = blocked_by_parked_arm()
     found, kept = replanned(problem, rows, seed=seed)
     assert kept > 0
     assert problem.cost_lower_bound_rad < length(found) < length(rows)
@@ -75,8 +75,8 @@ def test_a_shorter_path_stays_clear_by_the_reference(seed):
     assert gap >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - 1e-5
 
 
-def test_the_ends_stay_and_nobody_drives_too_fast():
-    for problem, rows in (first_come(), in_the_way()):
+def test_ends_and_velocity_limits_are_kept():
+    for problem, rows in (first_come(), blocked_by_parked_arm()):
         found, _ = replanned(problem, rows)
         assert len(found[0]) == len(found[1])
         for name, before, after in zip(problem.cell.arm_names, rows, found, strict=True):
@@ -85,7 +85,7 @@ def test_the_ends_stay_and_nobody_drives_too_fast():
 
 
 def test_the_same_seed_gives_the_same_plan():
-    problem, rows = in_the_way()
+    problem, rows = blocked_by_parked_arm()
     (first, kept), (second, again) = (replanned(problem, rows, seed=5) for _ in range(2))
     assert kept == again
     for a, b in zip(first, second, strict=True):
@@ -103,7 +103,7 @@ def test_plans_of_four_crowded_arms_get_shorter_and_stay_valid():
 
 
 def test_without_attempts_time_or_detours_a_plan_stays_as_it_is():
-    problem, rows = in_the_way()
+    problem, rows = blocked_by_parked_arm()
     cancelled = core.Clock(np.inf)
     cancelled.cancel()
     straight_on = two_arms.one_moves()
@@ -120,7 +120,7 @@ def test_without_attempts_time_or_detours_a_plan_stays_as_it_is():
 
 
 def test_rows_that_do_not_match_are_refused():
-    problem, rows = in_the_way()
+    problem, rows = blocked_by_parked_arm()
     with pytest.raises(ValueError, match="the same number of rows"):
         replanned(problem, [rows[0], rows[1][:-1]])
     with pytest.raises(ValueError, match="one array per arm"):

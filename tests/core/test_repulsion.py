@@ -14,12 +14,12 @@ FIELD = core.RepulsionSettings(k_rep=K_REP, d0=D0_M)
 
 
 def near_paths(rng, robots, spheres="28", lengths=(9, 4, 11)):
-    """A cell and a path for each arm that begins where links of arm0 are 2 to 4 cm from arm1."""
+    """Returns a cell and a path per arm. The paths begin with links of arm0 2 to 4 cm from arm1."""
     cell = toys.random_cell(rng, robots, spheres, obstacles=False)
     starts = [toys.random_configurations(rng, arm, 1000) for arm in cell.arms]
     gap = cell.collision.pair_clearance("arm0", starts[0], "arm1", starts[1])
     near = np.flatnonzero(np.abs(gap - 0.03) < 0.01)
-    # Where the base of arm0 is what is near, nothing moves it.
+    # A state in which only the base of arm0 is near does not count, because forces do not move the base.
     nearest = next(k for k in near if repulsion.state_force(cell, "arm0", starts[0][k], {"arm1": starts[1][k]}).any())
     paths = {}
     for arm, start, steps in zip(cell.arms, starts, lengths, strict=False):
@@ -42,13 +42,13 @@ def test_the_force_field_agrees_with_the_reference(robots, spheres, distance):
     for _ in range(2):
         cell, paths = near_paths(rng, robots, spheres)
         motion, others = motions_of(cell, paths)
-        # Spheres overlap within an arm, so centres of two arms in contact are still far apart: reach farther for them.
+        # Centres of two arms in contact are still far apart, so the field between centres needs a longer range.
         d0 = D0_M if distance == "surface" else 0.2
         settings = core.RepulsionSettings(k_rep=K_REP, d0=d0, centre_distance=distance == "centre")
         found = core.repulsive_force(cell.collision.core, motion, others, settings)
         expected = repulsion.path_forces(cell, "arm0", paths, k_rep=K_REP, d0=d0, distance=distance)
         assert expected.any()
-        # The force grows with the cube of 1/d: an error of 1e-6 m in 1 cm is one of 3e-4.
+        # The force grows with the cube of 1/d: an error of 1e-6 m at 1 cm is a relative error of 3e-4.
         np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-3 * np.abs(expected).max())
 
 
@@ -71,7 +71,7 @@ def test_a_path_without_inner_steps_feels_nothing():
 
 
 ANY_STATIC = core.Levels(-1.0, -1.0)
-"""Levels that no contact of the arm with itself breaks."""
+"""Margins that no self-contact violates."""
 
 
 def modify(cell, paths, constraints=(), levels=ANY_STATIC, **options):
@@ -138,12 +138,12 @@ def test_iterations_follow_each_other():
         np.testing.assert_array_equal(alone, after)
 
 
-def test_what_breaks_a_constraint_is_passed_through_but_not_returned():
+def test_an_iterate_that_breaks_a_constraint_is_not_returned():
     rng = np.random.default_rng(67)
     cell, paths = near_paths(rng, ("ur5e", "ur5e"))
     alpha = 0.02 / np.abs(repulsion.path_forces(cell, "arm0", paths)).max()
     iterates = modify(cell, paths, alpha=alpha, max_iterations=4).trace
-    # A small ball about where some step gets to, in the second iteration only.
+    # A small ball about a configuration that only the second iteration reaches.
     k = int(np.argmax(np.abs(iterates[1] - iterates[0]).max(axis=1)))
     travelled = [np.abs(iterates[n][k] - iterates[1][k]).max() for n in (0, 2, 3)]
     ball = core.Constraint.ball(np.ascontiguousarray(iterates[1][k]), 0.4 * min(travelled), k - 1, k + 1)
@@ -154,14 +154,14 @@ def test_what_breaks_a_constraint_is_passed_through_but_not_returned():
     np.testing.assert_array_equal(found.positions, iterates[3])
 
 
-def test_an_input_that_breaks_its_constraint_is_said_to():
+def test_the_result_says_that_the_input_breaks_its_constraint():
     cell, paths = near_paths(np.random.default_rng(68), ("ur5e", "ur5e"))
     ball = core.Constraint.ball(np.ascontiguousarray(paths["arm0"][3]), 0.01, 2, 4)
     assert modify(cell, paths, [ball]).input_breaks_constraint
 
 
 def test_a_static_contact_ends_the_descent():
-    """A wall that the path leans on: the first iterate would touch it, so the path stays as it was."""
+    """The first iterate would touch a wall beside the path, so the path stays unchanged."""
     push, wall = toys.toy_arm("arm0", [0, 0, 0]), toys.solid("box", [1.0, -0.2, 0], size=[3.0, 0.1, 1.0])
     other = toys.toy_arm("arm1", [0, 0.25, 0])
     q = np.array([[0.02, 0.0], [0.0, 0.0], [0.02, 0.0]])

@@ -1,4 +1,4 @@
-"""Shortcutting on the common clock: what goes in safe comes out safe and shorter."""
+"""Shortcutting on the common clock makes safe plans shorter and keeps them safe."""
 
 import dataclasses
 import itertools
@@ -35,7 +35,7 @@ def shortened(problem, rows, attempts=400, min_saving=math.inf, seed=0, clock=No
 
 
 def detour(q_from, q_via, q_to, steps):
-    """A path through a via point, `steps` for each half."""
+    """Returns a path through a via point, with `steps` for each half."""
     there = q_from + np.linspace(0, 1, steps + 1)[:, None] * (q_via - q_from)
     back = q_via + np.linspace(0, 1, steps + 1)[1:, None] * (q_to - q_via)
     return np.vstack([there, back])
@@ -46,7 +46,7 @@ def length(rows):
 
 
 def aside():
-    """The left arm makes a detour though nothing blocks it; the right one stands still."""
+    """Returns a plan in which the left arm makes a needless detour. The right arm stands still."""
     problem = two_arms.one_moves()
     start, goal = problem.start["left"], problem.goal["left"]
     via = (start + goal) / 2 + [0.3, 0.2, -0.3, 0.0, 0.2, 0.0]
@@ -54,8 +54,8 @@ def aside():
 
 
 def over():
-    """The left arm lifts its hand over the right one, which blocks the straight line."""
-    problem = two_arms.one_in_the_way()
+    """Returns a plan in which the left arm lifts its hand over the right arm, which blocks the straight line."""
+    problem = two_arms.parked_arm_between()
     start, goal = problem.start["left"], problem.goal["left"]
     via = two_arms.reaching(0.0) + np.array([0.0, -0.9, -0.6, 0.0, 0.0, 0.0])
     return problem, [detour(start, via, goal, 40), np.repeat(problem.start["right"][None], 81, axis=0)]
@@ -70,7 +70,7 @@ def test_a_detour_in_the_open_becomes_straight():
 
 
 def lifted():
-    """Like `over`, but the goal is higher: the straight line is blocked, and lifting before turning is no detour."""
+    """Returns a plan like `over` with a higher goal, so lifting before turning is no detour."""
     raised = np.array([0.0, -0.4, -0.2, 0.0, 0.0, 0.0])
     start = {"left": two_arms.reaching(0.8), "right": two_arms.reaching(0.0)}
     goal = {"left": two_arms.reaching(-0.8) + raised, "right": two_arms.reaching(0.0)}
@@ -100,7 +100,7 @@ def test_a_detour_around_an_arm_gets_shorter_and_stays_clear_by_the_reference():
     assert gap >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - 1e-5
 
 
-def test_the_ends_stay_and_nobody_drives_too_fast():
+def test_ends_and_velocity_limits_are_kept():
     for problem, rows in (aside(), over(), lifted()):
         found, _ = shortened(problem, rows)
         for name, before, after in zip(problem.cell.arm_names, rows, found, strict=True):
@@ -126,7 +126,7 @@ def test_without_attempts_or_time_a_plan_stays_as_it_is():
     assert shortened(problem, rows, attempts=0)[1] == 0
 
 
-def test_what_is_straight_already_is_left_alone():
+def test_a_straight_plan_is_not_changed():
     problem = two_arms.passing()
     rows = [np.linspace(problem.start[n], problem.goal[n], 21) for n in problem.cell.arm_names]
     found, kept = shortened(problem, rows)
@@ -166,7 +166,7 @@ def test_arms_of_one_group_keep_clear_of_each_other_and_of_no_other():
 
 
 def about_a_post():
-    """The left arm lifts its hand over a post; the right one stands where nothing passes."""
+    """Returns a plan in which the left arm lifts its hand over a post. The right arm is out of reach."""
     post = toys.solid("cylinder", [0.03, 0.0, 0.1], name="post", radius=0.04, length=0.5)
     cell = dataclasses.replace(two_arms.facing_cell(), obstacles=(post,))
     start = {"left": two_arms.reaching(0.8), "right": two_arms.reaching(1.5)}
@@ -176,7 +176,7 @@ def about_a_post():
     return make_problem(cell, start, goal), rows
 
 
-def test_as_if_alone_an_arm_still_keeps_clear_of_what_stands_still():
+def test_an_arm_in_a_group_of_its_own_keeps_clear_of_obstacles():
     problem, rows = about_a_post()
     assert motion.edge_clearance(problem.cell, "left", problem.start["left"], problem.goal["left"]) < 0
     (left, _), kept = shortened(problem, rows, groups=(0, 1))
@@ -187,7 +187,7 @@ def test_as_if_alone_an_arm_still_keeps_clear_of_what_stands_still():
     assert gap >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - 1e-5
 
 
-def test_attempts_are_made_again_as_long_as_they_are_worth_it():
+def test_rounds_repeat_while_they_save_enough():
     problem, rows = over()
     once, kept = shortened(problem, rows, attempts=20)
     again, kept_in_all = shortened(problem, rows, attempts=20, min_saving=1e-3)
@@ -196,7 +196,7 @@ def test_attempts_are_made_again_as_long_as_they_are_worth_it():
     assert clearance.clearance_of_motions(problem.cell, "left", again[0], "right", again[1]) > 0
 
 
-def test_attempts_that_are_not_worth_it_are_made_once():
+def test_a_round_that_saves_too_little_is_the_last():
     problem, rows = over()
     once, kept = shortened(problem, rows, attempts=20)
     again, kept_in_all = shortened(problem, rows, attempts=20, min_saving=1.0)
@@ -205,7 +205,7 @@ def test_attempts_that_are_not_worth_it_are_made_once():
         np.testing.assert_array_equal(a, b)
 
 
-def test_it_ends_where_nothing_can_be_gained():
+def test_shortcutting_ends_when_nothing_can_be_saved():
     problem = two_arms.nothing_to_do()
     still = [np.repeat(problem.start[n][None], 5, axis=0) for n in problem.cell.arm_names]
     for min_saving in (math.inf, 1e-3, 1e-300):

@@ -17,19 +17,19 @@ MARGIN_M, PROOF_M = LEVELS = 0.002, 0.0015
 
 
 def flattened(results):
-    """Arrays, numbers and nested sequences of them as one list of arrays; None stays apart from numbers."""
+    """Returns arrays, numbers and nested sequences of them as one list of arrays. None differs from every number."""
     if isinstance(results, list | tuple):
         return [array for item in results for array in flattened(item)]
     return [np.array(["nothing"]) if results is None else np.asarray(results)]
 
 
 def by_every_variant(monkeypatch, cell, ask):
-    """What `ask(core module, collision model)` gives with each variant that this processor runs."""
+    """Returns `ask(core module, collision model)` for each variant that this processor runs."""
     out = {}
     for name in core.usable_variants():
         variant = core.load_variant(name)
         monkeypatch.setattr(mmp_env.model.collision, "core", variant)
-        # Twice: what depends on memory that nobody has written to shows here, even with one variant.
+        # Twice: this shows dependence on uninitialised memory, even with one variant.
         out[name], out[f"{name} again"] = (flattened(ask(variant, CollisionModel(cell))) for _ in range(2))
     return out
 
@@ -107,7 +107,7 @@ def test_conflicts_and_forces_agree_to_the_last_bit(monkeypatch, robots, spheres
 
 
 def descent(core, model, first, others, normalised):
-    """Six iterations of ModifyMotion, regardless of static contacts."""
+    """Returns six iterations of ModifyMotion, regardless of static contacts."""
     modified = core.modify_motion(
         model.core,
         first,
@@ -184,7 +184,7 @@ STEP_RAD = 0.08
 
 
 def stepwise(path, step):
-    """A path on a grid of steps, no joint farther than `step` [rad] in one: [steps + 1, joints]."""
+    """Returns a path on a grid in which no joint moves farther than `step` [rad] per step: [steps + 1, joints]."""
     rows = [path[:1]]
     for a, b in itertools.pairwise(path):
         count = max(1, int(np.ceil(np.abs(b - a).max() / step)))
@@ -231,7 +231,7 @@ def test_composite_paths_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot,
 
 
 def sweep(cell, arm, turn, wait, steps):
-    """A path that waits, turns about the base from one side to the other in so many steps, and stops: [k, dof]."""
+    """Returns a path that waits, turns about the base from side to side in `steps` steps, and stops: [k, dof]."""
     home = np.array(cell.arm(arm).robot.home)
     side = 1.3 * turn * np.eye(len(home))[0]
     moving = home - side + np.linspace(0, 2, steps + 1)[:, None] * side
@@ -241,7 +241,7 @@ def sweep(cell, arm, turn, wait, steps):
 @pytest.mark.parametrize("robot", ["ur5e", "panda"])
 @pytest.mark.parametrize(("wait", "steps"), [(0, 13), (5, 40), (21, 33), (3, 600), (517, 35)])
 def test_planning_among_dynamic_obstacles_agrees_to_the_last_bit(monkeypatch, robot, wait, steps):
-    """Motions within a block of steps, across some, and beyond the last one; set out at steps that begin no block."""
+    """The motions lie within one block of steps, across blocks, and beyond the last block."""
     cell = ring_cell(2, robot)
     own, other = sweep(cell, "arm0", -1, 0, 33), sweep(cell, "arm1", 1, wait, steps)
     rng = np.random.default_rng(76)

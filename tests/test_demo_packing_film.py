@@ -36,9 +36,9 @@ def test_all_plans_are_retimed_executed_and_filmed_in_a_row(demo, tmp_path, caps
         assert code == 2
         assert not out.exists()
         return
-    told = capsys.readouterr().out
-    assert code == 0, told
-    assert "all goals reached, no contact" in told
+    output = capsys.readouterr().out
+    assert code == 0, output
+    assert "all goals reached, no contact" in output
     episode = load_episode(out)
     assert len(episode.plans) == 3
     assert all(plan.accelerations is not None for plan in episode.plans)

@@ -154,7 +154,7 @@ def test_a_folder_without_a_report_is_refused(results_page, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "message"),
     [
         (["--count", "0"], "--count is '0'; it must be a whole number from 1"),
         (["--workers", "two"], "--workers is 'two'"),
@@ -163,10 +163,10 @@ def test_a_folder_without_a_report_is_refused(results_page, tmp_path):
         (["--limit", "3"], "unknown argument '--limit'"),
     ],
 )
-def test_the_reproduction_refuses_bad_arguments_before_it_does_anything(words, told):
+def test_the_reproduction_refuses_bad_arguments_before_it_does_anything(words, message):
     done = checkout_scripts.run("reproduce_paper.sh", *words)
     assert (done.returncode, done.stdout) == (1, "")
-    assert told in done.stderr
+    assert message in done.stderr
 
 
 def test_the_reproduction_explains_its_options():
@@ -179,6 +179,6 @@ def test_the_reproduction_explains_its_options():
 def test_the_page_names_every_variant_that_is_run():
     text = (ROOT / "scripts" / "reproduce_paper.sh").read_text(encoding="utf-8")
     run = set(re.findall(r'^  "([\w.-]+): ', text, re.MULTILINE))
-    told = set(re.findall(r"`([\w.-]+)`", PAGE.read_text(encoding="utf-8")))
+    message = set(re.findall(r"`([\w.-]+)`", PAGE.read_text(encoding="utf-8")))
     assert run
-    assert run <= told
+    assert run <= message

@@ -49,7 +49,7 @@ def stand_ins(monkeypatch):
     """The planners of `stand_in_planners` beside those that are installed, as if they were of this package."""
     monkeypatch.setattr(registry, "is_foreign", lambda name: False)
     monkeypatch.setattr(plugins, "entry_points", plugins.entry_points)
-    monkeypatch.setattr(stand_in_planners.Straight, "seen", [])
+    monkeypatch.setattr(stand_in_planners.Straight, "calls", [])
     stand_in_planners.install()
     return stand_in_planners
 

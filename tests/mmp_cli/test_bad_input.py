@@ -213,7 +213,7 @@ def test_a_cell_file_whose_own_name_cannot_stand_in_for_that_of_the_cell(mmp, tm
 
 def test_nothing_was_planned_for_bad_usage(mmp, stand_ins, instances):
     assert_refused(mmp("plan", instances, "--planner", "straight", "--set", "setps=3", "--json"), "'setps'")
-    assert stand_ins.Straight.seen == []
+    assert stand_ins.Straight.calls == []
 
 
 def test_control_characters_of_a_file_do_not_reach_the_terminal(mmp, tmp_path):

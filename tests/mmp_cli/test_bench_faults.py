@@ -66,8 +66,8 @@ def test_whatever_a_planner_does_is_an_error_that_says_how_and_harms_no_other(tm
     assert {line["status"] for line in lines.values()} == {"error"}
     expected = labels | PLANNERS
     assert lines.keys() == expected.keys()
-    told = {planner: line["message"] for planner, line in lines.items()}
-    assert {p: told[p] for p in told if not all(words in told[p] for words in expected[p])} == {}
+    messages = {planner: line["message"] for planner, line in lines.items()}
+    assert {p: messages[p] for p in messages if not all(words in messages[p] for words in expected[p])} == {}
     for planner in PLANNERS:
         assert f"mmp bench: planner {planner}" in ran.err.replace("'", "")
 
@@ -172,11 +172,11 @@ def test_a_worker_that_is_killed_at_both_starts_costs_its_unit_alone(tmp_path, m
     source, out = bench_runs.many_instances(tmp_path, 2), tmp_path / "out"
     words = ["--planners", "rogue,quick", "--set", "rogue.deed=leave", "--workers", 1, "--out", out]
     assert bench_runs.bench(tmp_path, source, *words).code == 0
-    told = {(line["instance"], line["planner"]): line["message"] for line in bench_runs.lines(out)}
-    assert len(told) == 4
-    assert "a worker process does not start: " in told["pair/turn0", "quick"]
-    assert "was killed by SIGKILL" in told["pair/turn0", "quick"]
-    assert told["pair/turn1", "quick"] is None
+    messages = {(line["instance"], line["planner"]): line["message"] for line in bench_runs.lines(out)}
+    assert len(messages) == 4
+    assert "a worker process does not start: " in messages["pair/turn0", "quick"]
+    assert "was killed by SIGKILL" in messages["pair/turn0", "quick"]
+    assert messages["pair/turn1", "quick"] is None
 
 
 def test_where_no_worker_starts_nothing_is_written(tmp_path, monkeypatch):

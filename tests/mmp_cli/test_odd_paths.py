@@ -97,7 +97,7 @@ def test_nothing_can_be_read_in_a_folder_that_is_gone(mmp, given, nowhere, optio
 @pytest.mark.parametrize("option", WRITES)
 def test_a_file_of_an_impossible_name_is_refused_before_anything_is_planned(mmp, stand_ins, given, option, path):
     assert_refused(mmp(*WRITES[option](path, given)), "cannot be")
-    assert stand_ins.Straight.seen == []
+    assert stand_ins.Straight.calls == []
 
 
 @pytest.mark.parametrize("option", WRITES)
@@ -105,13 +105,13 @@ def test_a_file_where_nothing_may_be_written_is_refused_before_anything_is_plann
     mmp, stand_ins, given, locked, option
 ):
     assert_refused(mmp(*WRITES[option](str(locked / "new"), given)), "Permission denied")
-    assert stand_ins.Straight.seen == []
+    assert stand_ins.Straight.calls == []
 
 
 @pytest.mark.parametrize("option", WRITES)
 def test_a_file_in_a_folder_that_is_gone_is_refused_before_anything_is_planned(mmp, stand_ins, given, nowhere, option):
     assert_refused(mmp(*WRITES[option]("new", given)), "the working directory was deleted")
-    assert stand_ins.Straight.seen == []
+    assert stand_ins.Straight.calls == []
 
 
 def test_a_page_that_names_a_folder_whose_name_is_not_utf_8_can_be_written(tmp_path):

@@ -58,7 +58,7 @@ def test_the_instance_of_an_id_is_that_of_reset_with_the_same_seed(mmp, stand_in
     mmp("plan", "MultiArmCell-2", "--planner", "straight", "--seed", 11, *options)
     env = gymnasium.make("MultiArmCell-2", **({"robot": options[1]} if options else {}))
     env.reset(seed=11)
-    problem, wanted = stand_ins.Straight.seen[0]["problem"], env.unwrapped.problem
+    problem, wanted = stand_ins.Straight.calls[0]["problem"], env.unwrapped.problem
     env.close()
     assert (problem.name, problem.margin) == ("MultiArmCell-2/11", wanted.margin)
     for arm in wanted.cell.arm_names:
@@ -77,7 +77,7 @@ def test_a_cell_file_takes_its_start_and_goal_from_the_command_line(mmp, stand_i
     path.write_text(yaml.safe_dump(bad_files.good_cell()))
     ran = mmp("plan", path, "--planner", "straight", "--json", *ENDS)
     assert (ran.code, ran.result["instance"]) == (0, "pair/given")
-    np.testing.assert_array_equal(stand_ins.Straight.seen[0]["problem"].goal["right"], bad_files.TURNED)
+    np.testing.assert_array_equal(stand_ins.Straight.calls[0]["problem"].goal["right"], bad_files.TURNED)
 
 
 @pytest.mark.parametrize("suffix", ["json", "yaml"])
@@ -87,15 +87,15 @@ def test_start_and_goal_are_read_from_files_too(mmp, stand_ins, cell, tmp_path, 
     goal.write_text(json.dumps({"left": bad_files.TURNED, "right": bad_files.TURNED}))
     ran = mmp("plan", cell, "--planner", "straight", "--json", "--start", f"@{start}", "--goal", f"@{goal}")
     assert (ran.code, ran.result["instance"]) == (0, "pair/given")
-    np.testing.assert_array_equal(stand_ins.Straight.seen[0]["problem"].start["right"], bad_files.TUCKED)
-    np.testing.assert_array_equal(stand_ins.Straight.seen[0]["problem"].goal["right"], bad_files.TURNED)
+    np.testing.assert_array_equal(stand_ins.Straight.calls[0]["problem"].start["right"], bad_files.TUCKED)
+    np.testing.assert_array_equal(stand_ins.Straight.calls[0]["problem"].goal["right"], bad_files.TURNED)
 
 
 def test_a_cell_file_draws_its_instance_by_seed(mmp, stand_ins, cell):
     for _ in range(2):
         assert mmp("plan", cell, "--planner", "straight", "--seed", 4, "--json").result["instance"] == "pair/4"
     mmp("plan", cell, "--planner", "straight", "--seed", 5, "--task", "reach")
-    first, again, other = (run["problem"].start["left"] for run in stand_ins.Straight.seen)
+    first, again, other = (run["problem"].start["left"] for run in stand_ins.Straight.calls)
     np.testing.assert_array_equal(first, again)
     assert not np.array_equal(first, other)
 
@@ -103,7 +103,7 @@ def test_a_cell_file_draws_its_instance_by_seed(mmp, stand_ins, cell):
 def test_options_reach_problem_and_planner(mmp, stand_ins, instances):
     settings = ["--set", "steps=7", "--set", "w=2", "--set", "careful=off", "--set", "word=1e-3x"]
     mmp("plan", instances, "--planner", "straight", "--seed", 9, "--time-limit", 2.5, "--margin", 0.0005, *settings)
-    run = stand_ins.Straight.seen[0]
+    run = stand_ins.Straight.calls[0]
     assert run["options"] == stand_ins.Straight(steps=7, w=2.0, careful=False, word="1e-3x")
     assert (run["seed"], run["time_limit"], run["problem"].margin) == (9, 2.5, 0.0005)
 
@@ -180,7 +180,7 @@ def test_an_invalid_instance_is_exit_2_with_the_reason_and_a_result(mmp, stand_i
     assert ran.err.count("\n") == 1
     for words in [str(instances), "instances[1]", "joint 3", "5.5"]:
         assert words in ran.err
-    assert stand_ins.Straight.seen == []
+    assert stand_ins.Straight.calls == []
     assert mmp("plan", instances, "--instance", "outside").out == ""
 
 
@@ -220,7 +220,7 @@ def test_an_unwritable_output_is_found_before_planning(mmp, stand_ins, instances
     ran = mmp("plan", instances, "--planner", "straight", "--out", tmp_path / "none" / "plan.json")
     assert ran.code == 2
     assert "none/plan.json cannot be written: No such file or directory" in ran.err
-    assert stand_ins.Straight.seen == []
+    assert stand_ins.Straight.calls == []
 
 
 def test_ctrl_c_keeps_the_best_so_far_and_is_exit_130(mmp, stand_ins, instances, tmp_path):

@@ -1,4 +1,4 @@
-"""`mmp plan` where the disk takes no more than a kilobyte of any file: what was found is told all the same."""
+"""`mmp plan` where the disk takes no more than a kilobyte of any file: what was found is printed all the same."""
 
 import json
 import os
@@ -48,8 +48,8 @@ def test_every_file_that_finds_no_room_is_a_sentence_and_the_result_is_told(
     options = [word for name, file in files.items() for word in (f"--{name}", file)]
     ran = planned(*options, "--json")
     assert ran.returncode == 2
-    told = [line for line in ran.stderr.splitlines() if line.startswith("mmp: ")]
-    assert told == [f"mmp: --{name}: {file} {FULL}" for name, file in files.items()]
+    printed = [line for line in ran.stderr.splitlines() if line.startswith("mmp: ")]
+    assert printed == [f"mmp: --{name}: {file} {FULL}" for name, file in files.items()]
     assert "Traceback" not in ran.stderr
     result = json.loads(ran.stdout)
     assert (result["status"], result["valid"], result["plan"]) == ("solved", True, None)

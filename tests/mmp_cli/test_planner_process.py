@@ -42,7 +42,7 @@ UNMADE = {
 
 @pytest.fixture
 def plan(mmp, instances, tmp_path, monkeypatch):
-    """Runs `mmp plan` in this process, with the planner that does what it is told to."""
+    """Runs `mmp plan` in this process, with the planner that does what it is message to."""
     monkeypatch.syspath_prepend(bench_runs.site(tmp_path))
     monkeypatch.chdir(tmp_path)
 
@@ -99,8 +99,8 @@ def test_one_that_does_not_end_is_ended_after_the_grace_time(plan, monkeypatch):
     monkeypatch.setattr(planner_process, "GRACE_S", 0.05)
     ran = plan("hang", "--time-limit", "0.5")
     assert (ran.code, ran.result["status"]) == (1, "error")
-    told = "gave no answer: its process was ended, still planning 0.1 s after its time limit of 0.5 s"
-    assert ran.err == f"mmp: planner 'rogue' {told}\n"
+    message = "gave no answer: its process was ended, still planning 0.1 s after its time limit of 0.5 s"
+    assert ran.err == f"mmp: planner 'rogue' {message}\n"
 
 
 @pytest.mark.parametrize("name", ["rogue", "ecbs"])
@@ -109,8 +109,8 @@ def test_one_that_uses_too_much_memory_is_ended(mmp, instances, tmp_path, monkey
     deed = ["--set", "deed=eat"] if name == "rogue" else []
     limit = 700 if deed else 1
     ran = mmp("plan", instances, "--planner", name, *deed, "--memory-limit", limit, "--json")
-    told = rf"mmp: planner '{name}' .*its process was ended: it used \d+ MB while (planning|loading), "
-    assert re.match(told + f"over the memory limit of {limit} MB", ran.err)
+    message = rf"mmp: planner '{name}' .*its process was ended: it used \d+ MB while (planning|loading), "
+    assert re.match(message + f"over the memory limit of {limit} MB", ran.err)
     assert ran.code in (1, 2)
 
 

@@ -137,7 +137,7 @@ def test_a_single_value_has_no_standard_deviation(table):
 
 
 def test_every_failed_and_invalid_instance_and_every_error_is_named(words):
-    for told in (
+    for expected in (
         "a timeout 1 3",
         "exhausted 1 0",
         "4 arm0 touches arm1 at the start",
@@ -145,7 +145,7 @@ def test_every_failed_and_invalid_instance_and_every_error_is_named(words):
         "1 unit ended in an ERROR",
         "Solved by no planner: night.",
     ):
-        assert told in words
+        assert expected in words
 
 
 def test_what_is_missing_is_counted_per_planner(words):
@@ -154,14 +154,14 @@ def test_what_is_missing_is_counted_per_planner(words):
 
 
 def test_the_page_says_with_what_and_how_it_was_made(words, made):
-    for told in (
+    for expected in (
         "a test, 1 core",
         "mmp-env: 0.1.0",
         "Time limit: 10 s",
         "margin asked: 2 mm between arms, 2 mm to obstacles",
         f"mmp report {made.name}",
     ):
-        assert told in words
+        assert expected in words
     assert "mmp bench ring --planners" in words
     assert f"mmp report {made}" not in words, "a page that is passed on says nothing of the machine it was made on"
 

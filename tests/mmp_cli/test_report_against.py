@@ -102,7 +102,7 @@ def test_a_published_planner_that_solves_nothing_is_shown_as_such(against, folde
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "sentence"),
     [
         ("", "has no column 'instance'"),
         ("# only a comment\n", "has no column 'instance'"),
@@ -121,10 +121,10 @@ def test_a_published_planner_that_solves_nothing_is_shown_as_such(against, folde
         (HEAD + f"x,{'A' * 2**18},1,1,1\n", "line 2 is not CSV"),
     ],
 )
-def test_a_bad_file_is_one_sentence_and_nothing_is_written(against, folder, content, told):
+def test_a_bad_file_is_one_sentence_and_nothing_is_written(against, folder, content, sentence):
     ran = against(content)
     assert (ran.code, ran.out) == (2, "")
-    assert told in ran.err
+    assert sentence in ran.err
     assert ran.err.count("\n") == 1
     assert [path.name for path in folder.iterdir()] == ["results.jsonl"]
 

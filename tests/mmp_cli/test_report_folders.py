@@ -78,7 +78,7 @@ def test_units_of_several_seeds_are_told_apart(mmp, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "sentence"),
     [
         ("", "holds no result yet"),
         ("\n", "holds no result yet"),
@@ -92,11 +92,11 @@ def test_units_of_several_seeds_are_told_apart(mmp, tmp_path):
         ("\xff\n", "not text in UTF-8"),
     ],
 )
-def test_a_bad_results_file_is_one_sentence_and_nothing_is_written(mmp, tmp_path, content, told):
+def test_a_bad_results_file_is_one_sentence_and_nothing_is_written(mmp, tmp_path, content, sentence):
     (tmp_path / "results.jsonl").write_text(content, encoding="latin-1")
     ran = mmp("report", tmp_path)
     assert (ran.code, ran.out) == (2, "")
-    assert told in ran.err
+    assert sentence in ran.err
     assert ran.err.count("\n") == 1
     assert [path.name for path in tmp_path.iterdir()] == ["results.jsonl"]
 

@@ -1,4 +1,4 @@
-"""A report of ten planners, some of them without a conflict tree: what is told apart, and what is left empty."""
+"""A report of ten planners, some of them without a conflict tree: what is arguments apart, and what is left empty."""
 
 import dataclasses
 import re
@@ -74,11 +74,11 @@ def test_no_two_of_forty_planners_look_the_same():
     assert len(every) == 40
 
 
-def figure_and_caption(monkeypatch, module, *told):
+def figure_and_caption(monkeypatch, module, *arguments):
     """The figure of a module before it becomes a file, and its caption."""
     figures, rendered = [], module.rendered
     monkeypatch.setattr(module, "rendered", lambda figure, *more: figures.append(figure) or rendered(figure, *more))
-    drawing = getattr(module, module.__name__.rpartition(".")[2])(*told)
+    drawing = getattr(module, module.__name__.rpartition(".")[2])(*arguments)
     return figures[0], drawing.caption
 
 

@@ -137,19 +137,19 @@ def test_instances_of_a_file_have_pictures_too_and_a_changed_file_has_none(mmp, 
 
 
 @pytest.mark.parametrize(
-    ("source", "mujoco_gl", "told"),
+    ("source", "mujoco_gl", "sentence"),
     [
         ("MultiArmCell-2", "disable", "No pictures: MUJOCO_GL is disable, which forbids pictures"),
         ("gone.json", "", "No pictures of gone.json: "),
     ],
 )
-def test_a_report_without_pictures_says_why_in_one_line(mmp, tmp_path, monkeypatch, source, mujoco_gl, told):
+def test_a_report_without_pictures_says_why_in_one_line(mmp, tmp_path, monkeypatch, source, mujoco_gl, sentence):
     if mujoco_gl:
         monkeypatch.setenv("MUJOCO_GL", mujoco_gl)
     folder = folder_of(tmp_path, [line("MultiArmCell-2/0")], [source])
     assert mmp("report", folder).code == 0
     text = (folder / "table.md").read_text()
     assert text.count("No pictures") == 1
-    assert told in text or made(offscreen_backend) is None
+    assert sentence in text or made(offscreen_backend) is None
     assert "Quickest" not in (folder / "report.html").read_text()
     assert not list(folder.glob("cell-*.png"))

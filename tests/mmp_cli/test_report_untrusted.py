@@ -1,4 +1,4 @@
-"""`mmp report` and `mmp bench` on folders that somebody has prepared: nothing hangs, and no other file is told of."""
+"""`mmp report` and `mmp bench` on folders that somebody has prepared: nothing hangs, and no other file is texts of."""
 
 import json
 import os
@@ -116,10 +116,10 @@ def test_no_file_that_the_settings_name_is_told_of(mmp, tmp_path, monkeypatch, w
     folder = folder_of(tmp_path / "here" / "results", [line("ring/0", "a")], settings("a", sources=[str(secret)]))
     ran = mmp("report", folder)
     assert ran.code == 0
-    told = (folder / "report.html").read_text() + (folder / "table.md").read_text() + ran.out + ran.err
-    assert "No pictures of private.json" in told
+    texts = (folder / "report.html").read_text() + (folder / "table.md").read_text() + ran.out + ran.err
+    assert "No pictures of private.json" in texts
     for word in ("password", "hunter2", str(tmp_path / "private")):
-        assert word not in told
+        assert word not in texts
     assert (str(secret) in read) == (where == "beside")
 
 

@@ -142,7 +142,7 @@ def test_bad_usage_is_found_before_planning(mmp, stand_ins, instances, tmp_path,
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     assert_refused(mmp("plan", instances, "--planner", "straight", *options), *words)
-    assert stand_ins.Straight.seen == []
+    assert stand_ins.Straight.calls == []
     assert os.listdir(tmp_path) == ["pairs.json"]
 
 
@@ -150,7 +150,7 @@ def test_a_missing_package_is_named_before_planning(mmp, stand_ins, instances, t
     monkeypatch.setitem(sys.modules, "rerun", None)
     ran = mmp("plan", instances, "--planner", "straight", "--rerun", tmp_path / "search.rrd")
     assert_refused(ran, "rerun-sdk", "pip install 'mmp-env[rerun]'")
-    assert stand_ins.Straight.seen == []
+    assert stand_ins.Straight.calls == []
     assert os.listdir(tmp_path) == ["pairs.json"]
 
 
@@ -159,7 +159,7 @@ def test_forbidden_pictures_are_told_of_before_planning(mmp, stand_ins, instance
     monkeypatch.setenv("MUJOCO_GL", "disable")
     ran = mmp("plan", instances, "--planner", "straight", option[0], tmp_path / option[1])
     assert_refused(ran, "MUJOCO_GL is disable")
-    assert stand_ins.Straight.seen == []
+    assert stand_ins.Straight.calls == []
 
 
 def test_a_viewer_that_fails_costs_no_plan_and_is_named(mmp, stand_ins, instances, tmp_path, monkeypatch):

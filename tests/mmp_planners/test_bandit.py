@@ -6,17 +6,17 @@ import pytest
 from mmp_planners.conflict_tree.bandit import DynamicThompsonSampling
 
 
-def bandit(ways=3, seed=0, **options):
-    return DynamicThompsonSampling(ways, np.random.default_rng(seed), **options)
+def bandit(choices=3, seed=0, **options):
+    return DynamicThompsonSampling(choices, np.random.default_rng(seed), **options)
 
 
-def test_it_begins_with_beta_one_two_for_every_way():
+def test_every_choice_begins_with_beta_one_two():
     made = bandit()
     assert (made.alpha.tolist(), made.beta.tolist()) == ([1, 1, 1], [2, 2, 2])
     assert {made.draw() for _ in range(50)} == {0, 1, 2}
 
 
-def test_an_outcome_counts_for_its_way_alone():
+def test_an_outcome_counts_for_its_choice_alone():
     made = bandit()
     made.learn(1, True)
     made.learn(2, False)
@@ -24,7 +24,7 @@ def test_an_outcome_counts_for_its_way_alone():
 
 
 def test_from_ten_outcomes_on_the_old_ones_fade():
-    made = bandit(ways=1)
+    made = bandit(choices=1)
     for _ in range(7):
         made.learn(0, True)
     assert (made.alpha[0], made.beta[0]) == (8, 2)
@@ -36,14 +36,14 @@ def test_from_ten_outcomes_on_the_old_ones_fade():
     assert made.alpha[0] < 0.01
 
 
-def test_it_draws_what_pays_and_changes_its_mind_when_that_ends():
+def test_the_paying_choice_is_drawn_most_and_changes_with_the_payoff():
     made = bandit()
     for paying in (1, 2):
         drawn = []
         for _ in range(300):
-            way = made.draw()
-            drawn.append(way)
-            made.learn(way, way == paying)
+            choice = made.draw()
+            drawn.append(choice)
+            made.learn(choice, choice == paying)
         assert drawn[100:].count(paying) > 150
 
 

@@ -36,14 +36,14 @@ class Pebbles(ArmsOnALine):
         rules = {self.forbidden[c] for c in constraints}
         last = max((rule[0] for rule in rules), default=0)
         lasting = max((rule[0] + 1 for rule in rules if rule[1:] == (self.goals[arm],)), default=0)
-        ways = {self.starts[arm]: [self.starts[arm]]}
+        reached = {self.starts[arm]: [self.starts[arm]]}
         for step in range(last + len(self.free) + 2):
-            if step >= lasting and self.goals[arm] in ways:
-                q = np.array(ways[self.goals[arm]], dtype=float)
+            if step >= lasting and self.goals[arm] in reached:
+                q = np.array(reached[self.goals[arm]], dtype=float)
                 return Path(q=q, motion=_MOTION, length=float(step)), step
-            ways = {
-                to: [*way, to]
-                for place, way in ways.items()
+            reached = {
+                to: [*path, to]
+                for place, path in reached.items()
                 for to in neighbours(self.free, place)
                 if (step + 1, to) not in rules and (step, place, to) not in rules
             }

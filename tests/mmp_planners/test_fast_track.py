@@ -53,21 +53,21 @@ def test_a_literal_try_gives_the_node_the_path_of_the_first_common_arm_whatever_
     assert (n.cost, n.lower_bound) == (6.0, 4.0)
 
 
-def searched(push, ways, *, literal=False, w=1.0, **parts):
+def searched(push, places, *, literal=False, w=1.0, **parts):
     events = []
-    context = ArmsOnALine(*ways, **{key: parts.pop(key) for key in ("certificates",) if key in parts})
+    context = ArmsOnALine(*places, **{key: parts.pop(key) for key in ("certificates",) if key in parts})
     fast_track = RepulsiveFastTrack(modification=Push(push), literal=literal)
     search = tree(context, w=w, watch=events.append, fast_track=fast_track, **parts)
     return search, search.run(0), events
 
 
 # Both meet at place 1; b knows another way, 5 dearer than the straight one, once it is constrained.
-WAYS = ([(0, 1, 2)], [(2, 1, 0), (2, 4.5, 0)])
+PLACES = ([(0, 1, 2)], [(2, 1, 0), (2, 4.5, 0)])
 
 
 @pytest.mark.parametrize("literal", [False, True])
 def test_a_hit_within_w_times_the_bound_is_the_solution_without_any_expansion(literal):
-    search, exhausted, events = searched({0: (0, -1, 2)}, WAYS, literal=literal, w=1.5)
+    search, exhausted, events = searched({0: (0, -1, 2)}, PLACES, literal=literal, w=1.5)
     assert not exhausted
     assert (search.best.cost, search.best.bound_met) == (6.0, True)
     counts = search.counts
@@ -81,14 +81,14 @@ def test_a_hit_within_w_times_the_bound_is_the_solution_without_any_expansion(li
 
 
 def test_after_a_sound_hit_that_is_too_dear_the_node_is_branched_as_ever():
-    search, _, events = searched({0: (0, -9, 2)}, WAYS)
+    search, _, events = searched({0: (0, -9, 2)}, PLACES)
     assert [event.node for event in events if isinstance(event, NodeExpanded)] == [0]
     assert (search.counts.fast_track_tries, search.counts.fast_track_hits) == (1, 1)
     assert search.best.cost == 9.0, "the child of b is cheaper than the hit"
 
 
 def test_after_a_literal_hit_there_is_nothing_to_branch_and_the_search_goes_on_without_the_node():
-    search, exhausted, events = searched({0: (0, -9, 2)}, WAYS, literal=True)
+    search, exhausted, events = searched({0: (0, -9, 2)}, PLACES, literal=True)
     assert not exhausted
     assert not [event for event in events if isinstance(event, NodeExpanded)]
     assert search.best.cost == 22.0
@@ -97,7 +97,7 @@ def test_after_a_literal_hit_there_is_nothing_to_branch_and_the_search_goes_on_w
 @pytest.mark.parametrize("literal", [False, True])
 def test_a_hit_that_cannot_be_proved_goes_on_as_a_node_with_that_conflict(literal):
     refused = refusal(0, 1, instant=0.5)
-    search, _, _ = searched({0: (0, -1, 2)}, WAYS, literal=literal, w=9.0, certificates=[refused])
+    search, _, _ = searched({0: (0, -1, 2)}, PLACES, literal=literal, w=9.0, certificates=[refused])
     assert search.counts.failed_certificates == 1
     assert search.best is not None
     assert search.counts.expanded_nodes == 1
@@ -105,8 +105,8 @@ def test_a_hit_that_cannot_be_proved_goes_on_as_a_node_with_that_conflict(litera
 
 def test_a_miss_is_discarded_and_each_node_is_tried_once():
     """The push of a does not help, however often it is tried; b has to go around, at its second constraint."""
-    ways = ([(0, 1, 2), None], [(2, 1, 0), (2, 1, 0), (2, 4.5, 0)])
-    search, _, events = searched({0: (0, 1, 3, 2)}, ways, w=9.0)
+    places = ([(0, 1, 2), None], [(2, 1, 0), (2, 1, 0), (2, 4.5, 0)])
+    search, _, events = searched({0: (0, 1, 3, 2)}, places, w=9.0)
     assert search.counts.fast_track_hits == 0
     assert [event.node for event in events if isinstance(event, FastTracked)] == [0, 2]
     assert [event.node for event in events if isinstance(event, NodeExpanded)] == [0, 2]

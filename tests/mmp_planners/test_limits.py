@@ -68,7 +68,7 @@ def test_joints_that_are_too_slow_for_the_grid_are_refused(name, rad_s):
 @every_planner
 def test_an_arm_that_could_never_give_way_is_refused_even_where_it_is_at_its_goal(name):
     """Such a step aside would take 10^10 steps, and more memory than there is."""
-    problem = two_arms.one_in_the_way()
+    problem = two_arms.parked_arm_between()
     speeds = {"left": [0.8] * 6, "right": [1e-9] * 6}
     slow = make_problem(problem.cell, problem.start, problem.goal, max_velocity=speeds)
     with pytest.raises(MmpError, match=r"arm 'right' needs 1e\+10 steps .* or for 1 rad"):

@@ -136,7 +136,7 @@ def test_without_restarts_a_search_that_runs_dry_is_exhausted_and_proves_nothing
     """One iteration of the single-arm planner finds no way around a parked arm, with restarts or without."""
     emitted = []
     hopeless = {"iterations": 1, "shortcuts": 1, "eta": 0.05}
-    problem = two_arms.one_in_the_way()
+    problem = two_arms.parked_arm_between()
     result = make("ecbs", restarts=False, **hopeless).plan(problem, time_limit=60.0, watch=emitted.append)
     assert (str(result.status), result.plan) == ("exhausted", None)
     assert result.stats["dropped_children"] > 0

@@ -57,7 +57,7 @@ def test_one_arm_keeps_its_way_and_the_other_goes_round_or_waits():
 
 
 def test_an_arm_that_stands_in_the_way_gives_way_and_comes_back():
-    problem = two_arms.one_in_the_way()
+    problem = two_arms.parked_arm_between()
     result, _ = planned(problem)
     assert result.status is Status.SOLVED
     right = result.plan.positions["right"]

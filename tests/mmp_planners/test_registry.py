@@ -194,12 +194,12 @@ def test_no_other_package_replaces_a_built_in_task(monkeypatch):
 
 
 def test_two_strangers_of_one_name_are_an_error_that_names_both(monkeypatch):
-    twins = [EntryPoint("twin", f"package_{k}:Planner", PLANNERS.group) for k in (1, 2)]
-    monkeypatch.setattr(plugins, "entry_points", lambda group: [*entry_points(group=group), *twins])
-    assert "twin" in registry.names()
+    namesakes = [EntryPoint("namesake", f"package_{k}:Planner", PLANNERS.group) for k in (1, 2)]
+    monkeypatch.setattr(plugins, "entry_points", lambda group: [*entry_points(group=group), *namesakes])
+    assert "namesake" in registry.names()
     for call in (registry.make, registry.describe, registry.is_foreign):
-        with pytest.raises(MmpError, match=r"two packages have a planner 'twin': .*package_1:.*package_2:"):
-            call("twin")
+        with pytest.raises(MmpError, match=r"two packages have a planner 'namesake': .*package_1:.*package_2:"):
+            call("namesake")
     assert registry.make("ecbs")
 
 

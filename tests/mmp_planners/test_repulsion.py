@@ -107,7 +107,7 @@ def test_far_from_others_nothing_is_moved():
 
 
 def test_an_arm_that_stands_still_is_not_moved():
-    there, paths = context(two_arms.one_in_the_way())
+    there, paths = context(two_arms.parked_arm_between())
     assert paths[1].last == 0
     assert RepulsiveModification()(there, paths, 1, ()) is None
 

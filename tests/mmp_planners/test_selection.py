@@ -49,17 +49,17 @@ def test_best_first_takes_the_cheapest_then_the_fewest_conflicts_then_the_oldest
     assert BestFirst()([cheap, older], 4.0) is older
 
 
-class Told:
+class ScriptedBandit:
     """A bandit that draws what it is told to, and keeps what it learns."""
 
-    def __init__(self, *ways):
-        self.ways, self.learned = list(ways), []
+    def __init__(self, *draws):
+        self.draws, self.learned = list(draws), []
 
     def draw(self):
-        return self.ways.pop(0)
+        return self.draws.pop(0)
 
-    def learn(self, way, won):
-        self.learned.append((way, won))
+    def learn(self, choice, won):
+        self.learned.append((choice, won))
 
 
 def of_kinds(number, kinds, places, **more):
@@ -73,22 +73,22 @@ def test_the_list_of_a_kind_prefers_fewer_conflicts_then_nodes_of_that_kind_then
     first, second, mixed = (of_kinds(k, kinds, CHEAP) for k, kinds in ((1, (0, 0)), (2, (1, 1)), (3, (0, 1))))
     dear = of_kinds(4, (1, 1), [(0, 1, 3), (2, 1, 0)])
     open_nodes = [first, dear, second, mixed]
-    assert FocalPerKind(w=2.0, bandit=Told(1))(open_nodes, 4.0) is first
-    assert FocalPerKind(w=2.0, bandit=Told(2))(open_nodes, 4.0) is second
-    assert FocalPerKind(w=2.0, bandit=Told(2))([mixed, first], 4.0) is mixed
-    assert FocalPerKind(w=2.0, bandit=Told(2))([*open_nodes, fewest], 4.0) is fewest
+    assert FocalPerKind(w=2.0, bandit=ScriptedBandit(1))(open_nodes, 4.0) is first
+    assert FocalPerKind(w=2.0, bandit=ScriptedBandit(2))(open_nodes, 4.0) is second
+    assert FocalPerKind(w=2.0, bandit=ScriptedBandit(2))([mixed, first], 4.0) is mixed
+    assert FocalPerKind(w=2.0, bandit=ScriptedBandit(2))([*open_nodes, fewest], 4.0) is fewest
 
 
 def test_the_lists_of_kinds_hold_what_costs_at_most_w_times_the_bound_and_the_anchor_list_all():
     within, beyond = node(0, *TWICE), node(1, *DEAR, bounds=[1, 1])
-    assert FocalPerKind(w=1.5, bandit=Told(1))([beyond, within], 4.0) is within
-    assert FocalPerKind(w=1.5, bandit=Told(0))([within, beyond], 4.0) is beyond
-    assert FocalPerKind(w=1.5, bandit=Told(1))([beyond], 4.0) is beyond, "an empty list: the least bound"
+    assert FocalPerKind(w=1.5, bandit=ScriptedBandit(1))([beyond, within], 4.0) is within
+    assert FocalPerKind(w=1.5, bandit=ScriptedBandit(0))([within, beyond], 4.0) is beyond
+    assert FocalPerKind(w=1.5, bandit=ScriptedBandit(1))([beyond], 4.0) is beyond, "an empty list: the least bound"
 
 
 @pytest.mark.parametrize(("left", "won"), [(0, True), (1, False), (2, False)])
 def test_a_list_wins_where_replanning_the_node_it_gave_leaves_fewer_conflicts(left, won):
-    bandit = Told(2, 1, 1)
+    bandit = ScriptedBandit(2, 1, 1)
     select = FocalPerKind(w=9.0, bandit=bandit)
     waiting = node(0, *CHEAP)
     waiting.pending = Branch(arm=0, constraints=(), description="")

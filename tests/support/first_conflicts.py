@@ -22,7 +22,7 @@ def in_the_ring():
 CASES = {
     "passing": two_arms.passing,
     "close": lambda: two_arms.passing(1.0),
-    "parked": two_arms.one_in_the_way,
+    "parked": two_arms.parked_arm_between,
     "between two steps": lambda: two_arms.turning((0.23, -0.8), (0.23, -0.8), 1.4),
     "in the first moments": lambda: two_arms.turning((0.1, -0.8), (0.1, -0.8), 1.2),
     "in the ring": in_the_ring,

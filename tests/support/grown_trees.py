@@ -10,9 +10,9 @@ def created(number, parent=None, *, arm="left", constraint="left avoids right at
     """The event of a node; one without a parent has no arm and no constraint."""
     if parent is None:
         arm = constraint = None
-    told = {"cost_rad": 10.0 + number, "lower_bound_rad": 9.0, "conflicting_pairs": 1, "paths": {}}
-    told |= {"node": number, "parent": parent, "arm": arm, "constraint": constraint, "conflicts": conflicts}
-    return NodeCreated(elapsed_s=0.5, **told | more)
+    fields = {"cost_rad": 10.0 + number, "lower_bound_rad": 9.0, "conflicting_pairs": 1, "paths": {}}
+    fields |= {"node": number, "parent": parent, "arm": arm, "constraint": constraint, "conflicts": conflicts}
+    return NodeCreated(elapsed_s=0.5, **fields | more)
 
 
 def expanded(number, conflicts=3):
@@ -41,10 +41,10 @@ def grown(parents, *, constraints=None, conflicts=None, fast_tracks=(), solution
     for number, parent in enumerate(parents):
         if parent is None:
             tree(started(sum(p is None for p in parents[:number])))
-        told = {} if constraints is None else {"constraint": constraints[number]}
-        told |= {"constraint": None} if number in fast_tracks else {}
+        fields = {} if constraints is None else {"constraint": constraints[number]}
+        fields |= {"constraint": None} if number in fast_tracks else {}
         count = 3 if conflicts is None else conflicts[number]
-        tree(created(number, parent, conflicts=count, fast_track=number in fast_tracks, **told))
+        tree(created(number, parent, conflicts=count, fast_track=number in fast_tracks, **fields))
     for number in sorted({parent for parent in parents if parent is not None}):
         tree(expanded(number))
     if solution is not None:

@@ -44,10 +44,10 @@ class Straight:
     w: float = 1.5
     careful: bool = True
     word: str = "none"
-    seen: ClassVar[list] = []
+    calls: ClassVar[list] = []
 
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
-        self.seen.append({"options": self, "seed": seed, "time_limit": time_limit, "problem": problem})
+        self.calls.append({"options": self, "seed": seed, "time_limit": time_limit, "problem": problem})
         watch(NodeExpanded(elapsed_s=0.0, node=0, open_nodes=0, expanded_nodes=1, conflicts=0))
         plan = straight_plan(problem, {"name": "straight", "options": {"w": self.w}, "seed": seed}, self.steps)
         watch(SolutionFound(elapsed_s=0.0, node=0, cost_rad=plan.cost_rad, clearance_m=0.01))

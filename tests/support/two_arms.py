@@ -48,12 +48,12 @@ def nothing_to_do():
     return turning((0.8, 0.8), (0.8, 0.8))
 
 
-def one_in_the_way():
+def parked_arm_between():
     """The right arm stands still where the hand of the left one would pass."""
     return turning((0.8, -0.8), (0.0, 0.0))
 
 
-PROBLEMS = {kind.__name__: kind for kind in (passing, one_moves, nothing_to_do, one_in_the_way)}
+PROBLEMS = {kind.__name__: kind for kind in (passing, one_moves, nothing_to_do, parked_arm_between)}
 
 
 def along(step, *places):

@@ -48,7 +48,7 @@ def test_frames_stand_at_equal_steps_and_the_last_one_not_before_the_end():
 def test_an_mp4_plays_everywhere_in_real_time(plan, report, tmp_path):
     path = tmp_path / "film.mp4"
     seen = []
-    made(lambda: save_film(plan, path, report, fps=4, **TINY, progress=lambda *told: seen.append(told)))
+    made(lambda: save_film(plan, path, report, fps=4, **TINY, progress=lambda *message: seen.append(message)))
     if not path.exists():
         return
     facts, images = read_back(path)
@@ -196,14 +196,14 @@ def test_a_frame_generator_that_is_not_used_up_lets_go_of_its_context(plan):
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [("a.mp3", "Did you mean '.mp4'"), ("a.mov", "Known: .gif, .mp4, .webp"), ("a", "suffix of a film")],
 )
-def test_an_unknown_suffix_is_refused_with_those_that_exist(plan, tmp_path, name, told):
+def test_an_unknown_suffix_is_refused_with_those_that_exist(plan, tmp_path, name, message):
     for call in (lambda: check_film(tmp_path / name), lambda: save_film(plan, tmp_path / name)):
         with pytest.raises(UnknownNameError) as caught:
             call()
-        assert told in str(caught.value)
+        assert message in str(caught.value)
 
 
 def test_without_ffmpeg_the_extra_is_named_before_anything_is_made(plan, tmp_path, monkeypatch):
@@ -228,7 +228,7 @@ def test_what_ffmpeg_complains_of_is_passed_on_and_nothing_is_left(plan, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"fps": 0}, "fps is 0; it must be more than 0 and at most 60"),
         ({"fps": float("nan")}, "fps is nan"),
@@ -237,7 +237,7 @@ def test_what_ffmpeg_complains_of_is_passed_on_and_nothing_is_left(plan, tmp_pat
         ({"height": 5000}, "height is 5000"),
     ],
 )
-def test_numbers_that_cannot_be_are_one_sentence(plan, tmp_path, options, told):
-    with pytest.raises(MmpError, match=f"{told}|{NONE_HERE}"):
+def test_numbers_that_cannot_be_are_one_sentence(plan, tmp_path, options, message):
+    with pytest.raises(MmpError, match=f"{message}|{NONE_HERE}"):
         save_film(plan, tmp_path / "a.mp4", **TINY | options)
     assert list(tmp_path.iterdir()) == []

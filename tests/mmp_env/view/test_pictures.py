@@ -57,7 +57,7 @@ def test_moments_stand_side_by_side_and_differ(plan):
     assert pictures(plan, [0.0], **SMALL).shape == (120, 160, 3)
 
 
-def test_goals_and_ways_are_in_a_picture_when_they_are_wanted(plan):
+def test_a_picture_shows_goals_and_tool_paths_on_request(plan):
     choices = (False, False), (True, False), (False, True)
     images = made(lambda: [picture(plan, "start", width=320, height=240, goals=g, tool_paths=w) for g, w in choices])
     if images is None:
@@ -68,7 +68,7 @@ def test_goals_and_ways_are_in_a_picture_when_they_are_wanted(plan):
     assert (end[0] == end[1]).all()  # the arms stand where the ghosts would
 
 
-def test_ways_go_where_the_tools_go_and_are_fainter_where_they_have_yet_to_go(plan):
+def test_tool_paths_follow_the_tools_and_are_fainter_after_the_moment(plan):
     time_s = 0.4 * plan.makespan_s
     lines = tool_path_lines(plan, time_s)
     assert len(lines) == 4
@@ -78,8 +78,8 @@ def test_ways_go_where_the_tools_go_and_are_fainter_where_they_have_yet_to_go(pl
     points = plan.problem.cell.collision.tool_points("left", np.array(ends))
     assert passed.points[[0, -1]] == pytest.approx(points[:2], abs=1e-9)
     assert ahead.points[[0, -1]] == pytest.approx(points[1:], abs=1e-9)
-    on_the_way = plan.problem.cell.collision.tool_points("left", plan.at(0.2 * plan.makespan_s)["left"][None])[0]
-    assert distance(on_the_way, passed.points) < 0.006
+    before = plan.problem.cell.collision.tool_points("left", plan.at(0.2 * plan.makespan_s)["left"][None])[0]
+    assert distance(before, passed.points) < 0.006
 
 
 def distance(point, polyline):
@@ -114,14 +114,14 @@ def test_the_suffix_says_what_a_file_is(plan, tmp_path, suffix, format):
 
 
 @pytest.mark.parametrize(
-    ("name", "told"),
+    ("name", "message"),
     [("plan.pmg", "suffix of a picture '.pmg'. Did you mean '.png'"), ("plan", "Known: .jpeg, .jpg, .png, .webp")],
 )
-def test_an_unknown_suffix_is_refused_with_those_that_exist(plan, tmp_path, name, told):
+def test_an_unknown_suffix_is_refused_with_those_that_exist(plan, tmp_path, name, message):
     for call in (lambda: check_picture(tmp_path / name), lambda: save_picture(plan, tmp_path / name)):
         with pytest.raises(UnknownNameError) as caught:
             call()
-        assert told in str(caught.value)
+        assert message in str(caught.value)
 
 
 def test_what_cannot_be_is_one_sentence(plan, tmp_path):

@@ -20,26 +20,26 @@ STEPS = 7
 @pytest.fixture(scope="module")
 def episodes(tmp_path_factory):
     """Rows of two episodes, and for each row the joints, the action, the reward and the contacts."""
-    path, told = tmp_path_factory.mktemp("rerun") / "episodes.rrd", []
+    path, steps = tmp_path_factory.mktemp("rerun") / "episodes.rrd", []
     env = RerunRecorder(gymnasium.make("MultiArmCell-2", control_mode="delta", terminate_on_contact=False), path)
     env.action_space.seed(1)
     for seed in range(2):
         _, info = env.reset(seed=seed)
-        told.append((env.unwrapped.data.qpos.copy(), None, 0.0, info))
+        steps.append((env.unwrapped.data.qpos.copy(), None, 0.0, info))
         for _ in range(STEPS):
             action = env.action_space.sample()
             _, reward, _, _, info = env.step(action)
-            told.append((env.unwrapped.data.qpos.copy(), action, reward, info))
+            steps.append((env.unwrapped.data.qpos.copy(), action, reward, info))
     cell = env.unwrapped.cell
     env.close()
-    return Rows(path), told, cell, path
+    return Rows(path), steps, cell, path
 
 
 def test_every_step_has_the_spheres_of_the_core(episodes):
-    rows, told, cell, _ = episodes
+    rows, steps, cell, _ = episodes
     for k, arm in enumerate(cell.arm_names):
         found = rows.at(f"/episodes/spheres/{arm}", "Points3D:positions", "step")
-        q = np.array([row[0] for row in told])[:, 6 * k : 6 * k + 6]
+        q = np.array([row[0] for row in steps])[:, 6 * k : 6 * k + 6]
         assert sorted(found) == list(range(2 * (STEPS + 1)))
         np.testing.assert_allclose(
             array([found[step] for step in sorted(found)]), cell.collision.spheres(arm, q)[0], atol=1e-5
@@ -47,24 +47,26 @@ def test_every_step_has_the_spheres_of_the_core(episodes):
 
 
 def test_actions_rewards_and_distances_are_those_of_the_environment(episodes):
-    rows, told, cell, _ = episodes
+    rows, steps, cell, _ = episodes
     rewards = rows.at("/episodes/reward", "Scalars:scalars", "step")
     distances = rows.at("/episodes/distance", "Scalars:scalars", "step")
-    assert [rewards[step][0] for step in range(len(told))] == pytest.approx([row[2] for row in told])
-    assert [distances[step][0] for step in range(len(told))] == pytest.approx([row[3]["distance_rad"] for row in told])
+    assert [rewards[step][0] for step in range(len(steps))] == pytest.approx([row[2] for row in steps])
+    assert [distances[step][0] for step in range(len(steps))] == pytest.approx(
+        [row[3]["distance_rad"] for row in steps]
+    )
     for k, arm in enumerate(cell.arm_names):
         actions = rows.at(f"/episodes/actions/{arm}", "Scalars:scalars", "step")
-        for step, (_, action, _, _) in enumerate(told):
+        for step, (_, action, _, _) in enumerate(steps):
             assert (step in actions) == (action is not None)
             if action is not None:
                 np.testing.assert_allclose(actions[step], action[6 * k : 6 * k + 6], atol=1e-6)
 
 
 def test_the_return_restarts_with_each_episode(episodes):
-    rows, told, _, _ = episodes
+    rows, steps, _, _ = episodes
     found = rows.at("/episodes/return", "Scalars:scalars", "step")
     assert found[0] == found[STEPS + 1] == [0.0]
-    assert found[STEPS][0] == pytest.approx(sum(row[2] for row in told[: STEPS + 1]))
+    assert found[STEPS][0] == pytest.approx(sum(row[2] for row in steps[: STEPS + 1]))
 
 
 def test_it_opens_with_a_layout_of_its_own(episodes):

@@ -1,4 +1,4 @@
-"""The conflict tree of a recording against what the planner told."""
+"""The conflict tree of a recording against what the planner emitted."""
 
 from dataclasses import replace
 
@@ -19,31 +19,31 @@ LABELS, RADII = "GraphNodes:labels", "GraphNodes:radii"
 
 
 class Both:
-    """Tells a recording, and remembers what was told."""
+    """Tells a recording, and remembers what was emitted."""
 
     wants_iterates = True
 
     def __init__(self, watcher):
-        self.watcher, self.told = watcher, []
+        self.watcher, self.emitted = watcher, []
 
     def __call__(self, event):
-        self.told.append(event)
+        self.emitted.append(event)
         self.watcher(event)
 
 
 @pytest.fixture(scope="module", params=["ecbs", "apf-ecbs", "gen-ecbs"])
 def search(request, tmp_path_factory):
-    """Rows of a recording of a search, and what was told."""
+    """Rows of a recording of a search, and what was emitted."""
     path = tmp_path_factory.mktemp("rerun") / "search.rrd"
     with RerunWatcher(PROBLEM, path) as watcher:
         both = Both(watcher)
         result = make(request.param).plan(PROBLEM, seed=0, watch=both)
         watcher.show_plan(result.plan)
-    return Rows(path), both.told
+    return Rows(path), both.emitted
 
 
-def told_by(told, kind):
-    return [event for event in told if isinstance(event, kind)]
+def emitted_of(emitted, kind):
+    return [event for event in emitted if isinstance(event, kind)]
 
 
 def tree_at(rows, moment):
@@ -54,8 +54,8 @@ def tree_at(rows, moment):
 
 
 def test_nodes_and_edges_are_those_that_the_planner_told_of(search):
-    rows, told = search
-    created, expanded = (told_by(told, kind) for kind in (events.NodeCreated, events.NodeExpanded))
+    rows, emitted = search
+    created, expanded = (emitted_of(emitted, kind) for kind in (events.NodeCreated, events.NodeExpanded))
     ids, edges = tree_at(rows, len(expanded) + 1)
     assert ids == [str(event.node) for event in created]
     assert edges == {(str(event.parent), str(event.node)) for event in created if event.parent is not None}
@@ -63,12 +63,12 @@ def test_nodes_and_edges_are_those_that_the_planner_told_of(search):
 
 
 def test_the_tree_grows_with_the_expansions(search):
-    rows, told = search
+    rows, emitted = search
     moments = sorted(rows.at("/tree", IDS, "expansion"))
-    count = len(told_by(told, events.NodeExpanded))
+    count = len(emitted_of(emitted, events.NodeExpanded))
     assert moments == list(range(count + 2))
     there, expansion = {0: []}, 0
-    for event in told:
+    for event in emitted:
         if isinstance(event, events.NodeExpanded):
             expansion += 1
             there[expansion] = list(there[expansion - 1])
@@ -81,22 +81,22 @@ def test_the_tree_grows_with_the_expansions(search):
 
 
 def test_the_expanded_node_is_green_and_the_solution_blue_or_pink_of_the_fast_track(search):
-    rows, told = search
-    colors, expanded = rows.at("/tree", COLORS, "expansion"), told_by(told, events.NodeExpanded)
+    rows, emitted = search
+    colors, expanded = rows.at("/tree", COLORS, "expansion"), emitted_of(emitted, events.NodeExpanded)
     for moment, event in enumerate(expanded, 1):
         ids, _ = tree_at(rows, moment)
         green = [name for name, color in zip(ids, colors[moment], strict=True) if color == 0x008A46FF]
         assert green == [str(event.node)]
-    solution = told_by(told, events.SolutionFound)[-1].node
-    (fast,) = (event.fast_track for event in told_by(told, events.NodeCreated) if event.node == solution)
+    solution = emitted_of(emitted, events.SolutionFound)[-1].node
+    (fast,) = (event.fast_track for event in emitted_of(emitted, events.NodeCreated) if event.node == solution)
     ids, _ = tree_at(rows, len(expanded) + 1)
     assert colors[len(expanded) + 1][ids.index(str(solution))] == (0xD23C96FF if fast else 0x1E78DCFF)
 
 
 def test_labels_hold_the_constraint_in_words(search):
-    rows, told = search
+    rows, emitted = search
     labels = rows.at("/tree", LABELS, "plan time").get(0.0) or rows.statics(LABELS)["/tree"]
-    for text, event in zip(labels, told_by(told, events.NodeCreated), strict=True):
+    for text, event in zip(labels, emitted_of(emitted, events.NodeCreated), strict=True):
         assert str(event.node) in text
         if event.constraint is not None:
             assert event.constraint in " ".join(text.split("\n"))

@@ -22,30 +22,30 @@ RED = 0xEB0028FF
 
 @pytest.fixture(scope="module")
 def search(tmp_path_factory):
-    """Rows of a recording of a search that repels, what was told, and the plan."""
-    path, told = tmp_path_factory.mktemp("rerun") / "search.rrd", []
+    """Rows of a recording of a search that repels, what was emitted, and the plan."""
+    path, emitted = tmp_path_factory.mktemp("rerun") / "search.rrd", []
     with RerunWatcher(PROBLEM, path) as watcher:
 
         class Both:
             wants_iterates = True
 
             def __call__(self, event):
-                told.append(event)
+                emitted.append(event)
                 watcher(event)
 
         result = make("apf-ecbs").plan(PROBLEM, seed=0, watch=Both())
         watcher.show_plan(result.plan)
-    return Rows(path), told, result.plan
+    return Rows(path), emitted, result.plan
 
 
-def told_by(told, kind):
-    return [event for event in told if isinstance(event, kind)]
+def emitted_of(emitted, kind):
+    return [event for event in emitted if isinstance(event, kind)]
 
 
 def test_each_expanded_node_has_its_tool_paths_at_its_time(search):
-    rows, told, _ = search
-    created = {event.node: event for event in told_by(told, events.NodeCreated)}
-    expanded = told_by(told, events.NodeExpanded)
+    rows, emitted, _ = search
+    created = {event.node: event for event in emitted_of(emitted, events.NodeCreated)}
+    expanded = emitted_of(emitted, events.NodeExpanded)
     assert expanded
     for arm in ARMS:
         strips = rows.at(f"/node/paths/{arm}", STRIPS, "expansion")
@@ -56,10 +56,10 @@ def test_each_expanded_node_has_its_tool_paths_at_its_time(search):
 
 
 def test_words_say_cost_bound_conflicts_and_constraint(search):
-    rows, told, _ = search
-    created = {event.node: event for event in told_by(told, events.NodeCreated)}
+    rows, emitted, _ = search
+    created = {event.node: event for event in emitted_of(emitted, events.NodeCreated)}
     words = rows.at("/node/words", "TextDocument:text", "expansion")
-    for moment, event in enumerate(told_by(told, events.NodeExpanded), 1):
+    for moment, event in enumerate(emitted_of(emitted, events.NodeExpanded), 1):
         node, (text,) = created[event.node], words[moment]
         assert f"node {event.node}" in text
         assert f"cost {node.cost_rad:.2f} rad, lower bound {node.lower_bound_rad:.2f} rad" in text
@@ -70,24 +70,24 @@ def test_words_say_cost_bound_conflicts_and_constraint(search):
 
 
 def test_conflicts_are_points_between_arms_that_meet_and_the_solution_has_none(search):
-    rows, told, _ = search
-    created = {event.node: event for event in told_by(told, events.NodeCreated)}
+    rows, emitted, _ = search
+    created = {event.node: event for event in emitted_of(emitted, events.NodeCreated)}
     points = rows.at("/node/conflicts", POSITIONS, "expansion")
-    for moment, event in enumerate(told_by(told, events.NodeExpanded), 1):
+    for moment, event in enumerate(emitted_of(emitted, events.NodeExpanded), 1):
         assert points[moment]
         assert (created[event.node].conflicts > 0) == bool(points[moment])
     assert points[max(points)] == []
 
 
 def test_the_clouds_of_a_node_have_the_spheres_of_the_core_and_red_where_they_touch(search):
-    rows, told, _ = search
+    rows, emitted, _ = search
     clouds = {arm: rows.at(f"/node/spheres/{arm}", POSITIONS, "expansion") for arm in ARMS}
     colors = {arm: rows.at(f"/node/spheres/{arm}", COLORS, "expansion") for arm in ARMS}
     radii = {arm: array(rows.static(f"/node/spheres/{arm}", "Points3D:radii")) for arm in ARMS}
     left, right = ARMS
     for arm in ARMS:
         np.testing.assert_allclose(radii[arm], CELL.collision.spheres(arm, PROBLEM.start[arm][None])[1], rtol=1e-6)
-    for moment in range(len(told_by(told, events.NodeExpanded)) + 2):
+    for moment in range(len(emitted_of(emitted, events.NodeExpanded)) + 2):
         a, b = array(clouds[left][moment]), array(clouds[right][moment])
         gaps = np.linalg.norm(a[:, None] - b[None], axis=2) - radii[left][:, None] - radii[right]
         for arm, nearest in ((left, gaps.min(axis=1)), (right, gaps.min(axis=0))):
@@ -98,9 +98,9 @@ def test_the_clouds_of_a_node_have_the_spheres_of_the_core_and_red_where_they_to
 
 
 def test_progress_is_what_was_told(search):
-    rows, told, _ = search
-    created = {event.node: event for event in told_by(told, events.NodeCreated)}
-    expanded = told_by(told, events.NodeExpanded)
+    rows, emitted, _ = search
+    created = {event.node: event for event in emitted_of(emitted, events.NodeCreated)}
+    expanded = emitted_of(emitted, events.NodeExpanded)
     curves = {
         "cost": [created[event.node].cost_rad for event in expanded],
         "lower_bound": [created[event.node].lower_bound_rad for event in expanded],
@@ -113,8 +113,8 @@ def test_progress_is_what_was_told(search):
 
 
 def test_repulsion_has_a_row_for_each_iterate_with_the_spheres_of_the_core(search):
-    rows, told, _ = search
-    repelled = told_by(told, events.Repelled)
+    rows, emitted, _ = search
+    repelled = emitted_of(emitted, events.Repelled)
     clouds = rows.at("/repulsion/arm", POSITIONS, "repulsion")
     paths = rows.at("/repulsion/path/now", STRIPS, "repulsion")
     words = rows.at("/repulsion_words", "TextDocument:text", "repulsion")

@@ -78,8 +78,8 @@ def test_of_a_planner_that_tells_and_finds_nothing_the_start_is_shown(tmp_path):
     assert verified(tmp_path / "start.rrd")
 
 
-@pytest.mark.parametrize(("error", "told"), [(KeyboardInterrupt, KeyboardInterrupt), (RuntimeError, MmpError)])
-def test_a_recording_that_cannot_be_finished_leaves_the_earlier_file_alone(error, told, tmp_path, monkeypatch):
+@pytest.mark.parametrize(("error", "raised"), [(KeyboardInterrupt, KeyboardInterrupt), (RuntimeError, MmpError)])
+def test_a_recording_that_cannot_be_finished_leaves_the_earlier_file_alone(error, raised, tmp_path, monkeypatch):
     path = tmp_path / "search.rrd"
     path.write_text("earlier")
 
@@ -89,7 +89,7 @@ def test_a_recording_that_cannot_be_finished_leaves_the_earlier_file_alone(error
     watcher = RerunWatcher(two_arms.passing(), path)
     with monkeypatch.context() as patch:
         patch.setattr(require().RecordingStream, "flush", fails)
-        with pytest.raises(told, match="no space left"):
+        with pytest.raises(raised, match="no space left"):
             watcher.close()
     assert [(file.name, file.read_text()) for file in tmp_path.iterdir()] == [("search.rrd", "earlier")]
 

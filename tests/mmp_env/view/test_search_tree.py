@@ -15,25 +15,25 @@ PROBLEM = two_arms.passing(1.0)
 
 @pytest.fixture(scope="module", params=["cbs", "ecbs", "apf-ecbs", "gen-ecbs"])
 def run(request):
-    """What a planner told, the tree that was made of it, and the result."""
-    told, tree = [], SearchTree(PROBLEM, keep_paths=True)
+    """What a planner emitted, the tree that was made of it, and the result."""
+    emitted, tree = [], SearchTree(PROBLEM, keep_paths=True)
 
     def watch(event):
-        told.append(event)
+        emitted.append(event)
         tree(event)
 
     result = make(request.param).plan(PROBLEM, seed=0, time_limit=60.0, watch=watch)
     assert result.plan is not None
-    return told, tree, result, request.param
+    return emitted, tree, result, request.param
 
 
-def of(told, kind):
-    return [event for event in told if isinstance(event, kind)]
+def of(emitted, kind):
+    return [event for event in emitted if isinstance(event, kind)]
 
 
 def test_its_nodes_and_edges_are_those_that_the_planner_told_of(run):
-    told, tree, result, _ = run
-    nodes = of(told, events.NodeCreated)
+    emitted, tree, result, _ = run
+    nodes = of(emitted, events.NodeCreated)
     assert len(nodes) == result.stats["generated_nodes"] or len(nodes) > 1
     assert [node.number for node in tree.nodes] == [event.node for event in nodes]
     numbers = [None if node.parent is None else tree.nodes[node.parent].number for node in tree.nodes]
@@ -46,8 +46,8 @@ def test_its_nodes_and_edges_are_those_that_the_planner_told_of(run):
 
 
 def test_its_expansions_are_those_that_the_planner_told_of(run):
-    told, tree, result, _ = run
-    assert [tree.nodes[k].number for k in tree.expansions] == [event.node for event in of(told, events.NodeExpanded)]
+    emitted, tree, result, _ = run
+    assert [tree.nodes[k].number for k in tree.expansions] == [event.node for event in of(emitted, events.NodeExpanded)]
     assert len(tree.expansions) == result.stats["expanded_nodes"]
     order = sorted((node.expanded, node.id) for node in tree.nodes if node.expanded)
     assert [node for _, node in order] == tree.expansions
@@ -55,8 +55,8 @@ def test_its_expansions_are_those_that_the_planner_told_of(run):
 
 
 def test_every_tree_begins_with_a_root_of_its_restart(run):
-    told, tree, _, _ = run
-    assert len(tree.roots) == sum(event.parent is None for event in of(told, events.NodeCreated))
+    emitted, tree, _, _ = run
+    assert len(tree.roots) == sum(event.parent is None for event in of(emitted, events.NodeCreated))
     assert [root.restart for root in tree.roots] == list(range(len(tree.roots)))
     for node in tree.nodes:
         if node.parent is not None:

@@ -113,7 +113,10 @@ class PathRecombination {
   }
 
  private:
-  static constexpr double kSameLength = 1e-6;           // [rad]; one path stands for all of equal length
+  // Largest differences of two paths that count as one [rad]. A nearly equal path of the same length adds combinations
+  // and no passing order. But the length alone does not tell: all monotone paths between the same ends have one length.
+  static constexpr double kSameLength = 1e-6;
+  static constexpr double kSameCurve = 0.4;
   static constexpr size_t kMaxPaths = 32;               // per arm
   static constexpr int kMaxSteps = 1000;                // of a path
   static constexpr size_t kMaxDiagramStates = 1 << 26;  // of all stored diagrams, one byte each
@@ -139,8 +142,9 @@ class PathRecombination {
   int add(int a, const std::vector<T>& rows) {
     auto path = std::make_unique<PooledPath<V>>(*cell_, a, rows, limits_[a], added_++);
     auto& paths = paths_[a];
-    const auto same = std::ranges::find_if(
-        paths, [&](const auto& other) { return std::abs(other->length - path->length) < kSameLength; });
+    const auto same = std::ranges::find_if(paths, [&](const auto& other) {
+      return std::abs(other->length - path->length) < kSameLength && largest_difference(*other, *path) < kSameCurve;
+    });
     if (same != paths.end()) return (*same)->id;
     if (path->motion.last > kMaxSteps) return -1;
     const int id = path->id;

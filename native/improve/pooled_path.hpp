@@ -1,6 +1,8 @@
 // A path of one arm in the path pool, in as few steps as full speed allows.
 #pragma once
 
+#include <limits>
+
 #include "geometry/motion.hpp"
 #include "improve/shortcut_moves.hpp"
 #include "proof/segments.hpp"
@@ -58,5 +60,54 @@ struct PooledPath {
     return true;
   }
 };
+
+// A position on a path that advances by arc length (L1) [rad].
+template <class V>
+class PathCursor {
+ public:
+  explicit PathCursor(const PooledPath<V>& path) : motion_(&path.motion) { enter(0); }
+
+  // Arc length of the next waypoint, infinite at the end of the path.
+  double next() const { return step_ < motion_->last ? begin_ + length_ : std::numeric_limits<double>::infinity(); }
+
+  // `s`: arc length from the current position to `next()`.
+  void advance(double s) {
+    if (s >= next()) {
+      begin_ = next();
+      enter(step_ + 1);
+    } else if (length_ > 0) {
+      share_ = (s - begin_) / length_;
+    }
+  }
+
+  double joint(int j) const {
+    const double q = motion_->at(step_)[j];
+    return share_ > 0 ? q + share_ * (motion_->at(step_ + 1)[j] - q) : q;
+  }
+
+ private:
+  void enter(int step) {
+    step_ = step;
+    share_ = 0;
+    length_ = step < motion_->last ? l1_distance(motion_->at(step), motion_->at(step + 1), motion_->arm->dof) : 0;
+  }
+
+  const Motion<V>* motion_;
+  int step_ = 0;
+  double begin_ = 0, length_ = 0, share_ = 0;
+};
+
+// Largest difference of any joint of two paths at equal arc length [rad]. It is at a waypoint of one of them.
+template <class V>
+double largest_difference(const PooledPath<V>& p, const PooledPath<V>& q) {
+  PathCursor<V> a(p), b(q);
+  for (double largest = 0;;) {
+    for (int j = 0; j < p.motion.arm->dof; ++j) largest = std::max(largest, std::abs(a.joint(j) - b.joint(j)));
+    const double s = std::min(a.next(), b.next());
+    if (s == std::numeric_limits<double>::infinity()) return largest;
+    a.advance(s);
+    b.advance(s);
+  }
+}
 
 }  // namespace mmp

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support import two_arms
 from support.path_pools import DT_S, NO_END, lifted, mutually_blocking, path_pool, run, straight, with_a_twist
+from support.two_arms import along
 
 from mmp_env import core
 
@@ -23,6 +24,24 @@ def test_paths_have_ids_and_equal_paths_the_same_id():
     for numbers, given in ((first, straight(problem)), (second, lifted(problem))):
         for arm in (0, 1):
             np.testing.assert_allclose(pool.path(arm, numbers[arm]), given[arm], atol=1e-5)
+
+
+def test_monotone_paths_between_the_same_ends_are_one_path_only_where_they_run_alike():
+    """They all have the same length."""
+    problem = two_arms.turning((1.5, 0.5), (1.0, 1.0))
+    start = problem.start["left"]
+    goal = problem.goal["left"] + np.array([0.0, 0.0, -0.9, 0.0, 0.0, 0.0])
+    step, right = problem.max_velocity["left"][0] * DT_S, problem.start["right"][None]
+    corners = [np.where(np.arange(6) == first, goal, start) for first in (0, 2)]
+    pool = path_pool(problem)
+    (first, _), (second, _) = (pool.add([along(step, start, corner, goal), right]) for corner in corners)
+    assert first != second
+    for number, corner in zip((first, second), corners, strict=True):
+        np.testing.assert_allclose(pool.path(0, number), along(step, start, corner, goal), atol=1e-5)
+        slow = along(step / 3, start, corner, goal)
+        assert pool.add([slow, right])[0] == number, "however it is sampled"
+    near = along(step, start, corners[0] + 0.1 * (goal - corners[0]), goal)
+    assert pool.add([near, right])[0] == first, "nearly the same path adds nothing"
 
 
 def test_a_path_is_returned_at_full_speed_without_waiting():

@@ -20,7 +20,7 @@ WHERE = "import mmp_env, mmp_env.model.cell; print(mmp_env.__path__[0], mmp_env.
 
 @pytest.fixture
 def checkout(tmp_path) -> Path:
-    """A copy of the sources, as they are after a clone."""
+    """Returns a copy of the sources, as they are after a clone."""
     folder = tmp_path / "clone"
     for source in ("mmp_env", "planners", "tasks", "scripts"):
         shutil.copytree(ROOT / source, folder / source, ignore=shutil.ignore_patterns("*.so", "__pycache__"))

@@ -45,7 +45,7 @@ def test_the_readme_shows_what_the_command_prints(tmp_path, monkeypatch, capsys)
 
 
 def without_machine(text: str) -> list[str]:
-    """The lines of a summary but for those of the execution, without times that depend on the machine."""
+    """Returns the lines of a summary but for those of the execution, without times that depend on the machine."""
     lines = [line for line in text.splitlines() if not line.startswith("execution")]
     return [re.sub(r"(?<=^planning   )\S+ s|(?<=checked in )\S+ s$", "", line) for line in lines]
 
@@ -84,7 +84,7 @@ def test_the_code_has_the_names_and_files_of_an_explanation(page, code_words):
 
 @pytest.fixture(scope="module")
 def code_words():
-    """Every word of the sources."""
+    """Returns every word of the sources."""
     texts = [path.read_text(encoding="utf-8") for path in [*SOURCES, ROOT / "pyproject.toml"]]
     return {word for text in texts for word in re.findall(r"\w+", text)}
 

@@ -23,7 +23,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 @pytest.fixture(scope="module")
 def part():
-    """A module of the gallery by name. Last on the path: packages come from where they are installed."""
+    """Returns a module of the gallery by name. Last on the path: packages come from where they are installed."""
     sys.path.append(str(ROOT / "scripts"))
     yield lambda name: importlib.import_module(f"gallery.{name}")
     sys.path.remove(str(ROOT / "scripts"))
@@ -31,7 +31,7 @@ def part():
 
 @pytest.fixture(scope="module")
 def small(part):
-    """A search whose root is branched on."""
+    """Returns a search whose root is branched on."""
     run = part("instances").search("apf-ecbs", 2, 4)
     assert run.expanded > 0
     return run
@@ -155,7 +155,7 @@ def test_the_film_of_a_task_is_large_and_its_objects_can_be_seen_all_the_time(ta
 
 
 def pixels_of_objects(image):
-    """How many pixels have the hue of what arms can hold."""
+    """Returns how many pixels have the hue of what arms can hold."""
     pixels = image.reshape(-1, 3) / np.maximum(np.linalg.norm(image.reshape(-1, 3), axis=1), 1)[:, None]
     color = np.array(OBJECT_RGBA[:3])
     return int((pixels @ (color / np.linalg.norm(color)) > 0.985).sum())

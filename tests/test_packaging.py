@@ -144,7 +144,7 @@ def shell(command: str, path: Path | str, **environment: str) -> subprocess.Comp
 
 @pytest.fixture
 def bare_path(tmp_path) -> Path:
-    """A folder for PATH with the few system tools that the script starts with."""
+    """Returns a folder for PATH with the few system tools that the script starts with."""
     for tool in ("basename", "dirname", "realpath", "id"):
         found = next(Path(folder, tool) for folder in os.defpath.split(":") if Path(folder, tool).exists())
         (tmp_path / tool).symlink_to(found)

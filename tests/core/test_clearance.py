@@ -20,7 +20,7 @@ def with_cells(test):
 
 
 def drawn(robots, spheres, seed):
-    """A cell and COUNT configurations of each of its arms, many of them in contact."""
+    """Returns a cell and COUNT configurations of each of its arms, many of them in contact."""
     rng = np.random.default_rng(seed)
     cell = toys.random_cell(rng, robots, spheres)
     return cell, {arm.name: toys.random_configurations(rng, arm, COUNT) for arm in cell.arms}

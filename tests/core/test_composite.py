@@ -61,13 +61,13 @@ def test_a_path_goes_from_start_to_goal_by_edges_no_longer_than_the_range(kind):
 
 
 def dense(path, samples=60):
-    """Configurations of all joints along a path, [n, joints]."""
+    """Returns configurations of all joints along a path, [n, joints]."""
     fractions = np.linspace(0, 1, samples, endpoint=False)[:, None]
     return np.concatenate([*(a + fractions * (b - a) for a, b in pairwise(path)), path[-1:]])
 
 
 def split(cell, q):
-    """Arm -> [dof] of a row of all joints."""
+    """Returns arm -> [dof] of a row of all joints."""
     return dict(zip(cell.arm_names, np.split(q, np.cumsum([arm.dof for arm in cell.arms])[:-1]), strict=True))
 
 

@@ -17,7 +17,7 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.gym.registration import CELLS, MAX_EPISODE_STEPS
 
 FACING_STEEPLY, FACING_LEVEL = (np.array([np.pi, lift, 0.0, 0.0, 0.0, 0.0]) for lift in (-1.3, -0.2))
-"""A UR5e stretched out towards the centre of its ring."""
+"""Configuration of a UR5e stretched out towards the centre of its ring."""
 
 
 class Given:
@@ -224,7 +224,7 @@ def test_a_copy_of_the_physics_looks_ahead_without_touching_the_environment(pair
     np.testing.assert_array_equal(pair.physics.get_state(), before)
 
 
-def test_physics_that_diverge_are_an_error_of_dm_control(pair):
+def test_diverging_physics_is_an_error_of_dm_control(pair):
     pair.reset()
     pair.physics.data.qvel[0] = np.nan
     with pytest.raises(control.PhysicsError):

@@ -47,7 +47,7 @@ def test_dm_controls_viewer_shows_a_plan_and_restarts(plan):
     assert shown.state is runtime.State.RUNNING
 
 
-def test_another_episode_than_the_plans_is_refused(plan):
+def test_a_plan_of_another_episode_is_refused(plan):
     environment = dm.load("MultiArmCell-4", random=8)
     policy = dm.follow(environment, plan)
     with pytest.raises(MmpError, match="begins elsewhere than the plan"):

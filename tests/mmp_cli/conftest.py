@@ -9,7 +9,7 @@ from mmp_planners import registry
 
 
 class Ran:
-    """What a command line came to."""
+    """The result of a command line: exit code, stdout and stderr."""
 
     def __init__(self, code, out, err):
         self.code, self.out, self.err = code, out, err
@@ -34,7 +34,7 @@ def mmp(capsys):
 
 @pytest.fixture
 def figures_unrendered(monkeypatch):
-    """Figures are put together but not rendered, which takes longer than all the rest of a report."""
+    """Replaces the rendering of figures, the slowest part of a report. The figures are still composed."""
     from matplotlib.figure import Figure
 
     def savefig(self, file, *, format, **_):
@@ -46,7 +46,7 @@ def figures_unrendered(monkeypatch):
 
 @pytest.fixture
 def stand_ins(monkeypatch):
-    """The planners of `stand_in_planners` beside those that are installed, as if they were of this package."""
+    """Registers the planners of `stand_in_planners` as if they belonged to this package."""
     monkeypatch.setattr(registry, "is_foreign", lambda name: False)
     monkeypatch.setattr(plugins, "entry_points", plugins.entry_points)
     monkeypatch.setattr(stand_in_planners.Straight, "calls", [])
@@ -55,24 +55,24 @@ def stand_ins(monkeypatch):
 
 
 def written(path, data):
-    """The path, with the data there as JSON."""
+    """Returns the path, with the data there as JSON."""
     path.write_text(json.dumps(data))
     return path
 
 
 @pytest.fixture
 def instances(tmp_path):
-    """The path of a good instance file."""
+    """Returns the path of a good instance file."""
     return written(tmp_path / "pairs.json", bad_files.good_instances())
 
 
 @pytest.fixture
 def cell(tmp_path):
-    """The path of a good cell file."""
+    """Returns the path of a good cell file."""
     return written(tmp_path / "pair.json", bad_files.good_cell())
 
 
 @pytest.fixture
 def plan(tmp_path):
-    """The path of a good plan file."""
+    """Returns the path of a good plan file."""
     return written(tmp_path / "plan.json", bad_files.good_plan())

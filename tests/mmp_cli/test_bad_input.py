@@ -173,7 +173,7 @@ def test_a_goal_from_a_file_is_refused_with_file_and_place(mmp, tmp_path, cell, 
     assert_refused(mmp("plan", cell, "--start", ENDS, "--goal", f"@{path}"), str(path), *words)
 
 
-def test_a_start_that_names_a_file_without_the_sign_is_told_of_it(mmp, cell):
+def test_a_start_that_names_a_file_without_at_sign_gets_a_hint(mmp, cell):
     ran = mmp("plan", cell, "--start", "ends.json", "--goal", ENDS)
     assert_refused(ran, "--start is not JSON", "--start @ends.json")
     torn = mmp("plan", cell, "--start", '{"a/b": [', "--goal", ENDS)
@@ -204,14 +204,14 @@ def test_a_file_may_have_the_name_of_an_environment(mmp, stand_ins, tmp_path, mo
 
 @pytest.mark.parametrize("command", ["plan", "bench"])
 @pytest.mark.parametrize("stem", ["a" * 150, "two\nlines", "\x1b[31mred", "caf\udce9"])
-def test_a_cell_file_whose_own_name_cannot_stand_in_for_that_of_the_cell(mmp, tmp_path, command, stem):
+def test_a_cell_file_whose_name_is_no_cell_name_is_refused(mmp, tmp_path, command, stem):
     path, out = tmp_path / f"{stem}.yaml", tmp_path / "out"
     path.write_text(json.dumps(bad_files.spoilt(bad_files.good_cell(), ["name"], bad_files.GONE)))
     assert_refused(mmp(command, path, "--out", out), "name is missing", "the file's own name", "cannot stand in for it")
     assert not out.exists()
 
 
-def test_nothing_was_planned_for_bad_usage(mmp, stand_ins, instances):
+def test_bad_usage_is_refused_before_planning(mmp, stand_ins, instances):
     assert_refused(mmp("plan", instances, "--planner", "straight", "--set", "setps=3", "--json"), "'setps'")
     assert stand_ins.Straight.calls == []
 

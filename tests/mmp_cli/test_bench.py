@@ -23,7 +23,7 @@ LINE = [
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """A benchmark of two instances, one of them invalid, with three planners of which one lies."""
+    """Returns a benchmark of two instances, one of them invalid, with three planners. One returns a wrong plan."""
     path = tmp_path_factory.mktemp("finished")
     instances, out = bench_runs.instances(path), path / "out"
     planners = "quick,cautious=quick,helpless,liar"
@@ -68,7 +68,7 @@ def test_no_plan_in_time_is_a_timeout_with_its_counts(finished):
     assert line["cost_rad"] is line["check_time_s"] is line["min_clearance_m"] is line["plan"] is None
 
 
-def test_a_plan_that_the_checker_refutes_is_an_error_and_said_loudly(finished):
+def test_a_refuted_plan_is_an_error_with_a_loud_message(finished):
     line = finished.lines["pair/turn", "liar"]
     assert (line["status"], line["cost_rad"], line["min_clearance_m"]) == ("error", None, None)
     assert "THE CHECKER REFUTES THE PLAN: goal" in line["message"]
@@ -76,7 +76,7 @@ def test_a_plan_that_the_checker_refutes_is_an_error_and_said_loudly(finished):
     assert not check_plan(read_document(finished.out / line["plan"])).valid
 
 
-def test_saved_plans_stand_where_the_line_says_and_know_their_planner(finished):
+def test_saved_plans_are_at_the_path_of_their_line_and_name_their_planner(finished):
     line = finished.lines["pair/turn", "cautious"]
     assert line["plan"] == "plans/pair/turn/cautious-7.json"
     plan = load_plan(finished.out / line["plan"])
@@ -102,12 +102,12 @@ def test_the_summary_counts_by_planner_and_names_the_report(finished):
     assert f"mmp report {finished.out}" in finished.ran.out
 
 
-def test_progress_is_told_in_plain_lines_where_there_is_no_terminal(finished):
+def test_progress_is_printed_in_lines_without_a_terminal(finished):
     assert "mmp bench: 8 to come" in finished.ran.err
     assert "mmp bench: 8 of 8 done; 1 error, 4 invalid, 2 solved, 1 timeout" in finished.ran.err
 
 
-def test_instances_of_an_id_are_those_of_their_seeds_which_are_the_planners_too(tmp_path):
+def test_instances_of_an_environment_and_planners_use_the_same_seeds(tmp_path):
     out, count = tmp_path / "out", 3
     words = ["--planners", "quick", "--count", count, "--seed", 5, "--robot", "panda", "--out", out, "--save-plans"]
     assert bench_runs.bench(tmp_path, "MultiArmCell-2", *words).code == 0
@@ -121,7 +121,7 @@ def test_instances_of_an_id_are_those_of_their_seeds_which_are_the_planners_too(
         np.testing.assert_array_equal(plan.problem.goal[arm], goal[arm])
 
 
-def test_files_of_cells_and_of_instances_go_together(tmp_path):
+def test_a_benchmark_takes_cell_files_and_instance_files_together(tmp_path):
     cell = tmp_path / "mine.yaml"
     cell.write_text(yaml.safe_dump(bench_runs.cell(name="mine")))
     words = ["--planners", "quick", "--count", "1", "--task", "reach", "--out", tmp_path / "out"]
@@ -189,7 +189,7 @@ def test_bad_usage_is_one_sentence_and_leaves_no_folder(tmp_path, argv, words):
     assert not out.exists()
 
 
-def test_a_folder_that_cannot_be_one_is_named(tmp_path):
+def test_an_impossible_output_folder_is_named(tmp_path):
     source = bench_runs.many_instances(tmp_path, 1)
     (tmp_path / "file").touch()
     for out in (tmp_path / "file", tmp_path / "file" / "below"):

@@ -1,4 +1,4 @@
-"""Whatever a planner does, it costs one line of status error that says what it did, and the rest goes on."""
+"""A faulty planner costs one line of status `error` that says what the planner did. The other units run."""
 
 import contextlib
 import json
@@ -54,7 +54,7 @@ PLANNERS = {
 GOOD = "quick"
 
 
-def test_whatever_a_planner_does_is_an_error_that_says_how_and_harms_no_other(tmp_path):
+def test_every_fault_of_a_planner_is_an_error_that_names_it_and_harms_no_other(tmp_path):
     labels = {deed.replace("_", "-"): words for deed, words in DEEDS.items()}
     planners = ",".join([*(f"{label}=rogue" for label in labels), *PLANNERS, GOOD])
     deeds = [word for deed in DEEDS for word in ("--set", f"{deed.replace('_', '-')}.deed={deed}")]
@@ -125,7 +125,7 @@ def test_a_planner_that_forks_has_one_line_for_each_of_its_units(tmp_path, deed)
 
 
 @pytest.mark.parametrize(("deed", "field"), [("endless", "makespan_s"), ("countless", "expanded_nodes")])
-def test_a_number_that_nobody_could_read_again_costs_its_unit_alone(mmp, tmp_path, deed, field):
+def test_an_unreadable_number_costs_its_unit_alone(mmp, tmp_path, deed, field):
     source, out = bench_runs.many_instances(tmp_path, 1), tmp_path / "out"
     words = ["--planners", "rogue,quick", "--set", f"rogue.deed={deed}", "--workers", 1, "--out", out]
     bench_runs.bench(tmp_path, source, *words)
@@ -135,18 +135,18 @@ def test_a_number_that_nobody_could_read_again_costs_its_unit_alone(mmp, tmp_pat
     assert mmp("report", out).code == 0
 
 
-def test_where_a_planner_goes_the_next_one_is_not(tmp_path):
+def test_a_planner_that_changes_its_folder_does_not_change_that_of_the_next(tmp_path):
     source, out = bench_runs.many_instances(tmp_path, 1), tmp_path / "out"
     words = ["--planners", "rogue,slow", "--set", "rogue.deed=move", "--workers", 1, "--out", out]
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path)
         assert bench_runs.bench(tmp_path, source, *words).code == 0
     assert {line["status"] for line in bench_runs.lines(out)} == {"solved"}
-    assert len(list(tmp_path.glob("pair-turn0.*"))) == 1  # the mark of the slow one, in its folder "."
+    assert len(list(tmp_path.glob("pair-turn0.*"))) == 1  # `slow` left its mark in its own folder "."
 
 
 def dying_starts(monkeypatch, folder, dead):
-    """Lets those starts of a worker die whose numbers, from 0, are in `dead`."""
+    """Kills the worker at the starts whose numbers, from 0, are in `dead`."""
     count = folder / "starts"
     count.write_text("")
     program = (
@@ -179,7 +179,7 @@ def test_a_worker_that_is_killed_at_both_starts_costs_its_unit_alone(tmp_path, m
     assert messages["pair/turn1", "quick"] is None
 
 
-def test_where_no_worker_starts_nothing_is_written(tmp_path, monkeypatch):
+def test_without_any_worker_nothing_is_written(tmp_path, monkeypatch):
     dying_starts(monkeypatch, tmp_path, range(100))
     source, out = bench_runs.many_instances(tmp_path, 1), tmp_path / "out"
     code = bench_runs.bench(tmp_path, source, "--planners", "quick", "--workers", 1, "--out", out)
@@ -188,7 +188,7 @@ def test_where_no_worker_starts_nothing_is_written(tmp_path, monkeypatch):
     assert not out.exists()
 
 
-def test_an_answer_to_an_earlier_task_is_not_taken_for_that_to_the_present_one(monkeypatch):
+def test_a_late_answer_to_an_earlier_task_is_ignored(monkeypatch):
     ours, theirs = multiprocessing.Pipe()
 
     def start(self):

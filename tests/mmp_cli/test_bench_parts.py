@@ -22,21 +22,21 @@ def line(planner, seconds, status="solved"):
     return {"planner": planner, "status": status, "planning_time_s": seconds, "check_time_s": None}
 
 
-def test_the_time_left_is_what_each_planner_took_on_average():
+def test_the_remaining_time_follows_from_the_mean_time_of_each_planner():
     units = [unit("fast", 0), unit("fast", 1), unit("slow", 0), unit("slow", 1), unit("new", 0)]
     progress = BenchProgress(units, [line("slow", 10.0), line("slow", 20.0)], 2, Console(file=io.StringIO()))
-    assert progress.left_s() == pytest.approx(5 * 15 / 2)  # of what nothing is known, it is the mean of the others
+    assert progress.left_s() == pytest.approx(5 * 15 / 2)  # planners without results count with the mean of the others
     progress.done(units[0], line("fast", 1.0))
     assert progress.left_s() == pytest.approx((1 + 2 * 15 + 8) / 2)
 
 
-def test_before_the_first_result_nothing_is_said_of_the_time():
+def test_before_the_first_result_no_remaining_time_is_shown():
     progress = BenchProgress([unit("a")], [], 1, Console(file=io.StringIO()))
     assert progress.left_s() is None
     assert progress.text() == ""
 
 
-def test_on_a_terminal_a_bar_counts_what_is_done_and_what_it_came_to():
+def test_on_a_terminal_a_bar_counts_units_by_status():
     file = io.StringIO()
     units = [unit("a", 0), unit("a", 1)]
     with BenchProgress(units, [line("a", 50.0)], 1, Console(file=file, force_terminal=True, width=150)) as progress:
@@ -49,11 +49,11 @@ def test_on_a_terminal_a_bar_counts_what_is_done_and_what_it_came_to():
 @pytest.mark.parametrize(
     ("seconds", "text"), [(0.2, "0 s"), (99, "99 s"), (600, "10 min"), (7200, "2 h 0 min"), (12000, "3 h 20 min")]
 )
-def test_durations_are_for_people(seconds, text):
+def test_durations_are_written_in_readable_units(seconds, text):
     assert duration(seconds) == text
 
 
-def test_errors_of_a_kind_are_told_once_with_their_number():
+def test_equal_errors_are_printed_once_with_their_number():
     lines = [
         {"planner": "a", "status": "error", "message": "boom", "instance": "x"},
         {"planner": "a", "status": "error", "message": "boom", "instance": "y"},
@@ -63,7 +63,7 @@ def test_errors_of_a_kind_are_told_once_with_their_number():
     assert reasons(lines) == ["a: boom (x and 1 more)", "b: boom (y)"]
 
 
-def test_reasons_of_invalid_instances_are_told_once_for_all_planners_and_after_the_errors():
+def test_reasons_of_invalid_instances_are_printed_once_and_after_the_errors():
     lines = [
         {"planner": planner, "status": "invalid", "message": why, "instance": name}
         for planner in ("a", "b")
@@ -93,7 +93,7 @@ def test_a_strange_name_becomes_a_tame_file_name_of_its_own(name):
 
 
 def test_a_core_is_claimed_by_one_at_a_time_and_free_again_afterwards(monkeypatch, tmp_path):
-    monkeypatch.setattr(cores, "_NAME", f"\0{tmp_path}-{{}}")  # other tests claim cores meanwhile
+    monkeypatch.setattr(cores, "_NAME", f"\0{tmp_path}-{{}}")  # other tests claim cores at the same time
     first, second = Core(), Core()
     try:
         assert first.number is None or first.number in available()

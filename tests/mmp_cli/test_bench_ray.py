@@ -1,4 +1,4 @@
-"""The same units on a Ray cluster: started here as `ray start --head` does it, and ended with the tests."""
+"""The same units on a Ray cluster, which the tests start like `ray start --head` and stop at their end."""
 
 import contextlib
 import os
@@ -26,11 +26,11 @@ def answers(port):
 
 @pytest.fixture
 def cluster(tmp_path):
-    """The address of a cluster of one machine with two cores, which finds the strangers' planners."""
+    """Yields the address of a cluster of one machine with two cores, which finds the installed test planners."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
-    folder = tempfile.mkdtemp(prefix="ray-")  # a short path: there is a limit on those of sockets
+    folder = tempfile.mkdtemp(prefix="ray-")  # a short path, because paths of sockets have a limit
     command = [*START, f"--port={port}", f"--temp-dir={folder}", "--min-worker-port=0", "--max-worker-port=0", *LEAN]
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "stdin": subprocess.DEVNULL}
     process = subprocess.Popen(command, env=bench_runs.environment(tmp_path), process_group=0, **quiet)
@@ -84,7 +84,7 @@ def test_without_ray_one_sentence_says_how_to_get_it(tmp_path, monkeypatch):
     assert not (tmp_path / "o").exists()
 
 
-def test_an_address_where_no_cluster_is_is_named(tmp_path):
+def test_an_address_without_a_cluster_is_named(tmp_path):
     words = ["MultiArmCell-2", "--planners", "quick", "--ray", "127.0.0.1:1", "--out", tmp_path / "o"]
     with bench_runs.started(tmp_path, *words) as process:
         _, err = process.communicate()

@@ -1,4 +1,4 @@
-"""Killed, interrupted or torn, a benchmark goes on where it stopped; with other settings it does not."""
+"""A benchmark that was killed, interrupted or torn continues where it stopped. Other settings are refused."""
 
 import fcntl
 import json
@@ -15,7 +15,7 @@ COUNT = 6
 
 
 def until(condition):
-    """Waits for something that another process does; a test that waits in vain fails."""
+    """Waits until another process makes the condition true. Fails after a limit."""
     end = time.monotonic() + 60
     while not condition():
         assert time.monotonic() < end
@@ -23,7 +23,7 @@ def until(condition):
 
 
 def marks(path):
-    """The files that planner `slow` leaves behind: instance -> process."""
+    """Returns the files that planner `slow` leaves behind: instance -> process."""
     return {file.name: int(text) for file in path.glob("pair-*") if (text := file.read_text())}
 
 
@@ -36,7 +36,7 @@ def gone(process):
 
 @pytest.fixture
 def held(tmp_path):
-    """A benchmark that has some results and then waits while the file `hold` is there; its process and its words."""
+    """Starts a benchmark that waits after some results while the file `hold` exists. Yields process and arguments."""
     source = bench_runs.many_instances(tmp_path, COUNT)
     out = tmp_path / "out"
     planner = ["--planners", "slow", "--set", f"folder={tmp_path}", "--set", "takes=0.02", "--workers", 2]
@@ -49,7 +49,7 @@ def held(tmp_path):
 
 
 def assert_goes_on(path, words):
-    """No worker is left; started again, all results are there, none twice, those from before as they were."""
+    """Checks that no worker is left, and that a second start completes the results and keeps the earlier ones."""
     until(lambda: all(gone(worker) for worker in marks(path).values()))
     out = path / "out"
     before = (out / "results.jsonl").read_bytes()
@@ -80,7 +80,7 @@ def test_a_folder_of_a_run_that_was_ended_at_its_very_beginning_is_taken(tmp_pat
     assert bench_runs.bench(tmp_path, source, "--planners", "quick", "--workers", 1, "--out", out).code == 0
 
 
-def test_killed_without_a_word_it_leaves_no_process_and_goes_on(held, tmp_path):
+def test_a_killed_benchmark_leaves_no_process_and_continues(held, tmp_path):
     process, words = held
     until(lambda: len(marks(tmp_path)) > len(bench_runs.lines(tmp_path / "out")))
     process.kill()
@@ -98,7 +98,7 @@ def test_ctrl_c_ends_it_promptly_with_130_and_keeps_what_is_there(held, tmp_path
     assert_goes_on(tmp_path, words)
 
 
-def test_a_killed_worker_costs_one_line_and_the_rest_goes_on(held, tmp_path):
+def test_a_killed_worker_costs_one_line_and_the_rest_runs(held, tmp_path):
     process, _ = held
     out = tmp_path / "out"
     until(lambda: len(marks(tmp_path)) > len(bench_runs.lines(out)))
@@ -118,7 +118,7 @@ def test_a_killed_worker_costs_one_line_and_the_rest_goes_on(held, tmp_path):
 
 @pytest.fixture(scope="module")
 def complete(tmp_path_factory):
-    """A complete benchmark; its folder, its source and what it was started with."""
+    """Returns the folder of a complete benchmark, its source and its arguments."""
     path = tmp_path_factory.mktemp("complete")
     source = bench_runs.many_instances(path, 3)
     words = [source, "--planners", "quick,other=quick", "--set", "w=2", "--set", "other.steps=5", "--seed", 4]
@@ -144,7 +144,7 @@ def copied(complete, tmp_path):
     return out, source, again
 
 
-def test_a_complete_one_started_again_does_nothing_but_sum_up(copied):
+def test_a_second_start_of_a_complete_benchmark_only_prints_the_summary(copied):
     out, _, again = copied
     before = (out / "results.jsonl").read_bytes()
     ran = again()
@@ -220,7 +220,7 @@ def test_a_source_that_has_changed_meanwhile_is_noticed(tmp_path):
     assert f"the instances of {source} are not what they were" in ran.err
 
 
-def test_two_at_once_in_one_folder_are_refused(copied):
+def test_a_second_benchmark_in_the_same_folder_is_refused(copied):
     out, _, again = copied
     with (out / "results.jsonl").open() as file:
         fcntl.flock(file, fcntl.LOCK_EX)
@@ -263,7 +263,7 @@ def test_results_without_settings_are_not_taken_over(copied):
 
 
 @pytest.mark.parametrize("content", ["", "[]", '{"schema": "mmp-plan/1"}', '{"schema": "mmp-bench/1"}'])
-def test_settings_that_are_none_are_refused(copied, content):
+def test_malformed_settings_are_refused(copied, content):
     out, _, again = copied
     (out / "settings.json").write_text(content)
     ran = again()

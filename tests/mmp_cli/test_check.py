@@ -11,7 +11,7 @@ def test_a_valid_plan_is_one_line_with_the_proved_clearance(mmp, plan):
     assert ran.out.count("\n") == 1
 
 
-def test_the_margins_and_what_is_proved_of_each_are_told(mmp, tmp_path):
+def test_each_margin_is_printed_with_its_proved_clearance(mmp, tmp_path):
     equal, each = tmp_path / "equal.json", tmp_path / "each.json"
     words = ["plan", "MultiArmCell-2", "--planner", "ecbs", "--seed", 3, "--out"]
     assert mmp(*words, equal).code == 0
@@ -55,7 +55,7 @@ def test_json_has_a_line_for_each_plan(mmp, plan, tmp_path):
     assert "times" in [violation["rule"] for violation in other["violations"]]
 
 
-def test_one_unreadable_plan_does_not_keep_the_others_from_being_checked(mmp, plan, tmp_path):
+def test_an_unreadable_plan_does_not_stop_the_check_of_the_others(mmp, plan, tmp_path):
     torn = tmp_path / "torn.json"
     torn.write_text(plan.read_text()[:100])
     ran = mmp("check", torn, plan)
@@ -64,7 +64,7 @@ def test_one_unreadable_plan_does_not_keep_the_others_from_being_checked(mmp, pl
     assert ran.out.startswith(f"{plan}: valid")
 
 
-def test_the_checker_reads_the_file_and_not_what_was_made_of_it(mmp, plan, monkeypatch):
+def test_the_checker_reads_the_file_itself(mmp, plan, monkeypatch):
     given = []
 
     def check(data, *, exact):
@@ -96,7 +96,7 @@ def test_an_episode_is_checked_plan_by_plan_and_at_its_seams(mmp, tmp_path):
         assert mmp("check", path, "--json").result["valid"] == (not code)
 
 
-def test_what_is_infinite_is_null_in_json(mmp, plan):
+def test_infinite_values_are_null_in_json(mmp, plan):
     data = bad_files.good_plan()
     data["times"][1] = 5e-324
     plan.write_text(json.dumps(data))
@@ -106,7 +106,7 @@ def test_what_is_infinite_is_null_in_json(mmp, plan):
     assert None in [violation["values"].get("value", 0.0) for violation in ran.result["violations"]]
 
 
-def test_an_enormous_number_is_told_in_a_few_digits(mmp, plan):
+def test_an_enormous_number_is_printed_with_few_digits(mmp, plan):
     data = bad_files.good_plan()
     data["positions"]["left"][1][0] = 1e308
     plan.write_text(json.dumps(data))

@@ -1,4 +1,4 @@
-"""`mmp export`: what it writes, what it says, and what it refuses."""
+"""`mmp export`: its files, its messages, and the arguments that it refuses."""
 
 import json
 
@@ -18,7 +18,7 @@ def plan_path(tmp_path):
     return path
 
 
-def test_each_format_is_written_and_told_in_a_line(mmp, plan_path, tmp_path):
+def test_each_format_is_written_and_reported_in_a_line(mmp, plan_path, tmp_path):
     for name in ("plan.csv", "plan.npz", "plan.yaml"):
         ran = mmp("export", plan_path, "--to", tmp_path / name)
         assert (ran.code, ran.err) == (0, "")
@@ -65,7 +65,7 @@ def test_a_trajectory_for_each_arm_with_names_as_ros_likes_them(mmp, plan_path, 
         np.testing.assert_array_equal(trajectory.positions, tiny_plans.two_apart()["positions"][arm])
 
 
-def test_what_the_checker_refutes_is_written_with_a_loud_warning_and_code_1(mmp, plan_path, tmp_path):
+def test_a_refuted_plan_is_written_with_a_loud_warning_and_code_1(mmp, plan_path, tmp_path):
     wrong = tiny_plans.two_apart()
     wrong["problem"]["goal"]["left"][0] += 0.5
     plan_path.write_text(json.dumps(wrong))
@@ -95,7 +95,7 @@ def test_an_episode_is_one_motion(mmp, plan_path, tmp_path):
     np.testing.assert_array_equal(trajectory.positions[0], trajectory.positions[-1])
 
 
-def test_of_an_episode_the_wrong_plan_is_named(mmp, plan_path, tmp_path):
+def test_the_wrong_plan_of_an_episode_is_named(mmp, plan_path, tmp_path):
     episode = there_and_back()
     episode["plans"][1]["problem"]["goal"]["left"][0] += 0.5
     plan_path.write_text(json.dumps(episode))
@@ -120,7 +120,7 @@ def test_of_an_episode_the_wrong_plan_is_named(mmp, plan_path, tmp_path):
         (lambda data: data["plans"][1].update(schema="mmp-plan/2"), ["plans[1].schema is 'mmp-plan/2'"]),
     ],
 )
-def test_what_check_refuses_to_read_export_refuses_in_the_same_words(mmp, plan_path, tmp_path, spoil, words):
+def test_export_refuses_unreadable_files_in_the_words_of_check(mmp, plan_path, tmp_path, spoil, words):
     episode = there_and_back()
     spoil(episode)
     plan_path.write_text(json.dumps(episode))
@@ -130,7 +130,7 @@ def test_what_check_refuses_to_read_export_refuses_in_the_same_words(mmp, plan_p
     assert [path.name for path in tmp_path.iterdir()] == ["plan.json"]
 
 
-def test_of_an_episode_that_jumps_check_and_export_name_the_same_plans(mmp, plan_path, tmp_path):
+def test_check_and_export_name_the_same_plans_of_an_episode_that_jumps(mmp, plan_path, tmp_path):
     episode = there_and_back()
     for rows in (episode["plans"][1]["problem"]["start"], {"left": episode["plans"][1]["positions"]["left"][0]}):
         rows["left"][1] += 0.01

@@ -1,4 +1,4 @@
-"""Ctrl-C while `mmp` imports its modules, and while it ends: exit 130 and one line, whatever a module makes of it."""
+"""Ctrl-C while `mmp` imports its modules, and while it ends: exit 130 and one line, with any module."""
 
 import signal
 import subprocess
@@ -36,7 +36,7 @@ IMPORTS = {
         f"class Name:\n    def __set_name__(self, owner, name):\n        {ACTED}\nclass Odd:\n    name = Name()\n"
     ),
 }
-"""A module, up to what makes a command of it."""
+"""Source of a module, without the lines that make it a command."""
 
 
 def ran(tmp_path, module):
@@ -85,7 +85,7 @@ def test_the_line_is_printed_whether_python_buffers_or_not(buffered):
     assert (end.returncode, end.stdout, end.stderr) == (130, "", "mmp: interrupted\n")
 
 
-def test_until_it_stands_guard_the_command_line_imports_nothing_that_takes_time():
+def test_before_the_guard_is_installed_no_slow_module_is_imported():
     program = "import sys; before = set(sys.modules); import mmp_cli.main; print(*sorted(set(sys.modules) - before))"
     out = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
     assert set(out.split()) <= {"__future__", "mmp_cli", "mmp_cli.main"}

@@ -1,4 +1,4 @@
-"""Files of another kind than a command takes, pipes and terminals: what they are called, and what may be piped in."""
+"""Files of the wrong kind, pipes and terminals: messages name them, and a pipe of the shell is read."""
 
 import json
 import os
@@ -51,7 +51,7 @@ def test_a_file_of_another_kind_is_called_by_its_name(mmp, tmp_path, command, ki
     assert_refused(mmp(command, path, *more), f"mmp: {path} is {kind}; {WORDS[command]}\n")
 
 
-def test_a_trajectory_that_is_too_long_for_a_cell_is_called_by_its_name(mmp, tmp_path):
+def test_a_trajectory_that_is_too_long_for_a_cell_file_is_named_as_trajectory(mmp, tmp_path):
     path = tmp_path / "plan.yaml"
     path.write_text(TRAJECTORY + "# more points\n" * (MAX_YAML_BYTES // 10))
     assert_refused(mmp("check", path), f"mmp: {path} is a ROS 2 trajectory; {WORDS['check']}\n")
@@ -59,16 +59,16 @@ def test_a_trajectory_that_is_too_long_for_a_cell_is_called_by_its_name(mmp, tmp
     assert_refused(mmp("plan", path), f"{path} is larger than 0.25 MB")
 
 
-def test_one_line_of_results_is_results_too(mmp, tmp_path):
+def test_a_single_line_of_results_is_recognised(mmp, tmp_path):
     (tmp_path / "results.jsonl").write_text(RESULT)
     assert_refused(mmp("check", tmp_path / "results.jsonl"), "is a file of results")
 
 
-def test_results_that_are_not_there_are_not_called_results(mmp, tmp_path):
+def test_a_missing_file_is_not_called_results(mmp, tmp_path):
     assert_refused(mmp("check", tmp_path / "results.jsonl"), "results.jsonl cannot be read: No such file")
 
 
-def test_results_that_cannot_be_read_are_told_so(mmp, tmp_path):
+def test_unreadable_results_are_named(mmp, tmp_path):
     path = tmp_path / "results.jsonl"
     path.write_bytes(b"\xff")
     assert_refused(mmp("check", path), "results.jsonl is not text in UTF-8")
@@ -110,7 +110,7 @@ def test_a_terminal_is_not_waited_for():
 
 
 @pytest.mark.parametrize("line", ['cat "$3" | "$1" -c "$2" check /dev/stdin', '"$1" -c "$2" check <(cat "$3")'])
-def test_what_the_shell_pipes_in_is_read(plan, line):
+def test_a_pipe_of_the_shell_is_read(plan, line):
     words = ["bash", "-c", line, "bash", MMP[0], MMP[2], str(plan)]
     run = subprocess.run(words, capture_output=True, text=True, check=False, timeout=60)
     assert run.returncode == 0, run.stderr

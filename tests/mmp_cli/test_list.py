@@ -11,7 +11,7 @@ from mmp_env.errors import MmpError
 from mmp_env.model.robot import robot_names
 
 
-def test_everything_that_has_a_name_is_listed(mmp, stand_ins):
+def test_robots_cells_tasks_and_planners_are_listed(mmp, stand_ins):
     ran = mmp("list")
     assert ran.code == 0
     for name in [*robot_names(), "MultiArmCell-8", "reach", "ecbs", "apf-ecbs-nf", "apf-ecbs", "straight"]:

@@ -1,4 +1,4 @@
-"""Commands that are given a plan of an enormous duration: a sentence, or few digits."""
+"""Commands on a plan of an enormous duration: one sentence, or a number with few digits."""
 
 import json
 
@@ -19,7 +19,7 @@ def long_plan(request, tmp_path):
     return tmp_path / "long.json"
 
 
-def test_it_is_exported_and_told_in_few_digits(mmp, long_plan, tmp_path):
+def test_a_long_plan_is_exported_and_reported_with_few_digits(mmp, long_plan, tmp_path):
     ran = mmp("export", long_plan, "--to", tmp_path / "long.csv")
     assert ran.code == 0
     assert f" {np.genfromtxt(tmp_path / 'long.csv', delimiter=',', skip_header=1)[-1, 0]:.6g} s; " in ran.out
@@ -30,7 +30,7 @@ def test_it_is_exported_and_told_in_few_digits(mmp, long_plan, tmp_path):
     ("option", "file", "words"),
     [("--video", "long.gif", "a plan that is executed takes 1200 s"), ("--rerun", "long.rrd", "a recording holds")],
 )
-def test_it_is_not_shown(mmp, long_plan, tmp_path, option, file, words):
+def test_a_long_plan_is_not_shown(mmp, long_plan, tmp_path, option, file, words):
     pytest.importorskip("rerun")
     try:
         offscreen_backend()

@@ -55,7 +55,7 @@ def test_the_process_ends_with_the_code_and_no_traceback(argv, code):
     assert "Traceback" not in run.stderr
 
 
-def test_a_reader_that_goes_away_is_no_fault():
+def test_a_reader_that_closes_the_pipe_is_no_error():
     run = subprocess.run(
         ["bash", "-c", '"$0" -c "$1" list | head -n 1', sys.executable, MMP[2]],
         capture_output=True,

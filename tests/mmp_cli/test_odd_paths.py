@@ -1,4 +1,4 @@
-"""Paths that the system refuses, at every option that takes one: one sentence, exit 2, and nothing written."""
+"""Every option that takes a path answers a path that the system refuses with one sentence, exit 2 and no file."""
 
 import errno
 import json
@@ -25,7 +25,7 @@ READS = {
     "show --image": lambda path, given: ["show", path, "--image", given["new"] + ".png"],
     "report": lambda path, given: ["report", path],
 }
-"""Option -> a command line that reads `path` there; `given` are paths of good files."""
+"""Option -> a command line that reads `path` with it; `given` are paths of good files."""
 
 WRITES = {
     "plan --out": lambda path, given: ["plan", given["instances"], "--planner", "straight", "--out", path],
@@ -39,7 +39,7 @@ WRITES = {
     "export --to": lambda path, given: ["export", given["plan"], "--to", path + ".csv"],
     "bench --out": lambda path, given: ["bench", given["instances"], "--out", path],
 }
-"""Option -> a command line that writes to `path` there."""
+"""Option -> a command line that writes to `path` with it."""
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def given(tmp_path, cell, instances, plan):
 
 @pytest.fixture
 def locked(tmp_path, monkeypatch):
-    """A folder of whose content the system tells nothing; the tests may run as root, whom no permission stops."""
+    """Returns a folder that `os.stat` refuses. Permissions would not do: the tests may run as root."""
     folder = tmp_path / "locked"
     folder.mkdir()
     for name in ("stat", "lstat", "open", "mkdir"):
@@ -76,14 +76,14 @@ def nowhere(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("path", [LONG, NUL, LONG + ".json", os.fsdecode(b"caf\xe9"), "/dev/null/x"], ids=ascii)
 @pytest.mark.parametrize("option", READS)
-def test_nothing_can_be_read_where_nothing_can_be(mmp, given, option, path):
+def test_an_impossible_path_cannot_be_read(mmp, given, option, path):
     assert_refused(mmp(*READS[option](path, given)))
     assert not Path(given["new"]).exists()
 
 
 @pytest.mark.parametrize("name", ["file.json", "folder"])
 @pytest.mark.parametrize("option", READS)
-def test_what_may_not_be_looked_at_is_named_with_the_reason(mmp, given, locked, option, name):
+def test_a_path_without_permission_is_named_with_the_reason(mmp, given, locked, option, name):
     assert_refused(mmp(*READS[option](str(locked / name), given)), "Permission denied", str(locked / name))
 
 

@@ -1,4 +1,4 @@
-"""Standard output and standard error that are closed, full or not read: the exit code says so, and is no verdict."""
+"""Closed, full or unread output: the exit code says so, and says nothing about the plan."""
 
 import os
 import shlex
@@ -93,7 +93,7 @@ SHOWN = "a\\x1b[2Jb\\nc\\u202ed\\x9be"
 
 
 def spoiled(text):
-    """What of the text a terminal would obey, or a reader would be misled by."""
+    """Returns the characters of a text that control a terminal or mislead a reader."""
     return [c for c in text if not c.isprintable() and c != "\n"]
 
 

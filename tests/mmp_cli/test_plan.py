@@ -122,7 +122,7 @@ def test_json_is_one_object_with_the_fields_of_a_result_line(mmp, stand_ins, ins
     assert ran.result["plan"] == str(tmp_path / "plan.json")
 
 
-def test_json_with_execute_has_the_report_without_what_was_recorded(mmp, stand_ins, instances):
+def test_json_with_execute_has_the_report_without_recorded_arrays(mmp, stand_ins, instances):
     ran = mmp("plan", instances, "--planner", "straight", "--json", "--execute")
     assert ran.code == 0
     assert list(ran.result) == [*LINE, "valid", "execution"]
@@ -158,7 +158,7 @@ def test_no_plan_in_time_is_exit_1_and_its_numbers_are_null(mmp, stand_ins, inst
     assert Status.TIMEOUT.advice in " ".join(out.split())
 
 
-def test_without_a_plan_it_is_said_which_older_files_are_left_as_they_were(mmp, stand_ins, instances, tmp_path):
+def test_without_a_plan_a_message_names_the_older_files_that_stay(mmp, stand_ins, instances, tmp_path):
     plan, film, picture = tmp_path / "plan.json", tmp_path / "film.gif", tmp_path / "plan.png"
     for path in (plan, film):
         path.write_text("older")
@@ -184,7 +184,7 @@ def test_an_invalid_instance_is_exit_2_with_the_reason_and_a_result(mmp, stand_i
     assert mmp("plan", instances, "--instance", "outside").out == ""
 
 
-def test_a_start_in_collision_is_named_with_what_touches(mmp, tmp_path):
+def test_a_start_in_collision_is_named_with_the_bodies_in_contact(mmp, tmp_path):
     data = bad_files.good_instances()
     data["instances"][0]["start"]["left"] = [0.0, 1.2, 0.0, 0.0, 0.0, 0.0]
     path = tmp_path / "pairs.json"
@@ -195,7 +195,7 @@ def test_a_start_in_collision_is_named_with_what_touches(mmp, tmp_path):
         assert words in ran.err
 
 
-def test_a_plan_that_the_checker_refutes_is_said_loudly(mmp, stand_ins, instances, tmp_path):
+def test_a_refuted_plan_has_a_loud_message(mmp, stand_ins, instances, tmp_path):
     ran = mmp("plan", instances, "--planner", "liar", "--json", "--out", tmp_path / "plan.json")
     assert ran.code == 1
     assert ran.result["valid"] is False
@@ -204,7 +204,7 @@ def test_a_plan_that_the_checker_refutes_is_said_loudly(mmp, stand_ins, instance
     assert mmp("check", tmp_path / "plan.json").code == 1
 
 
-def test_the_summary_says_what_the_seconds_of_the_check_are(mmp, stand_ins, instances):
+def test_the_summary_explains_the_seconds_of_the_check(mmp, stand_ins, instances):
     checked = re.compile(r"; checked in \d+\.\d\d s$")
     (line,) = (line for line in mmp("plan", instances, "--planner", "straight").out.splitlines() if "check" in line)
     assert re.match("check +valid; clearance >= ", line)
@@ -270,7 +270,7 @@ def test_ctrl_c_after_the_planning_names_the_plan_file_and_what_it_lacks(
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_the_signal_that_ends_the_program_after_the_plan_was_written_leads_to_the_same_sentence(
+def test_a_signal_after_the_plan_was_written_gives_the_same_sentence(
     mmp, stand_ins, instances, tmp_path, monkeypatch, number
 ):
     def check_plan(plan):
@@ -304,7 +304,7 @@ def test_a_message_of_20_kilobytes_is_cut(mmp, stand_ins, instances, monkeypatch
     assert ran.err == f"mmp: {ran.result['message']}\n"
 
 
-def test_ctrl_c_that_the_planner_did_not_hear_reaches_it_with_the_next_event(mmp, stand_ins, instances):
+def test_ctrl_c_that_the_planner_lost_is_raised_again_at_the_next_event(mmp, stand_ins, instances):
     ran = mmp("plan", instances, "--planner", "deaf", "--json")
     assert (ran.code, ran.result["status"]) == (130, "timeout")
 
@@ -321,7 +321,7 @@ def test_a_planner_that_raises_is_an_error_that_names_it(mmp, stand_ins, instanc
     assert "certificate included" not in out
 
 
-def test_a_planner_may_say_itself_what_went_wrong(mmp, stand_ins, instances):
+def test_an_error_of_the_planner_is_printed_in_its_own_words(mmp, stand_ins, instances):
     ran = mmp("plan", instances, "--planner", "sorry", "--json")
     assert (ran.code, ran.result["message"], ran.err) == (1, "my\nfault", "mmp: my fault\n")
 
@@ -332,16 +332,16 @@ def test_auto_is_the_default_where_it_is_installed(monkeypatch):
         assert default_planner() == default
 
 
-def test_a_portfolio_says_who_found_the_first_plan(mmp):
+def test_a_portfolio_names_the_planner_of_the_first_plan(mmp):
     done = mmp("plan", "MultiArmCell-4", "--seed", "3", "--planner", "auto")
     assert done.code == 0
     search = next(line for line in done.out.splitlines() if line.startswith("search"))
     assert "first plan by rrt-connect after" in search
     assert "shortcuts" in search
-    assert "nodes" not in search  # of a tree that was not grown
+    assert "nodes" not in search  # no tree was grown
 
 
-def test_margins_that_are_asked_for_are_told_and_proved(mmp, tmp_path):
+def test_given_margins_are_printed_and_proved(mmp, tmp_path):
     out = tmp_path / "plan.json"
     ran = mmp("plan", "MultiArmCell-2", "--seed", 5, "--margin", "arms=0.02,obstacles=0.01", "--out", out, "--json")
     assert ran.code == 0
@@ -380,7 +380,7 @@ def test_a_margin_that_cannot_be_kept_is_refused_and_nothing_is_written(mmp, tmp
     ("text", "words"),
     [("arm=0.1", "Did you mean 'arms'"), ("arms=", "above 0"), ("arms=1,arms=2", "twice"), ("self=-1", "above 0")],
 )
-def test_a_margin_that_is_none_is_one_sentence(mmp, text, words):
+def test_a_malformed_margin_is_one_sentence(mmp, text, words):
     ran = mmp("plan", "MultiArmCell-2", "--margin", text)
     assert ran.code == 2
     assert words in ran.err

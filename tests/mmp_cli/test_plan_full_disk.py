@@ -1,4 +1,4 @@
-"""`mmp plan` where the disk takes no more than a kilobyte of any file: what was found is printed all the same."""
+"""`mmp plan` prints its result even if the disk takes only a kilobyte of each file."""
 
 import json
 import os
@@ -32,7 +32,7 @@ def needs_pictures():
         pytest.skip(str(error))
 
 
-def test_the_summary_of_a_plan_that_finds_no_room_is_printed(planned, instances, tmp_path):
+def test_the_summary_of_a_plan_that_does_not_fit_is_printed(planned, instances, tmp_path):
     ran = planned("--out", "plan.json", "--execute")
     assert (ran.returncode, ran.stderr) == (2, f"mmp: --out: plan.json {FULL}\n")
     for words in ("status     solved", "check      valid", "every goal reached"):
@@ -41,7 +41,7 @@ def test_the_summary_of_a_plan_that_finds_no_room_is_printed(planned, instances,
     assert os.listdir(tmp_path) == [instances.name]
 
 
-def test_every_file_that_finds_no_room_is_a_sentence_and_the_result_is_told(
+def test_every_file_that_does_not_fit_is_a_sentence_and_the_result_is_printed(
     planned, instances, tmp_path, needs_pictures
 ):
     files = {"out": "plan.json", "tree": "t.svg", "rerun": "r.rrd", "image": "p.png", "video": "v.gif"}

@@ -9,7 +9,7 @@ from support import bad_files
 from mmp_env.files.plan_file import load_plan
 
 
-def test_a_retimed_plan_is_written_checked_executed_and_told_of(mmp, stand_ins, instances, tmp_path):
+def test_a_retimed_plan_is_written_checked_executed_and_reported(mmp, stand_ins, instances, tmp_path):
     out = tmp_path / "plan.json"
     ran = mmp("plan", instances, "--planner", "straight", "--retime", "--execute", "--out", out)
     assert ran.code == 0
@@ -52,7 +52,7 @@ def test_without_a_plan_there_is_nothing_to_retime(mmp, stand_ins, instances):
     assert (ran.code, ran.result["retimed"]) == (1, None)
 
 
-def test_a_plan_that_cannot_be_retimed_is_kept_and_the_reason_told(mmp, stand_ins, tmp_path):
+def test_a_plan_that_cannot_be_retimed_is_kept_and_the_reason_printed(mmp, stand_ins, tmp_path):
     data = bad_files.good_instances()
     block = {"name": "block", "shape": "box", "position": [-1.3, -0.1, 0.5], "size": [0.2, 0.2, 0.2]}
     data["cell"]["obstacles"].append(block)

@@ -1,4 +1,4 @@
-"""Whatever a planner of another package does in `mmp plan`, it is one sentence and the right exit code."""
+"""A planner of another package may do anything: `mmp plan` answers with one sentence and the right exit code."""
 
 import contextlib
 import json
@@ -42,7 +42,7 @@ UNMADE = {
 
 @pytest.fixture
 def plan(mmp, instances, tmp_path, monkeypatch):
-    """Runs `mmp plan` in this process, with the planner that does what it is message to."""
+    """Runs `mmp plan` in this process with the planner `rogue`, whose option `deed` says what it does."""
     monkeypatch.syspath_prepend(bench_runs.site(tmp_path))
     monkeypatch.chdir(tmp_path)
 
@@ -77,7 +77,7 @@ def test_an_option_that_it_does_not_have_is_misuse(plan):
 
 
 @pytest.mark.parametrize("deed", ["sound", "move", "fork", "fork_and_stay"])
-def test_what_it_does_besides_planning_changes_nothing_here(plan, deed, tmp_path):
+def test_side_effects_of_the_planner_change_nothing_in_the_program(plan, deed, tmp_path):
     ran = plan(deed, "--out", "plan.json")
     assert (ran.code, ran.err) == (0, "")
     assert ran.out.count("\n") == 1
@@ -86,7 +86,7 @@ def test_what_it_does_besides_planning_changes_nothing_here(plan, deed, tmp_path
     assert load_plan(tmp_path / "plan.json").planner == {"name": "rogue"}
 
 
-def test_an_instance_that_it_changes_is_not_the_one_that_is_checked(plan, tmp_path):
+def test_a_planner_cannot_change_the_instance_that_is_checked(plan, tmp_path):
     ran = plan("meddle", "--out", "plan.json")
     assert (ran.code, ran.result["status"], ran.result["valid"]) == (1, "solved", False)
     assert "THE CHECKER REFUTES THIS PLAN" in ran.err
@@ -95,7 +95,7 @@ def test_an_instance_that_it_changes_is_not_the_one_that_is_checked(plan, tmp_pa
     assert meddled == sound
 
 
-def test_one_that_does_not_end_is_ended_after_the_grace_time(plan, monkeypatch):
+def test_a_planner_that_does_not_end_is_killed_after_the_grace_time(plan, monkeypatch):
     monkeypatch.setattr(planner_process, "GRACE_S", 0.05)
     ran = plan("hang", "--time-limit", "0.5")
     assert (ran.code, ran.result["status"]) == (1, "error")
@@ -104,7 +104,7 @@ def test_one_that_does_not_end_is_ended_after_the_grace_time(plan, monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["rogue", "ecbs"])
-def test_one_that_uses_too_much_memory_is_ended(mmp, instances, tmp_path, monkeypatch, name):
+def test_a_planner_that_uses_too_much_memory_is_killed(mmp, instances, tmp_path, monkeypatch, name):
     monkeypatch.syspath_prepend(bench_runs.site(tmp_path))
     deed = ["--set", "deed=eat"] if name == "rogue" else []
     limit = 700 if deed else 1
@@ -120,7 +120,7 @@ def test_a_memory_limit_that_is_kept_changes_no_plan(mmp, instances, tmp_path):
     assert (tmp_path / "free").read_bytes() == (tmp_path / "limited").read_bytes()
 
 
-def test_one_that_writes_half_a_message_is_ended_as_well(tmp_path, instances):
+def test_a_planner_that_writes_half_a_message_is_killed(tmp_path, instances):
     command = [sys.executable, "-c", "from mmp_cli.main import main; raise SystemExit(main())", "plan", str(instances)]
     ran = subprocess.run(
         [*command, "--planner", "rogue", "--set", "deed=tear", "--json", "--time-limit", "0.2"],
@@ -134,7 +134,7 @@ def test_one_that_writes_half_a_message_is_ended_as_well(tmp_path, instances):
     assert "its process was ended, still planning" in ran.stderr
 
 
-def test_one_that_tells_of_events_for_ever_is_ended_as_well(mmp, instances, tmp_path, monkeypatch):
+def test_a_planner_that_emits_events_for_ever_is_killed(mmp, instances, tmp_path, monkeypatch):
     monkeypatch.setattr(planner_process, "GRACE_S", 0.05)
     monkeypatch.syspath_prepend(bench_runs.site(tmp_path))
     ran = mmp("plan", instances, "--planner", "chatty", "--json", "--time-limit", "0.5")
@@ -156,7 +156,7 @@ def test_the_grace_time_is_five_seconds_and_a_tenth_of_the_limit():
     assert (planner_process.grace_s(0.0), planner_process.grace_s(60.0)) == (5.0, 11.0)
 
 
-def test_those_who_watch_see_what_they_see_of_a_planner_of_this_package(mmp, tmp_path, monkeypatch):
+def test_watchers_get_the_same_events_as_from_a_planner_of_this_package(mmp, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(bench_runs.site(tmp_path))
     words = ["plan", "MultiArmCell-4", "--seed", 2, "--json"]
     trees, plans = [], []
@@ -176,7 +176,7 @@ def test_those_who_watch_see_what_they_see_of_a_planner_of_this_package(mmp, tmp
 
 @contextlib.contextmanager
 def planning(tmp_path, instances, planner, *words):
-    """`mmp plan` as a process of its own, with a planner that says that it has begun."""
+    """Starts `mmp plan` as another process, with a planner that prints when it has begun."""
     command = [sys.executable, "-c", "from mmp_cli.main import main; raise SystemExit(main())", "plan", str(instances)]
     with subprocess.Popen(
         [*command, "--planner", planner, *map(str, words)],
@@ -191,7 +191,7 @@ def planning(tmp_path, instances, planner, *words):
             process.kill()
 
 
-def test_what_a_planner_prints_does_not_spoil_the_json(tmp_path, instances):
+def test_output_of_a_planner_does_not_spoil_the_json(tmp_path, instances):
     command = [sys.executable, "-c", "from mmp_cli.main import main; raise SystemExit(main())", "plan", str(instances)]
     ran = subprocess.run(
         [*command, "--planner", "rogue", "--set", "deed=sound", "--json"],
@@ -204,7 +204,7 @@ def test_what_a_planner_prints_does_not_spoil_the_json(tmp_path, instances):
     assert "a word to the terminal" in ran.stderr
 
 
-def test_ctrl_c_twice_ends_one_that_hears_of_nothing(tmp_path, instances):
+def test_ctrl_c_twice_ends_a_planner_that_ignores_signals(tmp_path, instances):
     with planning(tmp_path, instances, "stubborn") as (process, planner):
         while process.poll() is None:
             process.send_signal(signal.SIGINT)
@@ -215,7 +215,7 @@ def test_ctrl_c_twice_ends_one_that_hears_of_nothing(tmp_path, instances):
         os.kill(planner, 0)
 
 
-def test_it_does_not_outlive_the_program(tmp_path, instances):
+def test_the_planner_process_does_not_outlive_the_program(tmp_path, instances):
     with planning(tmp_path, instances, "stubborn") as (process, planner):
         process.kill()
         process.wait()

@@ -13,7 +13,7 @@ def watch_a_search(line):
     line(SolutionFound(elapsed_s=0.3, node=4, cost_rad=12.345, clearance_m=0.002))
 
 
-def test_the_line_tells_how_the_search_is_going():
+def test_the_line_shows_the_state_of_the_search():
     line = ProgressLine("ecbs", Console(file=io.StringIO()))
     watch_a_search(line)
     for words in ["ecbs: ", "12 nodes expanded", "5 open", "4 conflicts", "restart 2", "1 fast-tracked", "12.35 rad"]:
@@ -34,4 +34,4 @@ def test_a_terminal_shows_the_line_and_is_left_as_it_was():
     shown = file.getvalue()
     assert "ecbs: " in shown
     assert "0:00:00" in shown
-    assert shown.count("\x1b[?25l") == shown.count("\x1b[?25h") == 1  # the cursor is hidden, and is there again
+    assert shown.count("\x1b[?25l") == shown.count("\x1b[?25h") == 1  # the cursor is hidden once and restored once

@@ -1,4 +1,4 @@
-"""`mmp report` on small folders made by hand, whose numbers can be computed in the head."""
+"""`mmp report` on small folders made by hand, with numbers that are easy to compute."""
 
 import re
 from html.parser import HTMLParser
@@ -11,7 +11,7 @@ from support.report_folders import folder_of, line, row, settings
 from mmp_cli.main import main
 
 ODD = "_b|<i>$x$ `é` \u6f22"
-"""A label with all that HTML, Markdown, matplotlib and its font may trip over."""
+"""Label with characters that are special in HTML, Markdown and matplotlib, or missing in its font."""
 
 
 RING = [
@@ -36,7 +36,7 @@ RING = [
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """The folder of a report over two cells."""
+    """Returns the folder of a report over two cells."""
     folder = folder_of(tmp_path_factory.mktemp("bench"), RING, settings(ODD, "a", "late"))
     assert main(command(folder)) == 0
     return folder
@@ -59,7 +59,7 @@ def page(made):
 
 @pytest.fixture(scope="module")
 def words(page):
-    """The text of the page as a reader sees it."""
+    """Returns the text of the page as a reader sees it."""
     parts = []
 
     class Text(HTMLParser):
@@ -70,7 +70,7 @@ def words(page):
     return " ".join(" ".join(parts).split())
 
 
-def test_the_main_table_has_mean_and_standard_deviation_over_the_solved_and_success_over_the_valid(table):
+def test_the_main_table_has_means_over_solved_and_success_over_valid_instances(table):
     assert row(table, "Success, nodes, time, makespan and cost", "a") == {
         "planner": "a",
         "solved": "3 of 4 (75 %)",
@@ -81,12 +81,12 @@ def test_the_main_table_has_mean_and_standard_deviation_over_the_solved_and_succ
     }
 
 
-def test_where_all_solve_only_the_commonly_solved_count(table):
+def test_means_count_commonly_solved_instances_only(table):
     assert row(table, "Where all of them solve", "a")["expanded nodes"] == "5.00 ± 1.41"
     assert "over the 2 instances solved by all of them" in table
 
 
-def test_the_details_have_quantiles_cost_ratios_and_what_the_planner_said(table):
+def test_the_details_have_quantiles_cost_ratios_and_statistics_of_the_planner(table):
     name = next(x for x in table.splitlines() if x.startswith("| \\_b")).split(" | ")[0].removeprefix("| ")
     odd, a = (row(table, "Time and cost in detail", label) for label in (name, "a"))
     assert (a["median"], a["90 %"], a["longest"]) == ("1.200", "5.20 s", "6.00 s")
@@ -96,7 +96,7 @@ def test_the_details_have_quantiles_cost_ratios_and_what_the_planner_said(table)
     assert (odd["bound met"], odd["cut short"], odd["clearance proved"]) == ("1 of 3", "1 of 4", "1.2 mm of all kinds")
 
 
-def test_the_clearance_proved_is_that_of_the_kinds_that_were_asked_for(mmp, tmp_path, figures_unrendered):
+def test_the_proved_clearance_is_that_of_the_required_kinds(mmp, tmp_path, figures_unrendered):
     asked = {"arms": 0.03, "obstacles": 0.02, "self": None}
     lines = [
         line(f"ring/{k}", "a", min_clearance_m=0.00328, margins_asked=asked,
@@ -148,12 +148,12 @@ def test_every_failed_and_invalid_instance_and_every_error_is_named(words):
         assert expected in words
 
 
-def test_what_is_missing_is_counted_per_planner(words):
+def test_missing_units_are_counted_per_planner(words):
     # Five instances for each of three planners; "late" has not begun.
     assert "The run is not finished: 5 of 15 units are missing (late 5)." in words
 
 
-def test_the_page_says_with_what_and_how_it_was_made(words, made):
+def test_the_page_states_machine_versions_and_command(words, made):
     for expected in (
         "a test, 1 core",
         "mmp-env: 0.1.0",

@@ -22,7 +22,7 @@ def solved(instance, planner, time, cost):
 
 @pytest.fixture
 def folder(tmp_path):
-    """Ours solves x and y of ring, not z, and w is invalid; a second cell has an x as well."""
+    """Returns a folder in which our planner solves x and y of ring, not z; w is invalid. A second cell has an x too."""
     lines = [
         solved("ring/x", "ours", 1.0, 2.0),
         solved("ring/y", "ours", 3.0, 4.0),
@@ -36,7 +36,7 @@ def folder(tmp_path):
 
 @pytest.fixture
 def against(mmp, folder, tmp_path_factory):
-    """PlannerRuns the report against a CSV of that content and name."""
+    """Runs the report against a CSV of that content and name."""
 
     def run(content, *more, name="ring.published.csv"):
         path = tmp_path_factory.mktemp("csv") / name
@@ -59,7 +59,7 @@ def test_published_figures_stand_beside_ours_on_the_common_valid_instances(again
     assert (folder / "published-ring.png").exists()
 
 
-def test_why_an_instance_is_left_out_is_the_reason_of_the_results(against, folder):
+def test_the_results_give_the_reason_for_an_omitted_instance(against, folder):
     why = "start: joint 1 of arm 'left' is 9 rad, out of limits"
     with (folder / "results.jsonl").open("a") as results:
         results.write(json.dumps({"instance": "ring/v", "planner": "ours", "status": "invalid", "message": why}) + "\n")
@@ -91,7 +91,7 @@ def test_the_machine_of_published_figures_is_stated_where_it_is_known(against, f
     assert "ring.published.csv, C++; laptop." in (folder / "table.md").read_text()
 
 
-def test_a_full_name_means_its_cell_whatever_the_file_is_called(against, folder):
+def test_a_full_name_means_its_cell_with_any_file_name(against, folder):
     assert against(HEAD + "row/x,THEIRS,1,1,25\n", name="any.csv").code == 0
     assert "| THEIRS | 50.0 / 25.0 = 2.00 (1) |" in (folder / "table.md").read_text()
 

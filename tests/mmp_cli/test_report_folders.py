@@ -54,7 +54,7 @@ def test_a_folder_with_nothing_solved_has_a_report_too(mmp, tmp_path, status):
     assert f"| a | 0 of {valid}" in (folder / "table.md").read_text()
 
 
-def test_a_planner_that_counts_nothing_has_no_numbers_but_a_place(mmp, tmp_path):
+def test_a_planner_without_counts_has_a_row_without_numbers(mmp, tmp_path):
     lines = [line(f"ring/{k}", planner) for k in range(3) for planner in ("a", "b")]
     bare = {"expanded_nodes": None, "cost_rad": None, "makespan_s": None}
     folder = folder_of(tmp_path, [x | bare if x["planner"] == "b" else x for x in lines])
@@ -71,7 +71,7 @@ def test_a_reference_can_be_chosen(mmp, tmp_path):
     assert "Did you mean 'first'?" in ran.err
 
 
-def test_units_of_several_seeds_are_told_apart(mmp, tmp_path):
+def test_units_of_several_seeds_are_distinct(mmp, tmp_path):
     folder = folder_of(tmp_path, [line("ring/x", "a", seed=0), line("ring/x", "a", "timeout", seed=1)])
     assert mmp("report", folder).code == 0
     assert "| a | timeout | 1 | x (seed 1) |" in (folder / "table.md").read_text()
@@ -101,7 +101,7 @@ def test_a_bad_results_file_is_one_sentence_and_nothing_is_written(mmp, tmp_path
     assert [path.name for path in tmp_path.iterdir()] == ["results.jsonl"]
 
 
-def test_a_folder_that_is_none_or_empty_is_one_sentence(mmp, tmp_path):
+def test_a_missing_or_empty_folder_is_one_sentence(mmp, tmp_path):
     assert "is not a folder" in mmp("report", tmp_path / "none").err
     ran = mmp("report", tmp_path)
     assert ran.code == 2

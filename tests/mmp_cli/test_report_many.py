@@ -1,4 +1,4 @@
-"""A report of ten planners, some of them without a conflict tree: what is arguments apart, and what is left empty."""
+"""A report of ten planners, some of them without a conflict tree: distinct styles and empty cells."""
 
 import dataclasses
 import re
@@ -17,14 +17,14 @@ from mmp_env.view.tree_drawing.colors import contrast
 
 LABELS = [f"p{k}" for k in range(10)]
 TREELESS = {"p0": {"expanded_nodes": 0, "generated_nodes": 0}, "p1": {"expanded_nodes": None}}
-"""The first counts no nodes because it has not needed its tree, the second has none."""
+"""Planners without counts of nodes: the first did not need its tree, the second has none."""
 PAGES = "#ffffff", "#16191d"
-SEEN_AS = {
+COLOUR_VISION = {
     "everyone": np.eye(3),
     "no green": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
     "no red": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
 }
-"""Light as it reaches the colour-blind, after Machado et al. 2009."""
+"""Colour vision -> matrix of linear red, green, blue, after Machado et al. 2009."""
 TO_OKLAB = (
     np.array([[0.4122, 0.5363, 0.0514], [0.2119, 0.6807, 0.1074], [0.0883, 0.2817, 0.6300]]),
     np.array([[0.2105, 0.7936, -0.0041], [1.9780, -2.4286, 0.4506], [0.0259, 0.7828, -0.8087]]),
@@ -33,7 +33,7 @@ TO_OKLAB = (
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Ten planners on three instances; the first has grown a tree on the last of them alone."""
+    """Returns a folder of ten planners on three instances. The first grew a tree on the last instance alone."""
     lines = [
         line(f"ring/{k}", label, planning_time_s=1.0 + k, **{"expanded_nodes": 4 + k, "generated_nodes": 9} | more)
         for label in LABELS
@@ -55,14 +55,14 @@ def oklab(color, seen_as):
 
 
 @pytest.mark.parametrize(("eyes", "least"), [("everyone", 0.15), ("no green", 0.07), ("no red", 0.07)])
-def test_ten_colours_can_be_told_apart(eyes, least):
+def test_ten_colours_can_be_distinguished(eyes, least):
     colors = {style.colour for style in plot_styles(LABELS).values()}
     assert len(colors) == len(LABELS)
-    seen = [oklab(color, SEEN_AS[eyes]) for color in colors]
+    seen = [oklab(color, COLOUR_VISION[eyes]) for color in colors]
     assert min(np.linalg.norm(one - other) for one, other in combinations(seen, 2)) > least
 
 
-def test_every_colour_can_be_seen_on_a_light_and_on_a_dark_page():
+def test_every_colour_is_visible_on_a_light_and_on_a_dark_page():
     for style in plot_styles(LABELS).values():
         assert min(contrast(style.colour, page) for page in PAGES) > 2.2, style
 
@@ -75,7 +75,7 @@ def test_no_two_of_forty_planners_look_the_same():
 
 
 def figure_and_caption(monkeypatch, module, *arguments):
-    """The figure of a module before it becomes a file, and its caption."""
+    """Returns the figure of a module before it is written, and its caption."""
     figures, rendered = [], module.rendered
     monkeypatch.setattr(module, "rendered", lambda figure, *more: figures.append(figure) or rendered(figure, *more))
     drawing = getattr(module, module.__name__.rpartition(".")[2])(*arguments)
@@ -101,7 +101,7 @@ def test_planners_without_a_tree_leave_no_hole_among_the_nodes(section, monkeypa
     assert caption.endswith("Without a conflict tree, and so without nodes: p1.")
 
 
-def test_the_ratio_of_a_pair_says_of_how_many_instances_it_is(tmp_path, monkeypatch):
+def test_the_ratio_of_a_pair_states_its_number_of_instances(tmp_path, monkeypatch):
     counts = {"a": (0, 0, 4), "b": (0, 0, 8), "c": (1, 1, 1)}
     lines = [line(f"ring/{k}", x, expanded_nodes=count) for x in counts for k, count in enumerate(counts[x])]
     (found,) = sections(read_results(folder_of(tmp_path, lines)).lines, list(counts))
@@ -120,7 +120,7 @@ def test_a_planner_without_a_tree_has_a_dash_with_a_note_and_no_zero(folder):
     assert table.count("In brackets: on how many of the solved a conflict tree has grown") == 2
 
 
-def test_the_margin_is_what_was_asked_and_the_clearance_what_was_proved(folder):
+def test_the_report_has_the_required_margin_and_the_proved_clearance(folder):
     assert main(["report", str(folder)]) == 0
     for name in ("table.md", "report.html"):
         text = (folder / name).read_text(encoding="utf-8")

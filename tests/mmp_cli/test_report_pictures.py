@@ -27,7 +27,7 @@ def line(instance, planner="ecbs", status="solved", time_s=1.0, **more):
 
 
 def folder_of(path, lines, sources, **more):
-    """A benchmark folder of `ecbs` and `cbs` with their defaults."""
+    """Returns a benchmark folder of `ecbs` and `cbs` with their defaults."""
     planners = [{"label": name, "name": name, "options": {}} for name in ("ecbs", "cbs")]
     settings = {"schema": "mmp-bench/1", "sources": sources, "planners": planners, "count": 3, "task": "reach"} | more
     (path / "settings.json").write_text(json.dumps(settings))
@@ -75,7 +75,7 @@ def test_quickest_hardest_and_unsolved_are_chosen_by_the_rule():
         ),
     ],
 )
-def test_what_is_not_there_is_not_chosen(lines, expected):
+def test_missing_kinds_of_instances_are_not_chosen(lines, expected):
     assert chosen(lines) == expected
 
 
@@ -106,7 +106,7 @@ def test_a_page_has_pictures_of_the_cell_and_of_instances_inside_and_beside(mmp,
     assert len(page) < 150_000
 
 
-def test_a_report_removes_the_pictures_of_an_earlier_one_that_it_has_not_and_nothing_else(mmp, tmp_path, monkeypatch):
+def test_a_report_removes_outdated_pictures_of_an_earlier_report_and_nothing_else(mmp, tmp_path, monkeypatch):
     folder = folder_of(tmp_path, [line("MultiArmCell-2/0"), line("MultiArmCell-2/1", time_s=2.0)], ["MultiArmCell-2"])
     assert mmp("report", folder).code == 0
     page = {path.name for path in folder.iterdir()}

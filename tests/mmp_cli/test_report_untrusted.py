@@ -1,4 +1,4 @@
-"""`mmp report` and `mmp bench` on folders that somebody has prepared: nothing hangs, and no other file is texts of."""
+"""`mmp report` and `mmp bench` on malicious folders: nothing hangs, and no other file is disclosed."""
 
 import json
 import os
@@ -57,7 +57,7 @@ def test_the_least_and_largest_numbers_make_a_report(mmp, tmp_path):
 
 @pytest.mark.parametrize("name", ["results.jsonl", "settings.json"])
 @pytest.mark.parametrize("kind", ["pipe", "device", "folder"])
-def test_what_is_no_regular_file_is_not_read(mmp, tmp_path, name, kind):
+def test_only_regular_files_are_read(mmp, tmp_path, name, kind):
     folder = folder_of(tmp_path / "results", [line("ring/0", "a")], settings("a"))
     (folder / name).unlink()
     {"pipe": os.mkfifo, "device": lambda path: path.symlink_to("/dev/zero"), "folder": os.mkdir}[kind](folder / name)
@@ -94,7 +94,7 @@ def test_numbers_of_the_settings_that_no_benchmark_has_are_refused(mmp, tmp_path
     assert_refused(mmp("report", folder), words)
 
 
-def test_a_benchmark_that_nobody_could_read_again_is_not_begun(mmp, tmp_path):
+def test_a_benchmark_whose_results_would_be_unreadable_does_not_begin(mmp, tmp_path):
     ran = mmp("bench", "MultiArmCell-2", "--planners", "ecbs", "--count", 10**8, "--out", tmp_path / "results")
     assert_refused(ran, "--count 100000000 makes 100000000 units; a benchmark has at most 250000")
     assert not (tmp_path / "results").exists()
@@ -106,7 +106,7 @@ def test_more_planners_than_a_report_can_show_are_a_sentence(mmp, tmp_path):
 
 
 @pytest.mark.parametrize("where", ["elsewhere", "beside"])
-def test_no_file_that_the_settings_name_is_told_of(mmp, tmp_path, monkeypatch, where):
+def test_no_file_that_the_settings_name_is_disclosed(mmp, tmp_path, monkeypatch, where):
     (tmp_path / "here").mkdir()
     monkeypatch.chdir(tmp_path / "here")
     secret = tmp_path / ("private.json" if where == "elsewhere" else "here/private.json")

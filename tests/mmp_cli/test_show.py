@@ -1,4 +1,4 @@
-"""`mmp show`: what is opened with what, and what is said where that cannot be."""
+"""`mmp show`: the program that opens each kind of file, and the messages if none can."""
 
 import itertools
 import os
@@ -20,7 +20,7 @@ def no_display(monkeypatch):
 
 @pytest.fixture
 def display(monkeypatch):
-    """What is opened on a display."""
+    """Returns a list of everything that is opened on a display."""
     monkeypatch.setenv("DISPLAY", ":0")
     opened = []
     monkeypatch.setattr(webbrowser, "open", lambda uri: opened.append(uri) or True)
@@ -116,7 +116,7 @@ def test_pictures_and_a_recording_are_made_of_a_plan_without_a_display(mmp, no_d
         ("plan.json", ["no display", "--image FILE.png", "--rerun"]),
     ],
 )
-def test_without_a_display_it_says_what_can_be_done_instead(mmp, no_display, tmp_path, plan, name, words):
+def test_without_a_display_a_message_names_an_alternative(mmp, no_display, tmp_path, plan, name, words):
     path = plan if name == "plan.json" else file(tmp_path / name)
     assert_refused(mmp("show", path), str(path), *words)
 
@@ -129,7 +129,7 @@ def test_a_browser_that_is_named_needs_no_display(mmp, no_display, tmp_path, mon
     assert_refused(mmp("show", tmp_path / "tree.svg"), "no browser", "BROWSER")
 
 
-def test_a_display_that_does_not_answer_is_told_of(mmp, no_display, plan, monkeypatch):
+def test_a_display_that_does_not_answer_is_reported(mmp, no_display, plan, monkeypatch):
     monkeypatch.setenv("DISPLAY", ":0")
     monkeypatch.setattr(rendering, "display_answers", lambda: False)
     assert_refused(mmp("show", plan), "does not answer", "--image")
@@ -150,7 +150,9 @@ def test_a_display_that_does_not_answer_is_told_of(mmp, no_display, plan, monkey
     ],
     ids=lambda value: " ".join(value)[:30] if value and "." in value[0] else "",
 )
-def test_what_cannot_be_shown(mmp, display, plan, instances, tmp_path, monkeypatch, argv, words):
+def test_things_that_cannot_be_shown_are_one_sentence(
+    mmp, display, plan, instances, tmp_path, monkeypatch, argv, words
+):
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")
     places = {"{plan}": plan, "{instances}": instances, "{svg}": file(tmp_path / "t.svg")}

@@ -1,4 +1,4 @@
-"""Temporary files: gone whatever interrupts, at whatever instant."""
+"""Temporary files are removed after an interruption at any instant."""
 
 import os
 import signal

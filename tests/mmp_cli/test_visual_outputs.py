@@ -23,7 +23,7 @@ def nodes(path):
 
 @pytest.fixture
 def stand_in_pictures(monkeypatch):
-    """Pictures and films are a line of text: what was asked of them."""
+    """Replaces pictures and films by a line of text with their arguments."""
 
     def save_picture(plan, path, *, moments):
         write(path, f"picture {plan.makespan_s:.3f} {list(moments)}")
@@ -40,7 +40,7 @@ def stand_in_pictures(monkeypatch):
     monkeypatch.setattr(films, "save_film", save_film)
 
 
-def test_all_four_are_written_and_told_of(mmp, instances, tmp_path):
+def test_all_four_are_written_and_reported(mmp, instances, tmp_path):
     files = {"tree": "tree.svg", "rerun": "search.rrd", "image": "plan.png", "video": "plan.gif"}
     options = [word for name, file in files.items() for word in (f"--{name}", tmp_path / file)]
     ran = mmp("plan", instances, "--planner", "ecbs", *options)
@@ -62,9 +62,7 @@ def test_watching_changes_no_plan(mmp, tmp_path):
     assert (tmp_path / "alone.json").read_bytes() == (tmp_path / "watched.json").read_bytes()
 
 
-def test_the_film_is_of_an_execution_whether_or_not_one_was_asked_for(
-    mmp, stand_ins, stand_in_pictures, instances, tmp_path
-):
+def test_the_film_shows_an_execution_with_and_without_execute(mmp, stand_ins, stand_in_pictures, instances, tmp_path):
     film = tmp_path / "plan.mp4"
     ran = mmp("plan", instances, "--planner", "straight", "--video", film, "--json")
     assert "execution" not in ran.result
@@ -83,9 +81,7 @@ def test_the_film_is_of_an_execution_whether_or_not_one_was_asked_for(
     ],
     ids=["all three", "one", "two"],
 )
-def test_a_picture_shows_the_moments_that_are_asked_for(
-    mmp, stand_ins, stand_in_pictures, instances, tmp_path, asked, shown
-):
+def test_a_picture_shows_the_requested_moments(mmp, stand_ins, stand_in_pictures, instances, tmp_path, asked, shown):
     picture = tmp_path / "plan.png"
     assert mmp("plan", instances, "--planner", "straight", "--image", picture, *asked).code == 0
     assert picture.read_text().endswith(shown)
@@ -155,7 +151,7 @@ def test_a_missing_package_is_named_before_planning(mmp, stand_ins, instances, t
 
 
 @pytest.mark.parametrize("option", [("--image", "plan.png"), ("--video", "plan.gif")], ids=lambda option: option[0])
-def test_forbidden_pictures_are_told_of_before_planning(mmp, stand_ins, instances, tmp_path, monkeypatch, option):
+def test_forbidden_pictures_are_reported_before_planning(mmp, stand_ins, instances, tmp_path, monkeypatch, option):
     monkeypatch.setenv("MUJOCO_GL", "disable")
     ran = mmp("plan", instances, "--planner", "straight", option[0], tmp_path / option[1])
     assert_refused(ran, "MUJOCO_GL is disable")
@@ -208,7 +204,7 @@ def test_an_invalid_instance_leaves_no_file(mmp, stand_ins, instances, tmp_path)
     assert os.listdir(tmp_path) == ["pairs.json"]
 
 
-def test_watchers_together_hear_everything_in_turn_and_any_of_them_can_stop():
+def test_combined_watchers_get_every_event_in_turn_and_each_can_stop():
     heard, (one, other) = [], (SearchStarted(elapsed_s=0.0, restart=k, sub_seed=0) for k in range(2))
 
     def stops(event):

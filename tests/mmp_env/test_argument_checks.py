@@ -1,4 +1,4 @@
-"""Arguments of the Python API that are of the wrong type or out of range: one sentence that says what is allowed."""
+"""Wrong arguments of the Python API: one sentence says what is allowed."""
 
 import dataclasses
 
@@ -142,7 +142,7 @@ def a_file():
         (lambda: a_file().problem(0), "instance is 0; it must be an Instance of this file"),
     ],
 )
-def test_what_a_function_cannot_take_is_answered_with_what_it_can(call, said, tmp_path, monkeypatch):
+def test_a_wrong_argument_is_refused_with_the_allowed_values(call, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(MmpError, match=said) as caught:
         call()
@@ -168,7 +168,7 @@ def test_a_misspelt_keyword_is_answered_with_the_nearest_one(call, said):
     assert isinstance(caught.value, MmpError)
 
 
-def test_a_planners_result_in_the_place_of_a_plan_is_answered_with_its_plan(tmp_path):
+def test_a_planner_result_instead_of_a_plan_gets_a_hint_at_its_plan(tmp_path):
     result = PlanResult(status=Status.SOLVED)
     for write, name in ((save_picture, "a.png"), (save_film, "a.gif"), (save_plan, "a.json")):
         with pytest.raises(MmpError, match=r"is of type PlanResult; it must be a Plan; give the \.plan of"):
@@ -178,7 +178,7 @@ def test_a_planners_result_in_the_place_of_a_plan_is_answered_with_its_plan(tmp_
     assert not list(tmp_path.iterdir())
 
 
-def test_an_environment_refuses_an_action_in_words_and_a_monitor_that_is_none():
+def test_an_environment_refuses_malformed_actions_and_monitors():
     env = gymnasium.make("MultiArmCell-2").unwrapped
     env.reset(seed=0)
     for action in ("up", None, ["0.1"] * 12, [[0.0], [0.0, 1.0]]):

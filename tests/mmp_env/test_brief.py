@@ -1,4 +1,4 @@
-"""What values say of themselves at a prompt, in a notebook and with `print`: a line or two, with units."""
+"""The text of values at a prompt, in a notebook and with `print`: a line or two, with units."""
 
 import dataclasses
 import functools
@@ -125,7 +125,7 @@ VALUES = {
 
 
 @pytest.mark.parametrize("kind", VALUES)
-def test_a_value_says_in_a_line_what_it_is(kind):
+def test_a_value_describes_itself_in_a_line(kind):
     make, words = VALUES[kind]
     text = repr(make())
     assert len(text) <= LONGEST
@@ -152,7 +152,7 @@ def test_every_planner_and_its_results_are_short():
     assert len(repr(planner.plan(problem, seed=1, time_limit=10.0))) <= LONGEST
 
 
-def test_an_environment_tells_its_instance_and_a_task_what_it_drew():
+def test_an_environment_and_a_drawn_instance_describe_themselves():
     env = mmp_env.MultiArmCellEnv(cell="ring-2")
     env.reset(seed=3)
     assert repr(env.problem).startswith("<Problem ring-2/3: 2 arms in cell ring-2, ")
@@ -178,7 +178,7 @@ def test_malformed_values_and_wild_names_are_shown_as_well():
 
 
 def test_no_value_that_holds_arrays_prints_them():
-    """Public values whose fields are arrays, mappings or other values all have a line of their own."""
+    """Every public value with arrays, mappings or other values as fields defines its own text."""
     public = [getattr(mmp_env, name) for name in mmp_env.__all__]
     for value in [*public, PlanResult]:
         if isinstance(value, type) and dataclasses.is_dataclass(value):

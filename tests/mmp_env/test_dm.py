@@ -61,7 +61,7 @@ def test_a_seed_gives_the_generator_of_gymnasium():
     assert generator(np.int64(7)).random() == np_random(7)[0].random()
 
 
-def test_a_generator_is_taken_as_it_is_and_a_random_state_gives_the_same_seed_for_the_same_state():
+def test_a_generator_is_used_unchanged_and_equal_random_states_give_equal_seeds():
     stream = np.random.default_rng(0)
     assert generator(stream) is stream
     first, second, third = (generator(np.random.RandomState(seed)).random() for seed in (1, 1, 2))

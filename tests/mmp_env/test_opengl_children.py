@@ -1,4 +1,4 @@
-"""The processes that glfw starts while it is imported do not hear of Ctrl-C."""
+"""Processes that glfw starts during its import get no Ctrl-C."""
 
 import os
 import subprocess

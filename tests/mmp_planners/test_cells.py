@@ -30,14 +30,14 @@ def alone():
 
 
 def seven_and_six():
-    """A Panda with its hand and a UR5e, within reach of each other."""
+    """Returns a Panda with its hand and a UR5e, within reach of each other."""
     seven = place_arm("seven", "panda", [-0.45, 0, 0], STRAIGHT)
     six = place_arm("six", "ur5e", [0.45, 0, 0], BACK)
     return Cell(name="seven and six", arms=(seven, six))
 
 
 def six_and_seven():
-    """The same cell with the arms in the other order."""
+    """Returns the same cell with the arms in the other order."""
     cell = seven_and_six()
     return Cell(name="six and seven", arms=cell.arms[::-1])
 

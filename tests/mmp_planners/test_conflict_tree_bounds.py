@@ -82,7 +82,7 @@ class NotThere:
 
 
 def optimum(free, starts, goals):
-    """The least cost of all pebbles together by trying all that they can do, None where they cannot arrive."""
+    """Returns the least cost of all pebbles together by trying all that they can do, None where they cannot arrive."""
     n, order = len(starts), count()
     heap, seen = [(0, next(order), tuple(starts), (False,) * n)], set()
     while heap:

@@ -114,7 +114,7 @@ def test_a_goal_a_hair_from_the_start_is_reached(name, apart):
 
 
 def four_arms():
-    """An instance of the ring of four with conflicts of several pairs."""
+    """Returns an instance of the ring of four with conflicts of several pairs."""
     cell = ring_cell(4)
     return make_problem(cell, *draw_instance(cell, seed=2))
 
@@ -129,7 +129,7 @@ def bytes_of(name, problem, folder, **more) -> bytes:
 
 @pytest.fixture(scope="module")
 def first_time(tmp_path_factory):
-    """Every planner's plan of every problem, as a file has it."""
+    """Returns every planner's plan of every problem, as a file has it."""
     folder = tmp_path_factory.mktemp("first")
     return {(name, key): bytes_of(name, problem, folder) for name in names() for key, problem in REPEATED.items()}
 

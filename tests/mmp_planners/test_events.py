@@ -20,7 +20,7 @@ PROBLEM = two_arms.passing(1.0)
 
 @pytest.fixture(scope="module", params=TREE_PLANNERS)
 def run(request):
-    """What a run told, and its result."""
+    """Returns what a run told, and its result."""
     emitted = []
     result = make(request.param).plan(PROBLEM, seed=0, time_limit=60.0, watch=emitted.append)
     assert result.plan is not None

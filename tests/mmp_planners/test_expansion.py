@@ -10,7 +10,7 @@ from mmp_planners.planner import StopPlanning
 
 
 def until_expanded(number):
-    """A watcher that stops when that many nodes are expanded, and what it saw."""
+    """Returns a watcher that stops when that many nodes are expanded, and what it saw."""
     events = []
 
     def watch(event):

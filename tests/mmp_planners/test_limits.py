@@ -18,7 +18,7 @@ every_planner = pytest.mark.parametrize("name", names())
 
 
 def with_speed(rad_s):
-    """Both arms turn by 1.6 rad and pass each other, at that speed at most."""
+    """Returns both arms turn by 1.6 rad and pass each other, at that speed at most."""
     problem = two_arms.passing()
     return make_problem(problem.cell, problem.start, problem.goal, max_velocity=rad_s)
 

@@ -16,7 +16,7 @@ CELLS = {(robot, spheres): ring_cell(2, robot, spheres) for robot in ROBOTS for 
 
 
 def moved(cell, q, to):
-    """How far the spheres go from one configuration to another [m]."""
+    """Returns how far the spheres go from one configuration to another [m]."""
     a, b = (cloud(cell, cell.arms[0], at).centers for at in (q, to))
     return float(np.linalg.norm(b - a, axis=1).max())
 

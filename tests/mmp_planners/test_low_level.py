@@ -67,7 +67,7 @@ def test_a_slower_arm_takes_more_steps():
 
 
 def detour(there, seed):
-    """A path around a ball that closes the straight way for good."""
+    """Returns a path around a ball that closes the straight way for good."""
     start, goal = there.problem.start["left"], there.problem.goal["left"]
     return there.low_level(0, [core.Constraint.ball((start + goal) / 2, 0.2, 0, core.FOREVER)], seed)
 

@@ -35,7 +35,7 @@ def crowded(seed=5):
 
 
 def begun(problem):
-    """A run with the plan of the composite search as it was found."""
+    """Returns a run with the plan of the composite search as it was found."""
     run = Run.begin("auto", None, problem, 0, math.inf)
     assert run.offer(mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan)
     return run
@@ -180,7 +180,7 @@ def test_a_run_whose_time_is_up_while_it_recombines_ends_with_the_plan_that_it_h
 
 
 def of_two_kinds():
-    """A run without a plan yet, the straight plan, and one that is longer."""
+    """Returns a run without a plan yet, the straight plan, and one that is longer."""
     problem = two_arms.one_moves()
     start, goal, away = problem.start["left"], problem.goal["left"], np.array([0.2, 0.0, 0.1, 0.0, 0.0, 0.0])
     right = problem.start["right"]

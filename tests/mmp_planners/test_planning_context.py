@@ -27,7 +27,7 @@ CONTEXT = context()
 
 
 def straight(arm, steps):
-    """A path of equal steps from start to goal."""
+    """Returns a path of equal steps from start to goal."""
     start, goal = PROBLEM.start[CONTEXT.names[arm]], PROBLEM.goal[CONTEXT.names[arm]]
     return CONTEXT.path(arm, start + np.linspace(0, 1, steps + 1)[:, None] * (goal - start))
 

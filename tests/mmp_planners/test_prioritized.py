@@ -82,7 +82,7 @@ def test_crowded_rings_are_solved_and_the_checker_agrees(arms, robot):
 
 
 def hard():
-    """An instance whose first order fails, with the seed that shows it."""
+    """Returns an instance whose first order fails, with the seed that shows it."""
     for seed in range(30):
         problem = ring(6, seed, "panda")
         result, events = planned(problem, seed)
@@ -113,7 +113,7 @@ def test_the_arm_that_failed_goes_first_in_most_of_the_next_orders():
 
 
 def search_of(problem, **fields):
-    """A search, and an independent path of each arm."""
+    """Returns a search, and an independent path of each arm."""
     run = Run.begin("prioritized", None, problem, 0, math.inf)
     search = dataclasses.replace(Prioritized().search(run, SingleArmCounts(), ignore), **fields)
     return search, search.plan_independently(0)

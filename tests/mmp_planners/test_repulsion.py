@@ -113,7 +113,7 @@ def test_an_arm_that_stands_still_is_not_moved():
 
 
 def moved_by(**options):
-    """How far one iteration of the gradient moves a joint [rad]."""
+    """Returns how far one iteration of the gradient moves a joint [rad]."""
     there, paths = GRAZING
     modified = RepulsiveModification(step="gradient", max_iterations=1, early_stop=False, **options)(
         there, paths, 0, ()

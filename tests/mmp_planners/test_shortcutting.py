@@ -100,7 +100,7 @@ def test_arms_that_never_move_have_a_plan_of_no_length():
 
 
 def anywhere(seed):
-    """A problem with room for both arms: from one place beside each other to another one."""
+    """Returns a problem with room for both arms: from one place beside each other to another one."""
     rng = np.random.default_rng(seed)
     ends = [{name: two_arms.reaching(1.3) + rng.uniform(-0.2, 0.2, 6) for name in ("left", "right")} for _ in "ab"]
     return make_problem(two_arms.facing_cell(), *ends), rng

@@ -23,7 +23,7 @@ FLOAT_M = 1e-5
 
 
 def split(case, **options):
-    """The ball of arm j, what arm i must stay off, and the numbers that both are made of."""
+    """Returns the ball of arm j, what arm i must stay off, and the numbers that both are made of."""
     context, paths, interval = conflict(case)
     out, off = Split(**options).branches(context, paths, interval, "begin")
     contact = deepest(context, paths, interval)
@@ -41,7 +41,7 @@ def smaller(spheres, by):
 
 
 def is_broken(context, arm, q, constraint):
-    """Whether an arm that stands at q all the time breaks a constraint."""
+    """Returns whether an arm that stands at q all the time breaks a constraint."""
     motion = context.model.motion(context.names[arm], q[None])
     return core.breaks_constraint(context.core, motion, [constraint], context.conflict_distance)
 

@@ -150,7 +150,7 @@ def test_pick_goes_from_tucked_to_5_cm_above_an_object_each(cell):
 
 
 def held_middles(problem, which):
-    """The position of each held object in the world [m]."""
+    """Returns the position of each held object in the world [m]."""
     out = {}
     for arm in problem.cell.arms:
         T = arm.T_world_base @ kinematics(arm.robot, arm.tool).tool_pose(getattr(problem, which)[arm.name])

@@ -32,7 +32,7 @@ class Cloud:
 
 
 def cloud(cell: Cell, arm: Arm, q):
-    """All spheres of an arm at q, in the order of the files: links, then tool."""
+    """Returns all spheres of an arm at q, in the order of the files: links, then tool."""
     frames = link_frames(arm, q)
     own = arm.robot.spheres[cell.spheres]
     parts, local, radii = own.links, own.centers, own.radii
@@ -46,24 +46,24 @@ def cloud(cell: Cell, arm: Arm, q):
 
 
 def gaps(a: Cloud, b: Cloud):
-    """Distance between the surfaces of every sphere of a and every sphere of b, [a, b]."""
+    """Returns the distance between the surfaces of every sphere of a and every sphere of b, [a, b]."""
     between = np.linalg.norm(a.centers[:, None] - b.centers[None], axis=-1)
     return between - a.radii[:, None] - b.radii[None]
 
 
 def least_gap(a: Cloud, b: Cloud):
-    """Least distance between the surfaces of two clouds."""
+    """Returns the least distance between the surfaces of two clouds."""
     return float(gaps(a, b).min(initial=np.inf))
 
 
 def moving_clearance(cell: Cell, arm_a, q_a, arm_b, q_b):
-    """The moving links of two arms against each other."""
+    """Returns the clearance between the moving links of two arms."""
     a, b = cloud(cell, cell.arm(arm_a), q_a), cloud(cell, cell.arm(arm_b), q_b)
     return least_gap(a.moving, b.moving)
 
 
 def clearance_of_motions(cell: Cell, arm_a, rows_a, arm_b, rows_b):
-    """The least between the moving links of two arms on one grid of steps [k, dof]: at the steps, and between."""
+    """Returns the least clearance of the moving links of two arms on one grid of steps [k, dof]: at and between steps."""
     fractions = np.linspace(0, 1, 5)
     steps = zip(rows_a, rows_a[1:], rows_b, rows_b[1:], strict=False)
     return min(
@@ -74,26 +74,26 @@ def clearance_of_motions(cell: Cell, arm_a, rows_a, arm_b, rows_b):
 
 
 def pair_clearance(cell: Cell, arm_a, q_a, arm_b, q_b):
-    """Arm against arm: moving against moving, moving against the other's base both ways, never base against base."""
+    """Returns the clearance of two arms: moving links of each against all links of the other, no base-base pair."""
     a, b = cloud(cell, cell.arm(arm_a), q_a), cloud(cell, cell.arm(arm_b), q_b)
     return min(least_gap(a.moving, b.moving), least_gap(a.moving, b.base), least_gap(a.base, b.moving))
 
 
 def base_clearance(cell: Cell, arm_name, q):
-    """Moving links of one arm against the bases of all others."""
+    """Returns the clearance of the moving links of one arm from the bases of all others."""
     own = cloud(cell, cell.arm(arm_name), q).moving
     others = [cloud(cell, arm, arm.robot.home).base for arm in cell.arms if arm.name != arm_name]
     return min((least_gap(own, other) for other in others), default=np.inf)
 
 
 def obstacle_clearance(cell: Cell, arm_name, q):
-    """Moving links of one arm against all obstacles."""
+    """Returns the clearance of the moving links of one arm from all obstacles."""
     own = cloud(cell, cell.arm(arm_name), q).moving
     return min((float((to_obstacle(own.centers, o) - own.radii).min()) for o in cell.obstacles), default=np.inf)
 
 
 def self_pairs(cell: Cell, arm: Arm):
-    """The pairs of parts (low, high) of one arm that are tested against each other."""
+    """Returns the pairs of parts (low, high) of one arm that are tested against each other."""
     ignored = set(arm.robot.self_ignore[cell.spheres])
     names = part_names(arm)
     if arm.tool is not None:
@@ -102,7 +102,7 @@ def self_pairs(cell: Cell, arm: Arm):
 
 
 def self_clearance(cell: Cell, arm_name, q):
-    """One arm against itself, over the pairs of parts that are not ignored, its own base among them."""
+    """Returns the clearance of one arm from itself, over the pairs of parts that are not ignored, base included."""
     arm = cell.arm(arm_name)
     own = cloud(cell, arm, q)
     return min(
@@ -112,28 +112,28 @@ def self_clearance(cell: Cell, arm_name, q):
 
 
 def static_clearance(cell: Cell, arm_name, q):
-    """One arm against everything that stands still, and against itself; limits are not looked at."""
+    """Returns the clearance of one arm from static bodies and from itself, regardless of joint limits."""
     return min(
         obstacle_clearance(cell, arm_name, q), base_clearance(cell, arm_name, q), self_clearance(cell, arm_name, q)
     )
 
 
 def within_limits(arm: Arm, q):
-    """Whether every joint is inside its limits, the limits themselves included."""
+    """Returns whether every joint is within its limits, bounds included."""
     return bool(((q >= arm.robot.lower) & (q <= arm.robot.upper)).all())
 
 
 def is_free(cell: Cell, arm_name, q, margin=0.0):
-    """Single-arm validity: limits, obstacles, other arms' bases, self."""
+    """Returns whether an arm alone is valid at q: limits, obstacles, other arms' bases, self-collision."""
     return within_limits(cell.arm(arm_name), q) and static_clearance(cell, arm_name, q) >= margin
 
 
 def clearance(cell: Cell, q):
-    """Least over all pairs of arms, and arms and obstacles, of the state `q`: arm name -> [dof]."""
+    """Returns the least clearance of all pairs of arms, and of arms and obstacles, at `q`: arm name -> [dof]."""
     pairs = [pair_clearance(cell, a, q[a], b, q[b]) for a, b in combinations(cell.arm_names, 2)]
     return min([*pairs, *(obstacle_clearance(cell, arm, q[arm]) for arm in cell.arm_names)])
 
 
 def least_clearance(cell: Cell, q):
-    """Least over everything of the state `q`: arm against arm, obstacles, bases and self."""
+    """Returns the least clearance at `q` of every kind: arms, obstacles, bases and self."""
     return min([clearance(cell, q), *(self_clearance(cell, arm, q[arm]) for arm in cell.arm_names)])

@@ -1,4 +1,4 @@
-"""Coordination diagram of two paths by testing every state: how many steps each arm has done."""
+"""Coordination diagram of two paths. A state is the number of steps that each arm has done; all are tested."""
 
 import itertools
 
@@ -18,13 +18,13 @@ def gaps_of_paths(cell, arm_a, rows_a, arm_b, rows_b, samples):
 
 
 def sampled(rows, samples):
-    """The rows [k, dof] and interpolated rows between them."""
+    """Returns the rows [k, dof] and interpolated rows between them."""
     steps = itertools.pairwise(rows)
     return [rows[0], *(q for here, there in steps for q in along(here, there, samples)[1:])]
 
 
 def both_can_arrive(gaps, samples, required):
-    """Whether both come to their ends, a step at a time, or one while the other waits, `required` [m] apart always."""
+    """Returns whether both arms can reach their ends `required` [m] apart. In each move one or both do a step."""
     free = gaps >= required
     count_a, count_b = ((n - 1) // samples + 1 for n in gaps.shape)
     reached = np.zeros((count_a, count_b), dtype=bool)

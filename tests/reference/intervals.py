@@ -1,4 +1,4 @@
-"""Constraints of the conflict tree, and what they leave of time: safe intervals and departures of edges."""
+"""Constraints of the conflict tree, and the remaining safe intervals and departure times of edges."""
 
 from dataclasses import dataclass
 
@@ -47,7 +47,7 @@ def standing(cell: Cell, other_name, q_other, begin, end, margin, first_part=1):
 
 
 def merged(intervals):
-    """The same set of times as disjoint closed intervals, ascending."""
+    """Returns the same set of times as disjoint closed intervals in ascending order."""
     out = []
     for begin, end in sorted(intervals):
         if out and begin <= out[-1][1]:
@@ -58,7 +58,7 @@ def merged(intervals):
 
 
 def free_times(forbidden):
-    """What closed intervals leave of [0, inf), as (begin, end) pairs."""
+    """Returns [0, inf) minus closed intervals, as (begin, end) pairs."""
     out, begin = [], 0.0
     for lo, hi in merged(forbidden):
         if hi < 0:
@@ -72,14 +72,14 @@ def free_times(forbidden):
 
 
 def safe_intervals(cell: Cell, arm_name, q, constraints):
-    """The times at which the arm may stand at q: [0, inf) minus those of the constraints that it breaks there."""
+    """Returns the times at which the arm may stand at q: [0, inf) minus the windows of broken constraints."""
     return free_times([(c.begin, c.end) for c in constraints if c.is_broken(cell, arm_name, q)])
 
 
 def is_path_breaking(cell: Cell, arm_name, path, constraint, per_step):
-    """Whether a path on the grid of steps [k, dof] breaks a constraint at an instant strictly within its window.
+    """Returns whether a path on the grid [k, dof] breaks a constraint at an instant strictly within its window.
 
-    Windows are in steps here; `per_step` instants of each step are looked at. After its end the path stands still.
+    Windows are in steps here. The function tests `per_step` instants of each step. The arm stays at the end.
     """
     horizon = max(len(path) - 1, int(np.ceil(constraint.begin))) + 1
     for k in range(max(0, int(constraint.begin * per_step)), int(min(constraint.end, horizon) * per_step) + 1):
@@ -91,9 +91,9 @@ def is_path_breaking(cell: Cell, arm_name, path, constraint, per_step):
 
 
 def forbidden_departures(cell: Cell, arm_name, q_from, q_to, duration, constraints, samples=400):
-    """The times at which the edge, driven in `duration` [s], must not be left, by dense sampling.
+    """Returns the forbidden departure times of an edge that takes `duration` [s], by dense sampling.
 
-    A constraint broken at the fraction s of the edge forbids leaving during [begin - s duration, end - s duration].
+    A constraint broken at the fraction s of the edge forbids departures in [begin - s duration, end - s duration].
     """
     out = []
     fractions = np.linspace(0, 1, samples + 1)
@@ -101,14 +101,14 @@ def forbidden_departures(cell: Cell, arm_name, q_from, q_to, duration, constrain
         broken = [constraint.is_broken(cell, arm_name, q) for q in along(q_from, q_to, samples)]
         for k, s in enumerate(fractions):
             if broken[k]:
-                # Broken at two neighbouring samples is taken as broken between them.
+                # An edge that breaks the constraint at two neighbouring samples counts as breaking it between them.
                 first = fractions[k - 1] if k > 0 and broken[k - 1] else s
                 out.append((constraint.begin - s * duration, constraint.end - first * duration))
     return merged(out)
 
 
 def earliest_departure(cell: Cell, arm_name, q_from, q_to, duration, constraints, window, samples=400):
-    """The first time in `window` = (earliest, latest) at which the edge may be left; None where there is none."""
+    """Returns the first allowed departure in `window` = (earliest, latest), or None."""
     t = window[0]
     for begin, end in forbidden_departures(cell, arm_name, q_from, q_to, duration, constraints, samples):
         if begin <= t <= end:

@@ -1,4 +1,4 @@
-"""Forward kinematics of one arm, one configuration at a time, and how its points move with its joints."""
+"""Forward kinematics of one arm, one configuration at a time, and Jacobians of its points."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ def rotation_about(axis, angle):
 
 
 def base_frame(arm: Arm):
-    """T_world_base, [4, 4], from the unit quaternion: turning by twice its angle about its axis."""
+    """Returns T_world_base [4, 4]. A unit quaternion turns by twice its angle about its axis."""
     w, axis = arm.quaternion[0], arm.quaternion[1:]
     sine = np.linalg.norm(axis)
     out = rotation_about(axis, 2 * np.arctan2(sine, w)) if sine > 0 else np.eye(4)
@@ -22,7 +22,7 @@ def base_frame(arm: Arm):
 
 
 def link_frames(arm: Arm, q):
-    """T_world_link of every link, base first, then T_world_tool where a tool is mounted: [links, 4, 4]."""
+    """Returns T_world_link of every link, base first, then T_world_tool if a tool is mounted: [links, 4, 4]."""
     robot = arm.robot
     frames = [base_frame(arm)]
     for k in range(robot.dof):
@@ -33,34 +33,34 @@ def link_frames(arm: Arm, q):
 
 
 def flange_frame(arm: Arm, q):
-    """T_world_flange, [4, 4]."""
+    """Returns T_world_flange [4, 4]."""
     return link_frames(arm, q)[arm.robot.dof] @ arm.robot.flange
 
 
 def tool_point(arm: Arm, q):
-    """The tool point in the world [m], or the flange's origin where no tool is mounted."""
+    """Returns the tool point in the world [m], or the flange's origin where no tool is mounted."""
     if arm.tool is None:
         return flange_frame(arm, q)[:3, 3]
     return (link_frames(arm, q)[-1] @ [*arm.tool.point, 1.0])[:3]
 
 
 def part_names(arm: Arm):
-    """What each row of `link_frames` is: the robot's links, then the tool."""
+    """Returns the name of each row of `link_frames`: the robot's links, then the tool."""
     return [*arm.robot.link_names, *([arm.tool.name] if arm.tool is not None else [])]
 
 
 def moving_joints(arm: Arm, part):
-    """How many joints move that part; the tool rides on the last link."""
+    """Returns the number of joints that move the part. The tool moves with the last link."""
     return min(part, arm.robot.dof)
 
 
 def point_at(arm: Arm, q, part, local):
-    """World position [m] of the point `local` of a part."""
+    """Returns the world position [m] of the point `local` of a part."""
     return (link_frames(arm, q)[part] @ [*local, 1.0])[:3]
 
 
 def point_jacobian(arm: Arm, q, part, local):
-    """d point / d q [m/rad], [3, dof]: a joint turns the point about its axis, if it carries the part at all."""
+    """Returns d point / d q [m/rad], [3, dof]. Each joint that moves the part turns the point about its axis."""
     frames = link_frames(arm, q)
     point = (frames[part] @ [*local, 1.0])[:3]
     out = np.zeros((3, arm.dof))
@@ -72,7 +72,7 @@ def point_jacobian(arm: Arm, q, part, local):
 
 
 def point_jacobian_by_differences(arm: Arm, q, part, local, step=1e-6):
-    """The same by central differences."""
+    """Returns the same by central differences."""
     out = np.zeros((3, arm.dof))
     for k in range(arm.dof):
         ahead, behind = np.array(q, dtype=float), np.array(q, dtype=float)

@@ -1,4 +1,4 @@
-"""Motions looked at by dense sampling: edges of one arm, steps of two trajectories on a common grid.
+"""Dense sampling of motions: edges of one arm, and steps of two trajectories on a common grid.
 
 Sampling cannot prove that a motion is free, so each least clearance has a slack: how much closer the bodies may come
 between two samples. It follows from how far any sphere centre can move.
@@ -13,12 +13,12 @@ from reference.kinematics import moving_joints
 
 
 def along(q_from, q_to, samples):
-    """`samples` + 1 configurations along the straight segment, both ends among them."""
+    """Returns `samples` + 1 configurations along the straight segment, with both ends."""
     return [np.asarray(q_from) + s * (np.asarray(q_to) - q_from) for s in np.linspace(0, 1, samples + 1)]
 
 
 def farthest_reach(arm: Arm, sphere_set):
-    """For every joint, how far from its axis a sphere centre that it carries can be [m]: the stretched chain."""
+    """Returns an upper bound of the distance [m] of the spheres from each joint axis: the stretched chain."""
     robot = arm.robot
     reach = np.zeros(robot.dof)
     spheres = [(link, np.linalg.norm(c)) for link, c in zip(*_local(robot.spheres[sphere_set]), strict=True)]
@@ -35,46 +35,46 @@ def farthest_reach(arm: Arm, sphere_set):
 
 
 def travel_bound(arm: Arm, sphere_set, dq):
-    """Bound on the path length of any sphere centre while the joints move by `dq` [m]."""
+    """Returns the bound on the path length of any sphere centre while the joints move by `dq` [m]."""
     return float(farthest_reach(arm, sphere_set) @ np.abs(dq))
 
 
 def edge_clearance(cell: Cell, arm_name, q_from, q_to, samples=200):
-    """Least static clearance of the samples along an edge [m]."""
+    """Returns the least static clearance of the samples along an edge [m]."""
     return min(static_clearance(cell, arm_name, q) for q in along(q_from, q_to, samples))
 
 
 def edge_slack(cell: Cell, arm_name, q_from, q_to, samples=200):
-    """How far the least clearance along the whole edge may lie below that of the samples [m].
+    """Returns how far the least clearance of the whole edge may lie below that of the samples [m].
 
-    No point is farther than half a gap from a sample. A self pair may close with both of its sides.
+    No configuration is farther than half a sampling interval from a sample. Both links of a self pair move.
     """
     return travel_bound(cell.arm(arm_name), cell.spheres, np.subtract(q_to, q_from)) / samples
 
 
 def step_clearance(cell: Cell, arm_a, a_from, a_to, arm_b, b_from, b_to, samples=50):
-    """Least clearance of the moving links of two arms, of samples while both go straight through one step [m].
+    """Returns the least sampled clearance [m] of the moving links of two arms during one straight step.
 
-    Their bases stand still, so that each arm's way past the other's base is a matter of its own.
+    Bases do not move, so the clearance of an arm from another base is a property of its edge.
     """
     both = zip(along(a_from, a_to, samples), along(b_from, b_to, samples), strict=True)
     return min(moving_clearance(cell, arm_a, qa, arm_b, qb) for qa, qb in both)
 
 
 def step_slack(cell: Cell, arm_a, a_from, a_to, arm_b, b_from, b_to, samples=50):
-    """How far the least clearance within the step may lie below that of the samples [m]."""
+    """Returns how far the least clearance within the step may lie below that of the samples [m]."""
     travel_a = travel_bound(cell.arm(arm_a), cell.spheres, np.subtract(a_to, a_from))
     travel_b = travel_bound(cell.arm(arm_b), cell.spheres, np.subtract(b_to, b_from))
     return (travel_a + travel_b) / (2 * samples)
 
 
 def padded(path, steps):
-    """The path [k, dof] followed by its goal, `steps` + 1 rows in all: a finished arm stays at its goal."""
+    """Returns the path [k, dof] followed by its goal, `steps` + 1 rows in all: a finished arm stays at its goal."""
     return np.vstack([path, np.repeat(path[-1:], steps + 1 - len(path), axis=0)])
 
 
 def step_clearances(cell: Cell, arm_a, path_a, arm_b, path_b, samples=50):
-    """(least clearance, slack) [m] of every step k..k+1 up to the end of the longer path."""
+    """Returns (least clearance, slack) [m] of every step k..k+1 up to the end of the longer path."""
     steps = max(len(path_a), len(path_b)) - 1
     a, b = padded(np.asarray(path_a), steps), padded(np.asarray(path_b), steps)
     return [
@@ -87,7 +87,7 @@ def step_clearances(cell: Cell, arm_a, path_a, arm_b, path_b, samples=50):
 
 
 def conflicting_steps(cell: Cell, arm_a, path_a, arm_b, path_b, margin, samples=50):
-    """The steps k in which the two arms come closer than `margin` somewhere between k and k + 1."""
+    """Returns the steps k in which the two arms come closer than `margin` somewhere between k and k + 1."""
     found = step_clearances(cell, arm_a, path_a, arm_b, path_b, samples)
     return [k for k, (least, _) in enumerate(found) if least < margin]
 

@@ -11,7 +11,7 @@ FLOOR_M = 0.01
 
 
 def sphere_force(p, r_p, others, k_rep, d0, distance):
-    """Force [3] on a sphere at p by a cloud: from each k_rep (1/d - 1/d0) / d^2 away from it, nothing beyond d0."""
+    """Returns the force [3] of a cloud on a sphere at p: k_rep (1/d - 1/d0) / d^2 per sphere, 0 beyond d0."""
     away = p - others.centers
     between = np.linalg.norm(away, axis=1)
     d = between if distance == "centre" else between - r_p - others.radii
@@ -21,7 +21,7 @@ def sphere_force(p, r_p, others, k_rep, d0, distance):
 
 
 def state_force(cell: Cell, arm_name, q, others, *, k_rep=0.05, d0=0.10, distance="surface"):
-    """Joint-space force [dof] on an arm at q by the others, arm name -> [dof]."""
+    """Returns the joint-space force [dof] on an arm at q by the others, arm name -> [dof]."""
     arm = cell.arm(arm_name)
     own = cloud(cell, arm, q)
     frames = link_frames(arm, q)
@@ -37,7 +37,7 @@ def state_force(cell: Cell, arm_name, q, others, *, k_rep=0.05, d0=0.10, distanc
 
 
 def path_forces(cell: Cell, arm_name, paths, **options):
-    """Forces [k, dof] on every waypoint of `paths[arm_name]`; none on its ends. Finished arms stand at their goals."""
+    """Returns the forces [k, dof] on the waypoints of `paths[arm_name]`, 0 at its ends. Arms stay at their goals."""
     path = np.asarray(paths[arm_name])
     horizon = max(len(p) for p in paths.values()) - 1
     other_paths = {name: padded(np.asarray(p), horizon) for name, p in paths.items() if name != arm_name}

@@ -1,4 +1,4 @@
-"""A planar toy arm whose every clearance can be worked out by hand, and random cells of real arms."""
+"""A planar toy arm, whose clearances are easy to compute by hand, and random cells of real arms."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ LINK_M, RADIUS_M = 1.0, 0.1
 
 
 def toy_robot(**changes):
-    """Two links of 1 m in the horizontal plane, and spheres of 0.1 m at the base, the elbow and the tip."""
+    """Returns a robot of two links of 1 m in the horizontal plane, with spheres of 0.1 m at base, elbow and tip."""
     spheres = Spheres(
         links=np.array([0, 1, 2]),
         centers=np.array([[0.0, 0, 0], [LINK_M, 0, 0], [LINK_M, 0, 0]]),
@@ -48,7 +48,7 @@ def toy_robot(**changes):
 
 
 def toy_tool(**changes):
-    """A tool of one sphere of 0.1 m, half a metre beyond the flange, where its tool point is too."""
+    """Returns a tool of one sphere of 0.1 m, half a metre beyond the flange. Its centre is the tool point."""
     spheres = Spheres(links=np.array([0]), centers=np.array([[0.5, 0, 0]]), radii=np.array([RADIUS_M]))
     fields = {
         "name": "stick",
@@ -62,7 +62,7 @@ def toy_tool(**changes):
 
 
 def toy_arm(name, position, yaw=0.0, tool=None, **changes):
-    """A toy arm at its place."""
+    """Returns a toy arm at a base pose."""
     return Arm(
         name=name,
         robot=toy_robot(**changes),
@@ -73,12 +73,12 @@ def toy_arm(name, position, yaw=0.0, tool=None, **changes):
 
 
 def toy_cell(*arms, obstacles=()):
-    """A cell of toy arms."""
+    """Returns a cell of toy arms."""
     return Cell(name="toys", arms=arms, obstacles=tuple(obstacles))
 
 
 def solid(shape, position, quaternion=(1.0, 0, 0, 0), name="solid", **size):
-    """An obstacle; `size` [3], or `radius` and `length`."""
+    """Returns an obstacle; `size` [3], or `radius` and `length`."""
     if "size" in size:
         size["size"] = np.array(size["size"], dtype=float)
     return Obstacle(
@@ -87,13 +87,13 @@ def solid(shape, position, quaternion=(1.0, 0, 0, 0), name="solid", **size):
 
 
 def random_rotation(rng):
-    """A quaternion (wxyz), uniform over all rotations."""
+    """Returns a quaternion (wxyz), uniform over all rotations."""
     q = rng.normal(size=4)
     return q / np.linalg.norm(q)
 
 
 def random_cell(rng, robots, spheres, obstacles=True):
-    """Arms of those names thrown together so closely that they often touch, some of them tilted, among four solids."""
+    """Returns a cell of these robots, so close that they often touch, some tilted, among four obstacles."""
     arms = []
     for k, robot in enumerate(robots):
         angle = 2 * np.pi * k / len(robots) + rng.uniform(-0.2, 0.2)
@@ -116,5 +116,5 @@ def random_cell(rng, robots, spheres, obstacles=True):
 
 
 def random_configurations(rng, arm: Arm, count):
-    """Uniform in the joint limits, [count, dof]."""
+    """Returns configurations uniform in the joint limits, [count, dof]."""
     return rng.uniform(arm.robot.lower, arm.robot.upper, (count, arm.dof))

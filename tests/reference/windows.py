@@ -1,20 +1,20 @@
-"""What windows of time leave of a grid of steps, by looking at every step and every stay of one step."""
+"""Steps and stays that time windows leave on a grid of steps, by testing each of them."""
 
 
 def blocks_step(window, k):
-    """Whether step k is forbidden: strictly inside an open window, or the instant of one that has no length."""
+    """Returns whether step k is forbidden: strictly inside an open window, or at a single instant."""
     start, end = window
     return k == start if start == end else start < k < end
 
 
 def blocks_stay(window, k):
-    """Whether staying from step k to the next is forbidden."""
+    """Returns whether staying from step k to the next is forbidden."""
     start, end = window
     return k <= start <= k + 1 if start == end else start < k + 1 and end > k
 
 
 def stays(windows, last):
-    """Longest runs (lo, hi) of steps up to `last` on which to stay is allowed, single steps among them."""
+    """Returns the longest runs (lo, hi) of steps up to `last` in which staying is allowed, single steps included."""
     out, run = [], None
     for k in range(last + 1):
         if any(blocks_step(w, k) for w in windows):

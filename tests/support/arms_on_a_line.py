@@ -33,7 +33,7 @@ def _all(clearance: float) -> Margins:
 
 
 def proof(clearance: float) -> Certificate:
-    """A certificate of a plan that keeps the clearance [m]."""
+    """Returns a certificate of a plan that keeps the clearance [m]."""
     return Certificate(valid=True, proved=_all(clearance), arms=(0, -1), instant=0.0)
 
 
@@ -55,7 +55,7 @@ LATER = (
 
 
 def endless(count):
-    """A path for any number of constraints; two arms that have it are in conflict from its first step on."""
+    """Returns a path for any number of constraints; two arms that have it are in conflict from its first step on."""
     return (0, 1)
 
 
@@ -66,7 +66,7 @@ def path(*places: float) -> Path:
 
 
 def conflicts(paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], np.ndarray]:
-    """The steps at which two arms are at one place; they stay at the end of their paths."""
+    """Returns the steps at which two arms are at one place; they stay at the end of their paths."""
     found = {}
     for a, b in pairs:
         steps = range(max(paths[a].last, paths[b].last) + 1)
@@ -154,7 +154,7 @@ class Push:
 def tree(
     context: ArmsOnALine, *, w: float = 1.0, watch: Callable = ignore, branching: OneSided | None = None, **parts
 ) -> ConflictTree:
-    """A conflict tree over them: one tree, plain ECBS, unless `parts` say something else."""
+    """Returns a conflict tree over them: one tree, plain ECBS, unless `parts` say something else."""
     plain = {"selection": Focal(w=w), "branching": EitherArm(kind=branching or OneConstraint()), "restarts": False}
     return ConflictTree(context=context, emitter=EventEmitter(watch, context), **(plain | parts))
 
@@ -168,7 +168,7 @@ def ended(search: ConflictTree, seed: int = 0) -> bool:
 
 
 def emitted(run, seed=0):
-    """A tree, whether it was exhausted and all that it told; `run` makes the tree from a watcher."""
+    """Returns a tree, whether it was exhausted and all that it told; `run` makes the tree from a watcher."""
     events = []
     search = run(events.append)
     return search, ended(search, seed), events

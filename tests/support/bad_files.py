@@ -40,7 +40,7 @@ def good_cell() -> dict[str, Any]:
 
 
 def good_instances() -> dict[str, Any]:
-    """The cell with two instances; in the second, `left` is 5.5 rad out of its third joint's limits."""
+    """Returns the cell with two instances; in the second, `left` is 5.5 rad out of its third joint's limits."""
     ends = {"start": {"left": TUCKED, "right": TUCKED}, "goal": {"left": TURNED, "right": TURNED}}
     turn, outside = ({"name": name, **json.loads(json.dumps(ends))} for name in ("turn", "outside"))
     outside["start"]["left"][2] = 5.5
@@ -54,7 +54,7 @@ def good_instances() -> dict[str, Any]:
 
 
 def good_plan() -> dict[str, Any]:
-    """A plan with nothing wrong."""
+    """Returns a plan with nothing wrong."""
     return tiny_plans.two_apart()
 
 
@@ -257,7 +257,7 @@ YAML_TEXTS = {
 
 
 def spoilt(good: dict[str, Any], path: list[Any], value: Any) -> dict[str, Any]:
-    """The good data with `value` at `path`, or with what stands there gone."""
+    """Returns the good data with `value` at `path`, or with what stands there gone."""
     # Through JSON: no two places share a list, and the next test finds the good data as it was.
     good = json.loads(json.dumps(good))
     *parents, last = path
@@ -272,5 +272,5 @@ def spoilt(good: dict[str, Any], path: list[Any], value: Any) -> dict[str, Any]:
 
 
 def text(data: Any) -> str:
-    """The data as Python writes JSON: NaN and infinities as such."""
+    """Returns the data as Python writes JSON: NaN and infinities as such."""
     return json.dumps(data)

@@ -55,19 +55,19 @@ def environment(path: Path) -> dict[str, str]:
 
 
 def lines(out: Path) -> list[dict[str, Any]]:
-    """The results in a folder."""
+    """Returns the results in a folder."""
     return [json.loads(row) for row in (out / "results.jsonl").read_text().splitlines()]
 
 
 def instances(path: Path) -> Path:
-    """An instance file with one that can be solved, `turn`, and one that is invalid, `outside`."""
+    """Returns an instance file with one that can be solved, `turn`, and one that is invalid, `outside`."""
     file = path / "pairs.json"
     file.write_text(json.dumps(bad_files.good_instances()))
     return file
 
 
 def many_instances(path: Path, count: int) -> Path:
-    """An instance file with `count` that can be solved."""
+    """Returns an instance file with `count` that can be solved."""
     data = bad_files.good_instances()
     turn = data["instances"][0]
     data["instances"] = [turn | {"name": f"turn{k}"} for k in range(count)]
@@ -77,12 +77,12 @@ def many_instances(path: Path, count: int) -> Path:
 
 
 def cell(name: str) -> dict[str, Any]:
-    """A good cell of that name, as a file has it."""
+    """Returns a good cell of that name, as a file has it."""
     return bad_files.good_cell() | {"name": name}
 
 
 def site(path: Path) -> Path:
-    """The folder below `path` in which the strangers' planners are installed."""
+    """Returns the folder below `path` in which the strangers' planners are installed."""
     folder = path / "site"
     if not folder.exists():
         folder.mkdir()

@@ -11,7 +11,7 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 
 
 def run(name: str, *words: object) -> subprocess.CompletedProcess[str]:
-    """What came of it. Scripts import each other, so Python may look where they are."""
+    """Returns what came of it. Scripts import each other, so Python may look where they are."""
     interpreter = "bash" if name.endswith(".sh") else sys.executable
     command = [interpreter, str(SCRIPTS / name), *map(str, words)]
     env = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}

@@ -42,7 +42,7 @@ def arm_at(x: float) -> dict[str, np.ndarray]:
 
 
 def obstacle() -> dict[str, Any]:
-    """What `add_obstacle` takes: a box out of reach."""
+    """Returns what `add_obstacle` takes: a box out of reach."""
     pose = np.eye(4)
     pose[2, 3] = 5.0
     return {"shape": 0, "pose": pose[:3].ravel(), "size": np.full(3, 0.1)}
@@ -82,7 +82,7 @@ def pool() -> core.PathRecombination:
 
 
 def unmade(kind: type) -> Any:
-    """An object that was never initialised: any Python program can make one."""
+    """Returns an object that was never initialised: any Python program can make one."""
     return kind.__new__(kind)
 
 
@@ -405,7 +405,7 @@ def outcome(of: Callable[[], Any]) -> str:
 
 
 def of_unmade_object(name: str, chosen: Call) -> list[tuple[str, Callable[[], Any]]]:
-    """The call of a method, or of the properties beside `__init__`, of an object that was never initialised."""
+    """Returns the call of a method, or of the properties beside `__init__`, of an object that was never initialised."""
     owner, _, method = name.rpartition(".")
     if not owner or owner == "Constraint":
         return []

@@ -14,7 +14,7 @@ APART_M = 2.5
 
 
 def cornered_plan(seed, corners, *, turn=0.4, max_velocity=0.8):
-    """All joints go back and forth by up to `turn` [rad] about a pose in which the arms touch nothing."""
+    """Returns all joints go back and forth by up to `turn` [rad] about a pose in which the arms touch nothing."""
     rng = np.random.default_rng(seed)
     cell = two_arms.facing_cell(APART_M)
     rows = {
@@ -33,7 +33,7 @@ def plan_through(problem, rows):
 
 
 def side_by_side(plan, values):
-    """The joints of all arms in one array."""
+    """Returns the joints of all arms in one array."""
     return np.concatenate([np.asarray(values[name]) for name in plan.problem.cell.arm_names], axis=-1)
 
 

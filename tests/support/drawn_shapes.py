@@ -45,7 +45,7 @@ def text_size(text: str, size: float, bold: bool) -> tuple[float, float]:
 
 
 def read(svg: str) -> tuple[ElementTree.Element, list[Shape]]:
-    """The parsed drawing and all that is in it but edges and the legend's samples."""
+    """Returns the parsed drawing and all that is in it but edges and the legend's samples."""
     root = ElementTree.fromstring(svg)
     shapes: list[Shape] = []
     _walk(root, 0.0, 0.0, 1.0, None, shapes)

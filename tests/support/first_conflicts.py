@@ -31,7 +31,7 @@ CASES = {
 
 @cache
 def conflict(case):
-    """Arms whose paths go straight for their goals, these paths, and their first conflict."""
+    """Returns arms whose paths go straight for their goals, these paths, and their first conflict."""
     problem = CASES[case]()
     context = PlanningContext(problem, 0.1, SiRrtStar(iterations=4000), core.Clock(math.inf))
     context.reseed(0)

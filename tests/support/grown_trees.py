@@ -7,7 +7,7 @@ from mmp_env.view.search_tree import SearchTree
 
 
 def created(number, parent=None, *, arm="left", constraint="left avoids right at 2.0 s", conflicts=3, **more):
-    """The event of a node; one without a parent has no arm and no constraint."""
+    """Returns the event of a node; one without a parent has no arm and no constraint."""
     if parent is None:
         arm = constraint = None
     fields = {"cost_rad": 10.0 + number, "lower_bound_rad": 9.0, "conflicting_pairs": 1, "paths": {}}
@@ -36,7 +36,7 @@ def started(restart):
 
 
 def grown(parents, *, constraints=None, conflicts=None, fast_tracks=(), solution=None, title="a tree"):
-    """A tree of these parents; all nodes that have children are expanded."""
+    """Returns a tree of these parents; all nodes that have children are expanded."""
     tree = SearchTree(title=title)
     for number, parent in enumerate(parents):
         if parent is None:

@@ -19,7 +19,7 @@ NONE_HERE = r"apt install|MUJOCO_GL"
 
 
 def made(call: Callable[[], T]) -> T | None:
-    """What `call` makes; None where no picture can be made here, and `call` has said so and what to install."""
+    """Returns what `call` makes; None where no picture can be made here, and `call` has said so and what to install."""
     try:
         opengl.offscreen_backend()
     except MmpError:
@@ -31,7 +31,7 @@ def made(call: Callable[[], T]) -> T | None:
 
 @contextmanager
 def without_libraries(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A machine with neither an OpenGL library nor a display."""
+    """Returns a machine with neither an OpenGL library nor a display."""
     monkeypatch.setattr(opengl, "find_library", lambda name: None)
     monkeypatch.setattr(opengl.sys, "platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL"):
@@ -44,7 +44,7 @@ def without_libraries(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def pixels_of_arm(image: np.ndarray, number: int) -> int:
-    """How many pixels have the hue of that arm's colour, be they lit or in the shade."""
+    """Returns how many pixels have the hue of that arm's colour, be they lit or in the shade."""
     pixels = image.reshape(-1, 3) / np.maximum(np.linalg.norm(image.reshape(-1, 3), axis=1), 1)[:, None]
     color = np.array(arm_color(number))
     return int((pixels @ (color / np.linalg.norm(color)) > 0.995).sum())

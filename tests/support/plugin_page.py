@@ -14,12 +14,12 @@ _MMP = "from mmp_cli.main import main; raise SystemExit(main())"
 
 
 def files() -> dict[str, str]:
-    """Name -> content of the files that the page shows."""
+    """Returns name -> content of the files that the page shows."""
     return dict(_FILE.findall(PAGE))
 
 
 def install(folder: Path) -> Path:
-    """The page's distribution, written into `folder`, built there and installed into a folder of its own.
+    """Returns the page's distribution, written into `folder`, built there and installed into a folder of its own.
 
     A wheel without compiled parts and scripts is installed by unpacking it; that needs neither pip nor a network.
     """

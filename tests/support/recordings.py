@@ -37,25 +37,25 @@ class Rows:
         return {timeline for *_, timeline in self._timed}
 
     def static(self, entity, component):
-        """The one value for all times."""
+        """Returns the one value for all times."""
         return self._static[entity][component]
 
     def statics(self, component):
-        """Entity -> its one value for all times, of all entities that have the component."""
+        """Returns entity -> its one value for all times, of all entities that have the component."""
         return {entity: values[component] for entity, values in self._static.items() if component in values}
 
     def at(self, entity, component, timeline):
-        """Time -> value; of several rows at one time the last one."""
+        """Returns time -> value; of several rows at one time the last one."""
         return {time: value for time, value in self._timed[entity, component, timeline] if value is not None}
 
 
 def blueprints(path):
-    """How many blueprints there are in a recording."""
+    """Returns how many blueprints there are in a recording."""
     return len(RrdReader(str(path)).blueprints())
 
 
 def blueprint_values(path):
-    """Component -> its values anywhere in the layout of a recording."""
+    """Returns component -> its values anywhere in the layout of a recording."""
     reader, out = RrdReader(str(path)), defaultdict(list)
     for chunk in reader.stream(store=reader.blueprints()[0]):
         batch = chunk.to_record_batch()
@@ -66,7 +66,7 @@ def blueprint_values(path):
 
 
 def array(value):
-    """A list of vectors as an array."""
+    """Returns a list of vectors as an array."""
     return np.array(value, dtype=float)
 
 

@@ -7,7 +7,7 @@ import re
 
 
 def line(instance, planner, status="solved", **more):
-    """A line of results.jsonl, with what every line has."""
+    """Returns a line of results.jsonl, with what every line has."""
     cell, _, name = instance.partition("/")
     out = {"instance": instance, "planner": planner, "seed": int(name) if name.isdigit() else 0, "status": status}
     out |= {"cell": cell, "arms": 4, "planning_time_s": 1.0, "version": "0.1.0", "machine": "a test, 1 core"}
@@ -23,7 +23,7 @@ def settings(*labels, sources=("ring",), count=5, **more):
 
 
 def folder_of(path, lines, set_to=None, end="\n"):
-    """A benchmark folder."""
+    """Returns a benchmark folder."""
     path.mkdir(exist_ok=True)
     (path / "results.jsonl").write_text("\n".join(json.dumps(x) for x in lines) + end, encoding="utf-8")
     if set_to is not None:
@@ -32,7 +32,7 @@ def folder_of(path, lines, set_to=None, end="\n"):
 
 
 def row(text, table, label):
-    """The cells of a row of table.md, by the heads of its columns."""
+    """Returns the cells of a row of table.md, by the heads of its columns."""
     block = text.split(f"# {table}\n\n")[1].split("\n\n")[0].splitlines()
     head, *rows = [[cell.strip() for cell in re.split(r"(?<!\\)\|", x)[1:-1]] for x in block if "---" not in x]
     return dict(zip(head, next(cells for cells in rows if cells[0] == label), strict=True))

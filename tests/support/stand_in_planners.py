@@ -20,7 +20,7 @@ GROUP = "mmp_env.planners"
 
 
 def straight_plan(problem, planner, steps=4):
-    """All arms in straight lines, as fast as the slowest joint may."""
+    """Returns all arms in straight lines, as fast as the slowest joint may."""
     shares = np.linspace(0, 1, steps + 1)
     positions = {
         name: problem.start[name] + shares[:, None] * (problem.goal[name] - problem.start[name])

@@ -27,7 +27,7 @@ def plan(
     margin: float = 0.002,
     **more: Any,
 ) -> dict[str, Any]:
-    """A plan.json whose start and goal are the ends of `positions`; without times, at 0.8 rad/s."""
+    """Returns a plan.json whose start and goal are the ends of `positions`; without times, at 0.8 rad/s."""
     if times is None:
         longest = np.max([np.abs(np.diff(rows, axis=0)).max(axis=1) for rows in positions.values()], axis=0)
         times = [0.0, *np.cumsum(np.maximum(longest / 0.8, 0.1)).tolist()]
@@ -44,7 +44,7 @@ def plan(
 
 
 def copy_of(plan: dict[str, Any]) -> dict[str, Any]:
-    """A copy in which no two places share a list, so that one of them can be spoiled."""
+    """Returns a copy in which no two places share a list, so that one of them can be spoiled."""
     return json.loads(json.dumps(plan))
 
 

@@ -13,7 +13,7 @@ from mmp_env.model.transforms import quaternion_from_yaw
 
 @cache
 def facing_cell(distance_m=1.4):
-    """Arms `left` and `right`, their bases that far apart; their hands can meet halfway."""
+    """Returns arms `left` and `right`, their bases that far apart; their hands can meet halfway."""
     half = distance_m / 2
     left = place_arm("left", "ur5e", [-half, 0, 0], quaternion_from_yaw(0.0))
     right = place_arm("right", "ur5e", [half, 0, 0], quaternion_from_yaw(np.pi))
@@ -21,20 +21,20 @@ def facing_cell(distance_m=1.4):
 
 
 def reaching(pan, elbow=1.0):
-    """A UR5e that reaches out towards the other arm, turned by `pan` [rad] about its upright first axis."""
+    """Returns a UR5e that reaches out towards the other arm, turned by `pan` [rad] about its upright first axis."""
     return np.array([np.pi + pan, -0.9, elbow, -1.6, -1.57, 0.0])
 
 
 @cache
 def turning(left, right, distance_m=1.4):
-    """A problem in which the arms turn from one pan to the other; `left`, `right`: (start, goal) [rad]."""
+    """Returns a problem in which the arms turn from one pan to the other; `left`, `right`: (start, goal) [rad]."""
     pans = {"left": left, "right": right}
     start, goal = ({arm: reaching(pans[arm][k]) for arm in pans} for k in (0, 1))
     return make_problem(facing_cell(distance_m), start, goal, name="turning")
 
 
 def passing(distance_m=1.4):
-    """Both hands swing across, and meet halfway if both go straight."""
+    """Returns both hands swing across, and meet halfway if both go straight."""
     return turning((0.8, -0.8), (0.8, -0.8), distance_m)
 
 
@@ -44,7 +44,7 @@ def one_moves():
 
 
 def nothing_to_do():
-    """Both arms are where they should be."""
+    """Returns both arms are where they should be."""
     return turning((0.8, 0.8), (0.8, 0.8))
 
 

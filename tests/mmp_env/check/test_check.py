@@ -1,4 +1,4 @@
-"""The checker, rule by rule: a plan with nothing wrong, and the same with one thing wrong."""
+"""The checker, rule by rule: a valid plan, and copies with one fault each."""
 
 import json
 
@@ -14,7 +14,7 @@ from mmp_env.files.plan_file import plan_from_dict
 
 
 def broken(plan, *, exact=False):
-    """The rules that a plan breaks."""
+    """Returns the rules that a plan breaks."""
     report = check_plan(plan, exact=exact)
     assert all(violation.rule in RULES and violation.message for violation in report.violations)
     json.dumps(report.as_dict(), allow_nan=False)
@@ -32,7 +32,7 @@ def test_a_good_plan_is_valid_and_its_clearance_is_proved(exact):
     assert "mm" in str(report)
 
 
-def test_a_report_is_true_where_its_plan_is_valid():
+def test_a_report_of_a_valid_plan_is_true():
     good = tiny_plans.two_apart()
     bad = good | {"times": [t + 1.0 for t in good["times"]]}
     assert check_plan(good)
@@ -55,7 +55,7 @@ def test_a_plan_of_one_configuration_is_valid_when_it_starts_at_its_goal():
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
 @pytest.mark.parametrize("where", ["position", "time", "goal"])
-def test_a_number_that_is_none_is_a_violation(value, where):
+def test_a_value_that_is_no_number_is_a_violation(value, where):
     plan = tiny_plans.two_apart()
     rows = {
         "position": plan["positions"]["left"][1],
@@ -118,7 +118,7 @@ def test_a_joint_that_is_too_fast_is_a_violation_that_names_it():
     assert found.values["value"] > 0.8
 
 
-def test_the_robots_own_velocity_holds_where_the_problem_asks_for_more():
+def test_the_robots_velocity_limit_holds_if_the_problem_has_a_higher_one():
     fast = tiny_plans.plan(
         [tiny_plans.arm("arm", [0.0, 0.0, 0.0])], {"arm": [UPRIGHT, [0.5, *UPRIGHT[1:]]]}, times=[0.0, 0.155]
     )

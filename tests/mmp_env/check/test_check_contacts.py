@@ -10,7 +10,7 @@ from mmp_env.check.reading import robot_data
 
 
 def broken(plan, *, exact=False):
-    """The rules that a plan breaks."""
+    """Returns the rules that a plan breaks."""
     return {violation.rule for violation in check_plan(plan, exact=exact).violations}
 
 
@@ -23,7 +23,7 @@ OBSTACLES = {
 
 
 def swing(obstacle, *, center=0.0):
-    """An outstretched arm that swings about its base, past an obstacle."""
+    """Returns a plan in which an outstretched arm swings about its base, past an obstacle."""
     start, end = ([center + pan, *REACHING[1:]] for pan in (-0.5, 0.5))
     return tiny_plans.plan([tiny_plans.arm("arm", [0.0, 0.0, 0.0])], {"arm": [start, end]}, obstacles=[obstacle])
 
@@ -57,7 +57,7 @@ def test_the_base_is_not_tested_against_obstacles_but_the_links_are():
 
 
 def facing(positions, *, distance=1.3, times=None):
-    """Two UR5e on the x axis that reach towards each other where their first joints are 0."""
+    """Returns a plan of two UR5e on the x axis, which reach towards each other if their first joints are 0."""
     arms = [tiny_plans.arm("left", [0.0, 0.0, 0.0], yaw=np.pi), tiny_plans.arm("right", [distance, 0.0, 0.0])]
     return tiny_plans.plan(arms, positions, times=times)
 
@@ -101,7 +101,7 @@ def test_all_violations_are_reported_not_only_the_first():
     assert broken(plan) == {"start", "goal", "speed", "arm-arm"}
 
 
-def test_half_the_margin_is_what_has_to_be_proved_to_the_micrometre(monkeypatch):
+def test_the_checker_requires_half_the_margin_to_the_micrometre(monkeypatch):
     plan = swing({"name": "post", "shape": "sphere", "radius": 0.05, "position": [-0.65, 0.03, 0.6]})
     pans = np.linspace(-0.1, -0.02, 41)
     stops = [plan | {"positions": {"arm": [[pan, *REACHING[1:]]]}, "times": [0.0]} for pan in pans.tolist()]
@@ -122,7 +122,7 @@ def test_half_the_margin_is_what_has_to_be_proved_to_the_micrometre(monkeypatch)
     assert met <= found.values["clearance_m"] < met + 1e-6
 
 
-def test_what_is_still_open_at_the_resolution_is_not_proved(monkeypatch):
+def test_a_step_undecided_at_the_finest_resolution_is_not_proved(monkeypatch):
     plan = facing({"left": [UPRIGHT, [1.0, *UPRIGHT[1:]]], "right": [UPRIGHT, UPRIGHT]}, distance=0.45)
     assert check_plan(plan).valid
     monkeypatch.setattr("mmp_env.check.sweep.RESOLUTION_M", 1.0)
@@ -141,7 +141,7 @@ def test_a_motion_far_out_of_all_limits_is_not_swept():
     assert report.instants == 0
 
 
-def test_a_joint_that_may_turn_many_times_is_swept_all_the_way(monkeypatch):
+def test_a_joint_that_may_turn_many_times_is_swept_completely(monkeypatch):
     monkeypatch.setitem(robot_data("robots", "ur5e", "robot.json")["joints"][0], "upper", 100.0)
     plan = swing({"name": "post", "shape": "sphere", "radius": 0.05, "position": [-0.65, 0.03, 0.45]})
     turns = [[0.5, *REACHING[1:]], [40.0, *REACHING[1:]]]
@@ -152,5 +152,5 @@ def test_a_joint_that_may_turn_many_times_is_swept_all_the_way(monkeypatch):
 
 def test_a_geom_of_a_shape_without_an_exact_check_proves_nothing(monkeypatch):
     monkeypatch.setattr("mmp_env.check.geoms.GEOM_KINDS", ())
-    arms = [tiny_plans.arm("arm", [0.0, 0.0, 0.123])]  # a cell of its own: models of cells are kept
+    arms = [tiny_plans.arm("arm", [0.0, 0.0, 0.123])]  # a cell of its own, because the checker caches models of cells
     assert broken(tiny_plans.plan(arms, {"arm": [UPRIGHT]}, times=[0.0]), exact=True) == {"schema"}

@@ -29,7 +29,7 @@ def random_geom(kind, rng):
 
 
 def reach(geom, directions):
-    """How far a geom reaches along unit directions [n, 3] from the origin [m]."""
+    """Returns the support [m] of a geom along unit directions [n, 3]."""
     count = len(directions)
     local = directions @ geom.rotation
     support = geom_support(np.full(count, geom.kind), np.tile(geom.size, (count, 1)), local)
@@ -40,7 +40,7 @@ def reach(geom, directions):
 @pytest.mark.parametrize("kind", KINDS)
 @settings(max_examples=8)
 @given(seed=st.integers(0, 2**32))
-def test_the_direction_keeps_two_geoms_apart_by_what_is_said_and_no_direction_does_by_more(kind, other, seed):
+def test_the_direction_separates_two_geoms_by_the_distance_and_no_direction_by_more(kind, other, seed):
     rng = np.random.default_rng(seed)
     first, second = random_geom(kind, rng), random_geom(other, rng)
     distance, along = separation(first, second)
@@ -52,7 +52,7 @@ def test_the_direction_keeps_two_geoms_apart_by_what_is_said_and_no_direction_do
     if distance > 0 or {kind, other} == {"box"}:
         assert gaps.max() <= distance + 1e-9
     else:
-        assert gaps.max() <= 1e-9  # the depth may be less than is said, but they do touch
+        assert gaps.max() <= 1e-9  # the depth may be less than the result, but the geoms touch
 
 
 DEPTHS = {
@@ -68,7 +68,7 @@ DEPTHS = {
 
 
 @pytest.mark.parametrize("what", DEPTHS)
-def test_depths_that_one_can_work_out_by_hand(what):
+def test_depths_agree_with_values_computed_by_hand(what):
     first, second, depth = DEPTHS[what]
     assert separation(placed(*first), placed(*second))[0] == pytest.approx(depth, abs=1e-9)
 
@@ -76,7 +76,7 @@ def test_depths_that_one_can_work_out_by_hand(what):
 @settings(max_examples=30)
 @given(seed=st.integers(0, 2**32))
 def test_geoms_that_are_apart_are_as_far_apart_as_mujoco_says(seed):
-    """But for capsules and boxes, which it takes for apart at times when they are not."""
+    """Capsules are left out: MuJoCo reports some of them as apart from a box that they overlap."""
     rng = np.random.default_rng(seed)
     names = [str(name) for name in rng.choice([name for name in KINDS if name != "capsule"], 2)]
     geoms = [random_geom(name, rng) for name in names]
@@ -95,7 +95,7 @@ def test_geoms_that_are_apart_are_as_far_apart_as_mujoco_says(seed):
 
 
 def with_a_rod(**more):
-    """An arm that turns about its base and holds a long rod downwards, through its own links and the table."""
+    """Returns a plan of a turning arm that holds a long rod downwards, through its own links and the table."""
     rod = {"shape": "capsule", "radius": 0.02, "length": 1.2, "position": [0.0, 0.0, -0.3]} | more
     arms = [tiny_plans.arm("arm", [0.0, 0.0, 0.0])]
     over = [0.0, -1.2, 1.6, -1.9708, -1.5708, 0.0]
@@ -107,7 +107,7 @@ def with_a_rod(**more):
 
 @pytest.fixture
 def measured(monkeypatch):
-    """Counts pairs of geoms; a check that does not end is stopped."""
+    """Counts pairs of geoms, and stops a check that does not end."""
     counts = [0]
     measure = GeomDistance.measure
 
@@ -130,7 +130,7 @@ SHAPES = {
 
 @pytest.mark.parametrize("reach_m", [-0.3, 0.0, 0.3])
 @pytest.mark.parametrize("shape", SHAPES)
-def test_what_is_held_deep_inside_of_links_and_table_is_found_at_once(measured, shape, reach_m):
+def test_an_object_deep_inside_links_and_table_is_found_with_few_measurements(measured, shape, reach_m):
     plan = with_a_rod(**SHAPES[shape], position=[0.0, 0.0, reach_m])
     report = check_plan(plan, exact=True)
     found = {violation.values["things"][1]: violation for violation in report.violations}
@@ -139,8 +139,8 @@ def test_what_is_held_deep_inside_of_links_and_table_is_found_at_once(measured, 
     assert measured[0] < 5_000
 
 
-def test_a_rod_that_stands_out_of_a_table_on_both_sides_is_in_it(measured):
-    """MuJoCo's own distance of the two is positive there."""
+def test_a_rod_through_a_table_is_in_contact(measured):
+    """MuJoCo's own distance of the two is positive."""
     report = check_plan(with_a_rod(position=[0.0, 0.0, 0.4]), exact=True)
     (found,) = [violation for violation in report.violations if violation.rule == "arm-obstacle"]
     assert found.values["things"] == ["arm/held", "obstacle/table"]
@@ -149,7 +149,7 @@ def test_a_rod_that_stands_out_of_a_table_on_both_sides_is_in_it(measured):
     assert measured[0] < 5_000
 
 
-def test_a_plan_with_nothing_in_its_way_asks_mujoco_alone(monkeypatch):
+def test_a_plan_far_from_obstacles_uses_distances_of_mujoco_alone(monkeypatch):
     def never(*_):
         raise AssertionError
 

@@ -14,7 +14,7 @@ from mmp_env.check.model import CellModel, enclosing_ball
 from mmp_env.check.pairs import ChordDeviation
 from mmp_env.check.reading import read_cell
 
-few = settings(max_examples=20)  # each looks at twenty points or more
+few = settings(max_examples=20)  # each example tests twenty points or more
 SHAPES = ("box", "sphere", "cylinder", "capsule")
 points = arrays(float, (20, 3), elements=st.floats(-1.0, 1.0))
 lengths = arrays(float, 3, elements=st.floats(0.05, 0.5))
@@ -26,7 +26,7 @@ def grid(*sides):
 
 
 def surface(shape, size, count=40):
-    """Points on the surface of a solid, a hundredth of its size apart or so."""
+    """Returns points on the surface of a solid, about a hundredth of its size apart."""
     side = np.linspace(-1.0, 1.0, count)
     angle = np.linspace(0.0, 2 * np.pi, 2 * count)
     if shape == "box":
@@ -99,7 +99,7 @@ def test_tangents_at_the_ends_bound_the_distance_along_a_chord(shape, size, x, y
 
 @few
 @given(lines=arrays(float, (4, 20), elements=st.floats(-1.0, 1.0)))
-def test_the_larger_of_two_lines_is_least_where_it_is_said_to_be(lines):
+def test_the_maximum_of_two_lines_is_least_at_the_returned_point(lines):
     start, slope, end, slope_back = lines
     met = np.maximum(start + shares[:, None] * slope, end + (1 - shares[:, None]) * slope_back).min(axis=0)
     bound = tangent_minimum(start, slope, end, slope_back)
@@ -109,7 +109,7 @@ def test_the_larger_of_two_lines_is_least_where_it_is_said_to_be(lines):
 
 @few
 @given(d=points, e=points)
-def test_two_points_on_straight_lines_come_as_close_as_they_are_said_to(d, e):
+def test_the_least_distance_of_two_moving_points_is_exact(d, e):
     met = np.linalg.norm(d + shares[:, None, None] * e, axis=2).min(axis=0)
     bound = chord_minimum(np.sum(d * d, axis=1), np.sum(d * e, axis=1), np.sum(e * e, axis=1))
     assert (bound <= met + 1e-7).all()
@@ -180,7 +180,7 @@ def test_no_point_of_a_link_comes_farther_from_an_axis_than_its_reach(robot, see
 
 
 def one_step(turn):
-    """A straight step of joints that turn by `turn` [n] [rad]."""
+    """Returns a straight step of joints that turn by `turn` [n] [rad]."""
     turn = np.abs(turn)[None]
     return MotionSteps(start=np.array([0]), end=np.array([1]), turn=turn, bend=np.zeros_like(turn))
 
@@ -188,7 +188,7 @@ def one_step(turn):
 @pytest.mark.parametrize("robot", ROBOTS)
 @few
 @given(seed=st.integers(0, 2**32), length=st.floats(0.001, 2.0))
-def test_a_point_strays_from_the_chord_no_farther_than_the_bound(robot, seed, length):
+def test_a_point_deviates_from_the_chord_by_at_most_the_bound(robot, seed, length):
     model, rng = ROBOTS[robot], np.random.default_rng(seed)
     dof = model.cell.arms[0].dof
     first, second = (int(k) for k in sorted(rng.choice(np.arange(2, 2 + dof), 2, replace=False)))  # the base is body 1

@@ -1,4 +1,4 @@
-"""The checker's two geometries against MuJoCo: what touches there is refuted here."""
+"""The checker's two geometries against MuJoCo: the checker refutes every contact in MuJoCo."""
 
 import functools
 
@@ -21,11 +21,11 @@ from mmp_env.files.cell_file import cell_from_dict
 from mmp_env.sim.scene import compile_scene
 
 OUT_M = 0.002
-"""MJCF geoms may stand out of the spheres by 1 mm on either side."""
+"""Largest protrusion [m] of two MJCF geoms from their spheres: 1 mm each."""
 
 
 def two(robot, distance):
-    """A cell of two equal arms that face each other."""
+    """Returns a cell of two equal arms that face each other."""
     arms = [
         tiny_plans.arm("left", [0.0, 0.0, 0.0], robot=robot),
         tiny_plans.arm("right", [distance, 0.0, 0.0], robot=robot, yaw=np.pi),
@@ -43,7 +43,7 @@ def scene(robot, distance):
 
 
 def touching(robot, distance, q):
-    """Deepest penetration [m] between the arms in MuJoCo, None where they do not touch."""
+    """Returns the deepest penetration [m] between the arms in MuJoCo, or None without contact."""
     model, data = scene(robot, distance)
     for name, joints in q.items():
         for k, angle in enumerate(joints):
@@ -80,7 +80,7 @@ def test_two_arms_driven_together_touch_in_mujoco_and_in_the_checker(robot):
 @pytest.mark.parametrize("robot", TOWARDS)
 @settings(max_examples=8)
 @given(seed=st.integers(0, 2**32))
-def test_whatever_touches_in_mujoco_is_refuted_by_both_geometries(robot, seed):
+def test_every_contact_in_mujoco_is_refuted_by_both_geometries(robot, seed):
     rng = np.random.default_rng(seed)
     q = {name: (TOWARDS[robot] + rng.uniform(-0.4, 0.4, len(TOWARDS[robot]))).tolist() for name in ("left", "right")}
     distance = float(rng.choice([0.6, 0.7, 0.8] if robot == "piper" else [0.9, 1.1, 1.3]))

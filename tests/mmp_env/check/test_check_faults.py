@@ -1,4 +1,4 @@
-"""Faults planted in a planner's model of the cell: its plan is free of contact there, and refuted where it counts."""
+"""Faults in a planner's model of the cell: its plan is valid in that model, and the checker refutes it."""
 
 import pytest
 from support import tiny_plans
@@ -14,7 +14,7 @@ def rules(plan, exact):
 
 
 def in_cell(plan, change):
-    """The plan with another copy of its cell."""
+    """Returns the plan with another copy of its cell."""
     other = tiny_plans.copy_of(plan)
     change(other["problem"]["cell"])
     return other
@@ -38,7 +38,7 @@ def test_two_joints_swapped_are_caught(exact):
         obstacles=[table],
     )
     assert rules(planned, exact) == set()
-    real = tiny_plans.copy_of(planned)  # what the planner calls joint 2 is joint 3
+    real = tiny_plans.copy_of(planned)  # joint 2 of the planner is joint 3 of the robot
     for rows in (real["positions"]["arm"], [real["problem"]["start"]["arm"]], [real["problem"]["goal"]["arm"]]):
         for row in rows:
             row[1], row[2] = row[2], row[1]
@@ -81,7 +81,7 @@ def test_an_obstacle_left_out_is_caught(exact):
 
 
 def test_clocks_that_are_not_common_are_caught():
-    """Two arms that take turns in the middle, and one whose clock is late."""
+    """Two arms take turns in the middle, and the clock of one arm is late."""
     arms = [tiny_plans.arm("left", [0.0, 0.0, 0.0], yaw=3.1416), tiny_plans.arm("right", [1.3, 0.0, 0.0])]
     out, middle = [-1.2, *REACHING[1:]], REACHING
     turns = {"left": [out, middle, out, out, out], "right": [out, out, out, middle, out]}

@@ -53,7 +53,7 @@ DOF = sum(arm.dof for arm in MODEL.cell.arms)
 
 
 def random_path(seed, length, bent):
-    """Two samples, or six of them that do not lie on a line."""
+    """Returns a path of two samples, or of six samples that do not lie on a line."""
     rng = np.random.default_rng(seed)
     line = np.linspace(0.0, 1.0, 6 if bent else 2)[:, None]
     move = length * rng.uniform(-1.0, 1.0, DOF) * (rng.random(DOF) < 0.7)
@@ -62,7 +62,7 @@ def random_path(seed, length, bent):
 
 
 def items(track, pairs):
-    """These pairs in every step of a track."""
+    """Returns these pairs in every step of a track."""
     step = np.repeat(np.arange(len(track.steps.start)), len(pairs))
     return Items(steps=track.steps, step=step, pair=np.tile(pairs, len(track.steps.start)))
 
@@ -75,7 +75,7 @@ def some_pairs(family, seed):
 @pytest.mark.parametrize("name", FAMILIES)
 @settings(max_examples=10)
 @given(seed=st.integers(0, 2**32), length=st.sampled_from([0.0, 0.02, 0.1, 0.5]))
-def test_no_instant_of_a_step_has_less_clearance_than_both_bounds_say(name, bent, seed, length):
+def test_no_instant_of_a_step_has_less_clearance_than_both_bounds(name, bent, seed, length):
     family = FAMILIES[name]
     pairs = some_pairs(family, seed)
     path, last = random_path(seed, length, bent)
@@ -93,7 +93,7 @@ def test_no_instant_of_a_step_has_less_clearance_than_both_bounds_say(name, bent
 @pytest.mark.parametrize("name", FAMILIES)
 @settings(max_examples=10)
 @given(seed=st.integers(0, 2**32))
-def test_the_bound_of_a_short_step_is_close_to_what_is_met_in_it(name, seed):
+def test_the_bound_of_a_short_step_is_close_to_its_least_clearance(name, seed):
     family = FAMILIES[name]
     path, last = random_path(seed, 1e-4, False)
     track = PlacedTrajectory(MODEL, path, np.array([0.0, last]))
@@ -123,24 +123,24 @@ def test_links_that_only_turn_together_keep_exactly_the_clearance_that_they_have
 @pytest.mark.parametrize("name", FAMILIES)
 @settings(max_examples=10)
 @given(seed=st.integers(0, 2**32))
-def test_the_balls_of_the_broad_phase_are_bounded_all_the_way(name, seed):
+def test_the_bounds_of_the_broad_phase_hold_during_the_whole_step(name, seed):
     path, last = random_path(seed, 0.7, False)
     dense = PlacedTrajectory(MODEL, path, np.linspace(0.0, last, 65))
-    met = FAMILIES[name].coarse(dense.poses, dense.steps).min(axis=0)  # of short steps: as good as exact
+    met = FAMILIES[name].coarse(dense.poses, dense.steps).min(axis=0)  # the steps are short, so this is nearly exact
     whole = PlacedTrajectory(MODEL, path, np.array([0.0, last]))
     assert (FAMILIES[name].coarse(whole.poses, whole.steps)[0] <= met + 2e-3).all()
 
 
 @settings(max_examples=20)
 @given(seed=st.integers(0, 2**32))
-def test_every_step_turns_and_bends_as_it_says_however_often_it_is_halved(seed):
+def test_turn_and_bend_of_a_step_are_exact_after_any_number_of_bisections(seed):
     path, last = random_path(seed, 1.0, True)
     track = PlacedTrajectory(MODEL, path, np.array([0.0, last]))
     for _ in range(4):
         shares = np.linspace(0.0, 1.0, 41)[:, None]
         steps, times = track.steps, track.poses.times
         for start, end, turn, bend in zip(steps.start, steps.end, steps.turn, steps.bend, strict=True):
-            _, q = path.at(times[start] + shares[:, 0] * (times[end] - times[start]))  # here, times count samples
+            _, q = path.at(times[start] + shares[:, 0] * (times[end] - times[start]))  # times count samples here
             assert np.abs(q[-1] - q[0]) == pytest.approx(turn)
             assert (np.abs(q - (q[0] * (1 - shares) + q[-1] * shares)) <= bend + 1e-12).all()
         track.halve(np.arange(len(steps.start)))
@@ -167,7 +167,7 @@ def test_the_first_steps_are_short_and_cover_the_path_with_all_its_corners(seed,
 
 
 @given(seed=st.integers(0, 2**32))
-def test_no_sample_of_a_step_bends_off_farther_than_is_said(seed):
+def test_no_sample_of_a_step_deviates_farther_than_its_bend(seed):
     q = np.random.default_rng(seed).normal(size=(9, 3))
     bend = Trajectory(np.arange(9.0), q).bend(2, 7)
     line = np.linspace(0.0, 1.0, 101)[:, None]
@@ -194,7 +194,7 @@ def test_the_clearance_of_clouds_is_that_of_all_their_spheres(seed):
 
 
 def brute_force(q):
-    """Clearance [m] of every two things that must keep apart, sphere by sphere."""
+    """Returns the clearance [m] of every two things that must keep apart, sphere by sphere."""
     data = MODEL.place(q)
     spheres, moving = {}, set()
     for arm in MODEL.cell.arms:
@@ -224,7 +224,7 @@ def brute_force(q):
 
 
 def outside(obstacle, point):
-    """Signed distance [m] of a point to an obstacle that is upright, turned about z at most."""
+    """Returns the signed distance [m] of a point to an obstacle that is upright, turned about z at most."""
     yaw = obstacle.get("yaw", 0.0)
     x, y, z = point - np.array(obstacle["position"])
     x, y = x * np.cos(yaw) + y * np.sin(yaw), y * np.cos(yaw) - x * np.sin(yaw)

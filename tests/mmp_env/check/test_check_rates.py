@@ -1,4 +1,4 @@
-"""Retimed plans: what the checker asks of velocities, accelerations and jerk."""
+"""Retimed plans: the checker's rules for velocities, accelerations and jerk."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ JERK = 60 * TURN_RAD / DURATION_S**3
 
 
 def smooth(times=None, **limits):
-    """A quintic from rest to rest: its largest acceleration and jerk are known."""
+    """Returns a quintic from rest to rest, whose largest acceleration and jerk are known."""
     if times is None:
         times = np.linspace(0.0, DURATION_S, int(DURATION_S * RATE_HZ) + 1)
     s = np.minimum(times / DURATION_S, 1.0)
@@ -100,7 +100,7 @@ def test_rates_of_another_sign_or_scale_are_a_violation(what, factor):
     assert "rates" in broken(plan)
 
 
-def test_what_a_step_cannot_hold_is_said_in_the_unit_of_the_rate():
+def test_a_rate_that_differs_from_the_positions_is_reported_in_its_unit():
     plan = smooth()
     plan["velocities"]["arm"][100][2] += 0.05
     found = check_plan(plan).violations[0]
@@ -138,7 +138,7 @@ def test_rates_that_are_no_numbers_are_a_violation():
 @settings(max_examples=30)
 @given(seed=st.integers(0, 2**32), order=st.sampled_from([2, 3]))
 def test_divided_differences_never_exceed_the_derivative_of_a_motion(seed, order):
-    """Quintics from rest to rest, sampled at uneven times."""
+    """The motions are quintics from rest to rest, sampled at uneven times."""
     rng = np.random.default_rng(seed)
     times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.0005, 0.01, 300))])
     s = times / times[-1]

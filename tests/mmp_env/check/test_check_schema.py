@@ -1,4 +1,4 @@
-"""The checker's own reading of a plan: what it does not understand, it refuses."""
+"""The checker's own reader of plans refuses everything that it does not understand."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from mmp_env.model.arm import LARGEST_M
 
 
 def broken(plan):
-    """The rules that a plan breaks; no report of a plan that cannot be read says anything of clearance."""
+    """Returns the rules that a plan breaks. A report of an unreadable plan has no clearance."""
     report = check_plan(plan)
     assert report.min_clearance_m is None
     return {violation.rule for violation in report.violations}
@@ -68,14 +68,14 @@ UNREADABLE = {
 
 
 @pytest.mark.parametrize("what", UNREADABLE)
-def test_what_cannot_be_taken_at_its_word_breaks_the_schema(what):
+def test_an_unreadable_value_breaks_the_schema(what):
     plan = tiny_plans.two_apart()
     UNREADABLE[what](plan)
     assert broken(plan) == {"schema"}
 
 
 @pytest.mark.parametrize("data", [{}, {"schema": "mmp-plan/1", "problem": []}, {"schema": {}}])
-def test_what_is_no_plan_at_all_breaks_the_schema(data):
+def test_data_that_are_no_plan_break_the_schema(data):
     assert broken(data) == {"schema"}
 
 
@@ -97,7 +97,7 @@ def test_wrong_numbers_of_joints_or_samples_break_the_shape(what):
 
 
 def everything_optional(plan):
-    """The same plan with every optional field spelled out as a null or a default."""
+    """Returns the same plan with every optional field spelled out as a null or a default."""
     cell = plan["problem"]["cell"]
     for arm in cell["arms"]:
         arm |= {"tool": "none", "quaternion": None, "held": None}
@@ -108,7 +108,7 @@ def everything_optional(plan):
     return plan | {"velocities": None, "accelerations": None}
 
 
-def test_fields_that_say_nothing_change_nothing():
+def test_optional_fields_with_defaults_change_nothing():
     plan = tiny_plans.two_apart()
     assert check_plan(everything_optional(plan)).as_dict() == check_plan(tiny_plans.two_apart()).as_dict()
 

@@ -1,4 +1,4 @@
-"""The checker's work has an end: what it could not prove by then, it does not call proved."""
+"""The checker's work is bounded: it reports undecided steps as not proved."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ PATH = Trajectory(np.array([0.0, 1.0]), np.outer([0.0, 1.0], 0.1 * STEPS * np.ey
 
 
 class Undecided:
-    """One pair whose bound never gets any better than `lower` [m], while 1 m is found."""
+    """One pair whose lower bound stays at `lower` [m], while its sampled clearance is 1 m."""
 
     rule = "self"
 
@@ -44,7 +44,7 @@ class Undecided:
 
 
 @pytest.mark.parametrize("lower", [-0.5, 0.0005])
-def test_what_no_bisection_decides_is_given_up_and_not_called_proved(lower):
+def test_steps_that_no_bisection_decides_are_not_proved(lower):
     family = Undecided(lower)
     sweep = prove_apart(MODEL, [family], PATH, {"self": 0.001})
     assert STEPS < family.measured <= MOST_MEASURED + (MOST_PER_ITEM + 1) * STEPS
@@ -54,7 +54,7 @@ def test_what_no_bisection_decides_is_given_up_and_not_called_proved(lower):
     assert violation.message.startswith(f"not proved: arm/one and arm/other may {said}")
 
 
-def test_what_suffices_is_proved_though_better_could_not_be():
+def test_a_sufficient_clearance_is_proved_if_a_better_one_cannot_be():
     sweep = prove_apart(MODEL, [Undecided(0.002)], PATH, {"self": 0.001})
     assert sweep.shortfalls == []
     assert sweep.proved == 0.002

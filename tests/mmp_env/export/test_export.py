@@ -30,7 +30,7 @@ def retimed(plan):
 
 
 def back(plan):
-    """The plan back, which begins where `plan` ends."""
+    """Returns the plan back, which begins where `plan` ends."""
     problem = replace(plan.problem, start=plan.problem.goal, goal=plan.problem.start)
     return replace(plan, problem=problem, positions={arm: q[::-1] for arm, q in plan.positions.items()})
 
@@ -99,7 +99,7 @@ def test_plans_in_a_row_are_one_motion_with_one_row_where_they_meet(plan, tmp_pa
 
 
 def panda(arm):
-    """A robot with a joint more under the same name."""
+    """Returns a robot with a joint more under the same name."""
     return replace(arm, robot=load_robot("panda"))
 
 
@@ -176,7 +176,7 @@ def test_an_unknown_format_is_an_unknown_name(plan, tmp_path):
 
 
 def renamed(name):
-    """The plan, its left arm under another name."""
+    """Returns the plan, its left arm under another name."""
     data = tiny_plans.two_apart()
     data["problem"]["cell"]["arms"][0]["name"] = name
     for rows in (data["positions"], data["problem"]["start"], data["problem"]["goal"]):

@@ -26,7 +26,7 @@ def poses(cell):
 
 
 def differences(model, other):
-    """Names of the fields in which two models differ by more than the last bit."""
+    """Yields names of the fields in which two models differ by more than the last bit."""
     parts = {"": (model, other)}
     parts |= {f"{name}.": (getattr(model, name), getattr(other, name)) for name in ("opt", "stat")}
     for name in ("global_", "headlight", "map", "quality"):
@@ -118,7 +118,7 @@ def test_obstacles_of_every_shape_and_what_an_arm_holds_are_in_it():
 
 
 def with_robot(text, monkeypatch):
-    """A cell of one UR5e whose model is what `text` says."""
+    """Returns a cell of one UR5e whose model is what `text` says."""
     cell = find_cell("ring-2")
     monkeypatch.setattr(mjcf, "compile_scene", lambda cell: mujoco.MjModel.from_xml_string(text))
     return replace(cell, arms=cell.arms[:1])

@@ -26,7 +26,7 @@ def plan():
 
 
 def swing(plan, period_s=4.0):
-    """A retimed motion: every joint swings once, from rest to rest."""
+    """Returns a retimed motion: every joint swings once, from rest to rest."""
     times = np.arange(round(period_s * RATE_HZ) + 1) / RATE_HZ
     w = 2 * np.pi / period_s
     forms = {

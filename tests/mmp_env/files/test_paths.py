@@ -16,7 +16,7 @@ IMPOSSIBLE = ["a" * 300, "a\0b", "no/such/folder"]
 
 @pytest.fixture
 def forbidden(tmp_path, monkeypatch):
-    """A path of which the system tells nothing; the tests may run as root, whom no permission stops."""
+    """Returns a path of which the system tells nothing; the tests may run as root, whom no permission stops."""
     path, ask = tmp_path / "locked" / "file.json", os.stat
 
     def stat(asked, *args, **options):

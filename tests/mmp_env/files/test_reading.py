@@ -183,7 +183,7 @@ ODD = [
 
 
 def paths(data, prefix=()):
-    """Every place in nested dicts, and the first in nested lists."""
+    """Yields every place in nested dicts, and the first in nested lists."""
     for key in data if isinstance(data, dict) else range(len(data[:1])) if isinstance(data, list) else ():
         yield [*prefix, key]
         yield from paths(data[key], (*prefix, key))

@@ -41,7 +41,7 @@ def test_the_ids_are_the_rings_and_one_for_any_cell():
     assert make("mmp_env:MultiArmCell-2").spec.max_episode_steps == MAX_EPISODE_STEPS
 
 
-def test_importing_the_package_loads_neither_mujoco_nor_planners_nor_what_only_commands_need():
+def test_importing_the_package_loads_neither_mujoco_nor_planners_nor_modules_of_commands():
     heavy = ["mujoco", "rich", "yaml", "msgspec", "mmp_planners", "mmp_tasks", "mmp_env.core", "mmp_env.gym.env"]
     heavy += ["mmp_env.version"]
     code = f"import sys, mmp_env; print([name for name in {heavy} if name in sys.modules])"
@@ -152,7 +152,7 @@ def test_an_unknown_id_lists_the_existing_ids():
         make("MultiArmCell-3")
 
 
-def test_a_cell_comes_as_itself_by_name_or_from_a_file(tmp_path):
+def test_a_cell_is_given_as_an_object_by_name_or_by_file(tmp_path):
     from mmp_env.files.cell_file import cell_to_dict
     from mmp_env.files.writing import json_text
 

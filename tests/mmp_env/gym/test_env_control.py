@@ -29,7 +29,7 @@ def tucked(cell):
 
 
 def towards(env, q):
-    """The action of mode `position` that names the configuration `q` [n]."""
+    """Returns the action of mode `position` that names the configuration `q` [n]."""
     limits = env.unwrapped.observation_space["goal_positions"]
     return (2 * (q - limits.low) / (limits.high - limits.low) - 1).astype(np.float32)
 
@@ -124,7 +124,7 @@ def test_a_contact_costs_its_penalty_and_ends_the_episode_if_asked(ends):
 
 
 def folding(**options):
-    """The last step of an episode in which `arm0` folds into itself, ended or cut off after 20 steps."""
+    """Returns the last step of an episode in which `arm0` folds into itself, truncated after 20 steps."""
     env = make(control_mode="position", **options)
     still = tucked(env.unwrapped.cell)["arm1"]
     env.reset(options={"start": {"arm0": UNFOLDED, "arm1": still}, "goal": tucked(env.unwrapped.cell)})

@@ -70,7 +70,7 @@ def test_a_bad_margin_is_an_error(margin):
         make(margin=margin)
 
 
-def test_options_set_the_instance_and_what_they_leave_out_is_drawn():
+def test_options_set_the_instance_and_missing_parts_are_drawn():
     env = make()
     cell = env.unwrapped.cell
     goal = draw_instance(cell, "reach", 1)[1]

@@ -14,7 +14,7 @@ BOX = {"shape": "box", "position": [0, 0, 0.1], "size": [0.04, 0.04, 0.06]}
 
 
 def episode():
-    """Reach out, and come back with something in the tool."""
+    """Returns an episode of two plans: the arm reaches out, and returns with an object in its tool."""
     arms = [tiny_plans.arm("left", [0, 0, 0]), tiny_plans.arm("right", [0, 1.0, 0])]
     there = {name: [tiny_plans.UPRIGHT, tiny_plans.REACHING] for name in ("left", "right")}
     back = {name: rows[::-1] for name, rows in there.items()}
@@ -23,7 +23,7 @@ def episode():
     return {"schema": "mmp-episode/1", "name": "there-and-back", "plans": plans}
 
 
-def test_an_episode_is_valid_where_all_plans_are_and_fit_together():
+def test_an_episode_of_valid_plans_that_fit_together_is_valid():
     report = check_episode(episode())
     assert report.valid, str(report)
     assert [plan.valid for plan in report.plans] == [True, True]

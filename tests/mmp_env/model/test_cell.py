@@ -1,4 +1,4 @@
-"""Arms at their places, made from names."""
+"""Arms at their base poses, made from names of robots and tools."""
 
 import subprocess
 import sys
@@ -33,7 +33,7 @@ def test_a_quaternion_may_have_any_length():
         ([0, 0, 0], [np.inf, 0, 0, 0]),
     ],
 )
-def test_a_pose_that_is_none_is_refused(position, quaternion):
+def test_a_malformed_pose_is_refused(position, quaternion):
     with pytest.raises(MmpError, match=r"arm 'a' stands at .*; it needs three finite numbers"):
         place_arm("a", "ur5e", position, quaternion)
 
@@ -46,7 +46,7 @@ def test_unknown_names_are_answered_with_the_nearest():
 
 
 @pytest.mark.parametrize("name", ["", "a/b", "two\nlines", "a" * 101, "\x1b[31m"])
-def test_a_name_that_no_file_could_have_is_refused(name):
+def test_a_name_that_a_file_cannot_have_is_refused(name):
     arm = place_arm("a", "ur5e", [0, 0, 0], UPRIGHT)
     ball = Obstacle(name=name, shape="sphere", radius=0.1, position=np.ones(3), quaternion=np.array(UPRIGHT))
     for wrong in (
@@ -58,9 +58,7 @@ def test_a_name_that_no_file_could_have_is_refused(name):
             Cell(**wrong)
 
 
-def test_a_ring_of_what_is_no_whole_number_is_refused_without_naming_it_as_the_remedy():
-    code = (
-        "from mmp_env.model.rings import ring_cell; ring_cell('2')"  # where no type checker stands before it, as here
-    )
+def test_a_ring_of_a_number_that_is_not_whole_is_refused_without_suggesting_it():
+    code = "from mmp_env.model.rings import ring_cell; ring_cell('2')"  # without type checks
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert run.stderr.endswith("MmpError: count is '2'; it must be one of the numbers 2, 4, 6, 8\n")

@@ -42,7 +42,7 @@ def cell_with(what, robot="ur5e", **more):
 
 
 def inside(solid: Obstacle, share):
-    """A point of the solid; its surface too, where `share` [3] has ones."""
+    """Returns a point of the solid, on its surface if `share` [3] has ones."""
     radius, half = solid.radius or 0.0, (solid.length or 0.0) / 2
     if solid.shape == "box":
         point = share * solid.size / 2
@@ -155,8 +155,8 @@ def wall(x):
     )
 
 
-def test_it_touches_obstacles_that_the_bare_arm_is_clear_of():
-    """Upright, the flange of a UR5e points along -y; a rod in it reaches the other arm's side."""
+def test_a_held_object_touches_obstacles_that_the_bare_arm_does_not():
+    """The flange of an upright UR5e points along -y, so a rod in it reaches the other arm's side."""
     bare, full = cell_with(None), cell_with(held("capsule", position=[0, 0, 0.3], quaternion=[1, 0, 0, 0]))
     q = bare.arms[0].robot.home
     flange = bare.collision.tool_points("a", [q])[0]
@@ -191,7 +191,7 @@ def test_the_checker_refutes_a_plan_that_is_right_with_empty_tools_only(exact):
 
 
 def held_at(document, what):
-    """Where the middle of a held object is in the world at the start."""
+    """Returns the position of the middle of a held object in the world at the start."""
     data = tiny_plans.copy_of(document)
     data["problem"]["cell"]["arms"][0]["held"] = what
     plan = plan_from_dict(data)
@@ -199,7 +199,7 @@ def held_at(document, what):
     return spheres[0][np.array(plan.problem.cell.collision.sphere_links("left")) == "held"].mean(axis=0).tolist()
 
 
-def test_it_may_touch_the_link_and_tool_that_hold_it_but_no_other_link():
+def test_a_held_object_may_touch_the_link_and_tool_that_hold_it():
     close = {"shape": "sphere", "position": [0, 0, 0.0], "radius": 0.03}
     far = {"shape": "sphere", "position": [0, 0, 0.0], "radius": 0.12}
     home = cell_with(None).arms[0].robot.home
@@ -207,8 +207,8 @@ def test_it_may_touch_the_link_and_tool_that_hold_it_but_no_other_link():
     assert not cell_with(far).collision.is_free("a", [home]).any()
 
 
-def test_it_touches_the_links_of_its_own_arm_that_do_not_hold_it():
-    """In MuJoCo too, the parent of the holding link included, which MuJoCo itself would leave out."""
+def test_contacts_of_a_held_object_with_other_links_of_its_arm_count():
+    """MuJoCo finds these contacts too, also with the parent of the holding link, which it excludes by default."""
     simulation = Simulation(cell_with({"shape": "sphere", "position": [0, 0, 0.0], "radius": 0.12}))
     simulation.place(np.array(simulation.cell.arms[0].robot.home))
     assert {(c.body_a, c.body_b) for c in simulation.log.contacts} >= {("a/wrist1", "a/held"), ("a/wrist2", "a/held")}
@@ -239,8 +239,8 @@ def test_gravity_does_not_pull_a_holding_arm_away():
     assert np.abs(simulation.positions - q).max() < 1e-3
 
 
-def test_no_arm_is_called_obstacle():
-    """Its held object would have the name of an obstacle's geom."""
+def test_obstacle_is_no_name_of_an_arm():
+    """The held object of such an arm would have the name of an obstacle's geom."""
     cell = two_arms.facing_cell()
     with pytest.raises(MmpError, match="kept for obstacles"):
         dataclasses.replace(cell, arms=(dataclasses.replace(cell.arms[0], name="obstacle"), cell.arms[1]))

@@ -1,4 +1,4 @@
-"""Plans that take longer than anybody can wait for: each use of them ends in a sentence, before memory is taken."""
+"""Plans of an enormous duration: every use is refused with a sentence before it allocates memory."""
 
 import contextlib
 
@@ -52,7 +52,7 @@ def test_a_film_of_the_longest_execution_has_all_its_frames():
 
 
 @pytest.mark.parametrize("makespan_s", LONG)
-def test_limits_that_make_a_motion_too_long_are_a_sentence(makespan_s, recwarn):
+def test_limits_that_make_a_motion_too_long_are_refused(makespan_s, recwarn):
     with pytest.raises(MmpError, match="its limits are too low for its length and rate"):
         retime(lasting(makespan_s, max_velocity=1 / makespan_s))
     assert not recwarn.list

@@ -1,4 +1,4 @@
-"""Margins: what is asked for is kept at every instant and proved in full, or the instance is refused."""
+"""Margins: every plan keeps them at every instant with a proof, or the instance is refused."""
 
 import dataclasses
 import itertools
@@ -24,7 +24,7 @@ FLOAT_M = 1e-9
 
 
 def with_a_post():
-    """Two arms, and a post that the left one passes."""
+    """Returns a problem of two arms with a post that the left arm passes."""
     post = Obstacle(
         name="post",
         shape="cylinder",
@@ -37,13 +37,13 @@ def with_a_post():
 
 
 def swinging(margin=None):
-    """Both hands swing across and meet halfway if both go straight."""
+    """Returns a problem in which both hands swing across. Straight lines collide halfway."""
     start, goal = ({arm: two_arms.reaching(pan) for arm in ("left", "right")} for pan in (0.8, -0.8))
     return make_problem(with_a_post(), start, goal, margin=margin)
 
 
 def least_sampled(plan):
-    """Kind -> the least clearance [m] at many instants of a plan, by the reference implementation."""
+    """Returns kind -> least clearance [m] at many instants of a plan, by the reference implementation."""
     cell = plan.problem.cell
     q = plan.sampled(plan.finer_times(0.02))
     (a, qa), (b, qb) = q.items()
@@ -57,7 +57,7 @@ def least_sampled(plan):
 
 
 @pytest.mark.parametrize("name", names())
-def test_every_planner_keeps_the_margins_that_are_asked_for(name):
+def test_every_planner_keeps_the_given_margins(name):
     asked = {"arms": 0.06, "obstacles": 0.03}
     problem = swinging(asked)
     plan = make(name).plan(problem, seed=1, time_limit=60.0).plan
@@ -71,7 +71,7 @@ def test_every_planner_keeps_the_margins_that_are_asked_for(name):
         assert least[kind] >= margin - FLOAT_M
 
 
-def test_a_retimed_plan_keeps_them_too():
+def test_a_retimed_plan_keeps_the_given_margins():
     problem = swinging({"arms": 0.06, "obstacles": 0.03})
     plan, _ = retime_with_report(make("auto").plan(problem, seed=1, time_limit=60.0).plan)
     report = check_plan(plan)
@@ -80,7 +80,7 @@ def test_a_retimed_plan_keeps_them_too():
 
 
 @pytest.mark.parametrize("rate_hz", [20.0, 250.0])
-def test_the_curve_that_an_execution_follows_keeps_them_too(rate_hz):
+def test_the_reference_of_an_execution_keeps_the_given_margins(rate_hz):
     problem = swinging({"arms": 0.06, "obstacles": 0.03})
     plan, _ = retime_with_report(make("auto").plan(problem, seed=1, time_limit=60.0).plan, rate=rate_hz)
     reference = Reference(plan, problem.start)
@@ -97,7 +97,7 @@ def test_one_number_is_for_arms_and_obstacles_and_not_for_an_arm_against_itself(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_margin_that_start_or_goal_does_not_keep_is_refused_with_the_largest_that_would_do(kind):
+def test_a_margin_that_start_or_goal_violates_is_refused_with_the_largest_possible(kind):
     free = swinging()
     ends = [free.cell.collision.nearest(q)[kind].clearance_m for q in (free.start, free.goal)]
     room = {kind: ends[0] if ends[0] < ends[1] + 0.005 else ends[1]}
@@ -112,7 +112,7 @@ def test_a_margin_that_start_or_goal_does_not_keep_is_refused_with_the_largest_t
     assert swinging({kind: largest}).margins[kind] == largest
 
 
-def test_the_largest_margin_for_arms_and_obstacles_is_one_that_both_keep():
+def test_the_largest_possible_margin_holds_for_arms_and_obstacles():
     with pytest.raises(InvalidInstanceError) as refused:
         swinging(5.0)
     largest = float(str(refused.value).split("the largest that would do is ")[1].split(" mm")[0]) / 1e3
@@ -168,7 +168,7 @@ def test_the_nearest_bodies_are_those_of_the_reference_implementation(robot):
             assert (len(set(owners)) == 1) == (kind == "self")
 
 
-def test_what_is_proved_of_each_kind_is_close_to_what_the_plan_keeps():
+def test_the_proved_clearance_of_each_kind_is_close_to_the_sampled_one():
     plan = make("auto").plan(swinging(), seed=1, time_limit=60.0).plan
     proved = check_plan(plan).proved_m
     for kind, least in least_sampled(plan).items():
@@ -187,7 +187,7 @@ def test_the_checker_refutes_a_plan_whose_file_claims_more_than_it_keeps(kind):
     assert {violation.rule for violation in report.violations} == {rule}
 
 
-def test_a_file_from_before_there_were_three_margins_is_proved_with_half_of_its_margin():
+def test_a_file_with_a_single_margin_is_checked_with_half_of_it():
     document = json.loads(json.dumps(plan_to_dict(make("auto").plan(swinging(0.02), seed=1, time_limit=60.0).plan)))
     del document["problem"]["margins"]
     document["problem"]["margin"] = 0.04
@@ -212,7 +212,7 @@ def test_a_file_from_before_there_were_three_margins_is_proved_with_half_of_its_
         ({"self": "2"}, "finite number"),
     ],
 )
-def test_a_margin_that_is_none_is_one_sentence(margin, words):
+def test_a_malformed_margin_is_one_sentence(margin, words):
     with pytest.raises(MmpError, match=words):
         asked_margins(margin)
 
@@ -225,7 +225,7 @@ def test_a_margin_may_be_a_number_of_numpy(number):
 @pytest.mark.parametrize(
     ("metres", "text"), [(0.002, "2"), (0.0149999, "14.99"), (1e-9, "1e-06"), (3.27e-6, "0.00327")]
 )
-def test_a_margin_is_told_in_millimetres_and_never_as_more_than_it_is(metres, text):
+def test_a_margin_is_shown_in_millimetres_rounded_down(metres, text):
     assert millimetres(metres) == text
 
 
@@ -235,7 +235,7 @@ def test_margins_read_like_a_mapping():
     assert asked_margins(margins) == dict(margins)
 
 
-def test_a_margin_of_none_is_one_that_was_not_asked_for():
+def test_a_margin_of_none_is_left_out():
     assert asked_margins({"arms": None, "obstacles": 0.003, "self": None}) == {"obstacles": 0.003}
     assert asked_margins(dict.fromkeys(KINDS)) == {}
     with pytest.raises(MmpError, match="unknown margin 'arm'"):

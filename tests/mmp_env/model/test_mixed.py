@@ -1,4 +1,4 @@
-"""Mixed arms: the cell of two FR5 and two PiPER, and a Panda beside them, through everything that takes a cell."""
+"""Mixed arms: every function that takes a cell works with two FR5, two PiPER and a Panda."""
 
 import dataclasses
 from itertools import combinations
@@ -20,7 +20,7 @@ from mmp_env.sim.simulation import Simulation
 
 @pytest.fixture(scope="module")
 def with_panda():
-    """A Panda at a corner of the table, its base out of reach of the others."""
+    """Returns the mixed cell with a Panda at a corner of the table, out of reach of the other bases."""
     mixed = find_cell("mixed-4")
     panda = place_arm("panda", "panda", [0.55, 0.6, 0.0], quaternion_from_yaw(-2.2))
     return dataclasses.replace(mixed, name="mixed-5", arms=(*mixed.arms, panda))

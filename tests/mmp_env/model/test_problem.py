@@ -1,4 +1,4 @@
-"""What `make_problem` says of starts and goals that cannot be."""
+"""Messages of `make_problem` about impossible starts and goals."""
 
 import gymnasium
 import pytest
@@ -9,7 +9,7 @@ from mmp_env.files.cell_file import cell_from_dict
 
 
 def with_joint(value, joint=1):
-    """The tucked configuration of both arms, with another value at one joint of `left`."""
+    """Returns the tucked configuration of both arms, with another value at one joint of `left`."""
     left = list(bad_files.TUCKED)
     left[joint] = value
     return {"left": left, "right": bad_files.TUCKED}
@@ -31,13 +31,13 @@ def test_an_angle_in_degrees_is_called_so(cell, which):
 
 def test_the_joint_that_shows_the_degrees_is_the_one_that_is_named(cell):
     configuration = with_joint(5.0, joint=2) | {"right": bad_files.TUCKED}
-    configuration["left"][4] = -90.0  # joint 3 is out of its limits too, by little
+    configuration["left"][4] = -90.0  # joint 3 is slightly out of its limits too
     with pytest.raises(InvalidInstanceError, match=r"joint 5 .* -90 looks like degrees"):
         make_problem(cell, configuration, with_joint(-2.2))
 
 
 @pytest.mark.parametrize("angle", [5.0, 9.0])
-def test_an_angle_that_may_well_be_meant_in_radians_has_no_hint(cell, angle):
+def test_an_angle_plausible_in_radians_has_no_hint_about_degrees(cell, angle):
     with pytest.raises(InvalidInstanceError, match=rf"joint 3 .*, is {angle:.4f} rad; allowed: -3\.1416 to 3\.1416$"):
         make_problem(cell, with_joint(angle, joint=2), with_joint(-2.2))
 

@@ -25,7 +25,7 @@ HANDED_ON = {
 
 @pytest.fixture(params=HANDED_ON)
 def plan(request):
-    """The plan, and copies of it of every kind."""
+    """Returns the plan itself, or one kind of copy of it."""
     return HANDED_ON[request.param](PLAN)
 
 
@@ -67,11 +67,11 @@ def test_no_array_takes_another_number(plan):
             array[...] = 0
 
 
-def test_what_is_handed_on_is_the_same_plan(plan):
+def test_a_copy_equals_the_plan(plan):
     assert plan_to_dict(plan) == plan_to_dict(PLAN)
 
 
-def test_what_is_made_of_a_mapping_can_be_changed():
+def test_a_dict_made_from_a_mapping_can_be_changed():
     start = PLAN.problem.start
     for mine in (dict(start), start.copy(), start | {}):
         mine["other"] = np.zeros(1)

@@ -12,7 +12,7 @@ from mmp_env.model.robot import SPHERE_SETS, load_robot, load_tool, robot_names,
 from mmp_env.model.transforms import matrix_from_quaternion
 
 OUTSIDE_M = 0.001
-"""What is free for the spheres is free for the geoms: nothing of a geom lies further outside its link's spheres."""
+"""Largest protrusion [m] of a geom from its link's spheres."""
 LEAST_FILL = 0.4
 PAGE = Path(__file__).parents[3] / "docs" / "reference" / "robots.md"
 
@@ -27,14 +27,14 @@ BOX, SPHERE, ELLIPSOID, CYLINDER, CAPSULE = (int(getattr(mujoco.mjtGeom, f"mjGEO
 
 
 def directions(n=3000):
-    """Evenly spread unit vectors, [n, 3] (a Fibonacci lattice)."""
+    """Returns evenly spread unit vectors [n, 3] (a Fibonacci lattice)."""
     z = 1 - (2 * np.arange(n) + 1) / n
     angle, ring = np.pi * (1 + 5**0.5) * np.arange(n), np.sqrt(1 - z**2)
     return np.c_[ring * np.cos(angle), ring * np.sin(angle), z]
 
 
 def surface(kind, size, n=60):
-    """Points on a geom of MuJoCo's conventions in its own frame, [points, 3] [m]."""
+    """Returns points on a geom of MuJoCo's conventions in its own frame, [points, 3] [m]."""
     if kind in (SPHERE, ELLIPSOID):
         return directions() * (size if kind == ELLIPSOID else size[0])
     if kind == BOX:
@@ -55,7 +55,7 @@ def surface(kind, size, n=60):
 
 
 def contains(kind, size, points):
-    """Which of the points [n, 3], in the geom's frame, are inside it."""
+    """Returns which of the points [n, 3], in the geom's frame, are inside it."""
     if kind == BOX:
         return (np.abs(points) <= size).all(axis=1)
     if kind in (SPHERE, ELLIPSOID):
@@ -80,7 +80,7 @@ class LinkGeoms:
         return np.concatenate([surface(kind, size) @ turn.T + at for kind, size, turn, at in self.parts])
 
     def volume(self):
-        """Volume [m^3] of the union, from 200,000 random points in its bounding box (about 0.3 % off)."""
+        """Returns the volume [m^3] of the union, from 200,000 random points in its bounding box (error about 0.3 %)."""
         points = self.surface()
         low, high = points.min(axis=0), points.max(axis=0)
         tries = np.random.default_rng(0).uniform(low, high, (200_000, 3))
@@ -91,7 +91,7 @@ class LinkGeoms:
 
 
 def outside(points, centers, radii):
-    """How far [m] each point is outside the union of the spheres, negative inside."""
+    """Returns the distance [m] of each point outside the union of the spheres, negative inside."""
     out = np.full(len(points), np.inf)
     for center, radius in zip(centers, radii, strict=True):
         out = np.minimum(out, np.linalg.norm(points - center, axis=1) - radius)
@@ -124,11 +124,11 @@ def test_the_geoms_fill_each_link(name):
     fills = {link: LinkGeoms(mjcf, link).volume() / hulls[link] for link in robot.link_names}
     assert min(fills.values()) >= LEAST_FILL, fills
     assert max(fills.values()) <= 1, fills
-    assert told_fills(name) == {link: pytest.approx(fill, abs=0.011) for link, fill in fills.items()}
+    assert documented_fills(name) == {link: pytest.approx(fill, abs=0.011) for link, fill in fills.items()}
 
 
-def told_fills(name):
-    """What docs/reference/robots.md says of a robot: link -> share."""
+def documented_fills(name):
+    """Returns link -> share from docs/reference/robots.md."""
     (table,) = re.findall(r"test_robot_geoms.py -->\n(.*?)<!-- end -->", PAGE.read_text(encoding="utf-8"), re.DOTALL)
     head, _, *rows = ([cell.strip() for cell in line.split("|")[1:-1]] for line in table.splitlines())
     at = head.index(f"`{name}`")
@@ -168,6 +168,6 @@ def test_most_of_an_arm_is_of_the_material_that_is_tinted(name):
     assert tinted >= 0.5
 
 
-def test_a_geom_outside_its_spheres_would_be_seen():
+def test_the_test_finds_a_geom_outside_its_spheres():
     points = surface(CYLINDER, np.array([0.05, 0.1, 0.0]))
     assert outside(points, np.zeros((1, 3)), np.array([0.11])).max() == pytest.approx(np.hypot(0.05, 0.1) - 0.11)

@@ -1,4 +1,4 @@
-"""Every robot and tool of the folders: its data make sense, and its MJCF is the same machine as its `robot.json`."""
+"""Every robot and tool: its data are consistent, and its MJCF agrees with its `robot.json`."""
 
 import json
 import pickle
@@ -151,7 +151,7 @@ def test_the_mjcf_has_the_kinematics_of_the_robot(name, seed):
 
 
 def assert_same_frame(found, wanted):
-    """Within 1e-6 m and 1e-6 rad."""
+    """Checks that two frames agree within 1e-6 m and 1e-6 rad."""
     assert np.linalg.norm(found.xpos - wanted[:3, 3]) < 1e-6
     turn = found.xmat.reshape(3, 3).T @ wanted[:3, :3]
     skew = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2

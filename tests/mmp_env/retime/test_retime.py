@@ -87,7 +87,7 @@ def test_it_lasts_little_longer_than_velocities_alone_allow():
 
 
 def at_most(plan, speed):
-    """The plan with another velocity limit, for robots that know none."""
+    """Returns the plan with another velocity limit, for robots that know none."""
     limits = {name: np.full(len(v), speed) for name, v in plan.problem.max_velocity.items()}
     return dataclasses.replace(plan, problem=dataclasses.replace(plan.problem, max_velocity=limits))
 

@@ -26,7 +26,7 @@ seeds = st.integers(0, 2**32)
 
 
 def random_path(seed, *, stops=0.0):
-    """A course of three joints with blends, some of which are stops."""
+    """Returns a course of three joints with blends, some of which are stops."""
     rng = np.random.default_rng(seed)
     slopes = rng.uniform(-0.8, 0.8, (6, 3))
     phases = np.concatenate([[0.0], np.cumsum(rng.uniform(0.05, 0.6, 6))])

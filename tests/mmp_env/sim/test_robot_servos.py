@@ -128,7 +128,7 @@ def test_an_arm_that_is_driven_into_a_block_is_held_up_by_it(name):
 
 
 def flange_at(robot, q):
-    """Position of the flange [m]."""
+    """Returns position of the flange [m]."""
     model = mujoco.MjModel.from_xml_path(str(robot.mjcf))
     data = mujoco.MjData(model)
     data.qpos[:] = q

@@ -12,7 +12,7 @@ from mmp_env.sim.servo_reference import Reference
 
 
 def random_motion(seed, *, times=None):
-    """A plan with velocities and accelerations, whose samples are random."""
+    """Returns a plan with velocities and accelerations, whose samples are random."""
     problem = cornered_plan(0, 0).problem
     times = np.linspace(0.0, 1.0, 11) if times is None else times
     rng = np.random.default_rng(seed)
@@ -25,7 +25,7 @@ def standing(plan):
 
 
 def differences(q, step, order):
-    """The largest difference of each joint, at rest before and after."""
+    """Returns the largest difference of each joint, at rest before and after."""
     rows = np.pad(q, ((order, order), (0, 0)), mode="edge")
     return np.abs(np.diff(rows, n=order, axis=0)).max(axis=0) / step**order
 

@@ -65,7 +65,7 @@ def test_an_mp4_plays_everywhere_in_real_time(plan, report, tmp_path):
 
 
 def read_back(path):
-    """What ffmpeg says of a film, and its frames."""
+    """Returns what ffmpeg says of a film, and its frames."""
     words = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "pipe:"]
     done = subprocess.run(words, capture_output=True, check=True)
     return done.stderr.decode(), np.frombuffer(done.stdout, np.uint8).reshape(-1, 64, 96, 3)

@@ -45,7 +45,7 @@ def random_rows(cell, count, seed):
 
 
 def cloud(cell, arm, q):
-    """The reference implementation's cloud, its spheres in the order of the core."""
+    """Returns the reference implementation's cloud, its spheres in the order of the core."""
     names = part_names(arm)
     centers, radii = cell.collision.spheres(arm.name, q[None])
     parts = np.array([names.index(link) for link in cell.collision.sphere_links(arm.name)])

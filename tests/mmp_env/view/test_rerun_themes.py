@@ -23,7 +23,7 @@ TABS = {"search": "expansion", "repulsion": "repulsion", "plan": "plan time"}
 
 @pytest.fixture(scope="module")
 def search(tmp_path_factory) -> Path:
-    """A recording of a search that repels, and of its plan."""
+    """Returns a recording of a search that repels, and of its plan."""
     path = tmp_path_factory.mktemp("rerun") / "search.rrd"
     with RerunWatcher(PROBLEM, path) as watcher:
         watcher.show_plan(make("apf-ecbs").plan(PROBLEM, seed=0, watch=watcher).plan)
@@ -39,7 +39,7 @@ def luminance(color):
 
 
 def least_contrast(rgba):
-    """The smaller contrast ratio on the two backgrounds."""
+    """Returns the smaller contrast ratio on the two backgrounds."""
     lights = [luminance(color) for color in (tuple(int(rgba).to_bytes(4, "big")[:3]), *BACKGROUNDS)]
     ratios = [(max(lights[0], other) + 0.05) / (min(lights[0], other) + 0.05) for other in lights[1:]]
     return min(ratios)

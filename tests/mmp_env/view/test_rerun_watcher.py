@@ -21,7 +21,7 @@ MOST_MB = 6
 
 
 def verified(path):
-    """Whether rerun's own tool finds nothing wrong."""
+    """Returns whether rerun's own tool finds nothing wrong."""
     tool = Path(sys.executable).parent / "rerun"
     return subprocess.run([tool, "rrd", "verify", path], capture_output=True).returncode == 0
 

@@ -15,7 +15,7 @@ PROBLEM = two_arms.passing(1.0)
 
 @pytest.fixture(scope="module", params=["cbs", "ecbs", "apf-ecbs", "gen-ecbs"])
 def run(request):
-    """What a planner emitted, the tree that was made of it, and the result."""
+    """Returns what a planner emitted, the tree that was made of it, and the result."""
     emitted, tree = [], SearchTree(PROBLEM, keep_paths=True)
 
     def watch(event):

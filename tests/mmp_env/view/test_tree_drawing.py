@@ -16,7 +16,7 @@ SIZES = {"one": 1, "boxes": 5, "most boxes": 40, "numbered": 60, "dots": 400, "m
 
 
 def drawing(count, trees=1, **more):
-    """A tree of so many nodes with all that a drawing can have."""
+    """Returns a tree of so many nodes with all that a drawing can have."""
     rng = np.random.default_rng(count + trees)
     parents = grown_trees.forest(rng, count, trees)
     leaves = sorted(set(range(count)) - set(parents))
@@ -47,7 +47,7 @@ def assert_nothing_overlaps(shapes):
 
 
 def neighbours(shapes):
-    """Pairs that could overlap: those near each other from the top down."""
+    """Yields pairs that could overlap: those near each other from the top down."""
     shapes = sorted(shapes, key=lambda shape: shape.top)
     for k, one in enumerate(shapes):
         for other in itertools.takewhile(lambda other, one=one: other.top < one.bottom, shapes[k + 1 :]):

@@ -39,7 +39,7 @@ def root_of(parents, node):
 
 
 def below(parents, node):
-    """The nodes of a subtree."""
+    """Returns the nodes of a subtree."""
     out = [node]
     for each in out:
         out.extend(families(parents).get(each, []))

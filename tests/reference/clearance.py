@@ -63,7 +63,7 @@ def moving_clearance(cell: Cell, arm_a, q_a, arm_b, q_b):
 
 
 def clearance_of_motions(cell: Cell, arm_a, rows_a, arm_b, rows_b):
-    """Returns the least clearance of the moving links of two arms on one grid of steps [k, dof]: at and between steps."""
+    """Returns the least clearance [m] of the moving links of two arms on one grid of steps [k, dof]."""
     fractions = np.linspace(0, 1, 5)
     steps = zip(rows_a, rows_a[1:], rows_b, rows_b[1:], strict=False)
     return min(

@@ -39,6 +39,7 @@ def run(args: Namespace) -> int:
     from mmp_cli.reporting.published import read_published
     from mmp_cli.reporting.report import ReportRequest, make_report
     from mmp_env.errors import MmpError
+    from mmp_env.wording import counted
 
     if args.against_note is not None and not args.against:
         raise MmpError("--against-note describes published results; give them with --against FILE")
@@ -60,6 +61,7 @@ def run(args: Namespace) -> int:
     remove_outdated(request.folder, report.names, files)
     for warning in report.warnings:
         complain(warning)
-    pictures = f", {len(report.pictures)} pictures" if report.pictures else ""
-    say(f"{request.folder / 'report.html'}, table.md and {len(report.drawings)} figures as SVG and PNG{pictures}")
+    figures = counted(len(report.drawings), "figure")
+    pictures = f", {counted(len(report.pictures), 'picture')}" if report.pictures else ""
+    say(f"{request.folder / 'report.html'}, table.md and {figures} as SVG and PNG{pictures}")
     return 0

@@ -81,6 +81,18 @@ def test_the_main_table_has_means_over_solved_and_success_over_valid_instances(t
     }
 
 
+def test_the_page_explains_its_tables_in_words_not_in_names_of_the_code(words):
+    assert "a planner that solves only the easy instances looks good here" in words
+    assert re.findall(r"\b[a-z]+_[a-z]+\b", words) == []
+
+
+@pytest.mark.usefixtures("figures_unrendered")
+def test_one_figure_is_no_plural(mmp, tmp_path):
+    folder = folder_of(tmp_path, [line("ring/0", "a", "invalid")], settings("a", count=1))
+    ran = mmp("report", folder)
+    assert (ran.code, ran.out) == (0, f"{folder / 'report.html'}, table.md and 1 figure as SVG and PNG\n")
+
+
 def test_means_count_commonly_solved_instances_only(table):
     assert row(table, "Where all of them solve", "a")["expanded nodes"] == "5.00 ± 1.41"
     assert "over the 2 instances solved by all of them" in table

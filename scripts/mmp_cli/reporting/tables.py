@@ -61,7 +61,7 @@ def main_table(section: Section) -> Table:
     head = ["planner", "solved", "expanded nodes", "planning time [s]", "makespan [s]", "cost [rad]"]
     note = (
         "Mean ± standard deviation over what the planner itself has solved, so a planner that solves only the easy "
-        "instances plot_styles good here; success is over the valid instances."
+        "instances looks good here; success is over the valid instances."
     )
     note += _tree_note(rows, head.index("expanded nodes"))
     return Table(title="Success, nodes, time, makespan and cost", head=head, rows=rows, note=note)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from os import PathLike
 from pathlib import Path
 
+from mmp_env import argument_checks
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.export.joint_names import FIELD, JOINT_NAMES, check_distinct, file_part
 from mmp_env.export.motion import Motion, motion_of
@@ -14,6 +15,7 @@ from mmp_env.export.ros import yaml_text
 from mmp_env.export.tables import csv_text, write_npz
 from mmp_env.files.writing import whole_file
 from mmp_env.model.plan import Plan
+from mmp_env.model.plan_fit import given_plan
 
 ARM = "arm"
 """Placeholder of file names: a file for each arm."""
@@ -40,19 +42,25 @@ def export_plan(
         File -> the motion that it holds.
 
     Raises:
-        MmpError: for an unknown suffix or placeholder, joints of the same name, plans that do not follow one
+        MmpError: for no plan, an unknown suffix or placeholder, joints of the same name, plans that do not follow one
             another, and files that cannot be written.
     """
-    check_target(path)
-    plans = [plan] if isinstance(plan, Plan) else list(plan)
-    motion = motion_of(plans, joint_names)
+    check_target(argument_checks.path("path", path))
+    pattern = argument_checks.text("joint_names", joint_names)
+    plans = [given_plan(each, "export") for each in _in_a_row(plan)]
+    motion = motion_of(plans, pattern)
     parts = _parts(motion, str(path))
     for content in parts.values():
-        check_distinct(content.joints, joint_names)
+        check_distinct(content.joints, pattern)
     with ExitStack() as stack:
         for part, content in parts.items():
             _write(_suffix(path), plans, content, stack.enter_context(whole_file(part)))
     return parts
+
+
+def _in_a_row(plan: object) -> list[object]:
+    """Returns the plans, not checked: the elements of a sequence, or the object alone."""
+    return list(plan) if isinstance(plan, Iterable) and not isinstance(plan, str | Mapping) else [plan]
 
 
 def check_target(path: str | PathLike[str]) -> None:

@@ -9,9 +9,11 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.export.joint_names import joint_names
 from mmp_env.model.plan import Plan
+from mmp_env.wording import counted, in_seconds
 
 SAME_RAD = 1e-6
 """Largest distance [rad] between the end of a plan and the begin of the next."""
@@ -26,6 +28,10 @@ class ArmMotion:
     velocities: Float[np.ndarray, "t dof"] | None
     accelerations: Float[np.ndarray, "t dof"] | None
 
+    @brief
+    def __repr__(self) -> str:
+        return f"of {counted(len(self.joints), 'joint')}: {counted(len(self.positions), 'sample')}"
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Motion:
@@ -38,6 +44,11 @@ class Motion:
 
     times: Float[np.ndarray, "t"]
     arms: dict[str, ArmMotion]
+
+    @brief
+    def __repr__(self) -> str:
+        joints, samples = counted(len(self.joints), "joint"), counted(len(self.times), "sample")
+        return f"of {joints}: {samples}, {in_seconds(float(self.times[-1]))}"
 
     def only(self, arm: str) -> Motion:
         """Returns the motion of one arm."""

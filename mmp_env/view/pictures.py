@@ -85,7 +85,7 @@ def pictures(
     plan: Plan, moments: Iterable[Moment] = tuple(MOMENTS), **options: Unpack[PictureOptions]
 ) -> UInt8[np.ndarray, "h W 3"]:
     """Returns pictures of several moments side by side, each with its name and time. See `picture`."""
-    plan, chosen = given_plan(plan, "show"), list(moments)
+    plan, chosen = given_plan(plan, "show"), _listed(moments)
     times = _times(chosen, plan.makespan_s)
     parts = []
     for moment, time_s, shot in zip(chosen, times, _shots(plan, times, **options), strict=True):
@@ -112,7 +112,7 @@ def save_picture(
     Raises:
         MmpError: as `picture`, and if the file cannot be written. Then nothing is written.
     """
-    chosen = list(moments)
+    chosen = _listed(moments)
     check_picture(path, chosen)
     content = encoded(pictures(plan, chosen, **options), _format(path))
     with whole_file(path) as temporary:
@@ -161,10 +161,17 @@ def _shots(
 
 def _times(moments: Iterable[Moment], duration_s: float) -> list[float]:
     """Returns the times [s] of the moments of a plan with this duration. Raises `MmpError` if there are none."""
-    out = [_time(moment, duration_s) for moment in moments]
+    out = [_time(moment, duration_s) for moment in _listed(moments)]
     if not out:
         raise MmpError(f"a picture needs at least one moment: {', '.join(MOMENTS)} or a time in seconds")
     return out
+
+
+def _listed(moments: Iterable[Moment]) -> list[Moment]:
+    """Returns the moments as a list. Raises `MmpError` for a single moment."""
+    if isinstance(moments, str) or not isinstance(moments, Iterable):
+        raise refused("moments", moments, "a list of moments, such as ['end'] or [2.5]")
+    return list(moments)
 
 
 def _time(moment: Moment, duration_s: float) -> float:

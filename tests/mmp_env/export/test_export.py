@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support import tiny_plans
+from support.unchecked import unchecked
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.export import export_plan
 from mmp_env.files.plan_file import plan_from_dict
 from mmp_env.model.robot import load_robot
+from mmp_planners import PlanResult, Status
 
 
 @pytest.fixture
@@ -124,6 +126,36 @@ def test_no_plan_and_a_plan_without_one_of_its_arms_are_refused(plan, tmp_path):
     with pytest.raises(MmpError, match="does not say where arm 'right' of its cell is"):
         export_plan([plan, lacking], tmp_path / "plan.csv")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        (None, "there is no plan to export; the status of the planner's result says why"),
+        ("plan.json", "the plan to export is of type str; it must be a Plan; load a plan file with load_plan"),
+        (PlanResult(status=Status.TIMEOUT), "is of type PlanResult; .* give the .plan of the planner's result"),
+        ([None], "there is no plan to export"),
+        ({"schema": "mmp-plan/1"}, "the plan to export is of type dict; it must be a Plan"),
+    ],
+)
+def test_other_objects_than_plans_are_refused_in_one_sentence(tmp_path, given, message):
+    with unchecked(), pytest.raises(MmpError, match=message):
+        export_plan(given, tmp_path / "plan.csv")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_path_or_pattern_that_is_no_text_is_refused_in_one_sentence(plan, tmp_path):
+    with unchecked(), pytest.raises(MmpError, match="path is None; it must be the path of a file"):
+        export_plan(plan, None)
+    with unchecked(), pytest.raises(MmpError, match="joint_names is None; it must be text"):
+        export_plan(plan, tmp_path / "plan.csv", joint_names=None)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_exported_motion_prints_as_one_line(plan, tmp_path):
+    (motion,) = export_plan(plan, tmp_path / "plan.csv").values()
+    assert repr(motion) == f"<Motion of 12 joints: 3 samples, {plan.makespan_s:.2f} s>"
+    assert repr(motion.arms["left"]) == "<ArmMotion of 6 joints: 3 samples>"
 
 
 @pytest.mark.parametrize(

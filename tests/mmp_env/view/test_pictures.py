@@ -5,6 +5,7 @@ import pytest
 from PIL import Image
 from support import tiny_plans
 from support.picture_or_sentence import NONE_HERE, made, pixels_of_arm, without_libraries
+from support.unchecked import unchecked
 
 from mmp_env import ring_cell
 from mmp_env.errors import MmpError, UnknownNameError
@@ -131,6 +132,10 @@ def test_what_cannot_be_is_one_sentence(plan, tmp_path):
         picture(plan, 99)
     with pytest.raises(MmpError, match="at least one moment"):
         pictures(plan, ())
+    with pytest.raises(MmpError, match=r"moments is 'end'; it must be a list of moments, such as \['end'\]"):
+        check_picture(tmp_path / "plan.png", "end")
+    with unchecked(), pytest.raises(MmpError, match=r"moments is 2\.5; it must be a list"):
+        pictures(plan, 2.5)
     with pytest.raises(MmpError, match="width is 0"):
         picture(plan, width=0)
     with pytest.raises(MmpError, match=f"cannot be written|{NONE_HERE}"):

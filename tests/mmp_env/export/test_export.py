@@ -1,4 +1,4 @@
-"""Export as a whole: formats by suffix, a file for each arm, several plans in a row, whole files or none."""
+"""Export: formats by suffix, one file per arm, several plans in a row, and complete files or none."""
 
 import csv
 import zipfile
@@ -101,7 +101,7 @@ def test_plans_in_a_row_are_one_motion_with_one_row_where_they_meet(plan, tmp_pa
 
 
 def panda(arm):
-    """Returns a robot with a joint more under the same name."""
+    """Returns an arm of the same name with one more joint."""
     return replace(arm, robot=load_robot("panda"))
 
 
@@ -167,7 +167,7 @@ def test_the_exported_motion_prints_as_one_line(plan, tmp_path):
         ("{robot}_{arm}_{number}", "ur5e_right_2"),
     ],
 )
-def test_joints_are_called_what_the_pattern_says(plan, tmp_path, pattern, name):
+def test_joints_are_named_by_the_pattern(plan, tmp_path, pattern, name):
     export_plan(plan, tmp_path / "plan.csv", joint_names=pattern)
     assert table(tmp_path / "plan.csv")[0][8] == name
 
@@ -188,7 +188,7 @@ def test_joints_are_called_what_the_pattern_says(plan, tmp_path, pattern, name):
         ("nowhere/plan.csv", {}, "cannot be written: No such file or directory"),
     ],
 )
-def test_what_cannot_be_exported_is_one_sentence_and_leaves_nothing(plan, tmp_path, name, options, message):
+def test_impossible_exports_are_one_sentence_and_leave_no_file(plan, tmp_path, name, options, message):
     with pytest.raises(MmpError, match=message):
         export_plan(plan, tmp_path / name, **options)
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""The cell as MJCF: the file alone compiles to the model that the environment has, number by number."""
+"""A cell as MJCF: the file alone compiles to the model of the environment, number by number."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ from mmp_env.files.plan_file import plan_from_dict
 from mmp_env.sim.scene import compile_scene
 
 ADDED = ("key", "nkey", "site", "nsite", "name", "nname", "nbuffer", "signature", "paths", "npaths")
-"""What differs on purpose: keyframes, the look of tool points, and what depends on these."""
+"""Intended differences: keyframes, the look of tool points, and fields that depend on them."""
 
 
 def poses(cell):
@@ -26,7 +26,7 @@ def poses(cell):
 
 
 def differences(model, other):
-    """Yields names of the fields in which two models differ by more than the last bit."""
+    """Returns the names of the fields in which two models differ by more than the last bit."""
     parts = {"": (model, other)}
     parts |= {f"{name}.": (getattr(model, name), getattr(other, name)) for name in ("opt", "stat")}
     for name in ("global_", "headlight", "map", "quality"):
@@ -80,7 +80,7 @@ def test_from_the_start_the_arms_stand_still_and_driven_to_the_goal_they_get_the
 
 
 @pytest.mark.parametrize("name", ["ring-2", "ring-2-panda"])
-def test_each_arm_has_a_site_at_its_tool_that_one_can_see(name):
+def test_each_arm_has_a_visible_site_at_its_tool(name):
     cell = find_cell(name)
     model = mujoco.MjModel.from_xml_string(mjcf_text(cell, poses(cell)))
     data = mujoco.MjData(model)
@@ -95,7 +95,7 @@ def test_each_arm_has_a_site_at_its_tool_that_one_can_see(name):
         assert model.site(f"{arm.name}/flange").name
 
 
-def test_obstacles_of_every_shape_and_what_an_arm_holds_are_in_it():
+def test_obstacles_of_every_shape_and_held_objects_are_exported():
     shapes = [
         {"shape": "box", "size": [0.1, 0.2, 0.3], "yaw": 0.3},
         {"shape": "sphere", "radius": 0.1},
@@ -118,7 +118,7 @@ def test_obstacles_of_every_shape_and_what_an_arm_holds_are_in_it():
 
 
 def with_robot(text, monkeypatch):
-    """Returns a cell of one UR5e whose model is what `text` says."""
+    """Returns a cell of one UR5e with the MJCF `text` as its model."""
     cell = find_cell("ring-2")
     monkeypatch.setattr(mjcf, "compile_scene", lambda cell: mujoco.MjModel.from_xml_string(text))
     return replace(cell, arms=cell.arms[:1])

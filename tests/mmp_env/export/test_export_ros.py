@@ -1,4 +1,4 @@
-"""ROS 2 trajectories: read back without ROS, accepted by a controller's rules, and what a controller makes of them."""
+"""ROS 2 trajectories: read back without ROS, valid by a controller's rules, and interpolated like a controller."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ def plan():
 
 
 def swing(plan, period_s=4.0):
-    """Returns a retimed motion: every joint swings once, from rest to rest."""
+    """Returns a retimed motion in which every joint swings once, from rest to rest."""
     times = np.arange(round(period_s * RATE_HZ) + 1) / RATE_HZ
     w = 2 * np.pi / period_s
     forms = {
@@ -116,7 +116,7 @@ def test_the_message_has_the_fields_and_types_of_trajectory_msgs(plan, tmp_path)
 
 
 def test_a_controllers_rules_are_kept(plan, tmp_path):
-    """Strictly increasing times from 0, as many numbers as joints, at rest in the end."""
+    """Times increase strictly from 0, every point has one number per joint, and the arm ends at rest."""
     export_plan(swing(plan), tmp_path / "all.yaml")
     trajectory = load_joint_trajectory(tmp_path / "all.yaml")
     assert trajectory.times[0] == 0.0
@@ -139,14 +139,14 @@ def test_finite_differences_of_the_file_of_a_retimed_plan_keep_the_limits(plan, 
 
 
 def test_indented_under_trajectory_it_is_the_goal_of_an_action(plan, tmp_path):
-    """As docs/how-to/export.md does it with `sed` for `ros2 action send_goal --stdin`."""
+    """docs/how-to/export.md does this with `sed` for `ros2 action send_goal --stdin`."""
     export_plan(plan, tmp_path / "all.yaml")
     text = (tmp_path / "all.yaml").read_text(encoding="utf-8")
     goal = yaml.safe_load("trajectory:\n" + "".join(f"  {line}\n" for line in text.splitlines()))
     assert goal == {"trajectory": yaml.safe_load(text)}
 
 
-def test_positions_alone_are_followed_in_the_straight_lines_that_were_proved(plan, tmp_path):
+def test_a_controller_follows_positions_alone_in_the_proved_straight_lines(plan, tmp_path):
     export_plan(plan, tmp_path / "left.yaml")
     trajectory = load_joint_trajectory(tmp_path / "left.yaml")
     for t in np.linspace(0.0, plan.makespan_s, 101):
@@ -154,9 +154,7 @@ def test_positions_alone_are_followed_in_the_straight_lines_that_were_proved(pla
         np.testing.assert_allclose(controller(trajectory, t), np.concatenate([here["left"], here["right"]]), atol=1e-8)
 
 
-def test_between_the_samples_of_a_retimed_plan_a_controller_leaves_the_straight_line_by_a_dt_squared_over_8(
-    plan, tmp_path
-):
+def test_a_controller_leaves_the_lines_of_a_retimed_plan_by_a_dt_squared_over_8(plan, tmp_path):
     moved = swing(plan)
     export_plan(moved, tmp_path / "{arm}.yaml")
     trajectory = load_joint_trajectory(tmp_path / "left.yaml")

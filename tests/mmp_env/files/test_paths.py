@@ -1,4 +1,4 @@
-"""What the system refuses to say of a path is one sentence."""
+"""Paths that the system refuses: one sentence each."""
 
 import errno
 import os
@@ -16,7 +16,7 @@ IMPOSSIBLE = ["a" * 300, "a\0b", "no/such/folder"]
 
 @pytest.fixture
 def forbidden(tmp_path, monkeypatch):
-    """Returns a path of which the system tells nothing; the tests may run as root, whom no permission stops."""
+    """Returns a path that `os.stat` refuses. Permissions would not do: the tests may run as root."""
     path, ask = tmp_path / "locked" / "file.json", os.stat
 
     def stat(asked, *args, **options):
@@ -38,7 +38,7 @@ def nowhere(tmp_path, monkeypatch):
     here.rmdir()
 
 
-def test_files_folders_and_nothing_are_told_apart(tmp_path):
+def test_files_folders_and_missing_paths_are_distinguished(tmp_path):
     file = tmp_path / "file"
     file.write_text("content")
     link = tmp_path / "link"
@@ -58,7 +58,7 @@ def test_a_name_that_no_file_can_have_is_nothing_there(path):
     assert not exists(path)
 
 
-def test_what_the_system_does_not_tell_is_one_sentence(forbidden):
+def test_a_path_that_the_system_refuses_is_one_sentence(forbidden):
     with pytest.raises(MmpError, match=r"file\.json cannot be looked at: Permission denied$"):
         exists(forbidden)
 
@@ -94,7 +94,7 @@ def test_writers_refuse_a_deleted_working_directory(nowhere):
         load_plan("plan.json")
 
 
-def test_a_name_that_is_not_utf_8_is_as_good_as_any(tmp_path):
+def test_a_name_that_is_not_utf_8_is_allowed(tmp_path):
     path = tmp_path / os.fsdecode(b"caf\xe9.json")
     save_plan(plan_from_dict(bad_files.good_plan()), path)
     assert load_plan(path).makespan_s > 0

@@ -43,7 +43,7 @@ def test_a_huge_file_is_not_read_to_its_end(tmp_path, name, limit):
 
 
 @pytest.mark.parametrize(("name", "reason"), [("none.json", "No such file"), ("", "Is a directory")])
-def test_what_cannot_be_read_is_named_with_the_reason(tmp_path, name, reason):
+def test_an_unreadable_file_is_named_with_the_reason(tmp_path, name, reason):
     with pytest.raises(MmpError, match=f"cannot be read: {reason}"):
         read_document(tmp_path / name)
 
@@ -82,7 +82,7 @@ def test_whole_numbers_stay_whole_and_endless_ones_become_infinite(tmp_path):
 
 
 @pytest.mark.parametrize("parser", ["CSafeLoader", "SafeLoader"])
-def test_the_words_of_yaml_mean_what_they_mean_in_its_core_schema(tmp_path, monkeypatch, parser):
+def test_yaml_scalars_follow_the_core_schema(tmp_path, monkeypatch, parser):
     monkeypatch.setattr(yaml, "CSafeLoader", getattr(yaml, parser), raising=False)
     path = tmp_path / "a.yaml"
     path.write_text(
@@ -110,7 +110,7 @@ def test_yaml_without_anything_is_null(tmp_path):
 
 
 @pytest.mark.parametrize("parser", ["CSafeLoader", "SafeLoader"])
-def test_whatever_is_done_to_yaml_is_read_or_named(tmp_path, monkeypatch, parser):
+def test_every_corrupted_yaml_is_read_or_refused(tmp_path, monkeypatch, parser):
     monkeypatch.setattr(yaml, "CSafeLoader", getattr(yaml, parser), raising=False)
     good = yaml.safe_dump(bad_files.good_cell()).encode()
     rng = random.Random(7)
@@ -145,7 +145,7 @@ def test_a_file_of_countless_lists_is_refused_before_they_are_made(tmp_path, kin
         read_document(path)
 
 
-def test_a_place_puts_the_error_where_the_value_stands():
+def test_an_error_names_the_place_of_the_value():
     place = Location("a.json") / "arms" / 2 / "yaw"
     with pytest.raises(MmpError, match=r"^a.json: arms\[2\].yaw: too far$"), named(place):
         raise MmpError("too far")
@@ -198,9 +198,9 @@ def paths(data, prefix=()):
     ],
     ids=["cell", "instances", "plan"],
 )
-def test_whatever_stands_wherever_in_a_file_is_read_or_named(good, read):
+def test_every_value_at_every_place_of_a_file_is_read_or_refused(good, read):
     messages = []
-    # What stands inside the cell of the other two is tried with the cell.
+    # The cell inside the other two files is tested with the cell file.
     for path in (path for path in paths(good) if "cell" not in path[:-1]):
         for value in [*ODD, bad_files.GONE]:
             try:

@@ -38,7 +38,7 @@ def test_a_file_is_replaced_whole_and_nothing_is_left_beside_it(tmp_path):
     assert os.listdir(tmp_path) == ["a.json"]
 
 
-def test_a_file_that_fails_half_way_leaves_the_old_one(tmp_path, monkeypatch):
+def test_a_write_that_fails_keeps_the_old_file(tmp_path, monkeypatch):
     def full(source, target):
         raise OSError(28, "No space left on device")
 
@@ -112,7 +112,7 @@ def test_a_file_without_write_permission_is_not_replaced(write):
         path, user = Path(folder) / "a.json", os.geteuid()
         path.write_text("old")
         path.chmod(0o444)
-        if user == 0:  # whom no mode keeps from anything
+        if user == 0:  # no mode restricts root
             for owned in (folder, path):
                 os.chown(owned, _NOBODY, -1)
             os.seteuid(_NOBODY)

@@ -1,4 +1,4 @@
-"""Retimed plans: limits by differences of the samples alone, the path within its tolerance, proved and at rest."""
+"""Retimed plans: limits by differences of the samples, tolerance of the path, proof, and rest at both ends."""
 
 import dataclasses
 import re
@@ -49,14 +49,14 @@ def test_the_path_stays_within_the_tolerance(seed, corners, tolerance):
     smooth, report = retime_with_report(plan, tolerance=tolerance)
     lines = side_by_side(plan, plan.positions)
     far = cornered_plans.distance_to_lines(side_by_side(plan, smooth.positions), lines)
-    # A sample's polyline cuts what is left of a corner; the path itself keeps the tolerance.
+    # The polyline of the samples cuts corners slightly; the path itself keeps the tolerance.
     assert far.max() <= 2 * np.sqrt(12) * tolerance + 1e-9
     assert report.deviation_rad <= tolerance + 1e-12
     assert report.tolerance_rad == tolerance
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5])
-def test_many_blends_that_are_slight_alone_do_not_stray_farther_together(tolerance):
+def test_many_small_blends_together_keep_the_tolerance(tolerance):
     report = retime_with_report(cornered_plan(1, 300, turn=1e-4), tolerance=tolerance)[1]
     assert (report.corners, report.stops) == (300, 0)
     assert 0.5 * tolerance < report.deviation_rad <= tolerance
@@ -64,7 +64,7 @@ def test_many_blends_that_are_slight_alone_do_not_stray_farther_together(toleran
 
 @settings(max_examples=15)
 @given(seed=seeds, corners=counts)
-def test_it_starts_and_ends_at_rest_where_the_plan_does(seed, corners):
+def test_a_retimed_plan_starts_and_ends_at_rest_with_the_plan(seed, corners):
     plan = cornered_plan(seed, corners)
     smooth = retime(plan)
     for name, q in smooth.positions.items():
@@ -81,13 +81,13 @@ def test_stated_rates_are_those_of_the_motion():
     np.testing.assert_allclose(np.diff(q, n=2, axis=0) / step**2, a[1:-1], atol=0.5 * 4000 * step)
 
 
-def test_it_lasts_little_longer_than_velocities_alone_allow():
+def test_a_retimed_plan_lasts_little_longer_than_velocity_limits_require():
     ratios = [retime_with_report(cornered_plan(seed, 3))[1].ratio for seed in range(5)]
     assert max(ratios) < 1.15
 
 
 def at_most(plan, speed):
-    """Returns the plan with another velocity limit, for robots that know none."""
+    """Returns the plan with another velocity limit, for robots without one."""
     limits = {name: np.full(len(v), speed) for name, v in plan.problem.max_velocity.items()}
     return dataclasses.replace(plan, problem=dataclasses.replace(plan.problem, max_velocity=limits))
 
@@ -109,7 +109,7 @@ def test_a_higher_acceleration_limit_makes_no_motion_longer(seed, corners, jerk)
 
 
 @pytest.mark.parametrize("speed", [3.0, 50.0, 1000.0])
-def test_a_straight_line_takes_little_longer_than_accelerations_alone_allow(speed):
+def test_a_straight_line_takes_little_longer_than_acceleration_limits_require(speed):
     plan = at_most(cornered_plan(4, 0), speed)
     distance = max(np.abs(q[1] - q[0]).max() for q in plan.positions.values())
     assert retime(plan, share=1.0).makespan_s < 1.1 * 2 * np.sqrt(distance / 8.0)
@@ -121,7 +121,7 @@ def test_many_short_lines_take_much_less_than_with_a_stop_at_each_corner():
     assert retime(plan).makespan_s < 0.62 * stopping
 
 
-def test_the_report_tells_makespans_in_order_and_the_plan_keeps_it():
+def test_the_report_has_ascending_makespans_and_the_plan_keeps_it():
     plan = cornered_plan(1, 5)
     slow = dataclasses.replace(plan, times=1.5 * plan.times, stats={"restarts": 2})
     smooth, report = retime_with_report(slow)
@@ -134,7 +134,7 @@ def test_the_report_tells_makespans_in_order_and_the_plan_keeps_it():
     assert smooth.stats["restarts"] == 2
 
 
-def test_waits_and_corners_that_are_none_make_no_difference():
+def test_waits_and_straight_corners_make_no_difference():
     plan = cornered_plan(2, 3)
     shares = np.sort(np.concatenate([np.linspace(0, 1, 40), plan.times / plan.makespan_s]))
     times = np.concatenate([shares * plan.makespan_s, plan.makespan_s + np.arange(1, 4)])
@@ -231,7 +231,7 @@ def test_a_planner_that_found_no_plan_has_none_to_retime():
         retime(None)
 
 
-def test_what_is_no_plan_is_refused_by_its_type():
+def test_a_value_that_is_no_plan_is_refused_with_its_type():
     with pytest.raises(MmpError, match="the plan to retime is of type str; it must be a Plan"):
         given_plan("plan.json", "retime")
 
@@ -242,7 +242,7 @@ def test_a_plan_without_some_arm_is_refused():
         retime(dataclasses.replace(plan, positions={"left": plan.positions["left"]}))
 
 
-def test_a_motion_by_nothing_to_speak_of_is_no_motion():
+def test_a_negligible_motion_is_no_motion():
     plan = cornered_plan(0, 0)
     still = {name: np.repeat(q[:1], 4, axis=0) for name, q in plan.positions.items()}
     some = next(iter(still))

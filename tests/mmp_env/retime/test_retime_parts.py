@@ -1,4 +1,4 @@
-"""The parts of retiming: courses, blends, zones and their clock, each against what it says of itself."""
+"""The parts of retiming: courses, blends, zones and their clock, each against its own specification."""
 
 import dataclasses
 import functools
@@ -50,14 +50,14 @@ def test_derivatives_of_a_blended_path_are_its_differences(seed):
 
 
 @given(seed=seeds)
-def test_a_path_is_its_course_and_what_its_blends_add(seed):
+def test_a_path_is_the_sum_of_its_course_and_its_blends(seed):
     path, _ = random_path(seed, stops=0.2)
     phase = np.linspace(0.0, path.course.end, 301)
     np.testing.assert_allclose(path.at(phase), path.course.at(phase) + path.off_course(phase)[0], atol=1e-12)
 
 
 @given(seed=seeds)
-def test_a_blend_misses_its_corner_by_what_it_says_and_changes_nothing_beyond_its_reach(seed):
+def test_a_blend_misses_its_corner_by_its_deviation_and_changes_nothing_beyond_its_reach(seed):
     path, _ = random_path(seed)
     alone = path.narrower(np.eye(5)[2])
     corner, reach = path.corners[2], path.reach[2]
@@ -76,7 +76,7 @@ def test_a_course_turns_only_at_corners_and_is_as_fast_as_velocities_allow():
     assert course.end == pytest.approx(plan.makespan_s)
 
 
-def test_many_slight_bends_are_not_taken_for_a_straight_line():
+def test_many_slight_bends_do_not_count_as_a_straight_line():
     plan = cornered_plan(5, 0)
     shares = np.linspace(0, 1, 400)[:, None]
     bump = 1e-6 * np.sin(np.pi * shares) * np.eye(6)[5]
@@ -104,7 +104,7 @@ def test_no_zone_allows_a_joint_more_than_its_limits(seed):
 
 @settings(max_examples=40)
 @given(seed=seeds, count=st.integers(1, 12))
-def test_the_clock_keeps_to_what_zones_allow_and_arrives_at_rest(seed, count):
+def test_the_clock_keeps_the_limits_of_zones_and_arrives_at_rest(seed, count):
     rng = np.random.default_rng(seed)
     stop = np.append(np.insert(rng.uniform(size=count - 1) < 0.2, 0, True), True)
     zones = Zones(
@@ -171,7 +171,7 @@ def with_ball(where, radius):
 
 @functools.cache
 def hooking(clear_m):
-    """One arm turns and then lifts; a ball stands where it would cut the corner, `clear_m` [m] away from the plan."""
+    """Returns a plan of an arm that turns and then lifts, with a ball inside the corner, `clear_m` [m] away."""
     corner = two_arms.reaching(0.0)
     rows = corner + np.array([[0.6, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0], [0, -0.4, 0, 0, 0, 0]])
     course = np.concatenate([a + np.linspace(0, 1, 200)[:, None] * (b - a) for a, b in itertools.pairwise(rows)])
@@ -193,7 +193,7 @@ def wide_blends(plan):
     return first_blends(course_of(plan, limits.velocity), limits, 1.0)
 
 
-def test_a_blend_gives_way_to_what_stands_in_it():
+def test_a_blend_is_narrowed_by_an_obstacle_inside_it():
     plan = hooking(0.0011)
     wide = wide_blends(plan)
     look = np.linspace(0, wide.course.end, 500)
@@ -203,7 +203,7 @@ def test_a_blend_gives_way_to_what_stands_in_it():
     assert check_plan(narrow).valid
 
 
-def test_what_a_quick_look_misses_the_proof_of_the_result_finds(monkeypatch):
+def test_the_proof_of_the_result_finds_contacts_that_the_samples_miss(monkeypatch):
     monkeypatch.setattr(proof, "smooth", lambda problem, path, tolerance: path)
     plan = hooking(0.0011)
     narrow, report = retime_with_report(plan, tolerance=1.0, max_acceleration=3.0)

@@ -13,12 +13,12 @@ SIGHTS = {
     "deuteranopia": [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
     "tritanopia": [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
 }
-"""Matrices of linear red, green, blue: G. Machado, M. Oliveira, L. Fernandes 2009, severity 1."""
+"""Colour vision -> matrix of linear red, green, blue: G. Machado, M. Oliveira, L. Fernandes 2009, severity 1."""
 XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 
 
 def lab(color, sight):
-    """CIE L*a*b* of an sRGB colour as that sight has it."""
+    """Returns CIE L*a*b* of an sRGB colour as a person with that sight perceives it."""
     srgb = np.array(color)
     linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
     xyz = XYZ @ np.clip(np.array(sight) @ linear, 0, 1) / XYZ.sum(axis=1)

@@ -25,7 +25,7 @@ def environment(cell):
 
 
 @pytest.mark.parametrize("robot", robot_names())
-def test_arms_follow_a_plan_closely_touch_nothing_and_stand_where_it_ends(robot):
+def test_arms_follow_a_plan_closely_touch_nothing_and_stop_at_its_end(robot):
     env = gymnasium.make("MultiArmCell-4", robot=robot).unwrapped
     start, goal = everyone(env.cell, "tucked"), elsewhere(env.cell)
     env.reset(options={"start": start, "goal": goal})
@@ -91,7 +91,7 @@ def with_ball(cell, position, radius):
 
 
 def gaps_to_ball(env, rows):
-    """Distance [m] of `arm0` from the ball at each row of joints of all arms."""
+    """Returns the distance [m] of `arm0` from the ball at each row of joints of all arms."""
     model, data = env.model, env.data
     ball = model.geom("obstacle/ball").id
     geoms = [g for g in range(model.ngeom) if model.body(model.geom_bodyid[g]).name.startswith("arm0/wrist")]
@@ -193,7 +193,7 @@ def test_velocities_of_a_retimed_plan_are_followed_closer_than_its_corners_alone
     assert errors[0] < 0.5 * errors[1]
 
 
-def test_a_plan_that_is_not_retimed_is_executed_with_one_warning_that_says_what_helps():
+def test_a_plan_that_is_not_retimed_is_executed_with_one_warning_that_names_retime():
     env = environment(ring_cell(2))
     plan = straight(env.cell, everyone(env.cell, "tucked"), elsewhere(env.cell))
     with warnings.catch_warnings(record=True) as caught:
@@ -216,7 +216,7 @@ def test_a_retimed_plan_and_one_that_stands_still_cause_no_warning():
 
 
 def other_cells():
-    """Cells that are almost `ring-2`, and what a message says of each."""
+    """Returns cells that are almost `ring-2`, each with the difference that the message names."""
     cell = ring_cell(2)
     box = cell.obstacles[0]
     turned = place_arm("arm0", "ur5e", cell.arms[0].position, [1.0, 0.0, 0.0, 0.0])
@@ -238,7 +238,7 @@ def test_a_plan_for_another_cell_is_refused_with_what_differs(cell, difference):
         env.execute(straight(cell, tucked, tucked))
 
 
-def test_a_tool_left_off_makes_another_cell():
+def test_a_cell_without_the_tool_is_another_cell():
     env = environment(ring_cell(2, "panda"))
     bare = dataclasses.replace(env.cell.arms[0], tool=None)
     cell = dataclasses.replace(env.cell, arms=(bare, env.cell.arms[1]))
@@ -265,6 +265,6 @@ def test_a_malformed_plan_is_refused(change, fault):
     tucked = everyone(env.cell, "tucked")
     plan = straight(env.cell, tucked, tucked)
     for field, value in change.items():
-        object.__setattr__(plan, field, value)  # past the checks of a frozen dataclass in test runs
+        object.__setattr__(plan, field, value)  # bypasses the checks of a frozen dataclass
     with pytest.raises(MmpError, match=f"malformed: .*{fault}"):
         env.execute(plan)

@@ -24,7 +24,7 @@ def test_the_report_has_the_largest_torque_of_each_arm_with_its_rating():
         assert load.rated_nm == env.cell.arm(name).robot.effort[load.joint - 1]
         assert load.share == load.torque_nm / load.rated_nm > 0
     standing = env.execute(straight(env.cell, goal, goal))
-    # Gravity is part of it: a UR5e that stands holds its shoulder up, and a start at full speed asks for much more.
+    # Torques include gravity: a UR5e at rest holds its shoulder up, and a start at full speed needs much more torque.
     assert 5 < standing.loads["arm0"].torque_nm < 150
     assert report.loads["arm0"].share > 3 > 1 > standing.loads["arm0"].share
 
@@ -47,7 +47,7 @@ def test_bodies_that_keep_the_proved_clearance_are_not_reported():
 
 
 def test_bodies_closer_than_proved_are_reported_with_the_difference():
-    """The arm is pushed towards a wall beside it while it stands."""
+    """A force pushes the resting arm towards a wall beside it."""
     gap = 0.004
     arm = place_arm("arm", "ur5e", [0, 0, 0], [1, 0, 0, 0])
     start = {"arm": LEVEL}

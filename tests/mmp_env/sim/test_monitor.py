@@ -32,7 +32,7 @@ def reference_of(plan):
 
 @functools.cache
 def blocked(monitor, *spans_s, plan=None):
-    """An execution in which the second joint of the left arm is held as if in thick tar in these spans of time."""
+    """Returns an execution in which strong friction holds the second joint of the left arm in these spans of time."""
     plan = plan or smooth_plan()
     simulation = Simulation(plan.problem.cell)
     simulation.place(simulation.joined(plan.problem.start))
@@ -68,7 +68,7 @@ def test_the_other_arm_stays_on_its_path_and_stands_while_all_wait():
 
 
 def assert_within_limits(plan, phases, step_s=STEP_S):
-    """Derivatives by differences of the references; third differences have 1e-3 rad/s^3 of rounding."""
+    """Checks derivatives by differences of the references. Third differences have 1e-3 rad/s^3 of rounding."""
     rate, _ = reference_of(plan).at(np.asarray(phases))
     rate = np.pad(rate, ((3, 3), (0, 0)), mode="edge")
     for limits, noise in ((plan.problem.max_velocity, 0.0), (plan.max_acceleration, 1e-8), (plan.max_jerk, 1e-3)):
@@ -135,7 +135,7 @@ def test_an_arm_that_lags_at_every_restart_ends_the_execution():
 
 
 def turned(plan, turns, step_s=STEP_S):
-    """Phases at each step of a clock whose target changes after each of these times [s], and is 1 in the end."""
+    """Returns the phases at each step of a clock whose target changes after each of these times [s], to 1 at last."""
     clock = PhaseClock(reference_of(plan))
     phases = [clock.phase]
     for k, lasting in enumerate([*turns, np.inf]):

@@ -67,7 +67,7 @@ def test_a_window_of_any_shape_has_the_whole_cell_in_its_middle(count, width, he
 
 
 def camera_axes(camera):
-    """Eye, direction and upward direction of MuJoCo's free camera, from its angles."""
+    """Returns eye, direction and upward direction of MuJoCo's free camera, from its angles."""
     azimuth, elevation = np.radians([camera.azimuth, camera.elevation])
     level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     forward = np.cos(elevation) * level + [0, 0, np.sin(elevation)]
@@ -116,7 +116,7 @@ def test_a_display_that_does_not_answer_is_refused_before_the_viewer_would_end_t
 
 
 def test_a_window_is_gone_when_closing_returns(monkeypatch):
-    # One that was still drawing when the program ended took it down with a segmentation fault.
+    # A window that still draws when the program ends causes a segmentation fault.
     monkeypatch.setattr(rendering, "check_render_mode", lambda mode: None)
     monkeypatch.setattr(rendering, "display_answers", lambda: True)
     closing, gone = threading.Event(), threading.Event()

@@ -8,7 +8,7 @@ from mmp_env.model.arm import place_arm
 from mmp_env.model.robot import load_robot, robot_names
 
 SPEED = 0.8
-"""The largest velocity of the plans [rad/s]."""
+"""Largest velocity of the plans [rad/s]."""
 STEP_S = 0.002
 
 every_robot = pytest.mark.parametrize("name", robot_names())
@@ -33,7 +33,7 @@ class Servos:
         self.errors, self.torques = [], []
 
     def follow(self, q, velocity):
-        """One physics step; `q` is where the reference is after it."""
+        """Takes one physics step. `q` is the reference after the step."""
         self.data.ctrl[:] = q - velocity * STEP_S + self.lead * velocity
         mujoco.mj_step(self.model, self.data)
         self.errors.append(np.abs(self.data.qpos - q).max())
@@ -41,7 +41,7 @@ class Servos:
 
 
 def ramp_toward_the_middle(robot, start):
-    """Velocities of +-0.8 rad/s on all joints at once, away from the nearer limit."""
+    """Returns velocities of +-0.8 rad/s of all joints, away from the nearer limit."""
     return np.where(np.asarray(start) < (robot.lower + robot.upper) / 2, SPEED, -SPEED)
 
 

@@ -23,7 +23,7 @@ UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 
 
 def mixed_cell(**options):
-    """Returns a UR5e and a Panda with its hand, far apart, one of them turned and raised."""
+    """Returns a cell of a UR5e and a Panda with its hand, far apart, one of them turned and raised."""
     tilted = np.array([0.9, 0.1, -0.2, 0.3])
     arms = (place_arm("left", "ur5e", [-0.8, 0.1, 0.2], tilted), place_arm("right", "panda", [0.9, 0, 0], UPRIGHT))
     return Cell(name="mixed", arms=arms, **options)

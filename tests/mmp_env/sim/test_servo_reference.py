@@ -41,7 +41,7 @@ def test_a_spline_keeps_the_limits_of_its_samples_between_them(seed, rate):
 
 
 @given(seed=st.integers(0, 2**32))
-def test_a_spline_has_the_ends_of_its_plan_and_stays_inside_of_its_samples(seed):
+def test_a_spline_has_the_ends_of_its_plan_and_stays_between_its_samples(seed):
     plan = random_motion(seed)
     reference, q = Reference(plan, standing(plan)), side_by_side(plan, plan.positions)
     assert (reference.start_s, reference.end_s) == pytest.approx((-0.1, 1.1))

@@ -12,12 +12,12 @@ from mmp_env.model.robot import load_robot
 from mmp_env.sim.simulation import Simulation
 
 STEEP, LEVEL = (np.tile([np.pi, lift, 0.0, 0.0, 0.0, 0.0], 2) for lift in (-1.3, -0.3))
-"""Both arms of a ring stretched out towards its centre."""
+"""Configuration of two arms of a ring stretched out towards its centre."""
 STEPS = 50
 
 
 def driven(one_by_one):
-    """Two arms driven into each other and apart again, in ten ramps; their steps at once or `one_by_one`."""
+    """Drives two arms into each other and apart again in ten ramps, each in one call or step `one_by_one`."""
     simulation = Simulation(ring_cell(2))
     simulation.place(STEEP)
     marks = STEEP + np.concatenate([np.linspace(0, 1, 8), [0.6, 0.2, 0.0]])[:, None] * (LEVEL - STEEP)
@@ -64,7 +64,7 @@ def test_bodies_that_touch_from_the_start_are_a_contact_at_time_zero():
 
 
 def test_a_simulation_that_diverges_says_so(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)  # MuJoCo leaves a log where it runs
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes a log into the working directory
     simulation = Simulation(ring_cell(2))
     simulation.place(STEEP)
     simulation.data.qvel[:] = np.nan

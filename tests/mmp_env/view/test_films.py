@@ -1,4 +1,4 @@
-"""Films of plans: frames and duration, as executed and as planned, files, errors, and what an interruption leaves."""
+"""Films of plans and of executions: frames, duration, files, errors and interruptions."""
 
 import dataclasses
 import gc
@@ -39,7 +39,7 @@ def report(plan):
     return env.execute(plan)
 
 
-def test_frames_stand_at_equal_steps_and_the_last_one_not_before_the_end():
+def test_frames_have_equal_steps_and_the_last_is_not_before_the_end():
     assert frame_times(1.0, 4).tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
     assert frame_times(1.1, 4)[-1] == 1.25
     assert frame_times(0.0, 25).tolist() == [0.0]
@@ -65,7 +65,7 @@ def test_an_mp4_plays_everywhere_in_real_time(plan, report, tmp_path):
 
 
 def read_back(path):
-    """Returns what ffmpeg says of a film, and its frames."""
+    """Returns ffmpeg's report about a film, and its frames."""
     words = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(path), "-f", "rawvideo", "-pix_fmt", "rgb24", "pipe:"]
     done = subprocess.run(words, capture_output=True, check=True)
     return done.stderr.decode(), np.frombuffer(done.stdout, np.uint8).reshape(-1, 64, 96, 3)
@@ -96,7 +96,7 @@ def test_a_film_for_pages_plays_for_ever_and_in_real_time(plan, tmp_path, suffix
 @pytest.mark.parametrize(("kind", "most"), [(GifEncoder, 12), (WebpEncoder, 25)])
 @pytest.mark.parametrize("held", [1, 4, 100])
 def test_a_long_film_is_written_while_it_is_made(kind, most, held, tmp_path, monkeypatch):
-    """A square that goes across; of all frames those of one block at most are still in memory."""
+    """The film shows a moving square. At most the frames of one block are in memory."""
     size = (24, 40, 3)
     monkeypatch.setattr(animation, "_BLOCK_BYTES", held * np.prod(size))
     alive, shown = [], []
@@ -135,7 +135,7 @@ def test_a_film_in_which_nothing_moves_lasts_as_long_as_it_should(kind, tmp_path
 
 @pytest.mark.parametrize("name", ["film.mp4", "film.gif"])
 def test_a_broken_number_of_pixels_is_one_sentence(name, tmp_path):
-    """In a process of its own: here types are checked before."""
+    """The call runs in another process, without the type checks of the tests."""
     code = (
         "from support import tiny_plans; from mmp_env import MmpError, save_film\n"
         "from mmp_env.files.plan_file import plan_from_dict\n"
@@ -177,13 +177,13 @@ def test_an_interruption_leaves_neither_file_nor_process(plan, tmp_path, suffix,
     if made(lambda: check_film(tmp_path / f"film{suffix}") or True):
         save()
         assert all(process.poll() is not None for process in started)
-        assert bool(started) == (suffix == ".mp4")  # finding ffmpeg starts a process as well
+        assert bool(started) == (suffix == ".mp4")  # the search for ffmpeg starts a process too
     assert [(path.name, path.read_text()) for path in tmp_path.iterdir()] == [
         (f"film{suffix}", "what was there before")
     ]
 
 
-def test_a_frame_generator_that_is_not_used_up_lets_go_of_its_context(plan):
+def test_an_abandoned_frame_generator_frees_its_context(plan):
     def first():
         shown = frames(plan, fps=2, **TINY)
         image = next(shown)
@@ -216,7 +216,7 @@ def test_without_ffmpeg_the_extra_is_named_before_anything_is_made(plan, tmp_pat
     assert ffmpeg.find_ffmpeg() == "/usr/bin/the-system-s"
 
 
-def test_what_ffmpeg_complains_of_is_passed_on_and_nothing_is_left(plan, tmp_path, monkeypatch):
+def test_errors_of_ffmpeg_are_passed_on_and_nothing_is_left(plan, tmp_path, monkeypatch):
     program = tmp_path / "ffmpeg"
     program.write_text("#!/bin/sh\necho 'no such encoder' >&2\nexit 1\n")
     program.chmod(0o755)
@@ -237,7 +237,7 @@ def test_what_ffmpeg_complains_of_is_passed_on_and_nothing_is_left(plan, tmp_pat
         ({"height": 5000}, "height is 5000"),
     ],
 )
-def test_numbers_that_cannot_be_are_one_sentence(plan, tmp_path, options, message):
+def test_impossible_numbers_are_one_sentence(plan, tmp_path, options, message):
     with pytest.raises(MmpError, match=f"{message}|{NONE_HERE}"):
         save_film(plan, tmp_path / "a.mp4", **TINY | options)
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""What a notebook shows of a plan."""
+"""The view of a plan in a notebook."""
 
 import inspect
 import io

@@ -1,4 +1,4 @@
-"""Pictures of plans: what is in them, the tool paths, files, and what is said where none can be made."""
+"""Pictures of plans: their content, tool paths, files, and the message if no picture can be made."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ def test_moments_stand_side_by_side_and_differ(plan):
     first, second, third = (image[:, k : k + 160].astype(int) for k in (0, 164, 328))
     assert (first != second).any(axis=2).mean() > 0.01
     assert (second != third).any(axis=2).mean() > 0.01
-    assert (pictures(plan, [0.0], **SMALL) != image[:, :160]).any()  # it has no name
+    assert (pictures(plan, [0.0], **SMALL) != image[:, :160]).any()  # a time has no name
     assert pictures(plan, [0.0], **SMALL).shape == (120, 160, 3)
 
 
@@ -66,7 +66,7 @@ def test_a_picture_shows_goals_and_tool_paths_on_request(plan):
     bare, *others = (image.astype(int) for image in images)
     assert all((other != bare).any(axis=2).sum() > 50 for other in others)
     end = [picture(plan, plan.makespan_s, **SMALL, goals=goals, tool_paths=False) for goals in (False, True)]
-    assert (end[0] == end[1]).all()  # the arms stand where the ghosts would
+    assert (end[0] == end[1]).all()  # the arms hide the ghosts
 
 
 def test_tool_paths_follow_the_tools_and_are_fainter_after_the_moment(plan):
@@ -84,7 +84,7 @@ def test_tool_paths_follow_the_tools_and_are_fainter_after_the_moment(plan):
 
 
 def distance(point, polyline):
-    """Of a point to a line through several."""
+    """Returns the distance of a point from a polyline."""
     begin, along = polyline[:-1], np.diff(polyline, axis=0)
     share = np.clip(((point - begin) * along).sum(axis=1) / (along**2).sum(axis=1), 0, 1)
     return np.linalg.norm(begin + share[:, None] * along - point, axis=1).min()
@@ -125,7 +125,7 @@ def test_an_unknown_suffix_is_refused_with_those_that_exist(plan, tmp_path, name
         assert message in str(caught.value)
 
 
-def test_what_cannot_be_is_one_sentence(plan, tmp_path):
+def test_impossible_arguments_are_one_sentence(plan, tmp_path):
     with pytest.raises(UnknownNameError, match="Did you mean 'middle'"):
         picture(plan, "midle")
     with pytest.raises(MmpError, match="moment is 99 s; the plan goes from 0 to"):

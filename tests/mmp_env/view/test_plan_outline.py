@@ -1,4 +1,4 @@
-"""What films and pictures of a plan show: all of its arms, large, and things in colours of their own."""
+"""Films and pictures of a plan show all of its arms, large, and objects in a colour of their own."""
 
 import dataclasses
 
@@ -18,14 +18,14 @@ from mmp_tasks.grasping import solid_box
 
 
 def sides(cell, points):
-    """Left, right, bottom and top of a picture of 640 x 480 that shows the points."""
+    """Returns left, right, bottom and top of a picture of 640 x 480 that shows the points."""
     camera = compile_scene(cell).camera(CAMERA)
     data = Simulation(cell).data.camera(CAMERA)
     return frame(points, np.array(camera.pos), data.xmat.reshape(3, 3), 4 / 3), data
 
 
-def seen(cell, points, plan):
-    """Where the points are in the picture of a plan, 0 to 1 from left and from below."""
+def in_picture(cell, points, plan):
+    """Returns the points in the picture of a plan, 0 to 1 from left and from below."""
     (left, right, bottom, top), data = sides(cell, plan_outline(plan))
     x, y, back = ((points - data.xpos) @ data.xmat.reshape(3, 3)).T
     return (x / -back - left) / (right - left), (y / -back - bottom) / (top - bottom)
@@ -39,7 +39,7 @@ def test_the_arms_are_in_the_picture_from_start_to_goal_and_fill_it(name):
         cell.collision.spheres(arm, plan.sampled(np.linspace(0, plan.makespan_s, 25))[arm])[0].reshape(-1, 3)
         for arm in cell.arm_names
     ]
-    across, up = seen(cell, np.concatenate(spheres), plan)
+    across, up = in_picture(cell, np.concatenate(spheres), plan)
     assert min(across.min(), up.min()) >= 0
     assert max(across.max(), up.max()) <= 1
     assert max(np.ptp(across), np.ptp(up)) > 0.85
@@ -52,7 +52,7 @@ def test_arms_that_a_plan_does_not_move_are_in_its_picture():
     cell = find_cell("ring-4")
     plan = straight(cell, everyone(cell, "tucked"), elsewhere(cell), moved=["arm0"])
     still = [cell.collision.spheres(arm, plan.problem.start[arm][None])[0][0] for arm in cell.arm_names]
-    for share in seen(cell, np.concatenate(still), plan):
+    for share in in_picture(cell, np.concatenate(still), plan):
         assert (share >= 0).all()
         assert (share <= 1).all()
 
@@ -67,7 +67,7 @@ def test_things_near_the_arms_are_in_the_picture_and_far_ones_are_not():
     assert len(around(0.0)) == len(around(9.0)) + 8
 
 
-def test_objects_have_one_colour_on_the_table_and_in_the_tool_that_no_arm_and_no_table_has():
+def test_objects_have_a_colour_that_no_arm_and_no_table_has():
     cell = find_cell("mixed-4")
     problems = [draw_problem(cell, task, seed=0) for task in ("pick", "place", "packing")]
     colors = {"arms": [arm_color(k) for k in range(8)], "held": [], "standing": [], "table": [], "others": []}

@@ -1,4 +1,4 @@
-"""Which spheres of a recording are red: those too near to another arm, an obstacle, a base or their own arm."""
+"""Red spheres of a recording are those too near to another arm, an obstacle, a base or their own arm."""
 
 from dataclasses import replace
 
@@ -31,7 +31,7 @@ def solids():
 
 
 def cluttered(**more):
-    """Two Pandas, whose bases can be reached, among obstacles of every kind."""
+    """Returns a cell of two Pandas that reach each other's bases, among obstacles of every kind."""
     arms = (
         place_arm("left", "panda", [-0.2, 0, 0], UPRIGHT, **more),
         place_arm("right", "panda", [0.2, 0, 0], UPRIGHT, **more),
@@ -53,7 +53,7 @@ def cloud(cell, arm, q):
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.01])
-def test_red_are_the_spheres_that_one_by_one_are_too_near_to_something(margin):
+def test_spheres_are_red_if_a_pairwise_test_finds_them_too_near(margin):
     cell = cluttered(tool="franka-hand")
     q = random_rows(cell, COUNT, 1)
     found = touching_spheres(cell, q, Margins(arms=margin, obstacles=margin, self=margin))
@@ -93,7 +93,7 @@ def test_an_arm_alone_has_red_spheres_exactly_where_the_core_finds_it_in_contact
     assert 0 < red.sum() < 300
 
 
-def test_what_an_arm_holds_is_not_in_contact_with_what_holds_it():
+def test_a_held_object_is_not_in_contact_with_the_tool_that_holds_it():
     held = Obstacle(
         name="block", shape="box", position=np.array([0.0, 0.0, 0.1]), quaternion=UPRIGHT, size=np.full(3, 0.06)
     )

@@ -1,4 +1,4 @@
-"""The strips that say when an arm moves, waits and has arrived."""
+"""Strips of the states of an arm: moving, waiting, arrived."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ LOOK = two_arms.reaching(0.8)
 
 
 def plan_of(moves, times=None):
-    """The left arm's first joint moves by `moves` [rad] from one second to the next."""
+    """Returns a plan in which the left arm's first joint moves by `moves` [rad] from one second to the next."""
     path = LOOK + np.outer([0, *np.cumsum(moves)], np.eye(6)[0])
     times = np.arange(len(path), dtype=float) if times is None else np.array(times)
     return Plan(problem=PROBLEM, times=times, positions={"left": path, "right": np.tile(LOOK, (len(path), 1))})
@@ -31,11 +31,11 @@ def plan_of(moves, times=None):
         ([], [(0.0, ARRIVED)]),
     ],
 )
-def test_states_begin_where_the_arm_does_something_else(moves, expected):
+def test_states_begin_at_changes_of_motion(moves, expected):
     assert state_changes(plan_of(moves), "left") == expected
 
 
-def test_the_strips_of_a_recording_are_those_states(tmp_path):
+def test_the_strips_of_a_recording_show_the_states(tmp_path):
     plan = plan_of([0.1, 0.0, 0.1])
     with RerunWatcher(PROBLEM, tmp_path / "plan.rrd") as watcher:
         watcher.show_plan(plan)

@@ -1,4 +1,4 @@
-"""Episodes of an environment in a recording, against what the environment said."""
+"""Episodes of an environment in a recording, against the values of the environment."""
 
 from pathlib import Path
 
@@ -69,14 +69,14 @@ def test_the_return_restarts_with_each_episode(episodes):
     assert found[STEPS][0] == pytest.approx(sum(row[2] for row in steps[: STEPS + 1]))
 
 
-def test_it_opens_with_a_layout_of_its_own(episodes):
+def test_a_recording_of_episodes_has_its_own_layout(episodes):
     rows, _, _, path = episodes
     assert blueprints(path) == 1
     assert rows.timelines == {"step"}
     assert "/cell/arm0/forearm" in rows.entities
 
 
-def test_contacts_are_told_in_words_and_spheres_in_contact_are_red(tmp_path):
+def test_contacts_are_listed_as_text_and_spheres_in_contact_are_red(tmp_path):
     q = two_arms.reaching(0.0)
     env = RerunRecorder(gymnasium.make("MultiArmCell", cell=two_arms.facing_cell(1.0)), tmp_path / "touch.rrd")
     start = {arm: two_arms.reaching(0.8) for arm in ("left", "right")}

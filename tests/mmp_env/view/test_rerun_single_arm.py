@@ -1,4 +1,4 @@
-"""The tree of the single-arm search in a recording, against the core and what a tree in space and time must be."""
+"""The tree of the single-arm search in a recording, against the core and the rules of a space-time tree."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,9 @@ def test_the_tree_begins_at_the_start_and_nothing_arrives_before_its_parent(sear
     later = np.arange(1, len(grown.q))
     assert (grown.parents[later] >= 0).all()
     assert MODEL.is_free("left", grown.q).all()
-    assert (grown.arrivals[later] >= grown.arrivals[grown.parents[later]]).mean() > 0.9  # those below are told late
+    assert (
+        grown.arrivals[later] >= grown.arrivals[grown.parents[later]]
+    ).mean() > 0.9  # descendants learn of earlier arrivals late
 
 
 def test_edges_take_no_less_than_the_time_at_full_speed(search):
@@ -75,13 +77,13 @@ def test_the_same_seed_gives_the_same_tree(search, tmp_path):
     np.testing.assert_array_equal(again.parents, search[0].parents)
 
 
-def test_an_arm_that_is_not_there_is_refused(tmp_path):
+def test_an_unknown_arm_is_refused(tmp_path):
     with pytest.raises(UnknownNameError, match="left"):
         record_single_arm(PLAN, "lift", tmp_path / "tree.rrd")
 
 
 @pytest.mark.parametrize("dt_s", [0.0, -0.1, np.inf, np.nan])
-def test_a_step_of_time_that_is_none_is_refused(dt_s, tmp_path):
+def test_an_impossible_time_step_is_refused(dt_s, tmp_path):
     with pytest.raises(MmpError, match="dt_s is"):
         record_single_arm(PLAN, "left", tmp_path / "tree.rrd", dt_s=dt_s)
     assert not list(tmp_path.iterdir())

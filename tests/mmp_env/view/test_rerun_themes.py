@@ -1,4 +1,4 @@
-"""Recordings in the viewer's dark and light theme, and which timeline each tab asks for."""
+"""Recordings in the viewer's dark and light theme, and the timeline that each tab names."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,9 +15,9 @@ from mmp_planners import make
 
 PROBLEM = two_arms.passing(1.0)
 BACKGROUNDS = ((13, 13, 13), (255, 255, 255))
-"""Those of rerun 0.41: Gray.100 and Gray.1000 of its colour table."""
+"""Backgrounds of rerun 0.41: Gray.100 and Gray.1000 of its colour table."""
 GRAPHICS, LABELS = 3.0, 4.2
-"""Least contrast of lines, and of labels: one colour has at most 4.4 on black and on white."""
+"""Least contrast of lines and of labels. A colour has at most 4.4 on both black and white."""
 TABS = {"search": "expansion", "repulsion": "repulsion", "plan": "plan time"}
 
 
@@ -31,7 +31,7 @@ def search(tmp_path_factory) -> Path:
 
 
 def luminance(color):
-    """Relative luminance as WCAG 2 defines it."""
+    """Returns the relative luminance as WCAG 2 defines it."""
     shares = np.array(color) / 255
     return float(
         np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4) @ (0.2126, 0.7152, 0.0722)

@@ -1,4 +1,4 @@
-"""The conflict tree of a recording against what the planner emitted."""
+"""The conflict tree of a recording against the events of the planner."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ LABELS, RADII = "GraphNodes:labels", "GraphNodes:radii"
 
 
 class Both:
-    """Tells a recording, and remembers what was emitted."""
+    """Passes events on to a recording, and keeps them."""
 
     wants_iterates = True
 
@@ -33,7 +33,7 @@ class Both:
 
 @pytest.fixture(scope="module", params=["ecbs", "apf-ecbs", "gen-ecbs"])
 def search(request, tmp_path_factory):
-    """Rows of a recording of a search, and what was emitted."""
+    """Returns the rows of a recording of a search, and the emitted events."""
     path = tmp_path_factory.mktemp("rerun") / "search.rrd"
     with RerunWatcher(PROBLEM, path) as watcher:
         both = Both(watcher)
@@ -47,13 +47,13 @@ def emitted_of(emitted, kind):
 
 
 def tree_at(rows, moment):
-    """Ids and edges at a time of `expansion`."""
+    """Returns ids and edges at a time of `expansion`."""
     ids = rows.at("/tree", IDS, "expansion")[moment]
     edges = rows.at("/tree", EDGES, "expansion").get(moment, [])
     return ids, {(edge["first"], edge["second"]) for edge in edges}
 
 
-def test_nodes_and_edges_are_those_that_the_planner_told_of(search):
+def test_nodes_and_edges_are_those_of_the_events(search):
     rows, emitted = search
     created, expanded = (emitted_of(emitted, kind) for kind in (events.NodeCreated, events.NodeExpanded))
     ids, edges = tree_at(rows, len(expanded) + 1)
@@ -93,7 +93,7 @@ def test_the_expanded_node_is_green_and_the_solution_blue_or_pink_of_the_fast_tr
     assert colors[len(expanded) + 1][ids.index(str(solution))] == (0xD23C96FF if fast else 0x1E78DCFF)
 
 
-def test_labels_hold_the_constraint_in_words(search):
+def test_labels_contain_the_constraint_as_text(search):
     rows, emitted = search
     labels = rows.at("/tree", LABELS, "plan time").get(0.0) or rows.statics(LABELS)["/tree"]
     for text, event in zip(labels, emitted_of(emitted, events.NodeCreated), strict=True):
@@ -121,7 +121,7 @@ def test_no_two_labels_overlap(count):
     places = positions(random_parents(np.random.default_rng(count), count, 12), labelled=True)
     apart = np.abs(places[:, None] - places[None])
     apart[np.diag_indices(count)] = np.inf
-    # Room for 30 letters across and four lines down.
+    # Room for 30 letters and four lines.
     assert ((apart[..., 0] >= 185) | (apart[..., 1] >= 75)).all()
 
 
@@ -134,7 +134,7 @@ def test_circles_of_large_trees_do_not_overlap(memory):
     assert apart.min() >= 2 * largest
 
 
-def test_of_large_trees_some_moments_are_left_out_but_not_the_last_one():
+def test_large_trees_omit_some_moments_but_not_the_last_one():
     record = SearchRecord(problem=PROBLEM, most_nodes=1, most_repulsions=1)
     for number in range(0, 3002, 2):
         if number:
@@ -168,7 +168,7 @@ def test_nodes_of_the_fast_track_have_a_mark_of_their_own_in_trees_without_words
     assert radii[7] > radii[6]
 
 
-def test_the_clearance_of_a_solution_is_said_to_be_what_the_planner_has_proved(tmp_path):
+def test_the_text_calls_the_clearance_of_a_solution_proved_by_the_planner(tmp_path):
     with RerunWatcher(PROBLEM, tmp_path / "solved.rrd") as watcher:
         watcher(created(0, parent=None))
         watcher(events.SolutionFound(elapsed_s=0.0, node=0, cost_rad=1.0, clearance_m=0.0016))
@@ -204,7 +204,7 @@ def created(node, parent):
     )
 
 
-def test_after_a_restart_a_dearer_solution_of_the_same_number_does_not_take_the_place_of_the_first():
+def test_after_a_restart_a_costlier_solution_of_the_same_number_does_not_replace_the_first():
     record, paths = SearchRecord(problem=PROBLEM, most_nodes=9, most_repulsions=1), []
     for restart, cost_rad in enumerate((1.0, 2.0)):
         record(events.SearchStarted(elapsed_s=0.0, restart=restart, sub_seed=1))

@@ -1,4 +1,4 @@
-"""What a recording shows of nodes, repulsion and the plan, against the core and the planner's events."""
+"""Nodes, repulsion and the plan in a recording, against the core and the planner's events."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ RED = 0xEB0028FF
 
 @pytest.fixture(scope="module")
 def search(tmp_path_factory):
-    """Rows of a recording of a search that repels, what was emitted, and the plan."""
+    """Returns the rows of a recording of a search with repulsion, the emitted events, and the plan."""
     path, emitted = tmp_path_factory.mktemp("rerun") / "search.rrd", []
     with RerunWatcher(PROBLEM, path) as watcher:
 
@@ -55,7 +55,7 @@ def test_each_expanded_node_has_its_tool_paths_at_its_time(search):
             np.testing.assert_allclose(array(strips[moment][0]), expected, atol=1e-5)
 
 
-def test_words_say_cost_bound_conflicts_and_constraint(search):
+def test_the_text_of_a_node_has_cost_bound_conflicts_and_constraint(search):
     rows, emitted, _ = search
     created = {event.node: event for event in emitted_of(emitted, events.NodeCreated)}
     words = rows.at("/node/words", "TextDocument:text", "expansion")
@@ -97,7 +97,7 @@ def test_the_clouds_of_a_node_have_the_spheres_of_the_core_and_red_where_they_to
     assert RED in colors[left][1], "the first node that is branched has arms in contact"
 
 
-def test_progress_is_what_was_told(search):
+def test_progress_is_that_of_the_events(search):
     rows, emitted, _ = search
     created = {event.node: event for event in emitted_of(emitted, events.NodeCreated)}
     expanded = emitted_of(emitted, events.NodeExpanded)
@@ -152,7 +152,7 @@ def test_arrows_begin_on_the_arm(search):
 
 @pytest.mark.parametrize("centres", [False, True])
 def test_the_forces_shown_are_those_that_the_core_descends(centres):
-    """Their torques, by the reference implementation's Jacobian, are the joint forces of the core."""
+    """Their torques by the reference implementation's Jacobian equal the joint forces of the core."""
     first, second = ARMS
     paths = {arm: np.linspace(PROBLEM.start[arm], PROBLEM.goal[arm], 15) for arm in ARMS}
     field = ForceField(k_rep=0.05, d0=0.2, centres=centres)
@@ -171,7 +171,7 @@ def test_the_forces_shown_are_those_that_the_core_descends(centres):
 
 
 def joint_torques(q, shown, arm):
-    """J^T F summed over spheres, by moving each joint a little."""
+    """Returns J^T F summed over spheres, with J by finite differences."""
     centers, forces = shown[0][0], shown[1][0]
     out, small = np.zeros(len(q)), 1e-6
     for joint in range(len(q)):

@@ -1,4 +1,4 @@
-"""Recordings as files: complete and sound whatever the planner, and of no consequence for the plan."""
+"""Recordings as files: complete and valid with every planner, and without effect on the plan."""
 
 import subprocess
 import sys
@@ -21,7 +21,7 @@ MOST_MB = 6
 
 
 def verified(path):
-    """Returns whether rerun's own tool finds nothing wrong."""
+    """Returns whether rerun's own tool finds no fault."""
     tool = Path(sys.executable).parent / "rerun"
     return subprocess.run([tool, "rrd", "verify", path], capture_output=True).returncode == 0
 
@@ -53,13 +53,13 @@ def test_a_search_that_ends_at_its_root_shows_its_one_node(planner, problem, tmp
     record(problem(), planner, tmp_path / "search.rrd")
     rows = Rows(tmp_path / "search.rrd")
     ids = rows.at("/tree", IDS, "expansion")
-    assert len(ids[max(ids)]) in (1, 2)  # two where the plan was shortened
+    assert len(ids[max(ids)]) in (1, 2)  # two if the plan was shortened
     assert rows.at("/node/words", TEXT, "expansion")
     assert {"expansion", "plan time"} <= rows.timelines
     assert verified(tmp_path / "search.rrd")
 
 
-def test_a_planner_that_tells_nothing_still_has_its_plan_shown(tmp_path):
+def test_the_plan_of_a_silent_planner_is_shown(tmp_path):
     problem = two_arms.passing()
     plan = make("auto").plan(problem, seed=0).plan
     with RerunWatcher(problem, tmp_path / "plan.rrd") as watcher:
@@ -70,7 +70,7 @@ def test_a_planner_that_tells_nothing_still_has_its_plan_shown(tmp_path):
     assert verified(tmp_path / "plan.rrd")
 
 
-def test_of_a_planner_that_tells_and_finds_nothing_the_start_is_shown(tmp_path):
+def test_a_silent_planner_without_a_plan_has_its_start_shown(tmp_path):
     with RerunWatcher(two_arms.passing(), tmp_path / "start.rrd"):
         pass
     assert any(path.startswith("/cell/left/") for path in Rows(tmp_path / "start.rrd").entities)
@@ -113,7 +113,7 @@ def test_without_a_plan_the_search_is_shown(tmp_path):
     assert verified(path)
 
 
-def test_what_was_told_before_an_interrupt_is_kept(tmp_path):
+def test_events_before_an_interrupt_are_kept(tmp_path):
     path = tmp_path / "search.rrd"
     watcher = RerunWatcher(two_arms.passing(1.0), path)
 
@@ -128,7 +128,7 @@ def test_what_was_told_before_an_interrupt_is_kept(tmp_path):
     assert Rows(path).at("/tree", IDS, "expansion")[1] == ["0"]
 
 
-def test_only_so_many_nodes_and_repulsions_are_shown_in_detail_and_it_is_said(tmp_path):
+def test_the_numbers_of_detailed_nodes_and_repulsions_are_limited_and_stated(tmp_path):
     problem, path = two_arms.passing(1.0), tmp_path / "search.rrd"
     with RerunWatcher(problem, path, most_nodes=1, most_repulsions=1) as watcher:
         result = make("apf-ecbs-nf").plan(problem, seed=0, watch=watcher)
@@ -144,14 +144,14 @@ def test_only_so_many_nodes_and_repulsions_are_shown_in_detail_and_it_is_said(tm
     assert not any(title.endswith("the path of the low level") for title in titles[1:])
 
 
-def test_it_asks_for_the_iterates_of_repulsion():
+def test_the_watcher_requests_the_iterates_of_repulsion():
     watcher = RerunWatcher.__new__(RerunWatcher)
     assert events.wants_iterates(watcher)
     assert not events.wants_iterates(events.ignore)
 
 
 def test_a_recording_of_eight_arms_is_small(tmp_path):
-    """Plan and repulsions take most of the room; `scripts/bench_rerun.py` has larger searches."""
+    """Plan and repulsions take most of the space. `scripts/bench_rerun.py` measures larger searches."""
     with gymnasium.make("MultiArmCell-8") as env:
         env.reset(seed=7)
         problem = env.unwrapped.problem
@@ -194,7 +194,7 @@ def test_without_a_display_the_viewer_is_refused_before_planning(monkeypatch):
 
 
 def test_spawn_opens_the_viewer_and_logs_to_it(monkeypatch, tmp_path):
-    """A file takes the place of the viewer."""
+    """A file stands in for the viewer."""
     asked = []
 
     def spawn(recording, **options):
@@ -218,7 +218,7 @@ def test_recordings_with_the_same_tabs_share_a_name_that_rerun_takes_as_it_is(tm
 
 
 def test_arms_and_obstacles_of_every_kind_are_shown(tmp_path):
-    """A tool, four shapes of obstacles, seven joints and fine spheres."""
+    """The cell has a tool, four shapes of obstacles, seven joints and fine spheres."""
     from mmp_env.model.arm import Obstacle, place_arm
     from mmp_env.model.cell import Cell
     from mmp_env.model.transforms import quaternion_from_yaw

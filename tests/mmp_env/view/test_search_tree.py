@@ -15,7 +15,7 @@ PROBLEM = two_arms.passing(1.0)
 
 @pytest.fixture(scope="module", params=["cbs", "ecbs", "apf-ecbs", "gen-ecbs"])
 def run(request):
-    """Returns what a planner emitted, the tree that was made of it, and the result."""
+    """Returns the events of a planner, the recorded tree, and the result."""
     emitted, tree = [], SearchTree(PROBLEM, keep_paths=True)
 
     def watch(event):
@@ -31,7 +31,7 @@ def of(emitted, kind):
     return [event for event in emitted if isinstance(event, kind)]
 
 
-def test_its_nodes_and_edges_are_those_that_the_planner_told_of(run):
+def test_nodes_and_edges_are_those_of_the_events(run):
     emitted, tree, result, _ = run
     nodes = of(emitted, events.NodeCreated)
     assert len(nodes) == result.stats["generated_nodes"] or len(nodes) > 1
@@ -45,7 +45,7 @@ def test_its_nodes_and_edges_are_those_that_the_planner_told_of(run):
     assert [node.id for node in tree.nodes] == list(range(len(nodes)))
 
 
-def test_its_expansions_are_those_that_the_planner_told_of(run):
+def test_expansions_are_those_of_the_events(run):
     emitted, tree, result, _ = run
     assert [tree.nodes[k].number for k in tree.expansions] == [event.node for event in of(emitted, events.NodeExpanded)]
     assert len(tree.expansions) == result.stats["expanded_nodes"]
@@ -91,7 +91,7 @@ def test_a_planner_without_a_tree_has_the_node_of_its_plan(name):
     assert tree.solution.cost_rad == pytest.approx(result.plan.cost_rad)
 
 
-def test_a_number_that_comes_again_after_a_restart_is_another_node():
+def test_a_number_that_is_reused_after_a_restart_is_another_node():
     tree = SearchTree()
     for restart in range(2):
         for event in (started(restart), created(0), created(1, 0), created(2, 1), expanded(0)):
@@ -111,7 +111,7 @@ def test_a_node_that_has_its_parents_number_hangs_from_the_older_one():
     assert tree.parents == [None, 0]
 
 
-def test_of_several_solutions_the_cheapest_is_shown():
+def test_the_cheapest_of_several_solutions_is_shown():
     tree = grown_trees.grown([None, 0, 0])
     for event in (solved(2, 12.0), solved(1, 11.0)):
         tree(event)
@@ -121,7 +121,7 @@ def test_of_several_solutions_the_cheapest_is_shown():
     assert tree.solution.number == 1
 
 
-def test_a_planner_may_speak_of_nodes_that_it_has_not_told_of():
+def test_events_may_name_nodes_whose_creation_was_not_reported():
     tree = SearchTree(PROBLEM)
     stand_in_planners.Straight().plan(PROBLEM, watch=tree)
     (node,) = tree.nodes
@@ -132,7 +132,7 @@ def test_a_planner_may_speak_of_nodes_that_it_has_not_told_of():
     assert tree.nodes[1].parent is None
 
 
-def test_the_plan_of_a_planner_that_tells_nothing_is_a_node():
+def test_the_plan_of_a_silent_planner_is_a_node():
     tree = SearchTree(PROBLEM)
     plan = stand_in_planners.straight_plan(PROBLEM, {})
     tree.add_plan(plan)
@@ -142,7 +142,7 @@ def test_the_plan_of_a_planner_that_tells_nothing_is_a_node():
     assert len(tree.nodes) == 1
 
 
-def test_a_plan_that_is_cheaper_than_what_was_told_of_hangs_below_it():
+def test_a_plan_cheaper_than_every_reported_node_is_a_child_of_the_solution():
     plan = stand_in_planners.straight_plan(PROBLEM, {})
     tree = SearchTree(PROBLEM)
     for event in (created(0), created(1, 0, conflicts=0, cost_rad=plan.cost_rad + 1), solved(1, plan.cost_rad + 1)):
@@ -154,7 +154,7 @@ def test_a_plan_that_is_cheaper_than_what_was_told_of_hangs_below_it():
     assert "made shorter" in tree.svg()
 
 
-def test_what_a_planner_has_made_shorter_in_the_end_hangs_below_what_it_had_found():
+def test_a_shortened_plan_is_a_child_of_the_plan_as_found():
     tree = SearchTree(PROBLEM)
     plan = make("ecbs", shorten=100).plan(PROBLEM, seed=0, time_limit=60.0, watch=tree).plan
     tree.add_plan(plan)
@@ -164,7 +164,7 @@ def test_what_a_planner_has_made_shorter_in_the_end_hangs_below_what_it_had_foun
     assert "made shorter" in tree.svg()
 
 
-def test_what_was_branched_on_and_tried_is_told_in_words():
+def test_conflicts_and_fast_track_attempts_are_recorded_as_text():
     tree = grown_trees.grown([None, 0])
     for event in (branched(0), fast_tracked(1, solved=False)):
         tree(event)
@@ -180,7 +180,7 @@ def test_paths_are_kept_only_when_asked_for():
         assert (tree.nodes[0].paths == paths) is keep
 
 
-def test_in_a_notebook_it_displays_itself_and_it_can_be_saved(tmp_path):
+def test_a_tree_displays_itself_in_a_notebook_and_can_be_saved(tmp_path):
     tree = grown_trees.grown([None, 0, 0], solution=2)
     tree.save(tmp_path / "tree.svg")
     text = (tmp_path / "tree.svg").read_text(encoding="utf-8")

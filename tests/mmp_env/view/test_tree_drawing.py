@@ -16,7 +16,7 @@ SIZES = {"one": 1, "boxes": 5, "most boxes": 40, "numbered": 60, "dots": 400, "m
 
 
 def drawing(count, trees=1, **more):
-    """Returns a tree of so many nodes with all that a drawing can have."""
+    """Returns a tree of `count` nodes with everything that a drawing can show."""
     rng = np.random.default_rng(count + trees)
     parents = grown_trees.forest(rng, count, trees)
     leaves = sorted(set(range(count)) - set(parents))
@@ -32,7 +32,7 @@ def of_nodes(shapes, *kinds):
 
 
 def bodies(shapes):
-    """One shape of each node."""
+    """Returns one shape of each node."""
     return list({shape.node: shape for shape in of_nodes(shapes, "rect", "circle", "polygon")[::-1]}.values())
 
 
@@ -47,7 +47,7 @@ def assert_nothing_overlaps(shapes):
 
 
 def neighbours(shapes):
-    """Yields pairs that could overlap: those near each other from the top down."""
+    """Yields pairs that could overlap, in order from the top down."""
     shapes = sorted(shapes, key=lambda shape: shape.top)
     for k, one in enumerate(shapes):
         for other in itertools.takewhile(lambda other, one=one: other.top < one.bottom, shapes[k + 1 :]):
@@ -106,7 +106,7 @@ LONG = st.sampled_from(["the_left_arm_of_the_second_packing_line avoids the_righ
 
 @settings(max_examples=40)
 @given(st.data(), st.integers(1, 70), st.integers(0, 2**20))
-def test_whatever_constraints_say_no_text_runs_into_another(data, count, seed):
+def test_no_text_overlaps_another_with_any_constraint(data, count, seed):
     rng = np.random.default_rng(seed)
     parents = grown_trees.forest(rng, count, int(rng.integers(1, 4)))
     pool = data.draw(st.lists(WORDS | LONG, min_size=1, max_size=4))
@@ -115,7 +115,7 @@ def test_whatever_constraints_say_no_text_runs_into_another(data, count, seed):
     assert_nothing_overlaps(drawn_shapes.read(tree.svg())[1])
 
 
-def test_a_tooltip_holds_all_that_is_known():
+def test_a_tooltip_contains_every_known_fact():
     tree = grown_trees.grown([None, 0], solution=1)
     for event in (grown_trees.branched(0), grown_trees.fast_tracked(0, solved=False)):
         tree(event)
@@ -129,7 +129,7 @@ def test_a_tooltip_holds_all_that_is_known():
         assert words in tips[1]
 
 
-def test_few_nodes_have_their_constraints_in_words_on_the_edges():
+def test_a_small_tree_has_its_constraints_as_text_on_the_edges():
     words = ["", "left avoids right at 2.0 s", "right avoids left at 2.0 s"]
     _, _, shapes = drawing(3, constraints=words)
     for node in (1, 2):
@@ -137,7 +137,7 @@ def test_few_nodes_have_their_constraints_in_words_on_the_edges():
         assert words[node] in said or "fast track" in said
 
 
-def test_of_many_nodes_the_way_to_the_solution_is_told_in_words():
+def test_a_large_tree_has_the_path_to_the_solution_as_text():
     tree, root, _ = drawing(400)
     texts = [element.text for element in root.iter() if drawn_shapes.named(element) == "text"]
     assert "The path to the solution" in texts
@@ -146,7 +146,7 @@ def test_of_many_nodes_the_way_to_the_solution_is_told_in_words():
 
 
 @pytest.mark.parametrize("count", [5, 60, 400])
-def test_solution_path_fast_track_and_expansion_can_be_told_apart(count):
+def test_solution_path_fast_track_and_expansion_differ(count):
     tree, root, _ = drawing(count)
     widths = {int(e.get("data-to")): float(e.get("stroke-width")) for e in root.iter() if edge(e)}
     on = {widths[node.id] for node in tree.nodes if node.on_solution_path and node.id in widths}
@@ -168,7 +168,7 @@ def test_solution_path_fast_track_and_expansion_can_be_told_apart(count):
     assert looks[False].isdisjoint(looks[True])
 
 
-def test_the_legend_has_what_the_drawing_has_and_no_more():
+def test_the_legend_has_exactly_the_marks_of_the_drawing():
     plain = grown_trees.grown([None]).svg()
     assert "fast track" not in plain
     assert "path to the solution" not in plain
@@ -183,7 +183,7 @@ def test_a_tree_without_nodes_says_so():
     assert float(root.get("width")) > 0
 
 
-def test_a_planner_that_tells_no_numbers_is_drawn():
+def test_nodes_without_numbers_are_drawn():
     tree = SearchTree(title="strange")
     tree(grown_trees.branched(3))
     _, shapes = drawn_shapes.read(tree.svg())
@@ -191,7 +191,7 @@ def test_a_planner_that_tells_no_numbers_is_drawn():
     assert "nan" not in tree.svg()
 
 
-def test_what_xml_cannot_hold_is_replaced_and_markup_is_text():
+def test_characters_that_xml_forbids_are_replaced_and_markup_is_text():
     strange = 'a<b>&"c"\x00\x1b[31m\ud800 ]]>'
     tree = grown_trees.grown([None, 0], constraints=[None, strange], title=strange)
     root = ElementTree.fromstring(tree.svg())
@@ -201,7 +201,7 @@ def test_what_xml_cannot_hold_is_replaced_and_markup_is_text():
     assert quoted("ok <") == "ok &lt;"
 
 
-def test_nothing_is_fetched_and_nothing_leaks_into_the_page_around_it():
+def test_a_drawing_fetches_nothing_and_does_not_change_the_page_around_it():
     svg = drawing(5)[0].svg()
     assert re.findall(r"(?:href|src|url|@import)", svg) == []
     style = re.search(r"<style>(.*?)</style>", svg, re.DOTALL)[1]
@@ -229,8 +229,8 @@ def test_more_conflicts_are_darker_and_none_is_of_another_colour():
 
 
 @given(st.text(st.characters(min_codepoint=32, max_codepoint=126), min_size=1, max_size=60), st.booleans())
-def test_no_text_is_wider_than_it_is_taken_to_be(text, bold):
-    slack = 0.06 * 12.0 * len(text) if bold else 0.0  # single letters are bolder than most
+def test_no_text_is_wider_than_its_estimate(text, bold):
+    slack = 0.06 * 12.0 * len(text) if bold else 0.0  # some letters are bolder than the average
     assert drawn_shapes.text_size(text, 12.0, bold)[0] <= text_width(text, 12.0, bold=bold) + slack + 1.5
 
 

@@ -1,4 +1,4 @@
-"""The colours of tree drawings against their grounds, in light and dark."""
+"""Contrast of tree drawings with their background, in the light and the dark colour scheme."""
 
 import re
 
@@ -15,7 +15,7 @@ _SCHEMES = {
 }
 
 
-def test_lines_and_words_can_be_seen_in_both_colour_schemes():
+def test_lines_and_texts_are_legible_in_both_colour_schemes():
     for scheme, (grounds, lines, words) in _SCHEMES.items():
         for ground in grounds:
             assert min(contrast(line, ground) for line in lines) >= 3, scheme

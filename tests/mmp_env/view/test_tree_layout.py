@@ -13,7 +13,7 @@ TINY = 1e-9
 
 @st.composite
 def forests(draw, most=60):
-    """Parents in any order: a forest, its nodes renamed."""
+    """Returns the parents of a random forest, with nodes in random order."""
     count = draw(st.integers(1, most))
     parents = [None, *(draw(st.none() | st.integers(0, k - 1)) for k in range(1, count))]
     names = draw(st.permutations(range(count)))
@@ -24,7 +24,7 @@ def forests(draw, most=60):
 
 
 def families(parents):
-    """Parent -> its children in their order."""
+    """Returns parent -> its children in order."""
     out = {}
     for node, parent in enumerate(parents):
         if parent is not None:
@@ -119,9 +119,9 @@ def test_rows_are_no_wider_than_asked_and_share_no_level(parents, width):
         deepest = nodes[:, 1].max()
 
 
-def test_subtrees_are_as_close_as_can_be():
-    #     0        the right one fits beside the chain of the left
-    #    1  2      and stands no farther than a node away
+def test_subtrees_are_as_close_as_possible():
+    #     0        the right subtree fits beside the chain of the left one,
+    #    1  2      one node away
     #    3  4 5
     assert layout([None, 0, 0, 1, 2, 2]).tolist() == [
         [0.75, 0.0],
@@ -140,7 +140,7 @@ def test_a_chain_and_a_comb_of_ten_thousand_nodes():
     assert_apart(comb)
 
 
-def test_no_node_is_no_position():
+def test_an_empty_tree_has_no_positions():
     assert layout([]).shape == (0, 2)
 
 
@@ -148,6 +148,6 @@ def test_no_node_is_no_position():
     ("parents", "words"),
     [([None, 2, 1], "node 1 hangs from no root"), ([0], "node 0 hangs"), ([None, 5], "parent 5"), ([None, -1], "-1")],
 )
-def test_what_is_no_tree_is_refused(parents, words):
+def test_parents_that_are_no_tree_are_refused(parents, words):
     with pytest.raises(MmpError, match=words):
         layout(parents)

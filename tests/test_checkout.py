@@ -62,7 +62,7 @@ def test_all_modules_are_those_of_the_installed_package(checkout):
 @pytest.mark.parametrize(
     "source", ["mmp_env/model/cell.py", "planners/mmp_planners/auto.py", "mmp_env/robots/ur5e/robot.json"]
 )
-def test_sources_that_were_changed_since_are_a_sentence(checkout, source):
+def test_sources_that_differ_from_the_installed_ones_are_a_sentence(checkout, source):
     with (checkout / source).open("a", encoding="utf-8") as file:
         file.write("\n")
     done = python(checkout, "-c", WHERE)

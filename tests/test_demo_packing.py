@@ -1,4 +1,4 @@
-"""`scripts/demo_packing.py`: plans in a row, checked, saved and executed; and what it refuses to begin with."""
+"""`scripts/demo_packing.py`: plans in a row, checked, saved and executed, and refused arguments."""
 
 import json
 

@@ -18,7 +18,7 @@ SIZE, FPS = (64, 48), 0.5
 
 @pytest.fixture
 def demo(monkeypatch):
-    """The program, with films as small as can be. Its folder is last on the path: packages are the installed ones."""
+    """Returns the program with small films. Its folder is last on the path, so packages are the installed ones."""
     monkeypatch.setattr(sys, "path", [*sys.path, SCRIPTS])
     program = importlib.import_module("demo_packing")
     small = functools.partial(program.frames, width=SIZE[0], height=SIZE[1], fine=False)

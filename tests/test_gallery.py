@@ -1,4 +1,4 @@
-"""`scripts/make_gallery.sh`: its parts work, on small cells, and its rules choose what they say."""
+"""`scripts/make_gallery.sh`: its parts work on small cells, and choose instances by their rules."""
 
 import importlib
 import re
@@ -23,7 +23,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 @pytest.fixture(scope="module")
 def part():
-    """Returns a module of the gallery by name. Last on the path: packages come from where they are installed."""
+    """Returns a module of the gallery by name. It is last on the path, so packages are the installed ones."""
     sys.path.append(str(ROOT / "scripts"))
     yield lambda name: importlib.import_module(f"gallery.{name}")
     sys.path.remove(str(ROOT / "scripts"))
@@ -37,7 +37,7 @@ def small(part):
     return run
 
 
-def test_the_animation_has_a_ring_around_each_meeting_and_ends_with_the_plan(part, small, tmp_path):
+def test_the_animation_has_a_ring_around_each_conflict_and_ends_with_the_plan(part, small, tmp_path):
     film = part("film")
     shots = made(lambda: list(film.film(small, width=466, height=240, frame_ms=2000, fine=False)))
     if shots is None:
@@ -54,7 +54,7 @@ def test_the_animation_has_a_ring_around_each_meeting_and_ends_with_the_plan(par
         assert image.n_frames == len(shots)
 
 
-def test_the_panel_shows_a_node_more_as_the_tree_grows_and_the_way_once_it_is_solved(part, small):
+def test_the_panel_shows_the_growing_tree_and_the_solution_path_at_the_end(part, small):
     panel = part("tree_panel").TreePanel(small.tree, 306, 300)
     pictures = [panel.picture(shown) for shown in range(len(small.tree.nodes) + 1)]
     pictures.append(panel.picture(len(small.tree.nodes), solved=True))
@@ -143,7 +143,7 @@ def test_a_demonstration_is_planned_executed_and_filmed(part, tmp_path):
 
 
 @pytest.mark.parametrize("task", ["crossing", "parallel", "pick", "place", "packing"])
-def test_the_film_of_a_task_is_large_and_its_objects_can_be_seen_all_the_time(task):
+def test_the_film_of_a_task_is_large_and_always_shows_its_objects(task):
     path = ROOT / "docs" / "images" / "gallery" / f"task-{task}.webp"
     assert path.stat().st_size < 1e6
     with Image.open(path) as film:
@@ -155,7 +155,7 @@ def test_the_film_of_a_task_is_large_and_its_objects_can_be_seen_all_the_time(ta
 
 
 def pixels_of_objects(image):
-    """Returns how many pixels have the hue of what arms can hold."""
+    """Returns the number of pixels with the hue of objects that arms can hold."""
     pixels = image.reshape(-1, 3) / np.maximum(np.linalg.norm(image.reshape(-1, 3), axis=1), 1)[:, None]
     color = np.array(OBJECT_RGBA[:3])
     return int((pixels @ (color / np.linalg.norm(color)) > 0.985).sum())

@@ -1,4 +1,4 @@
-"""What is shipped: the wheel as installed, the source distribution, the variants of the core, the two commands."""
+"""The wheel as installed, the source distribution, the variants of the core, and the two commands."""
 
 import importlib.metadata
 import os
@@ -168,7 +168,7 @@ def test_all_that_a_machine_lacks_is_named_with_one_command(bare_path):
     assert "apt-get install -y python3 python3-dev python3-venv g++\n" in done.stderr
 
 
-def test_a_machine_with_python_alone_is_told_of_headers_installer_and_compiler(bare_path):
+def test_a_machine_with_python_alone_gets_a_message_about_headers_installer_and_compiler(bare_path):
     python = bare_path / "python3"
     # Stands in for Debian's python3: runs, but has no headers, no ensurepip and no pip.
     python.write_text(

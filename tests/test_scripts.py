@@ -1,4 +1,4 @@
-"""Scripts beside the command line: each explains itself, and answers what it does not know with a sentence."""
+"""Scripts beside the command line: each has a help text, and refuses unknown arguments with a sentence."""
 
 import pytest
 from support import checkout_scripts

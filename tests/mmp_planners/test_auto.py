@@ -1,4 +1,4 @@
-"""The portfolio: who finds the first plan, that it gets shorter, and that counts decide."""
+"""The portfolio: the first plan of any member, its improvement, and turns by counts instead of times."""
 
 import math
 
@@ -24,7 +24,7 @@ def ring(arms=4, seed=2, robot="ur5e"):
     return make_problem(cell, *draw_instance(cell, seed=seed))
 
 
-def test_it_is_much_shorter_than_what_it_starts_from():
+def test_the_plan_is_much_shorter_than_the_first_plan():
     problem = ring(6, 1)
     first = mmp_planners.make("auto", shorten=0, rounds=0).plan(problem, seed=0)
     best = mmp_planners.make("auto").plan(problem, seed=0)
@@ -34,7 +34,7 @@ def test_it_is_much_shorter_than_what_it_starts_from():
 
 
 def leave_out(monkeypatch, *members):
-    """Members that never find a plan."""
+    """Replaces members by planners that never find a plan."""
 
     def never(self, run):
         while not run.clock.expired:
@@ -95,7 +95,7 @@ def test_the_numbers_of_the_plans_come_after_those_of_the_nodes_of_the_tree(monk
 def test_turns_and_not_times_decide(monkeypatch):
     problem = ring(6, 3, "panda")
     plans = []
-    for tick in (0.0, 10.0):  # a machine on which everything takes ten seconds longer
+    for tick in (0.0, 10.0):  # a machine on which every call takes ten seconds longer
         clock = core.Clock(math.inf)
         monkeypatch.setattr(auto.Run, "elapsed_s", property(lambda run, tick=tick: tick))
         plans.append(plan_to_dict(mmp_planners.make("auto").plan(problem, seed=4).plan))
@@ -103,7 +103,7 @@ def test_turns_and_not_times_decide(monkeypatch):
     assert plans[0] == plans[1]
 
 
-def test_a_good_plan_is_left_alone():
+def test_a_shortest_plan_is_not_changed():
     result = mmp_planners.make("auto").plan(two_arms.one_moves(), seed=0)
     assert result.stats["cost_ratio"] == pytest.approx(1.0, abs=1e-3)
     assert result.stats["low_level_calls"] == 0
@@ -125,7 +125,7 @@ def test_no_time_finds_nothing():
     assert result.plan is None
 
 
-def test_replanning_takes_a_detour_out_that_no_shortcut_can():
+def test_replanning_removes_a_detour_that_no_shortcut_can():
     problem = two_arms.one_moves()
     start, goal = problem.start["left"], problem.goal["left"]
     via = start + np.array([0.0, -0.5, 0.4, 0.0, 0.0, 0.0])

@@ -1,4 +1,4 @@
-"""Dynamic Thompson Sampling: it goes where it pays, and forgets."""
+"""Dynamic Thompson Sampling: it draws the choice that pays, and forgets old outcomes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Cells that are no rings of equal arms: an arm that is alone, and arms with different numbers of joints."""
+"""Other cells than rings of equal arms: a single arm, and arms with different numbers of joints."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ BACK = quaternion_from_yaw(np.pi)
 
 
 def alone():
-    """One arm and a post that it has to go round."""
+    """Returns a problem of one arm that must move around a post."""
     post = Obstacle(
         name="post",
         shape="box",
@@ -30,14 +30,14 @@ def alone():
 
 
 def seven_and_six():
-    """Returns a Panda with its hand and a UR5e, within reach of each other."""
+    """Returns a problem of a Panda with its hand and a UR5e, within reach of each other."""
     seven = place_arm("seven", "panda", [-0.45, 0, 0], STRAIGHT)
     six = place_arm("six", "ur5e", [0.45, 0, 0], BACK)
     return Cell(name="seven and six", arms=(seven, six))
 
 
 def six_and_seven():
-    """Returns the same cell with the arms in the other order."""
+    """Returns the same problem with the arms in the other order."""
     cell = seven_and_six()
     return Cell(name="six and seven", arms=cell.arms[::-1])
 

@@ -1,4 +1,4 @@
-"""The conflict-tree search over arms on a line: what is branched, what becomes a solution, and when it ends."""
+"""The conflict-tree search over arms on a line: branching, solutions, and the end of the search."""
 
 import pytest
 from support.arms_on_a_line import (
@@ -60,7 +60,7 @@ def test_constraints_add_up_along_a_branch_and_leave_other_branches_alone():
     assert search.best.cost == 2.0
 
 
-def test_an_arm_without_a_way_is_tried_three_times_with_a_growing_budget_and_then_dropped():
+def test_an_arm_without_a_path_is_tried_three_times_with_a_growing_budget_and_then_dropped():
     context = ArmsOnALine(*CROSSING)
     search, _, _ = emitted(lambda watch: tree(context, watch=watch))
     tries = [(count, budget) for arm, count, _, budget in context.calls if arm == 1]
@@ -79,8 +79,8 @@ def test_only_a_cheaper_solution_replaces_the_incumbent():
     assert (search.best.cost, search.best.clearance) == (6.0, 0.5)
 
 
-def test_a_plan_that_cannot_be_proved_goes_on_as_a_node_with_that_conflict():
-    """The first plan touches between the steps, where nobody looked; b has to give way there."""
+def test_a_plan_without_proof_returns_to_the_open_list_with_its_conflict():
+    """The first plan has a contact between two steps, which the conflict test misses. Then b is replanned."""
     context = ArmsOnALine([(0, 1, 2)], [(5, 4, 3), (5, 6, 3)], certificates=[refusal(0, 1, instant=1.5)])
     kind = OneConstraint()
     search, _, events = emitted(lambda watch: tree(context, w=2.0, branching=kind, watch=watch))
@@ -114,7 +114,7 @@ def test_the_root_is_not_repelled():
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_what_a_node_is_planned_with_depends_on_the_seed_alone(seed):
+def test_the_seeds_of_a_node_depend_on_the_seed_of_the_run_alone(seed):
     calls = []
     for _ in range(2):
         context = ArmsOnALine(*LATER)

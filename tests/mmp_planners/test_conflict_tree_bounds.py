@@ -1,6 +1,7 @@
-"""With a complete constraint kind and shortest paths the tree keeps its word: w times the optimum at most.
+"""With a complete constraint kind and shortest paths, a solution costs at most w times the optimum.
 
-Pebbles on a small grid, all of whose motions can be tried: one step a move, one pebble a place, no two change places.
+The arms are pebbles on a small grid, so all motions can be enumerated. A move takes one step; two pebbles never share
+or swap places.
 """
 
 import heapq
@@ -20,12 +21,12 @@ _MOTION = path(0).motion
 
 
 def neighbours(free, place):
-    """Where a pebble can be one step later."""
+    """Returns the places of a pebble one step later."""
     return [to for dx, dy in MOVES if (to := (place[0] + dx, place[1] + dy)) in free]
 
 
 class Pebbles(ArmsOnALine):
-    """Paths cost a unit for each step until a pebble is at its goal for good; constraints are kept in `forbidden`."""
+    """Pebbles whose paths cost one unit per step until they stay at the goal; `forbidden` holds the constraints."""
 
     def __init__(self, free, starts, goals):
         super().__init__(*[()] * len(starts))
@@ -68,7 +69,7 @@ class Pebbles(ArmsOnALine):
 
 
 class NotThere:
-    """The place at that step, or that move where two change places: each solution keeps it for one of the two."""
+    """Forbids the place at that step, or that move if two swap places. Each solution keeps it for one of the two."""
 
     def forbid(self, context, paths, interval, arm, instant):
         step = int(interval.first)
@@ -82,7 +83,7 @@ class NotThere:
 
 
 def optimum(free, starts, goals):
-    """Returns the least cost of all pebbles together by trying all that they can do, None where they cannot arrive."""
+    """Returns the least total cost by enumeration, or None if the pebbles cannot arrive."""
     n, order = len(starts), count()
     heap, seen = [(0, next(order), tuple(starts), (False,) * n)], set()
     while heap:

@@ -1,4 +1,4 @@
-"""How a conflict-tree search ends: good enough, waited long enough, used up, given up for another tree, or stopped."""
+"""Ends of a conflict-tree search: bound met, patience, exhaustion, restart, deadline and watcher."""
 
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
@@ -12,7 +12,7 @@ from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import StopPlanning
 
 
-def test_a_single_tree_that_runs_dry_is_exhausted():
+def test_a_single_tree_without_open_nodes_is_exhausted():
     search, exhausted, events = emitted(lambda watch: tree(ArmsOnALine([(0, 1)], [(2, 1)]), watch=watch))
     assert exhausted
     assert search.best is None
@@ -27,7 +27,7 @@ def test_a_single_tree_without_a_root_is_exhausted():
 
 
 def trees(restarts, started):
-    """Runs until that many trees have started or 75 nodes are expanded; expansions of each tree, and the parts."""
+    """Runs until `started` trees have begun or 75 nodes are expanded. Returns the expansions per tree, and the parts."""
     context, kind, expanded = ArmsOnALine(endless, endless), OneConstraint(), []
 
     def watch(event):
@@ -45,7 +45,7 @@ def trees(restarts, started):
     return expanded, context, kind, search
 
 
-def test_a_tree_that_does_not_get_on_is_given_up_for_another_with_more_patience():
+def test_a_restart_has_a_larger_budget_than_the_tree_before():
     expanded, context, kind, search = trees(restarts=True, started=3)
     assert expanded == [20, 24, 28]
     assert search.counts.restarts == 3
@@ -73,7 +73,7 @@ def test_the_bound_is_the_least_of_the_open_nodes_and_never_falls():
                 raise StopPlanning
             return super().__call__(open_nodes, lower_bound)
 
-    # Sampled paths: with one constraint more they may well be shorter.
+    # Paths are sampled, so a path with one more constraint may be shorter.
     context = ArmsOnALine(lambda count: (0, 1 + 7 * count % 5), lambda count: (0, 3 + 3 * count % 7))
     assert not ended(tree(context, selection=Seen(w=1.5)))
     bounds, least, most = zip(*seen, strict=True)
@@ -88,8 +88,8 @@ def test_a_solution_within_w_times_the_bound_ends_the_search():
     assert (search.best.cost, search.best.bound_met) == (14.0, True)
 
 
-def test_a_dearer_solution_is_waited_upon_for_as_many_expansions_as_patience_says():
-    """The first expansion gives a solution that costs 14 where 4 is the bound, the third one that costs 4."""
+def test_the_search_goes_on_for_patience_expansions_after_a_costly_solution():
+    """The bound is 4. The first expansion gives a solution of cost 14, the third one of cost 4."""
     for patience, cost, expanded, met in ((1, 14.0, 2, False), (2, 4.0, 3, True), (20, 4.0, 3, True)):
         search, exhausted, _ = emitted(lambda watch, n=patience: tree(ArmsOnALine(*LATER), patience=n, watch=watch))
         assert not exhausted

@@ -1,4 +1,4 @@
-"""All constraint kinds on real conflicts: what they forbid, whom, and what they leave."""
+"""All constraint kinds on real conflicts: forbidden motions, and paths that remain."""
 
 import gc
 import weakref
@@ -41,7 +41,7 @@ def breaks(context, path, constraints):
     return core.breaks_constraint(context.core, path.motion, list(constraints), context.conflict_distance)
 
 
-def test_the_cases_are_what_they_are_called():
+def test_the_cases_have_the_conflicts_of_their_names():
     assert conflict("between two steps")[2].first % 1 > 0
     assert conflict("in the first moments")[2].first == 1
     _, paths, interval = conflict("parked")
@@ -74,14 +74,14 @@ def test_a_child_has_a_path_that_keeps_its_constraints(name, case):
 
 
 @every_kind
-def test_a_branch_says_in_words_who_is_forbidden_something_and_when_it_was(name):
+def test_the_description_of_a_branch_names_arm_and_time(name):
     said = [branch.description for branch in branches(name, "passing")]
     assert len(set(said)) == 2
     assert {words.split()[0] for words in said} == {"left", "right"}
     assert name == "priority-path" or all(" s" in words for words in said)
 
 
-def test_split_alone_is_complete_and_so_is_what_has_it_among_others():
+def test_only_combinations_with_split_are_complete():
     assert [name for name in KINDS if constraint_kind(name, pad=0.25).complete] == ["split"]
     several = constraint_kinds("vertex-0.1+split", pad=0.25)
     assert EveryKind(kinds=several).complete
@@ -124,7 +124,7 @@ def test_several_kinds_are_named_with_plus_and_radii_with_a_dash():
         ("sphere-inf", MmpError, "'sphere-inf': the radius"),
     ],
 )
-def test_a_list_of_kinds_that_means_nothing_is_answered_in_a_sentence(names, error, message):
+def test_a_malformed_list_of_kinds_is_refused_with_a_sentence(names, error, message):
     with pytest.raises(error, match=message):
         constraint_kinds(names, pad=0.25)
 
@@ -154,7 +154,7 @@ def test_the_point_of_contact_is_within_the_margin_of_both_arms(case):
 
 
 def test_a_context_keeps_its_last_contacts():
-    context, paths, interval = conflict.__wrapped__("passing")  # which nobody else keeps
+    context, paths, interval = conflict.__wrapped__("passing")  # a new context, not the cached one
     question = (interval.a, paths[interval.a], interval.b, paths[interval.b], (interval.first,))
     first = context.contacts(*question)
     assert context.contacts(*question) is first
@@ -165,7 +165,7 @@ def test_a_context_keeps_its_last_contacts():
     assert (run(), path()) == (None, None)
 
 
-def test_the_path_that_is_avoided_is_that_of_the_conflict_and_one_step_each_way():
+def test_the_avoided_path_is_that_of_the_conflict_and_one_step_on_both_sides():
     context, paths, _ = conflict("passing")
     inside = ConflictInterval(a=0, b=1, first=9.0, last=12.0)
     made = AvoidPath().forbid(context, paths, inside, 0, "begin")
@@ -179,7 +179,7 @@ def test_the_path_that_is_avoided_is_that_of_the_conflict_and_one_step_each_way(
 
 
 def test_a_part_that_ends_before_the_conflict_is_left_out_where_the_start_breaks_it():
-    """The arms begin almost in contact: what they sweep in the first step alone would leave no child."""
+    """The arms begin almost in contact, so forbidding the first step would leave no child."""
     context, paths, interval = conflict("in the first moments")
     assert interval.first == 1
     assert AvoidPath().forbid(context, paths, interval, 0, "begin")[0].start == 1

@@ -1,4 +1,4 @@
-"""What the branches of a conflict forbid an arm: the window, the state or the ball, and that the children keep it."""
+"""Constraints of the branches of a conflict: window, state and ball; the children keep them."""
 
 import math
 
@@ -42,7 +42,7 @@ def test_both_kinds_are_constraint_kinds_and_say_in_words_what_they_forbid():
 @pytest.mark.parametrize("pad", [0.1, 0.3, 0.5])
 @pytest.mark.parametrize(("first", "last"), [(9.0, 11.0), (9.0, 9.0), (9.5, 9.5), (8.5, 11.0)])
 def test_a_state_is_avoided_from_pad_before_the_conflict_to_pad_after_it(pad, first, last):
-    """The conflict itself may begin up to a step before the first instant, and end up to a step after the last."""
+    """The conflict may begin up to a step before its first instant, and end up to a step after its last."""
     interval = ConflictInterval(a=0, b=1, first=first, last=last)
     ((start, end),) = windows(AvoidState(pad=pad).forbid(CONTEXT, PATHS, interval, 0, "begin"))
     steps = pad / DT_S
@@ -76,7 +76,7 @@ def test_an_arm_that_is_parked_stays_there_and_so_does_the_constraint():
 
 
 def test_where_the_start_touches_the_state_the_window_opens_with_the_conflict():
-    """The right arm comes, in a while, to where the left one begins: before that the left one may stay."""
+    """The right arm later reaches the start of the left arm. Until then the left arm may stay."""
     problem = two_arms.turning((0.0, 1.0), (1.0, -1.0))
     there = context(problem)
     paths = [there.low_level(k, (), 0)[0] for k in (0, 1)]
@@ -91,7 +91,7 @@ def test_where_the_start_touches_the_state_the_window_opens_with_the_conflict():
 
 
 def stays_in_ball(centre, radius, constraint):
-    """Whether an arm at `centre` in the middle of the window breaks the constraint when it is off by `radius`."""
+    """Returns whether an arm `radius` from `centre` breaks the constraint in the middle of the window."""
     last = constraint.end + 1
     for joint in range(6):
         q = np.repeat(centre[None], last + 1, axis=0)
@@ -104,7 +104,7 @@ def stays_in_ball(centre, radius, constraint):
 
 @pytest.mark.parametrize(("k", "radius"), [(1, 0.04), (2, 0.08), (4, 0.16), (5, 0.2), (9, 0.2)])
 def test_the_ball_of_a_vertex_shrinks_towards_the_start_so_that_it_can_be_left(k, radius):
-    """r = min(0.2 rad, v_max t / 2), with v_max 0.8 rad/s: the start is outside it at any time."""
+    """r = min(0.2 rad, v_max t / 2) with v_max 0.8 rad/s, so the start is outside the ball at any time."""
     interval = ConflictInterval(a=0, b=1, first=float(k), last=float(k))
     (constraint,) = Vertex().forbid(CONTEXT, PATHS, interval, 0, "begin")
     assert (constraint.start, constraint.end) == (k - 1, k + 1)
@@ -125,7 +125,7 @@ def test_the_ball_of_a_vertex_follows_the_option():
 
 
 def clearance_in_window(path, arm, other, q, start, end, per_step=10):
-    """Least clearance [m] of a path on the grid from the other arm standing at q, at instants within the window."""
+    """Returns the least clearance [m] of a path from the other arm at q, at instants within the window."""
     steps = np.arange(start * per_step + 1, min(end, path.last + 2) * per_step) / per_step
     rows = np.array([path.at(float(t)) for t in steps])
     names = CONTEXT.names
@@ -136,7 +136,7 @@ def clearance_in_window(path, arm, other, q, start, end, per_step=10):
 @pytest.mark.parametrize("instant", INSTANTS)
 @pytest.mark.parametrize("arm", [0, 1])
 def test_a_child_does_not_touch_the_other_arm_as_it_stood(arm, instant):
-    """Looked at ten times a step; before the constraint it did touch."""
+    """The test samples ten instants per step. Without the constraint the arms touch."""
     other = 1 - arm
     first, last = (float(k) for k in CONTEXT.conflicts(PATHS, CONTEXT.pairs())[0, 1][[0, -1]])
     interval = ConflictInterval(a=0, b=1, first=first, last=last)

@@ -1,4 +1,4 @@
-"""What every registered planner keeps: the contract of all planners, and what we promise of ours beyond it."""
+"""The contract of every registered planner, and further guarantees of the built-in planners."""
 
 import json
 import math
@@ -25,7 +25,7 @@ from mmp_planners.tree_planner import TreePlanner
 TESTS = Path(__file__).parents[1]
 COUNTS = {"expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"}
 OWNED = COUNTS | {"root_conflicts", "cost_lower_bound_rad", "bound_met", "deadline_hit"}
-"""The fields of a line of results.jsonl that only the planner knows."""
+"""Fields of a line of results.jsonl that only the planner knows."""
 OF_A_PLAN = {"cost_rad", "makespan_s", "min_clearance_m"}
 
 every_planner = pytest.mark.parametrize("name", names())
@@ -55,7 +55,7 @@ def test_a_small_problem_is_solved_and_the_checker_agrees(name, problem):
 
 
 @every_planner
-def test_the_statistics_are_counts_and_say_what_became_of_the_plan(name):
+def test_the_statistics_are_counts_and_describe_the_plan(name):
     problem = two_arms.passing()
     result = planned(name, problem)
     stats, plan = result.stats, result.plan
@@ -70,7 +70,7 @@ def test_the_statistics_are_counts_and_say_what_became_of_the_plan(name):
 
 
 @every_planner
-def test_the_plan_says_by_whom_it_was_made_and_nothing_of_how_long_it_took(name):
+def test_the_plan_names_its_planner_and_contains_no_times_of_the_run(name):
     result = planned(name, two_arms.passing())
     assert (result.plan.planner["name"], result.plan.planner["seed"]) == (name, 3)
     described = {option.name: option.default for option in describe(name).options}
@@ -97,14 +97,14 @@ def test_without_conflicts_at_the_root_no_node_is_expanded_and_nothing_is_a_deto
 
 
 @every_planner
-def test_where_all_are_at_their_goals_the_plan_is_to_stay_there(name):
+def test_a_problem_with_all_arms_at_their_goals_has_a_plan_of_rest(name):
     result = planned(name, two_arms.nothing_to_do())
     assert (result.plan.cost_rad, result.plan.makespan_s) == (0.0, 0.0)
 
 
 @every_planner
 @pytest.mark.parametrize("apart", [1e-9, 5e-6])
-def test_a_goal_a_hair_from_the_start_is_reached(name, apart):
+def test_a_goal_very_close_to_the_start_is_reached(name, apart):
     start = {"left": two_arms.reaching(0.8), "right": two_arms.reaching(0.8)}
     goal = {arm: q + apart for arm, q in start.items()}
     plan = planned(name, make_problem(two_arms.facing_cell(), start, goal)).plan
@@ -129,7 +129,7 @@ def bytes_of(name, problem, folder, **more) -> bytes:
 
 @pytest.fixture(scope="module")
 def first_time(tmp_path_factory):
-    """Returns every planner's plan of every problem, as a file has it."""
+    """Returns every planner's plan of every problem, as the text of its file."""
     folder = tmp_path_factory.mktemp("first")
     return {(name, key): bytes_of(name, problem, folder) for name in names() for key, problem in REPEATED.items()}
 
@@ -161,7 +161,7 @@ for name in reversed(names()):
 
 @pytest.fixture(scope="module")
 def another_process(tmp_path_factory):
-    """A folder of plans by a process with another order of sets and dicts, as it would run on the least processor."""
+    """Returns plans of a process with another hash seed and the portable variant of the core."""
     folder = tmp_path_factory.mktemp("plans")
     changes = {"PYTHONHASHSEED": "1", "MMP_CORE": core.usable_variants()[0]}
     command = [sys.executable, "-c", IN_ANOTHER_PROCESS, str(TESTS), str(folder)]
@@ -186,7 +186,7 @@ def test_a_watcher_that_stops_the_run_gets_the_best_so_far(name, until):
             raise StopPlanning
 
     result = planned(name, two_arms.passing(), watch=watch)
-    assert [isinstance(event, until) for event in events].index(True) == len(events) - 1, "nothing is told after that"
+    assert [isinstance(event, until) for event in events].index(True) == len(events) - 1, "no event follows"
     has_plan = isinstance(events[-1], SolutionFound)
     assert (result.plan is not None) == has_plan
     assert result.status is (Status.SOLVED if has_plan else Status.TIMEOUT)
@@ -216,13 +216,13 @@ def test_without_time_there_is_a_timeout_and_no_exception(name, limit):
 
 @every_planner
 @pytest.mark.parametrize("misuse", [{"time_limit": math.nan}, {"seed": -1}])
-def test_a_seed_or_limit_that_means_nothing_is_misuse(name, misuse):
+def test_a_malformed_seed_or_limit_is_misuse(name, misuse):
     with pytest.raises(MmpError, match=next(iter(misuse))):
         planned(name, two_arms.one_moves(), **misuse)
 
 
 @every_planner
-def test_a_planner_has_the_one_signature_and_says_what_it_is(name):
+def test_a_planner_has_the_common_signature_and_describes_itself(name):
     assert isinstance(make(name), Planner)
     description = describe(name)
     assert description.name == name

@@ -1,4 +1,4 @@
-"""The tree as watchers are told of it, against the statistics of the run."""
+"""The events of a search, against the statistics of the run."""
 
 import numpy as np
 import pytest
@@ -14,13 +14,13 @@ COUNTED = {
     events.FastTracked: "fast_track_tries",
 }
 TREE_PLANNERS = [name for name in names() if "restarts" in {option.name for option in describe(name).options}]
-# Harder than `passing`: all of them expand nodes for it, and one gives up a tree.
+# Harder than `passing`: every planner expands nodes, and one of them restarts.
 PROBLEM = two_arms.passing(1.0)
 
 
 @pytest.fixture(scope="module", params=TREE_PLANNERS)
 def run(request):
-    """Returns what a run told, and its result."""
+    """Returns the events of a run, and its result."""
     emitted = []
     result = make(request.param).plan(PROBLEM, seed=0, time_limit=60.0, watch=emitted.append)
     assert result.plan is not None
@@ -31,7 +31,7 @@ def of(emitted, kind):
     return [event for event in emitted if isinstance(event, kind)]
 
 
-def test_what_is_told_is_what_is_counted(run):
+def test_the_events_agree_with_the_counts(run):
     emitted, result = run
     assert {kind.__name__: len(of(emitted, kind)) for kind in COUNTED} == {
         kind.__name__: result.stats[key] for kind, key in COUNTED.items()
@@ -55,7 +55,7 @@ def test_times_and_node_numbers_ascend(run):
 
 
 def test_the_nodes_make_one_tree_for_each_search(run):
-    """Roots have no parent; a child is made of an expanded node of the same tree, a fast-tracked one of an open one."""
+    """A child has an expanded parent of the same tree; a fast-tracked child has an open parent."""
     emitted, result = run
     tree, expanded, roots = {}, set(), 0
     for event in emitted:
@@ -108,7 +108,7 @@ def test_solutions_become_cheaper_and_the_last_one_is_returned(run):
         assert (result.plan.positions[arm][len(q) :] == q[-1]).all(), "an arm that is there first waits"
 
 
-def test_a_replanned_path_is_tried_for_three_times_at_most(run):
+def test_replanning_takes_at_most_three_low_level_calls(run):
     emitted, _ = run
     before = None
     for event in of(emitted, events.Replanned):
@@ -118,7 +118,7 @@ def test_a_replanned_path_is_tried_for_three_times_at_most(run):
         before = event
 
 
-def test_the_iterates_of_repulsion_are_told_where_they_are_asked_for_and_change_no_plan():
+def test_the_iterates_of_repulsion_are_emitted_on_request_and_change_no_plan():
     plans, repelled = [], []
     for trace in (False, True):
         emitted = []

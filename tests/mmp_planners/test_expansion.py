@@ -1,4 +1,4 @@
-"""When children are replanned, and what the low level is given to begin with."""
+"""Eager and lazy expansion of children, and the earlier path that the low level begins with."""
 
 import pytest
 from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, emitted, ended, endless, tree
@@ -10,7 +10,7 @@ from mmp_planners.planner import StopPlanning
 
 
 def until_expanded(number):
-    """Returns a watcher that stops when that many nodes are expanded, and what it saw."""
+    """Returns a watcher that stops after that many expanded nodes, and its events."""
     events = []
 
     def watch(event):
@@ -25,14 +25,14 @@ def names(events):
     return [type(event).__name__ for event in events if isinstance(event, (NodeCreated, NodeExpanded, Replanned))]
 
 
-def test_at_once_both_children_are_replanned_before_any_node_is_taken():
+def test_eager_expansion_replans_both_children_before_the_next_selection():
     events, watch = until_expanded(2)
     assert not ended(tree(ArmsOnALine(endless, endless), expansion=EagerExpansion(), watch=watch))
     assert names(events)[4:] == ["Replanned", "NodeCreated"] * 2 + ["NodeExpanded"]
 
 
-def test_when_taken_a_child_waits_with_the_paths_of_its_parent_and_is_put_back():
-    """Its parent's conflicts are its own until then, so the first child that has fewer is branched before the other."""
+def test_a_lazy_child_keeps_the_paths_of_its_parent_until_it_is_selected():
+    """Until then it has its parent's conflicts, so a replanned child with fewer conflicts is branched first."""
     context = ArmsOnALine([(0, 1, 1, 2), (0, 1, 3, 2)], [(2, 1, 1, 0)], [(9,)])
     events, watch = until_expanded(2)
     search = tree(context, w=9.0, expansion=LazyExpansion(), watch=watch)
@@ -49,7 +49,7 @@ def test_when_taken_a_child_waits_with_the_paths_of_its_parent_and_is_put_back()
 
 
 @pytest.mark.parametrize("expansion", [EagerExpansion(), LazyExpansion()])
-def test_both_find_the_same_solution_where_there_is_one_way(expansion):
+def test_both_expansions_find_the_same_solution_if_there_is_only_one(expansion):
     search, exhausted, _ = emitted(lambda watch: tree(ArmsOnALine(*CROSSING), expansion=expansion, watch=watch))
     assert not exhausted
     assert search.best.cost == 14.0
@@ -60,7 +60,7 @@ def test_both_find_the_same_solution_where_there_is_one_way(expansion):
     assert search.counts.dropped_children == 2
 
 
-def test_a_lazy_child_without_a_way_is_dropped_when_it_is_taken():
+def test_a_lazy_child_without_a_path_is_dropped_when_it_is_selected():
     search, _, events = emitted(lambda watch: tree(ArmsOnALine(*LATER), expansion=LazyExpansion(), watch=watch, w=9.0))
     created = [event for event in events if isinstance(event, NodeCreated)]
     assert len(created) + search.counts.dropped_children == search.counts.generated_nodes
@@ -76,7 +76,7 @@ def test_branches_of_two_kinds_make_four_children():
     assert [event.arm for event in events if isinstance(event, NodeCreated)] == [None, "a", "b", "a", "b"]
 
 
-def test_from_the_parent_the_low_level_is_given_the_path_that_is_to_be_replaced():
+def test_with_experience_the_low_level_gets_the_path_of_the_parent():
     context = ArmsOnALine([(0, 1, 2), (0, 5, 2)], [(2, 1, 0), (2, 7, 0)])
     tree(context, w=9.0, experience=FromParent()).run(0)
     given = [known if known is None else known[:, 0].tolist() for known in context.experiences]

@@ -1,4 +1,4 @@
-"""The fast track: where one arm is in every conflict it alone is moved out of the way."""
+"""The fast track: if one arm is in every conflict, repulsion moves this arm alone."""
 
 import pytest
 from support.arms_on_a_line import ArmsOnALine, Push, node, refusal, tree
@@ -15,7 +15,7 @@ def tries(fast_track, n):
     return [(attempt.arm, attempt.solved) for attempt in fast_track(context, n)]
 
 
-def test_of_a_single_pair_the_lower_arm_is_tried_first_and_then_the_other():
+def test_a_single_pair_is_tried_with_the_lower_arm_first():
     push = Push({0: (0, 1, 3, 2), 1: (2, 5, 0)})
     assert tries(RepulsiveFastTrack(modification=push), node(0, *SWAP)) == [(0, False), (1, True)]
     assert tries(RepulsiveFastTrack(modification=Push({1: (2, 5, 0)})), node(0, *SWAP)) == [(1, True)]
@@ -61,7 +61,7 @@ def searched(push, places, *, literal=False, w=1.0, **parts):
     return search, search.run(0), events
 
 
-# Both meet at place 1; b knows another way, 5 dearer than the straight one, once it is constrained.
+# Both meet at place 1. With a constraint, b has a detour that costs 5 more than its straight path.
 PLACES = ([(0, 1, 2)], [(2, 1, 0), (2, 4.5, 0)])
 
 
@@ -80,7 +80,7 @@ def test_a_hit_within_w_times_the_bound_is_the_solution_without_any_expansion(li
     ]
 
 
-def test_after_a_sound_hit_that_is_too_dear_the_node_is_branched_as_ever():
+def test_after_a_sound_hit_that_costs_too_much_the_node_is_branched():
     search, _, events = searched({0: (0, -9, 2)}, PLACES)
     assert [event.node for event in events if isinstance(event, NodeExpanded)] == [0]
     assert (search.counts.fast_track_tries, search.counts.fast_track_hits) == (1, 1)
@@ -95,7 +95,7 @@ def test_after_a_literal_hit_there_is_nothing_to_branch_and_the_search_goes_on_w
 
 
 @pytest.mark.parametrize("literal", [False, True])
-def test_a_hit_that_cannot_be_proved_goes_on_as_a_node_with_that_conflict(literal):
+def test_a_hit_without_proof_returns_to_the_open_list_with_its_conflict(literal):
     refused = refusal(0, 1, instant=0.5)
     search, _, _ = searched({0: (0, -1, 2)}, PLACES, literal=literal, w=9.0, certificates=[refused])
     assert search.counts.failed_certificates == 1
@@ -104,7 +104,7 @@ def test_a_hit_that_cannot_be_proved_goes_on_as_a_node_with_that_conflict(litera
 
 
 def test_a_miss_is_discarded_and_each_node_is_tried_once():
-    """The push of a does not help, however often it is tried; b has to go around, at its second constraint."""
+    """Pushing a never helps. b takes a detour after its second constraint."""
     places = ([(0, 1, 2), None], [(2, 1, 0), (2, 1, 0), (2, 4.5, 0)])
     search, _, events = searched({0: (0, 1, 3, 2)}, places, w=9.0)
     assert search.counts.fast_track_hits == 0

@@ -1,4 +1,4 @@
-"""Ctrl-C while planning, with a handler that raises `StopPlanning`: the best so far, out of native code as well."""
+"""Ctrl-C while planning, with a handler that raises `StopPlanning`: planners return the best plan so far."""
 
 import json
 import signal
@@ -25,7 +25,7 @@ def handle(signum, frame):
 signal.signal(signal.SIGINT, handle)
 
 def shut_in():
-    # A planar arm whose goal is behind a ball, whichever way it turns: its planner searches in vain, and for long.
+    # A ball separates the goal of a planar arm from its start, so its planner searches for a long time.
     places = [[2 * math.cos(angle), 2 * math.sin(angle), 0.0] for angle in (0.4, -0.4)]
     balls = [toys.solid("sphere", place, name=f"ball{k}", radius=0.2) for k, place in enumerate(places)]
     arm = toys.toy_arm("a", [0, 0, 0], lower=[-math.pi, -1e-3], upper=[math.pi, 1e-3])
@@ -59,7 +59,7 @@ print(json.dumps([len(interrupted), str(result.status), result.plan is not None,
     ids=["nothing found yet", "a plan that could be better"],
 )
 def test_ctrl_c_returns_the_best_so_far(code, expected):
-    """Without a time limit both would go on for hours."""
+    """Without the interrupt both planners would run for hours."""
     command = [sys.executable, "-c", PLANNING + code + REPORT, str(TESTS)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:

@@ -1,4 +1,4 @@
-"""What every planner refuses before it begins, and what it says of when the first plan was there."""
+"""Inputs that every planner refuses before it begins, and the time of the first plan in its statistics."""
 
 import numpy as np
 import pytest
@@ -18,13 +18,13 @@ every_planner = pytest.mark.parametrize("name", names())
 
 
 def with_speed(rad_s):
-    """Returns both arms turn by 1.6 rad and pass each other, at that speed at most."""
+    """Returns a problem in which both arms turn by 1.6 rad and pass each other, with this velocity limit."""
     problem = two_arms.passing()
     return make_problem(problem.cell, problem.start, problem.goal, max_velocity=rad_s)
 
 
 @every_planner
-def test_the_first_plan_is_there_when_planning_ends_at_the_latest(name):
+def test_the_time_of_the_first_plan_is_at_most_the_planning_time(name):
     stats = make(name).plan(two_arms.passing(), seed=3, time_limit=60.0).stats
     assert type(stats["first_plan_s"]) is float
     assert 0 < stats["first_plan_s"] <= stats["planning_time_s"]
@@ -66,8 +66,8 @@ def test_joints_that_are_too_slow_for_the_grid_are_refused(name, rad_s):
 
 
 @every_planner
-def test_an_arm_that_could_never_give_way_is_refused_even_where_it_is_at_its_goal(name):
-    """Such a step aside would take 10^10 steps, and more memory than there is."""
+def test_an_arm_too_slow_to_step_aside_is_refused_even_at_its_goal(name):
+    """A step aside would take 10^10 steps, more than memory can hold."""
     problem = two_arms.parked_arm_between()
     speeds = {"left": [0.8] * 6, "right": [1e-9] * 6}
     slow = make_problem(problem.cell, problem.start, problem.goal, max_velocity=speeds)
@@ -124,7 +124,7 @@ def test_no_option_takes_a_number_beyond_the_largest_count(name):
         ("time_limit", float("nan"), "a number of seconds, 0 or more, inf for none"),
     ],
 )
-def test_what_no_run_can_begin_with_is_refused_with_what_is_allowed(name, argument, value, allowed):
+def test_a_wrong_argument_of_a_run_is_refused_with_the_allowed_values(name, argument, value, allowed):
     given = {"problem": two_arms.passing(), "seed": 0, "time_limit": 1.0} | {argument: value}
     with unchecked(), pytest.raises(MmpError, match=f"^{argument} is {value!r}; it must be {allowed}"):
         make(name).plan(given.pop("problem"), **given)

@@ -1,4 +1,4 @@
-"""How far a joint can carry a sphere: a bound that holds everywhere, and is not wasteful."""
+"""The Lipschitz constant bounds the motion of every sphere, and is less than twice the largest motion."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ CELLS = {(robot, spheres): ring_cell(2, robot, spheres) for robot in ROBOTS for 
 
 
 def moved(cell, q, to):
-    """Returns how far the spheres go from one configuration to another [m]."""
+    """Returns how far the spheres move from one configuration to another [m]."""
     a, b = (cloud(cell, cell.arms[0], at).centers for at in (q, to))
     return float(np.linalg.norm(b - a, axis=1).max())
 
@@ -43,8 +43,8 @@ def test_the_bound_is_less_than_twice_what_an_arm_can_do(robot):
     assert lipschitz(arm, "28") < 2 * most / step
 
 
-def test_of_a_planar_arm_it_is_the_sum_of_the_ways_to_the_outermost_sphere():
-    """Two links of one metre, a sphere at the tip: 2 m from the first axis, 1 m from the second."""
+def test_the_constant_of_a_planar_arm_is_the_sum_of_the_distances_to_its_tip():
+    """The arm has two links of 1 m. Its tip is 2 m from the first axis and 1 m from the second."""
     cell = toys.toy_cell(toys.toy_arm("toy", [0, 0, 0]))
     arm = cell.arms[0]
     stretched = np.zeros(arm.dof)

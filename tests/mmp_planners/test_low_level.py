@@ -1,4 +1,4 @@
-"""Single-arm paths as the conflict tree gets them, through `Arms.low_level`."""
+"""Single-arm paths for the conflict tree, through `PlanningContext.low_level`."""
 
 import math
 
@@ -29,10 +29,10 @@ def ring(robot, seed):
 
 
 def assert_sound(there, arm, path):
-    """Start, goal, speed, limits, and free of everything that stands still, at every instant."""
+    """Checks start, goal, speed, limits, and clearance from static bodies at every instant."""
     problem, name = there.problem, there.names[arm]
     np.testing.assert_array_equal(path.q[[0, -1]], [problem.start[name], problem.goal[name]])
-    # Single precision inside: what is too fast by that is stretched when the plan is made.
+    # The search uses single precision. Steps that are too fast by rounding are stretched in the plan.
     assert (np.abs(np.diff(path.q, axis=0)) <= there.max_step[arm] * (1 + 2e-4)).all()
     assert problem.cell.collision.edge_free(name, path.q[:-1], path.q[1:], margin=problem.margin).all()
     assert path.length >= np.abs(problem.goal[name] - problem.start[name]).sum() - 1e-9
@@ -47,7 +47,7 @@ def test_a_path_keeps_what_an_arm_alone_must_keep(robot):
         assert_sound(there, arm, path)
 
 
-def test_a_way_that_is_free_is_straight_and_at_full_speed_without_any_search():
+def test_a_free_straight_line_is_returned_at_full_speed_without_search():
     there = context(two_arms.passing())
     path, iterations = there.low_level(0, (), 0)
     assert iterations == 0
@@ -67,7 +67,7 @@ def test_a_slower_arm_takes_more_steps():
 
 
 def detour(there, seed):
-    """Returns a path around a ball that closes the straight way for good."""
+    """Returns a path around a ball that always blocks the straight line."""
     start, goal = there.problem.start["left"], there.problem.goal["left"]
     return there.low_level(0, [core.Constraint.ball((start + goal) / 2, 0.2, 0, core.FOREVER)], seed)
 
@@ -80,7 +80,7 @@ def test_the_same_seed_finds_the_same_path_in_the_same_iterations():
     assert other.q.shape != first.q.shape or not np.array_equal(other.q, first.q)
 
 
-def test_what_was_asked_before_changes_no_path():
+def test_earlier_calls_change_no_path():
     fresh, used = context(two_arms.passing()), context(two_arms.passing())
     for seed in range(5):
         detour(used, seed)
@@ -98,8 +98,8 @@ def test_a_goal_that_is_blocked_for_ever_has_no_path_and_one_that_is_blocked_for
     assert path.last >= 60
 
 
-def test_an_arm_at_its_goal_gives_way_and_comes_back():
-    """It stands where it may not stand for a while; to stay there is no path."""
+def test_an_arm_at_its_goal_moves_aside_and_returns():
+    """A constraint forbids the goal for some time, so staying there is no solution."""
     there = context(two_arms.nothing_to_do())
     ball = core.Constraint.ball(there.problem.goal["left"], 0.2, 10, 40)
     path, _ = there.low_level(0, [ball], 0)
@@ -117,7 +117,7 @@ def test_a_start_that_is_forbidden_at_once_has_no_path():
 
 
 def test_a_larger_budget_searches_longer():
-    """A toy arm whose elbow hardly moves has one way only, and that is closed for good."""
+    """A toy arm whose elbow hardly moves has one path only, and it is always blocked."""
     limits = {"lower": np.array([-np.pi, -1e-3]), "upper": np.array([np.pi, 1e-3])}
     cell = toys.toy_cell(toys.toy_arm("a", [0, 0, 0], **limits))
     there = context(make_problem(cell, {"a": [-1.0, 0.0]}, {"a": [1.0, 0.0]}), iterations=10)

@@ -1,4 +1,4 @@
-"""What a node of the conflict tree knows of its paths."""
+"""Nodes of the conflict tree: cost, bound and conflicts of their paths."""
 
 import numpy as np
 import pytest
@@ -8,11 +8,11 @@ from mmp_env import core
 from mmp_planners.conflict_tree.constraints import Branch, ConflictInterval
 
 
-def meeting(found: ConflictInterval):
+def fields(found: ConflictInterval):
     return found.a, found.b, found.first, found.last
 
 
-def test_cost_is_the_way_of_the_paths_and_the_bound_that_before_repulsion():
+def test_cost_is_the_length_of_the_paths_and_the_bound_their_length_before_repulsion():
     n = node(0, (0, 1, 2), (5, 5, 4), bounds=[1.5, 1.0])
     assert (n.cost, n.lower_bound) == (3.0, 2.5)
 
@@ -24,8 +24,8 @@ def test_conflicts_are_counted_as_arm_arm_step():
 
 
 def test_the_first_conflict_is_the_earliest_and_then_of_the_first_pair():
-    assert meeting(node(0, (0, 1), (2, 1), (3, 1)).first_conflict()) == (0, 1, 1, 1)
-    assert meeting(node(0, (0, 1, 5), (2, 1, 6), (2, 4, 4)).first_conflict()) == (1, 2, 0, 0)
+    assert fields(node(0, (0, 1), (2, 1), (3, 1)).first_conflict()) == (0, 1, 1, 1)
+    assert fields(node(0, (0, 1, 5), (2, 1, 6), (2, 4, 4)).first_conflict()) == (1, 2, 0, 0)
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_the_first_conflict_is_the_earliest_and_then_of_the_first_pair():
 def test_a_conflict_lasts_as_long_as_no_step_is_left_out(instants, first, last):
     n = node(0, (0,), (1,))
     n.conflicts = {(0, 1): np.array(instants, dtype=float)}
-    assert meeting(n.first_conflict()) == (0, 1, first, last)
+    assert fields(n.first_conflict()) == (0, 1, first, last)
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_common_arms_are_in_every_conflicting_pair(pairs, common):
     assert n.common_arms() == common
 
 
-def test_another_path_is_looked_at_with_its_own_pairs_only():
+def test_a_replaced_path_is_tested_with_its_own_pairs_only():
     n = node(0, (0, 1), (2, 1), (2, 3), (4, 3))
     assert set(n.conflicts) == {(0, 1), (1, 2), (2, 3)}
     asked = []
@@ -78,7 +78,7 @@ def test_another_path_is_looked_at_with_its_own_pairs_only():
     assert set(n.conflicts) == {(0, 1), (1, 2), (2, 3)}, "the node itself stays as it is"
 
 
-def test_an_instant_of_a_meeting_is_its_begin_its_middle_or_all_of_it():
+def test_the_instants_of_a_conflict_interval_are_its_begin_its_middle_or_all():
     long, short = ConflictInterval(a=0, b=1, first=3.0, last=8.0), ConflictInterval(a=0, b=1, first=2.5, last=2.5)
     assert long.instants("begin") == [3.0]
     assert long.instants("middle") in ([5.0], [6.0])
@@ -97,14 +97,14 @@ def test_a_child_has_the_paths_of_its_parent_and_a_branch_that_is_pending():
     assert (child.paths, child.bounds, child.conflicts) == (parent.paths, parent.bounds, parent.conflicts)
 
 
-def test_the_share_of_a_kind_is_that_of_the_branches_on_the_way():
+def test_the_share_of_a_kind_is_that_of_the_branches_from_the_root():
     n = node(0, (0,), (1,))
     assert n.share(0) == 0.0
     n.kinds = (1, 0, 1, 1)
     assert (n.share(0), n.share(1), n.share(2)) == (0.25, 0.75, 0.0)
 
 
-def test_what_is_known_of_a_node_is_that_of_its_last_paths():
+def test_cost_bound_and_conflicts_follow_an_update_of_the_paths():
     n = node(0, (0, 1), (2, 1))
     assert (n.cost, n.lower_bound, n.conflict_count) == (2.0, 2.0, 1)
     n.update(paths=(path(0, 3), n.paths[1]), bounds=(3.0, 1.0), conflicts={})

@@ -1,4 +1,4 @@
-"""Options of the conflict-tree planners: what they take, what they refuse, and that they get to where they act."""
+"""Options of the conflict-tree planners: allowed values, refused values, and their effect."""
 
 import math
 
@@ -110,7 +110,7 @@ def test_the_constraint_kind_is_the_one_that_is_named():
 
 
 @pytest.mark.parametrize("name", ONE_KIND)
-def test_the_constraint_kind_shows_in_what_is_told(name):
+def test_the_events_contain_the_constraint_kind(name):
     for constraint, word in (("avoid-state", "avoids"), ("sphere", "keeps 0.1 m"), ("split", "leaves")):
         words = []
 
@@ -126,14 +126,14 @@ def test_the_constraint_kind_shows_in_what_is_told(name):
         assert all(word in said for said in words)
 
 
-def test_a_finer_grid_has_more_steps_for_the_same_way():
+def test_a_finer_grid_has_more_steps_for_the_same_path():
     coarse, fine = (make("ecbs", dt=dt).plan(two_arms.one_moves()).plan for dt in (0.1, 0.05))
     assert (len(coarse.times), len(fine.times)) == (6, 11)
     assert coarse.makespan_s == pytest.approx(fine.makespan_s)
 
 
-def test_without_restarts_a_search_that_runs_dry_is_exhausted_and_proves_nothing():
-    """One iteration of the single-arm planner finds no way around a parked arm, with restarts or without."""
+def test_without_restarts_a_search_without_open_nodes_is_exhausted():
+    """One iteration of the single-arm planner finds no path around a parked arm, with or without restarts."""
     emitted = []
     hopeless = {"iterations": 1, "shortcuts": 1, "eta": 0.05}
     problem = two_arms.parked_arm_between()

@@ -63,7 +63,7 @@ def test_a_crowded_cell_is_recombined_and_the_rounds_that_helped_are_counted(mon
     assert result.plan.cost_rad < without.plan.cost_rad
 
 
-def test_the_same_seed_recombines_in_the_same_way():
+def test_the_same_seed_gives_the_same_recombined_plan():
     problem = crowded()
     first, second = (plan_to_dict(mmp_planners.make("auto", **OPTIONS).plan(problem, seed=0).plan) for _ in range(2))
     assert first == second
@@ -87,7 +87,7 @@ def test_every_turn_has_a_seed_of_its_own():
 
 
 def around_each_other():
-    """Each arm's goal blocks the other arm: one of them has to lift its hand over the other."""
+    """Returns a problem in which each arm's goal blocks the other arm, so one arm must lift its hand."""
     problem = mutually_blocking()
     run = Run.begin("auto", None, problem, 0, math.inf)
     assert run.offer(retime_to_velocity_limits(problem, run_of(path_pool(problem, lifted(problem, 1.4)))))
@@ -165,7 +165,7 @@ def test_a_run_whose_time_is_up_while_it_recombines_ends_with_the_plan_that_it_h
     begin = PathRecombination.__init__
 
     def late(self, run, *rest):
-        """All the time that is left is spent before anything is put together."""
+        """Spends the remaining time before any combination is tried."""
         turns.append(run)
         run.clock.cancel()
         begin(self, run, *rest)
@@ -180,7 +180,7 @@ def test_a_run_whose_time_is_up_while_it_recombines_ends_with_the_plan_that_it_h
 
 
 def of_two_kinds():
-    """Returns a run without a plan yet, the straight plan, and one that is longer."""
+    """Returns a run without a plan, the straight plan, and a longer plan."""
     problem = two_arms.one_moves()
     start, goal, away = problem.start["left"], problem.goal["left"], np.array([0.2, 0.0, 0.1, 0.0, 0.0, 0.0])
     right = problem.start["right"]

@@ -1,4 +1,4 @@
-"""The planners' view of a cell: single-arm paths on a grid of steps, the plan on one clock, and its proof."""
+"""The planning context: single-arm paths on a grid of steps, the plan on a common clock, and its proof."""
 
 import math
 
@@ -77,7 +77,7 @@ def test_pairs_without_conflict_are_left_out():
     assert CONTEXT.conflicts(paths, CONTEXT.pairs()) == {}
 
 
-def test_one_clock_for_all_and_who_is_there_first_waits():
+def test_all_arms_share_one_clock_and_early_arms_wait():
     paths = [straight(0, 20), straight(1, 26)]
     plan = CONTEXT.plan(paths)
     np.testing.assert_allclose(plan.times, DT_S * np.arange(27))
@@ -87,7 +87,7 @@ def test_one_clock_for_all_and_who_is_there_first_waits():
 
 
 def test_a_step_too_fast_for_one_arm_is_stretched_for_all():
-    """Ten steps for 1.6 rad are 0.16 rad each, twice of what 0.8 rad/s allow; so the other arm slows down as well."""
+    """Ten steps for 1.6 rad are twice as fast as 0.8 rad/s, so both arms slow down."""
     paths = [straight(0, 10), straight(1, 26)]
     plan = CONTEXT.plan(paths)
     np.testing.assert_allclose(np.diff(plan.times), [2 * DT_S] * 10 + [DT_S] * 16)
@@ -98,7 +98,7 @@ def test_a_step_too_fast_for_one_arm_is_stretched_for_all():
 
 @settings(max_examples=30)
 @given(seed=st.integers(0, 10**6), lengths=st.tuples(st.integers(1, 12), st.integers(1, 12)))
-def test_speeds_are_within_limits_whatever_the_paths_and_no_step_is_slower_than_it_must_be(seed, lengths):
+def test_velocities_are_within_limits_and_no_step_is_slower_than_necessary(seed, lengths):
     rng = np.random.default_rng(seed)
     paths = []
     for arm, last in enumerate(lengths):
@@ -111,7 +111,7 @@ def test_speeds_are_within_limits_whatever_the_paths_and_no_step_is_slower_than_
     assert plan.cost_rad == pytest.approx(sum(path.length for path in paths))
 
 
-def test_a_plan_that_is_clear_has_its_proof_and_one_that_is_not_says_where():
+def test_a_valid_plan_has_a_proof_and_an_invalid_one_names_the_contact():
     apart = two_arms.one_moves()
     there = context(apart)
     paths = [there.low_level(k, (), 0)[0] for k in (0, 1)]
@@ -136,7 +136,7 @@ def test_whether_the_start_of_an_arm_touches_another_one_somewhere():
     assert not there.start_touches(0, 1, two_arms.reaching(1.0))
 
 
-def test_a_run_out_of_time_proves_nothing():
+def test_an_expired_clock_gives_no_proof():
     late = context(two_arms.one_moves(), seconds=0.0)
     paths = [
         late.path(k, np.array([late.problem.start[name], late.problem.goal[name]])) for k, name in enumerate(late.names)

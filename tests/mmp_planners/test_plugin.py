@@ -13,7 +13,7 @@ from mmp_planners.testing import RULES
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """Where the plug-in is installed."""
+    """Returns the folder in which the plug-in is installed."""
     return plugin_page.install(tmp_path_factory.mktemp("plugin"))
 
 

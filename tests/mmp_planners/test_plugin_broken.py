@@ -1,4 +1,4 @@
-"""Plug-ins that are broken, each in its way: named with what is wrong, and in nobody's way."""
+"""Broken plug-ins: messages name each fault, and other planners keep working."""
 
 import json
 
@@ -107,7 +107,7 @@ UNLOADABLE = {
         "has plan(self, problem, deadline), not plan(self, problem, *, seed",
     ),
 }
-"""Planner -> where it is, and what is said of it."""
+"""Planner -> its entry point, and its message."""
 
 UNUSABLE = {
     "demanding": ("mmp_broken:Demanding", "cannot be made: TypeError"),
@@ -145,7 +145,7 @@ for name in sys.argv[1:]:
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """Where the broken plug-ins are installed."""
+    """Returns the folder in which the broken plug-ins are installed."""
     site = tmp_path_factory.mktemp("broken")
     (site / "mmp_broken.py").write_text(MODULE + 'MODULE = "no planner"\n')
     (site / "mmp_leaving.py").write_text("raise SystemExit('not today')\n")
@@ -155,7 +155,7 @@ def site(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def planned(site):
-    """Planner -> exit code, stdout and stderr of `mmp plan`, all in one process: none harms the next."""
+    """Returns planner -> exit code, stdout and stderr of `mmp plan`, all from one process."""
     ran = plugin_page.python(site, EACH, *ALL, "ecbs")
     assert ran.returncode == 0, ran.stderr
     return {name: rest for name, *rest in map(json.loads, ran.stdout.splitlines())}

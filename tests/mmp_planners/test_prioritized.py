@@ -1,4 +1,4 @@
-"""Prioritized planning: orders of arms, what those before and after count for, and what is done when an arm fails."""
+"""Prioritized planning: orders of arms, arms before and after in the order, and failed arms."""
 
 import dataclasses
 import math
@@ -38,7 +38,7 @@ def of(events, kind):
     return [event for event in events if isinstance(event, kind)]
 
 
-def test_arms_that_are_not_in_each_others_way_keep_their_own_ways():
+def test_arms_without_conflicts_keep_their_own_paths():
     problem = two_arms.one_moves()
     result, events = planned(problem)
     assert result.status is Status.SOLVED
@@ -47,7 +47,7 @@ def test_arms_that_are_not_in_each_others_way_keep_their_own_ways():
     assert len(of(events, Replanned)) == 2
 
 
-def test_one_arm_keeps_its_way_and_the_other_goes_round_or_waits():
+def test_one_arm_keeps_its_path_and_the_other_detours_or_waits():
     problem = two_arms.passing()
     result, _ = planned(problem)
     lengths = {name: np.abs(np.diff(q, axis=0)).sum() for name, q in result.plan.positions.items()}
@@ -56,7 +56,7 @@ def test_one_arm_keeps_its_way_and_the_other_goes_round_or_waits():
     assert check_plan(result.plan).valid
 
 
-def test_an_arm_that_stands_in_the_way_gives_way_and_comes_back():
+def test_a_blocking_arm_moves_aside_and_returns():
     problem = two_arms.parked_arm_between()
     result, _ = planned(problem)
     assert result.status is Status.SOLVED
@@ -82,7 +82,7 @@ def test_crowded_rings_are_solved_and_the_checker_agrees(arms, robot):
 
 
 def hard():
-    """Returns an instance whose first order fails, with the seed that shows it."""
+    """Returns an instance and a seed whose first order fails."""
     for seed in range(30):
         problem = ring(6, seed, "panda")
         result, events = planned(problem, seed)
@@ -108,7 +108,7 @@ def test_the_arm_that_failed_goes_first_in_most_of_the_next_orders():
     kept = sum(order == [2, 0, 1, 3] for order in orders) / len(orders)
     assert 0.75 < kept < 0.9
     assert sum(order[0] == 2 for order in orders) > kept * len(orders)
-    # After a plan that could not be proved nobody has failed.
+    # After a plan without proof no arm counts as failed.
     assert len({tuple(priority_search._next_order([0, 1, 2, 3], None, rng)) for _ in range(200)}) == 24
 
 
@@ -134,7 +134,7 @@ def test_a_group_of_arms_finds_paths_as_if_there_were_no_others():
         np.testing.assert_array_equal(paths[arm].q, again[arm].q)
 
 
-def test_a_group_of_arms_gives_up_after_so_many_tries(monkeypatch):
+def test_a_group_of_arms_gives_up_after_a_number_of_tries(monkeypatch):
     search, own = search_of(two_arms.passing())
     orders = []
 

@@ -1,4 +1,4 @@
-"""Planners by name, those of strangers among them, and what happens when one of theirs is broken."""
+"""Planners by name, those of other packages included, and messages about broken ones."""
 
 import re
 from dataclasses import dataclass, field
@@ -42,12 +42,12 @@ class Plain:
 
 
 class WithoutPlan:
-    """Has nothing to say."""
+    """Has no method `plan`."""
 
 
 @dataclass
 class Unreadable:
-    """Its types are there for type checkers only."""
+    """Has types that exist for type checkers only."""
 
     cell: "OnlyForTypeCheckers" = None
 
@@ -104,7 +104,7 @@ VALUES = {name: f"strangers:{getattr(found, '__name__', 'it')}" for name, found 
 
 @pytest.fixture
 def strangers(monkeypatch):
-    """Their planners as if they were installed beside ours."""
+    """Registers these planners as if another package had installed them."""
     points = [EntryPoint(name, value, PLANNERS.group) for name, value in VALUES.items()]
     monkeypatch.setattr(plugins, "entry_points", lambda group: [*entry_points(group=group), *points])
     load = EntryPoint.load

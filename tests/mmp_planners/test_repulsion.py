@@ -1,4 +1,4 @@
-"""ModifyMotion: a path is pushed away from the other arms, and keeps what it kept before."""
+"""ModifyMotion pushes a path away from the other arms and keeps its ends, limits, constraints and clearance."""
 
 import math
 
@@ -26,7 +26,7 @@ def context(problem):
 
 
 CONTEXT, PATHS = context(two_arms.passing())
-# The left hand passes the parked right arm: through 2 cm of it, and 3 cm away from it.
+# The left hand passes the parked right arm with a penetration of 2 cm, and with a clearance of 3 cm.
 GRAZING = context(two_arms.turning((0.8, -0.8), (0.0, 0.0), distance_m=1.6))
 NEAR = context(two_arms.turning((0.8, -0.8), (0.0, 0.0), distance_m=1.65))
 
@@ -84,7 +84,7 @@ def test_ends_limits_and_freedom_are_kept(step):
 
 @pytest.mark.parametrize("step", STEPS)
 def test_constraints_are_kept(step):
-    """Where repulsion would end if it were free, the arm must not be: an iterate that is not there is returned."""
+    """The constraint forbids the end of the free descent, so ModifyMotion returns an earlier iterate."""
     there, paths = GRAZING
     free = RepulsiveModification(step=step)(there, paths, 0, ())
     moved = np.abs(free.path.q - paths[0].q).max(axis=1)
@@ -122,7 +122,7 @@ def moved_by(**options):
 
 
 def test_with_paper_literal_settings_a_path_hardly_moves():
-    """Distances between centres and alpha = 1e-7: what docs/explanation/paper.md measures is reachable."""
+    """The settings are distances between centres and alpha = 1e-7, as in docs/explanation/paper.md."""
     assert moved_by(distance="centre") < 1e-5
     assert moved_by(distance="surface") > 1e-3
 
@@ -150,7 +150,7 @@ def test_a_larger_gain_and_a_longer_reach_push_farther():
 
 
 @pytest.mark.parametrize("step", STEPS)
-def test_repulsion_stops_once_there_are_two_centimetres_unless_told_to_go_on(step):
+def test_repulsion_stops_at_two_centimetres_unless_early_stop_is_off(step):
     there, paths = NEAR
     early, on = (RepulsiveModification(step=step, early_stop=stop)(there, paths, 0, ()) for stop in (True, False))
     assert early.iterations == 1

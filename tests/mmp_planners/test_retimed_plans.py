@@ -1,4 +1,4 @@
-"""Plans of a planner, retimed and executed: valid, hardly longer, and followed as closely as no corner could be."""
+"""Plans of planners, retimed and executed: valid, hardly longer, and followed closely."""
 
 import functools
 
@@ -29,7 +29,7 @@ def retimed(case):
 
 
 @pytest.mark.parametrize("case", range(len(CASES)))
-def test_it_is_valid_for_the_independent_checker_and_hardly_longer(case):
+def test_a_retimed_plan_is_valid_for_the_independent_checker_and_hardly_longer(case):
     _, plan, report = retimed(case)
     assert check_plan(plan).violations == ()
     assert report.corners > 0
@@ -37,7 +37,7 @@ def test_it_is_valid_for_the_independent_checker_and_hardly_longer(case):
 
 
 @pytest.mark.parametrize("case", range(len(CASES)))
-def test_the_arms_follow_it_within_a_milliradian_and_as_close_as_it_is_proved(case):
+def test_the_arms_follow_a_retimed_plan_within_a_milliradian_and_keep_its_clearance(case):
     env, plan, _ = retimed(case)
     report = env.execute(plan)
     assert report.reached

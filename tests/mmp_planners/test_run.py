@@ -26,16 +26,16 @@ def left_for_proof(monkeypatch, remaining, proof_s=0.0):
 @pytest.mark.parametrize(
     ("remaining", "kept"), [(0.1, LEAST_PROOF_SHARE_S), (100.0, 100.0 * PROOF_SHARE), (0.01, 0.01)]
 )
-def test_before_any_proof_a_share_is_left_or_so_many_seconds(monkeypatch, remaining, kept):
+def test_before_any_proof_a_share_of_the_time_or_a_minimum_is_reserved(monkeypatch, remaining, kept):
     assert left_for_proof(monkeypatch, remaining) == pytest.approx(kept)
 
 
 @pytest.mark.parametrize(("proof_s", "kept"), [(0.0001, LEAST_PROOF_S), (0.5, 0.5 * PROOFS), (60.0, 10.0)])
-def test_proofs_are_given_several_times_as_long_as_they_took_and_no_more_than_before(monkeypatch, proof_s, kept):
+def test_the_reserved_time_is_a_multiple_of_the_longest_proof_and_never_grows(monkeypatch, proof_s, kept):
     assert left_for_proof(monkeypatch, 100.0, proof_s) == pytest.approx(kept)
 
 
-def test_only_a_proof_that_succeeds_tells_how_long_they_take(monkeypatch):
+def test_only_successful_proofs_count_for_the_reserved_time(monkeypatch):
     run = Run.begin("auto", None, two_arms.passing(), 0, math.inf)
     plan = mmp_planners.make("rrt-connect", shorten=0).plan(run.problem, seed=0).plan
     clock = iter(range(100))

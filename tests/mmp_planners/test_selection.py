@@ -1,4 +1,4 @@
-"""Which node of the open list is taken next."""
+"""Selection of the next node of the open list."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from support.arms_on_a_line import node
 from mmp_planners.conflict_tree.constraints import Branch
 from mmp_planners.conflict_tree.selection import BestFirst, Focal, FocalPerKind
 
-# Two arms each; both at place 1 at step 1 is one conflict, and to wait there is another.
+# Each node has two arms. Both at place 1 at step 1 is one conflict; waiting there is another.
 CHEAP, TWICE = [(0, 1, 2), (2, 1, 0)], [(0, 1, 1, 2), (2, 1, 1, 0)]
 DEAR = [(0, -2, 2), (2, 1, 0)]
 
@@ -33,7 +33,7 @@ def test_focal_prefers_fewer_pairs_then_less_cost_then_the_older_node():
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_an_empty_focal_falls_back_to_the_least_bound(order):
-    """Repulsion raises costs and leaves bounds alone: all nodes can cost more than w times the bound."""
+    """Repulsion raises costs but not bounds, so all nodes can cost more than w times the bound."""
     high, low = node(0, *CHEAP, bounds=[2, 1]), node(1, *DEAR, bounds=[1, 1])
     assert (high.cost, low.cost) == (4, 8)
     assert Focal(w=1.0)([high, low][::order], 2.0) is low
@@ -50,7 +50,7 @@ def test_best_first_takes_the_cheapest_then_the_fewest_conflicts_then_the_oldest
 
 
 class ScriptedBandit:
-    """A bandit that draws what it is told to, and keeps what it learns."""
+    """A bandit that draws given choices, and records what it learns."""
 
     def __init__(self, *draws):
         self.draws, self.learned = list(draws), []

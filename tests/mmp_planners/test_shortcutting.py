@@ -1,4 +1,4 @@
-"""Shortcutting as a part that planners are composed with."""
+"""Shortcutting as a part of planners."""
 
 import math
 
@@ -25,7 +25,7 @@ from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid, retime_to_velocity_limits
 
 WAIT = np.array([0, 0, 1, 1])
-"""Two rows at the start and two at the goal: both arms wait before and after."""
+"""Two rows at the start and two at the goal, so both arms wait before and after."""
 
 
 def ring(arms=4, seed=2):
@@ -44,7 +44,7 @@ def test_a_shortened_plan_costs_no_more_and_passes_the_checker(planner):
 
 
 @pytest.mark.parametrize("planner", ["rrt-connect", "prioritized", "apf-ecbs"])
-def test_watchers_are_told_of_the_shortened_plan_as_a_child_of_the_one_that_was_found(planner):
+def test_the_shortened_plan_is_emitted_as_a_child_of_the_plan_as_found(planner):
     events = []
     plan = mmp_planners.make(planner, shorten=300).plan(ring(), seed=1, watch=events.append).plan
     found, shortened = (event for event in events if isinstance(event, SolutionFound))
@@ -100,14 +100,14 @@ def test_arms_that_never_move_have_a_plan_of_no_length():
 
 
 def anywhere(seed):
-    """Returns a problem with room for both arms: from one place beside each other to another one."""
+    """Returns a problem with room for both arms, from one random state to another."""
     rng = np.random.default_rng(seed)
     ends = [{name: two_arms.reaching(1.3) + rng.uniform(-0.2, 0.2, 6) for name in ("left", "right")} for _ in "ab"]
     return make_problem(two_arms.facing_cell(), *ends), rng
 
 
 def assert_exact(plan, problem):
-    """From start to goal to the last bit, in time, within the limits and never too fast."""
+    """Checks exact ends, ascending times, joint limits and velocity limits."""
     for name in problem.cell.arm_names:
         np.testing.assert_array_equal(plan.positions[name][0], problem.start[name])
         np.testing.assert_array_equal(plan.positions[name][-1], problem.goal[name])
@@ -116,7 +116,7 @@ def assert_exact(plan, problem):
 
 
 def waiting(seed):
-    """Rows as the core gives them, in single precision: what it takes for start and goal is a hair away from them."""
+    """Returns rows in single precision, as the core returns them. Its start and goal differ by rounding."""
     problem, rng = anywhere(seed)
     rows = []
     for name in problem.cell.arm_names:
@@ -142,8 +142,8 @@ def test_plans_that_end_in_waits_of_all_arms_pass_the_checker(seed):
 
 
 @given(seed=st.integers(0, 2**32), turns=st.integers(1, 300))
-def test_the_last_hair_of_a_long_plan_is_not_too_fast(seed, turns):
-    """A step of nanoseconds after minutes: the times have hardly any digits left for it."""
+def test_the_tiny_last_step_of_a_long_plan_is_not_too_fast(seed, turns):
+    """The step takes nanoseconds after minutes, so rounding of the times matters."""
     problem, rng = anywhere(seed)
     hairs = rng.uniform(1e-9, 1e-7, 4)
     rows = []
@@ -154,7 +154,7 @@ def test_the_last_hair_of_a_long_plan_is_not_too_fast(seed, turns):
     assert_exact(retime_to_velocity_limits(problem, rows), problem)
 
 
-def test_one_row_becomes_the_straight_way_or_nothing_at_all():
+def test_a_single_row_becomes_the_straight_path_or_no_plan():
     for problem, expected in ((two_arms.one_moves(), 0.5), (two_arms.nothing_to_do(), 0.0)):
         plan = retime_to_velocity_limits(problem, [problem.start[name][None] for name in problem.cell.arm_names])
         assert len(plan.times) == (2 if expected else 1)
@@ -162,7 +162,7 @@ def test_one_row_becomes_the_straight_way_or_nothing_at_all():
         assert_exact(plan, problem)
 
 
-def test_what_is_given_is_not_written_to():
+def test_the_given_rows_are_not_changed():
     problem = two_arms.one_moves()
     rows = [np.vstack([problem.start[n], problem.goal[n]])[WAIT] + 1e-8 for n in problem.cell.arm_names]
     before = [r.copy() for r in rows]
@@ -184,7 +184,7 @@ def test_a_grid_has_every_corner_of_the_plan():
         np.testing.assert_allclose(grid[[0, 3, 4, -1]], q[name])
 
 
-def test_in_groups_of_their_own_nothing_keeps_an_arm_from_the_straight_way():
+def test_an_arm_in_a_group_of_its_own_becomes_straight():
     problem = two_arms.passing()
     plan = mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan
     (among, _), (alone, kept) = (
@@ -196,7 +196,7 @@ def test_in_groups_of_their_own_nothing_keeps_an_arm_from_the_straight_way():
     assert alone.cost_rad == pytest.approx(problem.cost_lower_bound_rad, abs=2e-3)
 
 
-def test_attempts_are_made_again_as_long_as_they_are_worth_it():
+def test_rounds_repeat_while_they_save_enough():
     plan = mmp_planners.make("rrt-connect", shorten=0).plan(ring(6, 4), seed=0).plan
     once, again = (
         Shortcutting(attempts=20, repeat_gain=worth)(plan, 0, core.Clock(math.inf))[0] for worth in (10, 1e-3)
@@ -216,8 +216,8 @@ def test_a_cancelled_clock_leaves_the_plan():
     assert found.cost_rad <= plan.cost_rad + 1e-9
 
 
-def test_time_that_ends_within_shortening_leaves_what_is_shorter_by_then(monkeypatch):
-    monkeypatch.setattr(run_module, "LEAST_PROOF_S", 1.5)  # time for the proof on a busy machine, too
+def test_shortcuts_found_before_the_deadline_are_kept(monkeypatch):
+    monkeypatch.setattr(run_module, "LEAST_PROOF_S", 1.5)  # enough time for the proof on a busy machine
     monkeypatch.setattr(run_module, "PROOF_SHARE", 0.5)
     problem = two_arms.passing()
     long = mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0)
@@ -228,8 +228,8 @@ def test_time_that_ends_within_shortening_leaves_what_is_shorter_by_then(monkeyp
     assert check_plan(short.plan).valid
 
 
-def test_shortcuts_that_no_time_is_left_to_prove_do_not_count(monkeypatch):
-    """The clock runs out between the last shortcut and the proof: the plan is the one that was proved before."""
+def test_shortcuts_without_time_for_a_proof_are_dropped(monkeypatch):
+    """The clock expires between the last shortcut and the proof, so the earlier proved plan is returned."""
     problem = two_arms.passing()
     run = Run.begin("rrt-connect", None, problem, 0, math.inf)
     assert run.offer(mmp_planners.make("rrt-connect").plan(problem, seed=0).plan)

@@ -23,7 +23,7 @@ FLOAT_M = 1e-5
 
 
 def split(case, **options):
-    """Returns the ball of arm j, what arm i must stay off, and the numbers that both are made of."""
+    """Returns the ball of arm j, the core that arm i must avoid, and the numbers behind both."""
     context, paths, interval = conflict(case)
     out, off = Split(**options).branches(context, paths, interval, "begin")
     contact = deepest(context, paths, interval)
@@ -41,7 +41,7 @@ def smaller(spheres, by):
 
 
 def is_broken(context, arm, q, constraint):
-    """Returns whether an arm that stands at q all the time breaks a constraint."""
+    """Returns whether an arm that stays at q breaks a constraint."""
     motion = context.model.motion(context.names[arm], q[None])
     return core.breaks_constraint(context.core, motion, [constraint], context.conflict_distance)
 
@@ -79,9 +79,9 @@ def signs(dof):
 
 @given(case=st.sampled_from(sorted(CASES)), where=signs(6), away=signs(6), share=st.sampled_from([0.3, 0.5, 0.9]))
 def test_no_pair_of_configurations_with_the_margin_is_lost(case, where, away, share):
-    """Arm j anywhere in its ball, arm i moved off until it has just the margin: it must be off the core.
+    """Arm j is anywhere in its ball, and arm i just has the margin. Then arm i must be clear of the core.
 
-    Found by halving, so that the configurations are the hardest ones: with the margin and hardly more.
+    Bisection finds the hardest configurations: those with the margin and hardly more.
     """
     context, paths, out, off, contact, bound, radius = split(case, share=share)
     q_j, q_i = paths[out.arm].at(contact.instant) + radius * where, paths[off.arm].at(contact.instant)
@@ -102,7 +102,7 @@ def test_no_pair_of_configurations_with_the_margin_is_lost(case, where, away, sh
 
 
 def test_without_the_shrinking_such_pairs_would_be_lost():
-    """What the property above is worth: the whole arm in place of its core forbids some of them."""
+    """The test above is sharp: with the whole arm in place of its core, some configurations would be forbidden."""
     context, paths, out, off, contact, _, radius = split("passing")
     q_j, q_i = paths[out.arm].at(contact.instant), paths[off.arm].at(contact.instant)
     lost = 0
@@ -118,13 +118,13 @@ def test_without_the_shrinking_such_pairs_would_be_lost():
     assert lost > 0
 
 
-def test_of_two_arms_that_are_alike_the_second_gets_the_ball():
+def test_the_second_of_two_equal_arms_gets_the_ball():
     _, _, out, off, *_ = split("in the ring")
     assert out.arm > off.arm
 
 
 def barely(depth):
-    """Two hands that meet at one instant, by no more than `depth` [m] nearer than the margin."""
+    """Returns two hands in conflict at one instant, at most `depth` [m] closer than the margin."""
     problem = two_arms.passing()
     context = PlanningContext(problem, 0.1, SiRrtStar(), core.Clock(math.inf))
     interval = ConflictInterval(a=0, b=1, first=1.0, last=1.0)
@@ -144,7 +144,7 @@ def barely(depth):
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.9])
 @pytest.mark.parametrize("depth", [1e-3, 1e-4, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 1e-7])
-def test_of_a_shallow_conflict_each_branch_still_forbids_its_side(depth, share):
+def test_each_branch_of_a_shallow_conflict_forbids_its_side(depth, share):
     context, paths, interval = barely(depth)
     contact = deepest(context, paths, interval)
     assert contact.gap == pytest.approx(context.conflict_distance - depth, abs=1e-9)

@@ -1,4 +1,4 @@
-"""`StopPlanning` from a signal handler strikes anywhere: while a search is set up, and when it has ended already."""
+"""`StopPlanning` from a signal handler at any line: while a search is set up, and after its end."""
 
 import sys
 
@@ -14,7 +14,7 @@ PROBLEM = two_arms.one_moves()
 
 
 def stopped_at_line(number):
-    """What `plan` returns where the run is stopped at that line of making the result, and how many lines there are."""
+    """Stops a run at that line of making the result. Returns the result, and the number of lines executed."""
     seen = 0
 
     def in_lines(frame, event, argument):

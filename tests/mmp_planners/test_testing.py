@@ -1,4 +1,4 @@
-"""The contract test is tested: a sound planner passes it, and each rule finds the planners that break it."""
+"""Test of the contract test: a sound planner passes it, and each rule finds the planners that break it."""
 
 import dataclasses
 
@@ -40,11 +40,11 @@ BREAKERS = {
     breakers.Unpicklable: (PICKLES, "it does not go through pickle"),
     breakers.ForgetsItselfInPickle: (PICKLES, "going through pickle gives another plan of 'turning'"),
 }
-"""Planner -> the rule that it breaks, and what is said of it."""
+"""Planner -> the rule that it breaks, and the sentence about it."""
 
 
 def problems() -> tuple[Problem, ...]:
-    """Straight lines are enough for the first; the second is there to go wrong between."""
+    """Returns two problems: straight lines solve the first, and collide in the second."""
     easy = two_arms.one_moves()
     return dataclasses.replace(easy, start=dict(easy.start)), two_arms.turning((1.5, 1.2), (1.0, 1.1))
 
@@ -79,7 +79,7 @@ def test_a_planner_that_breaks_one_rule_keeps_the_others(rule):
     check_planner(breaker, problems=problems(), rules=[rule])
 
 
-def test_an_unknown_planner_is_said_to_be_one():
+def test_an_unknown_planner_is_refused_as_unknown():
     with pytest.raises(ContractError, match="unknown planner 'no-such-planner'"):
         check_planner("no-such-planner")
 

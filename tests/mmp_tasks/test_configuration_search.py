@@ -154,7 +154,7 @@ def test_free_spots_are_in_the_sector_and_clear_of_bases_obstacles_and_each_othe
         assert np.linalg.norm(table.bases - spot, axis=1).min() >= 0.17 - 1e-3
         assert all(np.linalg.norm(spot - other) >= 0.17 - 1e-3 for other in taken)
         taken.append(spot)
-    here = Sector(nearest=0.0, farthest=0.01)  # inside of the base
+    here = Sector(nearest=0.0, farthest=0.01)  # inside the base
     with pytest.raises(DrawFailed, match="no free spot on the table"):
         table.free_spot(arm, rng, taken, 0.06, here)
 

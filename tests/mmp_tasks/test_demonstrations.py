@@ -41,7 +41,7 @@ def tool_points(problem, which):
 @pytest.mark.parametrize("cell", CELLS)
 def test_a_drawn_instance_is_a_valid_problem(task, cell):
     problem = draw_problem(find_cell(cell), task, 1)
-    assert problem.margin == 0.002  # the whole of it is left
+    assert problem.margin == 0.002  # the whole margin remains
     assert problem.cell.arm_names == find_cell(cell).arm_names
 
 
@@ -106,7 +106,7 @@ def test_without_mink_a_sentence_says_what_to_install(monkeypatch):
         draw_problem(find_cell("ring-2"), "crossing", 0)
 
 
-def test_start_and_goal_alone_are_refused_where_the_cell_is_another():
+def test_start_and_goal_alone_are_refused_if_the_task_changes_the_cell():
     with pytest.raises(MmpError, match="'pick' puts objects into cell 'ring-2'; draw_problem"):
         draw_instance(find_cell("ring-2"), "pick", 0)
     assert len(draw_instance(find_cell("ring-2"), "crossing", 0)) == 2

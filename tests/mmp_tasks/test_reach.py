@@ -54,7 +54,7 @@ def test_every_tool_point_lies_in_the_shared_space_and_every_joint_in_its_draw_l
 
 
 @pytest.mark.parametrize("name", robot_names())
-def test_draw_limits_are_the_limits_cut_to_half_a_turn_each_way(name):
+def test_draw_limits_are_the_limits_cut_to_half_a_turn_on_both_sides(name):
     robot = load_robot(name)
     lower, upper = np.maximum(robot.lower, -np.pi), np.minimum(robot.upper, np.pi)
     if name == "ur5e":  # a quarter turn and more points the upper arm into the table

@@ -32,7 +32,7 @@ def retimed(plan):
 
 
 def back(plan):
-    """Returns the plan back, which begins where `plan` ends."""
+    """Returns the reversed plan, which begins where `plan` ends."""
     problem = replace(plan.problem, start=plan.problem.goal, goal=plan.problem.start)
     return replace(plan, problem=problem, positions={arm: q[::-1] for arm, q in plan.positions.items()})
 

@@ -13,8 +13,8 @@ from mmp_env.mujoco_import import mujoco
 
 SMALLEST_M, LARGEST_M = 1e-6, 100.0
 """Bounds [m] of edges, radii and lengths. Positions lie within the larger one of the origin of their frame."""
-LARGEST_YAW_RAD = 2 * np.pi + 1e-4
-"""Largest yaw [rad]: a full turn, with room for rounding."""
+LARGEST_YAW_RAD = 4 * np.pi
+"""Largest yaw [rad]: two turns."""
 
 
 class UnreadableError(Exception):
@@ -137,7 +137,7 @@ def pose(data: Any, where: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarra
     if data.get("yaw") is not None:
         yaw = float(numbers(data["yaw"], (), f"yaw of {where}"))
         if not abs(yaw) <= LARGEST_YAW_RAD:
-            raise UnreadableError(f"yaw of {where} is {yaw:g}; it must be from -6.283 to 6.283 rad")
+            raise UnreadableError(f"yaw of {where} is {yaw:g}; it must be from -12.566 to 12.566 rad")
         quaternion = np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])
     elif data.get("quaternion") is not None:
         quaternion = numbers(data["quaternion"], (4,), f"quaternion of {where}")

@@ -28,6 +28,8 @@ MAX_ARMS, MAX_OBSTACLES = 64, 1000
 """Largest numbers of arms and obstacles of a cell."""
 NO_TOOL = "none"
 """Name that stands for a bare flange in files."""
+_ONE_TURN_RAD = 2 * np.pi + 1e-4
+"""Largest yaw [rad] in a cell file: a full turn, with room for rounding."""
 _UNIT_ROUNDING = 1e-12
 """Largest deviation of the length of a unit quaternion from 1."""
 
@@ -92,7 +94,17 @@ def cell_from_dict(data: Any, where: str | Location, *, name: str = "cell") -> C
         MmpError: for a fault, with field and value.
     """
     place = where if isinstance(where, Location) else Location(where)
-    return cell_from_data(decode(data, CellData, place), place, name=name)
+    decoded = decode(data, CellData, place)
+    _refuse_more_than_a_turn(decoded, place)
+    return cell_from_data(decoded, place, name=name)
+
+
+def _refuse_more_than_a_turn(data: CellData, place: Location) -> None:
+    """Refuses a yaw above 2 pi in a cell that somebody wrote: it is probably in degrees."""
+    for key, items in (("arms", data.arms), ("obstacles", data.obstacles)):
+        for k, item in enumerate(items):
+            if item.yaw is not None and np.isfinite(item.yaw) and abs(item.yaw) > _ONE_TURN_RAD:
+                raise (place / key / k / "yaw").wrong(item.yaw, f"from -6.283 to 6.283 rad{degrees_hint(item.yaw)}")
 
 
 def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
@@ -228,7 +240,7 @@ def _pose(data: ArmData | SolidData, place: Location) -> tuple[Float[np.ndarray,
         if not np.isfinite(yaw):
             raise (place / "yaw").wrong(yaw, "a finite number [rad]")
         if abs(yaw) > LARGEST_YAW_RAD:
-            raise (place / "yaw").wrong(yaw, f"from -6.283 to 6.283 rad{degrees_hint(yaw)}")
+            raise (place / "yaw").wrong(yaw, f"from -12.566 to 12.566 rad{degrees_hint(yaw)}")
         return position, frozen_array(quaternion_from_yaw(yaw))
     if data.yaw is not None:
         raise MmpError(f"{place} has both yaw {shown(data.yaw)} and quaternion {shown(data.quaternion)}; give one")

@@ -18,8 +18,8 @@ from mmp_env.model.transforms import matrix_from_quaternion, transform
 SHAPES = ("box", "sphere", "cylinder", "capsule")
 SMALLEST_M, LARGEST_M = 1e-6, 100.0
 """Bounds [m] of edges, radii and lengths. Positions lie within the larger one of the origin of their frame."""
-LARGEST_YAW_RAD = 2 * np.pi + 1e-4
-"""Largest yaw [rad]: a full turn, with room for rounding. A larger number is probably in degrees."""
+LARGEST_YAW_RAD = 4 * np.pi
+"""Largest yaw [rad]: two turns. Published instances have more than one."""
 NAMES = "1 to 100 printable characters without '/'"
 """Rule for names, which stand in paths such as `<cell>/<instance>` and `<arm>/joint1`, and in files."""
 _LONGEST_NAME, _LONGEST_INSTANCE_NAME = 100, 250

@@ -56,3 +56,12 @@ def test_a_bad_file_is_named_with_file_field_and_value(case):
         instances_from_dict(bad_files.spoilt(bad_files.good_instances(), path, value), "shop.json")
     for word in ["shop.json: ", *words]:
         assert word in str(error.value)
+
+
+def test_a_published_cell_may_turn_an_arm_by_more_than_once_around():
+    data = bad_files.spoilt(bad_files.good_instances(), ["cell", "arms", 0, "yaw"], 7.33)
+    one_turn_less = bad_files.spoilt(bad_files.good_instances(), ["cell", "arms", 0, "yaw"], 7.33 - 2 * np.pi)
+    poses = [instances_from_dict(each, "x.json").cell.arms[0].T_world_base for each in (data, one_turn_less)]
+    np.testing.assert_allclose(*poses, atol=1e-12)
+    with pytest.raises(MmpError, match=r"arms\[0\].yaw is 180.*degrees"):
+        instances_from_dict(bad_files.spoilt(data, ["cell", "arms", 0, "yaw"], 180), "x.json")

@@ -27,7 +27,7 @@ def test_a_single_tree_without_a_root_is_exhausted():
 
 
 def trees(restarts, started):
-    """Runs until `started` trees have begun or 75 nodes are expanded. Returns the expansions per tree, and the parts."""
+    """Runs until `started` trees have begun or 75 nodes are expanded. Returns the expansions per tree and the parts."""
     context, kind, expanded = ArmsOnALine(endless, endless), OneConstraint(), []
 
     def watch(event):

@@ -31,7 +31,7 @@ def test_before_any_proof_a_share_of_the_time_or_a_minimum_is_reserved(monkeypat
 
 
 @pytest.mark.parametrize(("proof_s", "kept"), [(0.0001, LEAST_PROOF_S), (0.5, 0.5 * PROOFS), (60.0, 10.0)])
-def test_the_reserved_time_is_a_multiple_of_the_longest_proof_and_never_grows(monkeypatch, proof_s, kept):
+def test_the_reserved_time_is_a_multiple_of_the_longest_proof_and_at_most_a_share(monkeypatch, proof_s, kept):
     assert left_for_proof(monkeypatch, 100.0, proof_s) == pytest.approx(kept)
 
 

@@ -44,7 +44,7 @@ BREAKERS = {
 
 
 def problems() -> tuple[Problem, ...]:
-    """Returns two problems: straight lines solve the first, and collide in the second."""
+    """Returns two problems that straight lines solve. The second one reveals state kept between runs."""
     easy = two_arms.one_moves()
     return dataclasses.replace(easy, start=dict(easy.start)), two_arms.turning((1.5, 1.2), (1.0, 1.1))
 

@@ -1,4 +1,4 @@
-"""A world for the conflict tree without geometry: arms on a line, and their paths are written down beforehand."""
+"""Arms on a line with given paths: a planning context for the conflict tree without geometry."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ def refusal(*arms: int, instant: float) -> Certificate:
 PROVED = proof(0.01)
 """Default certificate."""
 
-# Arms a and b go to each other's places and meet at place 1; a may go around by -5, at a cost of 12 instead of 2.
+# Arms a and b swap places and conflict at place 1. Arm a has a detour by -5, which costs 12 instead of 2.
 CROSSING = ([(0, 1, 2), (0, -5, 2)], [(2, 1, 0)])
-# As above, but b finds a cheap path as well, after its third constraint.
+# As above, but after its third constraint b has a cheap path too.
 LATER = (
     lambda count: (0, 1, 2) if count == 0 else (0, -5, 2),
     lambda count: (2, 1, 0) if count < 3 else (2, 1.5, 0.5, 0),
@@ -55,7 +55,7 @@ LATER = (
 
 
 def endless(count):
-    """Returns a path for any number of constraints; two arms that have it are in conflict from its first step on."""
+    """Returns a path for any number of constraints. Two arms with it are in conflict from its first step on."""
     return (0, 1)
 
 
@@ -66,7 +66,7 @@ def path(*places: float) -> Path:
 
 
 def conflicts(paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], np.ndarray]:
-    """Returns the steps at which two arms are at one place; they stay at the end of their paths."""
+    """Returns the steps at which two arms are at the same place. Arms stay at the ends of their paths."""
     found = {}
     for a, b in pairs:
         steps = range(max(paths[a].last, paths[b].last) + 1)
@@ -77,7 +77,7 @@ def conflicts(paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> dict[t
 
 
 def node(number: int, *places: Sequence[float], bounds: Sequence[float] | None = None) -> Node:
-    """A node of the tree with one path for each arm; without `bounds` [rad] the paths' lengths are the bounds."""
+    """Returns a node with one path per arm. The default `bounds` [rad] are the lengths of the paths."""
     paths = tuple(path(*row) for row in places)
     pairs = [(a, b) for a in range(len(paths)) for b in range(a + 1, len(paths))]
     return Node(
@@ -129,7 +129,7 @@ class ArmsOnALine(PlanningContext):
 
 @dataclass
 class OneConstraint:
-    """Forbids one thing, whatever it be, and keeps what it was asked: (meeting, arm, instant)."""
+    """Always returns the same constraint, and records its calls: (conflict interval, arm, instant)."""
 
     asked: list[tuple] = field(default_factory=list)
 
@@ -143,7 +143,7 @@ class OneConstraint:
 
 @dataclass
 class Push:
-    """A modification that moves arm k to the places `to[k]`, and leaves the others as they are."""
+    """A modification that moves arm k to the places `to[k]`, and changes no other arm."""
 
     to: dict[int, Sequence[float]]
 
@@ -154,13 +154,13 @@ class Push:
 def tree(
     context: ArmsOnALine, *, w: float = 1.0, watch: Callable = ignore, branching: OneSided | None = None, **parts
 ) -> ConflictTree:
-    """Returns a conflict tree over them: one tree, plain ECBS, unless `parts` say something else."""
+    """Returns the search of plain ECBS without restarts; `parts` replace parts of it."""
     plain = {"selection": Focal(w=w), "branching": EitherArm(kind=branching or OneConstraint()), "restarts": False}
     return ConflictTree(context=context, emitter=EventEmitter(watch, context), **(plain | parts))
 
 
 def ended(search: ConflictTree, seed: int = 0) -> bool:
-    """Runs a tree: whether it was exhausted; False as well where its watcher has stopped it."""
+    """Runs a search. Returns whether it was exhausted; False if its watcher stopped it."""
     try:
         return search.run(seed)
     except StopPlanning:
@@ -168,7 +168,7 @@ def ended(search: ConflictTree, seed: int = 0) -> bool:
 
 
 def emitted(run, seed=0):
-    """Returns a tree, whether it was exhausted and all that it told; `run` makes the tree from a watcher."""
+    """Returns a search, whether it was exhausted, and its events. `run` makes the search from a watcher."""
     events = []
     search = run(events.append)
     return search, ended(search, seed), events

@@ -40,7 +40,7 @@ def good_cell() -> dict[str, Any]:
 
 
 def good_instances() -> dict[str, Any]:
-    """Returns the cell with two instances; in the second, `left` is 5.5 rad out of its third joint's limits."""
+    """Returns the cell with two instances. In the second, joint 3 of `left` is 5.5 rad beyond its limit."""
     ends = {"start": {"left": TUCKED, "right": TUCKED}, "goal": {"left": TURNED, "right": TURNED}}
     turn, outside = ({"name": name, **json.loads(json.dumps(ends))} for name in ("turn", "outside"))
     outside["start"]["left"][2] = 5.5
@@ -124,7 +124,7 @@ CELLS = {
     "a sphere set of another number": (["spheres"], 29, ["spheres", "'29'", "28"]),
     "a cell named by a path": (["name"], "a/b", ["name is 'a/b'"]),
 }
-"""What is wrong: where in the good cell, what stands there instead, and words of the message."""
+"""Name of a fault -> its place in the valid cell, the wrong value, and words of the message."""
 
 INSTANCES = {
     "no schema": (["schema"], GONE, ["schema is missing", "mmp-instances/1"]),
@@ -225,7 +225,7 @@ TEXTS = {
     "a number": (b"3", ["3", "an object"]),
     "null": (b"null", ["null", "an object"]),
 }
-"""Files that are no JSON object, and words of the message."""
+"""Name of a fault -> content of a file that is no JSON object, and words of the message."""
 
 YAML_TEXTS = {
     "nothing": (b"", ["null", "an object"]),
@@ -257,8 +257,8 @@ YAML_TEXTS = {
 
 
 def spoilt(good: dict[str, Any], path: list[Any], value: Any) -> dict[str, Any]:
-    """Returns the good data with `value` at `path`, or with what stands there gone."""
-    # Through JSON: no two places share a list, and the next test finds the good data as it was.
+    """Returns the valid data with `value` at `path`, or without the field at `path`."""
+    # The copy through JSON shares no list with the valid data.
     good = json.loads(json.dumps(good))
     *parents, last = path
     inner: Any = good
@@ -272,5 +272,5 @@ def spoilt(good: dict[str, Any], path: list[Any], value: Any) -> dict[str, Any]:
 
 
 def text(data: Any) -> str:
-    """Returns the data as Python writes JSON: NaN and infinities as such."""
+    """Returns the data as Python writes JSON, with NaN and infinities."""
     return json.dumps(data)

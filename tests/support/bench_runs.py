@@ -1,4 +1,4 @@
-"""Running `mmp bench` in tests: its command line, with the strangers' planners installed, and what came of it."""
+"""Runs of `mmp bench` in tests, with the test planners installed, and their results."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PROGRAM = "from mmp_cli.main import main; raise SystemExit(main())"
 
 
 class Ran(NamedTuple):
-    """What a command line came to."""
+    """The result of a command line."""
 
     code: int
     out: str
@@ -29,7 +29,7 @@ class Ran(NamedTuple):
 
 
 def bench(path: Path, *argv: Any) -> Ran:
-    """Runs `mmp bench` in this process; `path` is where the strangers' planners are installed."""
+    """Runs `mmp bench` in this process; `path` is the folder of the test planners."""
     with pytest.MonkeyPatch.context() as patch, io.StringIO() as out, io.StringIO() as err:
         patch.syspath_prepend(site(path))
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
@@ -38,7 +38,7 @@ def bench(path: Path, *argv: Any) -> Ran:
 
 
 def started(path: Path, *argv: Any) -> subprocess.Popen[str]:
-    """Starts `mmp bench` as a process of its own, so that it can be interrupted and killed."""
+    """Starts `mmp bench` as another process, which tests can interrupt and kill."""
     return subprocess.Popen(
         [sys.executable, "-c", _PROGRAM, "bench", *map(str, argv)],
         env=environment(path),
@@ -49,25 +49,25 @@ def started(path: Path, *argv: Any) -> subprocess.Popen[str]:
 
 
 def environment(path: Path) -> dict[str, str]:
-    """That of a process that finds the strangers' planners."""
+    """Returns the environment variables of a process that finds the test planners."""
     folders = [str(site(path)), str(TESTS), os.environ.get("PYTHONPATH")]
     return os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, folders))}
 
 
 def lines(out: Path) -> list[dict[str, Any]]:
-    """Returns the results in a folder."""
+    """Returns the lines of results.jsonl in a folder."""
     return [json.loads(row) for row in (out / "results.jsonl").read_text().splitlines()]
 
 
 def instances(path: Path) -> Path:
-    """Returns an instance file with one that can be solved, `turn`, and one that is invalid, `outside`."""
+    """Returns an instance file with a solvable instance, `turn`, and an invalid one, `outside`."""
     file = path / "pairs.json"
     file.write_text(json.dumps(bad_files.good_instances()))
     return file
 
 
 def many_instances(path: Path, count: int) -> Path:
-    """Returns an instance file with `count` that can be solved."""
+    """Returns an instance file with `count` solvable instances."""
     data = bad_files.good_instances()
     turn = data["instances"][0]
     data["instances"] = [turn | {"name": f"turn{k}"} for k in range(count)]
@@ -77,12 +77,12 @@ def many_instances(path: Path, count: int) -> Path:
 
 
 def cell(name: str) -> dict[str, Any]:
-    """Returns a good cell of that name, as a file has it."""
+    """Returns the data of a valid cell with that name."""
     return bad_files.good_cell() | {"name": name}
 
 
 def site(path: Path) -> Path:
-    """Returns the folder below `path` in which the strangers' planners are installed."""
+    """Returns the folder below `path` in which the test planners are installed."""
     folder = path / "site"
     if not folder.exists():
         folder.mkdir()

@@ -1,4 +1,4 @@
-"""Planners as a stranger might install them, for the tests of `mmp bench`: worker processes find them by themselves."""
+"""Planners of an installed test package, for the tests of `mmp bench`. Worker processes find them by entry points."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ HERE = Path(__file__).parents[1]
 
 @dataclass
 class Quick(Straight):
-    """Goes straight, and remembers nothing."""
+    """Goes straight, and keeps no state."""
 
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
         name = {"name": "quick", "options": {"w": self.w}, "seed": seed}
@@ -33,7 +33,7 @@ class Quick(Straight):
 
 @dataclass
 class Slow(Quick):
-    """As quick, and takes its time; leaves a file behind for each run, and waits while `hold` is there."""
+    """Goes straight, writes a file for each run, and waits while the file `hold` exists."""
 
     takes: float = 0.0
     folder: str = "."
@@ -50,7 +50,7 @@ class Slow(Quick):
 
 @dataclass
 class Rogue:
-    """Does what it is told to, at its worst."""
+    """Does the misdeed that the option `deed` names."""
 
     deed: str = "raise"
 
@@ -72,7 +72,7 @@ class Sulks:
 
 @dataclass
 class Searching:
-    """Searches as `apf-ecbs` does, and lets others watch."""
+    """Searches like `apf-ecbs`, with events."""
 
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
         watch("what nobody understands")
@@ -84,7 +84,7 @@ class Searching:
 
 @dataclass
 class Stubborn:
-    """Says that it has begun, and hears of no interruption."""
+    """Prints that it has begun, and ignores interruptions."""
 
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
         signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -94,7 +94,7 @@ class Stubborn:
 
 @dataclass
 class Chatty:
-    """Tells of what it does for ever, and hears of no deadline."""
+    """Emits events for ever, and ignores the deadline."""
 
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
         while True:
@@ -123,7 +123,7 @@ def _hang(problem, plan):
 
 
 def _tear(problem, plan):
-    """Writes the first bytes of a message to everything that is open, and no more."""
+    """Writes the first bytes of a message to every open file descriptor, and stops."""
     for descriptor in range(3, 64):
         with contextlib.suppress(OSError):
             os.write(descriptor, (1000).to_bytes(4, "big") + b"answer")
@@ -150,14 +150,14 @@ class Unusual(BaseException):
 
 
 class Mute(Exception):
-    """An exception that cannot say what it is."""
+    """An exception whose text cannot be read."""
 
     def __str__(self):
         raise RuntimeError("no comment")
 
 
 class Guarded:
-    """A result that cannot be looked at."""
+    """A result whose attributes cannot be read."""
 
     status, stats = Status.SOLVED, {}
 
@@ -176,7 +176,7 @@ def _leave_the_folder(problem, plan):
 
 
 def _fork(problem, plan):
-    os.fork()  # both come back
+    os.fork()  # both processes return
     return _sound(plan)
 
 
@@ -187,7 +187,7 @@ def _fork_and_stay(problem, plan):
 
 
 def _meddle(problem, plan):
-    """Plans to where it likes, and makes the problem that of its plan."""
+    """Plans to another goal, and changes the problem to match."""
     arm = problem.cell.arms[0]
     for array in (*problem.goal.values(), arm.position, arm.robot.upper):
         array.base.flags.writeable = array.flags.writeable = True
@@ -268,7 +268,7 @@ POINTS = {
 
 
 def install(folder: Path) -> None:
-    """Makes a folder that on the path of Python is an installed distribution with these planners."""
+    """Makes a folder that is an installed distribution with these planners if it is on Python's path."""
     info = folder / "bench_stand_ins-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: bench-stand-ins\nVersion: 1.0\n")

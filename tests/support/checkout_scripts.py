@@ -1,4 +1,4 @@
-"""Runs a script of the checkout, as one does from a shell."""
+"""Runs a script of the checkout as from a shell."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ SCRIPTS = Path(__file__).parents[2] / "scripts"
 
 
 def run(name: str, *words: object) -> subprocess.CompletedProcess[str]:
-    """Returns what came of it. Scripts import each other, so Python may look where they are."""
+    """Runs a script and returns the process. Scripts import each other, so their folder is on Python's path."""
     interpreter = "bash" if name.endswith(".sh") else sys.executable
     command = [interpreter, str(SCRIPTS / name), *map(str, words)]
     env = {key: value for key, value in os.environ.items() if key != "PYTHONSAFEPATH"}

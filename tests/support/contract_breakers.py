@@ -1,4 +1,4 @@
-"""A planner that keeps the whole contract, and for each of its rules some that break that rule alone."""
+"""A planner that keeps the whole contract, and planners that each break one rule alone."""
 
 import contextlib
 import itertools
@@ -18,7 +18,7 @@ _TIMES_CALLED = itertools.count()
 
 @dataclass
 class Sound:
-    """Goes straight, and tells of it before and after."""
+    """Goes straight, and emits events before and after."""
 
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
         self.refuse(seed)

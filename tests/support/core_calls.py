@@ -1,7 +1,7 @@
-"""A valid call of everything that the native core offers, and wrong values for each kind of argument.
+"""A valid call of every function of the native core, and wrong values for each kind of argument.
 
-Run as a program it makes every wrong call of one of them: `core_calls.py NAME` prints a JSON line before each call,
-with what is tried, and one after it, with the exception's name and text. A crash ends the lines early.
+The program `core_calls.py NAME` makes every wrong call of one function. It prints a JSON line with the arguments
+before each call, and one with the exception's name and text after it. A crash ends the lines early.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FIRST, LAST = ROWS[0].copy(), ROWS[-1].copy()
 
 
 def arm_at(x: float) -> dict[str, np.ndarray]:
-    """What `add_arm` takes: a planar arm of two links of 1 m, with a sphere at the base, the elbow and the tip."""
+    """Returns arguments of `add_arm`: a planar arm of two links of 1 m, with spheres at base, elbow and tip."""
     base, elbow = np.eye(4), np.eye(4)
     base[0, 3], elbow[0, 3] = x, LINK_M
     return {
@@ -42,14 +42,14 @@ def arm_at(x: float) -> dict[str, np.ndarray]:
 
 
 def obstacle() -> dict[str, Any]:
-    """Returns what `add_obstacle` takes: a box out of reach."""
+    """Returns arguments of `add_obstacle`: a box out of reach."""
     pose = np.eye(4)
     pose[2, 3] = 5.0
     return {"shape": 0, "pose": pose[:3].ravel(), "size": np.full(3, 0.1)}
 
 
 def two_arms(frozen: bool = True) -> core.Cell:
-    """Two arms out of each other's reach, and the box."""
+    """Returns a cell of two arms out of each other's reach, and the box."""
     cell = core.Cell()
     cell.add_arm(**arm_at(0.0))
     cell.add_arm(**arm_at(5.0))
@@ -82,7 +82,7 @@ def pool() -> core.PathRecombination:
 
 
 def unmade(kind: type) -> Any:
-    """Returns an object that was never initialised: any Python program can make one."""
+    """Returns an object that was never initialised. Any Python program can make one."""
     return kind.__new__(kind)
 
 
@@ -94,13 +94,13 @@ FAR = np.array([0.1, 2e4])
 
 
 def vectors(length: int) -> list[Any]:
-    """No configuration of so many joints."""
+    """Returns values that are no configuration of `length` joints."""
     bad = [np.full(length, x) for x in ENDLESS]
     return [np.zeros(0), np.zeros(length - 1), np.zeros(length + 1), np.zeros((1, length)), *bad, *NOT_NUMBERS]
 
 
 def numbers_of(length: int) -> list[Any]:
-    """No `length` numbers, of which each may be any finite one."""
+    """Returns values that are not `length` finite numbers."""
     return [*vectors(length), np.array(["x"] * length), np.zeros(length, dtype=complex)]
 
 
@@ -111,12 +111,12 @@ NOT_STEPS = [np.array([0.1, x]) for x in (0.0, -0.1, 1e-300, 1e-12)]
 
 
 def lists_of(valid: Any, wrong: list[Any]) -> list[Any]:
-    """Not one for each of two arms."""
+    """Returns values that are no list of one valid value for each of two arms."""
     return [None, 3, [], [valid], [valid, valid, valid], *([valid, bad] for bad in wrong)]
 
 
 def items(valid: Any, wrong: list[Any]) -> list[Any]:
-    """No sequence of objects of the core of the right kind."""
+    """Returns values that are no sequence of objects of the right kind."""
     return [None, 3, *([valid, bad] for bad in (None, 3, "x", unmade(type(valid)), *wrong))]
 
 
@@ -195,7 +195,7 @@ WRONG: dict[str, list[Any]] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Call:
-    """Something to call; `arguments`: name -> (a valid value, the kind of argument, which names the wrong ones)."""
+    """A function to call. `arguments`: name -> (a valid value, the kind of argument, which names wrong values)."""
 
     of: Callable[..., Any]
     arguments: dict[str, tuple[Any, str]]
@@ -396,7 +396,7 @@ WRONG |= {
 
 
 def outcome(of: Callable[[], Any]) -> str:
-    """`returned`, or the exception's name and text."""
+    """Returns `returned`, or the exception's name and text."""
     try:
         of()
     except Exception as exception:
@@ -405,7 +405,7 @@ def outcome(of: Callable[[], Any]) -> str:
 
 
 def of_unmade_object(name: str, chosen: Call) -> list[tuple[str, Callable[[], Any]]]:
-    """Returns the call of a method, or of the properties beside `__init__`, of an object that was never initialised."""
+    """Returns calls of a method, or of the properties, of an object that was never initialised."""
     owner, _, method = name.rpartition(".")
     if not owner or owner == "Constraint":
         return []
@@ -418,8 +418,8 @@ def of_unmade_object(name: str, chosen: Call) -> list[tuple[str, Callable[[], An
 
 
 def main() -> None:
-    """Prints what came of the valid call, and of each with one wrong argument."""
-    warnings.simplefilter("ignore")  # of nanobind, about objects that were never initialised
+    """Prints the outcome of the valid call, and of each call with one wrong argument."""
+    warnings.simplefilter("ignore")  # nanobind warns about objects that were never initialised
     chosen = CALLS[sys.argv[1]]
     tries = [("valid", lambda: chosen.of(**chosen.valid))]
     for name, (_, kind) in chosen.arguments.items():

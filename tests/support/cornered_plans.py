@@ -1,4 +1,4 @@
-"""Plans of two UR5e with corners at random, out of each other's reach, and the rates of motions."""
+"""Plans of two UR5e with random corners, out of each other's reach, and the rates of motions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ APART_M = 2.5
 
 
 def cornered_plan(seed, corners, *, turn=0.4, max_velocity=0.8):
-    """Returns all joints go back and forth by up to `turn` [rad] about a pose in which the arms touch nothing."""
+    """Returns a plan in which all joints move by up to `turn` [rad] about a pose in which the arms touch nothing."""
     rng = np.random.default_rng(seed)
     cell = two_arms.facing_cell(APART_M)
     rows = {
@@ -26,7 +26,7 @@ def cornered_plan(seed, corners, *, turn=0.4, max_velocity=0.8):
 
 
 def plan_through(problem, rows):
-    """Straight lines through `rows`, arm -> [k, dof], as fast as velocities allow."""
+    """Returns a plan of straight lines through `rows`, arm -> [k, dof], at the velocity limits."""
     lasting = [np.abs(np.diff(q, axis=0)) / problem.max_velocity[name] for name, q in rows.items()]
     times = np.concatenate([[0.0], np.cumsum(np.maximum(np.max([part.max(axis=1) for part in lasting], axis=0), 1e-3))])
     return Plan(problem=problem, times=times, positions=rows)
@@ -38,7 +38,7 @@ def side_by_side(plan, values):
 
 
 def largest_shares(plan):
-    """Of velocity, acceleration and jerk limits, by differences of the positions alone, arms at rest at both ends."""
+    """Returns the largest shares of the velocity, acceleration and jerk limits, by differences of the positions."""
     q, step = side_by_side(plan, plan.positions), plan.times[1] - plan.times[0]
     rate, out = np.pad(q, ((3, 3), (0, 0)), mode="edge"), []
     for limits in (plan.problem.max_velocity, plan.max_acceleration, plan.max_jerk):
@@ -48,9 +48,9 @@ def largest_shares(plan):
 
 
 def distance_to_lines(q, corners):
-    """How far each row of `q` [t, n] is from the straight lines through `corners` [k, n]: [t], at most over joints.
+    """Returns the distance [t] of each row of `q` [t, n] from the lines through `corners` [k, n], in the max norm.
 
-    An upper bound: of the nearest point in the Euclidean sense.
+    It is an upper bound, because it takes the nearest point in the Euclidean norm.
     """
     least = np.full(len(q), np.inf)
     for a, b in itertools.pairwise(corners):

@@ -1,4 +1,4 @@
-"""An SVG read back: where its texts and shapes are, measured with the metrics of a real font."""
+"""Positions and sizes of texts and shapes in an SVG file, with the metrics of a real font."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MEASURE = TextToPath()
 
 @dataclass(frozen=True)
 class Shape:
-    """A thing with its bounding box [px]; `node` is None where it belongs to none."""
+    """A text or shape with its bounding box [px]. `node` is None if it belongs to no node."""
 
     kind: str
     node: int | None
@@ -37,15 +37,15 @@ class Shape:
 
 @functools.cache
 def text_size(text: str, size: float, bold: bool) -> tuple[float, float]:
-    """Width and height above the base line in DejaVu Sans, the widest of the fonts that the drawings name."""
+    """Returns width and height above the base line in DejaVu Sans, the widest font of the drawings."""
     font = FontProperties(family="DejaVu Sans", weight="bold" if bold else "normal", size=size)
     width, height, descent = _MEASURE.get_text_width_height_descent(text, font, ismath=False)
-    # Points of a font of that size are the pixels of one of that size.
+    # Metrics in points serve as pixels, because both scale with the size of the font.
     return width, height - descent
 
 
 def read(svg: str) -> tuple[ElementTree.Element, list[Shape]]:
-    """Returns the parsed drawing and all that is in it but edges and the legend's samples."""
+    """Returns the parsed drawing and its shapes, without edges and samples of the legend."""
     root = ElementTree.fromstring(svg)
     shapes: list[Shape] = []
     _walk(root, 0.0, 0.0, 1.0, None, shapes)

@@ -1,4 +1,4 @@
-"""Real conflicts: two arms that go straight for their goals, and where they first meet."""
+"""First conflicts of two arms on straight paths to their goals."""
 
 import math
 from functools import cache
@@ -31,7 +31,7 @@ CASES = {
 
 @cache
 def conflict(case):
-    """Returns arms whose paths go straight for their goals, these paths, and their first conflict."""
+    """Returns a planning context, straight paths to the goals, and their first conflict."""
     problem = CASES[case]()
     context = PlanningContext(problem, 0.1, SiRrtStar(iterations=4000), core.Clock(math.inf))
     context.reseed(0)

@@ -1,4 +1,4 @@
-"""Conflict trees grown by hand, from the events that a planner would tell."""
+"""Conflict trees made from given events."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from mmp_env.view.search_tree import SearchTree
 
 
 def created(number, parent=None, *, arm="left", constraint="left avoids right at 2.0 s", conflicts=3, **more):
-    """Returns the event of a node; one without a parent has no arm and no constraint."""
+    """Returns the event of a node. A node without a parent has no arm and no constraint."""
     if parent is None:
         arm = constraint = None
     fields = {"cost_rad": 10.0 + number, "lower_bound_rad": 9.0, "conflicting_pairs": 1, "paths": {}}
@@ -36,7 +36,7 @@ def started(restart):
 
 
 def grown(parents, *, constraints=None, conflicts=None, fast_tracks=(), solution=None, title="a tree"):
-    """Returns a tree of these parents; all nodes that have children are expanded."""
+    """Returns a tree with these parents. All nodes with children are expanded."""
     tree = SearchTree(title=title)
     for number, parent in enumerate(parents):
         if parent is None:
@@ -53,7 +53,7 @@ def grown(parents, *, constraints=None, conflicts=None, fast_tracks=(), solution
 
 
 def forest(rng, count, trees=1):
-    """Parents of `count` nodes, each among the last few before it; the first of each tree has none."""
+    """Returns the parents of `count` nodes, each among the last few before it. The first of each tree has none."""
     firsts = {0, *(int(k) for k in rng.choice(max(count, 1), size=min(trees - 1, count), replace=False))}
     out, begin = [], 0
     for node in range(count):

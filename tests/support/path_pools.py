@@ -13,7 +13,7 @@ NO_END = float("inf")
 
 
 def path_pool(problem, *paths):
-    """Returns a pool with `paths`, each of them one path per arm."""
+    """Returns a pool with `paths`; each item has one path per arm."""
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
     out = core.PathRecombination(
@@ -36,21 +36,21 @@ def straight(problem):
 
 
 def through(problem, offset):
-    """The left arm goes through a point `offset` [rad] from halfway; the right one goes straight."""
+    """Returns paths: the left arm passes a point `offset` [rad] from halfway, the right arm goes straight."""
     start, goal, right = problem.start["left"], problem.goal["left"], straight(problem)[1]
     return [along(problem.max_velocity["left"][0] * DT_S, start, (start + goal) / 2 + offset, goal), right]
 
 
 def lifted(problem, height=1.0):
-    """The left arm lifts its hand over everything."""
+    """Returns paths on which the left arm lifts its hand over everything."""
     return through(problem, height * LIFT)
 
 
 def with_a_twist(problem, turn):
-    """The left arm turns its hand and back, a detour without use."""
+    """Returns paths on which the left arm turns its hand and back, a useless detour."""
     return through(problem, turn * np.eye(6)[5])
 
 
 def mutually_blocking():
-    """Each arm blocks the other at its goal, so that neither may arrive first."""
+    """Returns a problem in which each arm blocks the other at its goal, so neither can arrive first."""
     return two_arms.turning((-1.0, 0.3), (-1.0, 0.3))

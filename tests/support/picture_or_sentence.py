@@ -1,4 +1,4 @@
-"""Pictures in tests: on a machine without an OpenGL library there is a sentence instead, and that is tested."""
+"""Pictures in tests. On a machine without an OpenGL library the tests check the error message instead."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from mmp_env.sim.arm_colors import arm_color
 
 T = TypeVar("T")
 NONE_HERE = r"apt install|MUJOCO_GL"
-"""What the sentence has in it."""
+"""Words of the error message."""
 
 
 def made(call: Callable[[], T]) -> T | None:
-    """Returns what `call` makes; None where no picture can be made here, and `call` has said so and what to install."""
+    """Returns the result of `call`, or None if no picture can be made here and the error says what to install."""
     try:
         opengl.offscreen_backend()
     except MmpError:
@@ -31,7 +31,7 @@ def made(call: Callable[[], T]) -> T | None:
 
 @contextmanager
 def without_libraries(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Returns a machine with neither an OpenGL library nor a display."""
+    """Makes the machine appear to have neither an OpenGL library nor a display."""
     monkeypatch.setattr(opengl, "find_library", lambda name: None)
     monkeypatch.setattr(opengl.sys, "platform", "linux")
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "MUJOCO_GL"):
@@ -44,7 +44,7 @@ def without_libraries(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 def pixels_of_arm(image: np.ndarray, number: int) -> int:
-    """Returns how many pixels have the hue of that arm's colour, be they lit or in the shade."""
+    """Returns the number of pixels with the hue of that arm's colour, in light or shade."""
     pixels = image.reshape(-1, 3) / np.maximum(np.linalg.norm(image.reshape(-1, 3), axis=1), 1)[:, None]
     color = np.array(arm_color(number))
     return int((pixels @ (color / np.linalg.norm(color)) > 0.995).sum())

@@ -19,9 +19,9 @@ def files() -> dict[str, str]:
 
 
 def install(folder: Path) -> Path:
-    """Returns the page's distribution, written into `folder`, built there and installed into a folder of its own.
+    """Builds the distribution of the page in `folder`, installs it into a new folder, and returns that.
 
-    A wheel without compiled parts and scripts is installed by unpacking it; that needs neither pip nor a network.
+    A wheel without compiled parts and scripts is installed by unpacking, without pip and network.
     """
     source, site = folder / "mmp-turns", folder / "site"
     source.mkdir()
@@ -36,7 +36,7 @@ def install(folder: Path) -> Path:
 
 
 def register(site: Path, planners: dict[str, str]) -> None:
-    """Entry points, planner -> module:object, of a distribution that is installed in `site`."""
+    """Writes entry points, planner -> module:object, of a distribution that is installed in `site`."""
     info = site / "mmp_broken-1.0.dist-info"
     info.mkdir()
     (info / "METADATA").write_text("Metadata-Version: 2.1\nName: mmp-broken\nVersion: 1.0\n")
@@ -45,7 +45,7 @@ def register(site: Path, planners: dict[str, str]) -> None:
 
 
 def python(site: Path, code: str, *words: object) -> subprocess.CompletedProcess[str]:
-    """Runs code in a process that finds what is installed in `site`."""
+    """Runs code in a process that finds the packages in `site`."""
     path = os.pathsep.join(filter(None, [str(site), os.environ.get("PYTHONPATH")]))
     command = [sys.executable, "-c", code, *map(str, words)]
     return subprocess.run(
@@ -54,5 +54,5 @@ def python(site: Path, code: str, *words: object) -> subprocess.CompletedProcess
 
 
 def mmp(site: Path, *words: object) -> subprocess.CompletedProcess[str]:
-    """Runs `mmp` in such a process."""
+    """Runs `mmp` in a process that finds the packages in `site`."""
     return python(site, _MMP, *words)

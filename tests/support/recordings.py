@@ -41,16 +41,16 @@ class Rows:
         return self._static[entity][component]
 
     def statics(self, component):
-        """Returns entity -> its one value for all times, of all entities that have the component."""
+        """Returns entity -> its one value for all times, of all entities with the component."""
         return {entity: values[component] for entity, values in self._static.items() if component in values}
 
     def at(self, entity, component, timeline):
-        """Returns time -> value; of several rows at one time the last one."""
+        """Returns time -> value. The last of several rows at one time counts."""
         return {time: value for time, value in self._timed[entity, component, timeline] if value is not None}
 
 
 def blueprints(path):
-    """Returns how many blueprints there are in a recording."""
+    """Returns the number of blueprints in a recording."""
     return len(RrdReader(str(path)).blueprints())
 
 

@@ -1,4 +1,4 @@
-"""How the command line refuses: the same for every command and every mistake."""
+"""Check of the refusals of the command line, the same for every command and mistake."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 
 def assert_refused(ran: Any, *words: str) -> None:
-    """One sentence on stderr that names what is wrong, exit 2, and nothing else."""
+    """Checks that the command printed one sentence on stderr with these words, and ended with exit code 2."""
     assert ran.code == 2
     assert ran.out == ""
     assert ran.err.startswith("mmp: ")

@@ -1,4 +1,4 @@
-"""Benchmark folders made by hand for the tests of `mmp report`, and a look into its table.md."""
+"""Benchmark folders made by hand for the tests of `mmp report`, and a reader of its table.md."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 
 
 def line(instance, planner, status="solved", **more):
-    """Returns a line of results.jsonl, with what every line has."""
+    """Returns a line of results.jsonl with all required fields."""
     cell, _, name = instance.partition("/")
     out = {"instance": instance, "planner": planner, "seed": int(name) if name.isdigit() else 0, "status": status}
     out |= {"cell": cell, "arms": 4, "planning_time_s": 1.0, "version": "0.1.0", "machine": "a test, 1 core"}
@@ -32,7 +32,7 @@ def folder_of(path, lines, set_to=None, end="\n"):
 
 
 def row(text, table, label):
-    """Returns the cells of a row of table.md, by the heads of its columns."""
+    """Returns the cells of a row of table.md, by the heads of the columns."""
     block = text.split(f"# {table}\n\n")[1].split("\n\n")[0].splitlines()
     head, *rows = [[cell.strip() for cell in re.split(r"(?<!\\)\|", x)[1:-1]] for x in block if "---" not in x]
     return dict(zip(head, next(cells for cells in rows if cells[0] == label), strict=True))

@@ -1,4 +1,4 @@
-"""Planners that do one thing each, for tests of whatever calls planners; `install` registers them as if installed."""
+"""Planners that do one thing each, for tests of programs that call planners. `install` registers them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ GROUP = "mmp_env.planners"
 
 
 def straight_plan(problem, planner, steps=4):
-    """Returns all arms in straight lines, as fast as the slowest joint may."""
+    """Returns a plan of straight lines, as fast as the slowest joint allows."""
     shares = np.linspace(0, 1, steps + 1)
     positions = {
         name: problem.start[name] + shares[:, None] * (problem.goal[name] - problem.start[name])
@@ -56,7 +56,7 @@ class Straight:
 
 @dataclass
 class Liar:
-    """Stops short of the goal and says that it is there."""
+    """Stops short of the goal and reports success."""
 
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
         whole = straight_plan(problem, {"name": "liar"})
@@ -74,7 +74,7 @@ class Helpless:
 
 @dataclass
 class Interrupted:
-    """Is interrupted while it plans, `times` times; has the best so far when asked to."""
+    """Is interrupted `times` times while it plans, and returns the best plan so far."""
 
     times: int = 1
     solved: bool = True
@@ -92,7 +92,7 @@ class Interrupted:
 
 @dataclass
 class Deaf:
-    """Loses the exception of the signal handler, as a callback would, and goes on telling its watcher."""
+    """Loses the exception of the signal handler, as a callback would, and keeps emitting events."""
 
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
         with contextlib.suppress(StopPlanning):
@@ -103,11 +103,11 @@ class Deaf:
 
 @dataclass
 class Waiting:
-    """Says that it has begun, and waits for Ctrl-C."""
+    """Prints that it has begun, and waits for Ctrl-C."""
 
     def plan(self, problem, *, seed=0, time_limit=math.inf, watch=ignore):
         with contextlib.suppress(StopPlanning):
-            print("waiting", flush=True)  # within: the signal may come before the next line
+            print("waiting", flush=True)  # inside `try`, because the signal may come before the next line
             signal.pause()
         return PlanResult(status=Status.SOLVED, plan=straight_plan(problem, {"name": "waiting"}))
 
@@ -122,7 +122,7 @@ class Faulty:
 
 @dataclass
 class Sorry:
-    """Knows what went wrong."""
+    """Raises an error with a message."""
 
     message: ClassVar[str] = "my\nfault"
 
@@ -135,7 +135,7 @@ PLANNERS = {kind.__name__.lower(): kind for kind in _KINDS}
 
 
 def install() -> None:
-    """Adds them, and one that does not import, to the planners that are found."""
+    """Adds these planners, and one that cannot be imported, to the registered planners."""
     find = plugins.entry_points
     points = [EntryPoint(name, f"{__name__}:{kind.__name__}", GROUP) for name, kind in PLANNERS.items()]
     points.append(EntryPoint("absent", "no_such_package:Planner", GROUP))

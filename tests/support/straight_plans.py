@@ -12,11 +12,11 @@ SPEED = 0.8
 LEVEL = np.array([0.0, -0.2, 0.0, 0.0, 0.0, 0.0])
 STEEP = np.array([0.0, -1.3, 0.0, 0.0, 0.0, 0.0])
 FACING = np.pi * np.eye(6)[0]
-"""Added to joint 1, it turns a stretched-out UR5e of a ring towards the centre."""
+"""Offset of joint 1 that turns a stretched-out UR5e of a ring towards the centre."""
 
 
 def straight(cell, start, goal, *, via=(), speed=SPEED, moved=None):
-    """A plan through the given states, straight in between at `speed`; not validated, as it may well collide."""
+    """Returns a plan of straight lines through the given states at `speed`. The plan may collide."""
     states = [start, *via, goal]
     moves = [max(np.abs(b[name] - a[name]).max() for name in a) for a, b in pairwise(states)]
     times = np.concatenate([[0.0], np.cumsum(np.maximum(np.array(moves) / speed, 0.1))])
@@ -37,6 +37,6 @@ def everyone(cell, pose):
 
 
 def elsewhere(cell):
-    """Tucked arms turned about their first and last joints, so that nothing comes near anything."""
+    """Returns a state of tucked arms, turned about their first and last joints, without contacts."""
     turn = {arm.name: -0.6 * np.eye(arm.dof)[0] - 0.4 * np.eye(arm.dof)[-1] for arm in cell.arms}
     return {name: q + turn[name] for name, q in everyone(cell, "tucked").items()}

@@ -1,4 +1,4 @@
-"""Plans small enough to write by hand, as plan.json has them, for the tests of whatever reads plans."""
+"""Small plans in the form of plan.json, for tests of programs that read plans."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 UPRIGHT = [0.0, -1.5708, 0.0, -1.5708, 0.0, 0.0]
-"""A UR5e standing straight up."""
+"""Configuration of a UR5e that stands upright."""
 REACHING = [0.0, -0.6, 0.3, -1.2, 0.0, 0.0]
-"""A UR5e that reaches out: its wrist is 0.8 m along -x from the base and half a metre above it."""
+"""Configuration of a UR5e that reaches out: its wrist is 0.8 m along -x from the base, and 0.5 m above it."""
 
 
 def arm(name: str, position: list[float], *, robot: str = "ur5e", yaw: float = 0.0, tool: str | None = None) -> dict:
@@ -44,12 +44,12 @@ def plan(
 
 
 def copy_of(plan: dict[str, Any]) -> dict[str, Any]:
-    """Returns a copy in which no two places share a list, so that one of them can be spoiled."""
+    """Returns a copy in which no two places share a list, so tests can change one of them."""
     return json.loads(json.dumps(plan))
 
 
 def two_apart() -> dict[str, Any]:
-    """Two UR5e 3 m apart on the ground, each making two simple moves: nothing is wrong with it."""
+    """Returns a valid plan of two UR5e 3 m apart on the ground, with two simple moves each."""
     via = [0.3, -1.3, 0.4, -1.5, 0.2, -0.4]
     return plan(
         [arm("left", [-1.5, 0.0, 0.0]), arm("right", [1.5, 0.0, 0.0], yaw=3.0)],

@@ -1,4 +1,4 @@
-"""The run-time type checker of the test runs: beartype, with an int accepted where a float is asked for."""
+"""The run-time type checker of the test runs: beartype, which accepts an int for a float."""
 
 from beartype import BeartypeConf, beartype
 

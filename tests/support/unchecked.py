@@ -1,4 +1,4 @@
-"""Calls with values of the wrong type, as users make them: without the run-time type checker of the test runs."""
+"""Calls with values of the wrong type, without the run-time type checker of the test runs."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,7 +8,7 @@ import jaxtyping
 
 @contextmanager
 def unchecked() -> Iterator[None]:
-    """Lets the packages see what they are given, whatever their signatures say."""
+    """Switches off the run-time type checker."""
     jaxtyping.config.update("jaxtyping_disable", True)
     try:
         yield

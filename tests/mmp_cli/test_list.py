@@ -52,7 +52,7 @@ def test_planners_of_other_packages_are_not_imported_by_the_program(mmp, tmp_pat
     ran = mmp("list", "--json")
     assert (ran.code, ran.err) == (0, "")
     found = {planner["name"]: planner for planner in ran.result["planners"]}
-    assert found["quick"]["summary"] == "Goes straight, and remembers nothing."
+    assert found["quick"]["summary"] == "Goes straight, and keeps no state."
     assert found["gone"]["error"] == "its process ended by itself with exit code 0"
     assert found["deadly"]["error"] == "its process was killed by SIGSEGV (it crashed)"
     assert "SystemExit: bye" in found["leaving"]["error"]

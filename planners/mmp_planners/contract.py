@@ -37,7 +37,7 @@ class Subject:
 
     @functools.cached_property
     def first(self) -> list[PlanResult]:
-        """Result of each problem with seed 0."""
+        """Returns the result of each problem with seed 0."""
         return [self.plan(problem) for problem in self.problems]
 
     def plan(self, problem: Problem, **more: Any) -> PlanResult:
@@ -82,7 +82,7 @@ def _watched(subject: Subject) -> Iterator[str]:
         yield from _compared(problem, first, subject.plan(problem, watch=emitted.append), "being watched")
         for event in emitted:
             if not isinstance(event, Event):
-                yield f"its watcher is told a {type(event).__name__}, which is no Event"
+                yield f"its watcher gets a {type(event).__name__}, which is no Event"
 
 
 def _stopped(subject: Subject) -> Iterator[str]:
@@ -92,9 +92,9 @@ def _stopped(subject: Subject) -> Iterator[str]:
             result = subject.plan(problem, watch=functools.partial(_stop, kind, emitted))
             stopped = [k for k, event in enumerate(emitted) if isinstance(event, kind)]
             if stopped and len(emitted) > stopped[0] + 1:
-                yield f"its watcher is told a {type(emitted[-1]).__name__} after it raised StopPlanning"
+                yield f"its watcher gets a {type(emitted[-1]).__name__} after it raised StopPlanning"
             if stopped and isinstance(emitted[-1], SolutionFound) and result.plan is None:
-                yield f"stopped after it had told of a plan, it ended with '{result.status}' and none"
+                yield f"stopped after it had emitted a plan, it ended with '{result.status}' and none"
 
 
 def _stop(kind: type[Event], emitted: list[Event], event: Event) -> None:

@@ -13,7 +13,7 @@ _WORDS = {"SIGSEGV": " (it crashed)", "SIGKILL": " (out of memory, or by hand)"}
 def how_it_ended(code: int) -> str:
     """Returns in words how a process ended, from its exit code or from minus the number of a signal."""
     if code >= 0:
-        return f"ended by itself with exit code {code}"
+        return f"ended with exit code {code}"
     try:
         name = signal.Signals(-code).name
     except ValueError:

@@ -22,7 +22,7 @@ DEEDS = {
     "tear": ["still planning 2 s after its time limit of 0.5 s"],
     "stop": ["raised StopPlanning: enough"],
     "exit": ["raised SystemExit: 0"],
-    "leave": ["ended by itself with exit code 3"],
+    "leave": ["ended with exit code 3"],
     "interrupt": ["raised KeyboardInterrupt"],
     "nothing": ["None", "PlanResult"],
     "plan": ["Plan", "PlanResult"],

@@ -53,7 +53,7 @@ def test_planners_of_other_packages_are_not_imported_by_the_program(mmp, tmp_pat
     assert (ran.code, ran.err) == (0, "")
     found = {planner["name"]: planner for planner in ran.result["planners"]}
     assert found["quick"]["summary"] == "Goes straight, and keeps no state."
-    assert found["gone"]["error"] == "its process ended by itself with exit code 0"
+    assert found["gone"]["error"] == "its process ended with exit code 0"
     assert found["deadly"]["error"] == "its process was killed by SIGSEGV (it crashed)"
     assert "SystemExit: bye" in found["leaving"]["error"]
     assert "no_such_package" in found["absent"]["error"]

@@ -22,7 +22,7 @@ DEEDS = {
     "no_interrupt": "raised KeyboardInterrupt",
     "mute": "raised Mute, whose text cannot be read (bench_stand_ins.py, line ",
     "exit": "raised SystemExit: 0",
-    "leave": "gave no answer: its process ended by itself with exit code 3 while planning",
+    "leave": "gave no answer: its process ended with exit code 3 while planning",
     "crash": "gave no answer: its process was killed by SIGSEGV (it crashed) while planning",
     "close": "gave no answer: its process",
     "guarded": "returned no result: what plan() returned cannot be read: Unusual: hands off",
@@ -33,7 +33,7 @@ DEEDS = {
     "all_text": "returned no result: the plan's numbers are of type str; they must be a mapping, arm -> numbers",
 }
 UNMADE = {
-    "gone": "planner 'gone' does not load: its process ended by itself with exit code 0 while loading",
+    "gone": "planner 'gone' does not load: its process ended with exit code 0 while loading",
     "deadly": "planner 'deadly' does not load: its process was killed by SIGSEGV (it crashed) while loading",
     "leaving": "planner 'leaving' (leaving_import:Planner) does not load: SystemExit: bye",
     "sulks": "planner 'sulks' cannot be made: RuntimeError: not today",

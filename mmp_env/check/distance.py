@@ -65,9 +65,9 @@ def _box(half: Float[Array, "d"], points: Float[Array, "*n d"]) -> tuple[Float[A
 def tangent_minimum(
     start: Float[Array, "*n"], slope: Float[Array, "*n"], end: Float[Array, "*n"], slope_back: Float[Array, "*n"]
 ) -> Float[Array, "*n"]:
-    """Least value over s in [0, 1] of the larger of two lines, start + s slope and end + (1 - s) slope_back.
+    """Returns the least over s in [0, 1] of the larger of two lines, start + s slope and end + (1 - s) slope_back.
 
-    It is met at an end or where they cross. The tangents of a convex function at both ends bound it from below.
+    The least value is at an end or where the lines cross. Tangents at both ends bound a convex function from below.
     """
     total = slope + slope_back
     s = np.divide(end + slope_back - start, total, out=np.zeros_like(start), where=total != 0)

@@ -54,7 +54,7 @@ class EpisodeReport:
         return min((p for p in proved if p is not None), default=None) if None not in proved else None
 
     def as_dict(self) -> dict[str, Any]:
-        """The report as JSON values."""
+        """Returns the report as JSON values."""
         return {
             "valid": self.valid,
             "violations": [violation.as_dict() for violation in self.violations],

@@ -93,7 +93,7 @@ class Family(Protocol):
         ...
 
     def __len__(self) -> int:
-        """The number of pairs."""
+        """Returns the number of pairs."""
         ...
 
     def coarse(self, poses: Poses, steps: MotionSteps) -> Float[np.ndarray, "u p"]:

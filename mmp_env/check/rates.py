@@ -21,7 +21,7 @@ _ROUNDING = 8 * np.finfo(float).eps
 
 
 def derivatives(plan: CheckedPlan) -> Iterator[Violation]:
-    """Acceleration and jerk stay within the problem's limits, where it has any; stated rates fit the positions."""
+    """Yields violations of acceleration and jerk limits, and of stated rates that differ from the motion."""
     if (np.diff(plan.times) <= 0).any():
         return
     if plan.max_acceleration is not None:
@@ -36,7 +36,7 @@ def derivatives(plan: CheckedPlan) -> Iterator[Violation]:
 
 
 def _stated(plan: CheckedPlan, v: Float[np.ndarray, "t n"]) -> Iterator[Violation]:
-    """Stated rates, velocities `v` [rad/s] and maybe accelerations, are within the limits and fit the motion.
+    """Yields violations by stated velocities `v` [rad/s] and accelerations: beyond limits, or unlike the motion.
 
     In a step of h [s], the mean of a rate at both ends differs from the rate of the positions (or velocities) by at
     most a h / 4 if the rate changes by at most a per second, and j h^2 / 12 if a changes by at most j per second.

@@ -51,7 +51,7 @@ class Violation:
         return f"<Violation {self}>"
 
     def as_dict(self) -> dict[str, Any]:
-        """The fields as JSON values."""
+        """Returns the fields as JSON values."""
         return {
             "rule": self.rule,
             "message": self.message,
@@ -105,7 +105,7 @@ class CheckReport:
         return list(map(str, self.violations))
 
     def as_dict(self) -> dict[str, Any]:
-        """The report as JSON values."""
+        """Returns the report as JSON values."""
         return {
             "valid": self.valid,
             "violations": [violation.as_dict() for violation in self.violations],

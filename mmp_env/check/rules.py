@@ -19,7 +19,7 @@ MOST_TURN_RAD = 10_000.0
 
 
 def finite(plan: CheckedPlan) -> Iterator[Violation]:
-    """Every number of the plan is finite. Nothing else can be checked otherwise."""
+    """Yields violations by numbers that are not finite. The other rules need finite numbers."""
     for what, values in (("times", plan.times), ("start", plan.start), ("goal", plan.goal)):
         if not np.isfinite(values).all():
             yield Violation(rule="finite", message=f"{what} holds {values[~np.isfinite(values)][0]}")
@@ -33,7 +33,7 @@ def finite(plan: CheckedPlan) -> Iterator[Violation]:
 
 
 def times(plan: CheckedPlan) -> Iterator[Violation]:
-    """Times start at 0 and ascend."""
+    """Yields violations by times that do not start at 0 or do not ascend."""
     if plan.times[0] != 0.0:
         yield Violation(
             rule="times", message=f"the first time is {plan.times[0]} s; it must be 0", time_s=plan.times[0]
@@ -46,7 +46,7 @@ def times(plan: CheckedPlan) -> Iterator[Violation]:
 
 
 def length(plan: CheckedPlan) -> Iterator[Violation]:
-    """The motion is short enough for a proof from end to end."""
+    """Yields a violation by a motion that is too long for a proof."""
     turn = float(np.abs(np.diff(plan.positions, axis=0)).max(axis=1).sum())
     if turn > MOST_TURN_RAD:
         message = f"not proved: joints turn by {turn:.6g} rad one after another; allowed: {MOST_TURN_RAD:g} in one plan"
@@ -54,7 +54,7 @@ def length(plan: CheckedPlan) -> Iterator[Violation]:
 
 
 def ends(plan: CheckedPlan) -> Iterator[Violation]:
-    """The first configuration is the problem's start, the last its goal."""
+    """Yields violations by first and last configurations that are not start and goal of the problem."""
     for rule, given, row in (("start", plan.start, 0), ("goal", plan.goal, -1)):
         off = np.abs(plan.positions[row] - given)
         for column in np.flatnonzero(off > END_TOLERANCE_RAD):
@@ -69,7 +69,7 @@ def ends(plan: CheckedPlan) -> Iterator[Violation]:
 
 
 def beyond_limits(plan: CheckedPlan) -> Float[np.ndarray, "t n"]:
-    """How far each joint is out of its robot's limits [rad]; negative within."""
+    """Returns how far each joint is beyond its robot's limits [rad]; negative within."""
     return np.maximum(plan.of_robots("lower") - plan.positions, plan.positions - plan.of_robots("upper"))
 
 
@@ -90,7 +90,7 @@ def limits(plan: CheckedPlan) -> Iterator[Violation]:
 
 
 def speed(plan: CheckedPlan) -> Iterator[Violation]:
-    """|dq| / dt stays within the problem's velocities and the robot's own."""
+    """Yields violations by joints with |dq| / dt above the limits of the problem or of the robot."""
     allowed = np.minimum(plan.max_velocity, plan.of_robots("velocity"))
     step = np.diff(plan.times)
     forward = step > 0  # the rule `times` reports the others
@@ -108,7 +108,7 @@ def exceeded(
     at: Float[np.ndarray, "m"],
     tolerance: float,
 ) -> Iterator[Violation]:
-    """One violation for every joint whose |rate| is above what is allowed (at all times, or at each), at the worst."""
+    """Yields a violation for every joint whose |rate| is above the limit (at all times, or at each), at the worst."""
     allowed = np.broadcast_to(allowed, rate.shape)
     excess = np.abs(rate) - allowed * (1 + tolerance)
     for column in np.flatnonzero(~(excess.max(axis=0, initial=-np.inf) <= 0)):

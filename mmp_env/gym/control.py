@@ -17,11 +17,11 @@ from mmp_env.argument_checks import as_numbers, refused
 from mmp_env.errors import MmpError, UnknownNameError
 
 Vector: TypeAlias = Float[np.ndarray, "n"]
-"""One number per joint, arm after arm."""
+"""Type of an array with one number per joint, arm after arm."""
 CONTROL_RATE_HZ = 10
 """Actions per second of simulated time: one per 0.1 s step of the planners, or 50 physics steps."""
 MAX_LEAD_RAD = 0.1
-"""Largest lead of the reference over a joint. It keeps an arm that was held up from leaping when it is free."""
+"""Largest lead of the reference over a joint. It keeps a blocked arm from leaping once it is free."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,18 +60,18 @@ class ControlMode:
 
 
 def _position(mode: ControlMode, action: Vector, q: Vector, before: Vector) -> tuple[Vector, Vector]:
-    """The action is a configuration: -1 the lower limit, 1 the upper. The reference moves there at full velocity."""
+    """Reads the action as a configuration from the lower (-1) to the upper limit (1), approached at full velocity."""
     wanted = mode.lower + (action + 1) / 2 * (mode.upper - mode.lower)
     return before, _within_lead(before + _clipped(wanted - before, -mode.reach, mode.reach), q)
 
 
 def _velocity(mode: ControlMode, action: Vector, q: Vector, before: Vector) -> tuple[Vector, Vector]:
-    """The action is a velocity relative to the largest. The reference continues from its last end."""
+    """Reads the action as a velocity relative to the largest. The reference continues from its last end."""
     return before, _within_lead(before + action * mode.reach, q)
 
 
 def _delta(mode: ControlMode, action: Vector, q: Vector, before: Vector) -> tuple[Vector, Vector]:
-    """The action is a displacement from the present positions, relative to the largest in one control period."""
+    """Reads the action as a displacement from the present positions, relative to the largest in one control period."""
     return q, q + action * mode.reach
 
 

@@ -43,7 +43,7 @@ class Margins:
     self: float
 
     def keys(self) -> tuple[str, ...]:
-        """The three names, in the order of the fields."""
+        """Returns the three names in the order of the fields."""
         return KINDS
 
     def __getitem__(self, kind: str) -> float:

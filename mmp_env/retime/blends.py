@@ -116,7 +116,7 @@ class BlendedPath:
 
     @functools.cached_property
     def _polynomials(self) -> tuple[Float[np.ndarray, "p"], list[Float[np.ndarray, "n p"]]]:
-        """The middles of all polynomials [s], and the path and its derivatives there, orders 0 to 3."""
+        """Returns the middles of all polynomials [s], and the path and its derivatives there, orders 0 to 3."""
         middles, course = (self.breaks[1:] + self.breaks[:-1]) / 2, self.course
         parts = self.off_course(middles, (0, 1, 2, 3))
         parts[0] += course.at(middles)

@@ -36,7 +36,7 @@ class Course:
 
     @functools.cached_property
     def turns(self) -> Float[np.ndarray, "c n"]:
-        """Change of the slope at each inner waypoint [rad/s]."""
+        """Returns the change of the slope at each inner waypoint [rad/s]."""
         return np.diff(self.slopes, axis=0)
 
     def piece(self, phase: Float[np.ndarray, "t"]) -> Int[np.ndarray, "t"]:

@@ -28,7 +28,7 @@ _INWARD = 0.99
 
 @dataclass(frozen=True, kw_only=True)
 class RetimeReport:
-    """What retiming did to a plan.
+    """The result of retiming a plan: makespans and deviation.
 
     Attributes:
         given_s: makespan [s] of the plan before.
@@ -119,13 +119,13 @@ def retime_with_report(
     inside = _INWARD * options.tolerance
     done = proved_motion(plan, paced_path(plan, limits, inside), limits, inside, 1.0 / options.rate)
     report = _report(plan, done, limits.velocity, options.tolerance, began)
-    told = {key: value for key, value in dataclasses.asdict(report).items() if key != "seconds"}
+    stats = {key: value for key, value in dataclasses.asdict(report).items() if key != "seconds"}
     cell = plan.problem.cell
     return dataclasses.replace(
         done.motion,
         max_acceleration=split(cell, full.acceleration),
         max_jerk=split(cell, full.jerk),
-        stats={**plan.stats, "retimed": told},
+        stats={**plan.stats, "retimed": stats},
     ), report
 
 

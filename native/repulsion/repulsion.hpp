@@ -1,4 +1,4 @@
-// Repulsive force field of APF-ECBS: forces between the spheres of two arms, and the resulting joint torques.
+// Repulsive force of APF-ECBS between the spheres of two arms, and the resulting joint torques.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
 """APF-ECBS: Hong, Lee, Lee, Nam: Repulsive trajectory modification and conflict resolution for efficient
-multi-manipulator motion planning, arXiv 2509.13882, 2025, Algorithm 1.
+multi-manipulator motion planning, arXiv 2509.13882, 2025. `conflict_tree/search.py` has the lines of Algorithm 1.
 
 Guarantee: w times the planner's own path lengths before repulsion if `bound_met`. Not complete with the default
 constraint.

@@ -83,7 +83,7 @@ class Auto:
             "prioritized": _doubling(self._try_orders(run, counts, watch), SETTINGS.first_orders),
             "apf-ecbs": itertools.chain(waiting, self._grow_trees(run, counts, watch)),
         }
-        while len(members) > 1:  # the composite search never ends by itself
+        while len(members) > 1:  # the composite search never ends without a plan
             for name, turns in list(members.items()):
                 if run.clock.expired:
                     return

@@ -77,4 +77,4 @@ class Incumbent:
     """Number of nodes that were expanded before it."""
     node: int | None = None
     bound_met: bool | None = None
-    """Whether the cost is within the planner's bound; None if it has no bound."""
+    """True if the cost is within the planner's bound; None if it has no bound."""

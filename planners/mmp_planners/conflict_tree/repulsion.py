@@ -1,4 +1,4 @@
-"""Repulsive trajectory modification (ModifyMotion of APF-ECBS, arXiv 2509.13882).
+"""Repulsive trajectory modification (ModifyMotion of APF-ECBS, arXiv 2509.13882): options and call of the native core.
 
 The descent itself is native (`native/repulsion/modify_motion.hpp`); the tests have its slow reference
 implementation, which reads like the formula.

@@ -1,4 +1,4 @@
-"""The conflict-tree search of every planner of the CBS family.
+"""The conflict-tree search of every planner of the CBS family, with the lines of Algorithm 1 of APF-ECBS.
 
 The search is CBS (Sharon, Stern, Felner, Sturtevant: Conflict-based search for optimal multi-agent pathfinding,
 Artificial Intelligence 219, 2015) with a focal list (ECBS: Barer, Sharon, Stern, Felner: Suboptimal variants of the

@@ -1,11 +1,11 @@
 """Path recombination: chooses one known path per arm, and times the chosen paths together.
 
-Shortcuts and LNS end where no single arm finds a shorter path among the others. What is left to gain lies in the order
-in which the arms pass each other, and on which side. So a path pool collects the paths of the best plan, each of them
-as short as it becomes without the other arms, those of small groups of arms, and those of other orders of the arms.
-The shortest choice of one path per arm that can be timed is taken, by coordination diagrams (O'Donnell, Lozano-Perez:
-Deadlock-free and collision-free coordination of two robot manipulators, ICRA 1989;
-`native/improve/path_recombination.hpp`). Waiting costs nothing, so the search decides only which arm waits for which.
+Shortcuts and LNS end when no single arm finds a shorter path among the others. The arms could still pass each other in
+another order, or on another side. So a path pool collects the paths of the best plan, the same paths shortened without
+the other arms, paths of small groups of arms, and paths of other orders. The native search takes the shortest choice of
+one path per arm that can be timed, by coordination diagrams (O'Donnell, Lozano-Perez: Deadlock-free and collision-free
+coordination of two robot manipulators, ICRA 1989; `native/improve/path_recombination.hpp`). Waiting costs
+nothing, so the search decides only which arm waits for which.
 
 Most arms can keep their shortest independent path, because few pairs block each other. These pairs are planned as
 groups, and groups that the new paths block are merged (independence detection: Standley: Finding optimal solutions to

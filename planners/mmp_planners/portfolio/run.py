@@ -1,4 +1,4 @@
-"""One run of a planner: its clock, its counts, its best plan, and its result."""
+"""One run of a planner: its deadline, its counts, its best plan, and the result that it returns when time is up."""
 
 from __future__ import annotations
 

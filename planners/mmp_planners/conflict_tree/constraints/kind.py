@@ -1,4 +1,4 @@
-"""Constraint kinds: each turns the conflict interval that a node is branched on into branches."""
+"""Constraint kinds: each turns a conflict into the constraints of two or more branches, the children of a node."""
 
 from __future__ import annotations
 

@@ -13,16 +13,16 @@ _LONGEST = 300
 """Largest number of characters of a text."""
 
 
-def brief(tell: Callable[[Any], str]) -> Callable[[Any], str]:
+def brief(text_of: Callable[[Any], str]) -> Callable[[Any], str]:
     """Turns a method that returns a text into a `__repr__`, `<Class text>`.
 
     The line is short and printable for all names in the value. A malformed value gets Python's own `__repr__`.
     """
 
-    @functools.wraps(tell)
+    @functools.wraps(text_of)
     def shown(self: Any) -> str:
         try:
-            text = tell(self)
+            text = text_of(self)
         except Exception:
             return object.__repr__(self)
         printable = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)

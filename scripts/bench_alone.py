@@ -25,7 +25,7 @@ LOW_LEVEL = SiRrtStar(iterations=2000, shortcuts=1000)
 
 
 def shortest(problem: Problem) -> float:
-    """Sum over the arms of the shortest path found [rad]."""
+    """Returns the sum over the arms of the shortest path found [rad]."""
     lengths = np.full((RUNS, len(problem.cell.arms)), np.inf)
     for run in range(RUNS):
         context = PlanningContext(problem, 0.1, LOW_LEVEL, core.Clock(math.inf))

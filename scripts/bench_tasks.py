@@ -33,7 +33,7 @@ def main() -> None:
 
 
 def spent(cell: Cell, task: str, seed: int) -> float:
-    """Processor time of one draw [s]."""
+    """Returns the processor time of one draw [s]."""
     begin = time.process_time()
     draw_problem(cell, task, seed=seed)
     return time.process_time() - begin

@@ -39,8 +39,8 @@ def seconds(value: float) -> str:
     """Returns a time [s] as text with a suitable unit."""
     for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "µs")):
         if value * factor >= 1:
-            told = value * factor
-            return f"{told:.0f} {unit}" if told >= 10 else f"{told:#.2g} {unit}"
+            scaled = value * factor
+            return f"{scaled:.0f} {unit}" if scaled >= 10 else f"{scaled:#.2g} {unit}"
     return f"{value * 1e9:.0f} ns"
 
 

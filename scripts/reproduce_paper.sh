@@ -76,7 +76,7 @@ read_variants() {
   labels=${labels#,}
 }
 
-# The longest that so many runs can take, as people say it; checks and the start of workers come on top.
+# Prints the longest time of a number of runs in readable units, without checks and the start of workers.
 at_most() { # at_most <runs>
   awk -v runs="$1" -v limit="$time_limit" -v workers="$workers" \
     'BEGIN { h = runs * limit / workers / 3600; printf h < 1 ? "%.0f minutes" : "%.1f hours", h < 1 ? 60 * h + 1 : h }'

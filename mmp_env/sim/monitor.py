@@ -67,7 +67,7 @@ class MonitorRun:
     """The monitor of one execution, with its `halts` so far in the order of time."""
 
     def __init__(self, monitor: Monitor, clock: PhaseClock, joints: list[tuple[str, int]]) -> None:
-        """`joints` are the arm and the number of each joint."""
+        """Starts the monitor; `joints` are the arm and the number of each joint."""
         self.halts: list[Halt] = []
         self._monitor, self._clock, self._joints = monitor, clock, joints
         self._lagging: int | None = None  # the joint of an open halt

@@ -148,7 +148,7 @@ class Window:
             self._viewer = viewer.launch_passive(
                 simulation.model, simulation.data, show_left_ui=False, show_right_ui=False
             )
-        except RuntimeError as error:  # on macOS, say, a Python that is not mjpython
+        except RuntimeError as error:  # for example a Python on macOS that is not mjpython
             raise MmpError(f"MuJoCo opens no window ({error})") from error
         self._threads = [thread for thread in threading.enumerate() if thread not in others]
         # Runs before MuJoCo's own exit handler, which closes the display while its threads still use it.

@@ -1,1 +1,1 @@
-"""What people look at: pictures, films, conflict-tree drawings, notebook views and rerun recordings."""
+"""Views for people: pictures, films, conflict-tree drawings, notebook views and rerun recordings."""

@@ -123,7 +123,7 @@ class WebpEncoder(_Looped):
         first, *rest = (Image.fromarray(frame) for frame in frames)
         options: dict[str, Any] = {"quality": 80, "method": 3, "duration": [*durations_ms, 1], "save_all": True}
         block = io.BytesIO()
-        # One frame alone would not be an animation, so another follows, which is like none before it and is dropped.
+        # One frame alone is no animation, so a different second frame follows, which is dropped afterwards.
         other = ImageChops.invert(Image.fromarray(frames[-1]))
         first.save(block, "WEBP", append_images=[*rest, other], **options)
         self._file.writelines(list(_chunks(block.getvalue()))[:-1])

@@ -46,7 +46,7 @@ class Mp4Encoder(Encoder):
         self._log = tempfile.TemporaryFile()  # noqa: SIM115  closed with the context
         frames = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "pipe:"]
         video = ["-c:v", "libx264", "-preset", "medium", "-crf", _QUALITY, "-pix_fmt", "yuv420p"]
-        # Players guess at the colours of a film that does not say what it is in.
+        # Players guess the colours of a film that does not name its colour space.
         named = "setparams=colorspace=bt709:color_primaries=bt709:color_trc=bt709:range=tv"
         colors = ["-vf", f"scale=out_color_matrix=bt709:out_range=tv,{named}"]
         out = ["-movflags", "+faststart", "-f", "mp4", str(path)]
@@ -55,7 +55,7 @@ class Mp4Encoder(Encoder):
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
             stderr=self._log,
-            start_new_session=True,  # Ctrl-C is for us to deal with
+            start_new_session=True,  # this process handles Ctrl-C
         )
         assert process.stdin is not None
         self._process, self._pipe = process, process.stdin
@@ -63,7 +63,7 @@ class Mp4Encoder(Encoder):
     def __exit__(self, *_: object) -> None:
         if self._process.poll() is None:
             self._process.kill()
-        with contextlib.suppress(OSError):  # what its buffer holds has nowhere to go
+        with contextlib.suppress(OSError):  # ffmpeg cannot receive the rest of the buffer
             self._pipe.close()
         self._process.wait()
         self._log.close()

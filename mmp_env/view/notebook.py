@@ -24,8 +24,8 @@ Bundle = dict[str, str | bytes]
 class PlanView:
     """Shows itself as a film of `width` x `height` pixels and `fps` frames a second, made when it is first looked at.
 
-    Start, middle and end are a picture for who asks for one, `IPython.display.display(view, include=["image/png"])`.
-    `fine` and `tool_paths` as in `save_film`. Where no picture can be made, a sentence says why.
+    `IPython.display.display(view, include=["image/png"])` shows a picture of start, middle and end instead.
+    `fine` and `tool_paths` are as in `save_film`. If no picture can be made, the view is a sentence that says why.
     """
 
     def __init__(

@@ -35,7 +35,7 @@ SUFFIXES = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
 MOMENTS = {"start": 0.0, "middle": 0.5, "end": 1.0}
 """Name of a moment -> share of the plan's duration before it."""
 Moment = str | float
-"""The name of a moment, or a time [s]."""
+"""Type of a moment: a name from `MOMENTS`, or a time [s]."""
 _QUALITY = {"JPEG": {"quality": 92}, "WEBP": {"quality": 88, "method": 4}, "PNG": {"optimize": True}}
 _GAP = 4
 _INK, _PAPER = (31, 36, 41), (255, 255, 255)

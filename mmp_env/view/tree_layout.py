@@ -19,7 +19,7 @@ BETWEEN_TREES = 2.0
 
 
 def layout(parents: Sequence[int | None], *, width: float | None = None) -> Float[np.ndarray, "n 2"]:
-    """Positions [n, 2] of the nodes: x across, and y, the depth in whole numbers; both begin at 0.
+    """Returns the positions [n, 2] of the nodes: x across, and y, the depth in whole numbers. Both begin at 0.
 
     `parents` has the index of each node's parent, None for a root. Children stand in the order of their indices, no two
     nodes of a level closer than 1. The trees of a forest stand side by side; with `width`, in rows that are no wider if
@@ -48,7 +48,7 @@ def layout(parents: Sequence[int | None], *, width: float | None = None) -> Floa
 class _Contour:
     """The outermost nodes of a subtree at each level, the lowest first, so that a root is appended at the end.
 
-    x is what stands in the list plus a shift: moving a subtree costs nothing.
+    x is the number in the list plus a common shift, so moving a subtree takes constant time.
     """
 
     left: list[float]
@@ -94,7 +94,7 @@ def _from_the_roots(parents: Sequence[int | None]) -> tuple[list[int], list[list
             if not 0 <= parent < len(parents):
                 raise MmpError(f"node {node} has the parent {parent}; there are nodes 0 to {len(parents) - 1}")
             children[parent].append(node)
-    for node in order:  # grows while it is gone through
+    for node in order:  # the list grows during the loop
         order.extend(children[node])
     if len(order) < len(parents):
         lost = min(set(range(len(parents))) - set(order))

@@ -15,7 +15,7 @@ from mmp_env.view.films import HOLD_S, frames
 CELL, SEED = "mixed-4", 0
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
 _SIZE, _FPS, _QUALITY = (640, 480), 5.0, 50
-"""CombinedWatcher the five films stay well below 1.5 MB."""
+"""Size [px], frames per second and quality of the films; all five together stay below 1.5 MB."""
 
 
 def save_demonstrations(folder: Path) -> None:

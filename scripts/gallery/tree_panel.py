@@ -21,7 +21,7 @@ _SIDE, _FOOT = 8, 10
 
 
 class TreePanel:
-    """Pictures of `width` x `height` pixels of a tree of which the first nodes are there already."""
+    """Draws pictures of `width` x `height` pixels of the first nodes of a tree."""
 
     def __init__(self, tree: SearchTree, width: int, height: int) -> None:
         self._tree, self._size = tree, (width, height)
@@ -44,7 +44,7 @@ class TreePanel:
         return np.array(image.resize(self._size, Image.Resampling.LANCZOS))
 
     def _place(self, places: Float[np.ndarray, "n 2"]) -> Float[np.ndarray, "n 2"]:
-        """Middles of the boxes [px]: as far apart as suits words between them, or as the panel has room."""
+        """Returns the middles of the boxes [px], with room for text between them if the panel is large enough."""
         width, height = self._size
         across, down = np.maximum(places.max(axis=0), 1e-9)
         column = min(_COLUMN, (width - 2 * _SIDE - _BOX[0]) / across)
@@ -102,12 +102,12 @@ class TreePanel:
         *,
         bold: bool = False,
     ) -> None:
-        """Text with its middle at (x, y)."""
+        """Draws text with its middle at (x, y)."""
         draw.text((x * _FINER, y * _FINER), text, color, font(size * _FINER, bold=bold), anchor="mm")
 
 
 def _label(node: TreeNode) -> list[str]:
-    """In two lines what sets a node apart from its parent."""
+    """Returns the difference of a node from its parent in one or two lines."""
     if node.fast_track:
         return ["fast track:", f"{node.arm} aside"]
     first, _, rest = (node.constraint or "").partition(" avoids ")

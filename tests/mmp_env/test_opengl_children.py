@@ -12,7 +12,7 @@ child = "import signal; signal.raise_signal(signal.SIGINT); print('not interrupt
 subprocess.run([sys.executable, "-c", child])
 init = bool
 """
-"""A stand-in for glfw, which starts a process that the terminal interrupts."""
+"""Source of a stand-in for glfw, which starts a process that the terminal interrupts."""
 IMPORTS = {
     "MuJoCo": "from mmp_env.mujoco_import import mujoco",
     "glfw": "from mmp_env.opengl import display_answers; assert not display_answers()",

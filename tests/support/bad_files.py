@@ -15,7 +15,7 @@ TURNED = [2.1052, -2.2, 2.5, -1.87, -1.5708, 0.0]
 
 
 def good_cell() -> dict[str, Any]:
-    """Two UR5e 1.2 m apart on a table, with one obstacle of each shape out of their reach."""
+    """Returns a cell of two UR5e 1.2 m apart on a table, with one obstacle of each shape out of their reach."""
     return {
         "name": "pair",
         "arms": [

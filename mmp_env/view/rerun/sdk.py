@@ -18,7 +18,7 @@ from mmp_env.files.writing import check_writable, whole_file
 from mmp_env.opengl import has_display
 
 SPAWN = "spawn"
-"""Name that stands for the viewer instead of a file."""
+"""Name of the viewer as a target, instead of a file."""
 SUFFIX = ".rrd"
 _CHUNK_BYTES = 2**16
 

@@ -88,7 +88,7 @@ def touching_obstacles_or_self(
 
 
 def _in_obstacles(cell: Cell, own: SphereCloud, margin: float) -> Bool[np.ndarray, "n s"]:
-    """Follows the native core: only moving links count, because a base may stand in what it is mounted on."""
+    """Returns the mask of spheres near obstacles. Like the native core it tests moving links only."""
     out = np.zeros(own.centers.shape[:2], bool)
     for solid in cell.obstacles:
         there = (own.centers - solid.position) @ matrix_from_quaternion(solid.quaternion)

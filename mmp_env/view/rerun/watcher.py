@@ -40,7 +40,7 @@ class RerunWatcher:
     """
 
     wants_iterates = True
-    """Whether planners emit every iterate of a repulsive modification."""
+    """Request to planners to emit every iterate of a repulsive modification."""
 
     def __init__(
         self,

@@ -71,7 +71,7 @@ def _row_width(tree: TreeRecord, columns: float) -> float:
 
 
 def _head(tree: TreeRecord, title: str, subtitle: str, style: str, width: float) -> tuple[list[str], float]:
-    """Returns title, tree_summary and legend, and their height."""
+    """Returns title, summary and legend, and their height."""
     faint: dict[str, Any] = {"class_": "mmp-faint", "fill": FAINT}
     out = [
         words(cut(title, _TITLE, width, bold=True), 0.0, _TITLE, size=_TITLE, bold=True),

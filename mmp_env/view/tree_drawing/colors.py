@@ -1,4 +1,4 @@
-"""Colours of a drawing: yellow to brown for conflicts, blue for none; colour-blind readers can tell them apart.
+"""Colours of a drawing: yellow to brown for conflicts, blue for none; colour-blind readers can distinguish them.
 
 The panel, the text and the edges follow the reader's light or dark colour scheme; the nodes do not.
 """

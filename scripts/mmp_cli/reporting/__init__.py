@@ -1,1 +1,1 @@
-"""What `mmp report` is made of: reading a benchmark folder, statistics, tables, figures, and the page of it all."""
+"""Parts of `mmp report`: reading a benchmark folder, statistics, tables, figures, and the page of it all."""

@@ -23,7 +23,7 @@ COLOURS = (
     *("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"),
     *("#8700ff", "#b41e87", "#9678ff", "#69694b"),
 )
-"""Six colours of Okabe and Ito, and four that colour-blind readers can tell from these and from each other.
+"""Six colours of Okabe and Ito, and four that colour-blind readers can distinguish from these and from each other.
 
 Two colours of Okabe and Ito are missing, because they are illegible on white or on black.
 """

@@ -40,7 +40,7 @@ def swing(plan, period_s=4.0):
 
 
 def controller(trajectory, t):
-    """Positions at time t as joint_trajectory_controller interpolates: a polynomial through what the points have."""
+    """Returns positions at time t by the polynomials of joint_trajectory_controller."""
     k = min(int(np.searchsorted(trajectory.times, t, side="right")) - 1, len(trajectory.times) - 2)
     span, u = trajectory.times[k + 1] - trajectory.times[k], t - trajectory.times[k]
     fields = [trajectory.positions, trajectory.velocities, trajectory.accelerations]

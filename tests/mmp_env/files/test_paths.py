@@ -30,7 +30,7 @@ def forbidden(tmp_path, monkeypatch):
 
 @pytest.fixture
 def nowhere(tmp_path, monkeypatch):
-    """The working directory was deleted."""
+    """Changes into a working directory and deletes it."""
     monkeypatch.chdir(tmp_path)
     here = tmp_path / "gone"
     here.mkdir()

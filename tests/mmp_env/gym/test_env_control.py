@@ -15,9 +15,9 @@ from mmp_env.sim.execution import REACHED_RAD
 from mmp_env.sim.simulation import Simulation
 
 FACING_STEEPLY, FACING_LEVEL = (np.array([np.pi, lift, 0.0, 0.0, 0.0, 0.0]) for lift in (-1.3, -0.2))
-"""A UR5e stretched out towards the centre of its ring."""
+"""Configuration of a UR5e stretched out towards the centre of its ring."""
 UNFOLDED, FOLDED = (np.array([0.0, -1.3, elbow, -1.57, 1.57, 0.0]) for elbow in (2.2, 3.0))
-"""A UR5e turned away from the others, and the same one with its wrist in its upper arm."""
+"""Configurations of a UR5e: turned away from the others, and with its wrist in its upper arm."""
 
 
 def make(name="MultiArmCell-2", **options):

@@ -71,7 +71,7 @@ def test_the_programs_of_the_page_on_searches_run(tmp_path, monkeypatch, capsys)
     monkeypatch.chdir(tmp_path)
     run_page("how-to/watch-a-search.md")
     assert ElementTree.parse(tmp_path / "tree.svg").getroot().get("viewBox")
-    assert "arm2 and arm3 meet at 1.9 s" in capsys.readouterr().out
+    assert "arm2 and arm3 are in conflict at 1.9 s" in capsys.readouterr().out
 
 
 def test_the_programs_of_the_page_on_pictures_run(tmp_path, monkeypatch):

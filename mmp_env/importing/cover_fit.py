@@ -1,0 +1,224 @@
+"""Fit of few spheres that cover a link and protrude little: a greedy set cover, then a proof, then its gaps closed.
+
+Candidates are centres inside the link. A candidate's radius is its depth and the allowed protrusion, so every sphere that
+is chosen protrudes by no more than that. Samples that few candidates cover count more. The gaps that the proof finds
+become samples of the next fit; what is left after some fits is closed by further spheres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.importing.cover_proof import protrusion, prove_cover
+from mmp_env.importing.link_samples import CoverSamples
+from mmp_env.importing.link_shape import LinkShape
+
+GRID_M = 1e-5
+"""Grid [m] of the numbers of a sphere. Radii are rounded up and the proof is of the rounded numbers."""
+_SLACK = 0.05
+"""Share of the protrusion by which a sphere reaches past the samples that it covers, so that gaps between are small."""
+_FITS = 4
+_MOST_ROUNDS = 60
+_MOST_GAPS = 1200
+_COARSE_M = 4e-4
+_CLIMBS, _TRIES = 2, 16
+_COARSE_DETAIL = 0.2
+_COARSEST_M, _FINEST_COARSE_M, _FINER = 0.1, 0.008, 0.7
+_BASE_BUDGET = 6
+
+
+class CoverError(ArithmeticError):
+    """The gaps of a cover could not be closed."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Cover:
+    """Spheres of a link: `centers` [s, 3] and `radii` [s] [m], and their largest `protrusion` [m]."""
+
+    centers: Float[np.ndarray, "s 3"]
+    radii: Float[np.ndarray, "s"]
+    protrusion: float
+
+
+def fit_cover(
+    shape: LinkShape, allowed: float, *, seed: int = 0, fits: int = _FITS, detail: float = 1.0
+) -> Cover:
+    """Returns a proved cover of a shape whose spheres protrude by at most `allowed` [m].
+
+    `detail` scales the number of samples.
+
+    Raises:
+        CoverError: if gaps remain.
+    """
+    fit = _Fit(shape, allowed - 2 * GRID_M, np.random.default_rng(seed), detail)
+    best: Cover | None = None
+    for k in range(fits):
+        fit.start()
+        fit.choose()
+        fit.drop_idle()
+        centers, radii = fit.rounded()
+        gaps = prove_cover(shape, centers, radii, max(_COARSE_M, allowed / 20) if k < fits - 1 else _COARSE_M / 4)
+        if not len(gaps.points):
+            break
+        fit.add_samples(gaps.points[np.argsort(-gaps.outside)], allowed / 6)
+    for _ in range(_MOST_ROUNDS):
+        centers, radii = fit.rounded()
+        gaps = prove_cover(shape, centers, radii)
+        if not len(gaps.points):
+            best = Cover(centers=centers, radii=radii, protrusion=protrusion(shape, centers, radii))
+            break
+        fit.add_samples(gaps.points[np.argsort(-gaps.outside)], allowed / 3)
+        fit.choose()
+    if best is None:
+        raise CoverError(f"{len(gaps.points)} gaps remain, up to {gaps.uncovered_mm:.3g} mm")
+    return best
+
+
+def coarse_covers(shapes: Sequence[LinkShape | None], budget: int) -> list[Cover | None]:
+    """Returns covers of about `budget` spheres in all, the first (the base's) not counted.
+
+    The spheres of the link that protrudes most are made to protrude less, while the number of spheres allows it.
+    """
+    solid = [k for k, shape in enumerate(shapes) if shape is not None]
+    allowed = dict.fromkeys(solid, _COARSEST_M)
+
+    def fitted(k: int) -> Cover:
+        shape = shapes[k]
+        assert shape is not None
+        return fit_cover(shape, allowed[k], fits=1, detail=_COARSE_DETAIL)
+
+    covers = {k: fitted(k) for k in solid}
+    open_ = set(solid)
+    while open_:
+        k = max(open_, key=lambda link: (covers[link].protrusion, link))
+        before = allowed[k]
+        allowed[k] = min(before, covers[k].protrusion) * _FINER
+        cover = fitted(k)
+        others = sum(len(covers[link].radii) for link in solid if link not in (0, k))
+        room = _BASE_BUDGET if k == 0 else budget - others
+        if len(cover.radii) <= room:
+            covers[k] = cover
+        else:
+            allowed[k] = before
+        if len(cover.radii) > room or allowed[k] < _FINEST_COARSE_M:
+            open_.remove(k)
+    return [covers.get(k) for k in range(len(shapes))]
+
+
+class _Fit:
+    """Samples, candidates, and the spheres chosen so far."""
+
+    def __init__(self, shape: LinkShape, allowed: float, random: np.random.Generator, detail: float) -> None:
+        self.shape, self.allowed, self.random = shape, allowed, random
+        drawn = CoverSamples(shape, allowed, random, detail)
+        self._points, self._thick = drawn.points, drawn.thick
+        self._centers, self._radii = self._candidates(drawn.centers)
+        self._reach = self._reached(self._points, self._thick, self._centers, self._radii)
+        self._add_candidates_for_missed()
+        self.start()
+
+    def start(self) -> None:
+        """Forgets the spheres."""
+        self.centers, self.radii = np.empty((0, 3)), np.empty(0)
+
+    def choose(self) -> None:
+        """Adds spheres until all samples are covered."""
+        count = self._reach.sum(axis=1)
+        weight = (1.0 / np.maximum(count, 1.0)).astype(np.float32)
+        left = ~self._covered()
+        gain = weight[left] @ self._reach[left]
+        while left.any():
+            best = int(gain.argmax())
+            if gain[best] <= 1e-7:
+                break
+            center, radius = self._climbed(best, left, weight)
+            done = left & (self._reached(self._points, self._thick, center[None], np.array([radius]))[:, 0] > 0)
+            if not done.any():
+                gain[best] = 0.0
+                continue
+            self.centers = np.concatenate([self.centers, center[None]])
+            self.radii = np.append(self.radii, radius)
+            gain -= weight[done] @ self._reach[done]
+            left &= ~done
+
+    def drop_idle(self) -> None:
+        """Removes spheres whose samples are all covered by others, the smallest first."""
+        reach = self._reached(self._points, self._thick, self.centers, self.radii) > 0
+        count = reach.sum(axis=1)
+        keep = np.ones(len(self.radii), dtype=bool)
+        for k in np.argsort(self.radii):
+            if (count[reach[:, k]] > 1).all():
+                keep[k] = False
+                count = count - reach[:, k]
+        self.centers, self.radii = self.centers[keep], self.radii[keep]
+
+    def add_samples(self, points: Float[np.ndarray, "n 3"], spacing: float) -> None:
+        """Adds points on the surface, at most one in a cube of that size, the first ones first."""
+        _, first = np.unique(np.floor(points / spacing), axis=0, return_index=True)
+        points = points[np.sort(first)][:_MOST_GAPS]
+        thick = np.full(len(points), float(self.shape.thickness.max()))
+        self._points, self._thick = np.concatenate([self._points, points]), np.concatenate([self._thick, thick])
+        rows = self._reached(points, thick, self._centers, self._radii)
+        self._reach = np.concatenate([self._reach, rows])
+        self._add_candidates_for_missed()
+
+    def rounded(self) -> tuple[np.ndarray, np.ndarray]:
+        """The spheres on the grid, radii rounded up."""
+        centers = np.round(np.round(self.centers / GRID_M) * GRID_M, 5) + 0.0
+        return centers, np.round(np.ceil(self.radii / GRID_M + 1e-6) * GRID_M, 5)
+
+    def _covered(self) -> np.ndarray:
+        if not len(self.radii):
+            return np.zeros(len(self._points), dtype=bool)
+        return (self._reached(self._points, self._thick, self.centers, self.radii) > 0).any(axis=1)
+
+    def _add_candidates_for_missed(self) -> None:
+        """Adds candidates just below samples that no candidate covers, towards the middle of a piece: always inside."""
+        missed = np.flatnonzero(~self._reach.any(axis=1))
+        if not len(missed):
+            return
+        points = self._points[missed]
+        out = []
+        for k in range(len(self.shape.pieces)):
+            away = self.shape.middle(k) - points
+            distance = np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
+            out += [points + away / distance * np.minimum(t * self.allowed, distance) for t in (0.1, 0.5, 0.9, 1.3)]
+        centers, radii = self._candidates(np.concatenate(out))
+        rows = self._reached(self._points, self._thick, centers, radii)
+        self._centers, self._radii = np.concatenate([self._centers, centers]), np.concatenate([self._radii, radii])
+        self._reach = np.concatenate([self._reach, rows], axis=1)
+
+    def _candidates(self, pool: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        depth = self.shape.depth(pool)
+        good = depth > 0
+        return pool[good], depth[good] + self.allowed
+
+    def _reached(self, points: np.ndarray, thick: np.ndarray, centers: np.ndarray, radii: np.ndarray) -> np.ndarray:
+        """1 where sphere [c] contains sample [n] with thickness and slack, else 0: [n, c]."""
+        squares = np.einsum("ij,ij->i", points, points)[:, None] + np.einsum("ij,ij->i", centers, centers)[None]
+        squares -= 2 * points @ centers.T
+        room = np.maximum(radii[None, :] - (thick + _SLACK * self.allowed)[:, None], 0.0)
+        return (squares <= room**2).astype(np.float32)
+
+    def _climbed(self, best: int, left: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, float]:
+        """A sphere near a candidate that covers more."""
+        center, radius = self._centers[best], float(self._radii[best])
+        near = left & (np.linalg.norm(self._points - center, axis=1) < radius + self.allowed)
+        points, thick, weight = self._points[near], self._thick[near], weight[near]
+        worth = float(weight @ self._reached(points, thick, center[None], np.array([radius]))[:, 0])
+        for climb in range(_CLIMBS):
+            tries = center + self.random.normal(size=(_TRIES, 3)) * self.allowed * 0.5 / 2**climb
+            centers, radii = self._candidates(tries)
+            if not len(radii):
+                continue
+            found = weight @ self._reached(points, thick, centers, radii)
+            k = int(found.argmax())
+            if found[k] > worth:
+                center, radius, worth = centers[k], float(radii[k]), float(found[k])
+        return center, radius
+
+

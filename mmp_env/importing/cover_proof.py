@@ -1,0 +1,109 @@
+"""Proof that spheres cover the surface of a link.
+
+The surface is a set of triangles. A triangle lies in a ball if its three corners do, because a ball is convex. A triangle
+that lies in no single ball is cut in two at its longest edge, until every part lies in one or is too small to go on.
+Triangles that lie inside another piece of the same link are no surface and need no cover.
+
+The proof says nothing about the inside of a link, and it need not: another body that is outside at first can only come
+inside through the surface. A body must therefore not begin inside a link, deeper than its spheres.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from mmp_env.importing.link_shape import LinkShape
+
+SMALLEST_EDGE_M = 5e-5
+"""Longest edge [m] of a part that is not cut any more, but reported as a gap."""
+_MOST_PARTS = 4_000_000
+_CHUNK = 4_000_000
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Gaps:
+    """Parts of a surface that no sphere is proved to cover: their middles [g, 3] [m], and how far outside [m] they are.
+
+    `budget_spent` tells that the proof ended early.
+    """
+
+    points: Float[np.ndarray, "g 3"]
+    outside: Float[np.ndarray, "g"]
+    budget_spent: bool = False
+
+    @property
+    def uncovered_mm(self) -> float:
+        """Largest distance [mm] of the surface from the spheres, bounded from above; 0 where all is covered."""
+        return float(self.outside.max(initial=0.0)) * 1e3
+
+
+def prove_cover(
+    shape: LinkShape, centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"], smallest: float = SMALLEST_EDGE_M
+) -> Gaps:
+    """Returns the gaps that spheres leave in the surface of a shape. There is none where the cover is proved."""
+    parts, thick, owner = shape.triangles, shape.thickness, shape.owner
+    points, outside, done = [], [], 0
+    while len(parts):
+        done += len(parts)
+        middles = parts.mean(axis=1)
+        ball, out = _deepest(middles, centers, radii)
+        open_ = ~_in_ball(parts, thick, centers[ball], radii[ball])
+        parts, thick, owner, middles, out = parts[open_], thick[open_], owner[open_], middles[open_], out[open_]
+        visible = ~shape.inside_another(parts, owner)
+        parts, thick, owner, middles, out = (x[visible] for x in (parts, thick, owner, middles, out))
+        if not len(parts):
+            break
+        edges = np.linalg.norm(parts - np.roll(parts, -1, axis=1), axis=2)
+        longest, size = edges.argmax(axis=1), edges.max(axis=1)
+        # A middle that may lie in another piece is no gap yet.
+        final = (size <= smallest) | ((out + thick > 0) & ~shape.inside_another(middles[:, None].repeat(3, 1), owner))
+        if done > _MOST_PARTS:
+            final[:] = True
+        if final.any():
+            points.append(middles[final])
+            outside.append(np.maximum(out[final] + thick[final] + np.minimum(size[final], smallest), smallest))
+        parts, thick, owner, longest = parts[~final], thick[~final], owner[~final], longest[~final]
+        parts = _halved(parts, longest)
+        thick, owner = np.tile(thick, 2), np.tile(owner, 2)
+    if not points:
+        return Gaps(points=np.empty((0, 3)), outside=np.empty(0))
+    return Gaps(points=np.concatenate(points), outside=np.concatenate(outside), budget_spent=done > _MOST_PARTS)
+
+
+def _deepest(points: np.ndarray, centers: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The ball in which each point lies deepest, and how far [m] the point is outside it."""
+    ball, squares = np.empty(len(points), dtype=int), np.einsum("ij,ij->i", centers, centers)
+    step = max(1, _CHUNK // max(1, len(centers)))
+    for k in range(0, len(points), step):
+        part = points[k : k + step]
+        away = squares + np.einsum("ij,ij->i", part, part)[:, None] - 2 * part @ centers.T
+        ball[k : k + step] = (np.sqrt(np.maximum(away, 0.0)) - radii).argmin(axis=1)
+    return ball, np.linalg.norm(points - centers[ball], axis=1) - radii[ball]
+
+
+def _in_ball(parts: np.ndarray, thick: np.ndarray, centers: np.ndarray, radii: np.ndarray) -> Bool[np.ndarray, "n"]:
+    """Which thickened triangles [n, 3, 3] lie in their ball, one each."""
+    farthest = np.linalg.norm(parts - centers[:, None], axis=2).max(axis=1)
+    return farthest <= radii - thick - _ROUNDING
+
+
+def protrusion(shape: LinkShape, centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]) -> float:
+    """Returns the largest distance [m] from the surface of any sphere to the shape, bounded from above.
+
+    A point of the sphere is at most as far from the shape as the radius exceeds the depth of the centre in one piece.
+    A centre must lie inside; for one outside the result is infinite.
+    """
+    depth = shape.depth(centers)
+    return float(np.where(depth >= -_ROUNDING, radii - depth, np.inf).max(initial=0.0))
+
+
+def _halved(parts: np.ndarray, longest: np.ndarray) -> np.ndarray:
+    """Both halves of triangles that are cut at the middle of their edge from corner `longest` to the next."""
+    rows = np.arange(len(parts))
+    a, b, c = (parts[rows, (longest + k) % 3] for k in range(3))
+    middle = (a + b) / 2
+    return np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])

@@ -1,0 +1,98 @@
+"""The solid shape of one link: the union of its convex pieces, for fitting and proving sphere covers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from mmp_env.importing.pieces import Piece, Polytope, polytope
+
+_CHUNK = 2_000_000
+
+
+class LinkShape:
+    """Union of convex pieces.
+
+    Its surface lies in the `triangles` [t, 3, 3] [m], each thickened by `thickness` [t] [m]; `owner` [t] is the piece of
+    a triangle and `normals` [t, 3] point outwards.
+    """
+
+    def __init__(self, pieces: Sequence[Piece]) -> None:
+        self.pieces = tuple(pieces)
+        self._solids: list[tuple[Polytope | None, Piece]] = []
+        triangles, thickness, owner = [], [], []
+        for number, piece in enumerate(pieces):
+            is_round = len(piece.vertices) <= 2
+            outline = piece.outline() if is_round else polytope(piece.vertices)
+            self._solids.append((None if is_round else outline, piece))
+            triangles.append(outline.vertices[outline.triangles])
+            thickness.append(np.full(len(outline.triangles), 0.0 if is_round else piece.radius))
+            owner.append(np.full(len(outline.triangles), number))
+        self.triangles: Float[np.ndarray, "t 3 3"] = np.concatenate(triangles)
+        self.thickness: Float[np.ndarray, "t"] = np.concatenate(thickness)
+        self.owner: Int[np.ndarray, "t"] = np.concatenate(owner)
+        self.thickness_of = np.array([0.0 if o is None else p.radius for o, p in self._solids])
+        self._middles = [self.triangles[self.owner == k].reshape(-1, 3).mean(axis=0) for k in range(len(self.pieces))]
+        cross = np.cross(self.triangles[:, 1] - self.triangles[:, 0], self.triangles[:, 2] - self.triangles[:, 0])
+        length = np.linalg.norm(cross, axis=1)
+        self.areas: Float[np.ndarray, "t"] = length / 2
+        self.normals: Float[np.ndarray, "t 3"] = cross / np.maximum(length, 1e-30)[:, None]
+
+    def depth(self, points: Float[np.ndarray, "n 3"], skip: int | None = None) -> Float[np.ndarray, "n"]:
+        """Returns a lower bound of how deep [m] points lie inside the union, which is the deepest in any piece.
+
+        It is negative for points that are outside all pieces, or in piece `skip` only.
+        """
+        out = np.full(len(points), -np.inf)
+        for number, (outline, piece) in enumerate(self._solids):
+            if number == skip:
+                continue
+            if outline is None:
+                own = piece.radius - _distance_to_segment(points, piece.vertices[0], piece.vertices[-1])
+            else:
+                own = np.empty(len(points))
+                step = max(1, _CHUNK // len(outline.planes))
+                for k in range(0, len(points), step):
+                    own[k : k + step] = outline.depth(points[k : k + step]) + piece.radius
+            out = np.maximum(out, own)
+        return out
+
+    def inside_another(self, triangles: Float[np.ndarray, "n 3 3"], owner: Int[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
+        """Returns which triangles lie wholly inside one piece other than their own, and so in no surface."""
+        out = np.zeros(len(triangles), dtype=bool)
+        if len(self._solids) == 1:
+            return out
+        thick = self.thickness_of[owner]
+        for number, (outline, piece) in enumerate(self._solids):
+            rest = np.flatnonzero(~out & (owner != number))
+            if not len(rest):
+                continue
+            corners = triangles[rest].reshape(-1, 3)
+            if outline is None:
+                depth = piece.radius - _distance_to_segment(corners, piece.vertices[0], piece.vertices[-1])
+            else:
+                depth = outline.depth(corners) + piece.radius
+            out[rest] = (depth.reshape(-1, 3).min(axis=1) - thick[rest]) > 1e-9
+        return out
+
+    def middle(self, piece: int) -> Float[np.ndarray, "3"]:
+        """Returns a point inside a piece."""
+        return self._middles[piece]
+
+    @property
+    def size(self) -> float:
+        """Largest edge [m] of the box around all pieces."""
+        return float(np.ptp(self.triangles.reshape(-1, 3), axis=0).max())
+
+    @property
+    def volume(self) -> float:
+        """Sum [m^3] of the volumes of the pieces, of which overlaps count twice."""
+        return sum((outline or piece.outline()).volume for outline, piece in self._solids)
+
+
+def _distance_to_segment(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    edge = b - a
+    share = np.clip((points - a) @ edge / max(float(edge @ edge), 1e-30), 0, 1)
+    return np.linalg.norm(points - a - share[:, None] * edge, axis=1)

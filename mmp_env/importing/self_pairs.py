@@ -1,0 +1,161 @@
+"""Self-collision pairs of an arm: which pairs of links can touch, by sampling configurations.
+
+A pair is `adjacent` (neighbours in the chain), `always` (it overlaps in every sample), `never` (it comes no closer than a
+margin in any sample, nor in a search from the closest ones), or `sometimes`. Only pairs that are `sometimes` are tested.
+A sphere set is larger than the geometry: a pair whose spheres always overlap is left out of that set alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from mmp_env.importing.arm_geometry import ArmGeometry
+from mmp_env.importing.cover_fit import Cover
+from mmp_env.sim.mujoco_import import mujoco
+
+SAMPLES = 10_000
+"""Number of sampled configurations."""
+NEVER_M = 0.002
+"""Distance [m] that a pair keeps in all samples if it never touches."""
+_SPHERE_SAMPLES = 2000
+
+
+@dataclass(frozen=True, kw_only=True)
+class IgnoredPair:
+    """Two links that are left out of the self-collision test, of all sphere sets or of `sphere_set` alone."""
+
+    a: str
+    b: str
+    reason: str
+    sphere_set: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SelfPairs:
+    """The pairs that are left out with their reasons, and the `tested` pairs of link numbers."""
+
+    ignored: tuple[IgnoredPair, ...]
+    tested: tuple[tuple[int, int], ...]
+    free: Bool[np.ndarray, "n"]
+    """Which of the sampled configurations are free for the geometry."""
+
+    def of_set(self, sphere_set: str) -> list[tuple[str, str]]:
+        """Returns the names of the pairs that a sphere set leaves out."""
+        return [(pair.a, pair.b) for pair in self.ignored if pair.sphere_set in (None, sphere_set)]
+
+
+def classify(arm: ArmGeometry, mjcf: str, *, seed: int = 0, samples: int = SAMPLES) -> SelfPairs:
+    """Returns which pairs are left out. `mjcf` is the robot's, with excluded contacts between neighbours only."""
+    q = arm.draw(samples, seed)
+    overlaps, near = contact_counts(arm, mjcf, q)
+    ignored, tested, adjacent = [], [], set(arm.neighbours())
+    solid = [k for k, own in enumerate(arm.pieces) if own]
+    for pair in combinations(solid, 2):
+        a, b = (arm.links[k] for k in pair)
+        touching = overlaps.get(pair)
+        if pair in adjacent:
+            ignored.append(IgnoredPair(a=a, b=b, reason="adjacent"))
+        elif pair not in near:
+            ignored.append(IgnoredPair(a=a, b=b, reason="never"))
+        elif touching is not None and touching.all():
+            ignored.append(IgnoredPair(a=a, b=b, reason="always"))
+        else:
+            tested.append(pair)
+    free = np.ones(len(q), dtype=bool)
+    for pair in tested:
+        if pair in overlaps:
+            free &= ~overlaps[pair]
+    some = q[:_SPHERE_SAMPLES]
+    poses = arm.kinematics.link_poses(some)
+    for name, covers in arm.covers.items():
+        for i, j in tested:
+            if always_overlap(poses[i], covers[i], poses[j], covers[j]):
+                ignored.append(IgnoredPair(a=arm.links[i], b=arm.links[j], reason="always", sphere_set=name))
+    return SelfPairs(ignored=tuple(ignored), tested=tuple(tested), free=free)
+
+
+def contact_counts(
+    arm: ArmGeometry, mjcf: str, q: Float[np.ndarray, "n dof"]
+) -> tuple[dict[tuple[int, int], Bool[np.ndarray, "n"]], set[tuple[int, int]]]:
+    """Returns, by pair of links, in which configurations they overlap, and the pairs that come near in any."""
+    spec = mujoco.MjSpec.from_string(mjcf)
+    spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
+    for geom in spec.geoms:
+        geom.margin = NEVER_M
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    number = {model.body(name).id: k for k, name in enumerate(arm.links)}
+    overlaps: dict[tuple[int, int], np.ndarray] = {}
+    near: set[tuple[int, int]] = set()
+    for row, configuration in enumerate(q):
+        data.qpos[:] = configuration
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_collision(model, data)
+        if not data.ncon:
+            continue
+        contact = data.contact
+        bodies = model.geom_bodyid[contact.geom]
+        for (first, second), distance in zip(bodies, contact.dist, strict=True):
+            a, b = sorted((number[int(first)], number[int(second)]))
+            near.add((a, b))
+            if distance <= 0:
+                overlaps.setdefault((a, b), np.zeros(len(q), dtype=bool))[row] = True
+    return overlaps, near
+
+
+def always_overlap(
+    first_poses: Float[np.ndarray, "n 4 4"],
+    first: Cover | None,
+    second_poses: Float[np.ndarray, "n 4 4"],
+    second: Cover | None,
+) -> bool:
+    """Returns whether the spheres of two links overlap in every configuration."""
+    if first is None or second is None:
+        return False
+    step = 50
+    for k in range(0, len(first_poses), step):
+        if (sphere_clearance(first_poses[k : k + step], first, second_poses[k : k + step], second) > 0).any():
+            return False
+    return True
+
+
+def sphere_clearance(
+    first_poses: Float[np.ndarray, "n 4 4"], first: Cover, second_poses: Float[np.ndarray, "n 4 4"], second: Cover
+) -> Float[np.ndarray, "n"]:
+    """Returns the least distance [m] between the spheres of two links, negative where they overlap."""
+    a = first.centers @ first_poses[:, :3, :3].transpose(0, 2, 1) + first_poses[:, None, :3, 3]
+    b = second.centers @ second_poses[:, :3, :3].transpose(0, 2, 1) + second_poses[:, None, :3, 3]
+    away = np.linalg.norm(a[:, :, None] - b[:, None], axis=3)
+    return (away - first.radii[:, None] - second.radii[None, :]).min(axis=(1, 2))
+
+
+def self_clearance(
+    arm: ArmGeometry, covers: Sequence[Cover | None], pairs: Sequence[tuple[int, int]], q: Float[np.ndarray, "n dof"]
+) -> Float[np.ndarray, "n"]:
+    """Returns the least distance [m] between the spheres of the tested pairs in each configuration."""
+    poses = arm.kinematics.link_poses(q)
+    out = np.full(len(q), np.inf)
+    for i, j in pairs:
+        first, second = covers[i], covers[j]
+        if first is None or second is None:
+            continue
+        step = max(1, 4_000_000 // (len(first.radii) * len(second.radii)))
+        for k in range(0, len(q), step):
+            part = slice(k, k + step)
+            out[part] = np.minimum(out[part], sphere_clearance(poses[i][part], first, poses[j][part], second))
+    return out
+
+
+def tested_by_set(arm: ArmGeometry, pairs: SelfPairs) -> Mapping[str, list[tuple[int, int]]]:
+    """Returns the pairs of link numbers that each sphere set tests."""
+    out = {}
+    for name in arm.covers:
+        left_out = {frozenset(pair) for pair in pairs.of_set(name)}
+        out[name] = [(i, j) for i, j in pairs.tested if frozenset((arm.links[i], arm.links[j])) not in left_out]
+    return out

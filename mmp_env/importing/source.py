@@ -1,0 +1,286 @@
+"""Reads a URDF or MJCF file into a compiled MuJoCo model that holds collision geometry only.
+
+MuJoCo parses both formats. This module finds the mesh files, leaves out everything that does not collide, and reads from
+a URDF the two facts that MuJoCo drops: velocity limits and mimic joints.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import xml.etree.ElementTree as ET
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mmp_env.errors import MmpError
+from mmp_env.files.paths import is_file, is_folder, real_path, refusal
+from mmp_env.importing.mesh_files import is_read_by_mujoco, read_mesh
+from mmp_env.sim.mujoco_import import mujoco
+
+MOST_GEOMS = 1000
+"""Largest number of collision geoms in a model."""
+_MOST_BYTES = 64 * 2**20
+_PACKAGE = "package://"
+_FILE = "file://"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SourceModel:
+    """A model that was read from `path`.
+
+    `velocity` maps joints to velocity limits [rad/s or m/s] where the source has any; `mimics` maps joints to the joint
+    that they copy. `continuous` holds the joints that turn without end. `digest` is a hash of all files that were read.
+    """
+
+    path: Path
+    model: Any
+    velocity: Mapping[str, float]
+    mimics: Mapping[str, str]
+    digest: str
+
+
+def read_source(path: str | Path, package_dirs: Sequence[str | Path] = ()) -> SourceModel:
+    """Returns the compiled model of a URDF or MJCF file.
+
+    Args:
+        path: A `.urdf` or `.xml` file.
+        package_dirs: Folders in which packages of `package://` paths are looked for.
+
+    Raises:
+        MmpError: if the file, or one that it names, cannot be read, or if MuJoCo refuses the model.
+    """
+    path = Path(path)
+    if not is_file(path):
+        raise MmpError(f"{path} cannot be read: there is no such file")
+    for folder in package_dirs:
+        if not is_folder(folder):
+            raise MmpError(f"--package-dir {folder} is not a folder")
+    text = _text(path)
+    root = _root(path, text)
+    urdf = root.tag == "robot"
+    if urdf:
+        facts = _urdf_facts(path, root)
+        spec = _urdf_spec(path, root, package_dirs)
+    elif root.tag == "mujoco":
+        facts = ({}, {})
+        spec = _parsed(path, lambda: mujoco.MjSpec.from_file(str(real_path(path))))
+    else:
+        raise MmpError(f"{path} is neither URDF nor MJCF: its root element is <{root.tag}>")
+    _refuse_what_cannot_be_represented(path, spec)
+    _keep_collision_geometry(path, spec)
+    files = _prepare_meshes(path, spec)
+    model = _compiled(path, spec)
+    return SourceModel(path=path, model=model, velocity=facts[0], mimics=facts[1], digest=_digest(text, files))
+
+
+def _text(path: Path) -> bytes:
+    try:
+        if path.stat().st_size > _MOST_BYTES:
+            raise MmpError(f"{path} has more than {_MOST_BYTES >> 20} MB; a robot description is text without meshes")
+        return path.read_bytes()
+    except OSError as error:
+        raise refusal(path, "read", error) from None
+
+
+def _root(path: Path, text: bytes) -> ET.Element:
+    try:
+        root = ET.fromstring(text)
+    except (ET.ParseError, LookupError, ValueError) as error:
+        raise MmpError(f"{path} is not XML: {error}") from None
+    if path.suffix.lower() == ".xacro" or any("ros.org/wiki/xacro" in element.tag for element in root.iter()):
+        raise MmpError(f"{path} is a xacro file; run `xacro {path.name} > robot.urdf` first")
+    return root
+
+
+def _urdf_facts(path: Path, root: ET.Element) -> tuple[dict[str, float], dict[str, str]]:
+    """Velocity limits and mimic joints. Raises `MmpError` for a joint without the limits that URDF demands."""
+    velocity, mimics, names, parents = {}, {}, set(), {}
+    for joint in root.findall("joint"):
+        name, kind, limit = joint.get("name", ""), joint.get("type"), joint.find("limit")
+        if name in names:
+            raise MmpError(f"{path} has two joints with the name '{name}'; names must differ")
+        names.add(name)
+        child, parent = (element.get("link") if (element := joint.find(key)) is not None else None
+                         for key in ("child", "parent"))
+        if child in parents:
+            raise MmpError(
+                f"{path} has a closed loop: link '{child}' hangs on both '{parents[child]}' and '{parent}';"
+                " an arm must be a serial chain"
+            )
+        parents[child] = parent
+        if kind in ("revolute", "prismatic"):
+            lower, upper = (_number(limit, key) for key in ("lower", "upper"))
+            if limit is None or not lower < upper:
+                raise MmpError(
+                    f"{path}: joint '{name}' is {kind} and has no limits; give <limit lower upper effort velocity>"
+                    + (", or make it continuous" if kind == "revolute" else "")
+                )
+        if limit is not None and _number(limit, "velocity") > 0:
+            velocity[name] = _number(limit, "velocity")
+        if (mimic := joint.find("mimic")) is not None:
+            mimics[name] = mimic.get("joint", "")
+    return velocity, mimics
+
+
+def _number(element: ET.Element | None, key: str) -> float:
+    try:
+        return float(element.get(key, "0")) if element is not None else 0.0
+    except ValueError:
+        return 0.0
+
+
+def _urdf_spec(path: Path, root: ET.Element, package_dirs: Sequence[str | Path]) -> Any:
+    """The spec of a URDF whose mesh paths are made absolute and whose fixed links keep their names."""
+    compiler = {"strippath": "false", "fusestatic": "false", "discardvisual": "true", "balanceinertia": "true"}
+    for old in root.findall("mujoco"):
+        root.remove(old)  # MuJoCo's own settings in a URDF say where meshes lie, which is resolved here
+        _resolve_mesh_folder(old, root)
+    ET.SubElement(ET.SubElement(root, "mujoco"), "compiler", compiler)
+    for link in root.findall("link"):
+        for visual in link.findall("visual"):
+            link.remove(visual)
+        for mesh in link.iter("mesh"):
+            mesh.set("filename", str(_resolved(path, mesh.get("filename", ""), package_dirs)))
+    return _parsed(path, lambda: mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode")))
+
+
+def _resolve_mesh_folder(settings: ET.Element, root: ET.Element) -> None:
+    """Prefixes mesh paths as the `meshdir` of a `<mujoco>` element in a URDF says."""
+    compiler = settings.find("compiler")
+    folder = compiler.get("meshdir") if compiler is not None else None
+    if compiler is None or not (folder or compiler.get("strippath", "true") == "true"):
+        return
+    for mesh in root.iter("mesh"):
+        name = mesh.get("filename", "")
+        if compiler.get("strippath", "true") == "true":
+            name = name.rpartition("/")[2]
+        mesh.set("filename", f"{folder}/{name}" if folder else name)
+
+
+def _resolved(path: Path, name: str, package_dirs: Sequence[str | Path]) -> Path:
+    """The mesh file that a URDF names. Raises `MmpError` where a package cannot be found."""
+    if name.startswith(_FILE):
+        return Path(name.removeprefix(_FILE))
+    if not name.startswith(_PACKAGE):
+        file = Path(name)
+        return file if file.is_absolute() else real_path(path).parent / file
+    package, _, inside = name.removeprefix(_PACKAGE).partition("/")
+    folders = [Path(folder) / package for folder in package_dirs]
+    folders += [Path(folder) for folder in package_dirs if real_path(folder).name == package]
+    folders += [folder for folder in real_path(path).parents if folder.name == package]
+    for folder in folders:
+        if is_file(folder / inside):
+            return real_path(folder / inside)
+    if folders and any(is_folder(folder) for folder in folders):
+        raise MmpError(f"{path} names the mesh file {name}, which does not exist in {folders[0]}")
+    raise MmpError(
+        f"{path} names {name}, and package '{package}' cannot be found; give --package-dir with the folder that holds it"
+    )
+
+
+def _parsed(path: Path, read: Any) -> Any:
+    try:
+        return read()
+    except ValueError as error:
+        raise MmpError(f"{path} cannot be read by MuJoCo: {_one_line(error)}") from None
+
+
+def _refuse_what_cannot_be_represented(path: Path, spec: Any) -> None:
+    if list(spec.flexes) or list(getattr(spec, "skins", ())):
+        raise MmpError(f"{path} has flexible bodies, which have no rigid collision geometry")
+    for geom in spec.geoms:
+        if geom.type == mujoco.mjtGeom.mjGEOM_HFIELD and geom.parent.name != "world":
+            raise MmpError(f"{path}: geom '{geom.name}' is a height field, which an arm cannot carry")
+
+
+def _keep_collision_geometry(path: Path, spec: Any) -> None:
+    """Removes everything that collides with nothing, looks included. Raises `MmpError` where nothing is left."""
+    paired = {name for pair in spec.pairs for name in (pair.geomname1, pair.geomname2)}
+    for items in (spec.sensors, spec.textures, spec.cameras, spec.lights):
+        for item in list(items):
+            spec.delete(item)
+    for geom in list(spec.geoms):
+        geom.material = ""
+        scenery = geom.parent.name == "world"
+        if scenery or not (geom.contype or geom.conaffinity or (geom.name and geom.name in paired)):
+            if geom.name in paired:
+                for pair in [p for p in spec.pairs if geom.name in (p.geomname1, p.geomname2)]:
+                    spec.delete(pair)
+            spec.delete(geom)
+    for site in spec.sites:
+        site.material = ""
+    for material in list(spec.materials):
+        spec.delete(material)
+    geoms = list(spec.geoms)
+    if len(geoms) > MOST_GEOMS:
+        raise MmpError(f"{path} has {len(geoms)} collision geoms; at most {MOST_GEOMS} can be imported")
+    if not geoms:
+        raise MmpError(
+            f"{path} has no collision geometry: every geom has contype and conaffinity 0, or there is none"
+        )
+    used = {geom.meshname for geom in geoms}
+    for mesh in list(spec.meshes):
+        if mesh.name not in used:
+            spec.delete(mesh)
+
+
+def _prepare_meshes(path: Path, spec: Any) -> list[Path]:
+    """Checks the mesh files, and converts those that MuJoCo cannot read. Returns the files."""
+    files = []
+    for mesh in spec.meshes:
+        if not np.all(np.abs(mesh.scale) > 0) or not np.all(np.isfinite(mesh.scale)):
+            raise MmpError(f"{path}: mesh '{mesh.name}' has scale {_vector(mesh.scale)}; no factor may be 0")
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+        if not mesh.file:
+            continue
+        file = _mesh_path(spec, path, mesh.file)
+        if not is_file(file):
+            raise MmpError(f"{path} names the mesh file {file}, which does not exist")
+        files.append(file)
+        mesh.file = str(file)
+        if not is_read_by_mujoco(file):
+            vertices, faces = read_mesh(file)
+            mesh.file = ""
+            mesh.uservert, mesh.userface = vertices.ravel(), faces.ravel()
+    spec.meshdir = ""
+    return files
+
+
+def _mesh_path(spec: Any, path: Path, name: str) -> Path:
+    if spec.strippath:
+        name = name.replace("\\", "/").rpartition("/")[2]
+    file = Path(name)
+    return file if file.is_absolute() else real_path(path).parent / (spec.meshdir or "") / file
+
+
+def _compiled(path: Path, spec: Any) -> Any:
+    spec.compiler.balanceinertia = True
+    spec.compiler.boundmass = max(spec.compiler.boundmass, 1e-6)
+    spec.compiler.boundinertia = max(spec.compiler.boundinertia, 1e-9)
+    spec.compiler.discardvisual = False
+    spec.compiler.fusestatic = False
+    for key in list(spec.keys):
+        if len(key.qpos) and not np.all(np.isfinite(key.qpos)):
+            spec.delete(key)
+    try:
+        return spec.compile()
+    except ValueError as error:
+        raise MmpError(f"{path} is refused by MuJoCo: {_one_line(error)}") from None
+
+
+def _digest(text: bytes, files: Sequence[Path]) -> str:
+    out = hashlib.sha256(text)
+    for file in sorted(set(files)):
+        out.update(hashlib.sha256(file.read_bytes()).digest())
+    return out.hexdigest()
+
+
+def _vector(values: Any) -> str:
+    return "[" + ", ".join(f"{x:g}" for x in values) + "]"
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split()).removeprefix("Error: ")

@@ -4,12 +4,16 @@ There is no `__init__.py` beside this file and no conftest at the root: the test
 """
 
 import importlib
+import os
 import sys
+import tempfile
 from pathlib import Path
 
 import hypothesis
 import jaxtyping
 
+# Robots that the user of this machine has added are not those of the tests.
+os.environ["XDG_DATA_HOME"] = os.environ["XDG_CACHE_HOME"] = tempfile.mkdtemp(prefix="mmp-tests-")
 sys.path.insert(0, str(Path(__file__).parent))
 importlib.import_module("support.typechecker")  # the hook looks it up in `support`
 # This comes before the packages, because the hook acts at import.

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.fields import UnreadableError
 from mmp_env.check.held import BODY, held_spheres
-from mmp_env.check.reading import DATA, CheckedArm, CheckedCell, Solid, robot_data
+from mmp_env.check.reading import CheckedArm, CheckedCell, Solid, description_folder, robot_data
 from mmp_env.mujoco_import import mujoco
 
 _GEOMS = {
@@ -218,7 +218,8 @@ def _hold(spec: mujoco.MjSpec, arm: CheckedArm, held: Solid) -> None:
 
 
 def _mjcf(folder: str, name: str) -> mujoco.MjSpec:
-    spec = mujoco.MjSpec.from_file(str(DATA / folder / name / f"{name}.xml"))
+    found = description_folder(folder, name)
+    spec = mujoco.MjSpec.from_file(str(found / f"{found.name}.xml"))
     for key in list(spec.keys):  # of one robot alone: too short for a cell
         spec.delete(key)
     return spec

@@ -26,6 +26,7 @@ from mmp_env.check.fields import (
     text,
 )
 from mmp_env.errors import HOW_TO_ADD
+from mmp_env.robot_folders import find_robot, robot_names
 
 SCHEMA = "mmp-plan/1"
 DATA = Path(__file__).parent.parent
@@ -170,13 +171,26 @@ def read_cell(data: Any) -> CheckedCell:
     return CheckedCell(arms=arms, solids=solids, spheres=spheres)
 
 
-@functools.cache
 def robot_data(folder: str, name: str, file: str) -> Any:
-    """Returns the content of a JSON file of a robot or tool. Raises `UnreadableError` for an unknown one."""
-    names = sorted(path.parent.name for path in (DATA / folder).glob(f"*/{file}"))
-    if name not in names:
+    """Returns the content of a JSON file of a robot or tool. Raises `UnreadableError` if there is no such robot."""
+    return _content(description_folder(folder, name) / file)
+
+
+def description_folder(folder: str, name: str) -> Path:
+    """Returns the folder of a robot or tool. Raises `UnreadableError` if there is none of that name."""
+    if folder == "robots":
+        found, names = find_robot(name), robot_names()
+    else:
+        names = sorted(path.parent.name for path in (DATA / folder).glob("*/tool.json"))
+        found = DATA / folder / name if name in names else None
+    if found is None:
         raise UnreadableError(f"'{name}' is not among the {folder}: {', '.join(names)}. {HOW_TO_ADD}")
-    return json.loads((DATA / folder / name / file).read_text())
+    return found
+
+
+@functools.lru_cache(maxsize=64)
+def _content(path: Path) -> Any:
+    return json.loads(path.read_text())
 
 
 def _margins(data: Any, margin: float) -> dict[str, float]:

@@ -14,12 +14,14 @@ from msgspec import UNSET, UnsetType
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.file_kinds import CELL, read_for
+from mmp_env.files.paths import real_path
 from mmp_env.files.reading import Location, decode, named
 from mmp_env.model.arm import LARGEST_M, LARGEST_YAW_RAD, NAMES, SHAPES, SMALLEST_M, Arm, Obstacle, is_name
 from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
 from mmp_env.model.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.model.transforms import quaternion_from_yaw
+from mmp_env.robot_folders import is_path
 from mmp_env.wording import degrees_hint, shown
 
 MEASURES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
@@ -135,7 +137,7 @@ def cell_to_dict(cell: Cell) -> dict[str, Any]:
         "arms": [
             {
                 "name": arm.name,
-                "robot": arm.robot.name,
+                "robot": arm.robot.reference,
                 "tool": arm.tool.name if arm.tool else None,
                 "position": arm.position.tolist(),
                 "quaternion": arm.quaternion.tolist(),
@@ -189,7 +191,10 @@ def _arm(data: ArmData, place: Location) -> Arm:
 
 
 def _robot(name: str, place: Location) -> Robot:
-    check_name(name, place)
+    if is_path(name) and name.isprintable():
+        name = str(real_path(Path(place.file).parent / name))  # relative to the cell's file
+    else:
+        check_name(name, place)
     with named(place):
         return load_robot(name)
 

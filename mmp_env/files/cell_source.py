@@ -12,11 +12,11 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.paths import exists
 from mmp_env.model.cell import Cell
 from mmp_env.model.rings import RING_RADIUS_M, ring_cell
-from mmp_env.model.robot import robot_names
+from mmp_env.model.robot import load_robot, robot_names
 
 _CELLS = Path(__file__).parents[1] / "cells"
 _RING = re.compile(r"ring-(\d+)(?:-(.+))?")
-_RING_ROBOT, _RING_SPHERES = "ur5e", "28"
+_RING_ROBOT = "ur5e"
 
 
 def ring_names() -> list[str]:
@@ -53,7 +53,8 @@ def find_cell(source: Cell | str | PathLike[str], *, robot: str | None = None, s
         named = ring[2]
         if named and robot and named != robot:
             raise MmpError(f"cell '{source}' is a ring of {named} arms, but robot is '{robot}'; give one of them")
-        return ring_cell(int(ring[1]), named or robot or _RING_ROBOT, spheres or _RING_SPHERES)
+        arm = named or robot or _RING_ROBOT
+        return ring_cell(int(ring[1]), arm, spheres or load_robot(arm).ring_spheres)
     if isinstance(source, str) and source in layout_names():
         source = _CELLS / f"{source}.json"
     cell = source if isinstance(source, Cell) else _from_file(source)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -47,7 +48,7 @@ class ArmGeometry:
     def neighbours(self) -> list[tuple[int, int]]:
         """Returns the pairs of links that hang on each other; links of no geometry between do not count."""
         solid = [k for k, own in enumerate(self.pieces) if own]
-        return list(zip(solid[:-1], solid[1:], strict=True))
+        return list(pairwise(solid))
 
     def draw(self, count: int, seed: int) -> Float[np.ndarray, "n dof"]:
         """Returns random configurations within the limits."""

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.importing.source import SourceModel
-from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco
 
 FLANGE_NAMES = ("attachment_site", "flange", "tool0", "tcp", "ee_link", "end_effector", "right_hand", "left_hand")
 """Names of sites and bodies that are taken as the flange, the first that exists on the last link."""
@@ -127,9 +127,9 @@ class _Tree:
         self._usable: list[list[int]] = [[] for _ in self.parents]
         for j in range(model.njnt):
             name = model.joint(j).name
-            if int(model.jnt_type[j]) in (_HINGE, _SLIDE) and name not in coupled:
-                if not prefix or name.startswith(prefix):
-                    self._usable[int(model.jnt_bodyid[j])].append(j)
+            is_kind = int(model.jnt_type[j]) in (_HINGE, _SLIDE)
+            if is_kind and name not in coupled and name.startswith(prefix or ""):
+                self._usable[int(model.jnt_bodyid[j])].append(j)
         if prefix and not any(self._usable):
             names = [model.joint(j).name for j in range(model.njnt)]
             raise UnknownNameError("joint prefix", prefix, names)
@@ -192,7 +192,9 @@ class _Tree:
         out, stack = [], list(self.children[body])
         while stack:
             b = stack.pop()
-            out += range(int(self.model.body_jntadr[b]), int(self.model.body_jntadr[b]) + int(self.model.body_jntnum[b]))
+            out += range(
+                int(self.model.body_jntadr[b]), int(self.model.body_jntadr[b]) + int(self.model.body_jntnum[b])
+            )
             stack += self.children[b]
         return sorted(out)
 

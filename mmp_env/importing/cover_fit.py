@@ -1,8 +1,8 @@
 """Fit of few spheres that cover a link and protrude little: a greedy set cover, then a proof, then its gaps closed.
 
-Candidates are centres inside the link. A candidate's radius is its depth and the allowed protrusion, so every sphere that
-is chosen protrudes by no more than that. Samples that few candidates cover count more. The gaps that the proof finds
-become samples of the next fit; what is left after some fits is closed by further spheres.
+Candidates are centres inside the link. A candidate's radius is its depth plus the allowed protrusion, so no chosen
+sphere protrudes by more. Samples that few candidates cover count more. The gaps that the proof finds become samples of
+the next fit. After some fits, further spheres close the gaps that are left.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _COARSE_M = 4e-4
 _CLIMBS, _TRIES = 2, 16
 _COARSE_DETAIL = 0.2
 _COARSEST_M, _FINEST_COARSE_M, _FINER = 0.1, 0.008, 0.7
-_BASE_BUDGET = 6
+_BASE_BUDGET = 16
 
 
 class CoverError(ArithmeticError):
@@ -44,9 +44,7 @@ class Cover:
     protrusion: float
 
 
-def fit_cover(
-    shape: LinkShape, allowed: float, *, seed: int = 0, fits: int = _FITS, detail: float = 1.0
-) -> Cover:
+def fit_cover(shape: LinkShape, allowed: float, *, seed: int = 0, fits: int = _FITS, detail: float = 1.0) -> Cover:
     """Returns a proved cover of a shape whose spheres protrude by at most `allowed` [m].
 
     `detail` scales the number of samples.
@@ -55,7 +53,6 @@ def fit_cover(
         CoverError: if gaps remain.
     """
     fit = _Fit(shape, allowed - 2 * GRID_M, np.random.default_rng(seed), detail)
-    best: Cover | None = None
     for k in range(fits):
         fit.start()
         fit.choose()
@@ -69,13 +66,11 @@ def fit_cover(
         centers, radii = fit.rounded()
         gaps = prove_cover(shape, centers, radii)
         if not len(gaps.points):
-            best = Cover(centers=centers, radii=radii, protrusion=protrusion(shape, centers, radii))
-            break
+            return Cover(centers=centers, radii=radii, protrusion=protrusion(shape, centers, radii))
         fit.add_samples(gaps.points[np.argsort(-gaps.outside)], allowed / 3)
         fit.choose()
-    if best is None:
-        raise CoverError(f"{len(gaps.points)} gaps remain, up to {gaps.uncovered_mm:.3g} mm")
-    return best
+    gaps = prove_cover(shape, *fit.rounded())
+    raise CoverError(f"{len(gaps.points)} gaps remain, up to {gaps.uncovered_mm:.3g} mm")
 
 
 def coarse_covers(shapes: Sequence[LinkShape | None], budget: int) -> list[Cover | None]:
@@ -174,7 +169,7 @@ class _Fit:
     def _covered(self) -> np.ndarray:
         if not len(self.radii):
             return np.zeros(len(self._points), dtype=bool)
-        return (self._reached(self._points, self._thick, self.centers, self.radii) > 0).any(axis=1)
+        return np.any(self._reached(self._points, self._thick, self.centers, self.radii) > 0, axis=1, keepdims=False)
 
     def _add_candidates_for_missed(self) -> None:
         """Adds candidates just below samples that no candidate covers, towards the middle of a piece: always inside."""
@@ -220,5 +215,3 @@ class _Fit:
             if found[k] > worth:
                 center, radius, worth = centers[k], float(radii[k]), float(found[k])
         return center, radius
-
-

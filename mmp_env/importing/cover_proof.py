@@ -1,7 +1,7 @@
 """Proof that spheres cover the surface of a link.
 
-The surface is a set of triangles. A triangle lies in a ball if its three corners do, because a ball is convex. A triangle
-that lies in no single ball is cut in two at its longest edge, until every part lies in one or is too small to go on.
+The surface is a set of triangles. A triangle lies in a ball if its three corners do, because a ball is convex. The
+proof cuts a triangle that lies in no single ball in two at its longest edge, until every part lies in one or is too small.
 Triangles that lie inside another piece of the same link are no surface and need no cover.
 
 The proof says nothing about the inside of a link, and it need not: another body that is outside at first can only come
@@ -42,7 +42,10 @@ class Gaps:
 
 
 def prove_cover(
-    shape: LinkShape, centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"], smallest: float = SMALLEST_EDGE_M
+    shape: LinkShape,
+    centers: Float[np.ndarray, "s 3"],
+    radii: Float[np.ndarray, "s"],
+    smallest: float = SMALLEST_EDGE_M,
 ) -> Gaps:
     """Returns the gaps that spheres leave in the surface of a shape. There is none where the cover is proved."""
     parts, thick, owner = shape.triangles, shape.thickness, shape.owner

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.importing.chain import Chain
-from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco
 
 ACCELERATION, JERK = 8.0, 4000.0
 """Defaults of hinges [rad/s^2, rad/s^3], those of the built-in robots whose vendors publish none."""
@@ -45,7 +45,9 @@ def limits_of(chain: Chain) -> Limits:
     limited = np.array([bool(model.jnt_limited[j]) for j in joints])
     bounds = np.where(limited[:, None], model.jnt_range[joints], [[-CONTINUOUS_RAD, CONTINUOUS_RAD]])
     if not limited.all():
-        notes.append(f"joints without limits turn by {CONTINUOUS_RAD:.4g} rad to either side: {_named(chain, ~limited)}")
+        notes.append(
+            f"joints without limits turn by {CONTINUOUS_RAD:.4g} rad to either side: {_named(chain, ~limited)}"
+        )
     names = [model.joint(j).name for j in joints]
     known = np.array([name in chain.source.velocity for name in names])
     velocity = np.where(slide, SLIDE_VELOCITY, VELOCITY)
@@ -68,9 +70,9 @@ def limits_of(chain: Chain) -> Limits:
     unset = armature <= 0
     armature[unset] = np.clip(effort / 1000, 0.005, 0.1)[unset]
     lower, upper = bounds[:, 0], bounds[:, 1]
-    span = np.where(slide[:, None], bounds, np.clip(bounds, -np.pi, np.pi))
-    # Where no part of the range lies within +-pi, configurations are drawn from all of it.
-    draw = np.where((span[:, 1] - span[:, 0] > 0)[:, None], span, bounds)
+    # Of a hinge that turns by more than a full turn, one turn holds all configurations.
+    whole_turn = ~slide & (upper - lower > 2 * np.pi)
+    draw = np.where(whole_turn[:, None], np.clip(bounds, -np.pi, np.pi), bounds)
     return Limits(
         lower=lower,
         upper=upper,

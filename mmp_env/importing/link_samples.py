@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from mmp_env.importing.link_shape import LinkShape
 
@@ -16,13 +16,13 @@ _SHARP_RAD = 0.12
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Edges:
-    """Sharp edges: ends `a`, `b` [e, 3] [m], mean outward `normal` [e, 3], and `half` [e], half the angle between faces."""
+    """Sharp edges: ends `a`, `b` [e, 3] [m], mean outward `normal` [e, 3], half the angle between faces `half` [e]."""
 
     a: Float[np.ndarray, "e 3"]
     b: Float[np.ndarray, "e 3"]
     normal: Float[np.ndarray, "e 3"]
     half: Float[np.ndarray, "e"]
-    owner: Float[np.ndarray, "e"]
+    owner: Int[np.ndarray, "e"]
 
 
 class CoverSamples:
@@ -47,7 +47,11 @@ class CoverSamples:
         self.points = np.concatenate([points[visible], inner])
         self.thick = np.concatenate([thick[visible], np.zeros(len(inner))])
         self.centers = np.concatenate(
-            [self._below(surface, shape.normals[chosen]), self._below_edges(edges, along, edge), self._inner(int(detail * 900))]
+            [
+                self._below(surface, shape.normals[chosen]),
+                self._below_edges(edges, along, edge),
+                self._inner(int(detail * 900)),
+            ]
         )
 
     def _along(self, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
@@ -83,9 +87,7 @@ class CoverSamples:
         half = np.clip(edges.half[edge[some]], 0.05, 1.5)
         best = self._allowed / np.tan(half) ** 2 / np.cos(half)
         best = np.minimum(best, self._shape.size / 2)
-        return np.concatenate(
-            [along[some] - edges.normal[edge[some]] * (best * s)[:, None] for s in (0.75, 1.0, 1.2)]
-        )
+        return np.concatenate([along[some] - edges.normal[edge[some]] * (best * s)[:, None] for s in (0.75, 1.0, 1.2)])
 
     def _inner(self, count: int) -> np.ndarray:
         """Random points inside, evenly in each piece."""

@@ -15,8 +15,8 @@ _CHUNK = 2_000_000
 class LinkShape:
     """Union of convex pieces.
 
-    Its surface lies in the `triangles` [t, 3, 3] [m], each thickened by `thickness` [t] [m]; `owner` [t] is the piece of
-    a triangle and `normals` [t, 3] point outwards.
+    Its surface lies in the `triangles` [t, 3, 3] [m], each thickened by `thickness` [t] [m]. `owner` [t] is the piece
+    of a triangle and `normals` [t, 3] point outwards.
     """
 
     def __init__(self, pieces: Sequence[Piece]) -> None:
@@ -59,7 +59,9 @@ class LinkShape:
             out = np.maximum(out, own)
         return out
 
-    def inside_another(self, triangles: Float[np.ndarray, "n 3 3"], owner: Int[np.ndarray, "n"]) -> Bool[np.ndarray, "n"]:
+    def inside_another(
+        self, triangles: Float[np.ndarray, "n 3 3"], owner: Int[np.ndarray, "n"]
+    ) -> Bool[np.ndarray, "n"]:
         """Returns which triangles lie wholly inside one piece other than their own, and so in no surface."""
         out = np.zeros(len(triangles), dtype=bool)
         if len(self._solids) == 1:

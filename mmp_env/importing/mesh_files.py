@@ -34,9 +34,7 @@ def read_mesh(path: Path) -> tuple[Float[np.ndarray, "v 3"], Int[np.ndarray, "f 
         mesh = trimesh.load(str(path), force="mesh")
         vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32)
     except Exception as error:  # readers of many formats, which raise anything
-        raise MmpError(
-            f"mesh file {path} cannot be read ({in_words(error)}); convert it to STL or OBJ"
-        ) from None
+        raise MmpError(f"mesh file {path} cannot be read ({in_words(error)}); convert it to STL or OBJ") from None
     if len(faces) == 0 or not np.isfinite(vertices).all():
         raise MmpError(f"mesh file {path} holds no triangles; convert it to STL or OBJ")
     return vertices, faces

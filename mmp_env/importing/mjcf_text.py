@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
+from mmp_env.importing.arm_geometry import Kinematics
 from mmp_env.importing.chain import Link
 from mmp_env.importing.limits import Limits
 from mmp_env.importing.pieces import Piece
-from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco
 
 _FREQUENCY = 160.0
 """Natural frequency [rad/s] of the critically damped servos."""
@@ -20,20 +23,22 @@ _LEAST_MASS, _LEAST_INERTIA = 1e-4, 1e-7
 _SAMPLES = 100
 
 
-def robot_mjcf(
-    name: str,
-    links: Sequence[Link],
-    origins: np.ndarray,
-    axes: np.ndarray,
-    slide: Sequence[bool],
-    pieces: Sequence[Sequence[Piece]],
-    limits: Limits,
-    flange: np.ndarray,
-    excluded: Iterable[tuple[str, str]],
-    gains: np.ndarray,
-) -> str:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RobotParts:
+    """All that the MJCF of a robot is made of, but its excluded contacts and its gains."""
+
+    name: str
+    links: tuple[Link, ...]
+    kinematics: Kinematics
+    pieces: tuple[tuple[Piece, ...], ...]
+    limits: Limits
+    flange: Float[np.ndarray, "4 4"]
+
+
+def robot_mjcf(parts: RobotParts, excluded: Iterable[tuple[str, str]], gains: Float[np.ndarray, "dof"]) -> str:
     """Returns the MJCF of a robot: bodies named as the links, `joint1`..., `servo1`... and the site `flange`."""
-    root = ET.Element("mujoco", model=name)
+    links, limits, kinematics = parts.links, parts.limits, parts.kinematics
+    root = ET.Element("mujoco", model=parts.name)
     ET.SubElement(root, "compiler", angle="radian", balanceinertia="true")
     default = ET.SubElement(ET.SubElement(root, "default"), "default", {"class": "robot"})
     ET.SubElement(default, "joint", actuatorgravcomp="true")
@@ -42,28 +47,37 @@ def robot_mjcf(
     ET.SubElement(asset, "material", name="body", rgba="0.93 0.93 0.92 1")
     parent = ET.SubElement(root, "worldbody")
     for k, link in enumerate(links):
-        pose = np.eye(4) if k == 0 else origins[k - 1]
-        body = ET.SubElement(parent, "body", name=link.name, gravcomp="1", **_pose(pose))
+        pose = np.eye(4) if k == 0 else kinematics.origins[k - 1]
+        body = ET.SubElement(parent, "body", {"name": link.name, "gravcomp": "1", **_pose(pose)})
         if k == 0:
             body.set("childclass", "robot")
         ET.SubElement(body, "inertial", _inertial(link))
         if k > 0:
-            joint = {"name": f"joint{k}", "axis": _text(axes[k - 1]), "armature": f"{limits.armature[k - 1]:.6g}"}
-            if slide[k - 1]:
+            joint = {
+                "name": f"joint{k}",
+                "axis": _text(kinematics.axes[k - 1]),
+                "armature": f"{limits.armature[k - 1]:.6g}",
+            }
+            if kinematics.slide[k - 1]:
                 joint["type"] = "slide"
             joint["range"] = _text([limits.lower[k - 1], limits.upper[k - 1]])
             ET.SubElement(body, "joint", joint)
-        for number, piece in enumerate(pieces[k]):
+        for number, piece in enumerate(parts.pieces[k]):
             _add_geom(asset, body, f"{link.name}_{number}", piece)
         parent = body
-    ET.SubElement(parent, "site", {"name": "flange", "size": "0.005", "group": "4", **_pose(flange)})
+    ET.SubElement(parent, "site", {"name": "flange", "size": "0.005", "group": "4", **_pose(parts.flange)})
     contact = ET.SubElement(root, "contact")
     for first, second in sorted(excluded):
         ET.SubElement(contact, "exclude", body1=first, body2=second)
     actuator = ET.SubElement(root, "actuator")
     for k, gain in enumerate(gains, start=1):
         ET.SubElement(
-            actuator, "position", name=f"servo{k}", joint=f"joint{k}", kp=f"{gain:.3g}", kv=f"{2 * gain / _FREQUENCY:.4g}"
+            actuator,
+            "position",
+            name=f"servo{k}",
+            joint=f"joint{k}",
+            kp=f"{gain:.3g}",
+            kv=f"{2 * gain / _FREQUENCY:.4g}",
         )
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"

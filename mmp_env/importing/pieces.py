@@ -1,8 +1,8 @@
 """Convex pieces: what a link's collision geometry is made of.
 
-A piece is the convex hull of points, thickened by a radius, and always contains its geom. Spheres and capsules are exact.
-Boxes, and the polytopes around cylinders and ellipsoids, have radius 0. A mesh is the hull of some of its vertices, with
-the radius that the others need.
+A piece is the convex hull of points, thickened by a radius, and always contains its geom. Spheres and capsules are
+exact. Boxes, and the polytopes around cylinders and ellipsoids, have radius 0. A mesh is the hull of some of its
+vertices, with the radius that the others need.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from mmp_env.errors import MmpError
 from mmp_env.importing.mesh_files import require
 
 HULL_TOLERANCE_M = 0.0004
-"""Largest radius [m] of the piece that stands for a mesh: the distance of its points from the hull of fewer vertices."""
+"""Largest radius [m] of the piece that stands for a mesh."""
 ROUNDING_M = 1e-6
 """Grid [m] of the numbers in files. Twice as much is added to radii and planes, so that rounding loses nothing."""
 _CURVE_TOLERANCE_M = 0.0005
@@ -58,7 +58,8 @@ class Piece:
             return polytope(self.vertices)
         if len(self.vertices) > 2:
             planes = polytope(self.vertices).planes
-            return polytope(_corners(planes + [0, 0, 0, self.radius], self.vertices.mean(axis=0)))
+            planes[:, 3] += self.radius
+            return polytope(_corners(planes, self.vertices.mean(axis=0)))
         directions = np.concatenate([_directions(_ROUND_DIRECTIONS), _across(self.vertices)])
         offsets = (self.vertices @ directions.T).max(axis=0) + self.radius
         return polytope(_corners(np.column_stack([directions, offsets]), self.vertices.mean(axis=0)))
@@ -84,8 +85,8 @@ def polytope(points: Float[np.ndarray, "n 3"]) -> Polytope:
 def mesh_piece(points: Float[np.ndarray, "n 3"]) -> Piece:
     """Returns a piece that contains the convex hull of points, of few of these points and a radius.
 
-    The vertex that lies farthest outside is added until all lie within `HULL_TOLERANCE_M` of the hull. The radius is the
-    largest distance that is left, so that the piece contains the whole hull.
+    The vertex that lies farthest outside is added until all lie within `HULL_TOLERANCE_M` of the hull. The radius is
+    the largest distance that is left, so that the piece contains the whole hull.
     """
     whole = polytope(points)
     vertices = whole.vertices
@@ -147,7 +148,7 @@ def _up(value: float) -> float:
 
 def geom_pieces(model: Any, data: Any, geom: int, world: Float[np.ndarray, "4 4"]) -> Piece | Float[np.ndarray, "v 3"]:
     """Returns the piece of a primitive geom in the frame at `world`; of a mesh its vertices."""
-    from mmp_env.sim.mujoco_import import mujoco
+    from mmp_env.mujoco_import import mujoco
 
     kind = mujoco.mjtGeom(int(model.geom_type[geom]))
     size = np.array(model.geom_size[geom], dtype=float)

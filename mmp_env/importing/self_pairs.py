@@ -1,7 +1,7 @@
 """Self-collision pairs of an arm: which pairs of links can touch, by sampling configurations.
 
-A pair is `adjacent` (neighbours in the chain), `always` (it overlaps in every sample), `never` (it comes no closer than a
-margin in any sample, nor in a search from the closest ones), or `sometimes`. Only pairs that are `sometimes` are tested.
+A pair is `adjacent` (neighbours in the chain), `always` (it overlaps in every sample), `never` (it comes no closer than
+a margin in any sample), or `sometimes`. Only pairs that are `sometimes` are tested.
 A sphere set is larger than the geometry: a pair whose spheres always overlap is left out of that set alone.
 """
 
@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float
 
 from mmp_env.importing.arm_geometry import ArmGeometry
 from mmp_env.importing.cover_fit import Cover
-from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco
 
 SAMPLES = 10_000
 """Number of sampled configurations."""

@@ -1,7 +1,7 @@
 """Reads a URDF or MJCF file into a compiled MuJoCo model that holds collision geometry only.
 
-MuJoCo parses both formats. This module finds the mesh files, leaves out everything that does not collide, and reads from
-a URDF the two facts that MuJoCo drops: velocity limits and mimic joints.
+MuJoCo parses both formats. This module finds the mesh files, leaves out everything that does not collide, and reads
+from a URDF the two facts that MuJoCo drops: velocity limits and mimic joints.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import is_file, is_folder, real_path, refusal
 from mmp_env.importing.mesh_files import is_read_by_mujoco, read_mesh
-from mmp_env.sim.mujoco_import import mujoco
+from mmp_env.mujoco_import import mujoco
 
 MOST_GEOMS = 1000
 """Largest number of collision geoms in a model."""
@@ -32,10 +32,11 @@ class SourceModel:
     """A model that was read from `path`.
 
     `velocity` maps joints to velocity limits [rad/s or m/s] where the source has any; `mimics` maps joints to the joint
-    that they copy. `continuous` holds the joints that turn without end. `digest` is a hash of all files that were read.
+    that they copy. `digest` is a hash of all files that were read.
     """
 
     path: Path
+    title: str
     model: Any
     velocity: Mapping[str, float]
     mimics: Mapping[str, str]
@@ -72,8 +73,11 @@ def read_source(path: str | Path, package_dirs: Sequence[str | Path] = ()) -> So
     _refuse_what_cannot_be_represented(path, spec)
     _keep_collision_geometry(path, spec)
     files = _prepare_meshes(path, spec)
+    title = (root.get("name" if urdf else "model") or path.stem).strip() or "robot"
     model = _compiled(path, spec)
-    return SourceModel(path=path, model=model, velocity=facts[0], mimics=facts[1], digest=_digest(text, files))
+    return SourceModel(
+        path=path, title=title, model=model, velocity=facts[0], mimics=facts[1], digest=_digest(text, files)
+    )
 
 
 def _text(path: Path) -> bytes:
@@ -103,8 +107,9 @@ def _urdf_facts(path: Path, root: ET.Element) -> tuple[dict[str, float], dict[st
         if name in names:
             raise MmpError(f"{path} has two joints with the name '{name}'; names must differ")
         names.add(name)
-        child, parent = (element.get("link") if (element := joint.find(key)) is not None else None
-                         for key in ("child", "parent"))
+        child, parent = (
+            element.get("link") if (element := joint.find(key)) is not None else None for key in ("child", "parent")
+        )
         if child in parents:
             raise MmpError(
                 f"{path} has a closed loop: link '{child}' hangs on both '{parents[child]}' and '{parent}';"
@@ -177,7 +182,7 @@ def _resolved(path: Path, name: str, package_dirs: Sequence[str | Path]) -> Path
     if folders and any(is_folder(folder) for folder in folders):
         raise MmpError(f"{path} names the mesh file {name}, which does not exist in {folders[0]}")
     raise MmpError(
-        f"{path} names {name}, and package '{package}' cannot be found; give --package-dir with the folder that holds it"
+        f"{path} names {name}, and package '{package}' cannot be found; --package-dir names the folder that holds it"
     )
 
 
@@ -218,9 +223,7 @@ def _keep_collision_geometry(path: Path, spec: Any) -> None:
     if len(geoms) > MOST_GEOMS:
         raise MmpError(f"{path} has {len(geoms)} collision geoms; at most {MOST_GEOMS} can be imported")
     if not geoms:
-        raise MmpError(
-            f"{path} has no collision geometry: every geom has contype and conaffinity 0, or there is none"
-        )
+        raise MmpError(f"{path} has no collision geometry: every geom has contype and conaffinity 0, or there is none")
     used = {geom.meshname for geom in geoms}
     for mesh in list(spec.meshes):
         if mesh.name not in used:

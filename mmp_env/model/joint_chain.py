@@ -13,6 +13,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.errors import MmpError
 from mmp_env.model.arm import Arm
 from mmp_env.model.held import HELD, covering_spheres
 from mmp_env.model.robot import Robot, Tool
@@ -62,6 +63,9 @@ class _Moving:
 def joint_chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
     """Returns the arguments of the core's `add_arm`."""
     robot = arm.robot
+    if any(robot.slides):
+        slide = robot.joint_names[robot.slides.index(True)]
+        raise MmpError(f"arm '{arm.name}' has the slide joint '{slide}'; planning supports hinge joints only")
     moving = _moving(robot, arm.tool, sphere_set)
     base = robot.spheres[sphere_set]
     on_base = base.links == 0

@@ -20,11 +20,11 @@ from mmp_env.brief import brief, point
 from mmp_env.errors import HOW_TO_ADD, UnknownNameError, misspelled
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.transforms import matrix_from_rpy, transform
+from mmp_env.robot_folders import find_robot, is_path, robot_names
 from mmp_env.wording import counted
 
 SPHERE_SETS = ("28", "fine")
 """Names of the sphere sets: 28 spheres an arm, or many small ones."""
-_ROBOTS = Path(__file__).parents[1] / "robots"
 _TOOLS = Path(__file__).parents[1] / "tools"
 
 
@@ -82,10 +82,12 @@ class Robot(ReadOnly):
     Attributes:
         name: name of the robot, such as `ur5e`.
         title: name of the product.
+        reference: what files call the robot: its name, or the absolute path of its folder.
         joint_names: names of the joints in the vendor's description.
         link_names: names of the links, the base first.
         origins: pose of the frame of joint k in link k at q = 0 (URDF convention).
         axes: axis of joint k in its frame.
+        slides: whether joint k slides along its axis, in m; otherwise it turns about it, in rad.
         lower: lower joint limits [rad].
         upper: upper joint limits [rad].
         velocity: velocity limits [rad/s].
@@ -101,17 +103,20 @@ class Robot(ReadOnly):
         tucked: configuration [rad] of a folded arm.
         reach: horizontal reach [m].
         default_tool: name of the robot's own tool, or None.
+        ring_spheres: sphere set of ring cells, `28` or, for imported robots, `fine`.
         spheres: sphere set -> spheres; those of link 0 cover the base.
         self_ignore: sphere set -> pairs of links (low, high) that may overlap.
         mjcf: file of the MuJoCo model.
     """
 
     name: str
+    reference: str
     title: str
     joint_names: tuple[str, ...]
     link_names: tuple[str, ...]
     origins: Float[np.ndarray, "dof 4 4"]
     axes: Float[np.ndarray, "dof 3"]
+    slides: tuple[bool, ...]
     lower: Float[np.ndarray, "dof"]
     upper: Float[np.ndarray, "dof"]
     velocity: Float[np.ndarray, "dof"]
@@ -126,6 +131,7 @@ class Robot(ReadOnly):
     tucked: Float[np.ndarray, "dof"]
     reach: float
     default_tool: str | None
+    ring_spheres: str
     spheres: Mapping[str, Spheres]
     self_ignore: Mapping[str, frozenset[tuple[int, int]]]
     mjcf: Path
@@ -140,22 +146,23 @@ class Robot(ReadOnly):
         return len(self.joint_names)
 
 
-def robot_names() -> list[str]:
-    """Returns the names of all robots, sorted."""
-    return sorted(path.parent.name for path in _ROBOTS.glob("*/robot.json"))
-
-
 def tool_names() -> list[str]:
     """Returns the names of all tools, sorted."""
     return sorted(path.parent.name for path in _TOOLS.glob("*/tool.json"))
 
 
-@functools.cache
 def load_robot(name: str) -> Robot:
-    """Returns the robot of that name, see `robot_names`. Raises `UnknownNameError`."""
-    if name not in robot_names():
+    """Returns the robot of that name, or in the folder at that path. Raises `UnknownNameError`."""
+    folder = find_robot(name)
+    if folder is None:
         raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD)
-    folder = _ROBOTS / name
+    changed = tuple((folder / file).stat().st_mtime_ns for file in ("robot.json", "spheres.json"))
+    return _read_robot(folder, str(folder) if is_path(name) else name, changed)
+
+
+@functools.cache
+def _read_robot(folder: Path, reference: str, changed: tuple[int, ...]) -> Robot:
+    """The robot in a folder whose files were `changed` at these times."""
     data = json.loads((folder / "robot.json").read_text())
     links = tuple(data["links"])
     joints = data["joints"]
@@ -170,12 +177,14 @@ def load_robot(name: str) -> Robot:
     draw = np.array(data.get("draw_limits", [[-np.pi, np.pi]] * len(joints)), dtype=float)
 
     return Robot(
-        name=name,
+        name=folder.name,
+        reference=reference,
         title=data["title"],
         joint_names=tuple(joint["name"] for joint in joints),
         link_names=links,
         origins=frozen_array([_pose(joint["origin"]) for joint in joints]),
         axes=column("axis"),
+        slides=tuple(joint.get("type") == "slide" for joint in joints),
         lower=column("lower"),
         upper=column("upper"),
         velocity=column("velocity"),
@@ -190,12 +199,13 @@ def load_robot(name: str) -> Robot:
         tucked=frozen_array(data["tucked"]),
         reach=float(data["reach"]),
         default_tool=data["default_tool"],
+        ring_spheres=data.get("ring_spheres", "28"),
         spheres=spheres,
         self_ignore={
             key: frozenset((links.index(a), links.index(b)) for a, b in pairs)
             for key, pairs in data["self_collision_ignore"].items()
         },
-        mjcf=folder / f"{name}.xml",
+        mjcf=folder / f"{folder.name}.xml",
     )
 
 

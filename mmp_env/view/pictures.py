@@ -60,7 +60,7 @@ def check_picture(path: str | PathLike[str], moments: Iterable[Moment] = tuple(M
 
     Callers check this before they plan.
     """
-    _format(path)
+    picture_format(path)
     _times(moments, math.inf)
     check_writable(path)
     offscreen_backend()
@@ -114,7 +114,7 @@ def save_picture(
     """
     chosen = _listed(moments)
     check_picture(path, chosen)
-    content = encoded(pictures(plan, chosen, **options), _format(path))
+    content = encoded(pictures(plan, chosen, **options), picture_format(path))
     with whole_file(path) as temporary:
         temporary.write_bytes(content)
 
@@ -187,7 +187,8 @@ def _time(moment: Moment, duration_s: float) -> float:
     return float(moment)
 
 
-def _format(path: str | PathLike[str]) -> str:
+def picture_format(path: str | PathLike[str]) -> str:
+    """Returns Pillow's name of the format that the suffix of a file stands for. Raises `UnknownNameError`."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise UnknownNameError("suffix of a picture", suffix, SUFFIXES)

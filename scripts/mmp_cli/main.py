@@ -21,6 +21,7 @@ COMMANDS = {
     "show": "open a recording, a plan or a benchmark folder",
     "report": "table and figures of a benchmark folder",
     "bench": "run many instances through several planners",
+    "robot": "add a robot from URDF or MJCF, show it, or check it",
     "list": "list robots, cells, tasks and planners with their options",
 }
 INTERRUPTED = 130

@@ -1,0 +1,292 @@
+"""Imports an arm into a robot folder: robot.json, spheres.json, hulls.json and MJCF, written as a whole or not at all."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mmp_env.errors import MmpError
+from mmp_env.files.paths import exists, is_folder, real_path, refusal
+from mmp_env.files.temporaries import beside
+from mmp_env.files.writing import json_text
+from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
+from mmp_env.importing.chain import Chain, ChainOptions, select_chain
+from mmp_env.importing.cover_fit import Cover, CoverError, coarse_covers, fit_cover
+from mmp_env.importing.fingerprint import fingerprints
+from mmp_env.importing.limits import Limits, limits_of
+from mmp_env.importing.link_pieces import link_pieces
+from mmp_env.importing.link_shape import LinkShape
+from mmp_env.importing.mjcf_text import RobotParts, robot_mjcf, servo_gains
+from mmp_env.importing.pieces import Piece
+from mmp_env.importing.poses import choose_poses, given_poses
+from mmp_env.importing.self_pairs import SAMPLES, SelfPairs, classify, tested_by_set
+from mmp_env.importing.source import SourceModel, read_source
+
+VERSION = 1
+"""Version of the importer's results. The cache holds results of the same version only."""
+FINE_M = 0.005
+"""Largest protrusion [m] of the sphere set `fine`."""
+COARSE_SPHERES = (28, 42, 63)
+"""Numbers of spheres that the moving links have in set `28`; the next one is tried where no pose is free."""
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImportOptions:
+    """Options of an import. The folder is called `name`."""
+
+    name: str
+    chain: ChainOptions = field(default_factory=ChainOptions)
+    package_dirs: tuple[str, ...] = ()
+
+
+def add_robot(
+    source: str | Path, out: str | Path, options: ImportOptions, *, cache: str | Path | None, progress: Progress
+) -> tuple[Path, bool]:
+    """Imports the arm in a URDF or MJCF file into the folder `out`/name.
+
+    Args:
+        source: The file.
+        out: Folder that gets the robot's folder.
+        options: Name and choice of the chain.
+        cache: Folder of earlier results, or None.
+        progress: Called with a line for each step.
+
+    Returns:
+        The robot's folder, and whether the result came from the cache.
+
+    Raises:
+        MmpError: if the source cannot be imported or the folder cannot be written. Then nothing is written.
+    """
+    model = read_source(source, options.package_dirs)
+    chain = select_chain(model, options.chain)
+    target = real_path(Path(out) / options.name)
+    if exists(target) and not (is_folder(target) and exists(target / "robot.json")):
+        raise MmpError(f"{target} is there already and is no robot; give another --name or --out")
+    kept = Path(cache) / _key(model, options) if cache is not None else None
+    from_cache = kept is not None and exists(kept / "robot.json")
+    files = _read_all(kept) if kept is not None and from_cache else robot_files(chain, options.name, progress)
+    if kept is not None and not from_cache:
+        _write_folder(kept, files)
+    _write_folder(target, files)
+    return target, from_cache
+
+
+def robot_files(chain: Chain, name: str, progress: Progress) -> dict[str, str]:
+    """Returns the content of the robot's files by name. Raises `MmpError`."""
+    limits = limits_of(chain)
+    pieces: list[tuple[Piece, ...]] = []
+    for link in chain.links:
+        pieces.append(link_pieces(chain, link))
+        progress(f"{link.name}: {len(pieces[-1])} convex pieces")
+    if not any(pieces[1:]):
+        raise MmpError(f"{chain.source.path}: no link that moves has collision geometry")
+    shapes = [LinkShape(own) if own else None for own in pieces]
+    try:
+        fine = [_fine(link.name, shape, progress) for link, shape in zip(chain.links, shapes, strict=True)]
+    except CoverError as error:
+        raise MmpError(f"{chain.source.path}: no sphere cover was found: {error}") from None
+    frames = [link.frame for link in chain.links]
+    origins = np.array([np.linalg.inv(frames[k]) @ frames[k + 1] for k in range(len(frames) - 1)])
+    kinematics = Kinematics(origins=origins, axes=chain.axes, slide=np.array(chain.is_slide))
+    parts = RobotParts(
+        name=name,
+        links=chain.links,
+        kinematics=kinematics,
+        pieces=tuple(pieces),
+        limits=limits,
+        flange=chain.flange,
+    )
+    for budget in COARSE_SPHERES:
+        coarse = coarse_covers(shapes, budget)
+        progress(f"set 28: {sum(len(c.radii) for c in coarse[1:] if c)} spheres on the moving links")
+        arm = ArmGeometry(
+            links=tuple(link.name for link in chain.links),
+            kinematics=kinematics,
+            pieces=tuple(pieces),
+            covers={"28": coarse, "fine": fine},
+            lower=limits.draw[:, 0],
+            upper=limits.draw[:, 1],
+        )
+        plain = robot_mjcf(parts, [(arm.links[i], arm.links[j]) for i, j in arm.neighbours()], np.ones(len(origins)))
+        pairs = classify(arm, plain)
+        progress(f"{SAMPLES} configurations: {len(pairs.tested)} pairs of links can touch")
+        tested = tested_by_set(arm, pairs)
+        drawn = arm.draw(SAMPLES, 0)[pairs.free]
+        poses = choose_poses(arm, plain, tested, given_poses(chain), drawn)
+        if poses is not None:
+            break
+    else:
+        raise MmpError(f"{chain.source.path}: no configuration was found that is free of self-collision")
+    common = set(pairs.of_set("28")) & set(pairs.of_set("fine"))
+    neighbours = {(arm.links[k], arm.links[k + 1]) for k in range(len(origins))}
+    mjcf = robot_mjcf(parts, common | neighbours, servo_gains(plain, arm.lower, arm.upper))
+    spheres = {key: _spheres(arm, covers) for key, covers in arm.covers.items()}
+    hulls = {
+        link: [{"vertices": piece.vertices.tolist(), "radius": piece.radius} for piece in own]
+        for link, own in zip(arm.links, pieces, strict=True)
+    }
+    robot = _robot(chain, arm, limits, pairs, poses, shapes)
+    texts = {"spheres.json": json_text(spheres), "hulls.json": json_text(hulls), f"{name}.xml": mjcf}
+    robot["fingerprints"] = fingerprints(robot, texts)
+    return {"robot.json": json_text(robot), **texts}
+
+
+def summary(folder: Path) -> dict[str, Any]:
+    """Returns what a robot folder holds, in numbers, as `--json` prints it."""
+    robot = json.loads((folder / "robot.json").read_text(encoding="utf-8"))
+    spheres = json.loads((folder / "spheres.json").read_text(encoding="utf-8"))
+    return {
+        "name": folder.name,
+        "title": robot["title"],
+        "joints": len(robot["joints"]),
+        "links": len(robot["links"]),
+        "joint_names": [joint["name"] for joint in robot["joints"]],
+        "link_names": robot["links"],
+        "spheres": {key: sum(map(len, by_link.values())) for key, by_link in spheres.items()},
+        "protrusion_mm": robot["protrusion_mm"],
+        "uncovered_mm": robot["uncovered_mm"],
+        "self_pairs_ignored": robot["self_pairs_ignored"],
+        "root": robot["imported"]["root"],
+        "tip": robot["imported"]["tip"],
+        "held": robot["imported"]["held"],
+        "notes": robot["notes"],
+        "folder": str(folder),
+    }
+
+
+def _fine(name: str, shape: LinkShape | None, progress: Progress) -> Cover | None:
+    if shape is None:
+        return None
+    cover = fit_cover(shape, FINE_M)
+    progress(f"{name}: {len(cover.radii)} spheres, {cover.protrusion * 1e3:.1f} mm of protrusion, cover proved")
+    return cover
+
+
+def _robot(
+    chain: Chain,
+    arm: ArmGeometry,
+    limits: Limits,
+    pairs: SelfPairs,
+    poses: tuple[np.ndarray, np.ndarray],
+    shapes: Sequence[LinkShape | None],
+) -> dict[str, Any]:
+    home, tucked = poses
+    joints = [
+        {
+            "name": name,
+            "type": "slide" if chain.is_slide[k] else "hinge",
+            "origin": _pose(arm.kinematics.origins[k]),
+            "axis": chain.axes[k].tolist(),
+            "lower": float(limits.lower[k]),
+            "upper": float(limits.upper[k]),
+            "velocity": float(limits.velocity[k]),
+            "acceleration": float(limits.acceleration[k]),
+            "jerk": float(limits.jerk[k]),
+            "effort": float(limits.effort[k]),
+        }
+        for k, name in enumerate(chain.joint_names)
+    ]
+    left_out = {key: pairs.of_set(key) for key in arm.covers}
+    empty = [name for name, own in zip(arm.links, arm.pieces, strict=True) if not own]
+    notes = [*limits.notes]
+    if empty:
+        notes.append(f"links without collision geometry: {', '.join(empty)}")
+    if chain.held:
+        notes.append(f"joints that are no part of the arm are held at their value: {', '.join(chain.held)}")
+    return {
+        "title": f"{chain.source.title}, imported from {chain.source.path.name}",
+        "reach": _reach(arm, chain.flange),
+        "links": list(arm.links),
+        "joints": joints,
+        "flange": _pose(chain.flange),
+        "home": home.tolist(),
+        "tucked": tucked.tolist(),
+        "draw_limits": limits.draw.tolist(),
+        "default_tool": None,
+        "ring_spheres": "fine",
+        "acceleration_published": False,
+        "self_collision_ignore": {key: [list(pair) for pair in left] for key, left in left_out.items()},
+        "self_pairs_ignored": [
+            {key: value for key, value in asdict(pair).items() if value is not None} for pair in pairs.ignored
+        ],
+        "self_pairs_tested": [[arm.links[i], arm.links[j]] for i, j in pairs.tested],
+        "hull_volumes_m3": {
+            name: shape.volume for name, shape in zip(arm.links, shapes, strict=True) if shape is not None
+        },
+        "protrusion_mm": {
+            key: round(max(cover.protrusion for cover in covers if cover is not None) * 1e3, 4)
+            for key, covers in arm.covers.items()
+        },
+        "uncovered_mm": 0.0,
+        "imported": {
+            "source": chain.source.path.name,
+            "sha256": chain.source.digest,
+            "importer": VERSION,
+            "root": chain.root,
+            "tip": chain.tip,
+            "held": list(chain.held),
+        },
+        "sources": [],
+        "notes": notes,
+    }
+
+
+def _reach(arm: ArmGeometry, flange: np.ndarray) -> float:
+    """The largest horizontal distance [m] of the flange from the axis of the base in random configurations."""
+    poses = arm.kinematics.link_poses(arm.draw(SAMPLES, 1))[-1] @ flange
+    return round(float(np.hypot(poses[:, 0, 3], poses[:, 1, 3]).max()), 3)
+
+
+def _spheres(arm: ArmGeometry, covers: Sequence[Cover | None]) -> dict[str, list[list[float]]]:
+    return {
+        name: [[*center, radius] for center, radius in zip(cover.centers.tolist(), cover.radii.tolist(), strict=True)]
+        for name, cover in zip(arm.links, covers, strict=True)
+        if cover is not None
+    }
+
+
+def _pose(pose: np.ndarray) -> dict[str, list[float]]:
+    """Position and fixed-axis roll, pitch, yaw, so that Rz(yaw) Ry(pitch) Rx(roll) is the rotation."""
+    r = pose[:3, :3]
+    pitch = float(np.arctan2(-r[2, 0], np.hypot(r[0, 0], r[1, 0])))
+    if np.hypot(r[0, 0], r[1, 0]) > 1e-9:
+        roll, yaw = float(np.arctan2(r[2, 1], r[2, 2])), float(np.arctan2(r[1, 0], r[0, 0]))
+    else:
+        roll, yaw = float(np.arctan2(-r[1, 2], r[1, 1])), 0.0
+    return {"xyz": (pose[:3, 3] + 0.0).tolist(), "rpy": [roll, pitch, yaw]}
+
+
+def _key(model: SourceModel, options: ImportOptions) -> str:
+    said = json.dumps([VERSION, model.digest, model.path.name, asdict(replace(options, package_dirs=()))])
+    return hashlib.sha256(said.encode()).hexdigest()[:40]
+
+
+def _read_all(folder: Path) -> dict[str, str]:
+    return {file.name: file.read_text(encoding="utf-8") for file in sorted(folder.iterdir())}
+
+
+def _write_folder(target: Path, files: dict[str, str]) -> None:
+    """Writes a whole folder or none, in place of one that is there. Raises `MmpError`."""
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with beside(target) as new, beside(target) as old:
+            new.mkdir()
+            for name, text in files.items():
+                (new / name).write_text(text, encoding="utf-8")
+            if target.exists():
+                os.rename(target, old)
+            os.rename(new, target)
+            if old.exists():
+                shutil.rmtree(old)
+    except OSError as error:
+        raise refusal(target, "written", error) from None

@@ -1,0 +1,74 @@
+"""Finds the folder of a robot: built in, of an installed package, in the user's data folder, or at a path."""
+
+from __future__ import annotations
+
+import os
+from importlib.metadata import entry_points
+from pathlib import Path
+
+GROUP = "mmp_env.robots"
+"""Entry points of packages that bring robots: the name of a robot and the path of its folder, text or `Path`."""
+DESCRIPTION = "robot.json"
+_BUILT_IN = Path(__file__).parent / "robots"
+
+
+def user_folder() -> Path:
+    """Returns the folder of the robots that the user added: `mmp-env/robots` in `XDG_DATA_HOME`."""
+    return _base("XDG_DATA_HOME", ".local/share") / "mmp-env" / "robots"
+
+
+def cache_folder() -> Path:
+    """Returns the folder of earlier imports: `mmp-env/robots` in `XDG_CACHE_HOME`."""
+    return _base("XDG_CACHE_HOME", ".cache") / "mmp-env" / "robots"
+
+
+def is_path(name: str) -> bool:
+    """Returns whether a robot is given by the path of its folder rather than by its name."""
+    return "/" in name
+
+
+def robot_names() -> list[str]:
+    """Returns the names of all robots, sorted."""
+    names = {point.name for point in entry_points(group=GROUP)}
+    for folder in (_BUILT_IN, user_folder()):
+        try:
+            names |= {path.parent.name for path in folder.glob(f"*/{DESCRIPTION}")}
+        except OSError:  # a folder that cannot be read holds no robot
+            continue
+    return sorted(names)
+
+
+def find_robot(name: str) -> Path | None:
+    """Returns the folder of the robot of that name or at that path, or None where there is none.
+
+    A built-in robot cannot be replaced. One of a package comes before one that the user added.
+    """
+    if is_path(name):
+        return _holding(Path(name))
+    if name in ("", ".", ".."):
+        return None
+    return _holding(_BUILT_IN / name) or _of_package(name) or _holding(user_folder() / name)
+
+
+def _of_package(name: str) -> Path | None:
+    for point in entry_points(group=GROUP, name=name):
+        try:
+            found = point.load()
+        except Exception:  # a stranger's module may raise anything while it is imported
+            continue
+        if isinstance(found, str | os.PathLike) and (folder := _holding(Path(found))):
+            return folder
+    return None
+
+
+def _holding(folder: Path) -> Path | None:
+    try:
+        return folder if (folder / DESCRIPTION).is_file() else None
+    except (OSError, ValueError):
+        return None
+
+
+def _base(variable: str, home: str) -> Path:
+    """A base directory of the XDG specification; relative values of the variable are ignored, as it says."""
+    given = os.environ.get(variable, "")
+    return Path(given) if os.path.isabs(given) else Path(os.path.expanduser("~")) / home

@@ -252,18 +252,17 @@ def _refuse_loops(source: SourceModel, tree: _Tree, joints: Sequence[int]) -> No
                     f"{source.path} has a closed loop: equality constraint {name} joins '{model.body(a).name}' and"
                     f" '{model.body(b).name}'; an arm must be a serial chain"
                 )
-        elif kind == int(mujoco.mjtEq.mjEQ_JOINT) and (first in used or second in used):
-            other = second if first in used else first
-            if first in used and (second < 0 or second in used):
-                raise MmpError(
-                    f"{source.path}: equality constraint {name} couples joint '{model.joint(first).name}' of the arm;"
-                    " its joints must move independently"
-                )
-            del other
-    for joint in joints:
-        leader = source.mimics.get(model.joint(joint).name)
-        if leader:
-            raise MmpError(f"{source.path}: joint '{model.joint(joint).name}' of the arm mimics '{leader}'")
+        elif kind == int(mujoco.mjtEq.mjEQ_JOINT) and {first, second} & used and second >= 0:
+            raise MmpError(
+                f"{source.path}: equality constraint {name} makes joint '{model.joint(first).name}' follow"
+                f" '{model.joint(second).name}'; the joints of an arm must move independently"
+            )
+    names = {model.joint(joint).name for joint in joints}
+    for follower, leader in source.mimics.items():
+        if leader in names or follower in names:
+            raise MmpError(
+                f"{source.path}: joint '{follower}' mimics '{leader}'; the joints of an arm must move independently"
+            )
 
 
 def _at_zero(model: Any, joints: Sequence[int]) -> Any:
@@ -287,8 +286,6 @@ def _links(model: Any, data: Any, root: int, joints: Sequence[int], tree: _Tree)
             above = owner[tree.parents[body]] if not (root == 0 and tree.parents[body] == 0) else 0
             owner[body] = link_of_body.get(body, above)
     if root == 0:  # what else stands in the world is no part of the arm
-        arm = tree.parents.index(0, 1)
-        del arm
         for body in range(1, model.nbody):
             if owner[body] == 0:
                 owner[body] = -1

@@ -25,6 +25,10 @@ _FITS = 4
 _MOST_ROUNDS = 60
 _MOST_GAPS = 1200
 _COARSE_M = 4e-4
+_MOST_MISSED = 300
+_BELOW = (0.1, 0.5, 0.9, 1.3)
+"""Depths below a sample, in allowed protrusions, of candidates for it alone."""
+_ROWS = 500
 _CLIMBS, _TRIES = 2, 16
 _COARSE_DETAIL = 0.2
 _COARSEST_M, _FINEST_COARSE_M, _FINER = 0.1, 0.008, 0.7
@@ -125,24 +129,34 @@ class _Fit:
         count = self._reach.sum(axis=1)
         weight = (1.0 / np.maximum(count, 1.0)).astype(np.float32)
         left = ~self._covered()
-        gain = weight[left] @ self._reach[left]
+        gain = self._weighed(weight, left)
         while left.any():
             best = int(gain.argmax())
             if gain[best] <= 1e-7:
                 break
             center, radius = self._climbed(best, left, weight)
-            done = left & (self._reached(self._points, self._thick, center[None], np.array([radius]))[:, 0] > 0)
+            rows = np.flatnonzero(left)
+            done = np.zeros_like(left)
+            done[rows] = self._reached(self._points[rows], self._thick[rows], center[None], np.array([radius]))[:, 0]
             if not done.any():
                 gain[best] = 0.0
                 continue
             self.centers = np.concatenate([self.centers, center[None]])
             self.radii = np.append(self.radii, radius)
-            gain -= weight[done] @ self._reach[done]
+            gain -= self._weighed(weight, done)
             left &= ~done
+
+    def _weighed(self, weight: np.ndarray, chosen: np.ndarray) -> np.ndarray:
+        """Sum of the weights of the chosen samples that each candidate covers."""
+        rows = np.flatnonzero(chosen)
+        out = np.zeros(self._reach.shape[1], dtype=np.float32)
+        for k in range(0, len(rows), _ROWS):
+            out += weight[rows[k : k + _ROWS]] @ self._reach[rows[k : k + _ROWS]].astype(np.float32)
+        return out
 
     def drop_idle(self) -> None:
         """Removes spheres whose samples are all covered by others, the smallest first."""
-        reach = self._reached(self._points, self._thick, self.centers, self.radii) > 0
+        reach = self._reached(self._points, self._thick, self.centers, self.radii)
         count = reach.sum(axis=1)
         keep = np.ones(len(self.radii), dtype=bool)
         for k in np.argsort(self.radii):
@@ -169,23 +183,25 @@ class _Fit:
     def _covered(self) -> np.ndarray:
         if not len(self.radii):
             return np.zeros(len(self._points), dtype=bool)
-        return np.any(self._reached(self._points, self._thick, self.centers, self.radii) > 0, axis=1, keepdims=False)
+        return np.asarray(self._reached(self._points, self._thick, self.centers, self.radii).any(axis=1))
 
     def _add_candidates_for_missed(self) -> None:
         """Adds candidates just below samples that no candidate covers, towards the middle of a piece: always inside."""
-        missed = np.flatnonzero(~self._reach.any(axis=1))
-        if not len(missed):
-            return
-        points = self._points[missed]
-        out = []
-        for k in range(len(self.shape.pieces)):
-            away = self.shape.middle(k) - points
-            distance = np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
-            out += [points + away / distance * np.minimum(t * self.allowed, distance) for t in (0.1, 0.5, 0.9, 1.3)]
-        centers, radii = self._candidates(np.concatenate(out))
-        rows = self._reached(self._points, self._thick, centers, radii)
-        self._centers, self._radii = np.concatenate([self._centers, centers]), np.concatenate([self._radii, radii])
-        self._reach = np.concatenate([self._reach, rows], axis=1)
+        while len(missed := np.flatnonzero(~self._reach.any(axis=1))):
+            points = self._points[missed[:_MOST_MISSED]]
+            out = []
+            for k in self.shape.nearest_pieces(points):
+                away = self.shape.middle(k) - points
+                distance = np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
+                out += [points + away / distance * np.minimum(t * self.allowed, distance) for t in _BELOW]
+            centers, radii = self._candidates(np.concatenate(out))
+            useful = self._reached(points, self._thick[missed[:_MOST_MISSED]], centers, radii).any(axis=0)
+            centers, radii = centers[useful], radii[useful]
+            if not len(radii):
+                return
+            rows = self._reached(self._points, self._thick, centers, radii)
+            self._centers, self._radii = np.concatenate([self._centers, centers]), np.concatenate([self._radii, radii])
+            self._reach = np.concatenate([self._reach, rows], axis=1)
 
     def _candidates(self, pool: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         depth = self.shape.depth(pool)
@@ -193,11 +209,23 @@ class _Fit:
         return pool[good], depth[good] + self.allowed
 
     def _reached(self, points: np.ndarray, thick: np.ndarray, centers: np.ndarray, radii: np.ndarray) -> np.ndarray:
-        """1 where sphere [c] contains sample [n] with thickness and slack, else 0: [n, c]."""
-        squares = np.einsum("ij,ij->i", points, points)[:, None] + np.einsum("ij,ij->i", centers, centers)[None]
-        squares -= 2 * points @ centers.T
-        room = np.maximum(radii[None, :] - (thick + _SLACK * self.allowed)[:, None], 0.0)
-        return (squares <= room**2).astype(np.float32)
+        """Which spheres [c] contain which samples [n] with their thickness and slack: [n, c]."""
+        # Single precision about a point nearby: its error is far below the slack, and the proof uses double.
+        middle = self.shape.middle(0)
+        points, centers = (points - middle).astype(np.float32), (centers - middle).astype(np.float32)
+        reach = radii.astype(np.float32)
+        thick = (thick + _SLACK * self.allowed).astype(np.float32)
+        offset = np.einsum("ij,ij->i", centers, centers)
+        out = np.empty((len(points), len(centers)), dtype=bool)
+        for k in range(0, len(points), _ROWS):
+            part = points[k : k + _ROWS]
+            squares = part @ (-2 * centers.T)
+            squares += np.einsum("ij,ij->i", part, part)[:, None]
+            squares += offset
+            room = np.maximum(reach - thick[k : k + _ROWS, None], 0)
+            room *= room
+            np.less_equal(squares, room, out=out[k : k + _ROWS])
+        return out
 
     def _climbed(self, best: int, left: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, float]:
         """A sphere near a candidate that covers more."""

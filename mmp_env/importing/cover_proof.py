@@ -1,7 +1,7 @@
 """Proof that spheres cover the surface of a link.
 
-The surface is a set of triangles. A triangle lies in a ball if its three corners do, because a ball is convex. The
-proof cuts a triangle that lies in no single ball in two at its longest edge, until every part lies in one or is too small.
+The surface is a set of triangles. A triangle lies in a ball if its three corners do, because a ball is convex. A
+triangle that lies in no single ball is cut in two at its longest edge, until every part lies in one or is too small.
 Triangles that lie inside another piece of the same link are no surface and need no cover.
 
 The proof says nothing about the inside of a link, and it need not: another body that is outside at first can only come
@@ -28,7 +28,8 @@ _ROUNDING = 1e-9
 class Gaps:
     """Parts of a surface that no sphere is proved to cover: their middles [g, 3] [m], and how far outside [m] they are.
 
-    `budget_spent` tells that the proof ended early.
+    `outside` is measured at the middle and the corners of a part, and is never 0. `budget_spent` tells that the proof
+    ended early.
     """
 
     points: Float[np.ndarray, "g 3"]
@@ -37,7 +38,7 @@ class Gaps:
 
     @property
     def uncovered_mm(self) -> float:
-        """Largest distance [mm] of the surface from the spheres, bounded from above; 0 where all is covered."""
+        """Largest distance [mm] of the parts from the spheres; 0 only where the whole surface is covered."""
         return float(self.outside.max(initial=0.0)) * 1e3
 
 
@@ -67,8 +68,10 @@ def prove_cover(
         if done > _MOST_PARTS:
             final[:] = True
         if final.any():
+            corners = parts[final].reshape(-1, 3)
+            away = _deepest(corners, centers, radii)[1].reshape(-1, 3).max(axis=1)
             points.append(middles[final])
-            outside.append(np.maximum(out[final] + thick[final] + np.minimum(size[final], smallest), smallest))
+            outside.append(np.maximum(np.maximum(out[final], away) + thick[final], smallest))
         parts, thick, owner, longest = parts[~final], thick[~final], owner[~final], longest[~final]
         parts = _halved(parts, longest)
         thick, owner = np.tile(thick, 2), np.tile(owner, 2)

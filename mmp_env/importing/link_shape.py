@@ -46,17 +46,19 @@ class LinkShape:
         It is negative for points that are outside all pieces, or in piece `skip` only.
         """
         out = np.full(len(points), -np.inf)
-        for number, (outline, piece) in enumerate(self._solids):
-            if number == skip:
-                continue
-            if outline is None:
-                own = piece.radius - _distance_to_segment(points, piece.vertices[0], piece.vertices[-1])
-            else:
-                own = np.empty(len(points))
-                step = max(1, _CHUNK // len(outline.planes))
-                for k in range(0, len(points), step):
-                    own[k : k + step] = outline.depth(points[k : k + step]) + piece.radius
-            out = np.maximum(out, own)
+        for number in range(len(self._solids)):
+            if number != skip:
+                out = np.maximum(out, self._depth_in(number, points))
+        return out
+
+    def _depth_in(self, number: int, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
+        outline, piece = self._solids[number]
+        if outline is None:
+            return piece.radius - _distance_to_segment(points, piece.vertices[0], piece.vertices[-1])
+        out = np.empty(len(points))
+        step = max(1, _CHUNK // len(outline.planes))
+        for k in range(0, len(points), step):
+            out[k : k + step] = outline.depth(points[k : k + step]) + piece.radius
         return out
 
     def inside_another(
@@ -67,17 +69,21 @@ class LinkShape:
         if len(self._solids) == 1:
             return out
         thick = self.thickness_of[owner]
-        for number, (outline, piece) in enumerate(self._solids):
+        for number in range(len(self._solids)):
             rest = np.flatnonzero(~out & (owner != number))
             if not len(rest):
                 continue
-            corners = triangles[rest].reshape(-1, 3)
-            if outline is None:
-                depth = piece.radius - _distance_to_segment(corners, piece.vertices[0], piece.vertices[-1])
-            else:
-                depth = outline.depth(corners) + piece.radius
+            depth = self._depth_in(number, triangles[rest].reshape(-1, 3))
             out[rest] = (depth.reshape(-1, 3).min(axis=1) - thick[rest]) > 1e-9
         return out
+
+    def nearest_pieces(self, points: Float[np.ndarray, "n 3"], most: int = 3) -> list[int]:
+        """Returns the pieces to which most of the points belong, by how deep they lie."""
+        if len(self.pieces) <= most:
+            return list(range(len(self.pieces)))
+        depth = np.array([self._depth_in(k, points) for k in range(len(self.pieces))])
+        number, count = np.unique(depth.argmax(axis=0), return_counts=True)
+        return [int(k) for k in number[np.argsort(-count, kind="stable")]]
 
     def middle(self, piece: int) -> Float[np.ndarray, "3"]:
         """Returns a point inside a piece."""

@@ -214,7 +214,7 @@ def _corners(planes: Float[np.ndarray, "p 4"], inside: Float[np.ndarray, "3"]) -
     return found[np.sort(first)]
 
 
-def _distinct(planes: Float[np.ndarray, "p 4"]) -> Float[np.ndarray, "p 4"]:
+def _distinct(planes: Float[np.ndarray, "p 4"]) -> Float[np.ndarray, "d 4"]:
     """Planes without those that are the same to nine digits."""
     _, first = np.unique(np.round(planes, 9), axis=0, return_index=True)
     return planes[np.sort(first)]

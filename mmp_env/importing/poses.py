@@ -46,6 +46,7 @@ def choose_poses(
     tried = np.round(np.array([*inside, *drawn[:_TRIED]]).reshape(-1, len(span)), _DECIMALS)
     clearance = np.min([self_clearance(arm, arm.covers[name], pairs[name], tried) for name in arm.covers], axis=0)
     low, wide = _extent(arm, tried)
+    clearance = np.minimum(clearance, 1.0)  # infinite where no pair is tested
     overlaps, _ = contact_counts(arm, mjcf, tried)
     tested = set().union(*pairs.values())
     for pair, rows in overlaps.items():

@@ -27,7 +27,7 @@ FINE_MM = 5.0
 _POSE_TOLERANCE = 1e-6
 _INSIDE_M = 1e-6
 _TOO_LARGE_M = 0.0021
-"""Largest distance [m] from a piece to the geom that it stands for: tolerances of curves and hulls, mitred at corners."""
+"""Largest distance [m] from a piece to the geom that it stands for."""
 _CONFIGURATIONS, _SELF_SAMPLES, _SPHERE_SAMPLES = 100, 10_000, 2000
 _REASONS = ("adjacent", "always", "never")
 
@@ -261,8 +261,7 @@ class _Check:
                 truth[pair] = "always" if touching is not None and touching.all() else "sometimes"
         poses = arm.kinematics.link_poses(q[:_SPHERE_SAMPLES])
         for (pair, key), reason in reasons.items():
-            a, b = sorted(pair, key=arm.links.index) if pair <= set(arm.links) else ("", "")
-            if not a or reason not in _REASONS:
+            if not pair <= set(arm.links) or reason not in _REASONS:
                 self._fault(f"the ignored pair {_named(pair)} has reason '{reason}', or a link that does not exist")
             elif key is None and truth.get(pair) != reason:
                 self._fault(f"{_named(pair)} is ignored as '{reason}', and is '{truth.get(pair, 'without geometry')}'")

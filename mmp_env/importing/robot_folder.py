@@ -1,4 +1,4 @@
-"""Imports an arm into a robot folder: robot.json, spheres.json, hulls.json and MJCF, written as a whole or not at all."""
+"""Imports an arm into a robot folder of robot.json, spheres.json, hulls.json and MJCF, whole or not at all."""
 
 from __future__ import annotations
 

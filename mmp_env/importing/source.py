@@ -6,9 +6,10 @@ from a URDF the two facts that MuJoCo drops: velocity limits and mimic joints.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import xml.etree.ElementTree as ET
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from mmp_env.errors import MmpError
-from mmp_env.files.paths import is_file, is_folder, real_path, refusal
+from mmp_env.files.paths import exists, is_file, is_folder, real_path, refusal
 from mmp_env.importing.mesh_files import is_read_by_mujoco, read_mesh
 from mmp_env.mujoco_import import mujoco
 
@@ -55,7 +56,8 @@ def read_source(path: str | Path, package_dirs: Sequence[str | Path] = ()) -> So
     """
     path = Path(path)
     if not is_file(path):
-        raise MmpError(f"{path} cannot be read: there is no such file")
+        what = "it is not a file" if exists(path) else "there is no such file"
+        raise MmpError(f"{path} cannot be read: {what}")
     for folder in package_dirs:
         if not is_folder(folder):
             raise MmpError(f"--package-dir {folder} is not a folder")
@@ -186,9 +188,21 @@ def _resolved(path: Path, name: str, package_dirs: Sequence[str | Path]) -> Path
     )
 
 
+@contextlib.contextmanager
+def _without_log() -> Iterator[None]:
+    """Drops MuJoCo's warnings, which would be written to a file in the working directory."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
 def _parsed(path: Path, read: Any) -> Any:
     try:
-        return read()
+        with _without_log():
+            return read()
     except ValueError as error:
         raise MmpError(f"{path} cannot be read by MuJoCo: {_one_line(error)}") from None
 
@@ -269,7 +283,8 @@ def _compiled(path: Path, spec: Any) -> Any:
         if len(key.qpos) and not np.all(np.isfinite(key.qpos)):
             spec.delete(key)
     try:
-        return spec.compile()
+        with _without_log():
+            return spec.compile()
     except ValueError as error:
         raise MmpError(f"{path} is refused by MuJoCo: {_one_line(error)}") from None
 
@@ -286,4 +301,7 @@ def _vector(values: Any) -> str:
 
 
 def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split()).removeprefix("Error: ")
+    text = " ".join(str(error).split())
+    for prefix in ("XML Error: ", "Error: "):
+        text = text.removeprefix(prefix)
+    return text

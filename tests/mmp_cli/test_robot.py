@@ -1,0 +1,103 @@
+"""`mmp robot add`, `show` and `check`: arms of the user's own, from file to plan."""
+
+import json
+
+import pytest
+from support.small_arms import mjcf, urdf
+
+
+@pytest.fixture
+def home(tmp_path, monkeypatch):
+    """The user's folders, empty; the working directory."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.urdf").write_text(urdf())
+    return tmp_path
+
+
+def test_an_added_robot_is_listed_checked_and_planned_like_a_built_in_one(mmp, home):
+    ran = mmp("robot", "add", "arm.urdf", "--name", "small", "--json")
+    assert (ran.code, ran.err) == (0, "")
+    told = ran.result
+    assert (told["name"], told["joints"], told["links"], told["uncovered_mm"]) == ("small", 3, 4, 0)
+    assert told["protrusion_mm"]["fine"] <= 5
+    assert told["folder"] == str(home / "data" / "mmp-env" / "robots" / "small")
+    assert "small" in [robot["name"] for robot in mmp("list", "--json").result["robots"]]
+    ran = mmp("robot", "check", "small", "--json")
+    assert (ran.code, ran.result["valid"], ran.result["faults"]) == (0, True, [])
+    arms = [{"name": n, "robot": "small", "position": [x, 0, 0]} for n, x in (("a", -0.4), ("b", 0.4))]
+    (home / "cell.json").write_text(json.dumps({"arms": arms}))
+    ran = mmp("plan", "cell.json", "--out", "plan.json", "--execute", "--json")
+    assert (ran.code, ran.result["valid"]) == (0, True)
+    assert mmp("check", "plan.json").code == 0
+
+
+def test_the_output_says_which_chain_was_taken(mmp, home):
+    ran = mmp("robot", "add", "arm.urdf", "--name", "small", "--out", "robots")
+    assert ran.code == 0
+    assert "3 joints, base_link to tool0" in ran.out
+    assert "turn, lift, roll" in ran.out
+    assert "proved, 0 mm uncovered" in ran.out
+    assert (home / "robots" / "small" / "hulls.json").exists()
+    assert mmp("robot", "check", "robots/small").code == 0
+
+
+def test_a_fault_in_a_robot_is_exit_1_and_every_fault(mmp, home):
+    mmp("robot", "add", "arm.urdf", "--name", "small", "--out", "robots")
+    path = home / "robots" / "small" / "spheres.json"
+    path.write_text(path.read_text().replace("0.05", "0.03"))
+    ran = mmp("robot", "check", "robots/small")
+    assert ran.code == 1
+    assert "spheres.json was changed after the import" in ran.out
+    assert "uncovered" in ran.out
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["add", "no.urdf", "--name", "x"], "no.urdf cannot be read: there is no such file"),
+        (["add", "arm.urdf"], "--name"),
+        (["add", "arm.urdf", "--name", "a/b"], "--name is a/b; it must be"),
+        (["add", "arm.urdf", "--name", ".."], "--name is ..; it must be"),
+        (["add", "arm.urdf", "--name", "panda"], "--name panda is the name of a robot in"),
+        (["add", "arm.urdf", "--name", "x", "--tip", "toll0"], "Did you mean 'tool0'"),
+        (["add", "arm.urdf", "--name", "x", "--package-dir", "no"], "--package-dir no is not a folder"),
+        (["check", "nobody"], "unknown robot 'nobody'"),
+        (["show", "nobody", "--image", "x.png"], "unknown robot 'nobody'"),
+        (["shoe"], "unknown command of mmp robot 'shoe'. Did you mean 'show'"),
+    ],
+)
+def test_misuse_is_one_sentence_and_writes_nothing(mmp, home, words, sentence):
+    ran = mmp("robot", *words)
+    assert (ran.code, ran.out) == (2, "")
+    assert sentence in ran.err
+    assert ran.err.count("\n") == 1
+    assert sorted(path.name for path in home.iterdir()) == ["arm.urdf"]
+
+
+def test_several_package_folders_may_be_given(mmp, home):
+    (home / "one").mkdir()
+    (home / "two").mkdir()
+    ran = mmp("robot", "add", "arm.urdf", "--name", "x", "--package-dir", "one", "--package-dir", "two")
+    assert ran.code == 0
+
+
+def test_a_rail_is_imported_and_refused_by_planning(mmp, home):
+    (home / "rail.xml").write_text(mjcf(joint2='type="slide" range="-0.1 0.4"'))
+    assert mmp("robot", "add", "rail.xml", "--name", "rail").code == 0
+    (home / "cell.json").write_text(json.dumps({"arms": [{"name": "a", "robot": "rail", "position": [0, 0, 0]}]}))
+    ran = mmp("plan", "cell.json")
+    assert ran.code == 2
+    assert "arm 'a' has the slide joint 'a2'; planning supports hinge joints only" in ran.err
+
+
+def test_a_picture_shows_geometry_and_spheres(mmp, home):
+    mmp("robot", "add", "arm.urdf", "--name", "small")
+    ran = mmp("robot", "show", "small", "--image", "small.png")
+    if ran.code == 2 and "OpenGL" in ran.err:
+        pytest.skip("no OpenGL library")
+    assert ran.code == 0
+    from PIL import Image
+
+    assert Image.open(home / "small.png").width > 3 * 400

@@ -1,0 +1,193 @@
+"""Reading URDF and MJCF: what comes out, and one sentence for everything that cannot be read."""
+
+import numpy as np
+import pytest
+from support.small_arms import box_mesh, fingers, mjcf, urdf, with_mesh, write_obj
+
+from mmp_env.errors import MmpError
+from mmp_env.importing.chain import ChainOptions, select_chain
+from mmp_env.importing.link_pieces import link_pieces
+from mmp_env.importing.source import read_source
+
+VERTICES, FACES = box_mesh()
+BALL_JOINT = 'type="ball"'
+
+
+def written(folder, text):
+    path = folder / ("arm.urdf" if "<robot" in text else "arm.xml")
+    path.write_text(text)
+    return path
+
+
+def imported(path, **options):
+    """The chain of a file, its pieces made."""
+    chain = select_chain(read_source(path), ChainOptions(**options))
+    for link in chain.links:
+        link_pieces(chain, link)
+    return chain
+
+
+def test_a_urdf_keeps_its_velocity_limits_and_efforts(tmp_path):
+    source = read_source(written(tmp_path, urdf()))
+    assert source.velocity == {"turn": 1.5, "lift": 1.2}
+    assert source.model.jnt_actfrcrange[:2].tolist() == [[-30, 30], [-20, 20]]
+
+
+def test_looks_are_left_out_even_where_their_files_are_missing(tmp_path):
+    assert read_source(written(tmp_path, urdf())).model.nmesh == 0
+    assert read_source(written(tmp_path, mjcf())).model.ngeom == 4
+
+
+def test_a_package_path_is_found_in_the_folder_that_the_user_gave(tmp_path):
+    (tmp_path / "else" / "arms" / "meshes").mkdir(parents=True)
+    write_obj(tmp_path / "else" / "arms" / "meshes" / "box.obj", VERTICES, FACES)
+    path = written(tmp_path, urdf(shape='<geometry><mesh filename="package://arms/meshes/box.obj"/></geometry>'))
+    with pytest.raises(MmpError, match="package 'arms' cannot be found; --package-dir names"):
+        read_source(path)
+    for folder in (tmp_path / "else", tmp_path / "else" / "arms"):
+        assert read_source(path, [folder]).model.nmesh == 1
+
+
+def test_a_package_is_found_in_the_folders_above_the_file(tmp_path):
+    folder = tmp_path / "arms" / "urdf"
+    folder.mkdir(parents=True)
+    write_obj(tmp_path / "arms" / "box.obj", VERTICES, FACES)
+    path = written(folder, urdf(shape='<geometry><mesh filename="package://arms/box.obj"/></geometry>'))
+    assert read_source(path).model.nmesh == 1
+
+
+def test_two_meshes_of_one_name_in_two_folders_stay_apart(tmp_path):
+    for folder, size in (("a", 0.1), ("b", 0.3)):
+        (tmp_path / folder).mkdir()
+        write_obj(tmp_path / folder / "link.obj", VERTICES * size, FACES)
+    both = "".join(
+        f'<collision><geometry><mesh filename="{folder}/link.obj"/></geometry></collision>' for folder in "ab"
+    )
+    text = urdf().replace('<link name="fore">', f'<link name="fore">{both}')
+    model = read_source(written(tmp_path, text)).model
+    sizes = [np.ptp(model.mesh_vert[8 * k : 8 * k + 8], axis=0).max() for k in range(2)]
+    np.testing.assert_allclose(sorted(sizes), [0.01, 0.03], rtol=1e-6)
+
+
+def test_a_change_of_a_mesh_changes_the_digest(tmp_path):
+    path = with_mesh(tmp_path / "arm.xml", VERTICES, FACES)
+    before = read_source(path).digest
+    assert read_source(path).digest == before
+    write_obj(tmp_path / "link.obj", VERTICES * 1.1, FACES)
+    assert read_source(path).digest != before
+
+
+CASES = {
+    "no joints": ('<mujoco><worldbody><body name="b"><geom size="0.1"/></body></worldbody></mujoco>', "no hinge or"),
+    "no collision geometry": (
+        mjcf().replace("<asset>", '<default><geom contype="0" conaffinity="0"/></default><asset>'),
+        "no collision geometry",
+    ),
+    "missing mesh": (mjcf(asset='<mesh name="m" file="no.stl"/>', geom='type="mesh" mesh="m"'), "no.stl, which does"),
+    "package": (urdf(shape='<geometry><mesh filename="package://p/a.stl"/></geometry>'), "package 'p' cannot be found"),
+    "limits missing": (urdf(limit=""), "joint 'lift' is revolute and has no limits"),
+    "limits empty": (
+        urdf(limit='<limit lower="1" upper="1" effort="1" velocity="1"/>'),
+        "'lift' is revolute and has no",
+    ),
+    "slide without limits": (mjcf(joint2='type="slide" limited="false"'), "slide joint 'a2' has no limits"),
+    "two joints of one name": (mjcf().replace('"a3"', '"a2"'), "repeated name 'a2' in joint"),
+    "two URDF joints of one name": (urdf().replace('"roll"', '"lift"'), "two joints with the name 'lift'"),
+    "loop in URDF": (
+        urdf(joints='<joint name="x" type="fixed"><parent link="base_link"/><child link="hand"/></joint>'),
+        "closed loop: link 'hand' hangs on both 'fore' and 'base_link'",
+    ),
+    "loop by a constraint": (
+        mjcf(after='<equality><connect body1="hand" body2="base" anchor="0 0 0"/></equality>'),
+        "closed loop: equality constraint number 0 joins 'hand' and 'base'",
+    ),
+    "coupled joints": (mjcf(after='<equality><joint joint1="a3" joint2="a2"/></equality>'), "'a3' follow 'a2'"),
+    "10,000 geoms": (mjcf(base='<geom size="0.01"/>' * 10_000), "has 10004 collision geoms; at most 1000"),
+    "ball joint": (mjcf(joint2=BALL_JOINT), "joint 'a2' in the chain is a ball joint"),
+    "height field": (
+        mjcf(asset='<hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/>', geom='type="hfield" hfield="h"'),
+        "is a height field",
+    ),
+    "not XML": ("<mujoco><worldbody>", "is not XML"),
+    "not a robot": ("<html></html>", "neither URDF nor MJCF: its root element is <html>"),
+    "xacro": ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/></robot>', "is a xacro file; run"),
+    "a number that is none": (mjcf(geom='type="sphere" size="nan"'), "nan size in geom"),
+}
+
+
+@pytest.mark.parametrize(("text", "sentence"), CASES.values(), ids=CASES)
+def test_what_cannot_be_imported_is_told_in_one_sentence(tmp_path, monkeypatch, text, sentence):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(MmpError) as error:
+        imported(written(tmp_path, text))
+    assert sentence in str(error.value)
+    assert "\n" not in str(error.value)
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()
+
+
+FIN = (np.vstack([VERTICES, [[0.3, 0, 0]]]), np.vstack([FACES, [[0, 1, 8]]]))
+MESHES = {
+    "scale of 0": ((VERTICES, FACES, "1 0 1"), "scale [1, 0, 1]; no factor may be 0"),
+    "inverted": ((VERTICES, FACES[:, ::-1]), "is inverted: its triangles point inwards"),
+    "hole": ((VERTICES, FACES[1:]), "is not manifold"),
+    "fin": (FIN, "is not manifold"),
+    "flat": ((VERTICES * [1, 1, 0], FACES), "mesh"),
+}
+
+
+@pytest.mark.parametrize(("mesh", "sentence"), MESHES.values(), ids=MESHES)
+def test_a_bad_mesh_is_told_in_one_sentence(tmp_path, mesh, sentence):
+    with pytest.raises(MmpError) as error:
+        imported(with_mesh(tmp_path / "arm.xml", *mesh))
+    assert sentence in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("scale", ["1 1 1", "0.001 0.001 0.001", "1 -1 1", "-1 -1 -1"])
+def test_a_closed_mesh_of_any_scale_is_taken(tmp_path, scale):
+    chain = imported(with_mesh(tmp_path / "arm.xml", VERTICES, FACES, scale))
+    (piece,) = link_pieces(chain, chain.links[2])
+    size = np.abs(np.array(scale.split(), float)) * [0.1, 0.08, 0.06]
+    np.testing.assert_allclose(np.ptp(piece.vertices, axis=0), size, atol=3e-6)
+
+
+def test_fingers_are_held_and_belong_to_the_last_link(tmp_path):
+    chain = imported(written(tmp_path, mjcf(hand=fingers())))
+    assert chain.joint_names == ("a1", "a2", "a3")
+    assert chain.held == ("finger_joint0", "finger_joint1")
+    assert [len(link.geoms) for link in chain.links] == [1, 1, 1, 3]
+
+
+def test_the_tip_may_be_a_site_or_an_inner_body(tmp_path):
+    path = written(tmp_path, mjcf())
+    np.testing.assert_allclose(imported(path).flange[:3, 3], [0.1, 0, 0])
+    np.testing.assert_allclose(imported(path, tip="attachment_site").flange[:3, 3], [0.1, 0, 0])
+    inner = imported(path, tip="fore")
+    assert inner.joint_names == ("a1", "a2")
+    assert inner.held == ("a3",)
+
+
+def test_a_root_inside_the_chain_cuts_off_the_joints_above(tmp_path):
+    chain = imported(written(tmp_path, mjcf()), root="upper")
+    assert chain.joint_names == ("a2", "a3")
+    assert [link.name for link in chain.links] == ["upper", "fore", "hand"]
+
+
+@pytest.mark.parametrize("option", ["root", "tip", "tool"])
+def test_an_unknown_body_is_answered_with_the_nearest(tmp_path, option):
+    with pytest.raises(MmpError, match="Did you mean 'hand'"):
+        imported(written(tmp_path, mjcf()), **{option: "hamd"})
+
+
+def test_a_prefix_chooses_one_arm_of_two(tmp_path):
+    one = '<body name="{s}1" pos="0 {y} 0"><joint name="{s}_j1" range="-90 90"/><geom size="0.03"/>{tail}</body>'
+    arms = "".join(
+        one.format(s=s, y=y, tail=one.format(s=f"{s}_{s}", y=0, tail="")) for s, y in (("left", 0.3), ("right", -0.3))
+    )
+    path = written(
+        tmp_path, f'<mujoco><worldbody><body name="torso"><geom size="0.1"/>{arms}</body></worldbody></mujoco>'
+    )
+    chain = imported(path, prefix="right_")
+    assert chain.joint_names == ("j1", "right_j1")
+    assert chain.held == ("left_j1", "left_left_j1")
+    assert len(chain.links[0].geoms) == 3

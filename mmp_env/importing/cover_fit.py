@@ -56,6 +56,8 @@ def fit_cover(shape: LinkShape, allowed: float, *, seed: int = 0, fits: int = _F
     Raises:
         CoverError: if gaps remain.
     """
+    if len(shape.pieces) == 1 and len(shape.pieces[0].vertices) == 1:
+        return _one_ball(shape)
     fit = _Fit(shape, allowed - 2 * GRID_M, np.random.default_rng(seed), detail)
     for k in range(fits):
         fit.start()
@@ -75,6 +77,19 @@ def fit_cover(shape: LinkShape, allowed: float, *, seed: int = 0, fits: int = _F
         fit.choose()
     gaps = prove_cover(shape, *fit.rounded())
     raise CoverError(f"{len(gaps.points)} gaps remain, up to {gaps.uncovered_mm:.3g} mm")
+
+
+def _one_ball(shape: LinkShape) -> Cover:
+    """The cover of a ball."""
+    (piece,) = shape.pieces
+    centers, radii = _rounded(piece.vertices, np.array([piece.radius + 2 * GRID_M]))
+    return Cover(centers=centers, radii=radii, protrusion=protrusion(shape, centers, radii))
+
+
+def _rounded(centers: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Spheres on the grid, radii rounded up."""
+    centers = np.round(np.round(centers / GRID_M) * GRID_M, 5) + 0.0
+    return centers, np.round(np.ceil(radii / GRID_M + 1e-6) * GRID_M, 5)
 
 
 def coarse_covers(shapes: Sequence[LinkShape | None], budget: int) -> list[Cover | None]:
@@ -177,8 +192,7 @@ class _Fit:
 
     def rounded(self) -> tuple[np.ndarray, np.ndarray]:
         """The spheres on the grid, radii rounded up."""
-        centers = np.round(np.round(self.centers / GRID_M) * GRID_M, 5) + 0.0
-        return centers, np.round(np.ceil(self.radii / GRID_M + 1e-6) * GRID_M, 5)
+        return _rounded(self.centers, self.radii)
 
     def _covered(self) -> np.ndarray:
         if not len(self.radii):

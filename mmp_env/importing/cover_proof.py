@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from mmp_env.importing.link_shape import LinkShape
+from mmp_env.importing.pieces import Piece
 
 SMALLEST_EDGE_M = 5e-5
 """Longest edge [m] of a part that is not cut any more, but reported as a gap."""
@@ -49,7 +50,8 @@ def prove_cover(
     smallest: float = SMALLEST_EDGE_M,
 ) -> Gaps:
     """Returns the gaps that spheres leave in the surface of a shape. There is none where the cover is proved."""
-    parts, thick, owner = shape.triangles, shape.thickness, shape.owner
+    inside_one = np.array([_lies_in_one(piece, centers, radii) for piece in shape.pieces])[shape.owner]
+    parts, thick, owner = (x[~inside_one] for x in (shape.triangles, shape.thickness, shape.owner))
     points, outside, done = [], [], 0
     while len(parts):
         done += len(parts)
@@ -78,6 +80,12 @@ def prove_cover(
     if not points:
         return Gaps(points=np.empty((0, 3)), outside=np.empty(0))
     return Gaps(points=np.concatenate(points), outside=np.concatenate(outside), budget_spent=done > _MOST_PARTS)
+
+
+def _lies_in_one(piece: Piece, centers: np.ndarray, radii: np.ndarray) -> bool:
+    """Whether a whole piece lies in a single ball."""
+    farthest = np.linalg.norm(piece.vertices[:, None] - centers, axis=2).max(axis=0)
+    return bool((farthest + piece.radius <= radii - _ROUNDING).any())
 
 
 def _deepest(points: np.ndarray, centers: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

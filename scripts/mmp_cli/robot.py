@@ -35,8 +35,7 @@ class _Robot:
     def parse(self, argv: list[str]) -> Namespace:
         """Returns the arguments with the function `act` that runs the action. Raises `MmpError`."""
         if not argv or argv[0] in ("-h", "--help"):
-            rows = "\n".join(f"  {name:5}  {summary}" for name, summary in _ACTIONS.items())
-            print(_HELP % rows, end="", file=sys.stdout if argv else sys.stderr)
+            print(_overview(), end="", file=sys.stdout if argv else sys.stderr)
             raise SystemExit(0 if argv else 2)
         if argv[0] not in _ACTIONS:
             raise UnknownNameError("command of mmp robot", argv[0], _ACTIONS)
@@ -46,6 +45,16 @@ class _Robot:
         args = parser().parse(argv[1:])
         args.act = act
         return args
+
+    def format_help(self) -> str:
+        """Returns the help of the command and of all actions."""
+        return "\n".join(
+            [_overview(), *(parser().format_help() for parser in (_add_parser, _show_parser, _check_parser))]
+        )
+
+
+def _overview() -> str:
+    return _HELP % "\n".join(f"  {name:5}  {summary}" for name, summary in _ACTIONS.items())
 
 
 def parser() -> Any:

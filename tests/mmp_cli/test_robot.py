@@ -6,11 +6,17 @@ import pytest
 from support.small_arms import mjcf, urdf
 
 
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory):
+    """A cache of imports that all tests share."""
+    return tmp_path_factory.mktemp("cache")
+
+
 @pytest.fixture
-def home(tmp_path, monkeypatch):
-    """The user's folders, empty; the working directory."""
+def home(tmp_path, monkeypatch, cache):
+    """The user's data folder, empty; the working directory."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "arm.urdf").write_text(urdf())
     return tmp_path
@@ -100,4 +106,5 @@ def test_a_picture_shows_geometry_and_spheres(mmp, home):
     assert ran.code == 0
     from PIL import Image
 
-    assert Image.open(home / "small.png").width > 3 * 400
+    with Image.open(home / "small.png") as image:
+        assert image.width > 3 * 400

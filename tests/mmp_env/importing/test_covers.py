@@ -57,6 +57,16 @@ def test_a_mesh_piece_contains_its_points_and_is_hardly_larger(seed, count):
     assert beyond.min() >= -2 * HULL_TOLERANCE_M
 
 
+def round_surface(piece):
+    """Points on a ball or a capsule."""
+    directions = np.random.default_rng(1).normal(size=(3000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    ends = piece.vertices[
+        (directions @ (piece.vertices[-1] - piece.vertices[0]) > 0).astype(int) * (len(piece.vertices) - 1)
+    ]
+    return ends + piece.radius * directions
+
+
 @functools.cache
 def box_and_cover():
     shape = LinkShape([BOX])
@@ -75,7 +85,8 @@ def test_a_fitted_cover_contains_the_shape_and_protrudes_as_little_as_asked_for(
     cover = fit_cover(shape, allowed)
     assert cover.protrusion <= allowed
     assert len(prove_cover(shape, cover.centers, cover.radii).points) == 0
-    points = np.concatenate([piece.vertices for piece in pieces if piece.radius == 0] + [surface_points(shape, 5000)])
+    flat = [surface_points(LinkShape([piece]), 5000) for piece in pieces if piece.radius == 0]
+    points = np.concatenate(flat + [round_surface(piece) for piece in pieces if piece.radius > 0])
     hidden = np.zeros(len(points), bool)
     if len(pieces) > 1:  # the surface of one piece inside the other is no surface of the link
         hidden = (shape.depth(points, skip=0) > 1e-6) | (shape.depth(points, skip=1) > 1e-6)

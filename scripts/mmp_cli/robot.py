@@ -109,7 +109,7 @@ def _add(args: Namespace) -> int:
     if args.json:
         print(json.dumps(found))
     else:
-        from mmp_cli.rows import print_rows
+        from mmp_cli.output import print_rows
 
         print_rows(_rows(found, from_cache))
     return 0

@@ -18,6 +18,17 @@ FAR_M, FAR_SHARE = 0.03, 0.25
 _MOST_BAD_EDGES = 0.05
 """Largest share of the length of all edges that may belong to other than two triangles of opposite directions."""
 _SAMPLES = 4000
+_DECOMPOSITION = {
+    "threshold": 0.1,
+    "max_convex_hull": 12,
+    "preprocess_resolution": 30,
+    "resolution": 500,
+    "mcts_nodes": 8,
+    "mcts_iterations": 40,
+    "mcts_max_depth": 2,
+    "seed": 0,
+}
+"""Options of CoACD: coarse and quick, because the pieces are completed afterwards."""
 
 
 def link_pieces(chain: Chain, link: Link, *, decompose: bool = True) -> tuple[Piece, ...]:
@@ -103,7 +114,7 @@ def decomposed(vertices: Float[np.ndarray, "v 3"], faces: Int[np.ndarray, "f 3"]
     """
     coacd = require("coacd")
     coacd.set_log_level("error")
-    suggested = coacd.run_coacd(coacd.Mesh(vertices, faces), threshold=0.06, max_convex_hull=12, seed=0)
+    suggested = coacd.run_coacd(coacd.Mesh(vertices, faces), **_DECOMPOSITION)
     parts = []
     for points, _ in suggested:
         try:

@@ -35,6 +35,9 @@ class LinkShape:
         self.owner: Int[np.ndarray, "t"] = np.concatenate(owner)
         self.thickness_of = np.array([0.0 if o is None else p.radius for o, p in self._solids])
         self._middles = [self.triangles[self.owner == k].reshape(-1, 3).mean(axis=0) for k in range(len(self.pieces))]
+        self._boxes = [
+            (piece.vertices.min(axis=0) - piece.radius, piece.vertices.max(axis=0) + piece.radius) for piece in pieces
+        ]
         cross = np.cross(self.triangles[:, 1] - self.triangles[:, 0], self.triangles[:, 2] - self.triangles[:, 0])
         length = np.linalg.norm(cross, axis=1)
         self.areas: Float[np.ndarray, "t"] = length / 2
@@ -43,13 +46,21 @@ class LinkShape:
     def depth(self, points: Float[np.ndarray, "n 3"], skip: int | None = None) -> Float[np.ndarray, "n"]:
         """Returns a lower bound of how deep [m] points lie inside the union, which is the deepest in any piece.
 
-        It is negative for points that are outside all pieces, or in piece `skip` only.
+        It is negative, or minus infinity, for points that are outside all pieces, or in piece `skip` only.
         """
         out = np.full(len(points), -np.inf)
         for number in range(len(self._solids)):
             if number != skip:
-                out = np.maximum(out, self._depth_in(number, points))
+                near = self._near(number, points)
+                out[near] = np.maximum(out[near], self._depth_in(number, points[near]))
         return out
+
+    def _near(self, number: int, points: Float[np.ndarray, "n 3"]) -> Int[np.ndarray, "m"]:
+        """Numbers of the points in the box around a piece. A link of one piece has no use for that."""
+        if len(self.pieces) == 1:
+            return np.arange(len(points))
+        low, high = self._boxes[number]
+        return np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
 
     def _depth_in(self, number: int, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
         outline, piece = self._solids[number]
@@ -71,6 +82,7 @@ class LinkShape:
         thick = self.thickness_of[owner]
         for number in range(len(self._solids)):
             rest = np.flatnonzero(~out & (owner != number))
+            rest = rest[self._near(number, triangles[rest, 0])]
             if not len(rest):
                 continue
             depth = self._depth_in(number, triangles[rest].reshape(-1, 3))

@@ -13,7 +13,7 @@ import numpy as np
 
 from mmp_env.errors import MmpError, in_words
 from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
-from mmp_env.importing.cover_fit import Cover
+from mmp_env.importing.cover_fit import Cover, fine_protrusion
 from mmp_env.importing.cover_proof import protrusion, prove_cover
 from mmp_env.importing.fingerprint import KEY, fingerprints
 from mmp_env.importing.link_shape import LinkShape
@@ -23,7 +23,6 @@ from mmp_env.model.transforms import matrix_from_quaternion, matrix_from_rpy, tr
 from mmp_env.mujoco_import import mujoco
 
 SPHERE_SETS = ("28", "fine")
-FINE_MM = 5.0
 _POSE_TOLERANCE = 1e-6
 _INSIDE_M = 1e-6
 _TOO_LARGE_M = 0.0021
@@ -230,8 +229,8 @@ class _Check:
                 out = protrusion(shape, cover.centers, cover.radii) * 1e3
                 if not np.isfinite(out):
                     self._fault(f"set {name} has a sphere of '{link}' whose centre lies outside the link")
-                elif name == "fine" and out > FINE_MM:
-                    self._fault(f"set fine protrudes from '{link}' by {out:.3f} mm; at most {FINE_MM:g} mm are allowed")
+                elif name == "fine" and out > (allowed := fine_protrusion(shape) * 1e3):
+                    self._fault(f"set fine protrudes from '{link}' by {out:.3f} mm; at most {allowed:g} mm are allowed")
                 largest = max(largest, out)
             self._report.uncovered_mm[name], self._report.protrusion_mm[name] = uncovered, round(largest, 4)
             told = self._robot.get("protrusion_mm", {}).get(name)

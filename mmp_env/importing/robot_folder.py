@@ -19,7 +19,7 @@ from mmp_env.files.temporaries import beside
 from mmp_env.files.writing import json_text
 from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
 from mmp_env.importing.chain import Chain, ChainOptions, select_chain
-from mmp_env.importing.cover_fit import Cover, CoverError, coarse_covers, fit_cover
+from mmp_env.importing.cover_fit import FINE_M, Cover, CoverError, coarse_covers, fine_protrusion, fit_cover
 from mmp_env.importing.fingerprint import fingerprints
 from mmp_env.importing.limits import Limits, limits_of
 from mmp_env.importing.link_pieces import link_pieces
@@ -32,8 +32,6 @@ from mmp_env.importing.source import SourceModel, read_source
 
 VERSION = 1
 """Version of the importer's results. The cache holds results of the same version only."""
-FINE_M = 0.005
-"""Largest protrusion [m] of the sphere set `fine`."""
 COARSE_SPHERES = (28, 42, 63)
 """Numbers of spheres that the moving links have in set `28`; the next one is tried where no pose is free."""
 
@@ -167,7 +165,7 @@ def summary(folder: Path) -> dict[str, Any]:
 def _fine(name: str, shape: LinkShape | None, progress: Progress) -> Cover | None:
     if shape is None:
         return None
-    cover = fit_cover(shape, FINE_M)
+    cover = fit_cover(shape, fine_protrusion(shape))
     progress(f"{name}: {len(cover.radii)} spheres, {cover.protrusion * 1e3:.1f} mm of protrusion, cover proved")
     return cover
 
@@ -201,6 +199,9 @@ def _robot(
     notes = [*limits.notes]
     if empty:
         notes.append(f"links without collision geometry: {', '.join(empty)}")
+    large = [name for name, shape in zip(arm.links, shapes, strict=True) if shape and fine_protrusion(shape) > FINE_M]
+    if large:
+        notes.append(f"links too large for {FINE_M * 1e3:g} mm of protrusion in set fine: {', '.join(large)}")
     if chain.held:
         notes.append(f"joints that are no part of the arm are held at their value: {', '.join(chain.held)}")
     return {

@@ -30,8 +30,9 @@ def choose_poses(
     pairs: Mapping[str, Sequence[tuple[int, int]]],
     given: Sequence[Float[np.ndarray, "dof"]],
     drawn: Float[np.ndarray, "n dof"],
+    least: int = 1,
 ) -> tuple[Float[np.ndarray, "dof"], Float[np.ndarray, "dof"]] | None:
-    """Returns `home` and `tucked`, or None where no pose is free.
+    """Returns `home` and `tucked`, or None where too few poses are free.
 
     Args:
         arm: The arm.
@@ -39,6 +40,7 @@ def choose_poses(
         pairs: Sphere set -> pairs of links that it tests.
         given: Poses that are taken as `home` if they are free, the first one first.
         drawn: Random configurations, free for the geometry, from which the others come.
+        least: Number of poses that must be free.
     """
     span = arm.upper - arm.lower
     inside = [q for q in given if ((q >= arm.lower) & (q <= arm.upper)).all()]
@@ -53,10 +55,10 @@ def choose_poses(
         if pair in tested:
             clearance[rows] = np.minimum(clearance[rows], -1.0)
     free = clearance > 0
-    if not free.any():
+    if free.sum() < least:
         return None
     given_free = np.flatnonzero(free[: len(inside)] & (clearance[: len(inside)] > 0))
-    good = free & (clearance > min(_CLEAR_M, np.quantile(clearance[free], 0.5)))
+    good = free & (clearance >= min(_CLEAR_M, float(np.median(clearance[free]))))
     # Above the plane that the arm stands on, if any pose is.
     above = good & (low >= min(0.0, float(low[good].max())))
     home = tried[given_free[0]] if len(given_free) else tried[np.flatnonzero(above)[clearance[above].argmax()]]

@@ -33,7 +33,8 @@ from mmp_env.importing.source import SourceModel, read_source
 VERSION = 1
 """Version of the importer's results. The cache holds results of the same version only."""
 COARSE_SPHERES = (28, 42, 63)
-"""Numbers of spheres that the moving links have in set `28`; the next one is tried where no pose is free."""
+"""Numbers of spheres that the moving links have in set `28`; the next one is tried where too few poses are free."""
+_LEAST_FREE = 20
 
 Progress = Callable[[str], None]
 
@@ -120,7 +121,8 @@ def robot_files(chain: Chain, name: str, progress: Progress) -> dict[str, str]:
         progress(f"{SAMPLES} configurations: {len(pairs.tested)} pairs of links can touch")
         tested = tested_by_set(arm, pairs)
         drawn = arm.draw(SAMPLES, 0)[pairs.free]
-        poses = choose_poses(arm, plain, tested, given_poses(chain), drawn)
+        least = 1 if budget == COARSE_SPHERES[-1] else min(_LEAST_FREE, len(drawn))
+        poses = choose_poses(arm, plain, tested, given_poses(chain), drawn, max(1, least))
         if poses is not None:
             break
     else:

@@ -28,7 +28,7 @@ from mmp_env.importing.mjcf_text import RobotParts, robot_mjcf, servo_gains
 from mmp_env.importing.pieces import Piece
 from mmp_env.importing.poses import choose_poses, given_poses
 from mmp_env.importing.self_pairs import SAMPLES, SelfPairs, classify, tested_by_set
-from mmp_env.importing.source import SourceModel, read_source
+from mmp_env.importing.source import PreparedSource, prepare_source
 
 VERSION = 1
 """Version of the importer's results. The cache holds results of the same version only."""
@@ -66,14 +66,16 @@ def add_robot(
     Raises:
         MmpError: if the source cannot be imported or the folder cannot be written. Then nothing is written.
     """
-    model = read_source(source, options.package_dirs)
-    chain = select_chain(model, options.chain)
+    prepared = prepare_source(source, options.package_dirs)
     target = real_path(Path(out) / options.name)
     if exists(target) and not (is_folder(target) and exists(target / "robot.json")):
         raise MmpError(f"{target} is there already and is no robot; give another --name or --out")
-    kept = Path(cache) / _key(model, options) if cache is not None else None
+    kept = Path(cache) / _key(prepared, options) if cache is not None else None
     from_cache = kept is not None and exists(kept / "robot.json")
-    files = _read_all(kept) if kept is not None and from_cache else robot_files(chain, options.name, progress)
+    if kept is not None and from_cache:
+        files = _read_all(kept)
+    else:
+        files = robot_files(select_chain(prepared.compiled(), options.chain), options.name, progress)
     if kept is not None and not from_cache:
         _write_folder(kept, files)
     _write_folder(target, files)
@@ -269,7 +271,7 @@ def _pose(pose: np.ndarray) -> dict[str, list[float]]:
     return {"xyz": (pose[:3, 3] + 0.0).tolist(), "rpy": [roll, pitch, yaw]}
 
 
-def _key(model: SourceModel, options: ImportOptions) -> str:
+def _key(model: PreparedSource, options: ImportOptions) -> str:
     said = json.dumps([VERSION, model.digest, model.path.name, asdict(replace(options, package_dirs=()))])
     return hashlib.sha256(said.encode()).hexdigest()[:40]
 

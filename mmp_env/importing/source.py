@@ -44,8 +44,36 @@ class SourceModel:
     digest: str
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PreparedSource:
+    """A model that was parsed and not yet compiled; the fields are those of `SourceModel`."""
+
+    path: Path
+    title: str
+    spec: Any
+    velocity: Mapping[str, float]
+    mimics: Mapping[str, str]
+    digest: str
+
+    def compiled(self) -> SourceModel:
+        """Returns the compiled model. Raises `MmpError` if MuJoCo refuses it."""
+        return SourceModel(
+            path=self.path,
+            title=self.title,
+            model=_compiled(self.path, self.spec),
+            velocity=self.velocity,
+            mimics=self.mimics,
+            digest=self.digest,
+        )
+
+
 def read_source(path: str | Path, package_dirs: Sequence[str | Path] = ()) -> SourceModel:
-    """Returns the compiled model of a URDF or MJCF file.
+    """Returns the compiled model of a URDF or MJCF file, see `prepare_source`. Raises `MmpError`."""
+    return prepare_source(path, package_dirs).compiled()
+
+
+def prepare_source(path: str | Path, package_dirs: Sequence[str | Path] = ()) -> PreparedSource:
+    """Returns the model of a URDF or MJCF file with the hash of all files that it is made of.
 
     Args:
         path: A `.urdf` or `.xml` file.
@@ -76,9 +104,9 @@ def read_source(path: str | Path, package_dirs: Sequence[str | Path] = ()) -> So
     _keep_collision_geometry(path, spec)
     files = _prepare_meshes(path, spec)
     title = (root.get("name" if urdf else "model") or path.stem).strip() or "robot"
-    model = _compiled(path, spec)
-    return SourceModel(
-        path=path, title=title, model=model, velocity=facts[0], mimics=facts[1], digest=_digest(text, files)
+    files += _included(real_path(path).parent, root)
+    return PreparedSource(
+        path=path, title=title, spec=spec, velocity=facts[0], mimics=facts[1], digest=_digest(text, files)
     )
 
 
@@ -287,6 +315,17 @@ def _compiled(path: Path, spec: Any) -> Any:
             return spec.compile()
     except ValueError as error:
         raise MmpError(f"{path} is refused by MuJoCo: {_one_line(error)}") from None
+
+
+def _included(folder: Path, root: ET.Element) -> list[Path]:
+    """The files that an MJCF includes, and those that they include; MuJoCo has read them all already."""
+    out, names = [], [element.get("file", "") for element in root.iter("include")]
+    while names:
+        file = folder / names.pop()
+        if is_file(file) and file not in out:
+            out.append(file)
+            names += [element.get("file", "") for element in _root(file, _text(file)).iter("include")]
+    return out
 
 
 def _digest(text: bytes, files: Sequence[Path]) -> str:

@@ -77,6 +77,14 @@ def test_a_change_of_a_mesh_changes_the_digest(tmp_path):
     assert read_source(path).digest != before
 
 
+def test_a_change_of_an_included_file_changes_the_digest(tmp_path):
+    (tmp_path / "more.xml").write_text('<mujoco><worldbody><body name="other"/></worldbody></mujoco>')
+    path = written(tmp_path, mjcf(after='<include file="more.xml"/>'))
+    before = read_source(path).digest
+    (tmp_path / "more.xml").write_text('<mujoco><worldbody><body name="another"/></worldbody></mujoco>')
+    assert read_source(path).digest != before
+
+
 CASES = {
     "no joints": ('<mujoco><worldbody><body name="b"><geom size="0.1"/></body></worldbody></mujoco>', "no hinge or"),
     "no collision geometry": (

@@ -70,6 +70,16 @@ class Cell:
         Adds an obstacle. shape: 0 box, 1 sphere, 2 cylinder, 3 capsule. pose [12]: rows of T_world_obstacle. size [3] [m]: half edges of a box; radius and half length of other shapes.
         """
 
+    def add_hull(self, *, arm: int, link: int, vertices: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], radius: float = 0.0, protrusion: float = 1000000000.0) -> None:
+        """
+        Adds a convex hull to a link, in the frame of its spheres, which must cover it. vertices [n, 3] [m], grown by a ball of `radius` [m]. protrusion [m]: no point of the link's spheres is farther from its hulls. Where spheres come close, the hulls of two links decide if both have some.
+        """
+
+    def add_hull_obstacle(self, *, vertices: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], planes: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], radius: float = 0.0) -> None:
+        """
+        Adds a convex obstacle. vertices [n, 3] [m] in the world, grown by `radius` [m]. planes [p, 4]: unit normals and offsets, the hull of the vertices is where n.x <= offset.
+        """
+
     def freeze(self) -> None:
         """Ends the construction. Only a frozen cell answers queries."""
 

@@ -5,6 +5,7 @@ namespace mmp {
 namespace {
 
 constexpr double kMaxLength = 1e6;  // [m]
+constexpr size_t kMaxVertices = 4096;
 
 template <class T>
 void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper,
@@ -79,6 +80,20 @@ void require_pairs(const Indices& frames, const Pairs& pairs) {
   }
 }
 
+ConvexHull hull_of(Shape shape, const double* size) {
+  const double a = size[0], b = size[1], c = size[2];
+  switch (shape) {
+    case Shape::box:
+      return {{{a, b, c}, {a, b, -c}, {a, -b, c}, {a, -b, -c}, {-a, b, c}, {-a, b, -c}, {-a, -b, c}, {-a, -b, -c}}, 0};
+    case Shape::cylinder:
+      return {{{0, 0, b}, {0, 0, -b}}, 0, a};
+    case Shape::capsule:
+      return {{{0, 0, b}, {0, 0, -b}}, a};
+    default:
+      return {{{0, 0, 0}}, a};
+  }
+}
+
 template <class T>
 void add_obstacle(CellModel<T>& cell, int shape, const Vector& pose, const Vector& size) {
   Obstacle<T> o;
@@ -90,7 +105,41 @@ void add_obstacle(CellModel<T>& cell, int shape, const Vector& pose, const Vecto
   o.a = T(size.data()[0]);
   o.b = T(size.data()[1]);
   o.c = T(size.data()[2]);
-  cell.obstacles.push_back(o);
+  o.exact = {std::make_shared<ConvexHull>(hull_of(o.shape, size.data()))};
+  cell.obstacles.push_back(std::move(o));
+}
+
+std::vector<Point> checked_vertices(const Matrix& vertices, double radius) {
+  require(vertices.shape(0) > 0 && vertices.shape(0) <= kMaxVertices && vertices.shape(1) == 3,
+          "a hull has 1 to 4096 vertices of 3 numbers");
+  require_lengths(vertices.data(), vertices.size());
+  require(radius >= 0 && radius < kMaxLength, "a radius must be 0 to 1e6 m");
+  std::vector<Point> points;
+  for (size_t k = 0; k < vertices.shape(0); ++k) {
+    const double* p = vertices.data() + 3 * k;
+    points.push_back({p[0], p[1], p[2]});
+  }
+  return points;
+}
+
+template <class T>
+void add_hull(ArmModel<T>& arm, int link, const std::shared_ptr<const ConvexHull>& hull, double protrusion) {
+  auto& to = arm.links[link];
+  if (to.hulls.count == 0) to.hulls.first = static_cast<int>(arm.hulls.size());
+  to.protrusion = to.hulls.count == 0 ? T(protrusion) : std::max(to.protrusion, T(protrusion));
+  ++to.hulls.count;
+  arm.hulls.push_back(hull);
+}
+
+template <class T>
+void add_hull_obstacle(CellModel<T>& cell, const Matrix& planes, const std::shared_ptr<const ConvexHull>& hull) {
+  Obstacle<T> o{Shape::hull, {{1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}}, 0, 0, 0};
+  for (size_t k = 0; k < planes.shape(0); ++k) {
+    const double* p = planes.data() + 4 * k;
+    o.planes.push_back({T(p[0]), T(p[1]), T(p[2]), T(p[3] + hull->radius)});
+  }
+  o.exact = {hull};
+  cell.obstacles.push_back(std::move(o));
 }
 
 }  // namespace
@@ -130,6 +179,38 @@ void bind_cell(nb::module_& m) {
           nb::arg("shape"), nb::arg("pose"), nb::arg("size"),
           "Adds an obstacle. shape: 0 box, 1 sphere, 2 cylinder, 3 capsule. pose [12]: rows of T_world_obstacle. size "
           "[3] [m]: half edges of a box; radius and half length of other shapes.")
+      .def(
+          "add_hull",
+          [](Cell& self, int arm, int link, Matrix vertices, double radius, double protrusion) {
+            require(!self.frozen, "the cell is frozen");
+            require(arm >= 0 && arm < static_cast<int>(self.single.arms.size()), "no such arm");
+            const auto& links = self.single.arms[arm].links;
+            require(link >= 0 && link < static_cast<int>(links.size()), "no such link");
+            for (size_t later = static_cast<size_t>(link) + 1; later < links.size(); ++later)
+              require(links[later].hulls.count == 0, "the hulls of an arm come in the order of its links");
+            require(protrusion >= 0 && protrusion <= kUnknownProtrusion, "protrusion must be 0 to 1e9 m");
+            const auto hull = self.hull(checked_vertices(vertices, radius), radius);
+            add_hull(self.single.arms[arm], link, hull, protrusion);
+            add_hull(self.precise.arms[arm], link, hull, protrusion);
+          },
+          nb::kw_only(), nb::arg("arm"), nb::arg("link"), nb::arg("vertices"), nb::arg("radius") = 0.0,
+          nb::arg("protrusion") = kUnknownProtrusion,
+          "Adds a convex hull to a link, in the frame of its spheres, which must cover it. vertices [n, 3] [m], grown "
+          "by a ball of `radius` [m]. protrusion [m]: no point of the link's spheres is farther from its hulls. Where "
+          "spheres come close, the hulls of two links decide if both have some.")
+      .def(
+          "add_hull_obstacle",
+          [](Cell& self, Matrix vertices, Matrix planes, double radius) {
+            require(!self.frozen, "the cell is frozen");
+            const auto hull = self.hull(checked_vertices(vertices, radius), radius);
+            require(planes.shape(0) > 0 && planes.shape(1) == 4, "a plane has 4 numbers");
+            require_lengths(planes.data(), planes.size());
+            add_hull_obstacle(self.single, planes, hull);
+            add_hull_obstacle(self.precise, planes, hull);
+          },
+          nb::kw_only(), nb::arg("vertices"), nb::arg("planes"), nb::arg("radius") = 0.0,
+          "Adds a convex obstacle. vertices [n, 3] [m] in the world, grown by `radius` [m]. planes [p, 4]: unit "
+          "normals and offsets, the hull of the vertices is where n.x <= offset.")
       .def(
           "freeze",
           [](Cell& self) {

@@ -23,6 +23,13 @@ class Cell {
   std::vector<LinkPair> link_pairs;
   bool frozen = false;
 
+  // Returns the hull of these vertices grown by a ball: one that arms or obstacles have already, or a new one.
+  std::shared_ptr<const ConvexHull> hull(std::vector<Point> vertices, double radius) {
+    for (const auto& known : hulls_)
+      if (known->is_of(vertices, radius)) return known;
+    return hulls_.emplace_back(std::make_shared<ConvexHull>(std::move(vertices), radius));
+  }
+
   void freeze() {
     frozen = true;
     with_cores = single;
@@ -45,6 +52,8 @@ class Cell {
   }
 
  private:
+  Hulls hulls_;  // all of them, each once
+
   void pair_links(int a, int b) {
     const auto &la = single.arms[a].links, &lb = single.arms[b].links;
     for (int i = 0; i < static_cast<int>(la.size()); ++i)
@@ -57,21 +66,52 @@ class Cell {
   // Adds to the base the volume that the first link fills at every angle: a sphere at distance d from the first joint's
   // axis always covers the sphere of radius r - d on the axis. Only the base of such a model is used.
   static void add_core(ArmModel<float>& arm) {
-    const auto& first = arm.fixed[0];
     std::vector<Sphere<float>> spheres;
     const auto base = arm.links[0].spheres, link = arm.links[1].spheres;
     spheres.assign(arm.spheres.begin() + base.first, arm.spheres.begin() + base.first + base.count);
-    for (int i = link.first; i < link.first + link.count; ++i) {
-      const auto& s = arm.spheres[i];
-      const float r = s.r - std::sqrt(s.x * s.x + s.y * s.y);
-      if (arm.links[1].frame == 1 && r > 0.01f)
-        spheres.push_back(
-            {first.p[0] + first.r[2] * s.z, first.p[1] + first.r[5] * s.z, first.p[2] + first.r[8] * s.z, r});
+    Hulls hulls(arm.hulls.begin(), arm.hulls.begin() + arm.links[0].hulls.count);
+    if (arm.links[1].frame != 1) {
+    } else if (arm.links[1].hulls.count == 0) {
+      for (int i = link.first; i < link.first + link.count; ++i) {
+        const auto& s = arm.spheres[i];
+        const float r = s.r - std::sqrt(s.x * s.x + s.y * s.y);
+        if (r > 0.01f) spheres.push_back(on_first_axis(arm, s.z, r));
+      }
+    } else if (!hulls.empty()) {  // a base without hulls would become one with the core's alone
+      add_hull_core(arm, spheres, hulls);
     }
     arm.spheres = std::move(spheres);
+    arm.hulls = std::move(hulls);
     arm.links.resize(1);
     arm.links[0].spheres = {0, static_cast<int>(arm.spheres.size())};
+    arm.links[0].hulls = {0, static_cast<int>(arm.hulls.size())};
     arm.self_pairs.clear();
+  }
+
+  // Adds a capsule on the first joint's axis that lies in a hull of the first link, and spheres that cover it.
+  static void add_hull_core(ArmModel<float>& arm, std::vector<Sphere<float>>& spheres, Hulls& hulls) {
+    const Range own = arm.links[1].hulls;
+    for (int h = own.first; h < own.first + own.count; ++h) {
+      const auto core = capsule_inside(*arm.hulls[h]);
+      if (!core) continue;
+      const int count = static_cast<int>(std::ceil((core->high - core->low) / core->radius)) + 1;
+      const double step = count > 1 ? (core->high - core->low) / (count - 1) : 0;
+      const double r = std::hypot(core->radius, step / 2);
+      std::vector<Point> ends;
+      for (int k = 0; k < count; ++k) {
+        const auto s = on_first_axis(arm, float(core->low + k * step), float(r));
+        spheres.push_back(s);
+        if (k == 0 || k == count - 1) ends.push_back({s.x, s.y, s.z});
+      }
+      hulls.push_back(std::make_shared<ConvexHull>(std::move(ends), core->radius - kCoreRounding));
+      arm.links[0].protrusion = std::max(arm.links[0].protrusion, float(r - core->radius + 2 * kCoreRounding));
+    }
+  }
+  static constexpr double kCoreRounding = 1e-5;  // [m]
+
+  static Sphere<float> on_first_axis(const ArmModel<float>& arm, float height, float radius) {
+    const auto& t = arm.fixed[0];
+    return {t.p[0] + t.r[2] * height, t.p[1] + t.r[5] * height, t.p[2] + t.r[8] * height, radius};
   }
 };
 

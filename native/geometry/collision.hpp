@@ -2,16 +2,10 @@
 #pragma once
 
 #include "geometry/kinematics.hpp"
+#include "geometry/link_distance.hpp"
 #include "geometry/sphere_pairs.hpp"
 
 namespace mmp {
-
-// Result of a contact test per lane. `touching`: surfaces closer than `margin`. `undecided`: surfaces closer than the
-// lane's `reach`, the distance that the caller needs to prove an interval around the lane's instant.
-template <class V>
-struct Contacts {
-  Mask<V> touching{}, undecided{};
-};
 
 template <class V>
 MMP_INLINE Mask<V> closer(const Vec3<V>& a, const Vec3<V>& b, V limit) {
@@ -71,6 +65,30 @@ struct ContactVisitor : PoseVisitor<V> {
   }
 };
 
+// Also tells which spheres are closer than the limits by more than they protrude.
+template <class V>
+struct ExactContactVisitor : ContactVisitor<V> {
+  using T = Scalar<V>;
+  T deep;
+  V deep_reach;
+  Contacts<V>& sure;
+
+  ExactContactVisitor(const ContactVisitor<V>& limits, T protrusion, Contacts<V>& result)
+      : ContactVisitor<V>(limits),
+        deep(limits.margin - protrusion),
+        deep_reach(limits.reach - protrusion),
+        sure(result) {}
+
+  MMP_INLINE void pair(const Vec3<V>& p, T rp, const Vec3<V>& q, T rq) {
+    ContactVisitor<V>::pair(p, rp, q, rq);
+    const auto d = p - q;
+    const V d2 = dot(d, d), wide = deep_reach + (rp + rq);
+    const T close = deep + (rp + rq);
+    sure.touching |= (d2 < splat<V>(close * close)) & (splat<V>(close) > V{});
+    sure.undecided |= (d2 < wide * wide) & (wide > V{});
+  }
+};
+
 // Tests link la of pose a against link lb of pose b.
 template <class V>
 inline void contact(Pose<V>& a, int la, Pose<V>& b, int lb, Scalar<V> margin, V reach, Contacts<V>& out) {
@@ -79,7 +97,17 @@ inline void contact(Pose<V>& a, int la, Pose<V>& b, int lb, Scalar<V> margin, V 
   if (!bits<V>(closer(a.link[la], b.link[lb], far + radii))) return;
   a.detail(la);
   b.detail(lb);
-  visit_sphere_pairs(*a.arm, la, *b.arm, lb, ContactVisitor<V>(a, b, lb, margin, reach, far, out));
+  if (!exact(*a.arm, la, *b.arm, lb)) {
+    visit_sphere_pairs(*a.arm, la, *b.arm, lb, ContactVisitor<V>(a, b, lb, margin, reach, far, out));
+    return;
+  }
+  Contacts<V> near, sure;
+  visit_sphere_pairs(
+      *a.arm, la, *b.arm, lb,
+      ExactContactVisitor<V>({a, b, lb, margin, reach, far, near}, protrusion(*a.arm, la, *b.arm, lb), sure));
+  decide_exactly<V>(
+      near, sure, [&](int lane) { return hulls_of(a, la, lane); }, [&](int lane) { return hulls_of(b, lb, lane); },
+      margin, reach, out);
 }
 
 // Lowers `best` to the least distance of two spheres' surfaces.
@@ -109,10 +137,19 @@ inline void lower_clearance(Pose<V>& a, int la, Pose<V>& b, int lb, V& best) {
   if (!bits<V>(closer(a.link[la], b.link[lb], best + radii))) return;
   a.detail(la);
   b.detail(lb);
-  visit_sphere_pairs(*a.arm, la, *b.arm, lb, ClearanceVisitor<V>(a, b, lb, best));
+  V by_spheres = best;
+  visit_sphere_pairs(*a.arm, la, *b.arm, lb, ClearanceVisitor<V>(a, b, lb, by_spheres));
+  if (!exact(*a.arm, la, *b.arm, lb)) {
+    best = by_spheres;
+    return;
+  }
+  lower_exactly<V>(
+      by_spheres, [&](int lane) { return hulls_of(a, la, lane); }, [&](int lane) { return hulls_of(b, lb, lane); },
+      best);
 }
 
-// Returns the signed distance from points to the surface of an obstacle, negative inside.
+// Returns the signed distance from points to the surface of an obstacle, negative inside; outside a hull, a lower
+// bound.
 template <class V>
 inline V distance(const Obstacle<Scalar<V>>& o, const Vec3<V>& point) {
   const auto& t = o.pose;
@@ -135,6 +172,12 @@ inline V distance(const Obstacle<Scalar<V>>& o, const Vec3<V>& point) {
     }
     case Shape::capsule:
       return norm(Vec3<V>{p.x, p.y, p.z - max(min(p.z, splat<V>(o.b)), splat<V>(-o.b))}) - o.a;
+    case Shape::hull: {
+      V farthest = splat<V>(Scalar<V>(-1e3));
+      for (const auto& plane : o.planes)
+        farthest = max(farthest, p.x * plane[0] + p.y * plane[1] + p.z * plane[2] - plane[3]);
+      return farthest;
+    }
   }
   return zero;
 }
@@ -146,15 +189,25 @@ inline void contact(Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, Scalar<V> 
   const V far = max(reach, splat<V>(margin));
   if (!bits<V>(distance<V>(o, a.link[la]) < far + link.bound.r)) return;
   a.detail(la);
+  const bool exactly = link.hulls.count > 0 && !o.exact.empty();
+  Contacts<V> near, sure;
+  auto& found = exactly ? near : out;
+  const auto deep = exactly ? link.protrusion : Scalar<V>(kUnknownProtrusion);
   for (int g = link.groups.first; g < link.groups.first + link.groups.count; ++g) {
     if (link.groups.count > 1 && !bits<V>(distance<V>(o, a.groups[g]) < far + arm.groups[g].r)) continue;
     const Range s = arm.group_spheres[g];
     for (int i = s.first; i < s.first + s.count; ++i) {
       const V d = distance<V>(o, a.spheres[i]) - arm.spheres[i].r;
-      out.touching |= d < splat<V>(margin);
-      out.undecided |= d < reach;
+      found.touching |= d < splat<V>(margin);
+      found.undecided |= d < reach;
+      sure.touching |= d < splat<V>(margin - deep);
+      sure.undecided |= d < reach - deep;
     }
   }
+  if (exactly)
+    decide_exactly<V>(
+        near, sure, [&](int lane) { return hulls_of(a, la, lane); }, [&](int) { return hulls_of(o); }, margin, reach,
+        out);
 }
 
 template <class V>
@@ -163,8 +216,13 @@ inline void lower_clearance(Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, V&
   const auto& link = arm.links[la];
   if (!bits<V>(distance<V>(o, a.link[la]) < best + link.bound.r)) return;
   a.detail(la);
+  V by_spheres = best;
   for (int i = link.spheres.first; i < link.spheres.first + link.spheres.count; ++i)
-    best = min(best, distance<V>(o, a.spheres[i]) - arm.spheres[i].r);
+    by_spheres = min(by_spheres, distance<V>(o, a.spheres[i]) - arm.spheres[i].r);
+  if (link.hulls.count > 0 && !o.exact.empty())
+    lower_exactly<V>(
+        by_spheres, [&](int lane) { return hulls_of(a, la, lane); }, [&](int) { return hulls_of(o); }, best);
+  else best = by_spheres;
 }
 
 // Static bodies that one arm can touch: obstacles, the other arms' bases, itself.

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <utility>
 #include <vector>
+
+#include "geometry/convex_distance.hpp"
 
 namespace mmp {
 
@@ -28,13 +31,20 @@ struct Range {
   int first = 0, count = 0;
 };
 
+// Protrusion of spheres [m] that is larger than any cell: no overlap of spheres then tells that hulls overlap.
+inline constexpr double kUnknownProtrusion = 1e9;
+
+using Hulls = std::vector<std::shared_ptr<const ConvexHull>>;
+
 // Sphere tree of one link: one bound, then groups, then spheres.
 template <class T>
 struct Link {
   int frame = 0;      // frame that carries the link; 0 is the base, which does not move
   Sphere<T> bound{};  // encloses all spheres of the link, in that frame
-  T center_radius{};  // largest distance of a sphere's centre from the bound's centre
+  T center_radius{};  // largest distance of a sphere's centre, or of a point of a hull, from the bound's centre
   Range groups, spheres;
+  Range hulls;                           // exact geometry, which the spheres cover; empty: the spheres are the geometry
+  T protrusion = T(kUnknownProtrusion);  // largest distance of a point of a sphere from the hulls [m]
 };
 
 template <class T>
@@ -45,19 +55,22 @@ struct ArmModel {
   std::vector<Link<T>> links;  // [0] is the base, in world coordinates
   std::vector<Sphere<T>> groups, spheres;
   std::vector<Range> group_spheres;
+  Hulls hulls;  // in the frames of their links, those of the base in the world
   std::vector<std::pair<int, int>> self_pairs;
-  // lever[link][joint]: upper bound of the distance of the link's sphere centres from the joint's origin [m].
+  // lever[link][joint]: upper bound of the distance of the link's sphere centres and hulls from the joint's origin [m].
   std::vector<std::array<T, kMaxDof>> lever;
   Transform<T> tool{};  // tool frame in the last frame
 };
 
-enum class Shape { box = 0, sphere = 1, cylinder = 2, capsule = 3 };
+enum class Shape { box = 0, sphere = 1, cylinder = 2, capsule = 3, hull = 4 };
 
 template <class T>
 struct Obstacle {
   Shape shape;
-  Transform<T> pose;  // of the obstacle in the world
-  T a, b, c;          // box: half edges; others: radius, half length
+  Transform<T> pose;                       // of the obstacle in the world
+  T a, b, c;                               // box: half edges; others: radius, half length
+  std::vector<std::array<T, 4>> planes{};  // of a hull: unit normal and offset, the hull is where n.x <= offset
+  Hulls exact{};                           // the same body, in the obstacle's frame: one hull or none
 };
 
 template <class T>
@@ -143,6 +156,10 @@ void finish_arm(ArmModel<T>& arm) {
       from_bound = std::max(
           from_bound, std::hypot(double(s.x - link.bound.x), double(s.y - link.bound.y), double(s.z - link.bound.z)));
       from_frame = std::max(from_frame, std::hypot(double(s.x), double(s.y), double(s.z)));
+    }
+    for (int h = link.hulls.first; h < link.hulls.first + link.hulls.count; ++h) {
+      from_bound = std::max(from_bound, arm.hulls[h]->farthest_from({link.bound.x, link.bound.y, link.bound.z}));
+      from_frame = std::max(from_frame, arm.hulls[h]->farthest_from({0, 0, 0}));
     }
     link.center_radius = T(from_bound * (1 + 1e-6));
     std::array<T, kMaxDof> lever{};

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/kinematics.hpp"
+#include "geometry/link_distance.hpp"
 
 namespace mmp {
 
@@ -45,6 +45,7 @@ class Motion {
   size_t stride;
   std::vector<T> q;                    // [last + 1][dof], row major
   Unfilled<T> links, groups, spheres;  // centres [element][xyz][stride]
+  Unfilled<T> frames;                  // [frame][12][stride], rotation and origin; only of arms with hulls
   Unfilled<T> deviation;       // [link][stride]: largest distance of a centre from its chord between steps k and k + 1
   std::vector<Box<T>> boxes;   // [link]: bounds the link's centres at all steps
   Box<T> whole;                // bounds all spheres of all moving links at all steps
@@ -97,6 +98,7 @@ class Motion {
     copy(links, part.links, n);
     copy(groups, part.groups, n);
     copy(spheres, part.spheres, n);
+    copy(frames, part.frames, n);
     copy(deviation, part.deviation, n - 1);
   }
 
@@ -117,6 +119,16 @@ class Motion {
     const T* p = array.data() + static_cast<size_t>(i) * 3 * stride + std::min(k, last);
     const auto next = [&](size_t x) { return splat<V>(p[x * stride + 1] - p[x * stride]); };
     return {{splat<V>(p[0]), splat<V>(p[stride]), splat<V>(p[2 * stride])}, {next(0), next(1), next(2)}};
+  }
+  // Returns the hulls of a link at a step.
+  PosedHulls hulls_at(int l, int k) const {
+    const auto& link = arm->links[l];
+    PosedHulls out{arm->hulls.data() + link.hulls.first, link.hulls.count, {}};
+    if (link.frame == 0) return out;
+    const T* p = frames.data() + static_cast<size_t>(link.frame) * 12 * stride + std::min(k, last);
+    for (int i = 0; i < 9; ++i) out.pose.r[i] = double(p[static_cast<size_t>(i) * stride]);
+    for (int i = 0; i < 3; ++i) out.pose.p[i] = double(p[static_cast<size_t>(9 + i) * stride]);
+    return out;
   }
   V deviation_at(int l, int k) const {
     return k >= last ? V{} : load<V>(deviation.data() + static_cast<size_t>(l) * stride + k);
@@ -151,6 +163,13 @@ class Motion {
       }
     }
     mmp::forward(joints, pose);
+    if (!frames.empty())
+      for (int f = 1; f <= arm->dof; ++f) {
+        const auto& frame = pose.frames[f];
+        for (int row = 0; row < 3; ++row)
+          put(frames, 4 * f + row, {frame.r[3 * row], frame.r[3 * row + 1], frame.r[3 * row + 2]}, k);
+        put(frames, 4 * f + 3, frame.p, k);
+      }
     for (size_t l = 0; l < arm->links.size(); ++l) {
       put(links, static_cast<int>(l), pose.link[l], k);
       // Between two steps a centre leaves its chord by at most 1/8 of its largest second derivative.
@@ -179,6 +198,7 @@ class Motion {
         stride(static_cast<size_t>(last + 1 + room.elements)),
         q(std::move(positions)),
         links(arm->links.size() * 3 * stride),
+        frames(arm->hulls.empty() ? 0 : static_cast<size_t>(arm->dof + 1) * 12 * stride),
         deviation(arm->links.size() * stride),
         boxes(arm->links.size()),
         blocks(arm->links.size() * block_count()),

@@ -57,6 +57,54 @@ inline unsigned links_near(const ArmModel<Scalar<V>>& a, int la, const AtA& at_a
   return asked & visitor.lanes;
 }
 
+// Also tells in which lanes spheres come closer by more than they protrude.
+template <class V, class AtA, class AtB>
+struct ExactSweptVisitor : SweptVisitor<V, AtA, AtB> {
+  using T = Scalar<V>;
+  T protrusion;
+  unsigned sure = 0;
+
+  ExactSweptVisitor(const SweptVisitor<V, AtA, AtB>& limits, T largest)
+      : SweptVisitor<V, AtA, AtB>(limits), protrusion(largest) {}
+
+  MMP_INLINE bool near(const Chord<V>& p, T rp, const Chord<V>& q, T rq) const {
+    return this->asked & ~sure & chords_near(p, q, this->far + rp + rq);
+  }
+  MMP_INLINE void pair(const Chord<V>& p, T rp, const Chord<V>& q, T rq) {
+    const V limit = this->far + rp + rq;
+    const unsigned hit = chords_near(p, q, limit);
+    this->lanes |= hit;
+    if (hit & ~sure) sure |= chords_near(p, q, max(limit - protrusion, V{}));
+  }
+  MMP_INLINE bool done() const { return !(this->asked & ~sure); }
+};
+
+// Bodies of two motions at the ends of a step.
+struct StepEnds {
+  PosedHulls a0, a1, b0, b1;
+};
+
+// Returns the lanes of `asked` in which two links come closer than `far`: their hulls, or their spheres if one of them
+// has no hulls. `ends(lane)` returns StepEnds. See `links_near` for the others.
+template <class V, class AtA, class AtB, class Ends>
+inline unsigned bodies_near(const ArmModel<Scalar<V>>& a, int la, const AtA& at_a, const ArmModel<Scalar<V>>& b, int lb,
+                            const AtB& at_b, V far, unsigned asked, const Ends& ends) {
+  if (!exact(a, la, b, lb)) return links_near<V>(a, la, at_a, b, lb, at_b, far, asked);
+  using M = Motion<V>;
+  const auto link = at_b(&M::links, lb);
+  const auto radii = a.links[la].bound.r + b.links[lb].bound.r;
+  if (!(asked & chords_near(at_a(&M::links, la), link, far + radii))) return 0;
+  ExactSweptVisitor<V, AtA, AtB> visitor({at_a, at_b, link, far, asked}, protrusion(a, la, b, lb));
+  visit_sphere_pairs(a, la, b, lb, visitor);
+  unsigned out = asked & visitor.sure;
+  for (unsigned open = asked & visitor.lanes & ~visitor.sure; open; open &= open - 1) {
+    const int lane = std::countr_zero(open);
+    const StepEnds e = ends(lane);
+    if (swept_hulls_near(e.a0, e.a1, e.b0, e.b1, double(far[lane]))) out |= 1u << lane;
+  }
+  return out;
+}
+
 // Returns the squared least distance of two points whose difference moves straight from d0 to d1.
 template <class V>
 MMP_INLINE V chord_distance2(const Vec3<V>& d0, const Vec3<V>& d1) {

@@ -107,9 +107,13 @@ class CoordinationDiagram {
       const auto [i, j] = near_links_[n];
       const V deviation = OfA::deviation(*a_, i, s) + OfB::deviation(*b_, j, t);
       const V far = max(levels_.proof + share_ * deviation, splat<V>(levels_.margin));
-      blocked |= links_near<V>(
+      const auto ends = [&, i = i, j = j](int lane) {
+        return StepEnds{OfA::hulls(*a_, i, s, lane, 0), OfA::hulls(*a_, i, s, lane, 1), OfB::hulls(*b_, j, t, lane, 0),
+                        OfB::hulls(*b_, j, t, lane, 1)};
+      };
+      blocked |= bodies_near<V>(
           *a_->arm, i, [&](auto array, int e) { return OfA::chord(*a_, a_->*array, e, s); }, *b_->arm, j,
-          [&](auto array, int e) { return OfB::chord(*b_, b_->*array, e, t); }, far, asked & ~blocked);
+          [&](auto array, int e) { return OfB::chord(*b_, b_->*array, e, t); }, far, asked & ~blocked, ends);
       if (blocked & 1u) std::rotate(near_links_.begin(), near_links_.begin() + n, near_links_.begin() + n + 1);
     }
     // A contact at the first state ends the test early: then only the contacts of the other lanes are known.
@@ -127,6 +131,9 @@ class CoordinationDiagram {
     static MMP_INLINE Chord<V> chord(const Motion<V>& m, const Unfilled<T>& array, int e, int k) {
       if constexpr (moves) return lanes ? m.chord(array, e, k) : m.chord_at(array, e, k);
       else return {lanes ? m.centers(array, e, k) : m.chord_at(array, e, k).from, {V{}, V{}, V{}}};
+    }
+    static PosedHulls hulls(const Motion<V>& m, int l, int k, int lane, int end) {
+      return m.hulls_at(l, k + (lanes ? lane : 0) + (moves ? end : 0));
     }
     static V deviation(const Motion<V>& m, int l, int k) {
       if constexpr (!moves) return V{};

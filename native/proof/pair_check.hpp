@@ -35,7 +35,7 @@ class PairCheck {
     for (int k = 0; k < part.last; k += width<V>) {
       Mask<V> touching{}, undecided{};
       const unsigned lanes = part.last - k >= width<V> ? all_bits<V> : (1u << (part.last - k)) - 1u;
-      chords(part, other, k, k + offset, levels, touching, undecided, lanes);
+      chords(part, other, k, k + offset, levels, touching, undecided, lanes, true);
       if (bits<V>(touching) & lanes) return false;
       for (int lane = 0; lane < width<V>; ++lane)
         if (bits<V>(undecided) & lanes & (1u << lane)) undecided_.push_back(k + lane);
@@ -84,9 +84,25 @@ class PairCheck {
     }
   };
 
+  // Also tells which spheres are closer by more than they protrude.
+  struct ExactVisitor : Visitor {
+    T protrusion;
+    Mask<V>&surely_touching, &surely_undecided;
+
+    MMP_INLINE void pair(const Ends& p, T rp, const Ends& q, T rq) {
+      Visitor::pair(p, rp, q, rq);
+      const T radii = rp + rq - protrusion, close = std::max(this->margin + radii, T(0));
+      const auto d0 = p.here - q.here, d1 = p.next - q.next;
+      const V wide = max(this->slack + radii, V{});
+      surely_touching |= dot(d0, d0) < splat<V>(close * close);
+      surely_undecided |= chord_distance2<V>(d0, d1) < wide * wide;
+    }
+  };
+
   void block(const Motion<V>& a, const Motion<V>& b, int k, int last, Levels<T> levels, std::vector<double>& instants) {
     Mask<V> touching{}, undecided{};
-    chords(a, b, k, k, levels, touching, undecided);
+    const unsigned lanes = last - k >= width<V> ? all_bits<V> : (2u << (last - k)) - 1u;
+    chords(a, b, k, k, levels, touching, undecided, lanes, false);
     const unsigned h = bits<V>(touching), o = bits<V>(undecided);
     for (int lane = 0; lane < width<V> && k + lane <= last; ++lane) {
       if (h >> lane & 1u) instants.push_back(k + lane);
@@ -95,10 +111,10 @@ class PairCheck {
   }
 
   // Tests chords from step ka of one motion and step kb of the other: surfaces that touch at the step, and chords too
-  // close for a proof. Ends early when a lane of `stop_at` touches.
+  // close for a proof. Ends early on request when a lane of `asked` touches.
   template <class A, class B>
-  void chords(A& a, B& b, int ka, int kb, Levels<T> levels, Mask<V>& touching, Mask<V>& undecided,
-              unsigned stop_at = 0) {
+  void chords(A& a, B& b, int ka, int kb, Levels<T> levels, Mask<V>& touching, Mask<V>& undecided, unsigned asked,
+              bool ends_early) {
     for (size_t i = first_; i < a.arm->links.size(); ++i) {
       const int la = static_cast<int>(i);
       const auto a0 = a.centers(a.links, la, ka), a1 = a.centers(a.links, la, ka + 1);
@@ -111,9 +127,38 @@ class PairCheck {
         if (!bits<V>(d2 < far * far)) continue;
         a.need(la);
         b.need(lb);
-        visit_sphere_pairs(*a.arm, la, *b.arm, lb,
-                           Visitor{{}, a, b, ka, kb, levels.margin, slack, touching, undecided});
-        if (bits<V>(touching) & stop_at) return;
+        if (exact(*a.arm, la, *b.arm, lb)) {
+          Contacts<V> near;
+          visit_sphere_pairs(*a.arm, la, *b.arm, lb,
+                             ExactVisitor{{{}, a, b, ka, kb, levels.margin, slack, near.touching, near.undecided},
+                                          protrusion(*a.arm, la, *b.arm, lb),
+                                          touching,
+                                          undecided});
+          decide(a, la, ka, b, lb, kb, asked, near, levels.margin, slack, touching, undecided);
+        } else {
+          visit_sphere_pairs(*a.arm, la, *b.arm, lb,
+                             Visitor{{}, a, b, ka, kb, levels.margin, slack, touching, undecided});
+        }
+        if (ends_early && bits<V>(touching) & asked) return;
+      }
+    }
+  }
+
+  // Decides by hulls the lanes that spheres leave open: at the step, and along it.
+  template <class A, class B>
+  static void decide(const A& a, int la, int ka, const B& b, int lb, int kb, unsigned asked, const Contacts<V>& near,
+                     T margin, V slack, Mask<V>& touching, Mask<V>& undecided) {
+    const unsigned may_touch = bits<V>(near.touching & ~touching);
+    unsigned open = asked & (may_touch | bits<V>(near.undecided & ~undecided & ~touching));
+    for (; open; open &= open - 1) {
+      const int lane = std::countr_zero(open);
+      const auto a0 = a.hulls_at(la, ka + lane), b0 = b.hulls_at(lb, kb + lane);
+      const double close = double(margin), wide = double(slack[lane]);
+      if (may_touch >> lane & 1u && hulls_distance(a0, b0, {close, close}).lower < close) {
+        touching[lane] = -1;
+      } else if (!undecided[lane]) {
+        const auto a1 = a.hulls_at(la, ka + lane + 1), b1 = b.hulls_at(lb, kb + lane + 1);
+        if (swept_hulls_near(a0, a1, b0, b1, wide)) undecided[lane] = -1;
       }
     }
   }

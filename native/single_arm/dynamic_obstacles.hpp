@@ -68,9 +68,13 @@ class DynamicObstacles {
     const T own_deviation = s >= own.last ? T(0) : own.deviation[static_cast<size_t>(e.own) * own.stride + s];
     const V slack = levels_.proof + share_ * (own_deviation + o.deviation_at(e.other, k));
     const V far = max(slack, splat<V>(levels_.margin));
-    return links_near<V>(
+    const auto ends = [&](int lane) {
+      return StepEnds{own.hulls_at(e.own, s), own.hulls_at(e.own, s + 1), o.hulls_at(e.other, k + lane),
+                      o.hulls_at(e.other, k + lane + 1)};
+    };
+    return bodies_near<V>(
         *own.arm, e.own, [&](auto array, int i) { return own.chord_at(own.*array, i, s); }, *o.arm, e.other,
-        [&](auto array, int i) { return o.chord(o.*array, i, k); }, far, asked);
+        [&](auto array, int i) { return o.chord(o.*array, i, k); }, far, asked, ends);
   }
 
  private:

@@ -44,7 +44,7 @@ def assert_same_bits(results):
             np.testing.assert_array_equal(found, expected, err_msg=name)
 
 
-MIXES = [(("ur5e", "panda", "piper"), "28"), (("panda", "fr5"), "fine")]
+MIXES = [(("ur5e", "panda", "piper"), "28"), (("panda", "fr5"), "fine"), (("panda", "panda"), "exact")]
 
 
 def test_the_portable_variant_is_there_and_the_best_one_is_preferred(monkeypatch):

@@ -48,6 +48,31 @@ def obstacle() -> dict[str, Any]:
     return {"shape": 0, "pose": pose[:3].ravel(), "size": np.full(3, 0.1)}
 
 
+def hull() -> dict[str, Any]:
+    """Returns what `add_hull` takes: a tetrahedron in the sphere at the tip."""
+    return {
+        "arm": 0,
+        "link": 2,
+        "vertices": np.array([[LINK_M, 0, 0], [LINK_M, 0.05, 0], [LINK_M, 0, 0.05], [LINK_M + 0.05, 0, 0]]),
+        "radius": 0.01,
+        "protrusion": 0.2,
+    }
+
+
+def hull_obstacle() -> dict[str, Any]:
+    """Returns what `add_hull_obstacle` takes: a cube out of reach."""
+    corners = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (4.9, 5.1)])
+    planes = np.array([[*n, (corners @ n).max()] for n in (*np.eye(3), *-np.eye(3))])
+    return {"vertices": corners, "planes": planes, "radius": 0.0}
+
+
+def one_arm() -> core.Cell:
+    """Returns a cell that is not frozen."""
+    cell = core.Cell()
+    cell.add_arm(**arm_at(0.0))
+    return cell
+
+
 def two_arms(frozen: bool = True) -> core.Cell:
     """Returns a cell of two arms out of each other's reach, and the box."""
     cell = core.Cell()
@@ -223,6 +248,18 @@ OF_CELL = {
     | {"tool": (arm_at(0.0)["tool"], "pose")}
     | {name: (arm_at(0.0)[name], "limits") for name in ("lower", "upper")},
     "add_obstacle": {name: (value, name) for name, value in obstacle().items()},
+    "add_hull": {
+        "arm": (0, "arm of one"),
+        "link": (2, "any link"),
+        "vertices": (hull()["vertices"], "vertices"),
+        "radius": (0.01, "not negative"),
+        "protrusion": (0.2, "protrusion"),
+    },
+    "add_hull_obstacle": {
+        "vertices": (hull_obstacle()["vertices"], "vertices"),
+        "planes": (hull_obstacle()["planes"], "planes"),
+        "radius": (0.0, "not negative"),
+    },
 }
 TWO_ROWS = ([ROWS, ROWS], "some rows of each")
 TWO_STEPS = ([STEPS, STEPS], "steps of each")
@@ -265,6 +302,10 @@ CALLS = {
     "Cell.__init__": call(core.Cell),
     "Cell.add_arm": call(lambda **given: core.Cell().add_arm(**given), **OF_CELL["add_arm"]),
     "Cell.add_obstacle": call(lambda **given: core.Cell().add_obstacle(**given), **OF_CELL["add_obstacle"]),
+    "Cell.add_hull": call(lambda **given: one_arm().add_hull(**given), **OF_CELL["add_hull"]),
+    "Cell.add_hull_obstacle": call(
+        lambda **given: one_arm().add_hull_obstacle(**given), **OF_CELL["add_hull_obstacle"]
+    ),
     "Cell.freeze": call(lambda: two_arms(frozen=False).freeze()),
     "spheres": in_cell(core.spheres, **ARM, q=(ROWS, "rows")),
     "sphere_table": in_cell(core.sphere_table, **ARM),
@@ -392,6 +433,12 @@ WRONG |= {
     "center": [np.zeros(0), np.zeros(17), *vectors(2)[3:]],
     "experience": NOT_ROWS[:4] + NOT_ROWS[5:],
     "path id": [7, -1, -(2**31), *NOT_COUNTS],
+    "arm of one": [1, *WRONG["arm"]],
+    "any link": [3, -1, -(2**31), *NOT_COUNTS],
+    "protrusion": [math.nan, math.inf, -0.1, 1e300, *NOT_NUMBERS],
+    "vertices": [np.zeros((0, 3)), np.zeros((5000, 3)), np.zeros((4, 2)), np.zeros(3), *NOT_NUMBERS]
+    + [np.full((4, 3), x) for x in ENDLESS],
+    "planes": [np.zeros((0, 4)), np.zeros((6, 3)), np.zeros(4), *NOT_NUMBERS] + [np.full((6, 4), x) for x in ENDLESS],
 }
 
 

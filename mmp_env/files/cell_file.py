@@ -19,7 +19,7 @@ from mmp_env.files.reading import Location, decode, named
 from mmp_env.model.arm import LARGEST_M, LARGEST_YAW_RAD, NAMES, SHAPES, SMALLEST_M, Arm, Obstacle, is_name
 from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
-from mmp_env.model.robot import SPHERE_SETS, Robot, Tool, frozen_array, load_robot, load_tool
+from mmp_env.model.robot import GEOMETRIES, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.robot_folders import is_path
 from mmp_env.wording import degrees_hint, shown
@@ -117,9 +117,9 @@ def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
     if not data.arms:
         raise MmpError(f"{place / 'arms'} is empty; a cell needs at least one arm")
     spheres = data.spheres if isinstance(data.spheres, str) else shown(data.spheres)
-    if spheres not in SPHERE_SETS:
+    if spheres not in GEOMETRIES:
         check_name(spheres, place / "spheres")
-        raise MmpError(f"{place / 'spheres'}: {UnknownNameError('sphere set', spheres, SPHERE_SETS)}")
+        raise MmpError(f"{place / 'spheres'}: {UnknownNameError('sphere set', spheres, GEOMETRIES)}")
     name = name_or_stem(data.name, name, place / "name")
     arms = tuple(_arm(arm, place / "arms" / k) for k, arm in enumerate(data.arms))
     obstacles = tuple(_solid(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))

@@ -27,7 +27,7 @@ def _optional_text(name: str, value: object) -> None:
 
 def _sphere_set(name: str, value: object) -> None:
     if value is not None and (isinstance(value, bool) or not isinstance(value, str | int | np.integer)):
-        raise refused(name, value, "the name of a sphere set, '28' or 'fine'")
+        raise refused(name, value, "the name of a sphere set, '28', 'fine' or 'exact'")
 
 
 def _pixels(name: str, value: object) -> None:

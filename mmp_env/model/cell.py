@@ -13,7 +13,7 @@ from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.arm import NAMES, Arm, Obstacle, is_name
 from mmp_env.model.collision import CollisionModel
-from mmp_env.model.robot import SPHERE_SETS
+from mmp_env.model.robot import EXACT, GEOMETRIES
 from mmp_env.wording import counted
 
 
@@ -25,7 +25,8 @@ class Cell:
         name: name of the cell.
         arms: at least one.
         obstacles: static solids.
-        spheres: name of the sphere set of all queries: `28` (28 spheres an arm) or `fine`.
+        spheres: name of the sphere set of all queries: `28` (28 spheres an arm), `fine`, or `exact` (convex hulls
+            decide where spheres come close).
 
     Raises:
         UnknownNameError: for an unknown sphere set.
@@ -38,11 +39,13 @@ class Cell:
     spheres: str = "28"
 
     def __post_init__(self) -> None:
-        if self.spheres not in SPHERE_SETS:
-            raise UnknownNameError("sphere set", self.spheres, SPHERE_SETS)
+        if self.spheres not in GEOMETRIES:
+            raise UnknownNameError("sphere set", self.spheres, GEOMETRIES)
         for name in (self.name, *self.arm_names, *(obstacle.name for obstacle in self.obstacles)):
             if not is_name(name):
                 raise MmpError(f"a cell, or something in it, is named {reprlib.repr(name)}; a name must be {NAMES}")
+        if self.spheres == EXACT:
+            _require_hulls(self)
         if not self.arms:
             raise MmpError(f"cell '{self.name}' has no arms; it needs at least one")
         for kind, names in (("arms", self.arm_names), ("obstacles", [o.name for o in self.obstacles])):
@@ -89,3 +92,14 @@ def given_cell(cell: object) -> Cell:
     """Returns the cell. Raises `MmpError` for anything else, such as the name of a cell."""
     hint = "; find_cell gives the one of a name or file" if isinstance(cell, str | PathLike) else ""
     return given("cell", cell, Cell, f"a Cell{hint}")
+
+
+def _require_hulls(cell: Cell) -> None:
+    """Raises `MmpError` where a robot or tool of a cell has no exact geometry."""
+    for arm in cell.arms:
+        for kind, body in (("robot", arm.robot), ("tool", arm.tool)):
+            if body is not None and EXACT not in body.spheres:
+                raise MmpError(
+                    f"cell '{cell.name}': {kind} '{body.name}' of arm '{arm.name}' has no hulls that its spheres are"
+                    " proved to cover, so the cell cannot have the sphere set 'exact'; use 'fine'"
+                )

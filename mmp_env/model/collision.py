@@ -20,8 +20,9 @@ from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.arm import SHAPES, Arm, Obstacle
 from mmp_env.model.conflict import Conflict, TimedPlan, plan_conflicts
-from mmp_env.model.joint_chain import joint_chain, part_names
+from mmp_env.model.joint_chain import exact_hulls, joint_chain, part_names
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins
+from mmp_env.model.robot import EXACT
 from mmp_env.model.transforms import matrix_from_quaternion, transform
 from mmp_env.wording import counted
 
@@ -83,6 +84,8 @@ class CollisionModel:
         self.core = core.Cell()
         for arm in cell.arms:
             self.core.add_arm(**joint_chain(arm, cell.spheres))
+            for hull in exact_hulls(arm) if cell.spheres == EXACT else ():
+                self.core.add_hull(arm=self._numbers[arm.name], **hull)
         for obstacle in cell.obstacles:
             self.core.add_obstacle(*_solid(obstacle))
         self.core.freeze()

@@ -19,6 +19,7 @@ MOST_SPHERES = 64
 """Largest number of spheres that cover an object."""
 PITCH_M = 0.02
 """Largest edge [m] of the cells of a box, unless there are more than `MOST_SPHERES` cells."""
+_PRISM_SIDES = 32
 _COARSER = 1.25
 """Factor of the edge for fewer cells."""
 
@@ -31,6 +32,26 @@ def covering_spheres(solid: Obstacle) -> tuple[Float[np.ndarray, "s 3"], Float[n
     centers, radius = _box(solid.size) if solid.size is not None else _round(solid)
     placed = centers @ matrix_from_quaternion(solid.quaternion).T + solid.position
     return placed, np.full(len(placed), radius)
+
+
+def solid_hull(solid: Obstacle) -> tuple[Float[np.ndarray, "v 3"], float]:
+    """Returns vertices [v, 3] [m], in the frame of the solid's pose, and a radius [m] by which their hull grows.
+
+    The result is the solid itself; a cylinder lies in a prism that protrudes by 0.5 % of its radius.
+    """
+    radius, length = solid.radius or 0.0, solid.length or 0.0
+    axis = np.array([[0.0, 0.0, -length / 2], [0.0, 0.0, length / 2]])
+    if solid.size is not None:
+        points, radius = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * solid.size, 0.0
+    elif solid.shape == "sphere":
+        points = np.zeros((1, 3))
+    elif solid.shape == "capsule":
+        points = axis
+    else:
+        angle = 2 * np.pi * np.arange(_PRISM_SIDES) / _PRISM_SIDES
+        ring = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]) * radius / np.cos(np.pi / _PRISM_SIDES)
+        points, radius = (ring[:, None] + axis).reshape(-1, 3), 0.0
+    return points @ matrix_from_quaternion(solid.quaternion).T + solid.position, radius
 
 
 def _box(size: Float[np.ndarray, "3"]) -> tuple[Float[np.ndarray, "s 3"], float]:

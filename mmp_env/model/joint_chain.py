@@ -9,14 +9,16 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from mmp_env.errors import MmpError
 from mmp_env.model.arm import Arm
-from mmp_env.model.held import HELD, covering_spheres
-from mmp_env.model.robot import Robot, Tool
+from mmp_env.model.held import HELD, covering_spheres, solid_hull
+from mmp_env.model.hulls import UNKNOWN_PROTRUSION_M
+from mmp_env.model.robot import EXACT, Robot, Tool
 from mmp_env.model.transforms import transform
 
 
@@ -83,6 +85,27 @@ def joint_chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
         "sphere_links": np.repeat(np.arange(len(parts), dtype=np.int32), [len(part.spheres) for part in parts]),
         "self_pairs": _tested_pairs(arm, sphere_set),
     }
+
+
+def exact_hulls(arm: Arm) -> list[dict[str, Any]]:
+    """Returns the arguments of the core's `add_hull`, but the number of the arm, for each hull of the arm."""
+    robot, tool = arm.robot, arm.tool
+    moving = _moving(robot, tool, EXACT)
+    poses = [arm.T_world_base, *(np.linalg.inv(_z_to(axis)) for axis in robot.axes)]
+    out = [_hull(hull.link, poses[hull.link], hull.vertices, hull.radius, robot.protrusion) for hull in robot.hulls]
+    part = robot.dof + 1
+    if tool is not None:
+        out += [_hull(part, moving.T_last_grip, hull.vertices, hull.radius, tool.protrusion) for hull in tool.hulls]
+        part += 1
+    if arm.held is not None:
+        out.append(_hull(part, moving.T_last_grip, *solid_hull(arm.held), UNKNOWN_PROTRUSION_M))
+    return out
+
+
+def _hull(link: int, pose: np.ndarray, vertices: np.ndarray, radius: float, protrusion: float) -> dict[str, Any]:
+    """Returns arguments of `add_hull`. `pose` is that of the vertices in the frame of the part."""
+    placed = np.array([pose[:3, :3] @ vertex + pose[:3, 3] for vertex in vertices])
+    return {"link": link, "vertices": placed, "radius": radius, "protrusion": protrusion}
 
 
 @functools.cache

@@ -34,7 +34,7 @@ def ring_cell(count: int, robot: str = "ur5e", spheres: str = "28") -> Cell:
     Args:
         count: number of arms: 2, 4, 6 or 8.
         robot: name of the robot, see `robot_names`.
-        spheres: sphere set of all queries: `28` or `fine`.
+        spheres: sphere set of all queries: `28`, `fine` or `exact`.
 
     Returns:
         The cell `ring-<count>`, or `ring-<count>-<robot>`, with arms `arm0`, `arm1`, ...

@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import functools
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env.brief import brief, point
 from mmp_env.errors import HOW_TO_ADD, UnknownNameError, misspelled
+from mmp_env.model.hulls import UNKNOWN_PROTRUSION_M, Hull, read_hulls
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.transforms import matrix_from_rpy, transform
 from mmp_env.robot_folders import find_robot, is_path, robot_names
@@ -25,6 +27,10 @@ from mmp_env.wording import counted
 
 SPHERE_SETS = ("28", "fine")
 """Names of the sphere sets: 28 spheres an arm, or many small ones."""
+EXACT = "exact"
+"""Name of the convex hulls, and of the sphere set that covers them and tells which hulls may be near."""
+GEOMETRIES = (*SPHERE_SETS, EXACT)
+"""Names of what may stand for the arms of a cell."""
 _TOOLS = Path(__file__).parents[1] / "tools"
 
 
@@ -58,6 +64,8 @@ class Tool(ReadOnly):
         point: the tool point in the tool frame [3] [m].
         spheres: sphere set -> spheres in the tool frame.
         self_ignore: sphere set -> names of the robot's links that may overlap with the tool.
+        hulls: convex hulls in the tool frame; may be empty.
+        protrusion: largest distance [m] of a point of the spheres of set `exact` from the hulls.
         mjcf: file of the MuJoCo model.
     """
 
@@ -67,6 +75,8 @@ class Tool(ReadOnly):
     spheres: Mapping[str, Spheres]
     self_ignore: Mapping[str, frozenset[str]]
     mjcf: Path
+    hulls: tuple[Hull, ...] = ()
+    protrusion: float = UNKNOWN_PROTRUSION_M
 
     @brief
     def __repr__(self) -> str:
@@ -106,6 +116,8 @@ class Robot(ReadOnly):
         ring_spheres: sphere set of ring cells, `28` or, for imported robots, `fine`.
         spheres: sphere set -> spheres; those of link 0 cover the base.
         self_ignore: sphere set -> pairs of links (low, high) that may overlap.
+        hulls: convex hulls of the links, in the order of the links; may be empty.
+        protrusion: largest distance [m] of a point of the spheres of set `exact` from the hulls.
         mjcf: file of the MuJoCo model.
     """
 
@@ -135,6 +147,8 @@ class Robot(ReadOnly):
     spheres: Mapping[str, Spheres]
     self_ignore: Mapping[str, frozenset[tuple[int, int]]]
     mjcf: Path
+    hulls: tuple[Hull, ...] = ()
+    protrusion: float = UNKNOWN_PROTRUSION_M
 
     @brief
     def __repr__(self) -> str:
@@ -166,9 +180,10 @@ def _read_robot(folder: Path, reference: str, changed: tuple[int, ...]) -> Robot
     data = json.loads((folder / "robot.json").read_text())
     links = tuple(data["links"])
     joints = data["joints"]
+    exact = _exact_geometry(folder, data, links)
     spheres = {
         key: _spheres({links.index(link): rows for link, rows in by_link.items()})
-        for key, by_link in json.loads((folder / "spheres.json").read_text()).items()
+        for key, by_link in exact.spheres.items()
     }
 
     def column(key: str) -> np.ndarray:
@@ -203,9 +218,11 @@ def _read_robot(folder: Path, reference: str, changed: tuple[int, ...]) -> Robot
         spheres=spheres,
         self_ignore={
             key: frozenset((links.index(a), links.index(b)) for a, b in pairs)
-            for key, pairs in data["self_collision_ignore"].items()
+            for key, pairs in exact.self_ignore.items()
         },
         mjcf=folder / f"{folder.name}.xml",
+        hulls=exact.hulls,
+        protrusion=exact.protrusion,
     )
 
 
@@ -216,13 +233,47 @@ def load_tool(name: str) -> Tool:
         raise UnknownNameError("tool", name, tool_names(), suggest=misspelled, advice=HOW_TO_ADD)
     folder = _TOOLS / name
     data = json.loads((folder / "tool.json").read_text())
+    exact = _exact_geometry(folder, data, [name])
     return Tool(
         name=name,
         mount=frozen_array(_pose(data["mount"])),
         point=frozen_array(data["point"]),
-        spheres={key: _spheres({0: rows}) for key, rows in json.loads((folder / "spheres.json").read_text()).items()},
-        self_ignore={key: frozenset(names) for key, names in data["self_collision_ignore"].items()},
+        spheres={key: _spheres({0: rows}) for key, rows in exact.spheres.items()},
+        self_ignore={key: frozenset(names) for key, names in exact.self_ignore.items()},
         mjcf=folder / f"{name}.xml",
+        hulls=exact.hulls,
+        protrusion=exact.protrusion,
+    )
+
+
+class _Geometry(NamedTuple):
+    """Geometry in the files of a robot or tool: spheres and ignored pairs by sphere set, and hulls."""
+
+    spheres: dict[str, Any]
+    self_ignore: dict[str, Any]
+    hulls: tuple[Hull, ...]
+    protrusion: float
+
+
+def _exact_geometry(folder: Path, data: Mapping[str, Any], links: Sequence[str]) -> _Geometry:
+    """Returns the geometry in a folder, with the set `exact` if there are hulls that spheres are proved to cover.
+
+    These are the spheres of that set, or else the set `fine` of a folder whose cover was proved.
+    """
+    spheres = json.loads((folder / "spheres.json").read_text())
+    ignore = dict(data["self_collision_ignore"])
+    file = folder / "hulls.json"
+    hulls = read_hulls(json.loads(file.read_text()), links) if file.exists() else ()
+    cover = EXACT if EXACT in spheres else "fine" if data.get("uncovered_mm") == 0.0 else None
+    if not hulls or cover is None:
+        spheres.pop(EXACT, None)
+        return _Geometry(spheres, ignore, (), UNKNOWN_PROTRUSION_M)
+    protrusion = data.get("protrusion_mm", {}).get(cover)
+    return _Geometry(
+        spheres | {EXACT: spheres[cover]},
+        ignore | {EXACT: ignore.get(EXACT, ignore["fine"])},
+        hulls,
+        UNKNOWN_PROTRUSION_M if protrusion is None else protrusion * 1e-3,
     )
 
 

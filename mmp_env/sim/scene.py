@@ -10,11 +10,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from mmp_env.errors import MmpError
 from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
+from mmp_env.model.hulls import Hull
 from mmp_env.model.joint_chain import untested_pairs
+from mmp_env.model.robot import EXACT
 from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.arm_colors import arm_color
 from mmp_env.sim.scene_appearance import OBJECT_RGBA, obstacle_rgba, set_stage
@@ -26,6 +30,8 @@ HELD_DENSITY = 300.0
 OBSTACLE_PREFIX = "obstacle/"
 BODY_MATERIAL = "body"
 """Material in the MJCF of a robot that gets the colour of the arm."""
+_HIDDEN_GROUP = 4
+"""Group of geoms that the renderers do not draw."""
 
 _SHAPES = {
     "box": mujoco.mjtGeom.mjGEOM_BOX,
@@ -87,6 +93,8 @@ def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
         tool = spec.body(f"{prefix}{arm.tool.name}").add_frame() if arm.tool else None
         where = {"frame": tool} if tool else {"site": spec.site(f"{prefix}flange")}
         spec.attach(_held_body(arm.held), prefix=prefix, **where)
+    if sphere_set == EXACT:
+        _collide_by_hulls(spec, arm)
     free = untested_pairs(arm, sphere_set) | {frozenset(arm.robot.link_names[:2])}
     for pair in free - excluded:
         first, second = sorted(pair)
@@ -94,6 +102,34 @@ def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
     material = spec.material(prefix + BODY_MATERIAL)
     if material is not None:
         material.rgba = [*arm_color(number), 1.0]
+
+
+def _collide_by_hulls(spec: Any, arm: Arm) -> None:
+    """Replaces the colliding geoms of an arm by its hulls, which are not drawn."""
+    parts = {link: [hull for hull in arm.robot.hulls if hull.link == k] for k, link in enumerate(arm.robot.link_names)}
+    if arm.tool is not None:
+        parts[arm.tool.name] = list(arm.tool.hulls)
+    for part, hulls in parts.items():
+        body = spec.body(f"{arm.name}/{part}")
+        for geom in body.geoms:
+            geom.contype = geom.conaffinity = 0
+        for k, hull in enumerate(hulls):
+            _add_hull(spec, body, f"{arm.name}/hull/{part}/{k}", hull)
+
+
+def _add_hull(spec: Any, body: Any, name: str, hull: Hull) -> None:
+    """Adds a mesh, or a sphere or capsule for a hull of one or two vertices."""
+    look = {"name": name, "group": _HIDDEN_GROUP, "density": 0.0}
+    if len(hull.vertices) > 2:
+        spec.add_mesh(name=name, uservert=hull.vertices.ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **look)
+        return
+    ends = hull.vertices[[0, -1]]
+    length, turn = float(np.linalg.norm(ends[1] - ends[0])), np.array([1.0, 0.0, 0.0, 0.0])
+    if length > 0:
+        mujoco.mju_quatZ2Vec(turn, (ends[1] - ends[0]) / length)
+    shape = mujoco.mjtGeom.mjGEOM_CAPSULE if length > 0 else mujoco.mjtGeom.mjGEOM_SPHERE
+    body.add_geom(type=shape, size=[hull.radius, length / 2, 0.0], pos=ends.mean(axis=0), quat=turn, **look)
 
 
 def _held_body(held: Obstacle) -> Any:

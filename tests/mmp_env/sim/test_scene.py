@@ -191,3 +191,13 @@ def test_the_camera_has_all_bases_and_tools_in_view(count):
     assert (back < 0).all()
     assert (np.abs(right / back) < 4 / 3 * tangent).all()
     assert (np.abs(up / back) < tangent).all()
+
+
+@pytest.mark.parametrize("robot", ["panda", "piper"])
+def test_arms_of_a_cell_with_exact_geometry_collide_by_their_hulls(robot):
+    model = compile_scene(ring_cell(2, robot, "exact"))
+    collides = (model.geom_contype | model.geom_conaffinity) != 0
+    names = [model.geom(k).name for k in np.flatnonzero(collides)]
+    robots = [name for name in names if name.startswith("arm")]
+    assert len(robots) >= 2 * len(ring_cell(2, robot).arms[0].robot.hulls)
+    assert all("/hull/" in name for name in robots)

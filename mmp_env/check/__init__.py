@@ -72,7 +72,13 @@ def check_document(document: Mapping[str, Any], *, exact: bool = False) -> Check
 @functools.lru_cache(maxsize=8)
 def _families(cell: str, exact: bool, thread: int) -> tuple[CellModel, Sequence[Family]]:
     """Returns the model and the pairs of a cell; one for each thread, because MuJoCo's data are not shared."""
-    model = CellModel(read_cell(json.loads(cell)))
+    read = read_cell(json.loads(cell))
+    hulls = read.spheres == "exact" and not exact
+    model = CellModel(read, hulls=hulls)
+    if hulls:
+        parts, clouds, ids = geom_parts(model)
+        pairs = [GeomPairs(model, parts, clouds, some, ids) for some in part_pairs(read, parts).by_rule]
+        return model, (*pairs, GeomSolids(model, parts, clouds, ids))
     if exact:
         parts, clouds, ids = geom_parts(model)
         pairs = [GeomPairs(model, parts, clouds, some, ids) for some in colliding_pairs(model, parts).by_rule]

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.check.distance import BOX, CAPSULE, CYLINDER, ELLIPSOID, SPHERE
+from mmp_env.check.hulls import GrownMesh
 
 _EXACT_M = 1e-10
 _MOST_ROUNDS = 100
@@ -30,15 +31,21 @@ class Convex:
     size: Float[np.ndarray, "3"]
     center: Float[np.ndarray, "3"]
     rotation: Float[np.ndarray, "3 3"]
+    mesh: GrownMesh | None = None
 
     @property
     def round(self) -> float:
-        """Radius [m] around the core; above 0 for a sphere or capsule, whose core is a point or a line."""
+        """Radius [m] around the core; above 0 for a grown mesh, and for a sphere or capsule around a point or line."""
+        if self.mesh is not None:
+            return self.mesh.radius
         return float(self.size[0]) if self.kind in (SPHERE, CAPSULE) else 0.0
 
     def farthest(self, direction: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3"]:
         """Returns the point [m] of the core that lies farthest along a direction of any length."""
         local, size = direction @ self.rotation, self.size
+        if self.mesh is not None:
+            corners = self.mesh.vertices
+            return self.center + self.rotation @ corners[np.argmax(corners @ local)]
         sign = np.where(local < 0, -1.0, 1.0)
         out = np.zeros(3)
         if self.kind == CAPSULE:

@@ -15,6 +15,7 @@ GEOM_KINDS = SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = tuple(
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{name}")) for name in ("SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX")
 )
 """MuJoCo's numbers of the shapes that `geom_support` knows."""
+MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 
 
 def solid_distance(

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.convex import Convex, separation
-from mmp_env.check.distance import geom_support
+from mmp_env.check.distance import MESH, geom_support
 from mmp_env.check.fields import rotation
 from mmp_env.check.model import CellModel, Poses
 from mmp_env.mujoco_import import mujoco
@@ -63,17 +63,21 @@ class GeomDistance:
 
         They are MuJoCo's, unless its direction does not certify its distance.
         """
-        distance, line = np.empty(len(keys)), np.zeros((len(keys), 6))
+        distance, grown, line = np.empty(len(keys)), np.empty(len(keys)), np.zeros((len(keys), 6))
         placed, data = -1, None
         for k, (pose, first, second) in enumerate(keys.tolist()):
             if pose != placed or data is None:
                 placed, data = pose, self._model.place(poses.q[pose])
             distance[k] = mujoco.mj_geomDistance(self._model.mujoco, data, first, second, _FAR_M, line[k])
+            # MuJoCo measures meshes that are not grown yet.
+            grown[k] = sum(self._model.meshes[geom].radius for geom in (first, second) if geom in self._model.meshes)
         along = (line[:, 3:] - line[:, :3]) * np.sign(distance)[:, None]
         length = np.linalg.norm(along, axis=1, keepdims=True)
         direction = np.divide(along, length, out=np.tile([0.0, 0.0, 1.0], (len(keys), 1)), where=length > 0)
         gap = self._gap(poses, keys, direction)
-        for k in np.flatnonzero((distance > 0) & ~(distance - gap <= _DOUBT_M)):
+        doubted = (distance > 0) & ~(distance - grown - gap <= _DOUBT_M)
+        distance -= grown
+        for k in np.flatnonzero(doubted):
             pose, *pair = keys[k].tolist()
             distance[k], direction[k] = separation(*(self._convex(poses, pose, geom) for geom in pair))
         return distance, direction
@@ -96,8 +100,8 @@ class GeomDistance:
         """Returns the gap [m] that directions show between geoms at (pose, geom, geom), at most their distance."""
         at, first, second = keys.T
         center, support = self._extent(poses, at, first, direction)
-        other, other_support = self._extent(poses, at, second, direction)
-        return other - center - support - other_support
+        other, other_support = self._extent(poses, at, second, -direction)
+        return -other - center - support - other_support
 
     def _convex(self, poses: Poses, at: int, geom: int) -> Convex:
         """Returns a geom in the world at a pose."""
@@ -109,6 +113,7 @@ class GeomDistance:
             size=mj.geom_size[geom],
             center=poses.positions[at, body] + turn @ mj.geom_pos[geom],
             rotation=turn @ self._turns[geom],
+            mesh=self._model.meshes.get(geom),
         )
 
     def _extent(
@@ -121,4 +126,7 @@ class GeomDistance:
         center = poses.positions[at, body] + np.einsum("kij,kj->ki", turn, mj.geom_pos[geom])
         local = np.einsum("kji,kj->ki", self._turns[geom], np.einsum("kji,kj->ki", turn, direction))
         reach = geom_support(mj.geom_type[geom], mj.geom_size[geom], local)
+        for number in np.unique(geom[mj.geom_type[geom] == MESH]).tolist():
+            mesh, rows = self._model.meshes[number], geom == number
+            reach[rows] = (local[rows] @ mesh.vertices.T).max(axis=1) + mesh.radius
         return np.einsum("ki,ki->k", center, direction), reach

@@ -30,7 +30,8 @@ def geom_parts(model: CellModel) -> tuple[RigidParts, tuple[LinkSpheres, ...], t
     mj = model.mujoco
     arms = {arm.name: k for k, arm in enumerate(model.cell.arms)}
     collides = (mj.geom_contype | mj.geom_conaffinity) != 0
-    strange = np.flatnonzero(collides & ~np.isin(mj.geom_type, GEOM_KINDS))
+    known = np.isin(mj.geom_type, GEOM_KINDS) | np.isin(np.arange(mj.ngeom), list(model.meshes))
+    strange = np.flatnonzero(collides & ~known)
     if len(strange):
         raise UnreadableError(f"a geom of '{mj.body(mj.geom_bodyid[strange[0]]).name}' has a shape with no exact check")
     rows, clouds, ids = [], [], []
@@ -39,7 +40,11 @@ def geom_parts(model: CellModel) -> tuple[RigidParts, tuple[LinkSpheres, ...], t
         if not len(geoms):
             continue
         arm, _, link = mj.body(body).name.partition("/")
-        centers, radii = mj.geom_pos[geoms], mj.geom_rbound[geoms]
+        centers, radii = mj.geom_pos[geoms], mj.geom_rbound[geoms].copy()
+        for k, geom in enumerate(geoms.tolist()):
+            if geom in model.meshes:  # MuJoCo's bound is rounded, and of a mesh that is not grown
+                mesh = model.meshes[geom]
+                radii[k] = np.linalg.norm(mesh.vertices, axis=1).max() + mesh.radius
         center, radius = enclosing_ball(centers, radii)
         reach = model.reaches(body, np.vstack([centers, center]), np.append(radii, 0.0))
         rows.append((link, arms[arm], body, model.moves(body), center, radius, reach))

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.fields import UnreadableError
 from mmp_env.check.held import BODY, held_spheres
+from mmp_env.check.hulls import GrownMesh, add_hulls, in_geom_frames
 from mmp_env.check.reading import CheckedArm, CheckedCell, Solid, description_folder, robot_data
 from mmp_env.mujoco_import import mujoco
 
@@ -20,6 +21,9 @@ _GEOMS = {
     "cylinder": mujoco.mjtGeom.mjGEOM_CYLINDER,
     "capsule": mujoco.mjtGeom.mjGEOM_CAPSULE,
 }
+
+_CCD_TOLERANCE_M, _CCD_ITERATIONS = 1e-10, 200
+"""Accuracy [m] and steps of MuJoCo's distances of meshes."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,9 +65,14 @@ class RigidParts:
 class CellModel:
     """MuJoCo's model of a cell and its kinematics. Joints are side by side, arm after arm."""
 
-    def __init__(self, cell: CheckedCell) -> None:
+    def __init__(self, cell: CheckedCell, *, hulls: bool = False) -> None:
+        """Args:
+        cell: the cell.
+        hulls: whether the hulls of hulls.json replace the geoms of the robots and tools.
+        """
         self.cell = cell
-        self.mujoco = _compile(cell)
+        self.mujoco, meshes = _compile(cell, hulls=hulls)
+        self.meshes = in_geom_frames(self.mujoco, meshes)
         joints = [self.mujoco.joint(f"{arm.name}/joint{k + 1}") for arm in cell.arms for k in range(arm.dof)]
         if any(joint.type[0] != mujoco.mjtJoint.mjJNT_HINGE for joint in joints):
             raise UnreadableError("the motion bounds hold for revolute joints only")
@@ -183,8 +192,10 @@ def enclosing_ball(
     return center, float((np.linalg.norm(centers - center, axis=1) + radii).max())
 
 
-def _compile(cell: CheckedCell) -> mujoco.MjModel:
+def _compile(cell: CheckedCell, *, hulls: bool) -> tuple[mujoco.MjModel, dict[str, GrownMesh]]:
     spec = mujoco.MjSpec()
+    spec.option.ccd_tolerance, spec.option.ccd_iterations = _CCD_TOLERANCE_M, _CCD_ITERATIONS
+    meshes: dict[str, GrownMesh] = {}
     for solid in cell.solids:
         spec.worldbody.add_geom(
             name=f"obstacle/{solid.name}",
@@ -198,10 +209,12 @@ def _compile(cell: CheckedCell) -> mujoco.MjModel:
         spec.attach(_mjcf("robots", arm.model), frame=frame, prefix=f"{arm.name}/")
         if arm.tool:
             spec.attach(_mjcf("tools", arm.tool), site=spec.site(f"{arm.name}/flange"), prefix=f"{arm.name}/")
+        if hulls:
+            meshes |= add_hulls(spec, arm)
         if arm.held:
             _hold(spec, arm, arm.held)
     try:
-        return spec.compile()
+        return spec.compile(), meshes
     except ValueError as error:
         raise UnreadableError(f"MuJoCo does not take the cell: {error}") from None
 

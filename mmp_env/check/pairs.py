@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -64,13 +65,19 @@ def part_pairs(cell: CheckedCell, parts: RigidParts) -> Pairs:
 
 def ignored_links(arm: CheckedArm, spheres: str) -> set[frozenset[str]]:
     """Returns the pairs of links, tool and held object that may overlap with a sphere set."""
-    out = {frozenset(pair) for pair in arm.robot["self_collision_ignore"][spheres]}
+    out = {frozenset(pair) for pair in _of_set(arm.robot, spheres)}
     if arm.tool:
-        links = robot_data("tools", arm.tool, "tool.json")["self_collision_ignore"][spheres]
+        links = _of_set(robot_data("tools", arm.tool, "tool.json"), spheres)
         out |= {frozenset((arm.tool, link)) for link in links}
     if arm.held:
         out |= {frozenset((BODY, link)) for link in holders(arm)}
     return out
+
+
+def _of_set(data: Any, spheres: str) -> Any:
+    """Returns what a robot or tool ignores with a sphere set; for hulls without a list of their own that of `fine`."""
+    ignored = data["self_collision_ignore"]
+    return ignored.get(spheres, ignored["fine"]) if spheres == "exact" else ignored[spheres]
 
 
 class ChordDeviation:

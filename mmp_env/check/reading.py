@@ -166,8 +166,8 @@ def read_cell(data: Any) -> CheckedCell:
             raise UnreadableError(f"two {kind} of the cell have the same name")
     spheres = data.get("spheres", "fine")
     spheres = spheres if isinstance(spheres, str) else shown(spheres)
-    if spheres not in ("28", "fine"):
-        raise UnreadableError(f"spheres of the cell is '{spheres}'; known: 28, fine")
+    if spheres not in ("28", "fine", "exact"):
+        raise UnreadableError(f"spheres of the cell is '{spheres}'; known: 28, fine, exact")
     return CheckedCell(arms=arms, solids=solids, spheres=spheres)
 
 

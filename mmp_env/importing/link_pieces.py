@@ -15,7 +15,7 @@ from mmp_env.mujoco_import import mujoco
 
 FAR_M, FAR_SHARE = 0.03, 0.25
 """A mesh is decomposed if more than this share of its hull's surface is farther than this [m] from the mesh."""
-_MOST_BAD_EDGES = 0.05
+MOST_BAD_EDGES = 0.05
 """Largest share of the length of all edges that may belong to other than two triangles of opposite directions."""
 _SAMPLES = 4000
 _DECOMPOSITION = {
@@ -85,7 +85,7 @@ def check_mesh(vertices: Float[np.ndarray, "v 3"], faces: Int[np.ndarray, "f 3"]
     found = np.minimum(found, len(here) - 1)
     opposite = np.where(here[found] == there, count[found], 0)
     bad = (count[number.ravel()] != 1) | (opposite != 1)
-    if length[bad].sum() > _MOST_BAD_EDGES * length.sum():
+    if length[bad].sum() > MOST_BAD_EDGES * length.sum():
         share = length[bad].sum() / length.sum()
         raise MmpError(
             f"is not manifold: {share:.0%} of its edges do not join two triangles of equal orientation; repair it"

@@ -21,11 +21,13 @@ def toy_robot(**changes):
     )
     fields = {
         "name": "toy",
+        "reference": "toy",
         "title": "planar toy",
         "joint_names": ("shoulder", "elbow"),
         "link_names": ("base", "upper", "fore"),
         "origins": np.array([np.eye(4), transform(np.eye(3), [LINK_M, 0, 0])]),
         "axes": np.array([[0.0, 0, 1], [0, 0, 1]]),
+        "slides": (False, False),
         "lower": np.full(2, -np.pi),
         "upper": np.full(2, np.pi),
         "velocity": np.ones(2),
@@ -40,6 +42,7 @@ def toy_robot(**changes):
         "tucked": np.zeros(2),
         "reach": 2 * LINK_M,
         "default_tool": None,
+        "ring_spheres": "28",
         "spheres": {"28": spheres, "fine": spheres},
         "self_ignore": {key: frozenset({(0, 1), (1, 2)}) for key in ("28", "fine")},
         "mjcf": Path("toy.xml"),

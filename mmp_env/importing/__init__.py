@@ -1,0 +1,1 @@
+"""Importing: arms from URDF and MJCF files, with convex pieces and proved sphere covers."""

@@ -23,7 +23,7 @@ def brief(text_of: Callable[[Any], str]) -> Callable[[Any], str]:
     def shown(self: Any) -> str:
         try:
             text = text_of(self)
-        except Exception:
+        except Exception:  # a debugger must be able to show malformed values, whatever they raise
             return object.__repr__(self)
         printable = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
         cut = printable if len(printable) <= _LONGEST else printable[:_LONGEST] + "..."

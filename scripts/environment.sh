@@ -148,7 +148,7 @@ lend_pip_settings_to_uv() {
 
 # --- what is installed in it ---
 
-# What pyproject.toml asks for, one requirement a line: to build, to run, and of the extras named, or of all of them.
+# Prints the requirements in pyproject.toml, one a line: those of the build, of the package, and of the named extras or all extras.
 requirements() { # requirements [extra... | --all]
   "$python" - "$root/pyproject.toml" "$@" <<'PYTHON'
 import sys, tomllib

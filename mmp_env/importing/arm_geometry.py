@@ -1,4 +1,4 @@
-"""What was read of an arm: its chain, limits, pieces and covers, and its kinematics over batches of configurations."""
+"""Geometry of an imported arm (pieces and covers by link), and its kinematics over batches of configurations."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ def limits_of(chain: Chain) -> Limits:
     unset = armature <= 0
     armature[unset] = np.clip(effort / 1000, 0.005, 0.1)[unset]
     lower, upper = bounds[:, 0], bounds[:, 1]
-    # Of a hinge that turns by more than a full turn, one turn holds all configurations.
+    # One turn of a hinge that turns farther holds all configurations.
     whole_turn = ~slide & (upper - lower > 2 * np.pi)
     draw = np.where(whole_turn[:, None], np.clip(bounds, -np.pi, np.pi), bounds)
     return Limits(

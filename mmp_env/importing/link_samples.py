@@ -68,7 +68,7 @@ class CoverSamples:
         return np.concatenate([inner, edges.a]), np.concatenate([edge, np.arange(len(length))])
 
     def _below(self, points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-        """Centres below the surface: at the depth from which on another face is nearer, and half-way there."""
+        """Returns centres below the surface, near the depth at which another face becomes the nearest, and above it."""
         some = self._random.permutation(len(points))[: int(self._detail * 1100)]
         points, normals = points[some], normals[some]
         low, high = np.zeros(len(points)), np.full(len(points), self._shape.size)

@@ -258,7 +258,7 @@ def velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[
         else:
             wanted = _floats([given] * arm.dof)
         if wanted.shape != (arm.dof,) or not (np.isfinite(wanted) & (wanted > 0)).all():
-            raise MmpError(f"max_velocity of arm '{arm.name}' must be {arm.dof} positive numbers [rad/s]")
+            raise MmpError(f"max_velocity of arm '{arm.name}' must be a positive number, or {arm.dof} of them [rad/s]")
         out[arm.name] = frozen_array(np.minimum(wanted, arm.robot.velocity))
     return out
 

@@ -71,7 +71,7 @@ def arm_limits(cell: Cell, given: JointLimits, what: str) -> dict[str, Float[np.
         if not isinstance(own, Mapping) and values.ndim == 0:
             values = np.full(arm.dof, values)
         if values.shape != (arm.dof,) or not (np.isfinite(values) & (values > 0)).all():
-            raise MmpError(f"max_{what} of arm '{arm.name}' must be {arm.dof} positive numbers")
+            raise MmpError(f"max_{what} of arm '{arm.name}' must be a positive number, or {arm.dof} of them")
         out[arm.name] = frozen_array(values)
     return out
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "geometry/convex_distance.hpp"
 #include "geometry/kinematics.hpp"
 
 namespace mmp {
@@ -74,7 +75,7 @@ inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, c
     for (int j = 0; j < b.count; ++j) {
       const PosedHull one = a[i], other = b[j];
       const Point between = one.center() - other.center();
-      const double bound = std::sqrt(dot(between, between)) - (one.hull->bound + other.hull->bound) - gjk::kRounding;
+      const double bound = std::sqrt(dot(between, between)) - (one.hull->bound + other.hull->bound) - kHullRounding;
       if (bound >= std::min(limits.wide, out.lower)) {
         out.lower = std::min(out.lower, bound);
         continue;
@@ -95,7 +96,7 @@ inline bool swept_hulls_near(const PosedHulls& a0, const PosedHulls& a1, const P
       const PosedHull one = a0[i], other = b0[j];
       const Point start = one.center() - other.center(), end = a1[i].center() - b1[j].center(), move = end - start;
       const double far = std::sqrt(dot(start, start)) - std::sqrt(dot(move, move));
-      if (far - (one.hull->bound + other.hull->bound) - gjk::kRounding >= limit) continue;
+      if (far - (one.hull->bound + other.hull->bound) - kHullRounding >= limit) continue;
       if (swept_distance(one, a1[i], other, b1[j], {limit, limit}).lower < limit) return true;
     }
   return false;

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/convex_distance.hpp"
+#include "geometry/convex_hull.hpp"
 
 namespace mmp {
 

@@ -89,6 +89,19 @@ struct ExactContactVisitor : ContactVisitor<V> {
   }
 };
 
+// Tests links with hulls, whose bounds are near and whose spheres are known.
+template <class V>
+MMP_NOINLINE void contact_exactly(const Pose<V>& a, int la, const Pose<V>& b, int lb, Scalar<V> margin, const V& reach,
+                                  const V& far, Contacts<V>& out) {
+  Contacts<V> near, sure;
+  visit_sphere_pairs(
+      *a.arm, la, *b.arm, lb,
+      ExactContactVisitor<V>({a, b, lb, margin, reach, far, near}, protrusion(*a.arm, la, *b.arm, lb), sure));
+  decide_exactly<V>(
+      near, sure, [&](int lane) { return hulls_of(a, la, lane); }, [&](int lane) { return hulls_of(b, lb, lane); },
+      margin, reach, out);
+}
+
 // Tests link la of pose a against link lb of pose b.
 template <class V>
 inline void contact(Pose<V>& a, int la, Pose<V>& b, int lb, Scalar<V> margin, V reach, Contacts<V>& out) {
@@ -97,17 +110,8 @@ inline void contact(Pose<V>& a, int la, Pose<V>& b, int lb, Scalar<V> margin, V 
   if (!bits<V>(closer(a.link[la], b.link[lb], far + radii))) return;
   a.detail(la);
   b.detail(lb);
-  if (!exact(*a.arm, la, *b.arm, lb)) {
-    visit_sphere_pairs(*a.arm, la, *b.arm, lb, ContactVisitor<V>(a, b, lb, margin, reach, far, out));
-    return;
-  }
-  Contacts<V> near, sure;
-  visit_sphere_pairs(
-      *a.arm, la, *b.arm, lb,
-      ExactContactVisitor<V>({a, b, lb, margin, reach, far, near}, protrusion(*a.arm, la, *b.arm, lb), sure));
-  decide_exactly<V>(
-      near, sure, [&](int lane) { return hulls_of(a, la, lane); }, [&](int lane) { return hulls_of(b, lb, lane); },
-      margin, reach, out);
+  if (exact(*a.arm, la, *b.arm, lb)) contact_exactly<V>(a, la, b, lb, margin, reach, far, out);
+  else visit_sphere_pairs(*a.arm, la, *b.arm, lb, ContactVisitor<V>(a, b, lb, margin, reach, far, out));
 }
 
 // Lowers `best` to the least distance of two spheres' surfaces.
@@ -130,6 +134,16 @@ struct ClearanceVisitor : PoseVisitor<V> {
   }
 };
 
+// Lowers `best` to the clearance between two links with hulls.
+template <class V>
+MMP_NOINLINE void lower_clearance_exactly(const Pose<V>& a, int la, const Pose<V>& b, int lb, V& best) {
+  V by_spheres = best;
+  visit_sphere_pairs(*a.arm, la, *b.arm, lb, ClearanceVisitor<V>(a, b, lb, by_spheres));
+  lower_exactly<V>(
+      by_spheres, [&](int lane) { return hulls_of(a, la, lane); }, [&](int lane) { return hulls_of(b, lb, lane); },
+      best);
+}
+
 // Lowers `best` to the clearance between two links where that is smaller.
 template <class V>
 inline void lower_clearance(Pose<V>& a, int la, Pose<V>& b, int lb, V& best) {
@@ -137,15 +151,8 @@ inline void lower_clearance(Pose<V>& a, int la, Pose<V>& b, int lb, V& best) {
   if (!bits<V>(closer(a.link[la], b.link[lb], best + radii))) return;
   a.detail(la);
   b.detail(lb);
-  V by_spheres = best;
-  visit_sphere_pairs(*a.arm, la, *b.arm, lb, ClearanceVisitor<V>(a, b, lb, by_spheres));
-  if (!exact(*a.arm, la, *b.arm, lb)) {
-    best = by_spheres;
-    return;
-  }
-  lower_exactly<V>(
-      by_spheres, [&](int lane) { return hulls_of(a, la, lane); }, [&](int lane) { return hulls_of(b, lb, lane); },
-      best);
+  if (exact(*a.arm, la, *b.arm, lb)) lower_clearance_exactly<V>(a, la, b, lb, best);
+  else visit_sphere_pairs(*a.arm, la, *b.arm, lb, ClearanceVisitor<V>(a, b, lb, best));
 }
 
 // Returns the signed distance from points to the surface of an obstacle, negative inside; outside a hull, a lower
@@ -182,32 +189,50 @@ inline V distance(const Obstacle<Scalar<V>>& o, const Vec3<V>& point) {
   return zero;
 }
 
-template <class V>
-inline void contact(Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, Scalar<V> margin, V reach, Contacts<V>& out) {
+// Calls `test` with the distance between an obstacle and each sphere of a link whose group is closer than `far`.
+template <class V, class Test>
+MMP_INLINE void visit_distances(const Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, const V& far,
+                                const Test& test) {
   const auto& arm = *a.arm;
   const auto& link = arm.links[la];
-  const V far = max(reach, splat<V>(margin));
-  if (!bits<V>(distance<V>(o, a.link[la]) < far + link.bound.r)) return;
-  a.detail(la);
-  const bool exactly = link.hulls.count > 0 && !o.exact.empty();
-  Contacts<V> near, sure;
-  auto& found = exactly ? near : out;
-  const auto deep = exactly ? link.protrusion : Scalar<V>(kUnknownProtrusion);
   for (int g = link.groups.first; g < link.groups.first + link.groups.count; ++g) {
     if (link.groups.count > 1 && !bits<V>(distance<V>(o, a.groups[g]) < far + arm.groups[g].r)) continue;
     const Range s = arm.group_spheres[g];
-    for (int i = s.first; i < s.first + s.count; ++i) {
-      const V d = distance<V>(o, a.spheres[i]) - arm.spheres[i].r;
-      found.touching |= d < splat<V>(margin);
-      found.undecided |= d < reach;
-      sure.touching |= d < splat<V>(margin - deep);
-      sure.undecided |= d < reach - deep;
-    }
+    for (int i = s.first; i < s.first + s.count; ++i) test(distance<V>(o, a.spheres[i]) - arm.spheres[i].r);
   }
-  if (exactly)
-    decide_exactly<V>(
-        near, sure, [&](int lane) { return hulls_of(a, la, lane); }, [&](int) { return hulls_of(o); }, margin, reach,
-        out);
+}
+
+// Tests a link with hulls against an obstacle that has one.
+template <class V>
+MMP_NOINLINE void contact_exactly(const Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, Scalar<V> margin,
+                                  const V& reach, const V& far, Contacts<V>& out) {
+  const auto protrusion = a.arm->links[la].protrusion;
+  Contacts<V> near, sure;
+  visit_distances(a, la, o, far, [&](const V& d) {
+    near.touching |= d < splat<V>(margin);
+    near.undecided |= d < reach;
+    sure.touching |= d < splat<V>(margin - protrusion);
+    sure.undecided |= d < reach - protrusion;
+  });
+  decide_exactly<V>(
+      near, sure, [&](int lane) { return hulls_of(a, la, lane); }, [&](int) { return hulls_of(o); }, margin, reach,
+      out);
+}
+
+template <class V>
+inline void contact(Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, Scalar<V> margin, V reach, Contacts<V>& out) {
+  const auto& link = a.arm->links[la];
+  const V far = max(reach, splat<V>(margin));
+  if (!bits<V>(distance<V>(o, a.link[la]) < far + link.bound.r)) return;
+  a.detail(la);
+  if (link.hulls.count > 0 && !o.exact.empty()) {
+    contact_exactly<V>(a, la, o, margin, reach, far, out);
+    return;
+  }
+  visit_distances(a, la, o, far, [&](const V& d) {
+    out.touching |= d < splat<V>(margin);
+    out.undecided |= d < reach;
+  });
 }
 
 template <class V>

@@ -127,7 +127,7 @@ inline void decide_exactly(const Contacts<V>& by_spheres, const Contacts<V>& sur
 // Lowers the lanes of `best` in which spheres are closer: to the distance of the hulls, which is at least that of the
 // spheres.
 template <class V, class BodyA, class BodyB>
-inline void lower_exactly(const V& by_spheres, const BodyA& body_a, const BodyB& body_b, V& best) {
+MMP_NOINLINE void lower_exactly(const V& by_spheres, const BodyA& body_a, const BodyB& body_b, V& best) {
   for (unsigned open = bits<V>(by_spheres < best); open; open &= open - 1) {
     const int lane = std::countr_zero(open);
     const auto d = hulls_distance(body_a(lane), body_b(lane), Limits::measure(double(best[lane])));

@@ -153,6 +153,15 @@ class Motion {
       put(spheres, s, pose.spheres[s], k);
   }
 
+  MMP_NOINLINE void put_frames(const Pose<V>& pose, int k) {
+    for (int f = 1; f <= arm->dof; ++f) {
+      const auto& frame = pose.frames[f];
+      for (int row = 0; row < 3; ++row)
+        put(frames, 4 * f + row, {frame.r[3 * row], frame.r[3 * row + 1], frame.r[3 * row + 2]}, k);
+      put(frames, 4 * f + 3, frame.p, k);
+    }
+  }
+
   void fill(int k, Pose<V>& pose) {
     V joints[kMaxDof], move[kMaxDof];
     for (int lane = 0; lane < width<V>; ++lane) {
@@ -163,13 +172,7 @@ class Motion {
       }
     }
     mmp::forward(joints, pose);
-    if (!frames.empty())
-      for (int f = 1; f <= arm->dof; ++f) {
-        const auto& frame = pose.frames[f];
-        for (int row = 0; row < 3; ++row)
-          put(frames, 4 * f + row, {frame.r[3 * row], frame.r[3 * row + 1], frame.r[3 * row + 2]}, k);
-        put(frames, 4 * f + 3, frame.p, k);
-      }
+    if (!frames.empty()) put_frames(pose, k);
     for (size_t l = 0; l < arm->links.size(); ++l) {
       put(links, static_cast<int>(l), pose.link[l], k);
       // Between two steps a centre leaves its chord by at most 1/8 of its largest second derivative.

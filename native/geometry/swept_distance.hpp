@@ -84,12 +84,11 @@ struct StepEnds {
   PosedHulls a0, a1, b0, b1;
 };
 
-// Returns the lanes of `asked` in which two links come closer than `far`: their hulls, or their spheres if one of them
-// has no hulls. `ends(lane)` returns StepEnds. See `links_near` for the others.
+// Returns the lanes of `asked` in which the hulls of two links come closer than `far`. `ends(lane)` returns StepEnds.
+// See `links_near` for the others.
 template <class V, class AtA, class AtB, class Ends>
-inline unsigned bodies_near(const ArmModel<Scalar<V>>& a, int la, const AtA& at_a, const ArmModel<Scalar<V>>& b, int lb,
-                            const AtB& at_b, V far, unsigned asked, const Ends& ends) {
-  if (!exact(a, la, b, lb)) return links_near<V>(a, la, at_a, b, lb, at_b, far, asked);
+inline unsigned hulls_near(const ArmModel<Scalar<V>>& a, int la, const AtA& at_a, const ArmModel<Scalar<V>>& b, int lb,
+                           const AtB& at_b, const V& far, unsigned asked, const Ends& ends) {
   using M = Motion<V>;
   const auto link = at_b(&M::links, lb);
   const auto radii = a.links[la].bound.r + b.links[lb].bound.r;

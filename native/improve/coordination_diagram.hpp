@@ -107,13 +107,12 @@ class CoordinationDiagram {
       const auto [i, j] = near_links_[n];
       const V deviation = OfA::deviation(*a_, i, s) + OfB::deviation(*b_, j, t);
       const V far = max(levels_.proof + share_ * deviation, splat<V>(levels_.margin));
-      const auto ends = [&, i = i, j = j](int lane) {
-        return StepEnds{OfA::hulls(*a_, i, s, lane, 0), OfA::hulls(*a_, i, s, lane, 1), OfB::hulls(*b_, j, t, lane, 0),
-                        OfB::hulls(*b_, j, t, lane, 1)};
-      };
-      blocked |= bodies_near<V>(
-          *a_->arm, i, [&](auto array, int e) { return OfA::chord(*a_, a_->*array, e, s); }, *b_->arm, j,
-          [&](auto array, int e) { return OfB::chord(*b_, b_->*array, e, t); }, far, asked & ~blocked, ends);
+      blocked |=
+          exact(*a_->arm, i, *b_->arm, j)
+              ? hulls_touching<OfA, OfB>(i, s, j, t, far, asked & ~blocked)
+              : links_near<V>(
+                    *a_->arm, i, [&](auto array, int e) { return OfA::chord(*a_, a_->*array, e, s); }, *b_->arm, j,
+                    [&](auto array, int e) { return OfB::chord(*b_, b_->*array, e, t); }, far, asked & ~blocked);
       if (blocked & 1u) std::rotate(near_links_.begin(), near_links_.begin() + n, near_links_.begin() + n + 1);
     }
     // A contact at the first state ends the test early: then only the contacts of the other lanes are known.
@@ -123,6 +122,18 @@ class CoordinationDiagram {
       auto& flags = at(along == second ? s : s + k, along == first ? t : t + k);
       flags |= 1u << move | (blocked >> k & 1u ? 0u : 8u << move);
     }
+  }
+
+  // Returns the lanes of `asked` in which the hulls of two links come closer than `far`.
+  template <class OfA, class OfB>
+  MMP_NOINLINE unsigned hulls_touching(int i, int s, int j, int t, const V& far, unsigned asked) const {
+    return hulls_near<V>(
+        *a_->arm, i, [&](auto array, int e) { return OfA::chord(*a_, a_->*array, e, s); }, *b_->arm, j,
+        [&](auto array, int e) { return OfB::chord(*b_, b_->*array, e, t); }, far, asked,
+        [&](int lane) {
+          return StepEnds{OfA::hulls(*a_, i, s, lane, 0), OfA::hulls(*a_, i, s, lane, 1),
+                          OfB::hulls(*b_, j, t, lane, 0), OfB::hulls(*b_, j, t, lane, 1)};
+        });
   }
 
   // One arm as a test sees it: moving or standing, at a later step in each lane or at the same one.

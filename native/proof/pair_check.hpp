@@ -127,27 +127,26 @@ class PairCheck {
         if (!bits<V>(d2 < far * far)) continue;
         a.need(la);
         b.need(lb);
-        if (exact(*a.arm, la, *b.arm, lb)) {
-          Contacts<V> near;
-          visit_sphere_pairs(*a.arm, la, *b.arm, lb,
-                             ExactVisitor{{{}, a, b, ka, kb, levels.margin, slack, near.touching, near.undecided},
-                                          protrusion(*a.arm, la, *b.arm, lb),
-                                          touching,
-                                          undecided});
-          decide(a, la, ka, b, lb, kb, asked, near, levels.margin, slack, touching, undecided);
-        } else {
+        if (exact(*a.arm, la, *b.arm, lb))
+          test_hulls(a, la, ka, b, lb, kb, asked, levels.margin, slack, touching, undecided);
+        else
           visit_sphere_pairs(*a.arm, la, *b.arm, lb,
                              Visitor{{}, a, b, ka, kb, levels.margin, slack, touching, undecided});
-        }
         if (ends_early && bits<V>(touching) & asked) return;
       }
     }
   }
 
-  // Decides by hulls the lanes that spheres leave open: at the step, and along it.
+  // Tests links with hulls. Spheres leave lanes open, and hulls decide these: at the step, and along it.
   template <class A, class B>
-  static void decide(const A& a, int la, int ka, const B& b, int lb, int kb, unsigned asked, const Contacts<V>& near,
-                     T margin, V slack, Mask<V>& touching, Mask<V>& undecided) {
+  static MMP_NOINLINE void test_hulls(const A& a, int la, int ka, const B& b, int lb, int kb, unsigned asked, T margin,
+                                      const V& slack, Mask<V>& touching, Mask<V>& undecided) {
+    Contacts<V> near;
+    visit_sphere_pairs(*a.arm, la, *b.arm, lb,
+                       ExactVisitor{{{}, a, b, ka, kb, margin, slack, near.touching, near.undecided},
+                                    protrusion(*a.arm, la, *b.arm, lb),
+                                    touching,
+                                    undecided});
     const unsigned may_touch = bits<V>(near.touching & ~touching);
     unsigned open = asked & (may_touch | bits<V>(near.undecided & ~undecided & ~touching));
     for (; open; open &= open - 1) {

@@ -17,6 +17,9 @@
 #endif
 
 #define MMP_INLINE inline __attribute__((always_inline))
+// For large code that few queries need, called from loops that most of the time is spent in: inlined there, it takes
+// their registers.
+#define MMP_NOINLINE __attribute__((noinline))
 
 namespace mmp {
 

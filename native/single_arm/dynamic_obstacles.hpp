@@ -68,16 +68,26 @@ class DynamicObstacles {
     const T own_deviation = s >= own.last ? T(0) : own.deviation[static_cast<size_t>(e.own) * own.stride + s];
     const V slack = levels_.proof + share_ * (own_deviation + o.deviation_at(e.other, k));
     const V far = max(slack, splat<V>(levels_.margin));
-    const auto ends = [&](int lane) {
-      return StepEnds{own.hulls_at(e.own, s), own.hulls_at(e.own, s + 1), o.hulls_at(e.other, k + lane),
-                      o.hulls_at(e.other, k + lane + 1)};
-    };
-    return bodies_near<V>(
+    if (exact(*own.arm, e.own, *o.arm, e.other)) return hulls_touching(e, own, s, k, far, asked);
+    return links_near<V>(
         *own.arm, e.own, [&](auto array, int i) { return own.chord_at(own.*array, i, s); }, *o.arm, e.other,
-        [&](auto array, int i) { return o.chord(o.*array, i, k); }, far, asked, ends);
+        [&](auto array, int i) { return o.chord(o.*array, i, k); }, far, asked);
   }
 
  private:
+  // Returns the lanes of `asked` in which the hulls of two links come closer than `far`.
+  MMP_NOINLINE unsigned hulls_touching(const NearLinks& e, const Motion<V>& own, int s, int k, const V& far,
+                                       unsigned asked) const {
+    const auto& o = *motions_[e.obstacle];
+    return hulls_near<V>(
+        *own.arm, e.own, [&](auto array, int i) { return own.chord_at(own.*array, i, s); }, *o.arm, e.other,
+        [&](auto array, int i) { return o.chord(o.*array, i, k); }, far, asked,
+        [&](int lane) {
+          return StepEnds{own.hulls_at(e.own, s), own.hulls_at(e.own, s + 1), o.hulls_at(e.other, k + lane),
+                          o.hulls_at(e.other, k + lane + 1)};
+        });
+  }
+
   static constexpr T kRounding = T(1e-5);  // [m]; boxes must never exclude what chords would find
 
   uint64_t blocks_near(const Motion<V>& own, size_t i, const Motion<V>& other, size_t j) const {

@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env.errors import MmpError
-from mmp_env.importing.chain import Chain, Link
+from mmp_env.importing.chain import Chain
+from mmp_env.importing.chain_links import Link
 from mmp_env.importing.mesh_files import require
 from mmp_env.importing.pieces import Piece, geom_pieces, mesh_piece, polytope
-from mmp_env.mujoco_import import mujoco
 
 FAR_M, FAR_SHARE = 0.03, 0.25
 """A mesh is decomposed if more than this share of its hull's surface is farther than this [m] from the mesh."""
@@ -43,12 +43,9 @@ def link_pieces(chain: Chain, link: Link, *, decompose: bool = True) -> tuple[Pi
         MmpError: if a mesh has no volume, is not closed, or is turned inside out.
     """
     model, data = chain.source.model, chain.data
-    root = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, chain.root) if chain.root != "world" else 0
-    base = np.eye(4)
-    base[:3, :3], base[:3, 3] = data.xmat[root].reshape(3, 3), data.xpos[root]
     out: list[Piece] = []
     for geom in link.geoms:
-        found = geom_pieces(model, data, int(geom), base @ link.frame)
+        found = geom_pieces(model, data, int(geom), chain.base @ link.frame)
         if isinstance(found, Piece):
             out.append(found)
             continue

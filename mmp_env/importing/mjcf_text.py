@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.importing.arm_geometry import Kinematics
-from mmp_env.importing.chain import Link
+from mmp_env.importing.chain_links import Link
 from mmp_env.importing.limits import Limits
 from mmp_env.importing.pieces import Piece
 from mmp_env.mujoco_import import mujoco

@@ -18,7 +18,8 @@ from mmp_env.files.paths import exists, is_folder, real_path, refusal
 from mmp_env.files.temporaries import beside
 from mmp_env.files.writing import json_text
 from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
-from mmp_env.importing.chain import Chain, ChainOptions, select_chain
+from mmp_env.importing.chain import Chain, select_chain
+from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.cover_fit import FINE_M, Cover, CoverError, coarse_covers, fine_protrusion, fit_cover
 from mmp_env.importing.fingerprint import fingerprints
 from mmp_env.importing.limits import Limits, limits_of

@@ -18,6 +18,7 @@ import numpy as np
 
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_file, is_folder, real_path, refusal
+from mmp_env.importing.compiled_source import SourceModel
 from mmp_env.importing.mesh_files import is_read_by_mujoco, read_mesh
 from mmp_env.mujoco_import import mujoco
 
@@ -26,22 +27,6 @@ MOST_GEOMS = 1000
 _MOST_BYTES = 64 * 2**20
 _PACKAGE = "package://"
 _FILE = "file://"
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class SourceModel:
-    """A model that was read from `path`.
-
-    `velocity` maps joints to velocity limits [rad/s or m/s] where the source has any; `mimics` maps joints to the joint
-    that they copy. `digest` is a hash of all files that were read.
-    """
-
-    path: Path
-    title: str
-    model: Any
-    velocity: Mapping[str, float]
-    mimics: Mapping[str, str]
-    digest: str
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

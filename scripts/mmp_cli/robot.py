@@ -85,7 +85,7 @@ def _add_parser() -> Parser:
 
 
 def _add(args: Namespace) -> int:
-    from mmp_env.importing.chain import ChainOptions
+    from mmp_env.importing.chain_choice import ChainOptions
     from mmp_env.importing.robot_folder import ImportOptions, add_robot, summary
     from mmp_env.model.arm import NAMES, is_name
     from mmp_env.robot_folders import cache_folder, find_robot, user_folder

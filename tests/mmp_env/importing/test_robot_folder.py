@@ -11,7 +11,7 @@ from support.small_arms import box_mesh, fingers, mjcf, urdf, with_mesh
 
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import cell_from_dict, cell_to_dict
-from mmp_env.importing.chain import ChainOptions
+from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.robot_check import check_robot
 from mmp_env.importing.robot_folder import ImportOptions, add_robot, summary
 from mmp_env.model.arm import place_arm

@@ -5,7 +5,8 @@ import pytest
 from support.small_arms import box_mesh, fingers, mjcf, urdf, with_mesh, write_obj
 
 from mmp_env.errors import MmpError
-from mmp_env.importing.chain import ChainOptions, select_chain
+from mmp_env.importing.chain import select_chain
+from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.link_pieces import link_pieces
 from mmp_env.importing.source import read_source
 

@@ -10,6 +10,7 @@ from mmp_env.check.fields import rotation
 from mmp_env.check.items import Items, MotionSteps, Touch
 from mmp_env.check.model import CellModel, Poses, RigidParts
 from mmp_env.check.pairs import ChordDeviation, Pairs
+from mmp_env.check.polyhedron import polyhedron
 from mmp_env.check.reading import Solid
 
 
@@ -108,13 +109,20 @@ def ball_centers(parts: RigidParts, poses: Poses) -> Float[np.ndarray, "m p 3"]:
 
 
 def step_minimum(
-    solid: Solid, start: Float[np.ndarray, "*n 3"], end: Float[np.ndarray, "*n 3"]
+    solid: Solid, start: Float[np.ndarray, "*n 3"], end: Float[np.ndarray, "*n 3"], *, near: float = 0.0
 ) -> tuple[Float[np.ndarray, "*n"], Float[np.ndarray, "*n"], Float[np.ndarray, "*n"]]:
-    """Returns signed distances [m] of points on chords to a solid: a lower bound on the chord, those at both ends."""
+    """Returns signed distances [m] of points on chords to a solid: a lower bound on the chord, those at both ends.
+
+    The distances of points farther than `near` [m] from a piece of a mesh are lower bounds, too.
+    """
     turn = rotation(solid.quaternion)
     start, end = (start - solid.position) @ turn, (end - solid.position) @ turn
-    first, slope = solid_distance(solid.shape, solid.size, start)
-    last, slope_back = solid_distance(solid.shape, solid.size, end)
+    if solid.vertices is None:
+        first, slope = solid_distance(solid.shape, solid.size, start)
+        last, slope_back = solid_distance(solid.shape, solid.size, end)
+    else:
+        first, slope = polyhedron(solid).distance(start, near)
+        last, slope_back = polyhedron(solid).distance(end, near)
     step = end - start
     return tangent_minimum(first, _dot(slope, step), last, -_dot(slope_back, step)), first, last
 

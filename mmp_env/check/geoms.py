@@ -130,7 +130,7 @@ class GeomSolids(SphereSolids):
     ) -> None:
         super().__init__(model, parts, clouds)
         self._ids, self._distance = ids, GeomDistance(model)
-        self._solid_ids = [np.array([model.mujoco.geom(f"obstacle/{s.name}").id]) for s in model.cell.solids]
+        self._solid_ids = [np.array([model.mujoco.geom(s.geom).id]) for s in model.cell.solids]
 
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
         """Returns bounds from balls around geoms where they reach the target, otherwise from separating directions."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from mmp_env.check.fields import UnreadableError
+from mmp_env.check.fields import UnreadableError, rotation
 from mmp_env.check.held import BODY, held_spheres
 from mmp_env.check.hulls import GrownMesh, add_hulls, in_geom_frames
 from mmp_env.check.reading import CheckedArm, CheckedCell, Solid, description_folder, robot_data
@@ -197,13 +197,7 @@ def _compile(cell: CheckedCell, *, hulls: bool) -> tuple[mujoco.MjModel, dict[st
     spec.option.ccd_tolerance, spec.option.ccd_iterations = _CCD_TOLERANCE_M, _CCD_ITERATIONS
     meshes: dict[str, GrownMesh] = {}
     for solid in cell.solids:
-        spec.worldbody.add_geom(
-            name=f"obstacle/{solid.name}",
-            type=_GEOMS[solid.shape],
-            size=solid.size,
-            pos=solid.position,
-            quat=solid.quaternion,
-        )
+        meshes |= _stand(spec, solid)
     for arm in cell.arms:
         frame = spec.worldbody.add_frame(pos=arm.position, quat=arm.quaternion)
         spec.attach(_mjcf("robots", arm.model), frame=frame, prefix=f"{arm.name}/")
@@ -217,6 +211,19 @@ def _compile(cell: CheckedCell, *, hulls: bool) -> tuple[mujoco.MjModel, dict[st
         return spec.compile(), meshes
     except ValueError as error:
         raise UnreadableError(f"MuJoCo does not take the cell: {error}") from None
+
+
+def _stand(spec: mujoco.MjSpec, solid: Solid) -> dict[str, GrownMesh]:
+    """Adds an obstacle, or a piece of one. Returns it by its geom if it is a mesh."""
+    place = {"name": solid.geom, "pos": solid.position, "quat": solid.quaternion}
+    if solid.vertices is None:
+        spec.worldbody.add_geom(type=_GEOMS[solid.shape], size=solid.size, **place)
+        return {}
+    convex = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
+    spec.add_mesh(name=solid.geom, uservert=solid.vertices.ravel(), inertia=convex)
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=solid.geom, **place)
+    placed = solid.vertices @ rotation(solid.quaternion).T + solid.position
+    return {solid.geom: GrownMesh(vertices=placed, radius=0.0)}
 
 
 def _hold(spec: mujoco.MjSpec, arm: CheckedArm, held: Solid) -> None:

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.check.fields import (
+    LARGEST_M,
     UnreadableError,
     known,
     lengths,
@@ -30,7 +31,15 @@ from mmp_env.robot_folders import find_robot, robot_names
 
 SCHEMA = "mmp-plan/1"
 DATA = Path(__file__).parent.parent
-_SIZES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
+_SIZES = {
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "mesh": ("pieces",),
+}
+_MOST_PIECES, _VERTICES = 200, (4, 1000)
+"""Largest number of the pieces of a mesh, and bounds of the number of their vertices."""
 _POSE_KEYS = ("position", "yaw", "quaternion")
 _CELL_KEYS = ("name", "arms", "obstacles", "spheres")
 _PROBLEM_KEYS = ("name", "cell", "start", "goal", "max_velocity", "max_acceleration", "max_jerk", "margin", "margins")
@@ -59,13 +68,24 @@ class CheckedArm:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Solid:
-    """An obstacle, or a held object. `size` [m] follows MuJoCo: half edges, or radius and half length without caps."""
+    """An obstacle, a piece of one, or a held object.
+
+    `size` [m] follows MuJoCo: half edges, or radius and half length without caps. A `mesh` is piece number `piece` of
+    its obstacle: the hull of `vertices` [v, 3] [m] in its frame.
+    """
 
     name: str
     shape: str
     size: Float[np.ndarray, "3"]
     position: Float[np.ndarray, "3"]
     quaternion: Float[np.ndarray, "4"]
+    piece: int | None = None
+    vertices: Float[np.ndarray, "v 3"] | None = None
+
+    @property
+    def geom(self) -> str:
+        """Name of its geom in MuJoCo."""
+        return f"obstacle/{self.name}" + ("" if self.piece is None else f"/{self.piece}")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -156,12 +176,12 @@ def read_cell(data: Any) -> CheckedCell:
     """Returns the cell of a plan.json. Raises `UnreadableError`."""
     known(data, _CELL_KEYS, "cell")
     arms = tuple(_arm(entry, f"arm {k}") for k, entry in enumerate(listed(data, "arms", "cell")))
-    solids = tuple(
-        _solid(entry, f"obstacle {k}") for k, entry in enumerate(listed(data, "obstacles", "cell", optional=True))
-    )
+    entries = enumerate(listed(data, "obstacles", "cell", optional=True))
+    obstacles = [_solids(entry, f"obstacle {k}") for k, entry in entries]
+    solids = tuple(solid for pieces in obstacles for solid in pieces)
     if not arms:
         raise UnreadableError("the cell has no arms")
-    for kind, names in (("arms", [arm.name for arm in arms]), ("obstacles", [solid.name for solid in solids])):
+    for kind, names in (("arms", [arm.name for arm in arms]), ("obstacles", [pieces[0].name for pieces in obstacles])):
         if len(set(names)) < len(names):
             raise UnreadableError(f"two {kind} of the cell have the same name")
     spheres = data.get("spheres", "fine")
@@ -222,8 +242,43 @@ def _arm(data: Any, where: str) -> CheckedArm:
     )
 
 
+def _solids(data: Any, where: str) -> list[Solid]:
+    """Returns the pieces of an obstacle: itself, unless it is a mesh."""
+    if text(data, "shape", where, tuple(_SIZES)) != "mesh":
+        return [_solid(data, where)]
+    known(data, ("name", "shape", *_SIZES["mesh"], *_POSE_KEYS), f"{where}, a mesh")
+    mesh = name(data, where)
+    where = f"{where} ('{mesh}')"
+    position, quaternion = pose(data, where)
+    pieces = listed(data, "pieces", where)
+    if not 1 <= len(pieces) <= _MOST_PIECES:
+        raise UnreadableError(f"{where} has {len(pieces)} pieces; a mesh has 1 to {_MOST_PIECES}")
+    return [
+        Solid(
+            name=mesh,
+            shape="mesh",
+            size=np.zeros(3),
+            position=position,
+            quaternion=quaternion,
+            piece=k,
+            vertices=_vertices(piece, f"piece {k} of {where}"),
+        )
+        for k, piece in enumerate(pieces)
+    ]
+
+
+def _vertices(data: Any, where: str) -> Float[np.ndarray, "v 3"]:
+    vertices = numbers(data, (None, 3), where)
+    if not _VERTICES[0] <= len(vertices) <= _VERTICES[1]:
+        raise UnreadableError(f"{where} has {len(vertices)} vertices; a piece has {_VERTICES[0]} to {_VERTICES[1]}")
+    if not (np.abs(vertices) <= LARGEST_M).all():
+        raise UnreadableError(f"the vertices of {where} must be numbers within {LARGEST_M:g} m")
+    return vertices
+
+
 def _solid(data: Any, where: str) -> Solid:
-    shape = text(data, "shape", where, tuple(_SIZES))
+    """Returns a solid that is no mesh."""
+    shape = text(data, "shape", where, tuple(_SIZES)[:-1])
     known(data, ("name", "shape", *_SIZES[shape], *_POSE_KEYS), f"{where}, a {shape}")
     solid = name(data, where)
     where = f"{where} ('{solid}')"

@@ -14,6 +14,9 @@ from mmp_env.check.pairs import Pairs
 _BATCH = 400_000
 """Number of sphere pairs measured at once; bounds the memory of a check."""
 
+_ENOUGH, _ENOUGH_M = 2.0, 0.01
+"""Multiple of the target, and length [m] added to it, from which on a lower bound may stand for a distance."""
+
 
 class SpherePairs(BoundingSpherePairs):
     """Clouds of different arms, and of different links of one arm."""
@@ -57,13 +60,15 @@ class SphereSolids(BoundingSphereSolids):
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
         """Returns bounds from every sphere."""
         lower, at_start, at_end = np.empty((3, len(items)))
+        deviations = self.deviations(items)
         for pair, chosen in by_pair(items):
             cloud = self._clouds[self.part[pair]]
             body = int(self._parts.body[self.part[pair]])
             ends = [cloud_centers(poses, which[chosen], body, cloud) for which in (items.start, items.end)]
-            parts = step_minimum(self._solids[self.solid[pair]], *ends)
+            near = _ENOUGH * target + _ENOUGH_M + cloud.radii.max() + deviations[chosen].max()
+            parts = step_minimum(self._solids[self.solid[pair]], *ends, near=float(near))
             lower[chosen], at_start[chosen], at_end[chosen] = ((part - cloud.radii).min(axis=1) for part in parts)
-        return Bounds.of(items, lower - self.deviations(items), at_start, at_end)
+        return Bounds.of(items, lower - deviations, at_start, at_end)
 
 
 def cloud_centers(poses: Poses, at: Int[np.ndarray, "m"], body: int, cloud: LinkSpheres) -> Float[np.ndarray, "m s 3"]:

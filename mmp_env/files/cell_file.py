@@ -16,22 +16,43 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.file_kinds import CELL, read_for
 from mmp_env.files.paths import real_path
 from mmp_env.files.reading import Location, decode, named
-from mmp_env.model.arm import LARGEST_M, LARGEST_YAW_RAD, NAMES, SHAPES, SMALLEST_M, Arm, Obstacle, is_name
+from mmp_env.model.arm import (
+    LARGEST_M,
+    LARGEST_YAW_RAD,
+    MOST_PIECES,
+    MOST_VERTICES,
+    NAMES,
+    SHAPES,
+    SMALLEST_M,
+    Arm,
+    Obstacle,
+    is_name,
+)
 from mmp_env.model.cell import Cell
+from mmp_env.model.convex_hull import thickness
 from mmp_env.model.held import HELD
 from mmp_env.model.robot import GEOMETRIES, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.robot_folders import is_path
 from mmp_env.wording import degrees_hint, shown
 
-MEASURES = {"box": ("size",), "sphere": ("radius",), "cylinder": ("radius", "length"), "capsule": ("radius", "length")}
+MEASURES = {
+    "box": ("size",),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "mesh": ("pieces",),
+}
 """Shape -> the fields that give its size."""
+_ALL_MEASURES = ("size", "radius", "length", "pieces")
 MAX_ARMS, MAX_OBSTACLES = 64, 1000
 """Largest numbers of arms and obstacles of a cell."""
 NO_TOOL = "none"
 """Name that stands for a bare flange in files."""
 _ONE_TURN_RAD = 2 * np.pi + 1e-4
 """Largest yaw [rad] in a cell file: a full turn, with room for rounding."""
+_LEAST_VERTICES = 4
+"""Fewest vertices of a convex piece."""
 _UNIT_ROUNDING = 1e-12
 """Largest deviation of the length of a unit quaternion from 1."""
 
@@ -46,6 +67,7 @@ class SolidData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     size: Vector | None = None
     radius: float | None = None
     length: float | None = None
+    pieces: list[list[Vector]] | None = None
 
 
 class HeldData(SolidData, forbid_unknown_fields=True, kw_only=True):
@@ -155,7 +177,10 @@ def _solid_to_dict(solid: Obstacle) -> dict[str, Any]:
         "shape": solid.shape,
         "position": solid.position.tolist(),
         "quaternion": solid.quaternion.tolist(),
-    } | {key: np.asarray(getattr(solid, key)).tolist() for key in MEASURES[solid.shape]}
+    } | {
+        key: [piece.tolist() for piece in solid.pieces] if key == "pieces" else np.asarray(getattr(solid, key)).tolist()
+        for key in MEASURES[solid.shape]
+    }
 
 
 def check_name(name: str, place: Location) -> None:
@@ -186,7 +211,7 @@ def _arm(data: ArmData, place: Location) -> Arm:
         tool=_tool(data.tool, robot, place),
         position=position,
         quaternion=quaternion,
-        held=_solid(data.held, place / "held") if data.held else None,
+        held=_held(data.held, place / "held") if data.held else None,
     )
 
 
@@ -209,12 +234,18 @@ def _tool(name: str | UnsetType | None, robot: Robot, place: Location) -> Tool |
         return load_tool(name)
 
 
+def _held(data: HeldData, place: Location) -> Obstacle:
+    if data.shape == "mesh":
+        raise MmpError(f"{place / 'shape'} is 'mesh'; an arm holds a {', '.join(SHAPES[:-2])} or {SHAPES[-2]}")
+    return _solid(data, place)
+
+
 def _solid(data: ObstacleData | HeldData, place: Location) -> Obstacle:
     check_name(data.name, place / "name")
     if data.shape not in SHAPES:
         check_name(data.shape, place / "shape")
         raise MmpError(f"{place / 'shape'}: {UnknownNameError('shape', data.shape, SHAPES)}")
-    given = {key: value for key in ("size", "radius", "length") if (value := getattr(data, key)) is not None}
+    given = {key: value for key in _ALL_MEASURES if (value := getattr(data, key)) is not None}
     wanted = MEASURES[data.shape]
     for key in wanted:
         if key not in given:
@@ -222,7 +253,7 @@ def _solid(data: ObstacleData | HeldData, place: Location) -> Obstacle:
     for key, value in given.items():
         if key not in wanted:
             raise MmpError(f"{place / key} is {shown(value)}; a {data.shape} has {' and '.join(wanted)} only")
-        if not np.all((np.asarray(value) >= SMALLEST_M) & (np.asarray(value) <= LARGEST_M)):
+        if key != "pieces" and not np.all((np.asarray(value) >= SMALLEST_M) & (np.asarray(value) <= LARGEST_M)):
             raise (place / key).wrong(value, f"from {SMALLEST_M} to {LARGEST_M:g} m")
     position, quaternion = _pose(data, place)
     return Obstacle(
@@ -233,7 +264,24 @@ def _solid(data: ObstacleData | HeldData, place: Location) -> Obstacle:
         size=frozen_array(data.size) if data.size else None,
         radius=data.radius,
         length=data.length,
+        pieces=_pieces(data.pieces, place / "pieces") if data.pieces is not None else (),
     )
+
+
+def _pieces(data: list[list[Vector]], place: Location) -> tuple[Float[np.ndarray, "_ 3"], ...]:
+    """Returns the pieces of a mesh. Raises `MmpError` where there are too many, or one is flat or too large."""
+    if not 1 <= len(data) <= MOST_PIECES:
+        raise MmpError(f"{place} has {len(data)} entries; a mesh has 1 to {MOST_PIECES} convex pieces")
+    for k, vertices in enumerate(data):
+        if not _LEAST_VERTICES <= len(vertices) <= MOST_VERTICES:
+            raise MmpError(
+                f"{place / k} has {len(vertices)} vertices; a piece has {_LEAST_VERTICES} to {MOST_VERTICES}"
+            )
+        if not np.all(np.abs(vertices) <= LARGEST_M):
+            raise MmpError(f"{place / k} has a vertex beyond {LARGEST_M:g} m; all must lie nearer to the origin")
+        if not thickness(np.array(vertices)) >= SMALLEST_M:
+            raise MmpError(f"{place / k} is flat; a piece must be {SMALLEST_M} m thick at least")
+    return tuple(frozen_array(vertices) for vertices in data)
 
 
 def _pose(data: ArmData | SolidData, place: Location) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:

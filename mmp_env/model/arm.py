@@ -14,8 +14,12 @@ from mmp_env.errors import MmpError
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.robot import Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.model.transforms import matrix_from_quaternion, transform
+from mmp_env.wording import counted
 
-SHAPES = ("box", "sphere", "cylinder", "capsule")
+SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
+"""Shapes of solids. The pieces of a mesh are convex."""
+MOST_PIECES, MOST_VERTICES = 200, 1000
+"""Largest numbers of the pieces of a mesh, and of the vertices of a piece."""
 SMALLEST_M, LARGEST_M = 1e-6, 100.0
 """Bounds [m] of edges, radii and lengths. Positions lie within the larger one of the origin of their frame."""
 LARGEST_YAW_RAD = 4 * np.pi
@@ -83,12 +87,13 @@ class Obstacle(ReadOnly):
 
     Attributes:
         name: unique among the obstacles of a cell.
-        shape: `box`, `sphere`, `cylinder` or `capsule`.
-        position: of its centre [3] [m].
+        shape: `box`, `sphere`, `cylinder`, `capsule` or `mesh`.
+        position: of its centre [3] [m]; of a mesh, of the origin of its vertices.
         quaternion: of its frame (wxyz); cylinders and capsules lie along z.
         size: full edge lengths [3] [m] of a box, otherwise None.
         radius: of the other shapes [m].
         length: of a cylinder, or of a capsule without its caps [m].
+        pieces: vertices [v, 3] [m] of the convex hulls that a mesh consists of, in its frame; empty otherwise.
     """
 
     name: str
@@ -98,10 +103,12 @@ class Obstacle(ReadOnly):
     size: Float[np.ndarray, "3"] | None = None
     radius: float | None = None
     length: float | None = None
+    pieces: tuple[Float[np.ndarray, "_ 3"], ...] = ()
 
     @brief
     def __repr__(self) -> str:
         edges = [] if self.size is None else [" x ".join(f"{edge:g}" for edge in self.size) + " m"]
+        edges += [f"{counted(len(self.pieces), 'convex piece')}"] if self.pieces else []
         named = {"radius": self.radius, "length": self.length}
         measures = edges + [f"{name} {value:g} m" for name, value in named.items() if value is not None]
         return f"{self.name}: {self.shape}, {', '.join(measures)}, at {point(self.position)}"
@@ -118,8 +125,18 @@ class Obstacle(ReadOnly):
         """Half edges [m] of the bounding box in its own frame."""
         if self.size is not None:
             return self.size / 2
+        if self.pieces:
+            return np.ptp(np.concatenate(self.pieces), axis=0) / 2
         radius, straight, _ = self.half_size
         return np.array([radius, radius, straight + (0.0 if self.shape == "cylinder" else radius)])
+
+    @property
+    def middle(self) -> Float[np.ndarray, "3"]:
+        """Centre [m] of the bounding box in its own frame, which is the origin unless the solid is a mesh."""
+        if not self.pieces:
+            return np.zeros(3)
+        points = np.concatenate(self.pieces)
+        return (points.min(axis=0) + points.max(axis=0)) / 2
 
 
 def place_arm(name: str, robot: str, position: ArrayLike, quaternion: ArrayLike, tool: str | None = "default") -> Arm:

@@ -20,6 +20,7 @@ from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.arm import SHAPES, Arm, Obstacle
 from mmp_env.model.conflict import Conflict, TimedPlan, plan_conflicts
+from mmp_env.model.convex_hull import supporting_planes
 from mmp_env.model.joint_chain import exact_hulls, joint_chain, part_names
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins
 from mmp_env.model.robot import EXACT
@@ -86,8 +87,9 @@ class CollisionModel:
             self.core.add_arm(**joint_chain(arm, cell.spheres))
             for hull in exact_hulls(arm) if cell.spheres == EXACT else ():
                 self.core.add_hull(arm=self._numbers[arm.name], **hull)
+        self._solids: list[str] = []
         for obstacle in cell.obstacles:
-            self.core.add_obstacle(*_solid(obstacle))
+            self._solids += [obstacle.name] * _add_solid(self.core, obstacle)
         self.core.freeze()
         self._radii = [core.sphere_table(self.core, k)[:, 1] for k in range(len(cell.arms))]
         self._links = [core.sphere_table(self.core, k)[:, 0].astype(int) for k in range(len(cell.arms))]
@@ -196,7 +198,7 @@ class CollisionModel:
                 continue
             first = f"{arms[near.arm].name}/{names[near.arm][near.link]}"
             if near.other_link < 0:
-                second = f"obstacle/{self.cell.obstacles[near.other].name}"
+                second = f"obstacle/{self._solids[near.other]}"
             else:
                 second = f"{arms[near.other].name}/{names[near.other][near.other_link]}"
             out[kind] = Nearest(clearance_m=near.clearance, bodies=f"{first} and {second}")
@@ -240,6 +242,14 @@ class CollisionModel:
         return rows
 
 
-def _solid(obstacle: Obstacle) -> tuple[int, np.ndarray, np.ndarray]:
-    pose = transform(matrix_from_quaternion(obstacle.quaternion), obstacle.position)[:3].ravel()
-    return SHAPES.index(obstacle.shape), pose, np.ascontiguousarray(obstacle.half_size, dtype=float)
+def _add_solid(compiled: core.Cell, obstacle: Obstacle) -> int:
+    """Adds an obstacle to the core. Returns the number of bodies there, one for each piece of a mesh."""
+    turn = matrix_from_quaternion(obstacle.quaternion)
+    if obstacle.pieces:
+        for piece in obstacle.pieces:
+            placed = np.array([turn @ vertex + obstacle.position for vertex in piece])
+            compiled.add_hull_obstacle(vertices=placed, planes=supporting_planes(placed))
+        return len(obstacle.pieces)
+    pose = transform(turn, obstacle.position)[:3].ravel()
+    compiled.add_obstacle(SHAPES.index(obstacle.shape), pose, np.ascontiguousarray(obstacle.half_size, dtype=float))
+    return 1

@@ -16,6 +16,8 @@ LONGEST_EXECUTION_S = 1200.0
 """Longest plan that is executed [s]: an execution keeps the positions of all physics steps in memory."""
 _SAME = 1e-6
 """Largest difference between equal poses and sizes [m]."""
+_MOST_SHOWN = 9
+"""Largest number of values that a message shows."""
 
 
 def given_plan(plan: object, to: str) -> Plan:
@@ -84,6 +86,8 @@ def _measures(obstacle: Obstacle) -> dict[str, object]:
         "size": obstacle.size,
         "radius": obstacle.radius,
         "length": obstacle.length,
+        "number of pieces": len(obstacle.pieces),
+        "vertices": np.concatenate([piece.ravel() for piece in obstacle.pieces]) if obstacle.pieces else None,
     }
 
 
@@ -91,7 +95,7 @@ def _unequal(whose: str, there: dict[str, object], here: dict[str, object]) -> I
     for key, value in there.items():
         other = here.get(key)
         if isinstance(value, np.ndarray) and isinstance(other, np.ndarray):
-            if not np.allclose(value, other, rtol=0, atol=_SAME):
+            if value.shape != other.shape or not np.allclose(value, other, rtol=0, atol=_SAME):
                 yield f"the {key} of {whose} is {_shown(value)} there and {_shown(other)} here"
         elif isinstance(value, float) and isinstance(other, float):
             if abs(value - other) > _SAME:
@@ -101,7 +105,8 @@ def _unequal(whose: str, there: dict[str, object], here: dict[str, object]) -> I
 
 
 def _shown(values: np.ndarray) -> str:
-    return str([round(float(value), 6) for value in values])
+    shown = [round(float(value), 6) for value in values[:_MOST_SHOWN]]
+    return str(shown) if len(values) <= _MOST_SHOWN else f"{str(shown)[:-1]}, ...]"
 
 
 def _faults(plan: Plan) -> Iterator[str]:

@@ -46,4 +46,6 @@ def read_only(value: Any) -> Any:
         value.flags.writeable = False
     elif isinstance(value, Mapping) and not isinstance(value, ReadOnlyDict):
         return ReadOnlyDict({key: read_only(item) for key, item in value.items()})
+    elif type(value) is tuple and any(isinstance(item, np.ndarray) for item in value):
+        return tuple(map(read_only, value))
     return value

@@ -88,12 +88,12 @@ class ContactLog:
 def names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:
     """Returns the body name and the arm number of every geom.
 
-    A geom of the world has its own name, and a number above those of all arms.
+    A geom of the world has the name of its obstacle, and a number above those of all arms.
     """
     numbers = {name: k for k, name in enumerate(cell.arm_names)}
     names, owners = [], []
     for geom, body in enumerate(np.asarray(model.geom_bodyid).tolist()):
-        name = model.body(body).name if body else model.geom(geom).name
+        name = model.body(body).name if body else "/".join(model.geom(geom).name.split("/")[:2])
         names.append(name)
         owners.append(numbers[name.partition("/")[0]] if body else len(numbers))
     return names, owners

@@ -1,9 +1,9 @@
 """A cell as one MuJoCo model, composed with MjSpec from the robots' and tools' MJCF.
 
 Names: `<arm>/<link>` bodies, `<arm>/joint1`..., `<arm>/servo1`..., sites `<arm>/flange` and `<arm>/tool_point`, geoms
-`obstacle/<name>`, and a body and geom `<arm>/held` for a held object. Bodies that are welded to the world never touch
-each other in MuJoCo, so bases may overlap the table and each other. Two parts of one arm collide here only if the
-planners test them against each other.
+`obstacle/<name>` (`obstacle/<name>/<k>` for the pieces of a mesh), and a body and geom `<arm>/held` for a held object.
+Bodies that are welded to the world never touch each other in MuJoCo, so bases may overlap the table and each other. Two
+parts of one arm collide here only if the planners test them against each other.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
     # By default MuJoCo lets each body overlap its parent; a held object could then not touch the second to last link.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
     for obstacle in cell.obstacles:
-        _add_geom(spec.worldbody, OBSTACLE_PREFIX + obstacle.name, obstacle, obstacle_rgba(cell, obstacle))
+        _add_solid(spec, obstacle, obstacle_rgba(cell, obstacle))
     for number, arm in enumerate(cell.arms):
         _add_arm(spec, arm, number, cell.spheres)
     if moving_setpoints:
@@ -71,6 +71,18 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
         return spec.compile()
     except ValueError as error:
         raise MmpError(f"MuJoCo cannot compile cell '{cell.name}': {error}") from error
+
+
+def _add_solid(spec: Any, obstacle: Obstacle, rgba: tuple[float, float, float, float]) -> None:
+    """Adds the geom `obstacle/<name>`, or `obstacle/<name>/<k>` for each piece of a mesh."""
+    name = OBSTACLE_PREFIX + obstacle.name
+    if not obstacle.pieces:
+        _add_geom(spec.worldbody, name, obstacle, rgba)
+    for k, piece in enumerate(obstacle.pieces):
+        part = f"{name}/{k}"
+        spec.add_mesh(name=part, uservert=piece.ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
+        place = {"pos": obstacle.position, "quat": obstacle.quaternion, "rgba": rgba}
+        spec.worldbody.add_geom(name=part, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=part, **place)
 
 
 def _add_geom(body: Any, name: str, solid: Obstacle, rgba: tuple[float, float, float, float]) -> Any:

@@ -131,7 +131,8 @@ def _dome(arm: Arm) -> Float[np.ndarray, "d 3"]:
 def corners(obstacle: Obstacle) -> Float[np.ndarray, "8 3"]:
     """Returns the corners [m] of the oriented bounding box of an obstacle."""
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
-    return (signs * obstacle.half_extents) @ matrix_from_quaternion(obstacle.quaternion).T + obstacle.position
+    box = signs * obstacle.half_extents + obstacle.middle
+    return box @ matrix_from_quaternion(obstacle.quaternion).T + obstacle.position
 
 
 def camera_pose(

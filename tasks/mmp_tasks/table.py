@@ -105,5 +105,6 @@ def turned(direction: Float[np.ndarray, " 2"], angle: float) -> Float[np.ndarray
 
 def _bounding_box(obstacle: Obstacle) -> Float[np.ndarray, "2 3"]:
     """Returns the lowest and highest corner [m] of an upright box around an obstacle."""
-    reach = np.abs(matrix_from_quaternion(obstacle.quaternion)) @ obstacle.half_extents
-    return np.array([obstacle.position - reach, obstacle.position + reach])
+    turn = matrix_from_quaternion(obstacle.quaternion)
+    middle, reach = obstacle.position + turn @ obstacle.middle, np.abs(turn) @ obstacle.half_extents
+    return np.array([middle - reach, middle + reach])

@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float, Int, UInt8
 
 from mmp_env.check.distance import solid_distance
 from mmp_env.model.cell import Cell
+from mmp_env.model.convex_hull import plane_distance, supporting_planes
 from mmp_env.model.joint_chain import untested_pairs
 from mmp_env.model.margins import Margins
 from mmp_env.model.transforms import matrix_from_quaternion
@@ -92,7 +93,11 @@ def _in_obstacles(cell: Cell, own: SphereCloud, margin: float) -> Bool[np.ndarra
     out = np.zeros(own.centers.shape[:2], bool)
     for solid in cell.obstacles:
         there = (own.centers - solid.position) @ matrix_from_quaternion(solid.quaternion)
-        out |= solid_distance(solid.shape, solid.half_size, there)[0] - own.radii < margin
+        if solid.pieces:
+            apart = np.min([plane_distance(supporting_planes(piece), there) for piece in solid.pieces], axis=0)
+        else:
+            apart = solid_distance(solid.shape, solid.half_size, there)[0]
+        out |= apart - own.radii < margin
     return out & ~own.is_base
 
 

@@ -1,4 +1,4 @@
-"""Finds the folder of a robot: built in, of an installed package, in the user's data folder, or at a path."""
+"""Finds the folder of a robot or tool: built in, of an installed package, in the user's data folder, or at a path."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pathlib import Path
 
 GROUP = "mmp_env.robots"
 """Entry points of packages that bring robots: the name of a robot and the path of its folder, text or `Path`."""
-DESCRIPTION = "robot.json"
-_BUILT_IN = Path(__file__).parent / "robots"
+DESCRIPTION, TOOL_DESCRIPTION = "robot.json", "tool.json"
+_BUILT_IN, _TOOLS = (Path(__file__).parent / folder for folder in ("robots", "tools"))
 
 
 def user_folder() -> Path:
@@ -48,6 +48,31 @@ def find_robot(name: str) -> Path | None:
     if name in ("", ".", ".."):
         return None
     return _holding(_BUILT_IN / name) or _of_package(name) or _holding(user_folder() / name)
+
+
+def tool_names() -> list[str]:
+    """Returns the names of all tools, sorted."""
+    return sorted(path.parent.name for path in _TOOLS.glob(f"*/{TOOL_DESCRIPTION}"))
+
+
+def find_tool(name: str) -> Path | None:
+    """Returns the folder of the tool of that name, or None where there is none."""
+    return _TOOLS / name if name in tool_names() else None
+
+
+def is_built_in(folder: Path) -> bool:
+    """Returns whether the folder of a robot or tool is one of this package."""
+    return folder.parent in (_BUILT_IN, _TOOLS)
+
+
+def is_built_in_robot(name: str) -> bool:
+    """Returns whether a name is that of a built-in robot."""
+    return (_BUILT_IN / name / DESCRIPTION).is_file()
+
+
+def is_built_in_tool(name: str) -> bool:
+    """Returns whether a name is that of a built-in tool."""
+    return (_TOOLS / name / TOOL_DESCRIPTION).is_file()
 
 
 def _of_package(name: str) -> Path | None:

@@ -165,7 +165,7 @@ def ur5e(wheels: Path) -> Source:
 def own_geoms(name: str) -> Source:
     """Returns the geoms of the MJCF of a robot as pieces."""
     robot = load_robot(name)
-    model = mujoco.MjModel.from_xml_path(str(robot.mjcf))
+    model = mujoco.MjModel.from_xml_string(robot.mjcf)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     pieces = {}

@@ -120,7 +120,10 @@ def _seam(number: int, pair: tuple[Mapping[str, Any], Mapping[str, Any]]) -> Ite
 
 def _same_arms(before: CheckedPlan, after: CheckedPlan) -> bool:
     """Returns whether two plans have the same arms with the same tools at the same places."""
-    one, other = ([(arm.name, arm.model, arm.tool) for arm in plan.cell.arms] for plan in (before, after))
+    one, other = (
+        [(arm.name, arm.robot.content, arm.tool and arm.tool.content) for arm in plan.cell.arms]
+        for plan in (before, after)
+    )
     bases = zip(before.cell.arms, after.cell.arms, strict=False)
     return one == other and all(np.abs(_place(base) - _place(moved)).max() <= SAME_PLACE for base, moved in bases)
 

@@ -34,7 +34,7 @@ def held_spheres(solid: Solid) -> Float[np.ndarray, "s 4"]:
 
 def holders(arm: CheckedArm) -> list[str]:
     """Returns the names of the last link and the tool, which touch the held object."""
-    return [arm.robot["links"][-1], *([arm.tool] if arm.tool else [])]
+    return [arm.robot.data["links"][-1], *([arm.tool.name] if arm.tool else [])]
 
 
 def _grid(half: Float[np.ndarray, "3"]) -> list[tuple[float, float, float, float]]:

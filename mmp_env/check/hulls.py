@@ -10,12 +10,14 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.check.fields import UnreadableError, rotation
-from mmp_env.check.reading import CheckedArm, robot_data
+from mmp_env.check.reading import CheckedArm
 from mmp_env.mujoco_import import mujoco
 
 _LEAST_VERTICES = 4
 """Fewest vertices of a mesh. Pieces of one or two vertices are spheres and capsules."""
-_ORIGIN = "origin"
+
+_OWN = {"material": "", "contype": 1, "conaffinity": 1}
+"""Attributes of hulls that the defaults of the MJCF must not set."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -32,10 +34,7 @@ def add_hulls(spec: mujoco.MjSpec, arm: CheckedArm) -> dict[str, GrownMesh]:
     Raises:
         UnreadableError: if the robot or its tool has no hulls.
     """
-    bodies: dict[str, Any] = {}
-    for folder, name in (("robots", arm.model), ("tools", arm.tool)):
-        if name:
-            bodies |= {link: rows for link, rows in robot_data(folder, name, "hulls.json").items() if link != _ORIGIN}
+    bodies = {link: rows for model in (arm.robot, arm.tool) if model for link, rows in model.link_hulls().items()}
     out = {}
     for link, pieces in bodies.items():
         body = spec.body(f"{arm.name}/{link}")
@@ -44,8 +43,8 @@ def add_hulls(spec: mujoco.MjSpec, arm: CheckedArm) -> dict[str, GrownMesh]:
         for geom in body.geoms:
             geom.contype = geom.conaffinity = 0
         for k, piece in enumerate(pieces):
-            geom, vertices = f"hull/{arm.name}/{link}/{k}", np.array(piece["vertices"], dtype=float)
-            mesh = _add_piece(spec, body, geom, vertices, float(piece["radius"]))
+            geom = f"hull/{arm.name}/{link}/{k}"
+            mesh = _add_piece(spec, body, geom, *piece)
             out |= {geom: mesh} if mesh else {}
     return out
 
@@ -60,10 +59,12 @@ def _add_piece(spec: Any, body: Any, name: str, vertices: np.ndarray, radius: fl
         quaternion = np.array([1.0, 0, 0, 0])
         if length > 0:
             mujoco.mju_quatZ2Vec(quaternion, along / length)
-        body.add_geom(name=name, type=shape, size=[radius, length / 2, 0], pos=ends.mean(axis=0), quat=quaternion)
+        body.add_geom(
+            name=name, type=shape, size=[radius, length / 2, 0], pos=ends.mean(axis=0), quat=quaternion, **_OWN
+        )
         return None
     spec.add_mesh(name=name, uservert=vertices.ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
-    body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
+    body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **_OWN)
     return GrownMesh(vertices=vertices, radius=radius)
 
 

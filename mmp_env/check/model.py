@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -12,7 +11,8 @@ from jaxtyping import Bool, Float, Int
 from mmp_env.check.fields import UnreadableError, rotation
 from mmp_env.check.held import BODY, held_spheres
 from mmp_env.check.hulls import GrownMesh, add_hulls, in_geom_frames
-from mmp_env.check.reading import CheckedArm, CheckedCell, Solid, description_folder, robot_data
+from mmp_env.check.models import CheckedModel
+from mmp_env.check.reading import CheckedArm, CheckedCell, Solid
 from mmp_env.mujoco_import import mujoco
 
 _GEOMS = {
@@ -143,9 +143,10 @@ class LinkSpheres:
 def sphere_parts(model: CellModel) -> tuple[RigidParts, tuple[LinkSpheres, ...]]:
     """Returns a part and its cloud for every link or tool that has spheres, and for held objects."""
     rows, clouds = [], []
+    models = {part for arm in model.cell.arms for part in (arm.robot, arm.tool) if part}
+    by_model = {part: _clouds(part, model.cell.spheres) for part in models}
     for index, arm in enumerate(model.cell.arms):
-        mine = _clouds("robots", arm.model, model.cell.spheres)
-        mine += _clouds("tools", arm.tool, model.cell.spheres) if arm.tool else ()
+        mine = by_model[arm.robot] + (by_model[arm.tool] if arm.tool else ())
         for cloud in mine + ((_cloud(BODY, held_spheres(arm.held)),) if arm.held else ()):
             body = model.mujoco.body(f"{arm.name}/{cloud.link}").id
             points = np.vstack([cloud.centers, cloud.center])
@@ -155,11 +156,8 @@ def sphere_parts(model: CellModel) -> tuple[RigidParts, tuple[LinkSpheres, ...]]
     return stack_parts(rows), tuple(clouds)
 
 
-@functools.cache
-def _clouds(folder: str, name: str, spheres: str) -> tuple[LinkSpheres, ...]:
-    rows = robot_data(folder, name, "spheres.json")[spheres]
-    by_link = rows if isinstance(rows, dict) else {name: rows}
-    return tuple(_cloud(link, np.array(table, dtype=float)) for link, table in by_link.items())
+def _clouds(model: CheckedModel, spheres: str) -> tuple[LinkSpheres, ...]:
+    return tuple(_cloud(link, table) for link, table in model.sphere_set(spheres).items())
 
 
 def _cloud(link: str, table: Float[np.ndarray, "s 4"]) -> LinkSpheres:
@@ -200,9 +198,9 @@ def _compile(cell: CheckedCell, *, hulls: bool) -> tuple[mujoco.MjModel, dict[st
         meshes |= _stand(spec, solid)
     for arm in cell.arms:
         frame = spec.worldbody.add_frame(pos=arm.position, quat=arm.quaternion)
-        spec.attach(_mjcf("robots", arm.model), frame=frame, prefix=f"{arm.name}/")
+        spec.attach(_mjcf(arm.robot), frame=frame, prefix=f"{arm.name}/")
         if arm.tool:
-            spec.attach(_mjcf("tools", arm.tool), site=spec.site(f"{arm.name}/flange"), prefix=f"{arm.name}/")
+            spec.attach(_mjcf(arm.tool), site=spec.site(f"{arm.name}/flange"), prefix=f"{arm.name}/")
         if hulls:
             meshes |= add_hulls(spec, arm)
         if arm.held:
@@ -229,7 +227,7 @@ def _stand(spec: mujoco.MjSpec, solid: Solid) -> dict[str, GrownMesh]:
 def _hold(spec: mujoco.MjSpec, arm: CheckedArm, held: Solid) -> None:
     """Adds a body that is fixed in the tool's frame, or in the flange's, which is the pose of a site."""
     if arm.tool:
-        body = spec.body(f"{arm.name}/{arm.tool}").add_body()
+        body = spec.body(f"{arm.name}/{arm.tool.name}").add_body()
     else:
         flange = spec.site(f"{arm.name}/flange")
         body = flange.parent.add_body(pos=flange.pos, quat=flange.quat)
@@ -237,9 +235,24 @@ def _hold(spec: mujoco.MjSpec, arm: CheckedArm, held: Solid) -> None:
     body.add_geom(type=_GEOMS[held.shape], size=held.size, pos=held.position, quat=held.quaternion)
 
 
-def _mjcf(folder: str, name: str) -> mujoco.MjSpec:
-    found = description_folder(folder, name)
-    spec = mujoco.MjSpec.from_file(str(found / f"{found.name}.xml"))
+def _mjcf(model: CheckedModel) -> mujoco.MjSpec:
+    try:
+        spec = mujoco.MjSpec.from_string(model.mjcf)
+    except ValueError as error:
+        raise UnreadableError(f"MuJoCo does not take {model.name}.xml: {' '.join(str(error).split())}") from None
+    _test_names(spec, model)
     for key in list(spec.keys):  # of one robot alone: too short for a cell
         spec.delete(key)
     return spec
+
+
+def _test_names(spec: mujoco.MjSpec, model: CheckedModel) -> None:
+    """Raises `UnreadableError` for MJCF without the bodies, joints and site that a robot or tool has."""
+    joints = [f"joint{k + 1}" for k in range(len(model.data.get("joints", ())))]
+    if [joint.name for joint in spec.joints] != joints:
+        raise UnreadableError(f"{model.name}.xml does not have the joints {', '.join(joints) or 'of a tool, none'}")
+    for link in model.links:
+        if spec.body(link) is None:
+            raise UnreadableError(f"{model.name}.xml has no body '{link}'")
+    if joints and spec.site("flange") is None:
+        raise UnreadableError(f"{model.name}.xml has no site 'flange'")

@@ -18,7 +18,8 @@ from jaxtyping import Bool, Float, Int
 from mmp_env.check.held import BODY, holders
 from mmp_env.check.items import MotionSteps
 from mmp_env.check.model import RigidParts
-from mmp_env.check.reading import CheckedArm, CheckedCell, robot_data
+from mmp_env.check.models import CheckedModel
+from mmp_env.check.reading import CheckedArm, CheckedCell
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -67,16 +68,15 @@ def ignored_links(arm: CheckedArm, spheres: str) -> set[frozenset[str]]:
     """Returns the pairs of links, tool and held object that may overlap with a sphere set."""
     out = {frozenset(pair) for pair in _of_set(arm.robot, spheres)}
     if arm.tool:
-        links = _of_set(robot_data("tools", arm.tool, "tool.json"), spheres)
-        out |= {frozenset((arm.tool, link)) for link in links}
+        out |= {frozenset((arm.tool.name, link)) for link in _of_set(arm.tool, spheres)}
     if arm.held:
         out |= {frozenset((BODY, link)) for link in holders(arm)}
     return out
 
 
-def _of_set(data: Any, spheres: str) -> Any:
+def _of_set(model: CheckedModel, spheres: str) -> Any:
     """Returns what a robot or tool ignores with a sphere set; for hulls without a list of their own that of `fine`."""
-    ignored = data["self_collision_ignore"]
+    ignored = model.data["self_collision_ignore"]
     return ignored.get(spheres, ignored["fine"]) if spheres == "exact" else ignored[spheres]
 
 

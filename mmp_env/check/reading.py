@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import functools
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,11 +23,9 @@ from mmp_env.check.fields import (
     shown,
     text,
 )
-from mmp_env.errors import HOW_TO_ADD
-from mmp_env.robot_folders import find_robot, robot_names
+from mmp_env.check.models import CarriedModels, CheckedModel
 
 SCHEMA = "mmp-plan/1"
-DATA = Path(__file__).parent.parent
 _SIZES = {
     "box": ("size",),
     "sphere": ("radius",),
@@ -41,29 +36,28 @@ _SIZES = {
 _MOST_PIECES, _VERTICES = 200, (4, 1000)
 """Largest number of the pieces of a mesh, and bounds of the number of their vertices."""
 _POSE_KEYS = ("position", "yaw", "quaternion")
-_CELL_KEYS = ("name", "arms", "obstacles", "spheres")
+_CELL_KEYS = ("name", "arms", "obstacles", "spheres", "robots", "tools")
 _PROBLEM_KEYS = ("name", "cell", "start", "goal", "max_velocity", "max_acceleration", "max_jerk", "margin", "margins")
 _MARGIN_KEYS = ("arms", "obstacles", "self")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CheckedArm:
-    """An arm of the file. `robot` is the content of robot.json, `position` [m] and `quaternion` (wxyz) its base.
+    """An arm of the file, its robot and tool. `position` [m] and `quaternion` (wxyz) are its base.
 
     The pose of the `held` object is in the tool's frame, or in the flange's without a tool.
     """
 
     name: str
-    model: str
-    robot: Mapping[str, Any]
-    tool: str | None
+    robot: CheckedModel
+    tool: CheckedModel | None
     position: Float[np.ndarray, "3"]
     quaternion: Float[np.ndarray, "4"]
     held: Solid | None = None
 
     @property
     def dof(self) -> int:
-        return len(self.robot["joints"])
+        return len(self.robot.data["joints"])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -125,7 +119,7 @@ class CheckedPlan:
 
     def of_robots(self, key: str) -> Float[np.ndarray, "n"]:
         """Returns a property of all joints from robot.json."""
-        return np.array([joint[key] for arm in self.cell.arms for joint in arm.robot["joints"]], dtype=float)
+        return np.array([joint[key] for arm in self.cell.arms for joint in arm.robot.data["joints"]], dtype=float)
 
 
 def read_plan(data: Any) -> CheckedPlan:
@@ -175,7 +169,8 @@ def read_plan(data: Any) -> CheckedPlan:
 def read_cell(data: Any) -> CheckedCell:
     """Returns the cell of a plan.json. Raises `UnreadableError`."""
     known(data, _CELL_KEYS, "cell")
-    arms = tuple(_arm(entry, f"arm {k}") for k, entry in enumerate(listed(data, "arms", "cell")))
+    models = CarriedModels.read(data.get("robots"), data.get("tools"))
+    arms = tuple(_arm(entry, models, f"arm {k}") for k, entry in enumerate(listed(data, "arms", "cell")))
     entries = enumerate(listed(data, "obstacles", "cell", optional=True))
     obstacles = [_solids(entry, f"obstacle {k}") for k, entry in entries]
     solids = tuple(solid for pieces in obstacles for solid in pieces)
@@ -191,28 +186,6 @@ def read_cell(data: Any) -> CheckedCell:
     return CheckedCell(arms=arms, solids=solids, spheres=spheres)
 
 
-def robot_data(folder: str, name: str, file: str) -> Any:
-    """Returns the content of a JSON file of a robot or tool. Raises `UnreadableError` if there is no such robot."""
-    return _content(description_folder(folder, name) / file)
-
-
-def description_folder(folder: str, name: str) -> Path:
-    """Returns the folder of a robot or tool. Raises `UnreadableError` if there is none of that name."""
-    if folder == "robots":
-        found, names = find_robot(name), robot_names()
-    else:
-        names = sorted(path.parent.name for path in (DATA / folder).glob("*/tool.json"))
-        found = DATA / folder / name if name in names else None
-    if found is None:
-        raise UnreadableError(f"'{name}' is not among the {folder}: {', '.join(names)}. {HOW_TO_ADD}")
-    return found
-
-
-@functools.lru_cache(maxsize=64)
-def _content(path: Path) -> Any:
-    return json.loads(path.read_text())
-
-
 def _margins(data: Any, margin: float) -> dict[str, float]:
     """Returns the clearances [m] to keep, by kind: half of `margin` for an older plan without margins."""
     if data is None:
@@ -224,22 +197,17 @@ def _margins(data: Any, margin: float) -> dict[str, float]:
     return out
 
 
-def _arm(data: Any, where: str) -> CheckedArm:
+def _arm(data: Any, models: CarriedModels, where: str) -> CheckedArm:
     known(data, ("name", "robot", "tool", "held", *_POSE_KEYS), where)
     arm = name(data, where)
-    model = text(data, "robot", f"arm '{arm}'")
-    robot = robot_data("robots", model, "robot.json")
-    tool = data.get("tool", robot["default_tool"])
-    tool = None if tool in (None, "none") else text({"tool": tool}, "tool", f"arm '{arm}'")
-    if tool:
-        robot_data("tools", tool, "tool.json")
+    robot = models.robot(text(data, "robot", f"arm '{arm}'"))
+    tool = data.get("tool", robot.data["default_tool"])
+    tool = None if tool in (None, "none") else models.tool(text({"tool": tool}, "tool", f"arm '{arm}'"))
     position, quaternion = pose(data, f"arm '{arm}'")
     held = data.get("held")
     if held is not None:
         held = _solid({"name": "held", **held} if isinstance(held, Mapping) else held, f"held of arm '{arm}'")
-    return CheckedArm(
-        name=arm, model=model, robot=robot, tool=tool, position=position, quaternion=quaternion, held=held
-    )
+    return CheckedArm(name=arm, robot=robot, tool=tool, position=position, quaternion=quaternion, held=held)
 
 
 def _solids(data: Any, where: str) -> list[Solid]:

@@ -13,6 +13,13 @@ from jaxtyping import Float
 from msgspec import UNSET, UnsetType
 
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.files.carried_models import (
+    NO_TOOL,
+    CarriedModels,
+    carried_keys,
+    carried_to_dict,
+    read_carried,
+)
 from mmp_env.files.file_kinds import CELL, read_for
 from mmp_env.files.paths import real_path
 from mmp_env.files.reading import Location, decode, named
@@ -21,16 +28,15 @@ from mmp_env.model.arm import (
     LARGEST_YAW_RAD,
     MOST_PIECES,
     MOST_VERTICES,
-    NAMES,
     SHAPES,
     SMALLEST_M,
     Arm,
     Obstacle,
-    is_name,
 )
 from mmp_env.model.cell import Cell
 from mmp_env.model.convex_hull import thickness
 from mmp_env.model.held import HELD
+from mmp_env.model.names import NAMES, is_name
 from mmp_env.model.robot import GEOMETRIES, Robot, Tool, frozen_array, load_robot, load_tool
 from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.robot_folders import is_path
@@ -47,8 +53,6 @@ MEASURES = {
 _ALL_MEASURES = ("size", "radius", "length", "pieces")
 MAX_ARMS, MAX_OBSTACLES = 64, 1000
 """Largest numbers of arms and obstacles of a cell."""
-NO_TOOL = "none"
-"""Name that stands for a bare flange in files."""
 _ONE_TURN_RAD = 2 * np.pi + 1e-4
 """Largest yaw [rad] in a cell file: a full turn, with room for rounding."""
 _LEAST_VERTICES = 4
@@ -93,6 +97,8 @@ class CellData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     obstacles: list[ObstacleData] = []
     name: str | None = None
     spheres: str | int = "fine"
+    robots: dict[str, Any] = {}
+    tools: dict[str, Any] = {}
 
 
 def load_cell(path: str | PathLike[str]) -> Cell:
@@ -143,7 +149,8 @@ def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
         check_name(spheres, place / "spheres")
         raise MmpError(f"{place / 'spheres'}: {UnknownNameError('sphere set', spheres, GEOMETRIES)}")
     name = name_or_stem(data.name, name, place / "name")
-    arms = tuple(_arm(arm, place / "arms" / k) for k, arm in enumerate(data.arms))
+    carried = read_carried(data.robots, data.tools, place)
+    arms = tuple(_arm(arm, carried, place / "arms" / k) for k, arm in enumerate(data.arms))
     obstacles = tuple(_solid(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))
     with named(place):
         cell = Cell(name=name, arms=arms, obstacles=obstacles, spheres=spheres)
@@ -152,15 +159,20 @@ def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
 
 
 def cell_to_dict(cell: Cell) -> dict[str, Any]:
-    """Returns the cell as files have it, with tool, sphere set and every pose. Reading it gives the same cell."""
+    """Returns the cell as files have it, with tool, sphere set and every pose. Reading it gives the same cell.
+
+    Robots and tools that are not built in are part of it.
+    """
+    robots, tools = carried_keys(cell.arms)
+    carried = {"robots": carried_to_dict(robots), "tools": carried_to_dict(tools)}
     return {
         "name": cell.name,
         "spheres": cell.spheres,
         "arms": [
             {
                 "name": arm.name,
-                "robot": arm.robot.reference,
-                "tool": arm.tool.name if arm.tool else None,
+                "robot": robots.get(arm.robot, arm.robot.name),
+                "tool": tools.get(arm.tool, arm.tool.name) if arm.tool else None,
                 "position": arm.position.tolist(),
                 "quaternion": arm.quaternion.tolist(),
             }
@@ -168,7 +180,7 @@ def cell_to_dict(cell: Cell) -> dict[str, Any]:
             for arm in cell.arms
         ],
         "obstacles": [_solid_to_dict(obstacle) for obstacle in cell.obstacles],
-    }
+    } | {key: models for key, models in carried.items() if models}
 
 
 def _solid_to_dict(solid: Obstacle) -> dict[str, Any]:
@@ -201,21 +213,23 @@ def name_or_stem(name: str | None, stem: str, place: Location) -> str:
     return stem
 
 
-def _arm(data: ArmData, place: Location) -> Arm:
+def _arm(data: ArmData, carried: CarriedModels, place: Location) -> Arm:
     check_name(data.name, place / "name")
-    robot = _robot(data.robot, place / "robot")
+    robot = _robot(data.robot, carried, place / "robot")
     position, quaternion = _pose(data, place)
     return Arm(
         name=data.name,
         robot=robot,
-        tool=_tool(data.tool, robot, place),
+        tool=_tool(data.tool, robot, carried, place),
         position=position,
         quaternion=quaternion,
         held=_held(data.held, place / "held") if data.held else None,
     )
 
 
-def _robot(name: str, place: Location) -> Robot:
+def _robot(name: str, carried: CarriedModels, place: Location) -> Robot:
+    if name in carried.robots:
+        return carried.robots[name]
     if is_path(name) and name.isprintable():
         name = str(real_path(Path(place.file).parent / name))  # relative to the cell's file
     else:
@@ -224,11 +238,13 @@ def _robot(name: str, place: Location) -> Robot:
         return load_robot(name)
 
 
-def _tool(name: str | UnsetType | None, robot: Robot, place: Location) -> Tool | None:
+def _tool(name: str | UnsetType | None, robot: Robot, carried: CarriedModels, place: Location) -> Tool | None:
     if name is UNSET:
         name = robot.default_tool
     if name is None or name == NO_TOOL:
         return None
+    if name in carried.tools:
+        return carried.tools[name]
     check_name(name, place / "tool")
     with named(place / "tool"):
         return load_tool(name)

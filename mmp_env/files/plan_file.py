@@ -17,9 +17,9 @@ from mmp_env.files.file_kinds import PLAN, read_for
 from mmp_env.files.instance_file import check_arms, configurations_from_dict
 from mmp_env.files.reading import MAX_JSON_BYTES, Location, check_schema, decode, numbers
 from mmp_env.files.writing import json_text, plain, write_text
-from mmp_env.model.arm import INSTANCE_NAMES, is_instance_name
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import Margins
+from mmp_env.model.names import INSTANCE_NAMES, is_instance_name
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import given_plan
 from mmp_env.model.problem import Problem, velocity_limits

@@ -11,8 +11,9 @@ from os import PathLike
 from mmp_env.argument_checks import given
 from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.model.arm import NAMES, Arm, Obstacle, is_name
+from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.collision import CollisionModel
+from mmp_env.model.names import NAMES, is_name
 from mmp_env.model.robot import EXACT, GEOMETRIES
 from mmp_env.wording import counted
 

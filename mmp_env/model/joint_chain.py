@@ -108,7 +108,7 @@ def _hull(link: int, pose: np.ndarray, vertices: np.ndarray, radius: float, prot
     return {"link": link, "vertices": placed, "radius": radius, "protrusion": protrusion}
 
 
-@functools.cache
+@functools.lru_cache(maxsize=64)
 def _moving(robot: Robot, tool: Tool | None, sphere_set: str) -> _Moving:
     align = [_z_to(axis) for axis in robot.axes]
     back = [np.linalg.inv(pose) for pose in align]

@@ -14,7 +14,6 @@ from mmp_env import core
 from mmp_env.argument_checks import as_numbers, known_keywords, refused, text
 from mmp_env.brief import brief
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
-from mmp_env.model.arm import INSTANCE_NAMES, is_instance_name
 from mmp_env.model.cell import Cell, given_cell
 from mmp_env.model.collision import Nearest, levels_of
 from mmp_env.model.margins import (
@@ -28,6 +27,7 @@ from mmp_env.model.margins import (
     millimetres,
     planning_slack,
 )
+from mmp_env.model.names import INSTANCE_NAMES, is_instance_name
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.robot import frozen_array
 from mmp_env.wording import counted, degrees_hint

@@ -1,28 +1,36 @@
-"""Robots and tools: kinematics, limits and collision spheres, read from `mmp_env/robots` and `mmp_env/tools`.
+"""Robots and tools: kinematics, limits and collision spheres, read from the texts of their files.
 
 Each robot has a folder with `robot.json` (joints, limits, poses), `spheres.json` (its sphere sets) and `<name>.xml`
-(MJCF with primitive geoms). A new folder is a new robot; nothing else lists them. The checker reads the kinematics from
-the MJCF, the planners from `robot.json`; a test compares both.
+(MJCF with primitive geoms); plan files carry the same content of robots that are not built in. The checker reads the
+kinematics from the MJCF, the planners from `robot.json`; a test compares both.
 """
 
 from __future__ import annotations
 
 import functools
-import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env.brief import brief, point
-from mmp_env.errors import HOW_TO_ADD, UnknownNameError, misspelled
+from mmp_env.errors import HOW_TO_ADD, MmpError, UnknownNameError, in_words, misspelled
+from mmp_env.model.description import (
+    HULLS_FILE,
+    ROBOT_FILE,
+    SPHERES_FILE,
+    TOOL_FILE,
+    Description,
+    describe_robot,
+    describe_tool,
+)
 from mmp_env.model.hulls import UNKNOWN_PROTRUSION_M, Hull, read_hulls
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.transforms import matrix_from_rpy, transform
-from mmp_env.robot_folders import find_robot, is_path, robot_names
+from mmp_env.robot_folders import find_robot, find_tool, is_built_in, robot_names, tool_names
 from mmp_env.wording import counted
 
 SPHERE_SETS = ("28", "fine")
@@ -31,7 +39,7 @@ EXACT = "exact"
 """Name of the convex hulls, and of the sphere set that covers them and tells which hulls may be near."""
 GEOMETRIES = (*SPHERE_SETS, EXACT)
 """Names of what may stand for the arms of a cell."""
-_TOOLS = Path(__file__).parents[1] / "tools"
+_Model = TypeVar("_Model", "Robot", "Tool")
 
 
 def frozen_array(values: object, dtype: type = float) -> np.ndarray:
@@ -66,7 +74,8 @@ class Tool(ReadOnly):
         self_ignore: sphere set -> names of the robot's links that may overlap with the tool.
         hulls: convex hulls in the tool frame; may be empty.
         protrusion: largest distance [m] of a point of the spheres of set `exact` from the hulls.
-        mjcf: file of the MuJoCo model.
+        mjcf: text of the MuJoCo model.
+        files: file -> text of the JSON files of a tool that is not built in, which travel with plans; otherwise empty.
     """
 
     name: str
@@ -74,9 +83,10 @@ class Tool(ReadOnly):
     point: Float[np.ndarray, "3"]
     spheres: Mapping[str, Spheres]
     self_ignore: Mapping[str, frozenset[str]]
-    mjcf: Path
+    mjcf: str
     hulls: tuple[Hull, ...] = ()
     protrusion: float = UNKNOWN_PROTRUSION_M
+    files: Mapping[str, str] = field(default_factory=dict)
 
     @brief
     def __repr__(self) -> str:
@@ -92,7 +102,6 @@ class Robot(ReadOnly):
     Attributes:
         name: name of the robot, such as `ur5e`.
         title: name of the product.
-        reference: what files call the robot: its name, or the absolute path of its folder.
         joint_names: names of the joints in the vendor's description.
         link_names: names of the links, the base first.
         origins: pose of the frame of joint k in link k at q = 0 (URDF convention).
@@ -118,11 +127,11 @@ class Robot(ReadOnly):
         self_ignore: sphere set -> pairs of links (low, high) that may overlap.
         hulls: convex hulls of the links, in the order of the links; may be empty.
         protrusion: largest distance [m] of a point of the spheres of set `exact` from the hulls.
-        mjcf: file of the MuJoCo model.
+        mjcf: text of the MuJoCo model.
+        files: file -> text of the JSON files of a robot that is not built in, which travel with plans; otherwise empty.
     """
 
     name: str
-    reference: str
     title: str
     joint_names: tuple[str, ...]
     link_names: tuple[str, ...]
@@ -146,9 +155,10 @@ class Robot(ReadOnly):
     ring_spheres: str
     spheres: Mapping[str, Spheres]
     self_ignore: Mapping[str, frozenset[tuple[int, int]]]
-    mjcf: Path
+    mjcf: str
     hulls: tuple[Hull, ...] = ()
     protrusion: float = UNKNOWN_PROTRUSION_M
+    files: Mapping[str, str] = field(default_factory=dict)
 
     @brief
     def __repr__(self) -> str:
@@ -160,27 +170,69 @@ class Robot(ReadOnly):
         return len(self.joint_names)
 
 
-def tool_names() -> list[str]:
-    """Returns the names of all tools, sorted."""
-    return sorted(path.parent.name for path in _TOOLS.glob("*/tool.json"))
-
-
 def load_robot(name: str) -> Robot:
-    """Returns the robot of that name, or in the folder at that path. Raises `UnknownNameError`."""
+    """Returns the robot of that name, or in the folder at that path. Raises `UnknownNameError`, `MmpError`."""
     folder = find_robot(name)
     if folder is None:
         raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD)
-    changed = tuple((folder / file).stat().st_mtime_ns for file in ("robot.json", "spheres.json"))
-    return _read_robot(folder, str(folder) if is_path(name) else name, changed)
+    return _read_robot(folder, _changed(folder))
 
 
-@functools.cache
-def _read_robot(folder: Path, reference: str, changed: tuple[int, ...]) -> Robot:
+def load_tool(name: str) -> Tool:
+    """Returns the tool of that name, see `tool_names`. Raises `UnknownNameError`, `MmpError`."""
+    folder = find_tool(name)
+    if folder is None:
+        raise UnknownNameError("tool", name, tool_names(), suggest=misspelled, advice=HOW_TO_ADD)
+    return _read_tool(folder, _changed(folder))
+
+
+@functools.lru_cache(maxsize=64)
+def _read_robot(folder: Path, changed: tuple[int, ...]) -> Robot:
     """The robot in a folder whose files were `changed` at these times."""
-    data = json.loads((folder / "robot.json").read_text())
-    links = tuple(data["links"])
+    return _from_folder(folder, ROBOT_FILE, robot_from_files)
+
+
+@functools.lru_cache(maxsize=64)
+def _read_tool(folder: Path, changed: tuple[int, ...]) -> Tool:
+    return _from_folder(folder, TOOL_FILE, tool_from_files)
+
+
+def _changed(folder: Path) -> tuple[int, ...]:
+    """Returns the times [ns] at which the files of a folder were written."""
+    try:
+        return tuple(path.stat().st_mtime_ns for path in sorted(folder.iterdir()))
+    except OSError as error:
+        raise MmpError(f"{folder} cannot be read: {in_words(error)}") from None
+
+
+def _from_folder(folder: Path, main: str, build: Callable[[str, Mapping[str, str], str], _Model]) -> _Model:
+    files = {}
+    for file in (main, SPHERES_FILE, HULLS_FILE, f"{folder.name}.xml"):
+        try:
+            files[file] = (folder / file).read_text(encoding="utf-8")
+        except FileNotFoundError:
+            continue
+        except (OSError, UnicodeDecodeError) as error:
+            raise MmpError(f"{folder / file} cannot be read: {in_words(error)}") from None
+    model = build(folder.name, files, f"{folder}/")
+    return replace(model, files={}) if is_built_in(folder) else model
+
+
+def robot_from_files(name: str, files: Mapping[str, str], where: str = "") -> Robot:
+    """Returns a robot from the texts of its files. It needs no folder, and travels with plans.
+
+    Args:
+        name: name of the robot.
+        files: file -> text: robot.json, spheres.json, NAME.xml, and optionally hulls.json.
+        where: begin of the messages.
+
+    Raises:
+        MmpError: for a missing file or a fault in one, with file, field and value.
+    """
+    described = describe_robot(name, files, where)
+    data, links = described.data, tuple(described.data["links"])
     joints = data["joints"]
-    exact = _exact_geometry(folder, data, links)
+    exact = _exact_geometry(described, links)
     spheres = {
         key: _spheres({links.index(link): rows for link, rows in by_link.items()})
         for key, by_link in exact.spheres.items()
@@ -192,8 +244,7 @@ def _read_robot(folder: Path, reference: str, changed: tuple[int, ...]) -> Robot
     draw = np.array(data.get("draw_limits", [[-np.pi, np.pi]] * len(joints)), dtype=float)
 
     return Robot(
-        name=folder.name,
-        reference=reference,
+        name=name,
         title=data["title"],
         joint_names=tuple(joint["name"] for joint in joints),
         link_names=links,
@@ -220,29 +271,27 @@ def _read_robot(folder: Path, reference: str, changed: tuple[int, ...]) -> Robot
             key: frozenset((links.index(a), links.index(b)) for a, b in pairs)
             for key, pairs in exact.self_ignore.items()
         },
-        mjcf=folder / f"{folder.name}.xml",
+        mjcf=described.mjcf,
         hulls=exact.hulls,
         protrusion=exact.protrusion,
+        files=described.texts,
     )
 
 
-@functools.cache
-def load_tool(name: str) -> Tool:
-    """Returns the tool of that name, see `tool_names`. Raises `UnknownNameError`."""
-    if name not in tool_names():
-        raise UnknownNameError("tool", name, tool_names(), suggest=misspelled, advice=HOW_TO_ADD)
-    folder = _TOOLS / name
-    data = json.loads((folder / "tool.json").read_text())
-    exact = _exact_geometry(folder, data, [name])
+def tool_from_files(name: str, files: Mapping[str, str], where: str = "") -> Tool:
+    """Returns a tool from the texts of tool.json and the other files, see `robot_from_files`."""
+    described = describe_tool(name, files, where)
+    data, exact = described.data, _exact_geometry(described, [name])
     return Tool(
         name=name,
         mount=frozen_array(_pose(data["mount"])),
         point=frozen_array(data["point"]),
         spheres={key: _spheres({0: rows}) for key, rows in exact.spheres.items()},
         self_ignore={key: frozenset(names) for key, names in exact.self_ignore.items()},
-        mjcf=folder / f"{name}.xml",
+        mjcf=described.mjcf,
         hulls=exact.hulls,
         protrusion=exact.protrusion,
+        files=described.texts,
     )
 
 
@@ -255,15 +304,14 @@ class _Geometry(NamedTuple):
     protrusion: float
 
 
-def _exact_geometry(folder: Path, data: Mapping[str, Any], links: Sequence[str]) -> _Geometry:
-    """Returns the geometry in a folder, with the set `exact` if there are hulls that spheres are proved to cover.
+def _exact_geometry(described: Description, links: Sequence[str]) -> _Geometry:
+    """Returns the geometry in a description, with the set `exact` if there are hulls that spheres are proved to cover.
 
-    These are the spheres of that set, or else the set `fine` of a folder whose cover was proved.
+    These are the spheres of that set, or else the set `fine` of a description whose cover was proved.
     """
-    spheres = json.loads((folder / "spheres.json").read_text())
+    data, spheres = described.data, dict(described.spheres)
     ignore = dict(data["self_collision_ignore"])
-    file = folder / "hulls.json"
-    hulls = read_hulls(json.loads(file.read_text()), links) if file.exists() else ()
+    hulls = read_hulls(described.hulls or {}, links)
     cover = EXACT if EXACT in spheres else "fine" if data.get("uncovered_mm") == 0.0 else None
     if not hulls or cover is None:
         spheres.pop(EXACT, None)

@@ -18,7 +18,7 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
 from mmp_env.model.hulls import Hull
 from mmp_env.model.joint_chain import untested_pairs
-from mmp_env.model.robot import EXACT
+from mmp_env.model.robot import EXACT, Robot, Tool
 from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.arm_colors import arm_color
 from mmp_env.sim.scene_appearance import OBJECT_RGBA, obstacle_rgba, set_stage
@@ -30,6 +30,8 @@ HELD_DENSITY = 300.0
 OBSTACLE_PREFIX = "obstacle/"
 BODY_MATERIAL = "body"
 """Material in the MJCF of a robot that gets the colour of the arm."""
+_OWN_LOOK = {"material": "", "contype": 1, "conaffinity": 1}
+"""Attributes of hulls that the defaults of a robot's MJCF must not set."""
 _HIDDEN_GROUP = 4
 """Group of geoms that the renderers do not draw."""
 
@@ -92,15 +94,15 @@ def _add_geom(body: Any, name: str, solid: Obstacle, rgba: tuple[float, float, f
 
 def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
     prefix = f"{arm.name}/"
-    robot = _read_mjcf(arm.robot.mjcf)
+    robot = _read_mjcf(arm.robot)
     for link in arm.robot.link_names:
         if robot.body(link) is None:
-            raise MmpError(f"{arm.robot.mjcf} has no body '{link}', which is a link of robot '{arm.robot.name}'")
+            raise MmpError(f"{arm.robot.name}.xml has no body '{link}', which is a link of robot '{arm.robot.name}'")
     excluded = {frozenset((pair.bodyname1, pair.bodyname2)) for pair in robot.excludes}
     frame = spec.worldbody.add_frame(pos=arm.position, quat=arm.quaternion)
     spec.attach(robot, frame=frame, prefix=prefix)
     if arm.tool is not None:
-        spec.attach(_read_mjcf(arm.tool.mjcf), site=spec.site(f"{prefix}flange"), prefix=prefix)
+        spec.attach(_read_mjcf(arm.tool), site=spec.site(f"{prefix}flange"), prefix=prefix)
     if arm.held is not None:
         tool = spec.body(f"{prefix}{arm.tool.name}").add_frame() if arm.tool else None
         where = {"frame": tool} if tool else {"site": spec.site(f"{prefix}flange")}
@@ -131,7 +133,7 @@ def _collide_by_hulls(spec: Any, arm: Arm) -> None:
 
 def _add_hull(spec: Any, body: Any, name: str, hull: Hull) -> None:
     """Adds a mesh, or a sphere or capsule for a hull of one or two vertices."""
-    look = {"name": name, "group": _HIDDEN_GROUP, "density": 0.0}
+    look = {"name": name, "group": _HIDDEN_GROUP, "density": 0.0, **_OWN_LOOK}
     if len(hull.vertices) > 2:
         spec.add_mesh(name=name, uservert=hull.vertices.ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, **look)
@@ -152,12 +154,12 @@ def _held_body(held: Obstacle) -> Any:
     return spec
 
 
-def _read_mjcf(path: Any) -> Any:
-    """Returns a new spec of an MJCF file without its options and keyframes. Attaching consumes a spec."""
+def _read_mjcf(model: Robot | Tool) -> Any:
+    """Returns a new spec of a robot or tool without its options and keyframes. Attaching consumes a spec."""
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        spec = mujoco.MjSpec.from_string(model.mjcf)
     except ValueError as error:
-        raise MmpError(f"{path} is not MJCF that MuJoCo can read: {error}") from error
+        raise MmpError(f"{model.name}.xml is not MJCF that MuJoCo can read: {error}") from error
     spec.option = mujoco.MjSpec().option
     for key in list(spec.keys):
         spec.delete(key)

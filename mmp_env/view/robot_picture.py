@@ -43,7 +43,7 @@ def robot_picture(robot: Robot) -> UInt8[np.ndarray, "h w 3"]:
 
 
 def _shot(robot: Robot, sphere_set: str | None) -> UInt8[np.ndarray, "h w 3"]:
-    spec = mujoco.MjSpec.from_file(str(robot.mjcf))
+    spec = mujoco.MjSpec.from_string(robot.mjcf)
     if sphere_set is not None:
         for geom in list(spec.geoms):
             spec.delete(geom)

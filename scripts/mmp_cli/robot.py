@@ -87,7 +87,7 @@ def _add_parser() -> Parser:
 def _add(args: Namespace) -> int:
     from mmp_env.importing.chain_choice import ChainOptions
     from mmp_env.importing.robot_folder import ImportOptions, add_robot, summary
-    from mmp_env.model.arm import NAMES, is_name
+    from mmp_env.model.names import NAMES, is_name
     from mmp_env.robot_folders import cache_folder, find_robot, user_folder
 
     if not is_name(args.name) or args.name.startswith("."):

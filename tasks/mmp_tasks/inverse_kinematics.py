@@ -139,7 +139,7 @@ def _about_z(rows: Float[np.ndarray, "n 3"], turn: Float[np.ndarray, " n"]) -> F
     return np.column_stack([c * rows[:, 0] - s * rows[:, 1], s * rows[:, 0] + c * rows[:, 1], rows[:, 2]])
 
 
-@functools.cache
+@functools.lru_cache(maxsize=64)
 def kinematics(robot: Robot, tool: Tool | None) -> Kinematics:
     """Returns the inverse kinematics of a robot with a tool. Raises `MmpError` if mink is not installed."""
     return Kinematics(robot, tool)

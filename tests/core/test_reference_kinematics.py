@@ -100,7 +100,7 @@ def test_the_home_pose_puts_the_flange_in_front_of_the_base(name):
 @pytest.mark.parametrize("name", robot_names())
 def test_every_link_stands_where_mujoco_puts_the_body_of_the_mjcf(name):
     arm = arm_at_origin(name)
-    model = mujoco.MjModel.from_xml_path(str(arm.robot.mjcf))
+    model = mujoco.MjModel.from_xml_string(arm.robot.mjcf)
     data = mujoco.MjData(model)
     joints = [model.joint(f"joint{k + 1}").qposadr[0] for k in range(arm.dof)]
     for q in configurations(name, 20):

@@ -1,7 +1,5 @@
 """A planar toy arm, whose clearances are easy to compute by hand, and random cells of real arms."""
 
-from pathlib import Path
-
 import numpy as np
 
 from mmp_env.model.arm import Arm, Obstacle, place_arm
@@ -21,7 +19,6 @@ def toy_robot(**changes):
     )
     fields = {
         "name": "toy",
-        "reference": "toy",
         "title": "planar toy",
         "joint_names": ("shoulder", "elbow"),
         "link_names": ("base", "upper", "fore"),
@@ -45,7 +42,7 @@ def toy_robot(**changes):
         "ring_spheres": "28",
         "spheres": {"28": spheres, "fine": spheres},
         "self_ignore": {key: frozenset({(0, 1), (1, 2)}) for key in ("28", "fine")},
-        "mjcf": Path("toy.xml"),
+        "mjcf": "",
     }
     return Robot(**(fields | changes))
 
@@ -59,7 +56,7 @@ def toy_tool(**changes):
         "point": np.array([0.5, 0, 0]),
         "spheres": {"28": spheres, "fine": spheres},
         "self_ignore": {key: frozenset({"fore"}) for key in ("28", "fine")},
-        "mjcf": Path("stick.xml"),
+        "mjcf": "",
     }
     return Tool(**(fields | changes))
 

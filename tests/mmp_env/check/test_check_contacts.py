@@ -6,7 +6,7 @@ from support import tiny_plans
 from support.tiny_plans import REACHING, UPRIGHT
 
 from mmp_env import check_plan
-from mmp_env.check.reading import robot_data
+from mmp_env.check.models import CarriedModels
 
 
 def broken(plan, *, exact=False):
@@ -142,7 +142,7 @@ def test_a_motion_far_out_of_all_limits_is_not_swept():
 
 
 def test_a_joint_that_may_turn_many_times_is_swept_completely(monkeypatch):
-    monkeypatch.setitem(robot_data("robots", "ur5e", "robot.json")["joints"][0], "upper", 100.0)
+    monkeypatch.setitem(CarriedModels.read(None, None).robot("ur5e").data["joints"][0], "upper", 100.0)
     plan = swing({"name": "post", "shape": "sphere", "radius": 0.05, "position": [-0.65, 0.03, 0.45]})
     turns = [[0.5, *REACHING[1:]], [40.0, *REACHING[1:]]]
     plan |= {"positions": {"arm": turns}, "times": [0.0, 60.0]}

@@ -12,7 +12,7 @@ from mmp_env.check.geoms import GeomPairs, GeomSolids, colliding_pairs, geom_par
 from mmp_env.check.items import Items
 from mmp_env.check.model import CellModel, sphere_parts
 from mmp_env.check.pairs import ignored_links, part_pairs
-from mmp_env.check.reading import read_cell, robot_data
+from mmp_env.check.reading import read_cell
 from mmp_env.check.spheres import SpherePairs, SphereSolids
 from mmp_env.check.trajectory import PlacedTrajectory, Trajectory
 
@@ -198,9 +198,9 @@ def brute_force(q):
     data = MODEL.place(q)
     spheres, moving = {}, set()
     for arm in MODEL.cell.arms:
-        links = dict(robot_data("robots", arm.model, "spheres.json")[SPHERES])
+        links = arm.robot.sphere_set(SPHERES)
         if arm.tool:
-            links[arm.tool] = robot_data("tools", arm.tool, "spheres.json")[SPHERES]
+            links |= arm.tool.sphere_set(SPHERES)
         for k, (link, rows) in enumerate(links.items()):
             body = data.body(f"{arm.name}/{link}")
             turn = body.xmat.reshape(3, 3)

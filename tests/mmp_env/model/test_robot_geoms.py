@@ -10,6 +10,7 @@ import pytest
 
 from mmp_env.model.robot import SPHERE_SETS, load_robot, load_tool, robot_names, tool_names
 from mmp_env.model.transforms import matrix_from_quaternion
+from mmp_env.robot_folders import find_robot
 
 OUTSIDE_M = 0.001
 """Largest protrusion [m] of a geom from its link's spheres."""
@@ -103,7 +104,7 @@ def bodies(model):
 
 
 def compiled(model):
-    return mujoco.MjModel.from_xml_path(str(model.mjcf))
+    return mujoco.MjModel.from_xml_string(model.mjcf)
 
 
 @pytest.mark.parametrize("spheres", SPHERE_SETS)
@@ -119,7 +120,7 @@ def test_no_geom_reaches_out_of_the_spheres_of_its_link(model, spheres):
 @every_robot
 def test_the_geoms_fill_each_link(name):
     robot = load_robot(name)
-    hulls = json.loads((robot.mjcf.parent / "robot.json").read_text())["hull_volumes_m3"]
+    hulls = json.loads((find_robot(robot.name) / "robot.json").read_text())["hull_volumes_m3"]
     mjcf = compiled(robot)
     fills = {link: LinkGeoms(mjcf, link).volume() / hulls[link] for link in robot.link_names}
     assert min(fills.values()) >= LEAST_FILL, fills

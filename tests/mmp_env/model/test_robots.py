@@ -15,6 +15,7 @@ from mmp_env.errors import UnknownNameError
 from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.robot import EXACT, SPHERE_SETS, load_robot, load_tool, robot_names, tool_names
+from mmp_env.robot_folders import find_robot
 
 every_robot = pytest.mark.parametrize("name", robot_names())
 every_tool = pytest.mark.parametrize("name", tool_names())
@@ -29,7 +30,7 @@ def one_arm(name, tool="default", spheres="28"):
 
 
 def compiled(model):
-    return mujoco.MjModel.from_xml_path(str(model.mjcf))
+    return mujoco.MjModel.from_xml_string(model.mjcf)
 
 
 def test_the_four_arms_and_the_hand_are_there():
@@ -194,8 +195,8 @@ def test_gravity_is_compensated_for_every_body(model):
 @every_tool
 def test_the_tool_hangs_on_the_flange_as_its_mount_says(name):
     tool = load_tool(name)
-    spec = mujoco.MjSpec.from_file(str(load_robot("panda").mjcf))
-    spec.attach(mujoco.MjSpec.from_file(str(tool.mjcf)), site=spec.site("flange"), prefix="held/")
+    spec = mujoco.MjSpec.from_string(load_robot("panda").mjcf)
+    spec.attach(mujoco.MjSpec.from_string(tool.mjcf), site=spec.site("flange"), prefix="held/")
     model = spec.compile()
     data = mujoco.MjData(model)
     cell = one_arm("panda", tool=name)
@@ -217,6 +218,6 @@ def test_both_sphere_sets_of_a_tool_have_positive_radii(name):
 
 @every_robot
 def test_every_link_of_the_file_has_a_hull_volume(name):
-    data = json.loads((load_robot(name).mjcf.parent / "robot.json").read_text())
+    data = json.loads((find_robot(name) / "robot.json").read_text())
     assert list(data["hull_volumes_m3"]) == data["links"]
     assert min(data["hull_volumes_m3"].values()) > 0

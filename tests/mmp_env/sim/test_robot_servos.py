@@ -19,10 +19,10 @@ class Servos:
 
     def __init__(self, name, start):
         self.robot = load_robot(name)
-        spec = mujoco.MjSpec.from_file(str(self.robot.mjcf))
+        spec = mujoco.MjSpec.from_string(self.robot.mjcf)
         arm = place_arm("arm0", name, [0, 0, 0], [1, 0, 0, 0])
         if arm.tool is not None:
-            spec.attach(mujoco.MjSpec.from_file(str(arm.tool.mjcf)), site=spec.site("flange"), prefix="tool/")
+            spec.attach(mujoco.MjSpec.from_string(arm.tool.mjcf), site=spec.site("flange"), prefix="tool/")
         spec.option.timestep = STEP_S
         spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
@@ -107,7 +107,7 @@ def test_an_arm_that_is_driven_into_a_block_is_held_up_by_it(name):
     robot = load_robot(name)
     direction = np.zeros(robot.dof)
     direction[1] = np.sign((robot.lower + robot.upper) / 2 - robot.home)[1] or 1.0
-    spec = mujoco.MjSpec.from_file(str(robot.mjcf))
+    spec = mujoco.MjSpec.from_string(robot.mjcf)
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.05, 0.05, 0.05], pos=flange_at(robot, robot.home + 0.5 * direction)
@@ -129,7 +129,7 @@ def test_an_arm_that_is_driven_into_a_block_is_held_up_by_it(name):
 
 def flange_at(robot, q):
     """Returns position of the flange [m]."""
-    model = mujoco.MjModel.from_xml_path(str(robot.mjcf))
+    model = mujoco.MjModel.from_xml_string(robot.mjcf)
     data = mujoco.MjData(model)
     data.qpos[:] = q
     mujoco.mj_kinematics(model, data)

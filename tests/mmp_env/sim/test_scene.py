@@ -151,25 +151,22 @@ def test_links_that_the_planners_do_not_test_against_each_other_do_not_collide_h
             assert frozenset((model.body(f"{arm.name}/{link}").id, hand)) in excluded
 
 
-def test_keyframes_and_options_of_a_robots_mjcf_are_left_out(tmp_path):
+def test_keyframes_and_options_of_a_robots_mjcf_are_left_out():
     robot = load_robot("ur5e")
-    text = robot.mjcf.read_text()
+    text = robot.mjcf
     frames = '<option timestep="0.01"/><keyframe><key name="home" qpos="0 0 0 0 0 0"/></keyframe></mujoco>'
-    path = tmp_path / "ur5e.xml"
-    path.write_text(text.replace("</mujoco>", frames))
-    arm = dataclasses.replace(place_arm("a", "ur5e", [0, 0, 0], UPRIGHT), robot=dataclasses.replace(robot, mjcf=path))
+    mjcf = text.replace("</mujoco>", frames)
+    arm = dataclasses.replace(place_arm("a", "ur5e", [0, 0, 0], UPRIGHT), robot=dataclasses.replace(robot, mjcf=mjcf))
     model = compile_scene(Cell(name="one", arms=(arm, dataclasses.replace(arm, name="b"))))
     assert model.nkey == 0
     assert model.opt.timestep == TIMESTEP_S
 
 
 @pytest.mark.parametrize("text", ["<mujoco><worldbody><body/></worldbody>", "<mujoco/>"])
-def test_mjcf_that_is_no_robot_is_an_error_that_says_so(tmp_path, text):
-    path = tmp_path / "broken.xml"
-    path.write_text(text)
-    robot = dataclasses.replace(load_robot("ur5e"), mjcf=path)
+def test_mjcf_that_is_no_robot_is_an_error_that_says_so(text):
+    robot = dataclasses.replace(load_robot("ur5e"), mjcf=text)
     arm = dataclasses.replace(place_arm("a", "ur5e", [0, 0, 0], UPRIGHT), robot=robot)
-    with pytest.raises(MmpError, match=r"broken\.xml"):
+    with pytest.raises(MmpError, match=r"ur5e\.xml"):
         Simulation(Cell(name="one", arms=(arm,)))
 
 

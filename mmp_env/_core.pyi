@@ -83,6 +83,11 @@ class Cell:
     def freeze(self) -> None:
         """Ends the construction. Only a frozen cell answers queries."""
 
+def hull_distances(*, a: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], b: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], poses: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], radius_a: float = 0.0, radius_b: float = 0.0) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+    """
+    Returns bounds of the distance of two convex hulls [n, 2] [m]: a certified lower one, minus infinity where they overlap, and an upper one. a, b: vertices [m], grown by balls. poses [n, 2, 12]: rows of the transforms of a and b. [n, 4, 12]: also where their points have moved straight to; the bounds then hold for the whole motion.
+    """
+
 class NearestBodies:
     """Two bodies and their distance."""
 

@@ -16,6 +16,7 @@ namespace nb = nanobind;
 namespace mmp {
 
 void bind_cell(nb::module_& m);         // the cell: arms and obstacles
+void bind_hulls(nb::module_& m);        // distances of convex hulls
 void bind_queries(nb::module_& m);      // batch queries of a cell: kinematics, clearance, proofs
 void bind_motion(nb::module_& m);       // motions, their conflicts, and constraints
 void bind_single_arm(nb::module_& m);   // single-arm search and its tree
@@ -47,6 +48,8 @@ inline void require(bool ok, const char* message) {
 }
 
 inline constexpr double kMaxJoint = 1e4;      // [rad], the range of sincos()
+inline constexpr double kMaxLength = 1e6;     // [m]
+inline constexpr size_t kMaxVertices = 4096;  // of a hull
 inline constexpr double kMaxNumber = 1e9;     // its products stay finite in single precision
 inline constexpr int kMaxCount = 1000000000;  // two of them fit an int
 inline constexpr size_t kMaxRows = 1 << 26;   // with all joints of an arm they fit an int
@@ -56,6 +59,24 @@ inline constexpr double kMinStep = 1e-5;      // [rad]; with less the number of 
 // NaN fails this check and all that follow: a comparison with NaN would count as far apart.
 inline bool all_within(const double* values, size_t n, double most) {
   return std::all_of(values, values + n, [=](double x) { return std::abs(x) < most; });
+}
+
+// Checks lengths [m] and entries of rotation matrices.
+inline void require_lengths(const double* values, size_t n) {
+  require(all_within(values, n, kMaxLength), "poses and sizes must be finite, and within 1e6 m");
+}
+
+inline std::vector<Point> checked_vertices(const Matrix& vertices, double radius) {
+  require(vertices.shape(0) > 0 && vertices.shape(0) <= kMaxVertices && vertices.shape(1) == 3,
+          "a hull has 1 to 4096 vertices of 3 numbers");
+  require_lengths(vertices.data(), vertices.size());
+  require(radius >= 0 && radius < kMaxLength, "a radius must be 0 to 1e6 m");
+  std::vector<Point> points;
+  for (size_t k = 0; k < vertices.shape(0); ++k) {
+    const double* p = vertices.data() + 3 * k;
+    points.push_back({p[0], p[1], p[2]});
+  }
+  return points;
 }
 
 inline double checked_number(double x) {

@@ -4,9 +4,6 @@ namespace mmp {
 
 namespace {
 
-constexpr double kMaxLength = 1e6;  // [m]
-constexpr size_t kMaxVertices = 4096;
-
 template <class T>
 void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper,
              const Indices& link_frames, const Matrix& spheres, const Indices& sphere_links, const Pairs& self_pairs) {
@@ -39,11 +36,6 @@ void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const 
   for (size_t k = 0; k < self_pairs.shape(0); ++k)
     arm.self_pairs.emplace_back(self_pairs.data()[2 * k], self_pairs.data()[2 * k + 1]);
   cell.arms.push_back(std::move(arm));
-}
-
-// Lengths [m] and entries of rotation matrices.
-void require_lengths(const double* values, size_t n) {
-  require(all_within(values, n, kMaxLength), "poses and sizes must be finite, and within 1e6 m");
 }
 
 void require_chain(const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper) {
@@ -107,19 +99,6 @@ void add_obstacle(CellModel<T>& cell, int shape, const Vector& pose, const Vecto
   o.c = T(size.data()[2]);
   o.exact = {std::make_shared<ConvexHull>(hull_of(o.shape, size.data()))};
   cell.obstacles.push_back(std::move(o));
-}
-
-std::vector<Point> checked_vertices(const Matrix& vertices, double radius) {
-  require(vertices.shape(0) > 0 && vertices.shape(0) <= kMaxVertices && vertices.shape(1) == 3,
-          "a hull has 1 to 4096 vertices of 3 numbers");
-  require_lengths(vertices.data(), vertices.size());
-  require(radius >= 0 && radius < kMaxLength, "a radius must be 0 to 1e6 m");
-  std::vector<Point> points;
-  for (size_t k = 0; k < vertices.shape(0); ++k) {
-    const double* p = vertices.data() + 3 * k;
-    points.push_back({p[0], p[1], p[2]});
-  }
-  return points;
 }
 
 template <class T>

@@ -71,6 +71,7 @@ NB_MODULE(MMP_MODULE, m) {
       .def_ro("own", &Levels<double>::self);
 
   bind_cell(m);
+  bind_hulls(m);
   bind_queries(m);
   bind_motion(m);
   bind_single_arm(m);

@@ -1,8 +1,9 @@
-"""Distance of two convex hulls of few vertices [m], from all vertices, edges and triangles."""
+"""Distances of convex hulls [m]: from all vertices, edges and triangles, or by least squares."""
 
 from itertools import combinations
 
 import numpy as np
+from scipy.optimize import nnls
 
 
 def hull_distance(a, b):
@@ -57,3 +58,22 @@ def triangle_distance(x, p, q, r):
         if all(inside):
             edges.append(abs((x - p) @ normal) / np.linalg.norm(normal))
     return min(edges)
+
+
+def distance_from_hull_to_origin(points):
+    """Returns the distance of the origin from the hull of points [n, 3]; 0 inside.
+
+    Least squares with weights x >= 0 of |sum x p|^2 + (1 - sum x)^2: for any sum, the best weights give the point of
+    the hull that is closest to the origin (Lawson and Hanson, Solving Least Squares Problems, chapter 23).
+    """
+    weights, _ = nnls(np.vstack([points.T, np.ones(len(points))]), np.array([0.0, 0.0, 0.0, 1.0]))
+    return float(np.linalg.norm(points.T @ (weights / weights.sum())))
+
+
+def swept_vertices(hulls, ends, t, placed):
+    """Returns the vertices of each hull at time t of 0 to 1, when all move straight from the first to the second end.
+
+    `ends` has two rows of one pose per hull. `placed(vertices, pose)` returns vertices in the world.
+    """
+    start, end = ends
+    return [(1 - t) * placed(v, p) + t * placed(v, q) for v, p, q in zip(hulls, start, end, strict=True)]

@@ -309,6 +309,14 @@ CALLS = {
     "Cell.freeze": call(lambda: two_arms(frozen=False).freeze()),
     "spheres": in_cell(core.spheres, **ARM, q=(ROWS, "rows")),
     "sphere_table": in_cell(core.sphere_table, **ARM),
+    "hull_distances": call(
+        core.hull_distances,
+        a=(hull()["vertices"], "vertices"),
+        b=(hull_obstacle()["vertices"], "vertices"),
+        poses=(np.tile(np.eye(4)[:3].ravel(), (3, 4, 1)), "poses of hulls"),
+        radius_a=(0.01, "not negative"),
+        radius_b=(0.0, "not negative"),
+    ),
     "tool_points": in_cell(core.tool_points, **ARM, q=(ROWS, "rows")),
     "static_clearance": in_cell(core.static_clearance, **ARM, q=(ROWS, "rows"), precise=(True, "flag")),
     "pair_clearance": in_cell(
@@ -436,6 +444,8 @@ WRONG |= {
     "arm of one": [1, *WRONG["arm"]],
     "any link": [3, -1, -(2**31), *NOT_COUNTS],
     "protrusion": [math.nan, math.inf, -0.1, 1e300, *NOT_NUMBERS],
+    "poses of hulls": [np.zeros((3, 4, 11)), np.zeros((3, 3, 12)), np.zeros((3, 12)), *NOT_NUMBERS]
+    + [np.full((1, 2, 12), x) for x in ENDLESS],
     "vertices": [np.zeros((0, 3)), np.zeros((5000, 3)), np.zeros((4, 2)), np.zeros(3), *NOT_NUMBERS]
     + [np.full((4, 3), x) for x in ENDLESS],
     "planes": [np.zeros((0, 4)), np.zeros((6, 3)), np.zeros(4), *NOT_NUMBERS] + [np.full((6, 4), x) for x in ENDLESS],

@@ -135,7 +135,11 @@ def test_an_arm_alone_has_a_clearance_within_bounds():
             {"contol_mode": "delta"},
             "unknown option of MultiArmCell 'contol_mode'. Did you mean 'control_mode'",
         ),
-        ("MultiArmCell-2", {"max_velocity": -1.0}, "max_velocity of arm 'arm0' must be a positive number, or 6 of them"),
+        (
+            "MultiArmCell-2",
+            {"max_velocity": -1.0},
+            "max_velocity of arm 'arm0' must be a positive number, or 6 of them",
+        ),
         ("MultiArmCell-2", {"cell": "ring-3"}, "unknown cell 'ring-3'. Did you mean"),
         ("MultiArmCell-2", {"cell": "ring-4-panda", "robot": "fr5"}, "is a ring of panda arms, but robot is 'fr5'"),
         ("MultiArmCell", {}, "needs cell="),

@@ -176,7 +176,10 @@ def test_a_colliding_plan_is_refused():
         ({"rate": float("nan")}, "rate is nan"),
         ({"tolerance": -0.1}, "tolerance is -0.1"),
         ({"rat": 100.0}, "unknown argument of retime() 'rat'. Did you mean 'rate'"),
-        ({"max_jerk": {"left": ["a"] * 6, "right": [1.0] * 6}}, "max_jerk of arm 'left' must be a positive number, or 6 of them"),
+        (
+            {"max_jerk": {"left": ["a"] * 6, "right": [1.0] * 6}},
+            "max_jerk of arm 'left' must be a positive number, or 6 of them",
+        ),
         ({"rate": 1e5, "max_acceleration": 0.05}, "more than 1000000 samples; its limits are too low"),
         ({"share": 1.5}, "share is 1.5; it must be a positive number, 1 at most"),
         ({"max_acceleration": 0.0}, "max_acceleration of arm 'left' must be a positive number, or 6 of them"),

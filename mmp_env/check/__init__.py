@@ -23,7 +23,7 @@ from mmp_env.check.pairs import part_pairs
 from mmp_env.check.rates import derivatives
 from mmp_env.check.reading import CheckedPlan, read_cell, read_plan
 from mmp_env.check.report import RULES, CheckReport, Violation
-from mmp_env.check.rules import beyond_limits, ends, finite, length, limits, speed, times
+from mmp_env.check.rules import LIMIT_TOLERANCE, beyond_limits, ends, finite, length, limits, speed, times
 from mmp_env.check.shortfalls import shortfall_violations
 from mmp_env.check.spheres import SpherePairs, SphereSolids
 from mmp_env.check.sweep import ROUNDING_M, prove_apart
@@ -36,7 +36,10 @@ KIND_RULES = {"arms": "arm-arm", "obstacles": "arm-obstacle", "self": "self"}
 GEOM_CLEARANCE_M = 1e-6
 """Clearance [m] that an exact check proves between geoms. It is above 0, so that the proof ends."""
 _WILD_RAD = 1.0
-"""Distance [rad] beyond joint limits at which a motion is refused without a proof of its clearances."""
+"""Distance [rad] of a hinge beyond its limits at which a motion is refused without a proof of its clearances.
+
+The bounds on motion hold within the limits of slides, so a slide beyond them by any distance has the same effect.
+"""
 
 
 def check_document(document: Mapping[str, Any], *, exact: bool = False) -> CheckReport:
@@ -62,7 +65,8 @@ def check_document(document: Mapping[str, Any], *, exact: bool = False) -> Check
         violations = list(finite(data))
         if not violations:
             violations = [v for rule in (times, length, ends, limits, speed, derivatives) for v in rule(data)]
-            if beyond_limits(data).max() <= _WILD_RAD and not any(length(data)):
+            allowed = np.where(data.cell.slides, LIMIT_TOLERANCE, _WILD_RAD)
+            if (beyond_limits(data) <= allowed).all() and not any(length(data)):
                 return _swept(data, violations, model, families, exact)
     return CheckReport(
         violations=tuple(violations), spheres=_geometry(data, exact), margin_m=data.margin, margins_m=data.margins

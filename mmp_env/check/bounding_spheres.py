@@ -23,9 +23,9 @@ class BoundingSpherePairs:
         first, second, inner = pairs.first, pairs.second, pairs.inner[:, None]
         reach = parts.reach[second] + np.where(inner, 0.0, parts.reach[first])
         common = parts.moves[first] & inner
-        self._deviation = ChordDeviation(model.cell, reach, common)
-        self._part_deviation = ChordDeviation(model.cell, parts.reach)
-        self._inner_deviation = ChordDeviation(model.cell, reach[pairs.inner], common[pairs.inner])
+        self._deviation = ChordDeviation(model, reach, common)
+        self._part_deviation = ChordDeviation(model, parts.reach)
+        self._inner_deviation = ChordDeviation(model, reach[pairs.inner], common[pairs.inner])
         self._radii = parts.radius[first] + parts.radius[second]
 
     def __len__(self) -> int:
@@ -77,7 +77,7 @@ class BoundingSphereSolids:
         self._model, self._parts, self._moving, self._solids = model, parts, moving, solids
         self.part = np.tile(moving, len(solids))
         self.solid = np.repeat(np.arange(len(solids)), len(moving))
-        self._deviation = ChordDeviation(model.cell, parts.reach)
+        self._deviation = ChordDeviation(model, parts.reach)
 
     def __len__(self) -> int:
         return len(self.part)

@@ -14,7 +14,7 @@ from mmp_env.check import check_document
 from mmp_env.check.fields import UnreadableError, known, listed, member, rotation, shown
 from mmp_env.check.reading import CheckedArm, CheckedPlan, read_plan
 from mmp_env.check.report import CheckReport, Violation, in_short
-from mmp_env.check.rules import END_TOLERANCE_RAD
+from mmp_env.check.rules import END_TOLERANCE
 
 SCHEMA = "mmp-episode/1"
 SAME_PLACE = 1e-9
@@ -108,13 +108,13 @@ def _seam(number: int, pair: tuple[Mapping[str, Any], Mapping[str, Any]]) -> Ite
         yield Violation(rule="schema", message=f"{between}: its arms are others, or stand elsewhere")
         return
     off = np.abs(after.positions[0] - before.positions[-1])
-    for column in np.flatnonzero(~(off <= END_TOLERANCE_RAD)):
-        arm, joint = after.joints[column]
+    for column in np.flatnonzero(~(off <= END_TOLERANCE)):
+        (arm, joint), unit = after.joints[column], after.units[column]
         yield Violation(
             rule="start",
-            message=f"{between}: arm '{arm}', joint {joint}, begins {off[column]:.3g} rad from where it ended",
+            message=f"{between}: arm '{arm}', joint {joint}, begins {off[column]:.3g} {unit} from where it ended",
             arms=(arm,),
-            values={"joint": joint, "off_rad": float(off[column])},
+            values={"joint": joint, f"off_{unit}": float(off[column])},
         )
 
 

@@ -25,12 +25,12 @@ class Touch:
 class MotionSteps:
     """Motion windows from poses `start` to poses `end` [u], by index.
 
-    Every joint turns by `turn` [u, n] [rad] and stays within `bend` [u, n] [rad] of a straight line.
+    Every joint moves by `move` [u, n] [rad or m] and stays within `bend` [u, n] [rad or m] of a straight line.
     """
 
     start: Int[np.ndarray, "u"]
     end: Int[np.ndarray, "u"]
-    turn: Float[np.ndarray, "u n"]
+    move: Float[np.ndarray, "u n"]
     bend: Float[np.ndarray, "u n"]
 
 

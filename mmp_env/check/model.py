@@ -28,7 +28,7 @@ _CCD_TOLERANCE_M, _CCD_ITERATIONS = 1e-10, 200
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Poses:
-    """The cell at instants: `times` [m] [s], `q` [m, n] [rad], and the poses of all bodies in the world."""
+    """The cell at instants: `times` [m] [s], `q` [m, n] [rad or m], and the poses of all bodies in the world."""
 
     times: Float[np.ndarray, "m"]
     q: Float[np.ndarray, "m n"]
@@ -50,7 +50,8 @@ class RigidParts:
 
     `arm` [p] is the index of the arm; `moves` [p, k] says whether joint k moves the part. A part lies in the ball about
     `center` [p, 3] [m] (in its body's frame) of `radius` [p] [m]. No point of it (centre of a sphere, or any point of a
-    geom) comes farther from the axis of joint k than `reach` [p, k] [m], which is 0 if k does not move it.
+    geom) moves by more than `reach` [p, k] per unit of joint k: its distance from the axis of a hinge [m], 1 for a
+    slide, and 0 if k does not move it.
     """
 
     links: tuple[str, ...]
@@ -63,7 +64,10 @@ class RigidParts:
 
 
 class CellModel:
-    """MuJoCo's model of a cell and its kinematics. Joints are side by side, arm after arm."""
+    """MuJoCo's model of a cell and its kinematics. Joints are side by side, arm after arm.
+
+    `slides` [n] tells which joints slide along their axis, in m; the others turn about it, in rad.
+    """
 
     def __init__(self, cell: CheckedCell, *, hulls: bool = False) -> None:
         """Args:
@@ -74,25 +78,30 @@ class CellModel:
         self.mujoco, meshes = _compile(cell, hulls=hulls)
         self.meshes = in_geom_frames(self.mujoco, meshes)
         joints = [self.mujoco.joint(f"{arm.name}/joint{k + 1}") for arm in cell.arms for k in range(arm.dof)]
-        if any(joint.type[0] != mujoco.mjtJoint.mjJNT_HINGE for joint in joints):
-            raise UnreadableError("the motion bounds hold for revolute joints only")
+        kinds = np.array([joint.type[0] for joint in joints])
+        if not np.isin(kinds, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)).all():
+            raise UnreadableError("a joint neither turns nor slides; the motion bounds hold for hinges and slides")
+        self.slides = kinds == mujoco.mjtJoint.mjJNT_SLIDE
+        if (self.slides != cell.slides).any():
+            raise UnreadableError("a joint slides in one of robot.json and the MJCF, and turns in the other")
+        self._travel = cell.of_robots("lower"), cell.of_robots("upper")
         self._address = np.array([joint.qposadr[0] for joint in joints])
         self._column = {int(joint.id): k for k, joint in enumerate(joints)}
         self._data = mujoco.MjData(self.mujoco)
         self.place(np.zeros(len(joints)))
-        # Anchors and axes of all joints in a reference configuration; `reaches` does not depend on the choice.
+        # Anchors and axes of all joints with hinges and slides at 0; `reaches` does not depend on the angles.
         self._anchors = np.array([self._data.xanchor[joint.id] for joint in joints])
         self._axes = np.array([self._data.xaxis[joint.id] for joint in joints])
         self._reference = self.poses(np.zeros(1), np.zeros((1, len(joints))))
 
     def place(self, q: Float[np.ndarray, "n"]) -> mujoco.MjData:
-        """Returns MuJoCo's data with all bodies and geoms placed at `q` [rad]; valid until the next call."""
+        """Returns MuJoCo's data with all bodies and geoms placed at `q` [rad or m]; valid until the next call."""
         self._data.qpos[self._address] = q
         mujoco.mj_kinematics(self.mujoco, self._data)
         return self._data
 
     def poses(self, times: Float[np.ndarray, "m"], q: Float[np.ndarray, "m n"]) -> Poses:
-        """Returns the cell at configurations `q` [rad]."""
+        """Returns the cell at configurations `q` [rad or m]."""
         positions = np.empty((len(q), self.mujoco.nbody, 3))
         rotations = np.empty((len(q), self.mujoco.nbody, 9))
         for k, row in enumerate(q):
@@ -112,16 +121,24 @@ class CellModel:
     def reaches(
         self, body: int, points: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]
     ) -> Float[np.ndarray, "n"]:
-        """Returns the largest distance [m] of balls on a body from each joint's axis, at any configuration.
+        """Returns how far balls on a body move at most per unit of each joint, at any configuration within the limits.
 
-        Turned about the axis of the joint that carries it, a ball sweeps a set inside the ball about the foot of its
-        centre on that axis, the distance of the two added to its radius. That ball is fixed in the next link inwards.
+        For a hinge this is their largest distance [m] from its axis, for a slide 1. Turned about the axis of the joint
+        that carries it, a ball sweeps a set inside the ball about the foot of its centre on that axis, the distance of
+        the two added to its radius. Along a slide it stays inside the ball about the middle of its travel, half the
+        travel added to its radius. That ball is fixed in the next link inwards.
         """
         out = np.zeros(len(self._address))
         frame = self._reference
         centers = frame.positions[0, body] + points @ frame.rotations[0, body].T
         radii = np.array(radii)
         for k in np.flatnonzero(self.moves(body))[::-1]:
+            if self.slides[k]:
+                lower, upper = self._travel[0][k], self._travel[1][k]
+                centers = centers + self._axes[k] * (lower + upper) / 2
+                radii = radii + (upper - lower) / 2
+                out[k] = 1.0
+                continue
             foot = self._anchors[k] + np.outer((centers - self._anchors[k]) @ self._axes[k], self._axes[k])
             radii += np.linalg.norm(centers - foot, axis=1)
             centers = foot

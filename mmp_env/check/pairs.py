@@ -1,9 +1,10 @@
 """Pairs of parts that must keep apart, and how far their points deviate from straight lines during a step.
 
-While the joints go straight and turn by dq, a point c(s), s in [0, 1], has
-|c''| <= sum_jk |dq_j| |dq_k| reach(max(j, k)), so it deviates from the chord between its ends by an eighth of that at
-most (docs/explanation/checking.md has the derivation); where they bend off by e, by sum_k |e_k| reach(k) more. Two
-parts of one arm are compared in the frame of the inner one, where only the joints between them count.
+While the joints go straight and move by dq, a point c(s), s in [0, 1], has |c''| <= M with
+M = sum_jk |dq_j| |dq_k| reach(max(j, k)) over all pairs whose inner joint is a hinge. So it deviates from the chord
+between its ends by M / 8 at most (docs/explanation/checking.md has the derivation); where the joints bend off by e, by
+sum_k |e_k| reach(k) more. Two parts of one arm are compared in the frame of the inner one, where only the joints
+between them count.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.held import BODY, holders
 from mmp_env.check.items import MotionSteps
-from mmp_env.check.model import RigidParts
+from mmp_env.check.model import CellModel, RigidParts
 from mmp_env.check.models import CheckedModel
 from mmp_env.check.reading import CheckedArm, CheckedCell
 
@@ -84,33 +85,38 @@ class ChordDeviation:
     """Bounds [m] on how far the points of both parts of a pair together deviate from their chords in a step."""
 
     def __init__(
-        self, cell: CheckedCell, reach: Float[np.ndarray, "p n"], common: Bool[np.ndarray, "p n"] | None = None
+        self, model: CellModel, reach: Float[np.ndarray, "p n"], common: Bool[np.ndarray, "p n"] | None = None
     ) -> None:
         """Args:
-        reach: sum over both parts of their reach [m] from each joint.
+        reach: sum over both parts of how far each joint moves them per unit (`RigidParts.reach`).
         common: the joints that move both parts of an inner pair.
         """
-        arm = np.repeat(np.arange(len(cell.arms)), [arm.dof for arm in cell.arms])
+        arm = np.repeat(np.arange(len(model.cell.arms)), [arm.dof for arm in model.cell.arms])
         joint = np.arange(len(arm))
-        self._before = ((arm[:, None] == arm) & (joint[:, None] < joint)).astype(float)
-        self._common = np.zeros_like(reach) if common is None else common.astype(float)
-        self._reach = reach * (1.0 - self._common)
+        self._turns = (~model.slides).astype(float)
+        self._before = ((arm[:, None] == arm) & (joint[:, None] < joint) & ~model.slides[:, None]).astype(float)
+        common = np.zeros(reach.shape, dtype=bool) if common is None else common
+        self._reach = np.where(common, 0.0, reach)
+        self._common = common * self._turns
 
     def all(self, steps: MotionSteps) -> Float[np.ndarray, "u p"]:
         """Returns the bounds of all pairs in all steps [m]."""
-        turn, reach = steps.turn, self._reach.T
-        shared = turn @ self._common.T
-        return (self._weight(turn) @ reach - 2.0 * shared * (turn @ reach)) / 8.0 + steps.bend @ reach
+        move, reach = steps.move, self._reach.T
+        shared = move @ self._common.T
+        return (self._weight(move) @ reach - 2.0 * shared * (move @ reach)) / 8.0 + steps.bend @ reach
 
     def each(
         self, steps: MotionSteps, step: Int[np.ndarray, "i"], pair: Int[np.ndarray, "i"]
     ) -> Float[np.ndarray, "i"]:
         """Returns the bound [m] of each pair in its step."""
-        turn, reach = steps.turn[step], self._reach[pair]
-        shared = np.einsum("in,in->i", turn, self._common[pair])
-        weight = self._weight(steps.turn)[step] - 2.0 * shared[:, None] * turn
+        move, reach = steps.move[step], self._reach[pair]
+        shared = np.einsum("in,in->i", move, self._common[pair])
+        weight = self._weight(steps.move)[step] - 2.0 * shared[:, None] * move
         return np.einsum("in,in->i", weight / 8.0 + steps.bend[step], reach)
 
-    def _weight(self, turn: Float[np.ndarray, "u n"]) -> Float[np.ndarray, "u n"]:
-        """Returns the weight of each joint's reach in the sum over j and k: |dq_k| (|dq_k| + 2 sum_{j < k} |dq_j|)."""
-        return turn * (turn + 2.0 * turn @ self._before)
+    def _weight(self, move: Float[np.ndarray, "u n"]) -> Float[np.ndarray, "u n"]:
+        """Returns the weight of each joint's reach in the sum over j and k: |dq_k| (|dq_k| + 2 sum_{j < k} |dq_j|).
+
+        Slides count among the k alone, and without the |dq_k|^2.
+        """
+        return move * (move * self._turns + 2.0 * move @ self._before)

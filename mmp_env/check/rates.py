@@ -27,16 +27,16 @@ def derivatives(plan: CheckedPlan) -> Iterator[Violation]:
     if plan.max_acceleration is not None:
         rate, at = divided_differences(plan.times, plan.positions, 2)
         text = "has an acceleration of"
-        yield from exceeded(plan, "acceleration", text, "rad/s^2", rate, plan.max_acceleration, at, RATE_TOLERANCE)
+        yield from exceeded(plan, "acceleration", text, "/s^2", rate, plan.max_acceleration, at, RATE_TOLERANCE)
     if plan.max_jerk is not None:
         rate, at = divided_differences(plan.times, plan.positions, 3)
-        yield from exceeded(plan, "jerk", "has a jerk of", "rad/s^3", rate, plan.max_jerk, at, RATE_TOLERANCE)
+        yield from exceeded(plan, "jerk", "has a jerk of", "/s^3", rate, plan.max_jerk, at, RATE_TOLERANCE)
     if plan.velocities is not None:
         yield from _stated(plan, plan.velocities)
 
 
 def _stated(plan: CheckedPlan, v: Float[np.ndarray, "t n"]) -> Iterator[Violation]:
-    """Yields violations by stated velocities `v` [rad/s] and accelerations: beyond limits, or unlike the motion.
+    """Yields violations by stated velocities `v` [rad/s or m/s] and accelerations: beyond limits, or unlike the motion.
 
     In a step of h [s], the mean of a rate at both ends differs from the rate of the positions (or velocities) by at
     most a h / 4 if the rate changes by at most a per second, and j h^2 / 12 if a changes by at most j per second.
@@ -46,14 +46,14 @@ def _stated(plan: CheckedPlan, v: Float[np.ndarray, "t n"]) -> Iterator[Violatio
     jerk = plan.of_robots("jerk") if plan.max_jerk is None else plan.max_jerk
     step = np.diff(plan.times)[:, None]
     q, a, at = plan.positions, plan.accelerations, plan.times
-    yield from exceeded(plan, "rates", "states a velocity of", "rad/s", v, speed, at, RATE_TOLERANCE)
+    yield from exceeded(plan, "rates", "states a velocity of", "/s", v, speed, at, RATE_TOLERANCE)
     text, allowed = "states velocities off those of its motion by", np.minimum(growth * step / 4, jerk * step**2 / 12)
-    yield from exceeded(plan, "rates", text, "rad/s", _off(step, q, v), allowed, at[:-1], RATE_TOLERANCE)
+    yield from exceeded(plan, "rates", text, "/s", _off(step, q, v), allowed, at[:-1], RATE_TOLERANCE)
     if a is None:
         return
-    yield from exceeded(plan, "rates", "states an acceleration of", "rad/s^2", a, growth, at, RATE_TOLERANCE)
+    yield from exceeded(plan, "rates", "states an acceleration of", "/s^2", a, growth, at, RATE_TOLERANCE)
     text, allowed = "states accelerations off those of its velocities by", jerk * step / 4
-    yield from exceeded(plan, "rates", text, "rad/s^2", _off(step, v, a), allowed, at[:-1], RATE_TOLERANCE)
+    yield from exceeded(plan, "rates", text, "/s^2", _off(step, v, a), allowed, at[:-1], RATE_TOLERANCE)
 
 
 def _off(
@@ -67,7 +67,7 @@ def _off(
 def divided_differences(
     times: Float[np.ndarray, "t"], q: Float[np.ndarray, "t n"], order: int
 ) -> tuple[Float[np.ndarray, "u n"], Float[np.ndarray, "u"]]:
-    """Returns means of the derivative of that order [rad/s^order], less rounding, and when they begin [s]."""
+    """Returns means of the derivative of that order [rad or m per s^order], less rounding, and when they begin [s]."""
     first, last = (times[1] - times[0], times[-1] - times[-2]) if len(times) > 1 else (1.0, 1.0)
     beyond = np.arange(1, order + 1)
     clock = np.concatenate([times[0] - first * beyond[::-1], times, times[-1] + last * beyond])

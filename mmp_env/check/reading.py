@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from mmp_env.check.fields import (
     LARGEST_M,
@@ -90,6 +90,15 @@ class CheckedCell:
     solids: tuple[Solid, ...]
     spheres: str
 
+    @property
+    def slides(self) -> Bool[np.ndarray, "n"]:
+        """Which joints slide, in m, according to robot.json. The others turn, in rad."""
+        return np.array([joint.get("type") == "slide" for arm in self.arms for joint in arm.robot.data["joints"]])
+
+    def of_robots(self, key: str) -> Float[np.ndarray, "n"]:
+        """Returns a property of all joints from robot.json."""
+        return np.array([joint[key] for arm in self.arms for joint in arm.robot.data["joints"]], dtype=float)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CheckedPlan:
@@ -117,9 +126,14 @@ class CheckedPlan:
         """Arm and joint (from 1) of each column."""
         return [(arm.name, k + 1) for arm in self.cell.arms for k in range(arm.dof)]
 
+    @property
+    def units(self) -> list[str]:
+        """Unit of each column: `rad` of a hinge, `m` of a slide."""
+        return ["m" if slides else "rad" for slides in self.cell.slides]
+
     def of_robots(self, key: str) -> Float[np.ndarray, "n"]:
         """Returns a property of all joints from robot.json."""
-        return np.array([joint[key] for arm in self.cell.arms for joint in arm.robot.data["joints"]], dtype=float)
+        return self.cell.of_robots(key)
 
 
 def read_plan(data: Any) -> CheckedPlan:

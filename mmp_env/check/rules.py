@@ -10,12 +10,12 @@ from jaxtyping import Float
 from mmp_env.check.reading import CheckedPlan
 from mmp_env.check.report import Violation
 
-END_TOLERANCE_RAD, LIMIT_TOLERANCE_RAD = 1e-6, 1e-9
-"""Tolerances [rad] of start and goal, and of joint limits."""
+END_TOLERANCE, LIMIT_TOLERANCE = 1e-6, 1e-9
+"""Tolerances [rad or m] of start and goal, and of joint limits."""
 SPEED_TOLERANCE = 1e-9
 """Relative tolerance of velocities, for the rounding of a file's decimals."""
 MOST_TURN_RAD = 10_000.0
-"""Longest motion that is proved [rad]: the largest turn of a joint in each step, summed up. That is hours of motion."""
+"""Longest motion that is proved [rad or m]: the largest move of a joint in each step, summed up. It takes hours."""
 
 
 def finite(plan: CheckedPlan) -> Iterator[Violation]:
@@ -55,37 +55,39 @@ def length(plan: CheckedPlan) -> Iterator[Violation]:
 
 def ends(plan: CheckedPlan) -> Iterator[Violation]:
     """Yields violations by first and last configurations that are not start and goal of the problem."""
+    units = plan.units
     for rule, given, row in (("start", plan.start, 0), ("goal", plan.goal, -1)):
         off = np.abs(plan.positions[row] - given)
-        for column in np.flatnonzero(off > END_TOLERANCE_RAD):
+        for column in np.flatnonzero(off > END_TOLERANCE):
             arm, joint = plan.joints[column]
             yield Violation(
                 rule=rule,
-                message=f"arm '{arm}', joint {joint}, is {off[column]:.3g} rad away from the {rule}",
+                message=f"arm '{arm}', joint {joint}, is {off[column]:.3g} {units[column]} away from the {rule}",
                 time_s=float(plan.times[row]),
                 arms=(arm,),
-                values={"joint": joint, "off_rad": float(off[column])},
+                values={"joint": joint, f"off_{units[column]}": float(off[column])},
             )
 
 
 def beyond_limits(plan: CheckedPlan) -> Float[np.ndarray, "t n"]:
-    """Returns how far each joint is beyond its robot's limits [rad]; negative within."""
+    """Returns how far each joint is beyond its robot's limits [rad or m]; negative within."""
     return np.maximum(plan.of_robots("lower") - plan.positions, plan.positions - plan.of_robots("upper"))
 
 
 def limits(plan: CheckedPlan) -> Iterator[Violation]:
     """Joints stay within the robot's limits; a straight line between two samples inside is inside."""
     lower, upper, beyond = plan.of_robots("lower"), plan.of_robots("upper"), beyond_limits(plan)
-    for column in np.flatnonzero(beyond.max(axis=0) > LIMIT_TOLERANCE_RAD):
+    for column in np.flatnonzero(beyond.max(axis=0) > LIMIT_TOLERANCE):
         row = int(np.argmax(beyond[:, column]))
         arm, joint = plan.joints[column]
+        unit = plan.units[column]
         at, low, high = float(plan.positions[row, column]), float(lower[column]), float(upper[column])
         yield Violation(
             rule="limits",
-            message=f"arm '{arm}', joint {joint}, is at {at:.10g} rad; allowed: {low:.10g} to {high:.10g}",
+            message=f"arm '{arm}', joint {joint}, is at {at:.10g} {unit}; allowed: {low:.10g} to {high:.10g}",
             time_s=float(plan.times[row]),
             arms=(arm,),
-            values={"joint": joint, "position_rad": at, "lower_rad": low, "upper_rad": high},
+            values={"joint": joint, f"position_{unit}": at, f"lower_{unit}": low, f"upper_{unit}": high},
         )
 
 
@@ -95,26 +97,29 @@ def speed(plan: CheckedPlan) -> Iterator[Violation]:
     step = np.diff(plan.times)
     forward = step > 0  # the rule `times` reports the others
     rate = np.diff(plan.positions, axis=0)[forward] / step[forward, None]
-    yield from exceeded(plan, "speed", "moves at", "rad/s", rate, allowed, plan.times[:-1][forward], SPEED_TOLERANCE)
+    yield from exceeded(plan, "speed", "moves at", "/s", rate, allowed, plan.times[:-1][forward], SPEED_TOLERANCE)
 
 
 def exceeded(
     plan: CheckedPlan,
     rule: str,
     does: str,
-    unit: str,
+    per: str,
     rate: Float[np.ndarray, "m n"],
     allowed: Float[np.ndarray, "*m n"],
     at: Float[np.ndarray, "m"],
     tolerance: float,
 ) -> Iterator[Violation]:
-    """Yields a violation for every joint whose |rate| is above the limit (at all times, or at each), at the worst."""
+    """Yields a violation for every joint whose |rate| is above the limit (at all times, or at each), at the worst.
+
+    `per` is the unit of the rates after that of the joint, such as `/s`.
+    """
     allowed = np.broadcast_to(allowed, rate.shape)
     excess = np.abs(rate) - allowed * (1 + tolerance)
     for column in np.flatnonzero(~(excess.max(axis=0, initial=-np.inf) <= 0)):
         row = int(np.argmax(excess[:, column]))
         arm, joint = plan.joints[column]
-        value, limit = float(abs(rate[row, column])), float(allowed[row, column])
+        value, limit, unit = float(abs(rate[row, column])), float(allowed[row, column]), plan.units[column] + per
         yield Violation(
             rule=rule,
             message=f"arm '{arm}', joint {joint}, {does} {_unlike(value, limit)} {unit}; allowed: {limit:.6g}",

@@ -8,12 +8,12 @@ from jaxtyping import Float, Int
 from mmp_env.check.items import MotionSteps
 from mmp_env.check.model import CellModel
 
-_STEP_RAD = 0.1
-"""Largest turn [rad] of a joint in a first step. Longer lines are cut; short ones form one step."""
+_STEP = 0.1
+"""Largest move [rad or m] of a joint in a first step. Longer lines are cut; short ones form one step."""
 
 
 class Trajectory:
-    """Configurations `q` [t, n] [rad] at `times` [t] [s]. Place 2.5 is midway between samples 2 and 3."""
+    """Configurations `q` [t, n] [rad or m] at `times` [t] [s]. Place 2.5 is midway between samples 2 and 3."""
 
     def __init__(self, times: Float[np.ndarray, "t"], q: Float[np.ndarray, "t n"]) -> None:
         if len(times) == 1:  # a lone configuration is a step without motion
@@ -22,29 +22,29 @@ class Trajectory:
 
     def grid(self) -> Float[np.ndarray, "m"]:
         """Returns the places at which the first steps begin and end."""
-        places, turned = [0.0], 0.0
-        for k, turn in enumerate(np.abs(np.diff(self._q, axis=0)).max(axis=1).tolist()):
-            if turned + turn > _STEP_RAD and places[-1] < k:
+        places, moved = [0.0], 0.0
+        for k, move in enumerate(np.abs(np.diff(self._q, axis=0)).max(axis=1).tolist()):
+            if moved + move > _STEP and places[-1] < k:
                 places.append(float(k))
-                turned = 0.0
-            pieces = int(np.ceil(turn / _STEP_RAD))
+                moved = 0.0
+            pieces = int(np.ceil(move / _STEP))
             if pieces > 1:
                 places.extend((k + np.arange(1, pieces + 1) / pieces).tolist())
             else:
-                turned += turn
+                moved += move
         if places[-1] < len(self._q) - 1:
             places.append(float(len(self._q) - 1))
         return np.array(places)
 
     def at(self, places: Float[np.ndarray, "m"]) -> tuple[Float[np.ndarray, "m"], Float[np.ndarray, "m n"]]:
-        """Returns times [s] and configurations [rad] at places."""
+        """Returns times [s] and configurations [rad or m] at places."""
         low = np.minimum(places.astype(int), len(self._q) - 2)
         share = places - low
         times = self._times[low] * (1 - share) + self._times[low + 1] * share
         return times, self._q[low] * (1 - share)[:, None] + self._q[low + 1] * share[:, None]
 
     def bend(self, first: int, last: int) -> Float[np.ndarray, "n"]:
-        """Returns an upper bound on each joint's distance [rad] from a straight line between two samples."""
+        """Returns an upper bound on each joint's distance [rad or m] from a straight line between two samples."""
         share = np.linspace(0.0, 1.0, last - first + 1)[:, None]
         straight = self._q[first] * (1 - share) + self._q[last] * share
         return np.abs(self._q[first : last + 1] - straight).max(axis=0)
@@ -71,9 +71,9 @@ class PlacedTrajectory:
         self.steps = self._steps(np.concatenate([start, at]), np.concatenate([at, end]))
 
     def _steps(self, start: Int[np.ndarray, "u"], end: Int[np.ndarray, "u"]) -> MotionSteps:
-        turn = np.abs(self.poses.q[end] - self.poses.q[start])
-        bend = np.zeros_like(turn)
+        move = np.abs(self.poses.q[end] - self.poses.q[start])
+        bend = np.zeros_like(move)
         low, high = self._places[start], self._places[end]
         for k in np.flatnonzero(high - low > 1):
             bend[k] = self._trajectory.bend(int(low[k]), int(high[k]))
-        return MotionSteps(start=start, end=end, turn=turn, bend=bend)
+        return MotionSteps(start=start, end=end, move=move, bend=bend)

@@ -126,7 +126,7 @@ def test_a_step_undecided_at_the_finest_resolution_is_not_proved(monkeypatch):
     plan = facing({"left": [UPRIGHT, [1.0, *UPRIGHT[1:]]], "right": [UPRIGHT, UPRIGHT]}, distance=0.45)
     assert check_plan(plan).valid
     monkeypatch.setattr("mmp_env.check.sweep.RESOLUTION_M", 1.0)
-    monkeypatch.setattr("mmp_env.check.trajectory._STEP_RAD", 10.0)
+    monkeypatch.setattr("mmp_env.check.trajectory._STEP", 10.0)
     found = check_plan(plan).violations
     assert found
     assert all("not proved" in violation.message for violation in found)

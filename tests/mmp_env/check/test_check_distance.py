@@ -182,7 +182,7 @@ def test_no_point_of_a_link_comes_farther_from_an_axis_than_its_reach(robot, see
 def one_step(turn):
     """Returns a straight step of joints that turn by `turn` [n] [rad]."""
     turn = np.abs(turn)[None]
-    return MotionSteps(start=np.array([0]), end=np.array([1]), turn=turn, bend=np.zeros_like(turn))
+    return MotionSteps(start=np.array([0]), end=np.array([1]), move=turn, bend=np.zeros_like(turn))
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
@@ -200,11 +200,11 @@ def test_a_point_deviates_from_the_chord_by_at_most_the_bound(robot, seed, lengt
     reach = model.reaches(second, point[None], np.zeros(1))[None]
     for path, common in ((world, np.zeros((1, dof), dtype=bool)), (inside, model.moves(first)[None])):
         chord = path[0] + shares[:, None] * (path[-1] - path[0])
-        bound = ChordDeviation(model.cell, reach, common)
+        bound = ChordDeviation(model, reach, common)
         assert np.linalg.norm(path - chord, axis=1).max() <= bound.all(one_step(turn))[0, 0] + 1e-12
         only = np.array([0])
         assert bound.each(one_step(turn), only, only)[0] == pytest.approx(bound.all(one_step(turn))[0, 0])
-    assert bound.all(one_step(turn))[0, 0] <= ChordDeviation(model.cell, reach).all(one_step(turn))[0, 0]
+    assert bound.all(one_step(turn))[0, 0] <= ChordDeviation(model, reach).all(one_step(turn))[0, 0]
 
 
 def test_the_bound_is_met_by_a_point_that_turns_about_one_axis():
@@ -214,5 +214,5 @@ def test_the_bound_is_met_by_a_point_that_turns_about_one_axis():
     poses = model.poses(np.arange(3.0), np.outer([0.0, 0.5, 1.0], turn))
     path = poses.positions[:, body] + poses.rotations[:, body] @ point
     stray = np.linalg.norm(path[1] - (path[0] + path[2]) / 2)
-    bound = ChordDeviation(model.cell, model.reaches(body, point[None], np.zeros(1))[None]).all(one_step(turn))[0, 0]
+    bound = ChordDeviation(model, model.reaches(body, point[None], np.zeros(1))[None]).all(one_step(turn))[0, 0]
     assert stray == pytest.approx(bound, rel=1e-4)

@@ -139,7 +139,7 @@ def test_turn_and_bend_of_a_step_are_exact_after_any_number_of_bisections(seed):
     for _ in range(4):
         shares = np.linspace(0.0, 1.0, 41)[:, None]
         steps, times = track.steps, track.poses.times
-        for start, end, turn, bend in zip(steps.start, steps.end, steps.turn, steps.bend, strict=True):
+        for start, end, turn, bend in zip(steps.start, steps.end, steps.move, steps.bend, strict=True):
             _, q = path.at(times[start] + shares[:, 0] * (times[end] - times[start]))  # times count samples here
             assert np.abs(q[-1] - q[0]) == pytest.approx(turn)
             assert (np.abs(q - (q[0] * (1 - shares) + q[-1] * shares)) <= bend + 1e-12).all()

@@ -1,6 +1,6 @@
-"""An arm in the form of the native core: joints that turn about the z axes of their frames, and spheres in frames.
+"""An arm in the form of the native core: hinges and slides along the z axes of their frames, and spheres in frames.
 
-Frame 0 is the world, in which the base stands. Frame k + 1 turns with joint k, whose axis is the z axis of the frame.
+Frame 0 is the world, in which the base stands. Frame k + 1 moves with joint k, whose axis is the z axis of the frame.
 Each rigid part of the arm (link, tool, held object) moves with one frame.
 """
 
@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.errors import MmpError
 from mmp_env.model.arm import Arm
 from mmp_env.model.held import HELD, covering_spheres, solid_hull
 from mmp_env.model.hulls import UNKNOWN_PROTRUSION_M
@@ -65,9 +64,6 @@ class _Moving:
 def joint_chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
     """Returns the arguments of the core's `add_arm`."""
     robot = arm.robot
-    if any(robot.slides):
-        slide = robot.joint_names[robot.slides.index(True)]
-        raise MmpError(f"arm '{arm.name}' has the slide joint '{slide}'; planning supports hinge joints only")
     moving = _moving(robot, arm.tool, sphere_set)
     base = robot.spheres[sphere_set]
     on_base = base.links == 0
@@ -78,6 +74,7 @@ def joint_chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
     return {
         "fixed": np.array([pose[:3].ravel() for pose in joints]),
         "tool": moving.T_last_tool[:3].ravel(),
+        "slides": np.array(robot.slides),
         "lower": np.ascontiguousarray(robot.lower),
         "upper": np.ascontiguousarray(robot.upper),
         "link_frames": np.array([part.frame for part in parts], dtype=np.int32),

@@ -5,8 +5,9 @@ namespace mmp {
 namespace {
 
 template <class T>
-void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper,
-             const Indices& link_frames, const Matrix& spheres, const Indices& sphere_links, const Pairs& self_pairs) {
+void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const Booleans& slides, const Vector& lower,
+             const Vector& upper, const Indices& link_frames, const Matrix& spheres, const Indices& sphere_links,
+             const Pairs& self_pairs) {
   ArmModel<T> arm;
   arm.dof = static_cast<int>(fixed.shape(0));
   const auto transform = [](const double* p) {
@@ -19,6 +20,7 @@ void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const 
   };
   for (int j = 0; j < arm.dof; ++j) arm.fixed.push_back(transform(fixed.data() + 12 * j));
   arm.tool = transform(tool.data());
+  for (int j = 0; j < arm.dof; ++j) arm.turns.push_back(slides.data()[j] ? T(0) : T(1));
   arm.lower = as<T>(lower);
   arm.upper = as<T>(upper);
   for (size_t l = 0; l < link_frames.shape(0); ++l) {
@@ -38,14 +40,23 @@ void add_arm(CellModel<T>& cell, const Matrix& fixed, const Vector& tool, const 
   cell.arms.push_back(std::move(arm));
 }
 
-void require_chain(const Matrix& fixed, const Vector& tool, const Vector& lower, const Vector& upper) {
+// The bounds on motion need the largest travel.
+void require_slide(double lower, double upper) {
+  require(lower > -kMaxLength && upper < kMaxLength, "a slide's limits must be within 1e6 m");
+}
+
+void require_chain(const Matrix& fixed, const Vector& tool, const Booleans& slides, const Vector& lower,
+                   const Vector& upper) {
   const size_t dof = fixed.shape(0);
   require(dof > 0 && dof <= kMaxDof, "an arm has 1 to 16 joints");
   require(fixed.shape(1) == 12 && tool.shape(0) == 12, "a pose of an arm has 12 numbers");
   require_lengths(fixed.data(), fixed.size());
   require_lengths(tool.data(), tool.size());
-  require(lower.shape(0) == dof && upper.shape(0) == dof, "limits for each joint");
-  for (size_t k = 0; k < dof; ++k) require(lower.data()[k] <= upper.data()[k], "a joint's limits must be in order");
+  require(slides.shape(0) == dof && lower.shape(0) == dof && upper.shape(0) == dof, "a kind and limits for each joint");
+  for (size_t k = 0; k < dof; ++k) {
+    require(lower.data()[k] <= upper.data()[k], "a joint's limits must be in order");
+    if (slides.data()[k]) require_slide(lower.data()[k], upper.data()[k]);
+  }
 }
 
 void require_links(int dof, const Indices& frames, const Matrix& spheres, const Indices& sphere_links) {
@@ -128,19 +139,20 @@ void bind_cell(nb::module_& m) {
       .def(nb::init<>())
       .def(
           "add_arm",
-          [](Cell& self, Matrix fixed, Vector tool, Vector lower, Vector upper, Indices link_frames, Matrix spheres,
-             Indices sphere_links, Pairs self_pairs) {
+          [](Cell& self, Matrix fixed, Vector tool, Booleans slides, Vector lower, Vector upper, Indices link_frames,
+             Matrix spheres, Indices sphere_links, Pairs self_pairs) {
             require(!self.frozen, "the cell is frozen");
-            require_chain(fixed, tool, lower, upper);
+            require_chain(fixed, tool, slides, lower, upper);
             require_links(static_cast<int>(fixed.shape(0)), link_frames, spheres, sphere_links);
             require_pairs(link_frames, self_pairs);
-            add_arm(self.single, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
-            add_arm(self.precise, fixed, tool, lower, upper, link_frames, spheres, sphere_links, self_pairs);
+            add_arm(self.single, fixed, tool, slides, lower, upper, link_frames, spheres, sphere_links, self_pairs);
+            add_arm(self.precise, fixed, tool, slides, lower, upper, link_frames, spheres, sphere_links, self_pairs);
           },
-          nb::kw_only(), nb::arg("fixed"), nb::arg("tool"), nb::arg("lower"), nb::arg("upper"), nb::arg("link_frames"),
-          nb::arg("spheres"), nb::arg("sphere_links"), nb::arg("self_pairs"),
+          nb::kw_only(), nb::arg("fixed"), nb::arg("tool"), nb::arg("slides"), nb::arg("lower"), nb::arg("upper"),
+          nb::arg("link_frames"), nb::arg("spheres"), nb::arg("sphere_links"), nb::arg("self_pairs"),
           "Adds an arm. fixed [dof, 12]: rows of T_frame(k)_frame(k+1) at q = 0, joint axis z, the first frame in the "
-          "world. spheres [s, 4]: centre and radius in the frame of their link, the base's (link 0) in the world. "
+          "world. slides [dof]: whether a joint moves along the axis [m] instead of turning about it [rad]. spheres "
+          "[s, 4]: centre and radius in the frame of their link, the base's (link 0) in the world. "
           "self_pairs [p, 2]: links that must not touch, the one nearer to the base first.")
       .def(
           "add_obstacle",

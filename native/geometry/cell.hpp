@@ -63,14 +63,14 @@ class Cell {
       }
   }
 
-  // Adds to the base the volume that the first link fills at every angle: a sphere at distance d from the first joint's
-  // axis always covers the sphere of radius r - d on the axis. Only the base of such a model is used.
+  // Adds to the base the volume that the first link fills at every angle of a hinge: a sphere at distance d from the
+  // first joint's axis always covers the sphere of radius r - d on the axis. Only the base of such a model is used.
   static void add_core(ArmModel<float>& arm) {
     std::vector<Sphere<float>> spheres;
     const auto base = arm.links[0].spheres, link = arm.links[1].spheres;
     spheres.assign(arm.spheres.begin() + base.first, arm.spheres.begin() + base.first + base.count);
     Hulls hulls(arm.hulls.begin(), arm.hulls.begin() + arm.links[0].hulls.count);
-    if (arm.links[1].frame != 1) {
+    if (arm.links[1].frame != 1 || arm.slides(0)) {
     } else if (arm.links[1].hulls.count == 0) {
       for (int i = link.first; i < link.first + link.count; ++i) {
         const auto& s = arm.spheres[i];

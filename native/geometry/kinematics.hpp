@@ -89,8 +89,6 @@ inline void forward(const V* q, Pose<V>& pose) {
   for (int k = 0; k < arm.dof; ++k) {
     const Transform<T>& t = arm.fixed[k];
     Frame<V>& out = pose.frames[k + 1];
-    V s, c;
-    sincos<V>(q[k], s, c);
     V m[9];
     if (k == 0) {
       for (int i = 0; i < 9; ++i) m[i] = splat<V>(t.r[i]);
@@ -104,6 +102,13 @@ inline void forward(const V* q, Pose<V>& pose) {
                in.p.y + in.r[3] * t.p[0] + in.r[4] * t.p[1] + in.r[5] * t.p[2],
                in.p.z + in.r[6] * t.p[0] + in.r[7] * t.p[1] + in.r[8] * t.p[2]};
     }
+    if (arm.slides(k)) {
+      std::copy_n(m, 9, out.r);
+      out.p = out.p + Vec3<V>{m[2], m[5], m[8]} * q[k];
+      continue;
+    }
+    V s, c;
+    sincos<V>(q[k], s, c);
     for (int i = 0; i < 3; ++i) {
       out.r[3 * i] = m[3 * i] * c + m[3 * i + 1] * s;
       out.r[3 * i + 1] = m[3 * i + 1] * c - m[3 * i] * s;
@@ -114,23 +119,52 @@ inline void forward(const V* q, Pose<V>& pose) {
     pose.link[l] = Pose<V>::apply(pose.frames[arm.links[l].frame], arm.links[l].bound);
 }
 
-// Bounds on the motion of links while every joint sweeps q_mid - half .. q_mid + half, one segment per lane.
+// Returns how far a slide leaves its limits between two positions [m].
+template <class V>
+inline V beyond_limits(const ArmModel<Scalar<V>>& arm, int joint, V from, V to) {
+  return max(max(arm.lower[joint] - min(from, to), max(from, to) - arm.upper[joint]), V{});
+}
+
+// Returns an upper bound of the second derivative of the link's sphere centres and of points of its hulls in frame
+// `first`, while joint j moves at rate[j] >= 0 and slides are at most `beyond` out of their limits altogether [m].
 //
-// A sphere centre's first derivative is known at the middle. Its second derivative is at most sum_jk |half_j| |half_k|
-// rho_max(j,k), because each pair of rotations turns a lever of at most rho about an axis.
+// A hinge i turns the motion by joint j about its axis: at most 2 rate_i rate_j lever_j if j is farther out, and
+// rate_j^2 lever_j if i = j. A slide turns nothing.
+template <class V>
+inline V curvature(const ArmModel<Scalar<V>>& arm, int link, int first, const V* rate, V beyond) {
+  V before{}, second{};
+  for (int j = first; j < arm.links[link].frame; ++j) {
+    const V turn = rate[j] * arm.turns[j];
+    second += (rate[j] * turn + 2 * rate[j] * before) * (arm.lever[link][j] + beyond);
+    before += turn;
+  }
+  return second;
+}
+
+// Bounds on the motion of links while every joint sweeps middle - half .. middle + half, one segment per lane: by the
+// first derivative at the middle and the largest second one.
 template <class V>
 struct Sweep {
   Vec3<V> omega[kMaxDof + 1], origin[kMaxDof + 1];
-  V half_abs[kMaxDof];
+  V half_abs[kMaxDof], beyond;
 
-  void set(const Pose<V>& pose, const V* half) {
+  // `pose` is that of `middle`.
+  void set(const Pose<V>& pose, const V* middle, const V* half) {
+    const auto& arm = *pose.arm;
     const V zero{};
+    beyond = zero;
     omega[0] = origin[0] = {zero, zero, zero};
-    for (int k = 1; k <= pose.arm->dof; ++k) {
+    for (int k = 1; k <= arm.dof; ++k) {
       const auto& f = pose.frames[k];
       const V rate = half[k - 1];
       half_abs[k - 1] = abs(rate);
       origin[k] = k == 1 ? origin[0] : origin[k - 1] + cross(omega[k - 1], f.p - pose.frames[k - 1].p);
+      if (arm.slides(k - 1)) {
+        origin[k] = origin[k] + Vec3<V>{f.r[2], f.r[5], f.r[8]} * rate;
+        omega[k] = omega[k - 1];
+        beyond += beyond_limits<V>(arm, k - 1, middle[k - 1] - rate, middle[k - 1] + rate);
+        continue;
+      }
       omega[k] = {omega[k - 1].x + f.r[2] * rate, omega[k - 1].y + f.r[5] * rate, omega[k - 1].z + f.r[8] * rate};
     }
   }
@@ -149,11 +183,7 @@ struct Sweep {
       v = v - (origin[fa] + cross(omega[fa], c - pose.frames[fa].p));
       w = w - omega[fa];
     }
-    V before{}, second{};
-    for (int j = fa; j < fb; ++j) {
-      second += (half_abs[j] * half_abs[j] + 2 * half_abs[j] * before) * pose.arm->lever[b][j];
-      before += half_abs[j];
-    }
+    const V second = curvature<V>(*pose.arm, b, fa, half_abs, beyond);
     return norm(v) + norm(w) * link.center_radius + second * Scalar<V>(0.5);
   }
 };

@@ -1,4 +1,4 @@
-// Models that the kernels use: arms as chains of z-rotations with three-level sphere trees, and obstacles.
+// Models that the kernels use: arms as chains of hinges and slides with three-level sphere trees, and obstacles.
 #pragma once
 
 #include <algorithm>
@@ -51,15 +51,19 @@ template <class T>
 struct ArmModel {
   int dof = 0;
   std::vector<Transform<T>> fixed;  // [dof]: frame k + 1 in frame k at q = 0, joint axis z; [0] is in the world
-  std::vector<T> lower, upper;
-  std::vector<Link<T>> links;  // [0] is the base, in world coordinates
+  std::vector<T> turns;             // [dof]: 1 for a hinge, which turns about z, 0 for a slide, which moves along z
+  std::vector<T> lower, upper;      // [dof]: limits [rad or m]
+  std::vector<Link<T>> links;       // [0] is the base, in world coordinates
   std::vector<Sphere<T>> groups, spheres;
   std::vector<Range> group_spheres;
   Hulls hulls;  // in the frames of their links, those of the base in the world
   std::vector<std::pair<int, int>> self_pairs;
-  // lever[link][joint]: upper bound of the distance of the link's sphere centres and hulls from the joint's origin [m].
+  // lever[link][joint]: upper bound of how far the link's sphere centres and hulls move per unit of the joint, while
+  // slides are within their limits. For a hinge it is their distance from the joint's origin [m], for a slide 1.
   std::vector<std::array<T, kMaxDof>> lever;
   Transform<T> tool{};  // tool frame in the last frame
+
+  bool slides(int joint) const { return turns[joint] == T(0); }
 };
 
 enum class Shape { box = 0, sphere = 1, cylinder = 2, capsule = 3, hull = 4 };
@@ -138,6 +142,16 @@ void split_into_groups(std::vector<Sphere<T>>& spheres, Range range, std::vector
   split_into_groups(spheres, {range.first + half, range.count - half}, out);
 }
 
+// Returns the largest distance of the origin of frame joint + 1 from that of frame `joint` [m].
+template <class T>
+double farthest_origin(const ArmModel<T>& arm, int joint) {
+  const auto& t = arm.fixed[joint];
+  const auto distance = [&](double travel) {
+    return std::hypot(t.p[0] + t.r[2] * travel, t.p[1] + t.r[5] * travel, t.p[2] + t.r[8] * travel);
+  };
+  return arm.slides(joint) ? std::max(distance(arm.lower[joint]), distance(arm.upper[joint])) : distance(0);
+}
+
 // Builds the sphere tree and the levers from `links[].frame`, `links[].spheres` and `spheres`.
 template <class T>
 void finish_arm(ArmModel<T>& arm) {
@@ -165,9 +179,8 @@ void finish_arm(ArmModel<T>& arm) {
     std::array<T, kMaxDof> lever{};
     double length = from_frame;
     for (int joint = link.frame - 1; joint >= 0; --joint) {
-      lever[joint] = T(length * (1 + 1e-6));
-      const auto* p = arm.fixed[joint].p;
-      length += std::hypot(double(p[0]), double(p[1]), double(p[2]));
+      lever[joint] = arm.slides(joint) ? T(1) : T(length * (1 + 1e-6));
+      length += farthest_origin(arm, joint);
     }
     arm.lever.push_back(lever);
   }

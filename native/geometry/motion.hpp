@@ -163,7 +163,7 @@ class Motion {
   }
 
   void fill(int k, Pose<V>& pose) {
-    V joints[kMaxDof], move[kMaxDof];
+    V joints[kMaxDof], move[kMaxDof], beyond{};
     for (int lane = 0; lane < width<V>; ++lane) {
       const T *here = at(k + lane), *next = at(k + lane + 1);
       for (int j = 0; j < arm->dof; ++j) {
@@ -171,17 +171,16 @@ class Motion {
         move[j][lane] = next[j] - here[j];
       }
     }
+    for (int j = 0; j < arm->dof; ++j) {
+      if (arm->slides(j)) beyond += beyond_limits<V>(*arm, j, joints[j], joints[j] + move[j]);
+      move[j] = abs(move[j]);
+    }
     mmp::forward(joints, pose);
     if (!frames.empty()) put_frames(pose, k);
     for (size_t l = 0; l < arm->links.size(); ++l) {
       put(links, static_cast<int>(l), pose.link[l], k);
       // Between two steps a centre leaves its chord by at most 1/8 of its largest second derivative.
-      V before{}, second{};
-      for (int j = 0; j < arm->links[l].frame; ++j) {
-        const V m = abs(move[j]);
-        second += (m * m + 2 * m * before) * arm->lever[l][j];
-        before += m;
-      }
+      const V second = curvature<V>(*arm, static_cast<int>(l), 0, move, beyond);
       T* p = deviation.data() + l * stride + k;
       store<V>(p, second * T(0.125));
       if (k + width<V> > last && beyond_) store<V>(p + width<V>, V{});

@@ -135,7 +135,7 @@ class Prover {
     prove_pieces<V>(stack_, results, stop, clock, [&](const Piece<T>* p, int n, Contacts<V>& out) {
       batch.set(p, n, arm.dof, at);
       forward(batch.middle, pose);
-      sweep.set(pose, batch.half);
+      sweep.set(pose, batch.middle, batch.half);
       const auto reach = [&](int l) { return sweep.reach(pose, l) + levels.proof; };
       const auto reach_self = [&](int k) {
         return sweep.reach_relative(pose, arm.self_pairs[k].first, arm.self_pairs[k].second) + levels.proof;
@@ -165,8 +165,8 @@ class Prover {
       batch_b.set(p, n, arm_b.dof, at_b);
       forward(batch_a.middle, pose_a);
       forward(batch_b.middle, pose_b);
-      sweep_a.set(pose_a, batch_a.half);
-      sweep_b.set(pose_b, batch_b.half);
+      sweep_a.set(pose_a, batch_a.middle, batch_a.half);
+      sweep_b.set(pose_b, batch_b.middle, batch_b.half);
       const size_t first = bases ? 0 : 1;
       V reach_b[kMaxLinks]{};
       for (size_t j = 1; j < arm_b.links.size(); ++j) reach_b[j] = sweep_b.reach(pose_b, static_cast<int>(j));

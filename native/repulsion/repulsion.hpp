@@ -1,4 +1,4 @@
-// Repulsive force of APF-ECBS between the spheres of two arms, and the resulting joint torques.
+// Repulsive force of APF-ECBS between the spheres of two arms, and the resulting joint torques (forces of slides).
 #pragma once
 
 #include <vector>
@@ -122,7 +122,7 @@ class Repulsion {
       turn = turn + moment[j];
       const auto& f = pose.frames[j];
       const Vec3<V> axis{f.r[2], f.r[5], f.r[8]};
-      const V torque = dot(axis, turn - cross(f.p, total));
+      const V torque = m.arm->slides(j - 1) ? dot(axis, total) : dot(axis, turn - cross(f.p, total));
       for (int lane = 0; lane < width<V> && k + lane <= m.last; ++lane)
         out[static_cast<size_t>(k + lane) * dof + (j - 1)] = torque[lane];
     }

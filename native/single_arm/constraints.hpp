@@ -64,15 +64,16 @@ class Constraint {
     const auto& arm = *motion.arm;
     std::vector<T> middle(arm.dof);
     for (int k = std::max(from, 0); k < std::min(until, motion.last); ++k) {
-      V half[kMaxDof];
+      V at_middle[kMaxDof], half[kMaxDof];
       for (int j = 0; j < arm.dof; ++j) {
         const T a = motion.at(k)[j], b = motion.at(k + 1)[j];
         middle[j] = (a + b) / 2;
+        at_middle[j] = splat<V>(middle[j]);
         half[j] = splat<V>((b - a) / 2);
       }
       parts.push_back(standing(arm, middle.data(), T(0), {double(k), double(k + 1)}));
       Sweep<V> sweep;
-      sweep.set(parts.back().other_[0], half);
+      sweep.set(parts.back().other_[0], at_middle, half);
       for (size_t l = 1; l < arm.links.size(); ++l)
         parts.back().sweep_[l] = sweep.reach(parts.back().other_[0], static_cast<int>(l))[0];
     }

@@ -141,7 +141,7 @@ class EdgeChecker {
   void pose(const Piece<T>* pieces, int n, const At& at) {
     batch_.set(pieces, n, model_->dof, at);
     forward(batch_.middle, pose_);
-    sweep_.set(pose_, batch_.half);
+    sweep_.set(pose_, batch_.middle, batch_.half);
     for (size_t l = 1; l < model_->links.size(); ++l) reach_[l] = sweep_.reach(pose_, static_cast<int>(l));
   }
 

@@ -12,6 +12,15 @@ def rotation_about(axis, angle):
     return np.eye(4) + np.sin(angle) * k + (1 - np.cos(angle)) * (k @ k)
 
 
+def moved_by(robot, joint, position):
+    """Homogeneous motion of a joint at `position` [rad or m]: about its axis, or along it, [4, 4]."""
+    if not robot.slides[joint]:
+        return rotation_about(robot.axes[joint], position)
+    out = np.eye(4)
+    out[:3, 3] = position * np.asarray(robot.axes[joint]) / np.linalg.norm(robot.axes[joint])
+    return out
+
+
 def base_frame(arm: Arm):
     """Returns T_world_base [4, 4]. A unit quaternion turns by twice its angle about its axis."""
     w, axis = arm.quaternion[0], arm.quaternion[1:]
@@ -26,7 +35,7 @@ def link_frames(arm: Arm, q):
     robot = arm.robot
     frames = [base_frame(arm)]
     for k in range(robot.dof):
-        frames.append(frames[-1] @ robot.origins[k] @ rotation_about(robot.axes[k], q[k]))
+        frames.append(frames[-1] @ robot.origins[k] @ moved_by(robot, k, q[k]))
     if arm.tool is not None:
         frames.append(frames[-1] @ robot.flange @ arm.tool.mount)
     return np.array(frames)
@@ -60,14 +69,14 @@ def point_at(arm: Arm, q, part, local):
 
 
 def point_jacobian(arm: Arm, q, part, local):
-    """Returns d point / d q [m/rad], [3, dof]. Each joint that moves the part turns the point about its axis."""
+    """Returns d point / d q [m/rad or m/m], [3, dof]. Each joint moves points of its parts about or along its axis."""
     frames = link_frames(arm, q)
     point = (frames[part] @ [*local, 1.0])[:3]
     out = np.zeros((3, arm.dof))
     for k in range(moving_joints(arm, part)):
         joint_frame = frames[k + 1]
-        axis = joint_frame[:3, :3] @ arm.robot.axes[k]
-        out[:, k] = np.cross(axis, point - joint_frame[:3, 3])
+        axis = joint_frame[:3, :3] @ arm.robot.axes[k] / np.linalg.norm(arm.robot.axes[k])
+        out[:, k] = axis if arm.robot.slides[k] else np.cross(axis, point - joint_frame[:3, 3])
     return out
 
 

@@ -18,7 +18,10 @@ def along(q_from, q_to, samples):
 
 
 def farthest_reach(arm: Arm, sphere_set):
-    """Returns an upper bound of the distance [m] of the spheres from each joint axis: the stretched chain."""
+    """Returns an upper bound of how far each joint moves the spheres per unit.
+
+    For a hinge it is their distance [m] from its axis in the stretched chain, slides at their limits; for a slide 1.
+    """
     robot = arm.robot
     reach = np.zeros(robot.dof)
     spheres = [(link, np.linalg.norm(c)) for link, c in zip(*_local(robot.spheres[sphere_set]), strict=True)]
@@ -30,7 +33,9 @@ def farthest_reach(arm: Arm, sphere_set):
             carried = moving_joints(arm, part)
             if carried > joint:
                 links = sum(np.linalg.norm(robot.origins[k][:3, 3]) for k in range(joint + 1, carried))
-                reach[joint] = max(reach[joint], links + from_origin)
+                slides = [k for k in range(joint + 1, carried) if robot.slides[k]]
+                travel = sum(max(abs(robot.lower[k]), abs(robot.upper[k])) for k in slides)
+                reach[joint] = 1.0 if robot.slides[joint] else max(reach[joint], links + travel + from_origin)
     return reach
 
 

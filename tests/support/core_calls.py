@@ -32,6 +32,7 @@ def arm_at(x: float) -> dict[str, np.ndarray]:
     return {
         "fixed": np.array([base[:3].ravel(), elbow[:3].ravel()]),
         "tool": elbow[:3].ravel(),
+        "slides": np.zeros(2, dtype=bool),
         "lower": np.full(2, -np.pi),
         "upper": np.full(2, np.pi),
         "link_frames": np.array([0, 1, 2], dtype=np.int32),
@@ -448,6 +449,7 @@ WRONG |= {
     + [np.full((1, 2, 12), x) for x in ENDLESS],
     "vertices": [np.zeros((0, 3)), np.zeros((5000, 3)), np.zeros((4, 2)), np.zeros(3), *NOT_NUMBERS]
     + [np.full((4, 3), x) for x in ENDLESS],
+    "slides": [np.zeros(0, dtype=bool), np.zeros(17, dtype=bool), np.zeros((2, 1), dtype=bool), *NOT_NUMBERS],
     "planes": [np.zeros((0, 4)), np.zeros((6, 3)), np.zeros(4), *NOT_NUMBERS] + [np.full((6, 4), x) for x in ENDLESS],
 }
 

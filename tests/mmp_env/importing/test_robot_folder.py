@@ -61,8 +61,6 @@ def test_an_imported_robot_has_the_kinematics_of_its_source(made, name):
             spec.delete(mesh)
     model = spec.compile()
     data = mujoco.MjData(model)
-    if any(robot.slides):
-        pytest.skip("the reference kinematics knows hinges only; the contract test compares slides")
     for q in np.random.default_rng(0).uniform(robot.lower, robot.upper, (20, robot.dof)):
         data.qpos[: robot.dof] = q
         mujoco.mj_kinematics(model, data)
@@ -139,12 +137,6 @@ def test_a_cell_names_a_robot_by_its_path_from_the_cells_file(made):
 def test_a_path_without_a_robot_is_unknown(made):
     with pytest.raises(MmpError, match="unknown robot"):
         load_robot(str(made))
-
-
-def test_planning_refuses_slide_joints_in_one_sentence(made):
-    cell = cell_from_dict({"arms": [{"name": "a", "robot": "./rail", "position": [0, 0, 0]}]}, str(made / "cell.json"))
-    with pytest.raises(MmpError, match="arm 'a' has the slide joint 'a2'; planning supports hinge joints only"):
-        _ = cell.collision.static_clearance
 
 
 def planted(folder, file, change, *, keep_fingerprints=False):

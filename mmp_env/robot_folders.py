@@ -22,6 +22,11 @@ def cache_folder() -> Path:
     return _base("XDG_CACHE_HOME", ".cache") / "mmp-env" / "robots"
 
 
+def mesh_cache_folder() -> Path:
+    """Returns the folder of the pieces of mesh files that were read earlier: `mmp-env/meshes` in `XDG_CACHE_HOME`."""
+    return _base("XDG_CACHE_HOME", ".cache") / "mmp-env" / "meshes"
+
+
 def is_path(name: str) -> bool:
     """Returns whether a robot is given by the path of its folder rather than by its name."""
     return "/" in name

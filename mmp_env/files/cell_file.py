@@ -21,20 +21,18 @@ from mmp_env.files.carried_models import (
     read_carried,
 )
 from mmp_env.files.file_kinds import CELL, read_for
+from mmp_env.files.mesh_file import checked_pieces, read_pieces
 from mmp_env.files.paths import real_path
 from mmp_env.files.reading import Location, decode, named
 from mmp_env.model.arm import (
     LARGEST_M,
     LARGEST_YAW_RAD,
-    MOST_PIECES,
-    MOST_VERTICES,
     SHAPES,
     SMALLEST_M,
     Arm,
     Obstacle,
 )
 from mmp_env.model.cell import Cell
-from mmp_env.model.convex_hull import thickness
 from mmp_env.model.held import HELD
 from mmp_env.model.names import NAMES, is_name
 from mmp_env.model.robot import GEOMETRIES, Robot, Tool, frozen_array, load_robot, load_tool
@@ -50,13 +48,12 @@ MEASURES = {
     "mesh": ("pieces",),
 }
 """Shape -> the fields that give its size."""
-_ALL_MEASURES = ("size", "radius", "length", "pieces")
+_ALL_MEASURES = ("size", "radius", "length", "pieces", "file", "scale")
+_MESH_FIELDS = ("pieces", "file", "scale")
 MAX_ARMS, MAX_OBSTACLES = 64, 1000
 """Largest numbers of arms and obstacles of a cell."""
 _ONE_TURN_RAD = 2 * np.pi + 1e-4
 """Largest yaw [rad] in a cell file: a full turn, with room for rounding."""
-_LEAST_VERTICES = 4
-"""Fewest vertices of a convex piece."""
 _UNIT_ROUNDING = 1e-12
 """Largest deviation of the length of a unit quaternion from 1."""
 
@@ -72,6 +69,8 @@ class SolidData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     radius: float | None = None
     length: float | None = None
     pieces: list[list[Vector]] | None = None
+    file: str | None = None
+    scale: float | list[float] | None = None
 
 
 class HeldData(SolidData, forbid_unknown_fields=True, kw_only=True):
@@ -263,13 +262,15 @@ def _solid(data: ObstacleData | HeldData, place: Location) -> Obstacle:
         raise MmpError(f"{place / 'shape'}: {UnknownNameError('shape', data.shape, SHAPES)}")
     given = {key: value for key in _ALL_MEASURES if (value := getattr(data, key)) is not None}
     wanted = MEASURES[data.shape]
+    if data.shape == "mesh" and data.pieces is None:
+        wanted = ("file", "scale") if data.scale is not None else ("file",)
     for key in wanted:
         if key not in given:
             raise MmpError(f"{place / key} is missing; a {data.shape} needs {' and '.join(wanted)}")
     for key, value in given.items():
         if key not in wanted:
             raise MmpError(f"{place / key} is {shown(value)}; a {data.shape} has {' and '.join(wanted)} only")
-        if key != "pieces" and not np.all((np.asarray(value) >= SMALLEST_M) & (np.asarray(value) <= LARGEST_M)):
+        if key not in _MESH_FIELDS and not np.all((np.asarray(value) >= SMALLEST_M) & (np.asarray(value) <= LARGEST_M)):
             raise (place / key).wrong(value, f"from {SMALLEST_M} to {LARGEST_M:g} m")
     position, quaternion = _pose(data, place)
     return Obstacle(
@@ -280,24 +281,17 @@ def _solid(data: ObstacleData | HeldData, place: Location) -> Obstacle:
         size=frozen_array(data.size) if data.size else None,
         radius=data.radius,
         length=data.length,
-        pieces=_pieces(data.pieces, place / "pieces") if data.pieces is not None else (),
+        pieces=_pieces(data, place) if data.shape == "mesh" else (),
     )
 
 
-def _pieces(data: list[list[Vector]], place: Location) -> tuple[Float[np.ndarray, "_ 3"], ...]:
-    """Returns the pieces of a mesh. Raises `MmpError` where there are too many, or one is flat or too large."""
-    if not 1 <= len(data) <= MOST_PIECES:
-        raise MmpError(f"{place} has {len(data)} entries; a mesh has 1 to {MOST_PIECES} convex pieces")
-    for k, vertices in enumerate(data):
-        if not _LEAST_VERTICES <= len(vertices) <= MOST_VERTICES:
-            raise MmpError(
-                f"{place / k} has {len(vertices)} vertices; a piece has {_LEAST_VERTICES} to {MOST_VERTICES}"
-            )
-        if not np.all(np.abs(vertices) <= LARGEST_M):
-            raise MmpError(f"{place / k} has a vertex beyond {LARGEST_M:g} m; all must lie nearer to the origin")
-        if not thickness(np.array(vertices)) >= SMALLEST_M:
-            raise MmpError(f"{place / k} is flat; a piece must be {SMALLEST_M} m thick at least")
-    return tuple(frozen_array(vertices) for vertices in data)
+def _pieces(data: SolidData, place: Location) -> tuple[Float[np.ndarray, "_ 3"], ...]:
+    """Returns the convex pieces of a mesh, those of its file unless the cell has them."""
+    if data.file is None:
+        return checked_pieces(data.pieces or [], place / "pieces")
+    path = real_path(Path(place.file).parent / data.file)
+    with named(place / "file"):
+        return read_pieces(path, 1.0 if data.scale is None else data.scale)
 
 
 def _pose(data: ArmData | SolidData, place: Location) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:

@@ -11,7 +11,8 @@ from mmp_env.importing.checked_files import RobotFiles, RobotReport
 from mmp_env.importing.cover_fit import fine_protrusion
 from mmp_env.importing.cover_proof import protrusion, prove_cover
 from mmp_env.importing.link_shape import LinkShape
-from mmp_env.importing.pieces import Piece, polytope
+from mmp_env.importing.pieces import Piece
+from mmp_env.meshes.polytope import polytope
 from mmp_env.model.transforms import matrix_from_quaternion
 from mmp_env.mujoco_import import mujoco
 

@@ -2,33 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from jaxtyping import Float, Int
 
 from mmp_env.errors import MmpError
 from mmp_env.importing.chain import Chain
 from mmp_env.importing.chain_links import Link
-from mmp_env.importing.mesh_files import require
-from mmp_env.importing.pieces import Piece, geom_pieces, mesh_piece, polytope
-
-FAR_M, FAR_SHARE = 0.03, 0.25
-"""A mesh is decomposed if more than this share of its hull's surface is farther than this [m] from the mesh."""
-MOST_BAD_EDGES = 0.05
-"""Largest share of the length of all edges that may belong to other than two triangles of opposite directions."""
-_SAMPLES = 4000
-_DECOMPOSITION = {
-    "threshold": 0.1,
-    "max_convex_hull": 12,
-    "preprocess_resolution": 30,
-    "resolution": 500,
-    "mcts_nodes": 8,
-    "mcts_iterations": 40,
-    "mcts_max_depth": 2,
-    "seed": 0,
-}
-"""Options of CoACD: coarse and quick, because the pieces are completed afterwards."""
+from mmp_env.importing.pieces import Piece, geom_pieces, mesh_piece
+from mmp_env.meshes.decomposition import check_mesh, decomposed, is_far_from_convex
 
 
 def link_pieces(chain: Chain, link: Link, *, decompose: bool = True) -> tuple[Piece, ...]:
@@ -60,88 +40,3 @@ def link_pieces(chain: Chain, link: Link, *, decompose: bool = True) -> tuple[Pi
         except MmpError as error:
             raise MmpError(f"{chain.source.path}: mesh '{name}' of link '{link.name}' {error}") from None
     return tuple(out)
-
-
-def check_mesh(vertices: Float[np.ndarray, "v 3"], faces: Int[np.ndarray, "f 3"]) -> None:
-    """Raises `MmpError` where triangles enclose no volume, do not close, or point inwards."""
-    scale = float(np.ptp(vertices, axis=0).max(initial=0.0))
-    if len(faces) < 4 or scale <= 0:
-        raise MmpError("has no volume")
-    # STL files repeat vertices: those at one place are one.
-    _, same = np.unique(np.round(vertices / scale, 6), axis=0, return_inverse=True)
-    corner = same.ravel()[faces]
-    kept = (corner[:, 0] != corner[:, 1]) & (corner[:, 1] != corner[:, 2]) & (corner[:, 2] != corner[:, 0])
-    corner, faces = corner[kept], faces[kept]
-    start = np.concatenate([corner[:, 0], corner[:, 1], corner[:, 2]]).astype(np.int64)
-    stop = np.concatenate([corner[:, 1], corner[:, 2], corner[:, 0]]).astype(np.int64)
-    ends = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    length = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
-    _, number, count = np.unique(start * len(vertices) + stop, return_inverse=True, return_counts=True)
-    here, there = np.unique(start * len(vertices) + stop), stop * len(vertices) + start
-    found = np.searchsorted(here, there)
-    found = np.minimum(found, len(here) - 1)
-    opposite = np.where(here[found] == there, count[found], 0)
-    bad = (count[number.ravel()] != 1) | (opposite != 1)
-    if length[bad].sum() > MOST_BAD_EDGES * length.sum():
-        share = length[bad].sum() / length.sum()
-        raise MmpError(
-            f"is not manifold: {share:.0%} of its edges do not join two triangles of equal orientation; repair it"
-        )
-    a, b, c = (vertices[faces[:, k]] - vertices.mean(axis=0) for k in range(3))
-    if np.einsum("ij,ij->i", a, np.cross(b, c)).sum() <= 0:
-        raise MmpError("is inverted: its triangles point inwards; flip them")
-
-
-def is_far_from_convex(vertices: Float[np.ndarray, "v 3"], faces: Int[np.ndarray, "f 3"]) -> bool:
-    """Returns whether a mesh is far from its hull, by `FAR_M` and `FAR_SHARE`."""
-    hull = polytope(vertices)
-    if float(np.ptp(vertices, axis=0).max()) < 4 * FAR_M:
-        return False
-    random = np.random.default_rng(0)
-    tree = require("scipy.spatial").cKDTree(_surface_points(vertices, faces, 4 * _SAMPLES, random))
-    away, _ = tree.query(_surface_points(hull.vertices, hull.triangles, _SAMPLES, random))
-    return float((away > FAR_M).mean()) > FAR_SHARE
-
-
-def decomposed(vertices: Float[np.ndarray, "v 3"], faces: Int[np.ndarray, "f 3"]) -> list[Float[np.ndarray, "p 3"]]:
-    """Returns the points of convex pieces that contain the whole surface of a mesh.
-
-    CoACD suggests the pieces and guarantees nothing. So each triangle, cut until it is small, is added to the piece
-    whose planes it exceeds least. The hull of a piece's points then contains its triangles.
-    """
-    coacd = require("coacd")
-    coacd.set_log_level("error")
-    suggested = coacd.run_coacd(coacd.Mesh(vertices, faces), **_DECOMPOSITION)
-    parts = []
-    for points, _ in suggested:
-        try:
-            parts.append(polytope(np.asarray(points, dtype=float)))
-        except MmpError:  # a flat part holds nothing
-            continue
-    if len(parts) < 2:
-        return [vertices]
-    triangles = _cut(vertices[faces], 0.02)
-    beyond = np.array([-part.depth(triangles.reshape(-1, 3)).reshape(-1, 3).min(axis=1) for part in parts])
-    nearest = beyond.argmin(axis=0)
-    return [np.concatenate([part.vertices, triangles[nearest == k].reshape(-1, 3)]) for k, part in enumerate(parts)]
-
-
-def _cut(triangles: np.ndarray, longest: float) -> np.ndarray:
-    done: list[Any] = []
-    while len(triangles):
-        edges = np.linalg.norm(triangles - np.roll(triangles, -1, axis=1), axis=2)
-        small = edges.max(axis=1) <= longest
-        done.append(triangles[small])
-        rest, first = triangles[~small], edges[~small].argmax(axis=1)
-        rows = np.arange(len(rest))
-        a, b, c = (rest[rows, (first + k) % 3] for k in range(3))
-        middle = (a + b) / 2
-        triangles = np.concatenate([np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)])
-    return np.concatenate(done)
-
-
-def _surface_points(vertices: np.ndarray, faces: np.ndarray, count: int, random: np.random.Generator) -> np.ndarray:
-    corners = vertices[faces]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    chosen = random.choice(len(faces), count, p=area / area.sum())
-    return np.einsum("nk,nkd->nd", random.dirichlet(np.ones(3), count), corners[chosen])

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from mmp_env.importing.pieces import Piece, Polytope, polytope
+from mmp_env.importing.pieces import Piece
+from mmp_env.meshes.polytope import Polytope, polytope
 
 _CHUNK = 2_000_000
 

@@ -12,32 +12,24 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from mmp_env.errors import MmpError
-from mmp_env.importing.mesh_files import require
+from mmp_env.meshes.polytope import (
+    ROUNDING_M,
+    Polytope,
+    corner_points,
+    distances,
+    polytope,
+    rounded,
+    spread_directions,
+)
 
 HULL_TOLERANCE_M = 0.0004
 """Largest radius [m] of the piece that stands for a mesh."""
-ROUNDING_M = 1e-6
-"""Grid [m] of the numbers in files. Twice as much is added to radii and planes, so that rounding loses nothing."""
 _CURVE_TOLERANCE_M = 0.0005
 _ROUND_DIRECTIONS = 300
 _EXACT_VERTICES = 40
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Polytope:
-    """A convex polytope: `vertices` [v, 3] [m], outward `triangles` [t, 3] of them, `planes` [p, 4] (n, n.x <= d)."""
-
-    vertices: Float[np.ndarray, "v 3"]
-    triangles: Int[np.ndarray, "t 3"]
-    planes: Float[np.ndarray, "p 4"]
-    volume: float
-
-    def depth(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
-        """Returns how deep [m] points lie inside; negative outside, where it bounds the distance from below."""
-        return (self.planes[:, 3] - points @ self.planes[:, :3].T).min(axis=1)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,27 +51,10 @@ class Piece:
         if len(self.vertices) > 2:
             planes = polytope(self.vertices).planes
             planes[:, 3] += self.radius
-            return polytope(_corners(planes, self.vertices.mean(axis=0)))
-        directions = np.concatenate([_directions(_ROUND_DIRECTIONS), _across(self.vertices)])
+            return polytope(corner_points(planes, self.vertices.mean(axis=0)))
+        directions = np.concatenate([spread_directions(_ROUND_DIRECTIONS), _across(self.vertices)])
         offsets = (self.vertices @ directions.T).max(axis=0) + self.radius
-        return polytope(_corners(np.column_stack([directions, offsets]), self.vertices.mean(axis=0)))
-
-
-def polytope(points: Float[np.ndarray, "n 3"]) -> Polytope:
-    """Returns the convex hull of points. Raises `MmpError` where they lie in a plane."""
-    hull = _hull(points)
-    center = points[hull.vertices].mean(axis=0)
-    number = np.full(len(points), -1)
-    number[hull.vertices] = np.arange(len(hull.vertices))
-    corners = points[hull.simplices]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    flip = np.einsum("ij,ij->i", normals, corners[:, 0] - center) < 0
-    triangles = number[hull.simplices]
-    triangles[flip] = triangles[flip][:, ::-1]
-    planes = np.column_stack([hull.equations[:, :3], -hull.equations[:, 3]])
-    return Polytope(
-        vertices=points[hull.vertices], triangles=triangles, planes=_distinct(planes), volume=float(hull.volume)
-    )
+        return polytope(corner_points(np.column_stack([directions, offsets]), self.vertices.mean(axis=0)))
 
 
 def mesh_piece(points: Float[np.ndarray, "n 3"]) -> Piece:
@@ -91,16 +66,16 @@ def mesh_piece(points: Float[np.ndarray, "n 3"]) -> Piece:
     whole = polytope(points)
     vertices = whole.vertices
     if len(vertices) <= _EXACT_VERTICES:
-        return Piece(vertices=_rounded(vertices), radius=_up(2 * ROUNDING_M))
-    directions = _directions(26)
+        return Piece(vertices=rounded(vertices), radius=_up(2 * ROUNDING_M))
+    directions = spread_directions(26)
     chosen = np.unique((vertices @ directions.T).argmax(axis=0))
     while True:
-        hull = polytope(_rounded(vertices[chosen]))
+        hull = polytope(rounded(vertices[chosen]))
         outside = -hull.depth(vertices)
         rest = np.flatnonzero(outside > 0)
         if not len(rest) or outside.max() <= HULL_TOLERANCE_M:
             away = np.zeros(len(vertices))
-            away[rest] = _distances(vertices[rest], hull)
+            away[rest] = distances(vertices[rest], hull)
             if away.max() <= HULL_TOLERANCE_M:
                 return Piece(vertices=hull.vertices, radius=_up(float(away.max()) + 2 * ROUNDING_M))
             outside = away
@@ -117,28 +92,6 @@ def _farthest(vertices: np.ndarray, outside: np.ndarray) -> np.ndarray:
         if not picked or np.linalg.norm(vertices[picked] - vertices[k], axis=1).min() > spacing:
             picked.append(int(k))
     return np.array(picked)
-
-
-def _distances(points: Float[np.ndarray, "n 3"], hull: Polytope) -> Float[np.ndarray, "n"]:
-    """Distances [m] of points outside a polytope from its surface."""
-    a, b, c = (hull.vertices[hull.triangles[:, k]] for k in range(3))
-    return np.array([_distance_to_triangles(point, a, b, c).min() for point in points])
-
-
-def _distance_to_triangles(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Distances of one point from triangles [t, 3] each."""
-    normal = np.cross(b - a, c - a)
-    size = np.maximum(np.einsum("ij,ij->i", normal, normal), 1e-30)
-    inside = np.ones(len(a), dtype=bool)
-    nearest = np.full(len(a), np.inf)
-    for start, end in ((a, b), (b, c), (c, a)):
-        edge = end - start
-        inside &= np.einsum("ij,ij->i", np.cross(edge, p - start), normal) >= 0
-        share = np.einsum("ij,ij->i", p - start, edge) / np.maximum(np.einsum("ij,ij->i", edge, edge), 1e-30)
-        foot = start + np.clip(share, 0, 1)[:, None] * edge
-        nearest = np.minimum(nearest, np.linalg.norm(p - foot, axis=1))
-    flat = np.abs(np.einsum("ij,ij->i", p - a, normal)) / np.sqrt(size)
-    return np.where(inside, flat, nearest)
 
 
 def _up(value: float) -> float:
@@ -173,14 +126,14 @@ def geom_pieces(model: Any, data: Any, geom: int, world: Float[np.ndarray, "4 4"
         return Piece(vertices=ends, radius=float(size[0]), geom=shape | {"type": "capsule"})
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
         corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * (size + 2 * ROUNDING_M)
-        return Piece(vertices=_rounded(placed(corners)), geom=shape | {"type": "box"})
+        return Piece(vertices=rounded(placed(corners)), geom=shape | {"type": "box"})
     if kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        return Piece(vertices=_rounded(placed(_prism(*size[:2]))), geom=shape | {"type": "cylinder"})
+        return Piece(vertices=rounded(placed(_prism(*size[:2]))), geom=shape | {"type": "cylinder"})
     if kind == mujoco.mjtGeom.mjGEOM_ELLIPSOID:
-        directions = _directions(_ROUND_DIRECTIONS)
+        directions = spread_directions(_ROUND_DIRECTIONS)
         offsets = np.linalg.norm(directions * size, axis=1) + 2 * ROUNDING_M
-        corners = _corners(np.column_stack([directions, offsets]), np.zeros(3))
-        return Piece(vertices=_rounded(placed(corners)), geom=shape | {"type": "ellipsoid"})
+        corners = corner_points(np.column_stack([directions, offsets]), np.zeros(3))
+        return Piece(vertices=rounded(placed(corners)), geom=shape | {"type": "ellipsoid"})
     name = model.geom(geom).name or f"number {geom}"
     raise MmpError(f"geom '{name}' is a {kind.name.removeprefix('mjGEOM_').lower()}, which no link can carry")
 
@@ -192,44 +145,6 @@ def _prism(radius: float, half: float) -> np.ndarray:
     out = (radius + 2 * ROUNDING_M) / np.cos(np.pi / count)
     ring = np.column_stack([out * np.cos(angle), out * np.sin(angle), np.full(count, half + 2 * ROUNDING_M)])
     return np.concatenate([ring, ring * [1, 1, -1]])
-
-
-def _hull(points: np.ndarray) -> Any:
-    spatial = require("scipy.spatial")
-    try:
-        return spatial.ConvexHull(points)
-    except spatial.QhullError:
-        raise MmpError("the points of a convex piece lie in a plane; a collision mesh needs a volume") from None
-
-
-def _corners(planes: Float[np.ndarray, "p 4"], inside: Float[np.ndarray, "3"]) -> Float[np.ndarray, "v 3"]:
-    """The vertices of an intersection of half-spaces around a point inside."""
-    spatial = require("scipy.spatial")
-    try:
-        found = spatial.HalfspaceIntersection(np.column_stack([planes[:, :3], -planes[:, 3]]), inside).intersections
-    except spatial.QhullError:
-        raise MmpError("the points of a convex piece lie in a plane; a collision mesh needs a volume") from None
-    found = found[np.isfinite(found).all(axis=1)]
-    _, first = np.unique(np.round(found, 7), axis=0, return_index=True)
-    return found[np.sort(first)]
-
-
-def _distinct(planes: Float[np.ndarray, "p 4"]) -> Float[np.ndarray, "d 4"]:
-    """Planes without those that are the same to nine digits."""
-    _, first = np.unique(np.round(planes, 9), axis=0, return_index=True)
-    return planes[np.sort(first)]
-
-
-def _rounded(points: np.ndarray) -> np.ndarray:
-    return np.unique(np.round(np.round(points / ROUNDING_M) * ROUNDING_M, 6), axis=0) + 0.0
-
-
-def _directions(count: int) -> Float[np.ndarray, "n 3"]:
-    """Evenly spread unit vectors (a Fibonacci lattice) and those along the axes."""
-    z = 1 - (2 * np.arange(count) + 1) / count
-    angle, ring = np.pi * (1 + 5**0.5) * np.arange(count), np.sqrt(1 - z**2)
-    spread = np.column_stack([ring * np.cos(angle), ring * np.sin(angle), z])
-    return np.concatenate([spread, np.eye(3), -np.eye(3)])
 
 
 def _across(vertices: np.ndarray) -> np.ndarray:

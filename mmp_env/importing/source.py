@@ -19,7 +19,7 @@ import numpy as np
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_file, is_folder, real_path, refusal
 from mmp_env.importing.compiled_source import SourceModel
-from mmp_env.importing.mesh_files import is_read_by_mujoco, read_mesh
+from mmp_env.meshes.mesh_files import is_read_by_mujoco, read_mesh
 from mmp_env.mujoco_import import mujoco
 
 MOST_GEOMS = 1000

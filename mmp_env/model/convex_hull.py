@@ -39,9 +39,9 @@ def plane_distance(planes: Float[np.ndarray, "p 4"], points: Float[np.ndarray, "
 
 
 def thickness(vertices: Float[np.ndarray, "v 3"]) -> float:
-    """Returns the least width [m] of the hull of vertices across a face; 0 if all lie in one plane."""
-    normals = supporting_planes(vertices)[:, :3]
-    return float(np.ptp(vertices @ normals.T, axis=0).min()) if len(normals) else 0.0
+    """Returns the width [m] of points across the plane that fits them best; 0 if all lie in one plane."""
+    axes = np.linalg.svd(vertices - vertices.mean(axis=0), full_matrices=False)[2]
+    return float(np.ptp(vertices @ axes.T, axis=0).min())
 
 
 def _faces(points: Float[np.ndarray, "v 3"]) -> np.ndarray | None:

@@ -11,9 +11,10 @@ from support.small_arms import box_mesh
 from mmp_env.errors import MmpError
 from mmp_env.importing.cover_fit import coarse_covers, fit_cover
 from mmp_env.importing.cover_proof import protrusion, prove_cover
-from mmp_env.importing.link_pieces import decomposed, is_far_from_convex
 from mmp_env.importing.link_shape import LinkShape
-from mmp_env.importing.pieces import HULL_TOLERANCE_M, Piece, mesh_piece, polytope
+from mmp_env.importing.pieces import HULL_TOLERANCE_M, Piece, mesh_piece
+from mmp_env.meshes.decomposition import decomposed, is_far_from_convex
+from mmp_env.meshes.polytope import polytope
 
 BOX = Piece(vertices=box_mesh((0.06, 0.05, 0.04))[0])
 CAPSULE = Piece(vertices=np.array([[0.0, 0, 0], [0, 0, 0.2]]), radius=0.04)

@@ -1,8 +1,10 @@
-"""Reads mesh files that MuJoCo cannot read, with trimesh."""
+"""Reads mesh files with trimesh."""
 
 from __future__ import annotations
 
 import importlib
+import io
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,8 @@ from jaxtyping import Float, Int
 
 from mmp_env.errors import MmpError, in_words
 
+MOST_TRIANGLES = 2_000_000
+"""Largest number of triangles of a mesh."""
 _MUJOCO_SUFFIXES = (".stl", ".obj", ".msh")
 
 
@@ -24,17 +28,30 @@ def require(module: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError:
-        raise MmpError(f"importing robots needs {module}: pip install 'mmp-env[robots]'") from None
+        raise MmpError(f"reading robots and meshes needs {module}: pip install 'mmp-env[robots]'") from None
 
 
 def read_mesh(path: Path) -> tuple[Float[np.ndarray, "v 3"], Int[np.ndarray, "f 3"]]:
     """Returns vertices [m] and triangles of a mesh file. Raises `MmpError`."""
+    return _parsed(path, str(path))
+
+
+def parse_mesh(path: Path, content: bytes) -> tuple[Float[np.ndarray, "v 3"], Int[np.ndarray, "f 3"]]:
+    """Returns vertices [m] and triangles of the content of a mesh file, and reads no other file. Raises `MmpError`."""
+    return _parsed(path, io.BytesIO(content), file_type=path.suffix.lower().removeprefix("."))
+
+
+def _parsed(path: Path, source: Any, **options: Any) -> tuple[np.ndarray, np.ndarray]:
     trimesh = require("trimesh")
     try:
-        mesh = trimesh.load(str(path), force="mesh")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            mesh = trimesh.load(source, force="mesh", **options)
         vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32)
     except Exception as error:  # readers of many formats, which raise anything
         raise MmpError(f"mesh file {path} cannot be read ({in_words(error)}); convert it to STL or OBJ") from None
     if len(faces) == 0 or not np.isfinite(vertices).all():
         raise MmpError(f"mesh file {path} holds no triangles; convert it to STL or OBJ")
+    if len(faces) > MOST_TRIANGLES:
+        raise MmpError(f"mesh file {path} has {len(faces)} triangles; simplify it to {MOST_TRIANGLES} at most")
     return vertices, faces

@@ -69,10 +69,21 @@ def _add_piece(spec: Any, body: Any, name: str, vertices: np.ndarray, radius: fl
 
 
 def in_geom_frames(model: mujoco.MjModel, meshes: Mapping[str, GrownMesh]) -> dict[int, GrownMesh]:
-    """Returns the meshes by id of their geom, with vertices in the frame of the geom, which MuJoCo chooses."""
-    out = {}
+    """Returns the meshes by id of their geom, with vertices in the frame of the geom, which MuJoCo chooses.
+
+    Meshes of the MJCF are not grown.
+    """
+    out = {
+        geom: _mesh_of(model, geom) for geom in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH).tolist()
+    }
     for name, mesh in meshes.items():
         geom = model.geom(name).id
         vertices = (mesh.vertices - model.geom_pos[geom]) @ rotation(model.geom_quat[geom])
         out[geom] = GrownMesh(vertices=vertices, radius=mesh.radius)
     return out
+
+
+def _mesh_of(model: mujoco.MjModel, geom: int) -> GrownMesh:
+    mesh = int(model.geom_dataid[geom])
+    first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    return GrownMesh(vertices=model.mesh_vert[first : first + count].astype(float), radius=0.0)

@@ -26,6 +26,7 @@ _NOTE = " Keyframes `start` and `goal`: in MuJoCo's viewer, choose one under Sim
 
 _GEOMS = {"plane": 3, "sphere": 1, "capsule": 2, "ellipsoid": 3, "cylinder": 2, "box": 3}
 """Type of geom -> number of its sizes."""
+_MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 _TOUCH = ["contype", "conaffinity", "condim", "priority", "friction", "solmix", "solref", "solimp", "margin", "gap"]
 _GEOM = ["pos", "quat", "group", "rgba", *_TOUCH]
 _SITE = ["size", "pos", "quat", "group", "rgba"]
@@ -50,7 +51,7 @@ def mjcf_text(cell: Cell, keyframes: Mapping[str, Mapping[str, Float[np.ndarray,
         keyframes: name -> arm name -> [dof] [rad]; the set points of the servos are the same.
 
     Raises:
-        MmpError: if the MJCF of a robot has geoms in files, such as meshes, or actuators other than position servos.
+        MmpError: if a robot has a geom that an XML file cannot hold, or actuators other than position servos.
     """
     return _Writer(cell).text(keyframes)
 
@@ -72,6 +73,8 @@ class _Writer:
         assets = ET.SubElement(root, "asset")
         sky = {key: _words(np.array(value)) for key, value in SKY.items()}
         ET.SubElement(assets, "texture", {"name": "sky", "type": "skybox", "builtin": "gradient"} | sky)
+        for k in sorted({int(model.geom_dataid[k]) for k in np.flatnonzero(model.geom_type == _MESH)}):
+            ET.SubElement(assets, "mesh", self._mesh(k))
         for k in range(model.nmat):
             ET.SubElement(assets, "material", self._named("material", k) | self._unlike("mat", _MATERIAL, k))
         world = ET.SubElement(root, "worldbody")
@@ -140,13 +143,23 @@ class _Writer:
     def _geom(self, k: int) -> dict[str, str]:
         model = self._model
         kind = mujoco.mjtGeom(model.geom_type[k]).name.removeprefix("mjGEOM_").lower()
-        if kind not in _GEOMS:
+        if kind not in (*_GEOMS, "mesh"):
             owner = model.body(model.geom_bodyid[k]).name
             raise MmpError(f"body '{owner}' has a geom of type {kind}, which an XML file alone cannot hold")
-        out = self._named("geom", k) | {"type": kind, "size": _words(model.geom_size[k][: _GEOMS[kind]])}
+        out = self._named("geom", k) | {"type": kind}
+        if kind == "mesh":
+            out["mesh"] = _mesh_name(int(model.geom_dataid[k]))
+        else:
+            out["size"] = _words(model.geom_size[k][: _GEOMS[kind]])
         if model.geom_matid[k] >= 0:
             out["material"] = model.material(model.geom_matid[k]).name
         return out | self._unlike("geom", _GEOM, k)
+
+    def _mesh(self, k: int) -> dict[str, str]:
+        """Returns the attributes of a mesh, whose collisions are those of its convex hull."""
+        first, count = self._model.mesh_vertadr[k], self._model.mesh_vertnum[k]
+        vertices = self._model.mesh_vert[first : first + count]
+        return {"name": _mesh_name(k), "vertex": _words(vertices.ravel()), "inertia": "convex"}
 
     def _site(self, element: ET.Element, k: int) -> None:
         """Adds a site; a tool point is visible, and a flange without a tool becomes one."""
@@ -184,6 +197,10 @@ class _Writer:
             if not np.array_equal(value, getattr(self._plain, f"{prefix}_{key}")[-1]):
                 out[key] = _words(value)
         return out
+
+
+def _mesh_name(k: int) -> str:
+    return f"hull{k}"
 
 
 def _of(owners: np.ndarray, body: int) -> list[int]:

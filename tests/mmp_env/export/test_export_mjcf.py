@@ -124,14 +124,33 @@ def with_robot(text, monkeypatch):
     return replace(cell, arms=cell.arms[:1])
 
 
-def test_a_robot_with_meshes_is_refused_because_a_file_alone_cannot_hold_them(monkeypatch):
+def test_a_robot_with_a_height_field_is_refused_because_a_file_alone_cannot_hold_it(monkeypatch):
     text = """
-    <mujoco><asset><mesh name="m" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/></asset>
-    <worldbody><body name="arm0/base"><geom type="mesh" mesh="m"/></body></worldbody></mujoco>
+    <mujoco><asset><hfield name="h" nrow="2" ncol="2" size="1 1 1 1"/></asset>
+    <worldbody><body name="arm0/base"><geom type="hfield" hfield="h"/></body></worldbody></mujoco>
     """
     cell = with_robot(text, monkeypatch)
-    with pytest.raises(MmpError, match="body 'arm0/base' has a geom of type mesh, which an XML file alone cannot hold"):
+    with pytest.raises(MmpError, match="'arm0/base' has a geom of type hfield, which an XML file alone cannot hold"):
         mjcf_text(cell, poses(cell))
+
+
+def test_the_hulls_of_a_cell_with_exact_geometry_are_meshes_at_the_same_places():
+    cell = find_cell("ring-2-panda", spheres="exact")
+    model, other = compile_scene(cell), mujoco.MjModel.from_xml_string(mjcf_text(cell, poses(cell)))
+    np.testing.assert_allclose(mesh_boxes(other), mesh_boxes(model), atol=1e-6)
+
+
+def mesh_boxes(model):
+    """Returns the corners of the bounding boxes [m] of all mesh geoms in the frames of their bodies."""
+    out = []
+    for geom in np.flatnonzero(model.geom_type == mujoco.mjtGeom.mjGEOM_MESH):
+        mesh, turn = model.geom_dataid[geom], np.empty(9)
+        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+        mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
+        points = model.mesh_vert[first : first + count] @ turn.reshape(3, 3).T + model.geom_pos[geom]
+        out.append([points.min(axis=0), points.max(axis=0)])
+    assert out
+    return np.array(out)
 
 
 def test_a_robot_with_other_actuators_than_position_servos_is_refused(monkeypatch):

@@ -45,6 +45,11 @@ class CheckedModel:
         """Names of the links; of a tool its name."""
         return self.data.get("links", [self.name])
 
+    @property
+    def has_exact_geometry(self) -> bool:
+        """Whether there are hulls that spheres are said to cover."""
+        return bool(self.hulls) and ("exact" in self.spheres or self.data.get("uncovered_mm") == 0.0)
+
     def sphere_set(self, key: str) -> dict[str, Float[np.ndarray, "s 4"]]:
         """Returns centres and radii [m] of a sphere set by link. Raises `UnreadableError`."""
         where = f"{_SPHERES} of '{self.name}'"
@@ -58,6 +63,8 @@ class CheckedModel:
                 out[link] = _finite(table, (None, 4), f"set {key} of '{link}' in {where}")
                 if not (out[link][:, 3] > 0).all():
                     raise UnreadableError(f"set {key} of '{link}' in {where} has a radius that is not above zero")
+        if not out:
+            raise UnreadableError(f"set {key} in {where} has no spheres")
         return out
 
     def link_hulls(self) -> dict[str, list[tuple[Float[np.ndarray, "v 3"], float]]]:
@@ -77,6 +84,8 @@ class CheckedModel:
                 if not len(vertices) or radius < 0:
                     raise UnreadableError(f"a hull of '{link}' in {where} has no vertex or a radius below zero")
                 out[link].append((vertices, radius))
+        if not any(out.values()):
+            raise UnreadableError(f"{where} has no hulls")
         return out
 
 

@@ -84,7 +84,7 @@ class Solid:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CheckedCell:
-    """Arms, obstacles and the sphere set (`28` or `fine`) that stands for the arms."""
+    """Arms, obstacles and the sphere set (`28`, `fine` or `exact`) that stands for the arms."""
 
     arms: tuple[CheckedArm, ...]
     solids: tuple[Solid, ...]
@@ -193,7 +193,10 @@ def read_cell(data: Any) -> CheckedCell:
     for kind, names in (("arms", [arm.name for arm in arms]), ("obstacles", [pieces[0].name for pieces in obstacles])):
         if len(set(names)) < len(names):
             raise UnreadableError(f"two {kind} of the cell have the same name")
-    spheres = data.get("spheres", "fine")
+    spheres = data.get("spheres")
+    if spheres is None:
+        bodies = [model for arm in arms for model in (arm.robot, arm.tool) if model]
+        spheres = "exact" if all(model.has_exact_geometry for model in bodies) else "fine"
     spheres = spheres if isinstance(spheres, str) else shown(spheres)
     if spheres not in ("28", "fine", "exact"):
         raise UnreadableError(f"spheres of the cell is '{spheres}'; known: 28, fine, exact")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import combinations
 from os import PathLike
 from pathlib import Path
@@ -35,7 +36,7 @@ from mmp_env.model.arm import (
 from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
 from mmp_env.model.names import NAMES, is_name
-from mmp_env.model.robot import GEOMETRIES, Robot, Tool, frozen_array, load_robot, load_tool
+from mmp_env.model.robot import GEOMETRIES, Robot, Tool, finest_geometry, frozen_array, load_robot, load_tool
 from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.robot_folders import is_path
 from mmp_env.wording import degrees_hint, shown
@@ -95,7 +96,7 @@ class CellData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     arms: list[ArmData]
     obstacles: list[ObstacleData] = []
     name: str | None = None
-    spheres: str | int = "fine"
+    spheres: str | int | None = None
     robots: dict[str, Any] = {}
     tools: dict[str, Any] = {}
 
@@ -143,18 +144,25 @@ def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
             raise MmpError(f"{place / key} has {len(items)} entries; it must have at most {most}")
     if not data.arms:
         raise MmpError(f"{place / 'arms'} is empty; a cell needs at least one arm")
-    spheres = data.spheres if isinstance(data.spheres, str) else shown(data.spheres)
-    if spheres not in GEOMETRIES:
-        check_name(spheres, place / "spheres")
-        raise MmpError(f"{place / 'spheres'}: {UnknownNameError('sphere set', spheres, GEOMETRIES)}")
     name = name_or_stem(data.name, name, place / "name")
     carried = read_carried(data.robots, data.tools, place)
     arms = tuple(_arm(arm, carried, place / "arms" / k) for k, arm in enumerate(data.arms))
     obstacles = tuple(_solid(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))
+    spheres = _sphere_set(data.spheres, arms, place / "spheres")
     with named(place):
         cell = Cell(name=name, arms=arms, obstacles=obstacles, spheres=spheres)
     _refuse_overlapping_bases(cell, place)
     return cell
+
+
+def _sphere_set(given: str | int | None, arms: Sequence[Arm], place: Location) -> str:
+    if given is None:
+        return finest_geometry(model for arm in arms for model in (arm.robot, arm.tool) if model is not None)
+    name = given if isinstance(given, str) else shown(given)
+    if name not in GEOMETRIES:
+        check_name(name, place)
+        raise MmpError(f"{place}: {UnknownNameError('sphere set', name, GEOMETRIES)}")
+    return name
 
 
 def cell_to_dict(cell: Cell) -> dict[str, Any]:

@@ -41,7 +41,8 @@ def find_cell(source: Cell | str | PathLike[str], *, robot: str | None = None, s
     Args:
         source: a cell; the name of one, such as `ring-8`, `ring-4-panda` or `mixed-4`; or a cell file or instance file.
         robot: name of the robot of a ring; None for `ur5e`.
-        spheres: sphere set, `28` or `fine`; None for that of the cell, which is `28` for a ring.
+        spheres: sphere set, `28`, `fine` or `exact`; None for that of the cell. A ring has `28`, or `exact` if its
+            robot is imported.
 
     Raises:
         UnknownNameError: for an unknown cell, robot or sphere set.

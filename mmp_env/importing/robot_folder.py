@@ -31,7 +31,7 @@ from mmp_env.importing.poses import choose_poses, given_poses
 from mmp_env.importing.self_pairs import SAMPLES, SelfPairs, classify, tested_by_set
 from mmp_env.importing.source import PreparedSource, prepare_source
 
-VERSION = 1
+VERSION = 2
 """Version of the importer's results. The cache holds results of the same version only."""
 COARSE_SPHERES = (28, 42, 63)
 """Numbers of spheres that the moving links have in set `28`; the next one is tried where too few poses are free."""
@@ -219,7 +219,7 @@ def _robot(
         "tucked": tucked.tolist(),
         "draw_limits": limits.draw.tolist(),
         "default_tool": None,
-        "ring_spheres": "fine",
+        "ring_spheres": "exact",
         "acceleration_published": False,
         "self_collision_ignore": {key: [list(pair) for pair in left] for key, left in left_out.items()},
         "self_pairs_ignored": [

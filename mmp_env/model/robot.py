@@ -8,7 +8,7 @@ kinematics from the MJCF, the planners from `robot.json`; a test compares both.
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -122,7 +122,7 @@ class Robot(ReadOnly):
         tucked: configuration [rad] of a folded arm.
         reach: horizontal reach [m].
         default_tool: name of the robot's own tool, or None.
-        ring_spheres: sphere set of ring cells, `28` or, for imported robots, `fine`.
+        ring_spheres: sphere set of ring cells, `28` or, for imported robots, `exact`.
         spheres: sphere set -> spheres; those of link 0 cover the base.
         self_ignore: sphere set -> pairs of links (low, high) that may overlap.
         hulls: convex hulls of the links, in the order of the links; may be empty.
@@ -168,6 +168,11 @@ class Robot(ReadOnly):
     def dof(self) -> int:
         """Number of joints."""
         return len(self.joint_names)
+
+
+def finest_geometry(models: Iterable[Robot | Tool]) -> str:
+    """Returns `exact` if all robots and tools have hulls that their spheres are proved to cover, otherwise `fine`."""
+    return EXACT if all(EXACT in model.spheres for model in models) else "fine"
 
 
 def load_robot(name: str) -> Robot:
@@ -241,6 +246,7 @@ def robot_from_files(name: str, files: Mapping[str, str], where: str = "") -> Ro
     def column(key: str) -> np.ndarray:
         return frozen_array([joint[key] for joint in joints])
 
+    rings = data.get("ring_spheres", "28")
     draw = np.array(data.get("draw_limits", [[-np.pi, np.pi]] * len(joints)), dtype=float)
 
     return Robot(
@@ -265,7 +271,7 @@ def robot_from_files(name: str, files: Mapping[str, str], where: str = "") -> Ro
         tucked=frozen_array(data["tucked"]),
         reach=float(data["reach"]),
         default_tool=data["default_tool"],
-        ring_spheres=data.get("ring_spheres", "28"),
+        ring_spheres=rings if rings in spheres else "fine",
         spheres=spheres,
         self_ignore={
             key: frozenset((links.index(a), links.index(b)) for a, b in pairs)

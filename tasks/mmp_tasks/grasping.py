@@ -169,12 +169,11 @@ def tip(arm: Arm) -> float:
     last = len(arm.robot.link_names) - 1
     to_tool = np.linalg.inv(arm.robot.flange @ arm.tool.mount if arm.tool else arm.robot.flange)
     reach = 0.0
-    for key, spheres in arm.robot.spheres.items():
+    for spheres in arm.robot.spheres.values():
         centers = spheres.centers[spheres.links == last] @ to_tool[:3, :3].T + to_tool[:3, 3]
         reach = max(reach, float((centers[:, 2] + spheres.radii[spheres.links == last]).max(initial=0.0)))
-        if arm.tool:
-            mine = arm.tool.spheres[key]
-            reach = max(reach, float((mine.centers[:, 2] + mine.radii).max(initial=0.0)))
+    for mine in arm.tool.spheres.values() if arm.tool else ():
+        reach = max(reach, float((mine.centers[:, 2] + mine.radii).max(initial=0.0)))
     return reach
 
 

@@ -113,10 +113,10 @@ def test_optional_fields_with_defaults_change_nothing():
     assert check_plan(everything_optional(plan)).as_dict() == check_plan(tiny_plans.two_apart()).as_dict()
 
 
-def test_a_cell_that_does_not_name_its_spheres_is_checked_with_the_fine_set():
+def test_a_cell_that_does_not_name_its_spheres_is_checked_with_its_hulls():
     plan = tiny_plans.two_apart()
     plan["problem"]["cell"].pop("spheres")
-    assert check_plan(plan).spheres == "fine"
+    assert check_plan(plan).spheres == "exact"
 
 
 @pytest.mark.parametrize("height", [LARGEST_M, 1.001 * LARGEST_M])

@@ -191,3 +191,25 @@ def test_a_carried_robot_comes_before_one_that_the_user_added(foreign, folder, m
     cell = cell_from_dict(cell_to_dict(foreign), "cell.json")
     assert cell.arms[0].robot.mjcf == foreign.arms[0].robot.mjcf
     assert mmp_env.load_robot("arm").mjcf != cell.arms[0].robot.mjcf
+
+
+def test_a_cell_without_hulls_of_one_robot_has_fine_spheres_unless_it_says_otherwise(foreign):
+    plan = plan_to_dict(small_steps(foreign))
+    cell = plan["problem"]["cell"]
+    del cell["spheres"]
+    assert cell_from_dict(cell, "cell.json").spheres == "exact"
+    assert mmp_env.check.check_document(plan).spheres == "exact"
+    del cell["robots"]["arm"]["hulls.json"]
+    assert cell_from_dict(cell, "cell.json").spheres == "fine"
+    assert mmp_env.check.check_document(plan).spheres == "fine"
+    with pytest.raises(MmpError, match="robot 'arm' of arm 'one' has no hulls"):
+        cell_from_dict(cell | {"spheres": "exact"}, "cell.json")
+
+
+def test_a_ring_of_an_imported_robot_has_exact_geometry_and_one_of_built_in_robots_28_spheres(folder, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(folder / "data"))
+    (folder / "data" / "mmp-env").mkdir(parents=True)
+    (folder / "data" / "mmp-env" / "robots").symlink_to(folder / "a")
+    assert mmp_env.find_cell("ring-2", robot="arm").spheres == "exact"
+    assert mmp_env.find_cell("ring-2").spheres == "28"
+    assert mmp_env.find_cell("ring-2", robot="arm", spheres="fine").spheres == "fine"

@@ -101,11 +101,11 @@ def test_the_cell_in_the_documents_can_be_read(tmp_path):
     assert load_cell(path).arm_names == ("left", "right")
 
 
-def test_a_file_that_does_not_say_has_fine_spheres_and_the_name_of_the_file(tmp_path):
+def test_a_file_that_does_not_say_has_exact_geometry_and_the_name_of_the_file(tmp_path):
     path = tmp_path / "my cell.json"
     path.write_text('{"arms": [{"name": "a", "robot": "fr5", "position": [0, 0, 0]}]}')
     cell = load_cell(path)
-    assert (cell.name, cell.spheres, cell.obstacles) == ("my cell", "fine", ())
+    assert (cell.name, cell.spheres, cell.obstacles) == ("my cell", "exact", ())
 
 
 @pytest.mark.parametrize("stem", ["a" * 150, "two\nlines", "\x1b[31mred", "caf\udce9"])

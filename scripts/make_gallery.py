@@ -2,7 +2,8 @@
 
 `search`: eight arms and the conflict tree that their plan comes from, an animation. `trees`: the tree of `ecbs` beside
 that of `apf-ecbs`. `cells`: some of the cells. `paths`: the tool paths of each planner on one instance.
-`demonstrations`: films of the five tasks of docs/reference/tasks.md on the mixed cell.
+`demonstrations`: films of the five tasks of docs/reference/tasks.md on the mixed cell. `imported`: robots that are not
+built in; it is made only if it is named, by scripts/make_imported_picture.sh.
 The instances are chosen by the rules in gallery/instances.py; the same program gives the same pictures.
 """
 
@@ -16,6 +17,7 @@ from gallery.cells import save_cells
 from gallery.comparison import save_comparison
 from gallery.demonstrations import save_demonstrations
 from gallery.film import save_search
+from gallery.imported import save_imported
 from gallery.tool_paths import save_tool_paths
 
 from mmp_cli.arguments import Parser
@@ -29,19 +31,24 @@ PARTS: dict[str, Callable[[Path], None]] = {
     "cells": lambda folder: save_cells(folder / "cells.webp"),
     "paths": lambda folder: save_tool_paths(folder),
     "demonstrations": lambda folder: save_demonstrations(folder),
+    "imported": lambda folder: save_imported(folder / "imported.webp"),
 }
+NEEDS_ROBOTS = ("imported",)
+"""Parts that need robots which are not built in."""
 
 
 def main() -> None:
     """Makes the parts that are named, or all."""
     parser = Parser("make_gallery.py", __doc__, argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(PARTS)}; default: all")
+    parser.add_argument(
+        "names", nargs="*", metavar="NAME", help=f"of {', '.join(PARTS)}; default: all but {', '.join(NEEDS_ROBOTS)}"
+    )
     parser.add_argument("--out", type=Path, default=FOLDER, help="folder (default: docs/images/gallery)")
     asked = parser.parse()
     if unknown := [name for name in asked.names if name not in PARTS]:
         raise UnknownNameError("part of the gallery", unknown[0], PARTS)
     asked.out.mkdir(parents=True, exist_ok=True)
-    for name in asked.names or PARTS:
+    for name in asked.names or [name for name in PARTS if name not in NEEDS_ROBOTS]:
         PARTS[name](asked.out)
     files = sorted(path for path in asked.out.iterdir() if path.is_file())
     for path in files:

@@ -159,3 +159,14 @@ def pixels_of_objects(image):
     pixels = image.reshape(-1, 3) / np.maximum(np.linalg.norm(image.reshape(-1, 3), axis=1), 1)[:, None]
     color = np.array(OBJECT_RGBA[:3])
     return int((pixels @ (color / np.linalg.norm(color)) > 0.985).sum())
+
+
+def test_the_ring_of_imported_robots_stands_around_its_table_and_names_a_robot_that_was_not_added(part):
+    cell = part("imported").ring_of(("ur5e", "panda", "ur5e"))
+    assert [arm.robot.name for arm in cell.arms] == ["ur5e", "panda", "ur5e"]
+    assert cell.spheres == "exact"
+    for arm in cell.arms:
+        forward = arm.T_world_base[:3, 0]
+        np.testing.assert_allclose(forward, -arm.position / np.linalg.norm(arm.position), atol=1e-9)
+    with pytest.raises(MmpError, match="unknown robot 'no-such-arm'"):
+        part("imported").ring_of(("no-such-arm",))

@@ -30,7 +30,7 @@ from mmp_env.model.robot import Robot, load_robot
 from mmp_env.model.transforms import matrix_from_rpy, transform
 
 DATA = Path(__file__).parents[1] / "mmp_env"
-PROTRUSION_M = 0.012
+PROTRUSION_M = 0.020
 """Largest protrusion [m] of the sphere set `exact`."""
 FRAMES_AGREE_M = 1e-4
 """Largest distance [m] between a link of a vendor's model and ours where both have the same dimensions."""

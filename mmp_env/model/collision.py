@@ -89,10 +89,23 @@ class CollisionModel:
                 self.core.add_hull(arm=self._numbers[arm.name], **hull)
         self._solids: list[str] = []
         for obstacle in cell.obstacles:
-            self._solids += [obstacle.name] * _add_solid(self.core, obstacle)
+            self._solids += [obstacle.name] * self._add(obstacle)
         self.core.freeze()
         self._radii = [core.sphere_table(self.core, k)[:, 1] for k in range(len(cell.arms))]
         self._links = [core.sphere_table(self.core, k)[:, 0].astype(int) for k in range(len(cell.arms))]
+
+    def _add(self, obstacle: Obstacle) -> int:
+        """Adds an obstacle to the core. Returns the number of bodies there, one for each piece of a mesh."""
+        turn = matrix_from_quaternion(obstacle.quaternion)
+        if obstacle.pieces:
+            for piece in obstacle.pieces:
+                placed = np.array([turn @ vertex + obstacle.position for vertex in piece])
+                self.core.add_hull_obstacle(vertices=placed, planes=supporting_planes(placed))
+            return len(obstacle.pieces)
+        pose = transform(turn, obstacle.position)[:3].ravel()
+        size = np.ascontiguousarray(obstacle.half_size, dtype=float)
+        self.core.add_obstacle(SHAPES.index(obstacle.shape), pose, size)
+        return 1
 
     def __reduce__(self) -> tuple[Any, ...]:
         # The compiled core cannot be pickled; the cell can, and compiles its queries again.
@@ -240,16 +253,3 @@ class CollisionModel:
         if not np.isfinite(rows).all():
             raise MmpError(f"configurations of arm '{arm}' hold {rows[~np.isfinite(rows)][0]}; they must be finite")
         return rows
-
-
-def _add_solid(compiled: core.Cell, obstacle: Obstacle) -> int:
-    """Adds an obstacle to the core. Returns the number of bodies there, one for each piece of a mesh."""
-    turn = matrix_from_quaternion(obstacle.quaternion)
-    if obstacle.pieces:
-        for piece in obstacle.pieces:
-            placed = np.array([turn @ vertex + obstacle.position for vertex in piece])
-            compiled.add_hull_obstacle(vertices=placed, planes=supporting_planes(placed))
-        return len(obstacle.pieces)
-    pose = transform(turn, obstacle.position)[:3].ravel()
-    compiled.add_obstacle(SHAPES.index(obstacle.shape), pose, np.ascontiguousarray(obstacle.half_size, dtype=float))
-    return 1

@@ -19,6 +19,7 @@ def chain(x=0.0):
     return {
         "fixed": np.array([base[:3].ravel(), elbow[:3].ravel()]),
         "tool": np.eye(4)[:3].ravel(),
+        "slides": np.zeros(2, dtype=bool),
         "lower": np.full(2, -np.pi),
         "upper": np.full(2, np.pi),
         "link_frames": np.array([0, 1, 2], dtype=np.int32),

@@ -15,8 +15,8 @@ from mmp_env.export.joint_names import joint_names
 from mmp_env.model.plan import Plan
 from mmp_env.wording import counted, in_seconds
 
-SAME_RAD = 1e-6
-"""Largest distance [rad] between the end of a plan and the begin of the next."""
+SAME = 1e-6
+"""Largest distance [rad or m] of a joint between the end of a plan and the begin of the next."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -110,6 +110,8 @@ def _check_joint(before: Plan, after: Plan, number: int) -> None:
         if (getattr(before, key) is None) != (getattr(after, key) is None):
             raise MmpError(f"{between}: only one of them has {key}; retime both or neither")
     for arm, q in after.positions.items():
-        gap = float(np.abs(q[0] - before.positions[arm][-1]).max())
-        if not gap <= SAME_RAD:
-            raise MmpError(f"{between}: arm '{arm}' begins {gap:.3g} rad from where it ended")
+        gaps = np.abs(q[0] - before.positions[arm][-1])
+        k = int(np.argmax(gaps))
+        if not gaps[k] <= SAME:
+            unit = after.problem.cell.arm(arm).robot.units[k]
+            raise MmpError(f"{between}: arm '{arm}' begins {gaps[k]:.3g} {unit} from where it ended")

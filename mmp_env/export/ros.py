@@ -31,7 +31,7 @@ class JointTrajectory:
     Attributes:
         joint_names: names of the joints [n].
         times: times from the start [t] [s].
-        positions: [t, n] [rad].
+        positions: [t, n] [rad, of slides m].
         velocities: [t, n] [rad/s], or None if the message has none.
         accelerations: [t, n] [rad/s^2], or None if the message has none.
     """

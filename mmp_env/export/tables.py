@@ -17,7 +17,7 @@ DERIVATIVES = {"velocities": "velocity", "accelerations": "acceleration"}
 
 
 def csv_text(motion: Motion) -> str:
-    """Returns a row for each time: `time` [s], then a column for each joint [rad].
+    """Returns a row for each time: `time` [s], then a column for each joint [rad, of a slide m].
 
     A retimed motion has velocities [rad/s] and accelerations [rad/s^2] in further columns, `<joint>/velocity` and so
     on. Numbers have the shortest form that reads back the same. An apostrophe precedes a name that is a formula.

@@ -70,7 +70,7 @@ class Plan(ReadOnly):
 
     @property
     def cost_rad(self) -> float:
-        """Cost [rad]: the sum of |dq| over arms, joints and steps."""
+        """Cost [rad]: the sum of |dq| over arms, joints and steps. A metre of a slide counts as a radian."""
         return float(sum(np.abs(np.diff(q, axis=0)).sum() for q in self.positions.values()))
 
     def check_complete(self) -> None:

@@ -221,11 +221,14 @@ def _check_limits(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> None:
     for arm in cell.arms:
         outside = (q[arm.name] < arm.robot.lower) | (q[arm.name] > arm.robot.upper)
         if outside.any():
-            in_degrees = outside & [bool(degrees_hint(angle)) for angle in q[arm.name]]
+            hints = [
+                "" if slides else degrees_hint(at) for at, slides in zip(q[arm.name], arm.robot.slides, strict=True)
+            ]
+            in_degrees = outside & [bool(hint) for hint in hints]
             k = int(np.argmax(in_degrees if in_degrees.any() else outside))
             raise InvalidInstanceError(
-                f"{which} of arm '{arm.name}', joint {k + 1} ({arm.robot.joint_names[k]}), is {q[arm.name][k]:.4f} rad;"
-                f" allowed: {arm.robot.lower[k]:.4f} to {arm.robot.upper[k]:.4f}{degrees_hint(q[arm.name][k])}"
+                f"{which} of arm '{arm.name}', joint {k + 1} ({arm.robot.joint_names[k]}), is {q[arm.name][k]:.4f}"
+                f" {arm.robot.units[k]}; allowed: {arm.robot.lower[k]:.4f} to {arm.robot.upper[k]:.4f}{hints[k]}"
             )
 
 
@@ -238,8 +241,8 @@ def asked_velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) ->
             if velocity > max(arm.robot.velocity[k], PLAUSIBLE_VELOCITY):
                 raise MmpError(
                     f"max_velocity of arm '{arm.name}', joint {k + 1} ({arm.robot.joint_names[k]}), is {velocity:g}"
-                    f" rad/s; the robot's own limit is {arm.robot.velocity[k]:g};"
-                    " are these degrees per second?"
+                    f" {arm.robot.units[k]}/s; the robot's own limit is {arm.robot.velocity[k]:g};"
+                    f" are these {'millimetres' if arm.robot.slides[k] else 'degrees'} per second?"
                 )
     return limits
 

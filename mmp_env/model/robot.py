@@ -95,7 +95,9 @@ class Tool(ReadOnly):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Robot(ReadOnly):
-    """A robot model: a serial chain of revolute joints. Link 0 is the base; joint k moves link k + 1.
+    """A robot model: a serial chain of hinges and slides. Link 0 is the base; joint k moves link k + 1.
+
+    Positions of hinges are in rad, those of slides in m. Velocities, accelerations and jerks follow.
 
     docs/reference/robots.md gives the sources of the numbers.
 
@@ -107,19 +109,19 @@ class Robot(ReadOnly):
         origins: pose of the frame of joint k in link k at q = 0 (URDF convention).
         axes: axis of joint k in its frame.
         slides: whether joint k slides along its axis, in m; otherwise it turns about it, in rad.
-        lower: lower joint limits [rad].
-        upper: upper joint limits [rad].
-        velocity: velocity limits [rad/s].
-        acceleration: acceleration limits [rad/s^2].
-        jerk: jerk limits [rad/s^3].
-        effort: torque limits [N m].
+        lower: lower joint limits [rad or m].
+        upper: upper joint limits [rad or m].
+        velocity: velocity limits [rad/s or m/s].
+        acceleration: acceleration limits [rad/s^2 or m/s^2].
+        jerk: jerk limits [rad/s^3 or m/s^3].
+        effort: torque limits of hinges [N m], force limits of slides [N].
         draw_lower: lower corner of the box of random configurations [rad]: `draw_limits` of robot.json, or the joint
             limits within +-pi.
         draw_upper: upper corner of that box [rad].
         acceleration_published: whether the vendor publishes acceleration and jerk; they are our defaults otherwise.
         flange: T_lastlink_flange, the pose of the flange in the last link.
-        home: configuration [rad] of a ready arm.
-        tucked: configuration [rad] of a folded arm.
+        home: configuration of a ready arm.
+        tucked: configuration of a folded arm.
         reach: horizontal reach [m].
         default_tool: name of the robot's own tool, or None.
         ring_spheres: sphere set of ring cells, `28` or, for imported robots, `exact`.
@@ -168,6 +170,11 @@ class Robot(ReadOnly):
     def dof(self) -> int:
         """Number of joints."""
         return len(self.joint_names)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each joint's position: `rad` of a hinge, `m` of a slide."""
+        return tuple("m" if slides else "rad" for slides in self.slides)
 
 
 def finest_geometry(models: Iterable[Robot | Tool]) -> str:

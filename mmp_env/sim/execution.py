@@ -21,7 +21,7 @@ from mmp_env.sim.torque_report import PeakTorque, peak_torques
 from mmp_env.wording import counted, in_seconds
 
 REACHED_RAD = 0.02
-"""Largest distance of a joint from its goal in an arm that has reached the goal."""
+"""Largest distance of a joint from its goal in an arm that has reached the goal [rad, of a slide m]."""
 SETTLE_S = 0.5
 """Longest time that the servos hold the end of a plan until all joints are at rest."""
 _SETTLED_RAD, _SETTLED_RAD_S = 1e-3, 1e-3
@@ -37,14 +37,14 @@ class ExecutionReport:
     Attributes:
         reached: whether every joint of every arm ended within `REACHED_RAD` of its goal.
         contacts: contacts of arms with each other, with obstacles and with themselves, earliest first.
-        max_tracking_error_rad: largest distance of a joint from its reference [rad].
+        max_tracking_error_rad: largest distance of a joint from its reference [rad, of a slide m].
         duration_s: simulated time, settling included [s].
         moved_to_start: whether the arms were elsewhere, and were put at the start of the plan first.
         loads: arm name -> the joint with the largest torque relative to its rating.
         nearness: whether bodies came closer than the proof of the plan says.
         halts: when a monitor stopped the arms.
         times: recorded times [t] [s], one per physics step and the begin.
-        positions: recorded configurations, arm name -> [t, dof] [rad].
+        positions: recorded configurations, arm name -> [t, dof] [rad, of slides m].
         phases: time of the plan at each recorded time [t] [s]; it differs from `times` only with a monitor.
     """
 

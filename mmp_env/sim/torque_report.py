@@ -13,8 +13,8 @@ from mmp_env.sim.simulation import Simulation
 class PeakTorque:
     """The joint (from 1) of an arm with the largest torque `torque_nm` relative to its rating `rated_nm` [N m].
 
-    The torque is that of the motor, gravity included. Servos here have no force limit (docs/reference/robots.md). A
-    `share` above 1 means that a real arm could not have followed.
+    Both are forces [N] if the joint slides. The torque is that of the motor, gravity included. Servos here have no
+    force limit (docs/reference/robots.md). A `share` above 1 means that a real arm could not have followed.
     """
 
     joint: int

@@ -21,8 +21,8 @@ from mmp_env.model.transforms import transform
 
 POSITION_TOLERANCE_M, DIRECTION_TOLERANCE_RAD = 5e-4, 5e-3
 """Largest errors of the tool point and of the direction of the tool in a solution."""
-_MAX_STEPS, _MAX_STEP_RAD = 12, 0.5
-"""Largest number of steps, and largest motion of a joint in one step."""
+_MAX_STEPS, _MAX_STEP = 12, 0.5
+"""Largest number of steps, and largest motion of a joint in one step [rad or m]."""
 _MAX_REMAINING = 0.75
 """Largest share of the error that may remain after a step. Slower steps usually mean an unreachable target."""
 _GUESSES, _NEAREST, _SEED = 8000, 60, 0
@@ -41,8 +41,10 @@ class Kinematics:
 
     def __init__(self, robot: Robot, tool: Tool | None) -> None:
         self._mink, self._robot = require(), robot
-        upright = (robot.origins[0][:3, :3] @ robot.axes[0])[2]
-        self._turn_sign = float(np.sign(upright)) if abs(upright) > 1 - 1e-9 else 0.0
+        axis = robot.origins[0][:3, :3] @ robot.axes[0] / np.linalg.norm(robot.axes[0])
+        turns = abs(axis[2]) > 1 - 1e-9 and not robot.slides[0]
+        self._turn_sign = float(np.sign(axis[2])) if turns else 0.0
+        self._slide = axis if robot.slides[0] else np.zeros(3)
         from mmp_env.sim.scene import compile_scene
 
         unturned = frozen_array([1.0, 0.0, 0.0, 0.0])
@@ -59,9 +61,12 @@ class Kinematics:
         inset = 0.05 * (robot.draw_upper - robot.draw_lower)
         self._guesses = robot.draw_lower + inset + share * (robot.draw_upper - robot.draw_lower - 2 * inset)
         points, directions = self._tools(model)
-        # If the first joint turns about the upright axis, a guess can face any direction: only its profile counts.
+        # If the first joint turns about the upright axis, a guess can face any direction: only its profile counts. If
+        # it slides, a guess can be anywhere along the axis: only its place off the axis counts.
         self._azimuths = abs(self._turn_sign) * np.arctan2(points[:, 1], points[:, 0])
         self._points, self._directions = (_about_z(rows, -self._azimuths) for rows in (points, directions))
+        self._along = points @ self._slide
+        self._points = self._points - np.outer(self._along, self._slide)
 
     def tool_pose(self, q: Float[np.ndarray, " dof"]) -> Float[np.ndarray, "4 4"]:
         """Returns the pose of the tool frame (the flange without a tool) in the base frame."""
@@ -70,9 +75,10 @@ class Kinematics:
     def initial_guesses(
         self, point: Float[np.ndarray, "3"], direction: Float[np.ndarray, "3"]
     ) -> Float[np.ndarray, "n dof"]:
-        """Returns initial guesses [rad] for a target, the nearest first; none if the arm does not reach it.
+        """Returns initial guesses [rad or m] for a target, the nearest first; none if the arm does not reach it.
 
-        These are up to `_NEAREST` of the fixed configurations, turned by their first joint to face the target.
+        These are up to `_NEAREST` of the fixed configurations, moved by their first joint towards the target: turned to
+        face it, or slid to it.
 
         Args:
             point: target of the tool point in the base frame [m].
@@ -80,11 +86,12 @@ class Kinematics:
         """
         azimuth = abs(self._turn_sign) * np.arctan2(point[1], point[0])
         here, toward = _about_z(np.array([point, direction]), np.full(2, -azimuth))
+        here = here - (here @ self._slide) * self._slide
         error = np.linalg.norm(self._points - here, axis=1) * _RAD_PER_M
         close = np.flatnonzero(error < _MAX_ERROR_RAD)
         error = error[close] + np.arccos(np.clip(self._directions[close] @ toward, -1.0, 1.0))
         turn = (azimuth - self._azimuths[close] + np.pi) % (2 * np.pi) - np.pi
-        first = self._guesses[close, 0] + self._turn_sign * turn
+        first = self._guesses[close, 0] + self._turn_sign * turn + (point @ self._slide - self._along[close])
         usable = (error < _MAX_ERROR_RAD) & (first > self._robot.draw_lower[0]) & (first < self._robot.draw_upper[0])
         nearest = np.flatnonzero(usable)[np.argsort(error[usable], kind="stable")[:_NEAREST]]
         q = self._guesses[close[nearest]]
@@ -94,7 +101,7 @@ class Kinematics:
     def solve(
         self, q: Float[np.ndarray, " dof"], point: Float[np.ndarray, "3"], direction: Float[np.ndarray, "3"]
     ) -> Float[np.ndarray, " dof"] | None:
-        """Returns the solution [rad] that mink finds from the initial guess `q`, or None. Targets as above."""
+        """Returns the solution [rad or m] that mink finds from the initial guess `q`, or None. Targets as above."""
         here, limits = self._configuration, self._limits
         here.update(q)
         # The turn about the axis of the tool is free, so the target takes that of the guess.
@@ -114,7 +121,7 @@ class Kinematics:
                 return None
             step = self._mink.solve_ik(here, [self._task], 1.0, "daqp", damping=1e-6, limits=limits)
             longest = np.abs(step).max()
-            here.integrate_inplace(step * min(1.0, _MAX_STEP_RAD / max(longest, 1e-12)), 1.0)
+            here.integrate_inplace(step * min(1.0, _MAX_STEP / max(longest, 1e-12)), 1.0)
         return None
 
     def _tools(self, model: Any) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, "n 3"]]:

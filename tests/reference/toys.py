@@ -5,7 +5,7 @@ import numpy as np
 from mmp_env.model.arm import Arm, Obstacle, place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.robot import Robot, Spheres, Tool
-from mmp_env.model.transforms import quaternion_from_yaw, transform
+from mmp_env.model.transforms import matrix_from_quaternion, quaternion_from_yaw, transform
 
 LINK_M, RADIUS_M = 1.0, 0.1
 
@@ -118,3 +118,39 @@ def random_cell(rng, robots, spheres, obstacles=True):
 def random_configurations(rng, arm: Arm, count):
     """Returns configurations uniform in the joint limits, [count, dof]."""
     return rng.uniform(arm.robot.lower, arm.robot.upper, (count, arm.dof))
+
+
+def sliding_arm(name, rng, slides, position=(0.0, 0, 0)):
+    """Returns an arm of random links whose joint k slides if `slides[k]`, with two spheres of 5 cm on each link."""
+    dof = len(slides)
+    origins = []
+    for _ in range(dof):
+        turned = matrix_from_quaternion(random_rotation(rng))
+        origins.append(transform(turned, rng.uniform(-0.25, 0.25, 3)))
+    axes = rng.normal(size=(dof, 3))
+    lower, upper = rng.uniform(-0.6, -0.1, dof), rng.uniform(0.1, 0.6, dof)
+    hinges = ~np.array(slides)
+    lower[hinges], upper[hinges] = -2.5, 2.5
+    links = np.repeat(np.arange(dof + 1), 2)
+    spheres = Spheres(links=links, centers=rng.uniform(-0.2, 0.2, (len(links), 3)), radii=np.full(len(links), 0.05))
+    names = ("base", *(f"link{k + 1}" for k in range(dof)))
+    robot = toy_robot(
+        name="slider",
+        joint_names=tuple(f"joint{k + 1}" for k in range(dof)),
+        link_names=names,
+        origins=np.array(origins),
+        axes=axes / np.linalg.norm(axes, axis=1)[:, None],
+        slides=tuple(slides),
+        lower=lower,
+        upper=upper,
+        draw_lower=lower,
+        draw_upper=upper,
+        **{key: np.ones(dof) for key in ("velocity", "acceleration", "jerk", "effort")},
+        flange=np.eye(4),
+        home=np.zeros(dof),
+        tucked=np.zeros(dof),
+        spheres={"28": spheres, "fine": spheres},
+        self_ignore={key: frozenset((i, j) for j in range(dof + 1) for i in range(j)) for key in ("28", "fine")},
+    )
+    base = {"position": np.array(position, dtype=float), "quaternion": random_rotation(rng)}
+    return Arm(name=name, robot=robot, tool=None, **base)

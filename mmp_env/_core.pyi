@@ -80,6 +80,9 @@ class Cell:
         Adds a convex obstacle. vertices [n, 3] [m] in the world, grown by `radius` [m]. planes [p, 4]: unit normals and offsets, the hull of the vertices is where n.x <= offset.
         """
 
+    def let_touch(self, *, obstacle: int, arm: int, link: int) -> None:
+        """Lets a moving link touch an obstacle: no query tests the two."""
+
     def freeze(self) -> None:
         """Ends the construction. Only a frozen cell answers queries."""
 

@@ -78,18 +78,24 @@ class BoundingSphereSolids:
         self.part = np.tile(moving, len(solids))
         self.solid = np.repeat(np.arange(len(solids)), len(moving))
         self._deviation = ChordDeviation(model, parts.reach)
+        self._allowed = [k for k in range(len(self.part)) if self.names(k).things[0] in solids[self.solid[k]].may_touch]
 
     def __len__(self) -> int:
         return len(self.part)
 
     def coarse(self, poses: Poses, steps: MotionSteps) -> Float[np.ndarray, "u p"]:
-        """Returns lower bounds on the clearance [m] of all pairs in the steps between consecutive poses."""
+        """Returns lower bounds on the clearance [m] of all pairs in the steps between consecutive poses.
+
+        They are infinite for pairs that may touch.
+        """
         balls = ball_centers(self._parts, poses)[:, self._moving]
         least = np.empty((len(balls) - 1, len(self._solids), len(self._moving)))
         for k, solid in enumerate(self._solids):
             least[:, k] = step_minimum(solid, balls[:-1], balls[1:])[0]
         deviation = self._deviation.all(steps)
-        return least.reshape(len(least), -1) - (self._parts.radius + deviation)[:, self.part]
+        out = least.reshape(len(least), -1) - (self._parts.radius + deviation)[:, self.part]
+        out[:, self._allowed] = np.inf
+        return out
 
     def deviations(self, items: Items) -> Float[np.ndarray, "i"]:
         """Returns a bound on how far the points of each item deviate from chords [m]."""

@@ -78,7 +78,7 @@ def ignored_links(arm: CheckedArm, spheres: str) -> set[frozenset[str]]:
 def _of_set(model: CheckedModel, spheres: str) -> Any:
     """Returns what a robot or tool ignores with a sphere set; for hulls without a list of their own that of `fine`."""
     ignored = model.data["self_collision_ignore"]
-    return ignored.get(spheres, ignored["fine"]) if spheres == "exact" else ignored[spheres]
+    return ignored["fine" if spheres == "exact" and spheres not in ignored else spheres]
 
 
 class ChordDeviation:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -36,7 +36,7 @@ _SIZES = {
 _MOST_PIECES, _VERTICES = 200, (4, 1000)
 """Largest number of the pieces of a mesh, and bounds of the number of their vertices."""
 _POSE_KEYS = ("position", "yaw", "quaternion")
-_CELL_KEYS = ("name", "arms", "obstacles", "spheres", "robots", "tools")
+_CELL_KEYS = ("name", "arms", "obstacles", "spheres", "robots", "tools", "joints")
 _PROBLEM_KEYS = ("name", "cell", "start", "goal", "max_velocity", "max_acceleration", "max_jerk", "margin", "margins")
 _MARGIN_KEYS = ("arms", "obstacles", "self")
 
@@ -66,6 +66,8 @@ class Solid:
 
     `size` [m] follows MuJoCo: half edges, or radius and half length without caps. A `mesh` is piece number `piece` of
     its obstacle: the hull of `vertices` [v, 3] [m] in its frame.
+
+    `may_touch` names moving links, such as `arm0/shoulder`, that may touch an obstacle.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Solid:
     quaternion: Float[np.ndarray, "4"]
     piece: int | None = None
     vertices: Float[np.ndarray, "v 3"] | None = None
+    may_touch: frozenset[str] = frozenset()
 
     @property
     def geom(self) -> str:
@@ -186,7 +189,7 @@ def read_cell(data: Any) -> CheckedCell:
     models = CarriedModels.read(data.get("robots"), data.get("tools"))
     arms = tuple(_arm(entry, models, f"arm {k}") for k, entry in enumerate(listed(data, "arms", "cell")))
     entries = enumerate(listed(data, "obstacles", "cell", optional=True))
-    obstacles = [_solids(entry, f"obstacle {k}") for k, entry in entries]
+    obstacles = [_obstacle(entry, f"obstacle {k}") for k, entry in entries]
     solids = tuple(solid for pieces in obstacles for solid in pieces)
     if not arms:
         raise UnreadableError("the cell has no arms")
@@ -225,6 +228,17 @@ def _arm(data: Any, models: CarriedModels, where: str) -> CheckedArm:
     if held is not None:
         held = _solid({"name": "held", **held} if isinstance(held, Mapping) else held, f"held of arm '{arm}'")
     return CheckedArm(name=arm, robot=robot, tool=tool, position=position, quaternion=quaternion, held=held)
+
+
+def _obstacle(data: Any, where: str) -> list[Solid]:
+    """Returns the pieces of an obstacle with the links that may touch it."""
+    if not isinstance(data, Mapping):
+        raise UnreadableError(f"{where} is {shown(data)}; it must be an object")
+    links = listed(data, "may_touch", where, optional=True)
+    if not all(isinstance(link, str) for link in links):
+        raise UnreadableError(f"may_touch of {where} is {shown(links)}; it must be a list of links")
+    solid = {key: value for key, value in data.items() if key != "may_touch"}
+    return [replace(piece, may_touch=frozenset(links)) for piece in _solids(solid, where)]
 
 
 def _solids(data: Any, where: str) -> list[Solid]:

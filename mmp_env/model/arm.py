@@ -77,6 +77,7 @@ class Obstacle(ReadOnly):
         radius: of the other shapes [m].
         length: of a cylinder, or of a capsule without its caps [m].
         pieces: vertices [v, 3] [m] of the convex hulls that a mesh consists of, in its frame; empty otherwise.
+        may_touch: moving links, such as `arm0/shoulder`, that no query tests against an obstacle of a cell.
     """
 
     name: str
@@ -87,6 +88,7 @@ class Obstacle(ReadOnly):
     radius: float | None = None
     length: float | None = None
     pieces: tuple[Float[np.ndarray, "_ 3"], ...] = ()
+    may_touch: frozenset[str] = frozenset()
 
     @brief
     def __repr__(self) -> str:

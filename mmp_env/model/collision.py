@@ -89,7 +89,9 @@ class CollisionModel:
                 self.core.add_hull(arm=self._numbers[arm.name], **hull)
         self._solids: list[str] = []
         for obstacle in cell.obstacles:
-            self._solids += [obstacle.name] * self._add(obstacle)
+            pieces = self._add(obstacle)
+            self._let_touch(obstacle, range(len(self._solids), len(self._solids) + pieces))
+            self._solids += [obstacle.name] * pieces
         self.core.freeze()
         self._radii = [core.sphere_table(self.core, k)[:, 1] for k in range(len(cell.arms))]
         self._links = [core.sphere_table(self.core, k)[:, 0].astype(int) for k in range(len(cell.arms))]
@@ -106,6 +108,15 @@ class CollisionModel:
         size = np.ascontiguousarray(obstacle.half_size, dtype=float)
         self.core.add_obstacle(SHAPES.index(obstacle.shape), pose, size)
         return 1
+
+    def _let_touch(self, obstacle: Obstacle, pieces: range) -> None:
+        """Lets links touch an obstacle, whose pieces have these numbers in the core."""
+        for name in sorted(obstacle.may_touch):
+            arm, _, link = name.partition("/")
+            number = self._numbers[arm]
+            index = self.cell.arms[number].robot.link_names.index(link)
+            for piece in pieces:
+                self.core.let_touch(obstacle=piece, arm=number, link=index)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # The compiled core cannot be pickled; the cell can, and compiles its queries again.

@@ -65,6 +65,9 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
         _add_solid(spec, obstacle, obstacle_rgba(cell, obstacle))
     for number, arm in enumerate(cell.arms):
         _add_arm(spec, arm, number, cell.spheres)
+    for obstacle in cell.obstacles:
+        for link in sorted(obstacle.may_touch):
+            spec.add_exclude(bodyname1=OBSTACLE_PREFIX + obstacle.name, bodyname2=link)
     if moving_setpoints:
         for servo in spec.actuators:
             servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
@@ -78,13 +81,15 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
 def _add_solid(spec: Any, obstacle: Obstacle, rgba: tuple[float, float, float, float]) -> None:
     """Adds the geom `obstacle/<name>`, or `obstacle/<name>/<k>` for each piece of a mesh."""
     name = OBSTACLE_PREFIX + obstacle.name
+    # MuJoCo excludes contacts of bodies, not of geoms.
+    body = spec.worldbody.add_body(name=name) if obstacle.may_touch else spec.worldbody
     if not obstacle.pieces:
-        _add_geom(spec.worldbody, name, obstacle, rgba)
+        _add_geom(body, name, obstacle, rgba)
     for k, piece in enumerate(obstacle.pieces):
         part = f"{name}/{k}"
         spec.add_mesh(name=part, uservert=piece.ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
         place = {"pos": obstacle.position, "quat": obstacle.quaternion, "rgba": rgba}
-        spec.worldbody.add_geom(name=part, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=part, **place)
+        body.add_geom(name=part, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=part, **place)
 
 
 def _add_geom(body: Any, name: str, solid: Obstacle, rgba: tuple[float, float, float, float]) -> Any:

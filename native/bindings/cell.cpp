@@ -132,6 +132,12 @@ void add_hull_obstacle(CellModel<T>& cell, const Matrix& planes, const std::shar
   cell.obstacles.push_back(std::move(o));
 }
 
+template <class T>
+void let_touch(Obstacle<T>& obstacle, int arm, int link) {
+  if (static_cast<int>(obstacle.allowed.size()) <= arm) obstacle.allowed.resize(arm + 1);
+  obstacle.allowed[arm] |= 1u << link;
+}
+
 }  // namespace
 
 void bind_cell(nb::module_& m) {
@@ -202,6 +208,18 @@ void bind_cell(nb::module_& m) {
           nb::kw_only(), nb::arg("vertices"), nb::arg("planes"), nb::arg("radius") = 0.0,
           "Adds a convex obstacle. vertices [n, 3] [m] in the world, grown by `radius` [m]. planes [p, 4]: unit "
           "normals and offsets, the hull of the vertices is where n.x <= offset.")
+      .def(
+          "let_touch",
+          [](Cell& self, int obstacle, int arm, int link) {
+            require(!self.frozen, "the cell is frozen");
+            require(obstacle >= 0 && obstacle < static_cast<int>(self.single.obstacles.size()), "no such obstacle");
+            require(arm >= 0 && arm < static_cast<int>(self.single.arms.size()), "no such arm");
+            require(link > 0 && link < static_cast<int>(self.single.arms[arm].links.size()), "no such moving link");
+            let_touch(self.single.obstacles[obstacle], arm, link);
+            let_touch(self.precise.obstacles[obstacle], arm, link);
+          },
+          nb::kw_only(), nb::arg("obstacle"), nb::arg("arm"), nb::arg("link"),
+          "Lets a moving link touch an obstacle: no query tests the two.")
       .def(
           "freeze",
           [](Cell& self) {

@@ -58,6 +58,7 @@ class Cell {
     const auto &la = single.arms[a].links, &lb = single.arms[b].links;
     for (int i = 0; i < static_cast<int>(la.size()); ++i)
       for (int j = i == 0 ? 1 : 0; j < static_cast<int>(lb.size()); ++j) {
+        if (la[i].spheres.count == 0 || lb[j].spheres.count == 0) continue;
         const float radii = la[i].bound.r + lb[j].bound.r;
         link_pairs.push_back({a * kMaxLinks + i, b * kMaxLinks + j, a, i, b, j, radii, 1.0f / (radii * radii)});
       }
@@ -186,9 +187,10 @@ class CellClearance {
       if (bits<V>(gaps2_[k] < limit * limit)) lower(cell_->link_pairs[k], best);
     }
     if (obstacles)
-      for (auto& pose : poses_)
-        for (size_t l = 1; l < pose.arm->links.size(); ++l)
-          for (const auto& o : cell_->single.obstacles) lower_clearance(pose, static_cast<int>(l), o, best);
+      for (size_t a = 0; a < poses_.size(); ++a)
+        for (int l = 1; l < static_cast<int>(poses_[a].arm->links.size()); ++l)
+          for (const auto& o : cell_->single.obstacles)
+            if (!o.lets_touch(static_cast<int>(a), l)) lower_clearance(poses_[a], l, o, best);
     return best;
   }
 

@@ -276,7 +276,7 @@ struct StaticWorld {
     for (int l = 1; l < links; ++l) {
       const V r = reach(l);
       for (const auto& o : cell->obstacles)
-        contact(pose, l, o, levels.margin + levels.obstacles, r + levels.obstacles, out);
+        if (!o.lets_touch(a, l)) contact(pose, l, o, levels.margin + levels.obstacles, r + levels.obstacles, out);
       for (size_t b = 0; b < bases.size(); ++b)
         if (static_cast<int>(b) != a) contact(pose, l, bases[b], 0, levels.margin, r, out);
       if (done(out)) return;
@@ -295,7 +295,8 @@ struct StaticWorld {
     for (const auto& [i, j] : arm.self_pairs) lower_clearance(pose, i, pose, j, best);
     best += levels.obstacles - levels.self;
     for (int l = static_cast<int>(arm.links.size()) - 1; l >= 1; --l)
-      for (const auto& o : cell->obstacles) lower_clearance(pose, l, o, best);
+      for (const auto& o : cell->obstacles)
+        if (!o.lets_touch(a, l)) lower_clearance(pose, l, o, best);
     best -= levels.obstacles;
     for (int l = static_cast<int>(arm.links.size()) - 1; l >= 1; --l)
       for (size_t b = 0; b < bases.size(); ++b)

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -75,6 +76,11 @@ struct Obstacle {
   T a, b, c;                               // box: half edges; others: radius, half length
   std::vector<std::array<T, 4>> planes{};  // of a hull: unit normal and offset, the hull is where n.x <= offset
   Hulls exact{};                           // the same body, in the obstacle's frame: one hull or none
+  std::vector<uint32_t> allowed{};         // per arm: bit set of the links that may touch it; missing: none
+
+  bool lets_touch(int arm, int link) const {
+    return arm < static_cast<int>(allowed.size()) && (allowed[arm] >> link & 1u) != 0;
+  }
 };
 
 template <class T>

@@ -41,6 +41,7 @@ inline std::array<NearestBodies, 3> nearest_bodies(const Cell& cell, const std::
     }
     for (int i = 1; i < links; ++i)
       for (size_t o = 0; o < model.obstacles.size(); ++o) {
+        if (model.obstacles[o].lets_touch(a, i)) continue;
         lower_clearance(poses[a], i, model.obstacles[o], best[1]);
         note(BodyPairKind::obstacles, a, i, static_cast<int>(o), -1);
       }

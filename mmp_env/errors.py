@@ -16,6 +16,10 @@ class MmpError(ValueError):
     """Misuse: a bad file, name, option or value. The message is one sentence for the user; `mmp` then exits with 2."""
 
 
+class MovedBodyWarning(UserWarning):
+    """A held joint or a free body of a MuJoCo model is elsewhere than in the cell that was made from the model."""
+
+
 class UnretimedPlanWarning(UserWarning):
     """An executed plan is not retimed: its velocity jumps at corners, which no motor can follow. See `retime`."""
 

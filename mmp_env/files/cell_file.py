@@ -35,6 +35,7 @@ from mmp_env.model.arm import (
 )
 from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
+from mmp_env.model.model_joints import ModelJoints
 from mmp_env.model.names import NAMES, is_name
 from mmp_env.model.robot import GEOMETRIES, Robot, Tool, finest_geometry, frozen_array, load_robot, load_tool
 from mmp_env.model.transforms import quaternion_from_yaw
@@ -80,6 +81,7 @@ class HeldData(SolidData, forbid_unknown_fields=True, kw_only=True):
 
 class ObstacleData(SolidData, forbid_unknown_fields=True, kw_only=True):
     name: str
+    may_touch: list[str] = []
 
 
 class ArmData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
@@ -92,6 +94,12 @@ class ArmData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     held: HeldData | None = None
 
 
+class JointsData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    names: dict[str, list[str]]
+    addresses: dict[str, list[int]]
+    qpos: list[float]
+
+
 class CellData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     arms: list[ArmData]
     obstacles: list[ObstacleData] = []
@@ -99,6 +107,7 @@ class CellData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     spheres: str | int | None = None
     robots: dict[str, Any] = {}
     tools: dict[str, Any] = {}
+    joints: JointsData | None = None
 
 
 def load_cell(path: str | PathLike[str]) -> Cell:
@@ -150,7 +159,8 @@ def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
     obstacles = tuple(_solid(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))
     spheres = _sphere_set(data.spheres, arms, place / "spheres")
     with named(place):
-        cell = Cell(name=name, arms=arms, obstacles=obstacles, spheres=spheres)
+        joints = _joints(data.joints, arms, place / "joints") if data.joints else None
+        cell = Cell(name=name, arms=arms, obstacles=obstacles, spheres=spheres, joints=joints)
     _refuse_overlapping_bases(cell, place)
     return cell
 
@@ -172,34 +182,49 @@ def cell_to_dict(cell: Cell) -> dict[str, Any]:
     """
     robots, tools = carried_keys(cell.arms)
     carried = {"robots": carried_to_dict(robots), "tools": carried_to_dict(tools)}
-    return {
-        "name": cell.name,
-        "spheres": cell.spheres,
-        "arms": [
-            {
-                "name": arm.name,
-                "robot": robots.get(arm.robot, arm.robot.name),
-                "tool": tools.get(arm.tool, arm.tool.name) if arm.tool else None,
-                "position": arm.position.tolist(),
-                "quaternion": arm.quaternion.tolist(),
-            }
-            | ({"held": _solid_to_dict(arm.held)} if arm.held else {})
-            for arm in cell.arms
-        ],
-        "obstacles": [_solid_to_dict(obstacle) for obstacle in cell.obstacles],
-    } | {key: models for key, models in carried.items() if models}
+    return (
+        {
+            "name": cell.name,
+            "spheres": cell.spheres,
+            "arms": [
+                {
+                    "name": arm.name,
+                    "robot": robots.get(arm.robot, arm.robot.name),
+                    "tool": tools.get(arm.tool, arm.tool.name) if arm.tool else None,
+                    "position": arm.position.tolist(),
+                    "quaternion": arm.quaternion.tolist(),
+                }
+                | ({"held": _solid_to_dict(arm.held)} if arm.held else {})
+                for arm in cell.arms
+            ],
+            "obstacles": [_solid_to_dict(obstacle) for obstacle in cell.obstacles],
+        }
+        | {key: models for key, models in carried.items() if models}
+        | (_joints_to_dict(cell.joints) if cell.joints else {})
+    )
+
+
+def _joints_to_dict(joints: ModelJoints) -> dict[str, Any]:
+    names, addresses = ({arm: list(row) for arm, row in by_arm.items()} for by_arm in (joints.names, joints.addresses))
+    return {"joints": {"names": names, "addresses": addresses, "qpos": joints.qpos.tolist()}}
 
 
 def _solid_to_dict(solid: Obstacle) -> dict[str, Any]:
-    return {
-        "name": solid.name,
-        "shape": solid.shape,
-        "position": solid.position.tolist(),
-        "quaternion": solid.quaternion.tolist(),
-    } | {
-        key: [piece.tolist() for piece in solid.pieces] if key == "pieces" else np.asarray(getattr(solid, key)).tolist()
-        for key in MEASURES[solid.shape]
-    }
+    return (
+        {
+            "name": solid.name,
+            "shape": solid.shape,
+            "position": solid.position.tolist(),
+            "quaternion": solid.quaternion.tolist(),
+        }
+        | {
+            key: [piece.tolist() for piece in solid.pieces]
+            if key == "pieces"
+            else np.asarray(getattr(solid, key)).tolist()
+            for key in MEASURES[solid.shape]
+        }
+        | ({"may_touch": sorted(solid.may_touch)} if solid.may_touch else {})
+    )
 
 
 def check_name(name: str, place: Location) -> None:
@@ -290,6 +315,23 @@ def _solid(data: ObstacleData | HeldData, place: Location) -> Obstacle:
         radius=data.radius,
         length=data.length,
         pieces=_pieces(data, place) if data.shape == "mesh" else (),
+        may_touch=frozenset(data.may_touch if isinstance(data, ObstacleData) else ()),
+    )
+
+
+def _joints(data: JointsData, arms: Sequence[Arm], place: Location) -> ModelJoints:
+    dofs = {arm.name: arm.dof for arm in arms}
+    for key, by_arm in (("names", data.names), ("addresses", data.addresses)):
+        if {arm: len(row) for arm, row in by_arm.items()} != dofs:
+            raise MmpError(f"{place / key} must have an entry for each joint of each arm of the cell")
+    if not all(0 <= k < len(data.qpos) for row in data.addresses.values() for k in row):
+        raise MmpError(f"{place / 'addresses'} must be from 0 to {len(data.qpos) - 1}, the numbers of qpos")
+    if not np.isfinite(data.qpos).all():
+        raise MmpError(f"{place / 'qpos'} holds a number that is not finite")
+    return ModelJoints(
+        names={arm: tuple(row) for arm, row in data.names.items()},
+        addresses={arm: tuple(row) for arm, row in data.addresses.items()},
+        qpos=frozen_array(data.qpos),
     )
 
 

@@ -24,7 +24,7 @@ class Chain:
     """The arm in a model. Link k + 1 is moved by joint k; `held` are the joints that stay at their value.
 
     `data` holds the model at q = 0 with the held joints at their values; `base` is T_world_root and `flange`
-    T_lastlink_flange.
+    T_lastlink_flange. `apart` are pairs of links that the model lets overlap.
     """
 
     source: SourceModel
@@ -37,6 +37,7 @@ class Chain:
     links: tuple[Link, ...]
     held: tuple[str, ...]
     flange: Float[np.ndarray, "4 4"]
+    apart: frozenset[tuple[int, int]] = frozenset()
 
     @property
     def is_slide(self) -> list[bool]:
@@ -63,9 +64,9 @@ def describe_chain(source: SourceModel, choice: ChainChoice, qpos: Float[np.ndar
         qpos: Values of the joints that are held; by default those of the model.
     """
     model = source.model
-    data = _at_zero(model, choice.joints, qpos)
+    data = at_zero(model, choice.joints, qpos)
     links = links_of(model, data, choice)
-    tip, site = (choice.tip, choice.tip_site) if choice.tip is not None else _flange(model, links[-1])
+    tip, site = (choice.tip, choice.tip_site) if choice.tip is not None else find_flange(model, links[-1])
     pose = pose_matrix(data.xpos[tip], data.xmat[tip])
     if site is not None:
         pose = pose_matrix(data.site_xpos[site], data.site_xmat[site])
@@ -79,14 +80,15 @@ def describe_chain(source: SourceModel, choice: ChainChoice, qpos: Float[np.ndar
         root=model.body(choice.root).name,
         tip=model.body(tip).name if choice.tip is None or site is None else model.site(site).name,
         joints=choice.joints,
-        joint_names=tuple(_joint_names(model, choice.joints, choice.prefix)),
+        joint_names=tuple(arm_joint_names(model, choice.joints, choice.prefix)),
         links=tuple(links),
         held=tuple(model.joint(j).name or f"joint {j}" for j in below if j not in used),
         flange=np.linalg.inv(base @ links[-1].frame) @ pose,
     )
 
 
-def _at_zero(model: Any, joints: Sequence[int], qpos: np.ndarray | None) -> Any:
+def at_zero(model: Any, joints: Sequence[int], qpos: np.ndarray | None) -> Any:
+    """Returns the state of a model with these joints at 0 and the others at their values in `qpos` or the model."""
     data = mujoco.MjData(model)
     if qpos is not None:
         data.qpos[:] = qpos
@@ -97,7 +99,8 @@ def _at_zero(model: Any, joints: Sequence[int], qpos: np.ndarray | None) -> Any:
     return data
 
 
-def _joint_names(model: Any, joints: Sequence[int], prefix: str) -> list[str]:
+def arm_joint_names(model: Any, joints: Sequence[int], prefix: str) -> list[str]:
+    """Returns distinct names of joints without slashes and without a prefix."""
     out: list[str] = []
     for k, j in enumerate(joints):
         name = model.joint(j).name.removeprefix(prefix) or f"joint{k + 1}"
@@ -106,8 +109,11 @@ def _joint_names(model: Any, joints: Sequence[int], prefix: str) -> list[str]:
     return out
 
 
-def _flange(model: Any, last: Link) -> tuple[int, int | None]:
-    """The site or body of a usual name on the last link, else the last of its bodies that hang on each other."""
+def find_flange(model: Any, last: Link) -> tuple[int, int | None]:
+    """Returns the site or body of a usual name on the last link, else the last of its bodies in a row.
+
+    A site comes after the body that carries it; otherwise the second value is None.
+    """
     sites = {model.site(s).name: s for s in range(model.nsite) if int(model.site_bodyid[s]) in last.bodies}
     bodies = {model.body(b).name: b for b in last.bodies}
     for wanted in FLANGE_NAMES:

@@ -46,7 +46,7 @@ def links_of(model: Any, data: Any, choice: ChainChoice) -> list[Link]:
             body = int(model.jnt_bodyid[j])
             frame = inverse @ pose_matrix(data.xanchor[j], data.xmat[body])
         bodies = tuple(b for b in range(1, model.nbody) if owner[b] == k)
-        out.append(_link(model, data, name, bodies, base @ frame, frame, solid))
+        out.append(link_of_bodies(model, data, name, bodies, base @ frame, frame, solid))
     return out
 
 
@@ -78,9 +78,10 @@ def _colliding(model: Any) -> Bool[np.ndarray, "geoms"]:
     return out
 
 
-def _link(
+def link_of_bodies(
     model: Any, data: Any, name: str, bodies: tuple[int, ...], world: np.ndarray, frame: np.ndarray, solid: np.ndarray
 ) -> Link:
+    """Returns a link with its frame in the world and in the root; `solid` tells which geoms collide."""
     geoms = np.flatnonzero(solid & np.isin(model.geom_bodyid, bodies))
     mass = float(sum(model.body_mass[b] for b in bodies))
     center = np.zeros(3)
@@ -97,12 +98,16 @@ def _link(
 
 
 def _link_names(model: Any, root: int, joints: Sequence[int]) -> list[str]:
-    """Distinct names without slashes."""
     raw = [model.body(root).name if root else "base"]
     for k, j in enumerate(joints):
         body = int(model.jnt_bodyid[j])
         shared = k + 1 < len(joints) and int(model.jnt_bodyid[joints[k + 1]]) == body
         raw.append(f"{model.joint(j).name}_link" if shared else model.body(body).name)
+    return distinct_names(raw)
+
+
+def distinct_names(raw: Sequence[str]) -> list[str]:
+    """Returns names of links: distinct and without slashes."""
     out: list[str] = []
     for k, name in enumerate(raw):
         name = "".join(c if c.isprintable() and c != "/" else "_" for c in name)[:80] or f"link{k}"

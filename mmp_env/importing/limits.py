@@ -107,13 +107,15 @@ def _holding_effort(chain: Chain) -> Float[np.ndarray, "dof"]:
     model = chain.source.model
     data, random = mujoco.MjData(model), np.random.default_rng(0)
     columns = [int(model.jnt_dofadr[j]) for j in chain.joints]
-    out = np.zeros(len(columns))
+    out, force = np.zeros(len(columns)), np.zeros(model.nv)
     for _ in range(_SAMPLES):
         for j in chain.joints:
             low, high = model.jnt_range[j] if model.jnt_limited[j] else (-np.pi, np.pi)
             data.qpos[model.jnt_qposadr[j]] = random.uniform(low, high)
-        mujoco.mj_forward(model, data)
-        out = np.maximum(out, np.abs(data.qfrc_bias[columns]))
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_rne(model, data, 0, force)
+        out = np.maximum(out, np.abs(force[columns]))
     return out
 
 

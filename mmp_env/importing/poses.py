@@ -10,6 +10,7 @@ from jaxtyping import Float
 from mmp_env.importing.arm_geometry import ArmGeometry
 from mmp_env.importing.chain import Chain
 from mmp_env.importing.self_pairs import contact_counts, self_clearance
+from mmp_env.model.robot import EXACT
 
 _TRIED = 400
 _CLEAR_M = 0.005
@@ -46,7 +47,10 @@ def choose_poses(
     inside = [q for q in given if ((q >= arm.lower) & (q <= arm.upper)).all()]
     inside = [np.clip(q, arm.lower + 1e-3 * span, arm.upper - 1e-3 * span) for q in inside]
     tried = np.round(np.array([*inside, *drawn[:_TRIED]]).reshape(-1, len(span)), _DECIMALS)
-    clearance = np.min([self_clearance(arm, arm.covers[name], pairs[name], tried) for name in arm.covers], axis=0)
+    clearance = np.full(len(tried), np.inf)
+    for name, covers in arm.covers.items():
+        if name != EXACT:  # whose spheres may overlap
+            clearance = np.minimum(clearance, self_clearance(arm, covers, pairs[name], tried))
     low, wide = _extent(arm, tried)
     clearance = np.minimum(clearance, 1.0)  # infinite where no pair is tested
     overlaps, _ = contact_counts(arm, mjcf, tried)
@@ -67,10 +71,10 @@ def choose_poses(
 
 
 def _extent(arm: ArmGeometry, q: Float[np.ndarray, "n dof"]) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n"]]:
-    """The lowest point and the largest distance from the base's z axis [m] of the moving links' fine spheres."""
+    """The lowest point and the largest distance from the base's z axis [m] of the moving links' spheres."""
     poses = arm.kinematics.link_poses(q)
     low, wide = np.full(len(q), np.inf), np.zeros(len(q))
-    for k, cover in enumerate(arm.covers["fine"]):
+    for k, cover in enumerate(list(arm.covers.values())[-1]):
         if k == 0 or cover is None:
             continue
         points = cover.centers @ poses[k][:, :3, :3].transpose(0, 2, 1) + poses[k][:, None, :3, 3]

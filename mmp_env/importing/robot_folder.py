@@ -30,6 +30,7 @@ from mmp_env.importing.pieces import Piece
 from mmp_env.importing.poses import choose_poses, given_poses
 from mmp_env.importing.self_pairs import SAMPLES, SelfPairs, classify, tested_by_set
 from mmp_env.importing.source import PreparedSource, prepare_source
+from mmp_env.model.robot import EXACT
 
 VERSION = 2
 """Version of the importer's results. The cache holds results of the same version only."""
@@ -37,7 +38,26 @@ COARSE_SPHERES = (28, 42, 63)
 """Numbers of spheres that the moving links have in set `28`; the next one is tried where too few poses are free."""
 _LEAST_FREE = 20
 
+_QUICK = 0.2
+
 Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Detail:
+    """Sphere sets of an import: the name of the finest, how much more it protrudes than `fine`, and sizes of the other.
+
+    The next of `coarse_spheres` is tried where too few poses are free; None: there is no coarse set.
+    """
+
+    finest: str = "fine"
+    coarser: float = 1.0
+    coarse_spheres: tuple[int | None, ...] = COARSE_SPHERES
+
+
+ALL_SETS = Detail()
+COVER_OF_HULLS = Detail(finest=EXACT, coarser=3.0, coarse_spheres=(None,))
+"""Only the cover that exact geometry needs. It protrudes by 15 mm, three times as much as `fine`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,23 +98,34 @@ def add_robot(
     else:
         files = robot_files(select_chain(prepared.compiled(), options.chain), options.name, progress)
     if kept is not None and not from_cache:
-        _write_folder(kept, files)
-    _write_folder(target, files)
+        write_folder(kept, files)
+    write_folder(target, files)
     return target, from_cache
 
 
 def robot_files(chain: Chain, name: str, progress: Progress) -> dict[str, str]:
     """Returns the content of the robot's files by name. Raises `MmpError`."""
-    limits = limits_of(chain)
     pieces: list[tuple[Piece, ...]] = []
     for link in chain.links:
         pieces.append(link_pieces(chain, link))
         progress(f"{link.name}: {len(pieces[-1])} convex pieces")
+    return files_of_pieces(chain, name, pieces, progress)
+
+
+def files_of_pieces(
+    chain: Chain,
+    name: str,
+    pieces: Sequence[tuple[Piece, ...]],
+    progress: Progress,
+    detail: Detail = ALL_SETS,
+) -> dict[str, str]:
+    """Returns the content of the robot's files by name, with these pieces of each link. Raises `MmpError`."""
+    limits = limits_of(chain)
     if not any(pieces[1:]):
         raise MmpError(f"{chain.source.path}: no link that moves has collision geometry")
     shapes = [LinkShape(own) if own else None for own in pieces]
     try:
-        fine = [_fine(link.name, shape, progress) for link, shape in zip(chain.links, shapes, strict=True)]
+        fine = [_fine(link.name, shape, progress, detail) for link, shape in zip(chain.links, shapes, strict=True)]
     except CoverError as error:
         raise MmpError(f"{chain.source.path}: no sphere cover was found: {error}") from None
     frames = [link.frame for link in chain.links]
@@ -108,29 +139,32 @@ def robot_files(chain: Chain, name: str, progress: Progress) -> dict[str, str]:
         limits=limits,
         flange=chain.flange,
     )
-    for budget in COARSE_SPHERES:
-        coarse = coarse_covers(shapes, budget)
-        progress(f"set 28: {sum(len(c.radii) for c in coarse[1:] if c)} spheres on the moving links")
+    for budget in detail.coarse_spheres:
+        covers = {detail.finest: fine}
+        if budget is not None:
+            coarse = coarse_covers(shapes, budget)
+            progress(f"set 28: {sum(len(c.radii) for c in coarse[1:] if c)} spheres on the moving links")
+            covers = {"28": coarse} | covers
         arm = ArmGeometry(
             links=tuple(link.name for link in chain.links),
             kinematics=kinematics,
             pieces=tuple(pieces),
-            covers={"28": coarse, "fine": fine},
+            covers=covers,
             lower=limits.draw[:, 0],
             upper=limits.draw[:, 1],
         )
         plain = robot_mjcf(parts, [(arm.links[i], arm.links[j]) for i, j in arm.neighbours()], np.ones(len(origins)))
-        pairs = classify(arm, plain)
+        pairs = classify(arm, plain, chain.apart)
         progress(f"{SAMPLES} configurations: {len(pairs.tested)} pairs of links can touch")
         tested = tested_by_set(arm, pairs)
         drawn = arm.draw(SAMPLES, 0)[pairs.free]
-        least = 1 if budget == COARSE_SPHERES[-1] else min(_LEAST_FREE, len(drawn))
+        least = 1 if budget == detail.coarse_spheres[-1] else min(_LEAST_FREE, len(drawn))
         poses = choose_poses(arm, plain, tested, given_poses(chain), drawn, max(1, least))
         if poses is not None:
             break
     else:
         raise MmpError(f"{chain.source.path}: no configuration was found that is free of self-collision")
-    common = set(pairs.of_set("28")) & set(pairs.of_set("fine"))
+    common = set.intersection(*(set(pairs.of_set(key)) for key in arm.covers))
     neighbours = {(arm.links[k], arm.links[k + 1]) for k in range(len(origins))}
     mjcf = robot_mjcf(parts, common | neighbours, servo_gains(plain, arm.lower, arm.upper))
     spheres = {key: _spheres(arm, covers) for key, covers in arm.covers.items()}
@@ -167,10 +201,11 @@ def summary(folder: Path) -> dict[str, Any]:
     }
 
 
-def _fine(name: str, shape: LinkShape | None, progress: Progress) -> Cover | None:
+def _fine(name: str, shape: LinkShape | None, progress: Progress, detail: Detail) -> Cover | None:
     if shape is None:
         return None
-    cover = fit_cover(shape, fine_protrusion(shape))
+    allowed = detail.coarser * fine_protrusion(shape)
+    cover = fit_cover(shape, allowed) if detail is ALL_SETS else fit_cover(shape, allowed, fits=1, detail=_QUICK)
     progress(f"{name}: {len(cover.radii)} spheres, {cover.protrusion * 1e3:.1f} mm of protrusion, cover proved")
     return cover
 
@@ -281,7 +316,7 @@ def _read_all(folder: Path) -> dict[str, str]:
     return {file.name: file.read_text(encoding="utf-8") for file in sorted(folder.iterdir())}
 
 
-def _write_folder(target: Path, files: dict[str, str]) -> None:
+def write_folder(target: Path, files: dict[str, str]) -> None:
     """Writes a whole folder or none, in place of one that is there. Raises `MmpError`."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

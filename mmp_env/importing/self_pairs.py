@@ -1,13 +1,14 @@
 """Self-collision pairs of an arm: which pairs of links can touch, by sampling configurations.
 
-A pair is `adjacent` (neighbours in the chain), `always` (it overlaps in every sample), `never` (it comes no closer than
-a margin in any sample), or `sometimes`. Only pairs that are `sometimes` are tested.
-A sphere set is larger than the geometry: a pair whose spheres always overlap is left out of that set alone.
+A pair is `adjacent` (neighbours in the chain), `excluded` (by the model that the arm is part of), `always` (it overlaps
+in every sample), `never` (it comes no closer than a margin in any sample), or `sometimes`. Only pairs that are
+`sometimes` are tested. A sphere set is larger than the geometry: a pair whose spheres always overlap is left out of
+that set alone. In set `exact` hulls decide, so the overlap of spheres leaves out no pair.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -16,6 +17,7 @@ from jaxtyping import Bool, Float
 
 from mmp_env.importing.arm_geometry import ArmGeometry
 from mmp_env.importing.cover_fit import Cover
+from mmp_env.model.robot import EXACT
 from mmp_env.mujoco_import import mujoco
 
 SAMPLES = 10_000
@@ -49,8 +51,18 @@ class SelfPairs:
         return [(pair.a, pair.b) for pair in self.ignored if pair.sphere_set in (None, sphere_set)]
 
 
-def classify(arm: ArmGeometry, mjcf: str, *, seed: int = 0, samples: int = SAMPLES) -> SelfPairs:
-    """Returns which pairs are left out. `mjcf` is the robot's, with excluded contacts between neighbours only."""
+def classify(
+    arm: ArmGeometry,
+    mjcf: str,
+    apart: Set[tuple[int, int]] = frozenset(),
+    *,
+    seed: int = 0,
+    samples: int = SAMPLES,
+) -> SelfPairs:
+    """Returns which pairs are left out. `mjcf` is the robot's, with excluded contacts between neighbours only.
+
+    Pairs of links in `apart` are left out too: the source says that they do not collide.
+    """
     q = arm.draw(samples, seed)
     overlaps, near = contact_counts(arm, mjcf, q)
     ignored, tested, adjacent = [], [], set(arm.neighbours())
@@ -60,6 +72,8 @@ def classify(arm: ArmGeometry, mjcf: str, *, seed: int = 0, samples: int = SAMPL
         touching = overlaps.get(pair)
         if pair in adjacent:
             ignored.append(IgnoredPair(a=a, b=b, reason="adjacent"))
+        elif pair in apart:
+            ignored.append(IgnoredPair(a=a, b=b, reason="excluded"))
         elif pair not in near:
             ignored.append(IgnoredPair(a=a, b=b, reason="never"))
         elif touching is not None and touching.all():
@@ -73,7 +87,7 @@ def classify(arm: ArmGeometry, mjcf: str, *, seed: int = 0, samples: int = SAMPL
     some = q[:_SPHERE_SAMPLES]
     poses = arm.kinematics.link_poses(some)
     for name, covers in arm.covers.items():
-        for i, j in tested:
+        for i, j in tested if name != EXACT else ():
             if always_overlap(poses[i], covers[i], poses[j], covers[j]):
                 ignored.append(IgnoredPair(a=arm.links[i], b=arm.links[j], reason="always", sphere_set=name))
     return SelfPairs(ignored=tuple(ignored), tested=tuple(tested), free=free)

@@ -202,7 +202,7 @@ def _resolved(path: Path, name: str, package_dirs: Sequence[str | Path]) -> Path
 
 
 @contextlib.contextmanager
-def _without_log() -> Iterator[None]:
+def without_log() -> Iterator[None]:
     """Drops MuJoCo's warnings, which would be written to a file in the working directory."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: None)
@@ -214,10 +214,10 @@ def _without_log() -> Iterator[None]:
 
 def _parsed(path: Path, read: Any) -> Any:
     try:
-        with _without_log():
+        with without_log():
             return read()
     except ValueError as error:
-        raise MmpError(f"{path} cannot be read by MuJoCo: {_one_line(error)}") from None
+        raise MmpError(f"{path} cannot be read by MuJoCo: {one_line(error)}") from None
 
 
 def _refuse_what_cannot_be_represented(path: Path, spec: Any) -> None:
@@ -296,10 +296,10 @@ def _compiled(path: Path, spec: Any) -> Any:
         if len(key.qpos) and not np.all(np.isfinite(key.qpos)):
             spec.delete(key)
     try:
-        with _without_log():
+        with without_log():
             return spec.compile()
     except ValueError as error:
-        raise MmpError(f"{path} is refused by MuJoCo: {_one_line(error)}") from None
+        raise MmpError(f"{path} is refused by MuJoCo: {one_line(error)}") from None
 
 
 def _included(folder: Path, root: ET.Element) -> list[Path]:
@@ -324,7 +324,8 @@ def _vector(values: Any) -> str:
     return "[" + ", ".join(f"{x:g}" for x in values) + "]"
 
 
-def _one_line(error: Exception) -> str:
+def one_line(error: Exception) -> str:
+    """Returns the message of MuJoCo's compiler in one line."""
     text = " ".join(str(error).split())
     for prefix in ("XML Error: ", "Error: "):
         text = text.removeprefix(prefix)

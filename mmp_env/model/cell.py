@@ -13,6 +13,7 @@ from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.collision import CollisionModel
+from mmp_env.model.model_joints import ModelJoints
 from mmp_env.model.names import NAMES, is_name
 from mmp_env.model.robot import EXACT, GEOMETRIES
 from mmp_env.wording import counted
@@ -28,6 +29,7 @@ class Cell:
         obstacles: static solids.
         spheres: name of the sphere set of all queries: `28` (28 spheres an arm), `fine`, or `exact` (convex hulls
             decide where spheres come close).
+        joints: the joints in the MuJoCo model that `cell_from_mujoco` made the cell from; otherwise None.
 
     Raises:
         UnknownNameError: for an unknown sphere set.
@@ -38,6 +40,7 @@ class Cell:
     arms: tuple[Arm, ...]
     obstacles: tuple[Obstacle, ...] = ()
     spheres: str = "28"
+    joints: ModelJoints | None = None
 
     def __post_init__(self) -> None:
         if self.spheres not in GEOMETRIES:
@@ -45,14 +48,17 @@ class Cell:
         for name in (self.name, *self.arm_names, *(obstacle.name for obstacle in self.obstacles)):
             if not is_name(name):
                 raise MmpError(f"a cell, or something in it, is named {reprlib.repr(name)}; a name must be {NAMES}")
-        if self.spheres == EXACT:
-            _require_hulls(self)
+        _require_geometry(self)
         if not self.arms:
             raise MmpError(f"cell '{self.name}' has no arms; it needs at least one")
         for kind, names in (("arms", self.arm_names), ("obstacles", [o.name for o in self.obstacles])):
             twice = sorted({name for name in names if list(names).count(name) > 1})
             if twice:
                 raise MmpError(f"cell '{self.name}' has two {kind} named '{twice[0]}'; names must differ")
+        moving = {f"{arm.name}/{link}" for arm in self.arms for link in arm.robot.link_names[1:]}
+        for obstacle in self.obstacles:
+            if strange := sorted(obstacle.may_touch - moving):
+                raise UnknownNameError(f"moving link in may_touch of obstacle '{obstacle.name}':", strange[0], moving)
         if "obstacle" in self.arm_names:  # their geoms are called obstacle/NAME, an arm's ARM/NAME
             raise MmpError(f"cell '{self.name}' has an arm named 'obstacle'; that name is kept for obstacles")
 
@@ -95,12 +101,14 @@ def given_cell(cell: object) -> Cell:
     return given("cell", cell, Cell, f"a Cell{hint}")
 
 
-def _require_hulls(cell: Cell) -> None:
-    """Raises `MmpError` where a robot or tool of a cell has no exact geometry."""
+def _require_geometry(cell: Cell) -> None:
+    """Raises `MmpError` where a robot or tool of a cell lacks the cell's sphere set."""
     for arm in cell.arms:
         for kind, body in (("robot", arm.robot), ("tool", arm.tool)):
-            if body is not None and EXACT not in body.spheres:
-                raise MmpError(
-                    f"cell '{cell.name}': {kind} '{body.name}' of arm '{arm.name}' has no hulls that its spheres are"
-                    " proved to cover, so the cell cannot have the sphere set 'exact'; use 'fine'"
-                )
+            if body is None or cell.spheres in body.spheres:
+                continue
+            lack = "hulls that its spheres are proved to cover" if cell.spheres == EXACT else "such spheres"
+            raise MmpError(
+                f"cell '{cell.name}': {kind} '{body.name}' of arm '{arm.name}' has no {lack}, so the cell cannot have"
+                f" the sphere set '{cell.spheres}'; use '{'fine' if cell.spheres == EXACT else EXACT}'"
+            )

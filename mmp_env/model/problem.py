@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike
 from mmp_env import core
 from mmp_env.argument_checks import as_numbers, known_keywords, refused, text
 from mmp_env.brief import brief
-from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
+from mmp_env.errors import InvalidInstanceError, MmpError, MovedBodyWarning, UnknownNameError
 from mmp_env.model.cell import Cell, given_cell
 from mmp_env.model.collision import Nearest, levels_of
 from mmp_env.model.margins import (
@@ -34,6 +35,8 @@ from mmp_env.wording import counted, degrees_hint
 
 DEFAULT_MAX_VELOCITY = 0.8
 """Velocity limit [rad/s] of every joint, as in the paper; a robot's own limit holds as well."""
+_MOVED = 1e-3
+"""Difference of a held joint or free body [rad or m] from its value in the cell, above which a warning tells it."""
 PLAUSIBLE_VELOCITY = 4 * np.pi
 """Largest velocity limit [rad/s] that is plausible for a slower robot: two turns a second. Above are degrees."""
 
@@ -109,8 +112,8 @@ class Problem(ReadOnly):
 @known_keywords
 def make_problem(
     cell: Cell,
-    start: Mapping[str, ArrayLike],
-    goal: Mapping[str, ArrayLike],
+    start: Mapping[str, ArrayLike] | ArrayLike,
+    goal: Mapping[str, ArrayLike] | ArrayLike,
     *,
     max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
     margin: float | Mapping[str, float] | Margins | None = None,
@@ -123,8 +126,9 @@ def make_problem(
 
     Args:
         cell: arms and obstacles, such as `ring_cell` or `load_cell` gives.
-        start: arm name -> [dof] [rad], for every arm of the cell.
-        goal: arm name -> [dof] [rad], for every arm of the cell.
+        start: arm name -> [dof] [rad], for every arm of the cell; or a configuration of the whole model, such as
+            `data.qpos`, for a cell of `cell_from_mujoco`.
+        goal: in the same forms.
         max_velocity: [rad/s] for all joints, or arm name -> [dof]; a robot's own limit holds as well.
         margin: [m] between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
         name: name of the instance, such as `<cell>/<instance>`.
@@ -193,9 +197,9 @@ def _check_margins(near: Mapping[str, Mapping[str, Nearest]], asked: Mapping[str
     )
 
 
-def _configurations(cell: Cell, given: Mapping[str, ArrayLike], which: str) -> dict[str, np.ndarray]:
+def _configurations(cell: Cell, given: Mapping[str, ArrayLike] | ArrayLike, which: str) -> dict[str, np.ndarray]:
     if not isinstance(given, Mapping):
-        raise refused(which, given, "a mapping of arm name -> joints [rad]")
+        given = _of_whole_model(cell, given, which)
     for name in given:
         if name not in cell.arm_names:
             raise MmpError(f"{which}: {UnknownNameError('arm', name, cell.arm_names)}")
@@ -215,6 +219,25 @@ def _configurations(cell: Cell, given: Mapping[str, ArrayLike], which: str) -> d
             raise MmpError(f"{which} of arm '{arm.name}' holds {q[~np.isfinite(q)][0]}; it must be finite numbers")
         out[arm.name] = q
     return out
+
+
+def _of_whole_model(cell: Cell, given: ArrayLike, which: str) -> Mapping[str, np.ndarray]:
+    """Returns the configurations in a `qpos` of the model that a cell was made from. Raises `MmpError`."""
+    numbers = as_numbers(given) if cell.joints is not None else None
+    if cell.joints is None or numbers is None or numbers.ndim != 1:
+        raise refused(which, given, "a mapping of arm name -> joints [rad]")
+    size = len(cell.joints.qpos)
+    if len(numbers) != size:
+        raise MmpError(f"{which} has {len(numbers)} numbers; the qpos of the model of cell '{cell.name}' has {size}")
+    index, away = cell.joints.deviation(numbers)
+    if away > _MOVED:
+        warnings.warn(
+            f"{which}: qpos[{index}] is {numbers[index]:.4g}, and cell '{cell.name}' was made with"
+            f" {cell.joints.qpos[index]:.4g}; make it with cell_from_mujoco(..., qpos=data.qpos)",
+            MovedBodyWarning,
+            stacklevel=4,
+        )
+    return cell.joints.configurations(numbers)
 
 
 def _check_limits(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> None:

@@ -332,7 +332,7 @@ def _exact_geometry(described: Description, links: Sequence[str]) -> _Geometry:
     protrusion = data.get("protrusion_mm", {}).get(cover)
     return _Geometry(
         spheres | {EXACT: spheres[cover]},
-        ignore | {EXACT: ignore.get(EXACT, ignore["fine"])},
+        ignore | {EXACT: ignore[EXACT if EXACT in ignore else "fine"]},
         hulls,
         UNKNOWN_PROTRUSION_M if protrusion is None else protrusion * 1e-3,
     )

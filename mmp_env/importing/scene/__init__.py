@@ -1,0 +1,1 @@
+"""Makes cells of whole compiled MuJoCo models: their arms, and everything else as obstacles."""

@@ -14,7 +14,13 @@ from mmp_env import checkout
 from mmp_env.gym.registration import register_environments
 
 if TYPE_CHECKING:
-    from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError, UnretimedPlanWarning
+    from mmp_env.errors import (
+        InvalidInstanceError,
+        MmpError,
+        MovedBodyWarning,
+        UnknownNameError,
+        UnretimedPlanWarning,
+    )
     from mmp_env.files.cell_file import load_cell
     from mmp_env.files.cell_source import find_cell
     from mmp_env.files.instance_file import load_instances
@@ -22,6 +28,7 @@ if TYPE_CHECKING:
     from mmp_env.files.plan_file import load_plan, save_plan
     from mmp_env.gym.env import MultiArmCellEnv
     from mmp_env.gym.instances import draw_instance, draw_problem
+    from mmp_env.importing.scene.model_cell import cell_from_mujoco
     from mmp_env.model.arm import Arm, Obstacle, place_arm
     from mmp_env.model.cell import Cell
     from mmp_env.model.collision import CollisionModel
@@ -33,6 +40,7 @@ if TYPE_CHECKING:
     from mmp_env.sim.contacts import Contact
     from mmp_env.sim.execution import ExecutionReport
     from mmp_env.sim.monitor import Monitor
+    from mmp_env.sim.play import play
     from mmp_env.version import __version__
     from mmp_env.view.films import save_film
     from mmp_env.view.notebook import PlanView
@@ -48,12 +56,14 @@ _HOMES = {
     "model.conflict": ("Conflict",),
     "sim.contacts": ("Contact",),
     "gym.env": ("MultiArmCellEnv",),
-    "errors": ("InvalidInstanceError", "MmpError", "UnknownNameError", "UnretimedPlanWarning"),
+    "errors": ("InvalidInstanceError", "MmpError", "MovedBodyWarning", "UnknownNameError", "UnretimedPlanWarning"),
     "sim.execution": ("ExecutionReport",),
     "view.films": ("save_film",),
     "files.instance_file": ("load_instances",),
     "gym.instances": ("draw_instance", "draw_problem"),
+    "importing.scene.model_cell": ("cell_from_mujoco",),
     "sim.monitor": ("Monitor",),
+    "sim.play": ("play",),
     "view.notebook": ("PlanView",),
     "view.pictures": ("save_picture",),
     "model.plan": ("Plan",),
@@ -77,6 +87,7 @@ __all__ = [
     "InvalidInstanceError",
     "MmpError",
     "Monitor",
+    "MovedBodyWarning",
     "MultiArmCellEnv",
     "Obstacle",
     "Plan",
@@ -88,6 +99,7 @@ __all__ = [
     "UnknownNameError",
     "UnretimedPlanWarning",
     "__version__",
+    "cell_from_mujoco",
     "check_plan",
     "draw_instance",
     "draw_problem",
@@ -99,6 +111,7 @@ __all__ = [
     "load_tool",
     "make_problem",
     "place_arm",
+    "play",
     "ring_cell",
     "robot_names",
     "save_film",

@@ -19,7 +19,7 @@ from mmp_env.model.certificate import certify
 from mmp_env.model.plan import Plan
 from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.contacts import names_and_owners
-from mmp_env.sim.simulation import Simulation
+from mmp_env.sim.driven import Driven
 
 PROTRUSION_M = 0.001
 """Largest protrusion of a body from its spheres."""
@@ -46,7 +46,7 @@ class ClearanceAudit:
 
 
 def audit_clearance(
-    simulation: Simulation,
+    simulation: Driven,
     plan: Plan,
     times: Float[np.ndarray, "t"],
     positions: Mapping[str, Float[np.ndarray, "t dof"]],
@@ -84,10 +84,10 @@ def audit_clearance(
 
 
 def _measured(
-    simulation: Simulation, q: Float[np.ndarray, "m n"], within: float
+    simulation: Driven, q: Float[np.ndarray, "m n"], within: float
 ) -> Iterator[tuple[int, float, tuple[str, str]]]:
     """Yields (row, distance [m], names) of bodies closer than `within` [m] in rows of `q`, by MuJoCo's collisions."""
-    model = copy.copy(simulation.model)
+    model = copy.copy(simulation.scene_model)
     model.geom_margin[:] = within
     data = mujoco.MjData(model)
     names, owners = names_and_owners(model, simulation.cell)

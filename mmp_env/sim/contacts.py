@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,14 +46,27 @@ class ContactLog:
     Args:
         model: the `mujoco.MjModel` of the cell.
         data: its `mujoco.MjData`, which the log reads.
-        cell: the cell.
+        names: name of the body of every geom.
+        owners: number of the arm of every geom; a number above those of all arms for a geom of none.
+        arms: number of arms.
         self_contacts: whether the log records contacts of an arm with itself.
+        allowed: pairs of names whose contacts the log leaves out.
     """
 
-    def __init__(self, model: Any, data: Any, cell: Cell, *, self_contacts: bool = True) -> None:
+    def __init__(
+        self,
+        model: Any,
+        data: Any,
+        names: list[str],
+        owners: list[int],
+        *,
+        arms: int,
+        self_contacts: bool = True,
+        allowed: Set[frozenset[str]] = frozenset(),
+    ) -> None:
         self._data, self._contact = data, data.contact
         self.self_contacts = self_contacts
-        self._names, self._owners = names_and_owners(model, cell)
+        self._names, self._owners, self._arms, self._allowed = names, owners, arms, allowed
         self._longest_gap_s = 1.5 * float(model.opt.timestep)
         self.clear()
 
@@ -71,11 +85,15 @@ class ContactLog:
         """Records the bodies that touch at the present instant."""
         time_s, owners = self._data.time - self._begin_s, self._owners
         for (geom_1, geom_2), distance in zip(self._contact.geom.tolist(), self._contact.dist.tolist(), strict=True):
-            if owners[geom_1] == owners[geom_2] and not self.self_contacts:
+            if distance > 0 or geom_1 < 0 or geom_2 < 0:  # within the margin of a geom, or of a flexible body
+                continue
+            if owners[geom_1] == owners[geom_2] and (owners[geom_1] == self._arms or not self.self_contacts):
                 continue
             # The geoms of an arm are numbered from its base outwards; those of the world come before all others.
             first, second = sorted((geom_1, geom_2), key=lambda geom: (owners[geom], geom))
             bodies = self._names[first], self._names[second]
+            if frozenset(bodies) in self._allowed:
+                continue
             touch = self._latest.get(bodies)
             if touch is None or time_s > touch.until_s + self._longest_gap_s:
                 touch = self._latest[bodies] = _Touch(time_s, time_s, bodies, -distance)
@@ -95,5 +113,5 @@ def names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:
     for geom, body in enumerate(np.asarray(model.geom_bodyid).tolist()):
         name = model.body(body).name if body else "/".join(model.geom(geom).name.split("/")[:2])
         names.append(name)
-        owners.append(numbers[name.partition("/")[0]] if body else len(numbers))
+        owners.append(numbers.get(name.partition("/")[0], len(numbers)) if body else len(numbers))
     return names, owners

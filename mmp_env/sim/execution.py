@@ -13,10 +13,10 @@ from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import check_duration, check_fit
 from mmp_env.sim.clearance_audit import ClearanceAudit, audit_clearance
 from mmp_env.sim.contacts import Contact
+from mmp_env.sim.driven import Driven
 from mmp_env.sim.monitor import Halt, Monitor, MonitorRun
 from mmp_env.sim.phase_clock import PhaseClock
 from mmp_env.sim.servo_reference import Reference
-from mmp_env.sim.simulation import Simulation
 from mmp_env.sim.torque_report import PeakTorque, peak_torques
 from mmp_env.wording import counted, in_seconds
 
@@ -89,7 +89,7 @@ class _Played:
 
 
 def execute_plan(
-    simulation: Simulation, plan: Plan, show: Callable[[], None] = lambda: None, monitor: Monitor | None = None
+    simulation: Driven, plan: Plan, show: Callable[[], None] = lambda: None, monitor: Monitor | None = None
 ) -> ExecutionReport:
     """Plays `plan` from its start, and returns the report. Arms without a trajectory hold still.
 
@@ -97,7 +97,7 @@ def execute_plan(
     defines both between the times of the plan.
 
     Args:
-        simulation: the cell, with the arms at any configuration.
+        simulation: the cell, with the arms at any configuration, or a user's model that has these arms.
         plan: a plan of the same cell.
         show: is called every 40 ms of simulated time.
         monitor: stops all arms when one of them lags.
@@ -140,7 +140,7 @@ def execute_plan(
     )
 
 
-def _play(simulation: Simulation, reference: Reference, show: Callable[[], None]) -> _Played:
+def _play(simulation: Driven, reference: Reference, show: Callable[[], None]) -> _Played:
     """Plays the reference to its end."""
     step_s = simulation.timestep_s
     count = int(np.ceil((reference.end_s - reference.start_s) / step_s - 1e-9))
@@ -157,7 +157,7 @@ def _play(simulation: Simulation, reference: Reference, show: Callable[[], None]
 
 
 def _play_monitored(
-    simulation: Simulation, reference: Reference, clock: PhaseClock, monitor: Monitor, show: Callable[[], None]
+    simulation: Driven, reference: Reference, clock: PhaseClock, monitor: Monitor, show: Callable[[], None]
 ) -> _Played:
     """Plays the reference at the speed of the phase, until no joint lags at the end or the monitor gives up."""
     step_s, time_s = simulation.timestep_s, 0.0
@@ -186,7 +186,7 @@ def _play_monitored(
 
 
 def _settle(
-    simulation: Simulation, end: Float[np.ndarray, "n"], show: Callable[[], None]
+    simulation: Driven, end: Float[np.ndarray, "n"], show: Callable[[], None]
 ) -> tuple[Float[np.ndarray, "t n"], float]:
     """Returns the positions after each physics step while the servos hold `end`, and the largest error [rad]."""
     reference, passed = np.tile(end, (SHOWN_STEPS, 1)), []

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from mmp_env.errors import MmpError
 from mmp_env.model.cell import Cell
 from mmp_env.mujoco_import import mujoco
-from mmp_env.sim.contacts import ContactLog
+from mmp_env.sim.contacts import ContactLog, names_and_owners
 from mmp_env.sim.scene import compile_scene
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -42,7 +42,9 @@ class Simulation:
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
         self._setpoint, self._rate = self.data.act, self.data.ctrl
         self._sites = self.data.site_xpos
-        self.log = ContactLog(self.model, self.data, cell, self_contacts=self_contacts)
+        names, owners = names_and_owners(self.model, cell)
+        arms = len(cell.arms)
+        self.log = ContactLog(self.model, self.data, names, owners, arms=arms, self_contacts=self_contacts)
         self._torques = self.data.qfrc_actuator
         self._largest_torques = np.zeros_like(self._torques)
         _check_order(self.model, cell)
@@ -68,6 +70,11 @@ class Simulation:
     def velocities(self) -> Float[np.ndarray, "n"]:
         """Joint velocities [rad/s], a new array."""
         return self._qvel.copy()
+
+    @property
+    def scene_model(self) -> Any:
+        """The model of `compile_scene`."""
+        return self.model
 
     @property
     def tool_points(self) -> Float[np.ndarray, "a 3"]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mmp_env.sim.simulation import Simulation
+from mmp_env.sim.driven import Driven
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,7 +27,7 @@ class PeakTorque:
         return self.torque_nm / self.rated_nm
 
 
-def peak_torques(simulation: Simulation) -> dict[str, PeakTorque]:
+def peak_torques(simulation: Driven) -> dict[str, PeakTorque]:
     """Returns the largest torque of each arm since the log of the simulation began, arm name -> torque."""
     out = {}
     for arm in simulation.cell.arms:

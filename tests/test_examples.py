@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from support.picture_or_sentence import made
+from support.scenes import scene
 
 from mmp_env.opengl import offscreen_backend
 
@@ -86,6 +87,17 @@ def test_the_programs_of_the_page_on_recordings_run_from_top_to_bottom(tmp_path,
     names = run_page("how-to/rerun.md")
     assert {path.name for path in tmp_path.iterdir()} == {"search.rrd", "tree.rrd", "episodes.rrd"}
     assert names["result"].plan is not None
+
+
+def test_the_program_of_the_page_on_scenes_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    ready = '<keyframe><key name="ready" qpos="-0.6 1.3 0.3 2.5 1.3 0"/></keyframe>'
+    Path("two_arms.xml").write_text(scene(after=ready), encoding="utf-8")
+    report = run_page("how-to/plan-in-your-scene.md")["report"]
+    assert report.reached
+    assert not report.contacts
+    assert capsys.readouterr().out.startswith("True []")
 
 
 def test_notebooks_are_kept_without_output():

@@ -126,6 +126,19 @@ def add_margin(parser: Parser) -> None:
     )
 
 
+def prefixes(text: str) -> dict[str, str]:
+    """Returns arm name -> prefix of its joints' names, from `left=l_,right=r_`."""
+    out: dict[str, str] = {}
+    for part in text.split(","):
+        name, _, prefix = (word.strip() for word in part.partition("="))
+        if not (name and prefix):
+            raise argparse.ArgumentTypeError(f"'{text}' is not of the form name=prefix,name=prefix")
+        if name in out:
+            raise argparse.ArgumentTypeError(f"'{text}' gives arm {name} twice; give it once")
+        out[name] = prefix
+    return out
+
+
 def environment_id(text: str) -> str:
     """Returns an environment id."""
     from mmp_env.gym.registration import CELLS
@@ -173,7 +186,10 @@ def check_spared(source: str, option: str, path: str | Path) -> None:
 
 def add_source(parser: Parser) -> None:
     """Adds the arguments that choose an instance; see `mmp_cli.instance_source`."""
-    parser.add_argument("source", metavar="SOURCE", help="environment id, instance file or cell file (JSON or YAML)")
+    what = "environment id, instance file or cell file (JSON or YAML), or a MuJoCo model (MJCF or URDF)"
+    parser.add_argument("source", metavar="SOURCE", help=what)
+    help = "arms of a model by prefixes of their joints' names, such as left=l_,right=r_; default: all chains"
+    parser.add_argument("--arms", type=prefixes, metavar="NAME=PREFIX,...", help=help)
     parser.add_argument("--instance", metavar="NAME", help="instance of an instance file; default: its first")
     parser.add_argument("--robot", metavar="NAME", help="robot of an environment id; default: ur5e")
     parser.add_argument("--task", metavar="NAME", help="task to draw the instance from; default: reach")

@@ -1,4 +1,4 @@
-"""SOURCE of `mmp plan` and `mmp bench`: an environment id, an instance file or a cell file, and the options for it."""
+"""SOURCE of `mmp plan` and `mmp bench`: an environment id, an instance file, a cell file or a MuJoCo model."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from mmp_env.files.instance_file import InstanceFile, configurations_from_dict, 
 from mmp_env.files.paths import exists
 from mmp_env.files.reading import Location, NotJsonError, named, names_file, parse_json
 from mmp_env.gym.registration import ANY_CELL, CELLS
+from mmp_env.importing.scene.model_cell import cell_from_mujoco
+from mmp_env.importing.scene.model_file import is_model_file, load_model
 from mmp_env.model.cell import Cell
 from mmp_env.model.problem import Problem, make_problem
 
@@ -50,13 +52,19 @@ def open_source(args: Namespace) -> NamedCell | InstanceFile:
     """Returns the cell or instance file of SOURCE. Raises `MmpError`, also for an option that SOURCE does not have."""
     source = args.source.removeprefix(_MODULE)
     if source in CELLS:
-        _refuse(args, "an environment id", "instance")
+        _refuse(args, "an environment id", "instance", "arms")
         cell = find_cell(CELLS[source], robot=args.robot)
         title = source if cell.name == CELLS[source] else f"{source} {args.robot}"
         return NamedCell(name=source, title=title, cell=cell)
     if source == ANY_CELL:
         raise MmpError(f"'{source}' has no cell of its own; give a cell file, or one of {', '.join(CELLS)}")
     path = Path(args.source)
+    if is_model_file(path):
+        _refuse(args, "a MuJoCo model", "instance", "robot")
+        with named(args.source):
+            cell = cell_from_mujoco(load_model(path), getattr(args, "arms", None), name=path.stem)
+        return NamedCell(name=cell.name, title=cell.name, cell=cell)
+    _refuse(args, "no MuJoCo model", "arms")
     if not exists(path) and not names_file(args.source):
         raise UnknownNameError("environment id or file", args.source, CELLS)
     takes = "SOURCE is an environment id, an instance file or a cell file"

@@ -236,7 +236,7 @@ def _executed(args: Namespace, outcome: Outcome) -> Outcome:
     from mmp_cli.execution import execute
 
     try:
-        return replace(outcome, execution=execute(_plan_of(outcome)))
+        return replace(outcome, execution=execute(_plan_of(outcome), args.source))
     except MmpError as error:
         return outcome.failed(f"--execute: {error}")
 

@@ -56,8 +56,8 @@ class Detail:
 
 
 ALL_SETS = Detail()
-COVER_OF_HULLS = Detail(finest=EXACT, coarser=3.0, coarse_spheres=(None,))
-"""Only the cover that exact geometry needs. It protrudes by 15 mm, three times as much as `fine`."""
+COVER_OF_HULLS = Detail(finest=EXACT, coarser=4.0, coarse_spheres=(None,))
+"""Only the cover that exact geometry needs. It protrudes by 20 mm, as do those of the built-in robots."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ET
 
 from mmp_env.errors import MmpError
 
-_LONGEST_BYTES = 16 * 2**20
+LONGEST_BYTES = 16 * 2**20
 _MOST_ELEMENTS = 20_000
 """Largest MJCF of a robot or tool, in bytes and in elements."""
 _ELEMENTS = frozenset(
@@ -42,8 +42,8 @@ def refuse_mjcf(text: str, where: str) -> None:
         text: the MJCF.
         where: begin of the messages, such as the name of the file.
     """
-    if len(text) > _LONGEST_BYTES:
-        raise MmpError(f"{where} has {len(text) / 2**20:.1f} MB; at most {_LONGEST_BYTES // 2**20} MB are read")
+    if len(text) > LONGEST_BYTES:
+        raise MmpError(f"{where} has {len(text) / 2**20:.1f} MB; at most {LONGEST_BYTES // 2**20} MB are read")
     if _DECLARATION.search(text):
         raise MmpError(f"{where} has a declaration that begins with '<!'; MJCF of a robot or tool has none")
     try:

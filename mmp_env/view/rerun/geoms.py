@@ -92,10 +92,31 @@ class CellGeoms:
             return types(shape).name[7:].lower() + "s", rerun.Ellipsoids3D(half_sizes=half, centers=place, **look)
         if shape == types.mjGEOM_BOX:
             return "boxes", rerun.Boxes3D(half_sizes=size, centers=place, **look)
-        # Other shapes, such as meshes, are shown as their bounding boxes.
+        if shape == types.mjGEOM_MESH:
+            return "meshes", self._meshes(geoms)
+        # Other shapes, such as height fields, are shown as their bounding boxes.
         middle, half = model.geom_aabb[geoms, :3], model.geom_aabb[geoms, 3:]
         center = place + [_turned(q, m) for q, m in zip(model.geom_quat[geoms], middle, strict=True)]
         return "others", rerun.Boxes3D(half_sizes=half, centers=center, **look)
+
+    def _meshes(self, geoms: np.ndarray) -> Any:
+        """Returns the faces of mesh geoms in the frame of their body, each with a normal of its own."""
+        model, triangles = self.model, []
+        for geom in geoms.tolist():
+            mesh = model.geom_dataid[geom]
+            first, vertex = model.mesh_faceadr[mesh], model.mesh_vertadr[mesh]
+            faces = model.mesh_face[first : first + model.mesh_facenum[mesh]]
+            turn = matrix_from_quaternion(model.geom_quat[geom])
+            triangles.append(model.mesh_vert[vertex + faces] @ turn.T + model.geom_pos[geom])
+        corners = np.concatenate(triangles)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+        return require().Mesh3D(
+            vertex_positions=corners.reshape(-1, 3),
+            vertex_normals=np.repeat(normals, 3, axis=0),
+            vertex_colors=np.repeat(self._colors(geoms), [3 * len(each) for each in triangles], axis=0),
+            triangle_indices=np.arange(3 * len(corners)).reshape(-1, 3),
+        )
 
     def _colors(self, geoms: np.ndarray) -> np.ndarray:
         materials = self.model.geom_matid[geoms]

@@ -8,6 +8,7 @@ from support.scenes import arm, fingers, scene
 import mmp_env
 import mmp_planners
 from mmp_env.errors import MmpError, MovedBodyWarning
+from mmp_env.model.transforms import matrix_from_quaternion
 
 CUBE = '<body name="cube" pos="0 0.6 0.03"><freejoint/><geom name="cube" type="box" size="0.03 0.03 0.03"/></body>'
 POST = '<geom name="post" type="box" size="0.02 0.02 0.2" pos="0 0.2 0.2"/>'
@@ -77,6 +78,31 @@ def test_fingers_are_held_and_belong_to_the_last_link():
     left, right = cell.arms
     assert left.dof == right.dof == 3
     assert len(left.robot.hulls) == len(right.robot.hulls) + 2
+
+
+def test_a_torso_stands_at_its_value_and_its_arms_may_touch_it():
+    box = '<geom name="chest" type="box" size="0.42 0.1 0.05"/>'
+    bodies = f"{box}{arm('l_', -0.4)}{arm('r_', 0.4)}"
+    torso = f'<body name="torso" pos="0 0 0.3"><joint name="waist" range="-2 2"/>{bodies}</body>'
+    model = compiled(arms=torso)
+    cell = mmp_env.cell_from_mujoco(model, qpos=[np.pi / 2, 0, 0, 0, 0, 0, 0])
+    assert cell.arm_names == ("l", "r")
+    np.testing.assert_allclose(cell.arm("r").position, [0, 0.4, 0.36], atol=1e-9)
+    chest = next(obstacle for obstacle in cell.obstacles if obstacle.name == "chest")
+    assert chest.may_touch == {"l/link1", "r/link1"}
+
+
+def test_meshes_and_ellipsoids_become_polytopes_around_them():
+    rock = '<geom name="rock" type="mesh" mesh="rock" pos="0 0.6 0.4"/>'
+    egg = '<geom name="egg" type="ellipsoid" size="0.05 0.08 0.1" pos="0 0.3 0.5"/>'
+    mesh = '<mesh name="rock" vertex="0 0 0  0.1 0 0  0 0.1 0  0 0 0.1"/>'
+    by_name = {obstacle.name: obstacle for obstacle in cell_of(world=rock + egg, asset=mesh).obstacles}
+    stone = by_name["rock"]
+    points = stone.pieces[0] @ matrix_from_quaternion(stone.quaternion).T + stone.position
+    np.testing.assert_allclose([points.min(axis=0), points.max(axis=0)], [[0, 0.6, 0.4], [0.1, 0.7, 0.5]], atol=1e-4)
+    (points,) = by_name["egg"].pieces
+    assert (np.ptp(points, axis=0) >= [0.1, 0.16, 0.2]).all()
+    np.testing.assert_allclose(np.ptp(points, axis=0), [0.1, 0.16, 0.2], atol=0.01)
 
 
 def test_names_with_slashes_and_nameless_geoms_are_taken():

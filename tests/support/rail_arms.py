@@ -64,3 +64,29 @@ def gantry_mjcf() -> str:
   </worldbody>
 </mujoco>
 """
+
+
+def small_rail_mjcf() -> str:
+    """Returns an arm of two hinges on a rail of 1 m along y, each link a capsule along x."""
+    return """
+<mujoco model="small-rail">
+  <compiler angle="radian"/>
+  <worldbody>
+    <body name="bed"><geom type="sphere" size="0.04" pos="0 0 -0.1"/>
+      <body name="carriage"><joint name="rail" type="slide" axis="0 1 0" range="-0.5 0.5"/>
+        <geom type="sphere" size="0.05"/>
+        <body name="upper" pos="0 0 0.1"><joint name="turn" axis="0 0 1" range="-2 2"/>
+          <geom type="capsule" fromto="0.02 0 0 0.22 0 0" size="0.03"/>
+          <body name="fore" pos="0.25 0 0"><joint name="lift" axis="0 1 0" range="-2 2"/>
+            <geom type="capsule" fromto="0.04 0 0 0.2 0 0" size="0.025"/>
+            <site name="attachment_site" pos="0.23 0 0" euler="0 1.5707963 0"/>
+          </body>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <position joint="rail" kp="1000" forcerange="-200 200"/>
+  </actuator>
+</mujoco>
+"""

@@ -11,7 +11,6 @@ from mmp_env.check.pairs import ChordDeviation
 from mmp_env.check.reading import read_cell
 from mmp_env.importing.robot_folder import ImportOptions, add_robot
 
-
 TELESCOPE = mjcf(joint2='type="slide" range="-0.1 0.4"')
 """An arm whose slide is between two hinges."""
 ARMS = {"rail": small_rail_mjcf(), "gantry": gantry_mjcf(), "telescope": TELESCOPE}

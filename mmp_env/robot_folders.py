@@ -6,8 +6,8 @@ import os
 from importlib.metadata import entry_points
 from pathlib import Path
 
-GROUP = "mmp_env.robots"
-"""Entry points of packages that bring robots: the name of a robot and the path of its folder, text or `Path`."""
+GROUP, TOOL_GROUP = "mmp_env.robots", "mmp_env.tools"
+"""Entry points of packages that bring robots or tools: its name and the path of its folder, text or `Path`."""
 DESCRIPTION, TOOL_DESCRIPTION = "robot.json", "tool.json"
 _BUILT_IN, _TOOLS = (Path(__file__).parent / folder for folder in ("robots", "tools"))
 
@@ -15,6 +15,16 @@ _BUILT_IN, _TOOLS = (Path(__file__).parent / folder for folder in ("robots", "to
 def user_folder() -> Path:
     """Returns the folder of the robots that the user added: `mmp-env/robots` in `XDG_DATA_HOME`."""
     return _base("XDG_DATA_HOME", ".local/share") / "mmp-env" / "robots"
+
+
+def user_tool_folder() -> Path:
+    """Returns the folder of the tools that the user added: `mmp-env/tools` in `XDG_DATA_HOME`."""
+    return _base("XDG_DATA_HOME", ".local/share") / "mmp-env" / "tools"
+
+
+def tool_cache_folder() -> Path:
+    """Returns the folder of earlier imports of tools: `mmp-env/tools` in `XDG_CACHE_HOME`."""
+    return _base("XDG_CACHE_HOME", ".cache") / "mmp-env" / "tools"
 
 
 def cache_folder() -> Path:
@@ -34,13 +44,7 @@ def is_path(name: str) -> bool:
 
 def robot_names() -> list[str]:
     """Returns the names of all robots, sorted."""
-    names = {point.name for point in entry_points(group=GROUP)}
-    for folder in (_BUILT_IN, user_folder()):
-        try:
-            names |= {path.parent.name for path in folder.glob(f"*/{DESCRIPTION}")}
-        except OSError:  # a folder that cannot be read holds no robot
-            continue
-    return sorted(names)
+    return _names(GROUP, DESCRIPTION, (_BUILT_IN, user_folder()))
 
 
 def find_robot(name: str) -> Path | None:
@@ -48,21 +52,17 @@ def find_robot(name: str) -> Path | None:
 
     A built-in robot cannot be replaced. One of a package comes before one that the user added.
     """
-    if is_path(name):
-        return _holding(Path(name))
-    if name in ("", ".", ".."):
-        return None
-    return _holding(_BUILT_IN / name) or _of_package(name) or _holding(user_folder() / name)
+    return _found(name, GROUP, DESCRIPTION, (_BUILT_IN, user_folder()))
 
 
 def tool_names() -> list[str]:
     """Returns the names of all tools, sorted."""
-    return sorted(path.parent.name for path in _TOOLS.glob(f"*/{TOOL_DESCRIPTION}"))
+    return _names(TOOL_GROUP, TOOL_DESCRIPTION, (_TOOLS, user_tool_folder()))
 
 
 def find_tool(name: str) -> Path | None:
-    """Returns the folder of the tool of that name, or None where there is none."""
-    return _TOOLS / name if name in tool_names() else None
+    """Returns the folder of the tool of that name or at that path, see `find_robot`."""
+    return _found(name, TOOL_GROUP, TOOL_DESCRIPTION, (_TOOLS, user_tool_folder()))
 
 
 def is_built_in(folder: Path) -> bool:
@@ -80,20 +80,39 @@ def is_built_in_tool(name: str) -> bool:
     return (_TOOLS / name / TOOL_DESCRIPTION).is_file()
 
 
-def _of_package(name: str) -> Path | None:
-    for point in entry_points(group=GROUP, name=name):
+def _names(group: str, description: str, folders: tuple[Path, Path]) -> list[str]:
+    names = {point.name for point in entry_points(group=group)}
+    for folder in folders:
+        try:
+            names |= {path.parent.name for path in folder.glob(f"*/{description}")}
+        except OSError:  # a folder that cannot be read holds nothing
+            continue
+    return sorted(names)
+
+
+def _found(name: str, group: str, description: str, folders: tuple[Path, Path]) -> Path | None:
+    if is_path(name):
+        return _holding(Path(name), description)
+    if name in ("", ".", ".."):
+        return None
+    built_in, added = (_holding(folder / name, description) for folder in folders)
+    return built_in or _of_package(name, group, description) or added
+
+
+def _of_package(name: str, group: str, description: str) -> Path | None:
+    for point in entry_points(group=group, name=name):
         try:
             found = point.load()
         except Exception:  # a stranger's module may raise anything while it is imported
             continue
-        if isinstance(found, str | os.PathLike) and (folder := _holding(Path(found))):
+        if isinstance(found, str | os.PathLike) and (folder := _holding(Path(found), description)):
             return folder
     return None
 
 
-def _holding(folder: Path) -> Path | None:
+def _holding(folder: Path, description: str) -> Path | None:
     try:
-        return folder if (folder / DESCRIPTION).is_file() else None
+        return folder if (folder / description).is_file() else None
     except (OSError, ValueError):
         return None
 

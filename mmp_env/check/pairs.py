@@ -69,7 +69,8 @@ def ignored_links(arm: CheckedArm, spheres: str) -> set[frozenset[str]]:
     """Returns the pairs of links, tool and held object that may overlap with a sphere set."""
     out = {frozenset(pair) for pair in _of_set(arm.robot, spheres)}
     if arm.tool:
-        out |= {frozenset((arm.tool.name, link)) for link in _of_set(arm.tool, spheres)}
+        carried_by = arm.robot.links[-1]
+        out |= {frozenset((arm.tool.name, link)) for link in (*_of_set(arm.tool, spheres), carried_by)}
     if arm.held:
         out |= {frozenset((BODY, link)) for link in holders(arm)}
     return out

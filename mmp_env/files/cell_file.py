@@ -38,8 +38,9 @@ from mmp_env.model.held import HELD
 from mmp_env.model.model_joints import ModelJoints
 from mmp_env.model.names import NAMES, is_name
 from mmp_env.model.robot import GEOMETRIES, Robot, Tool, finest_geometry, frozen_array, load_robot, load_tool
+from mmp_env.model.tool_pairs import fitted_tool
 from mmp_env.model.transforms import quaternion_from_yaw
-from mmp_env.robot_folders import is_path
+from mmp_env.robot_folders import find_tool, is_path
 from mmp_env.wording import degrees_hint, shown
 
 MEASURES = {
@@ -89,6 +90,7 @@ class ArmData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     robot: str
     position: Vector
     tool: str | UnsetType | None = UNSET
+    tool_state: str | None = None
     yaw: float | None = None
     quaternion: tuple[float, float, float, float] | None = None
     held: HeldData | None = None
@@ -252,7 +254,7 @@ def _arm(data: ArmData, carried: CarriedModels, place: Location) -> Arm:
     return Arm(
         name=data.name,
         robot=robot,
-        tool=_tool(data.tool, robot, carried, place),
+        tool=_tool(data, robot, carried, place),
         position=position,
         quaternion=quaternion,
         held=_held(data.held, place / "held") if data.held else None,
@@ -270,16 +272,25 @@ def _robot(name: str, carried: CarriedModels, place: Location) -> Robot:
         return load_robot(name)
 
 
-def _tool(name: str | UnsetType | None, robot: Robot, carried: CarriedModels, place: Location) -> Tool | None:
-    if name is UNSET:
-        name = robot.default_tool
+def _tool(data: ArmData, robot: Robot, carried: CarriedModels, place: Location) -> Tool | None:
+    name = robot.default_tool if data.tool is UNSET else data.tool
     if name is None or name == NO_TOOL:
+        if data.tool_state is not None:
+            raise MmpError(f"{place / 'tool_state'} is {shown(data.tool_state)}, but the arm has no tool")
         return None
     if name in carried.tools:
-        return carried.tools[name]
-    check_name(name, place / "tool")
-    with named(place / "tool"):
-        return load_tool(name)
+        if data.tool_state is not None:
+            raise MmpError(
+                f"{place / 'tool_state'} is {shown(data.tool_state)}, but the cell carries one state of '{name}'"
+            )
+        return fitted_tool(carried.tools[name], robot)
+    if is_path(name) and name.isprintable():
+        name = str(real_path(Path(place.file).parent / name))  # relative to the cell's file
+    else:
+        check_name(name, place / "tool")
+    field = "tool" if data.tool_state is None or find_tool(name) is None else "tool_state"
+    with named(place / field):
+        return fitted_tool(load_tool(name, data.tool_state), robot)
 
 
 def _held(data: HeldData, place: Location) -> Obstacle:

@@ -36,7 +36,7 @@ def links_of(model: Any, data: Any, choice: ChainChoice) -> list[Link]:
     """
     owner = _owners(model, choice)
     base = pose_matrix(data.xpos[choice.root], data.xmat[choice.root])
-    inverse, solid = np.linalg.inv(base), _colliding(model)
+    inverse, solid = np.linalg.inv(base), colliding(model)
     out = []
     for k, name in enumerate(_link_names(model, choice.root, choice.joints)):
         if k == 0:
@@ -71,8 +71,8 @@ def _owners(model: Any, choice: ChainChoice) -> list[int]:
     return owner
 
 
-def _colliding(model: Any) -> Bool[np.ndarray, "geoms"]:
-    """Which geoms can touch anything: by their masks, or because a contact pair names them."""
+def colliding(model: Any) -> Bool[np.ndarray, "geoms"]:
+    """Returns which geoms can touch anything: by their masks, or because a contact pair names them."""
     out = (np.asarray(model.geom_contype) | np.asarray(model.geom_conaffinity)) != 0
     out[model.pair_geom1], out[model.pair_geom2] = True, True
     return out

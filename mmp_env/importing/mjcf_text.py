@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -79,6 +79,27 @@ def robot_mjcf(parts: RobotParts, excluded: Iterable[tuple[str, str]], gains: Fl
             kp=f"{gain:.3g}",
             kv=f"{2 * gain / _FREQUENCY:.4g}",
         )
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode") + "\n"
+
+
+def tool_mjcf(name: str, link: Link, pieces: Sequence[Piece], point: Float[np.ndarray, "3"]) -> str:
+    """Returns the MJCF of a tool: one body named as the tool, and the site `tool_point`.
+
+    Other names begin with that of the tool, because tool and arm share one prefix in a cell.
+    """
+    root = ET.Element("mujoco", model=name)
+    ET.SubElement(root, "compiler", angle="radian", balanceinertia="true")
+    default = ET.SubElement(ET.SubElement(root, "default"), "default", {"class": f"{name}-tool"})
+    ET.SubElement(default, "geom", material=f"{name}-body", solref="0.01 1", solimp="0.95 0.99 0.001", priority="1")
+    asset = ET.SubElement(root, "asset")
+    ET.SubElement(asset, "material", name=f"{name}-body", rgba="0.35 0.36 0.38 1")
+    world = ET.SubElement(root, "worldbody")
+    body = ET.SubElement(world, "body", {"name": name, "gravcomp": "1", "childclass": f"{name}-tool"})
+    ET.SubElement(body, "inertial", _inertial(link))
+    for number, piece in enumerate(pieces):
+        _add_geom(asset, body, f"{name}-tool_{number}", piece)
+    ET.SubElement(body, "site", {"name": "tool_point", "size": "0.005", "group": "4", "pos": _text(point)})
     ET.indent(root)
     return ET.tostring(root, encoding="unicode") + "\n"
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -14,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from mmp_env.errors import MmpError
-from mmp_env.files.paths import exists, is_folder, real_path, refusal
-from mmp_env.files.temporaries import beside
+from mmp_env.files.paths import exists, is_folder, real_path
 from mmp_env.files.writing import json_text
 from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
 from mmp_env.importing.chain import Chain, select_chain
 from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.cover_fit import FINE_M, Cover, CoverError, coarse_covers, fine_protrusion, fit_cover
 from mmp_env.importing.fingerprint import fingerprints
+from mmp_env.importing.folder_writing import read_folder, write_folder
 from mmp_env.importing.limits import Limits, limits_of
 from mmp_env.importing.link_pieces import link_pieces
 from mmp_env.importing.link_shape import LinkShape
@@ -94,7 +92,7 @@ def add_robot(
     kept = Path(cache) / _key(prepared, options) if cache is not None else None
     from_cache = kept is not None and exists(kept / "robot.json")
     if kept is not None and from_cache:
-        files = _read_all(kept)
+        files = read_folder(kept)
     else:
         files = robot_files(select_chain(prepared.compiled(), options.chain), options.name, progress)
     if kept is not None and not from_cache:
@@ -310,24 +308,3 @@ def _pose(pose: np.ndarray) -> dict[str, list[float]]:
 def _key(model: PreparedSource, options: ImportOptions) -> str:
     said = json.dumps([VERSION, model.digest, model.path.name, asdict(replace(options, package_dirs=()))])
     return hashlib.sha256(said.encode()).hexdigest()[:40]
-
-
-def _read_all(folder: Path) -> dict[str, str]:
-    return {file.name: file.read_text(encoding="utf-8") for file in sorted(folder.iterdir())}
-
-
-def write_folder(target: Path, files: dict[str, str]) -> None:
-    """Writes a whole folder or none, in place of one that is there. Raises `MmpError`."""
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with beside(target) as new, beside(target) as old:
-            new.mkdir()
-            for name, text in files.items():
-                (new / name).write_text(text, encoding="utf-8")
-            if target.exists():
-                os.rename(target, old)
-            os.rename(new, target)
-            if old.exists():
-                shutil.rmtree(old)
-    except OSError as error:
-        raise refusal(target, "written", error) from None

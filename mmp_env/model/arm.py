@@ -13,6 +13,7 @@ from mmp_env.brief import brief, point
 from mmp_env.errors import MmpError
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.robot import Robot, Tool, frozen_array, load_robot, load_tool
+from mmp_env.model.tool_pairs import fitted_tool
 from mmp_env.model.transforms import matrix_from_quaternion, transform
 from mmp_env.wording import counted
 
@@ -152,7 +153,7 @@ def place_arm(name: str, robot: str, position: ArrayLike, quaternion: ArrayLike,
     return Arm(
         name=name,
         robot=model,
-        tool=load_tool(tool_name) if tool_name else None,
+        tool=fitted_tool(load_tool(tool_name), model) if tool_name else None,
         position=place,
         quaternion=frozen_array(turn / np.linalg.norm(turn)),
     )

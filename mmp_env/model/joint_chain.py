@@ -31,7 +31,8 @@ def untested_pairs(arm: Arm, sphere_set: str) -> set[frozenset[str]]:
     links = arm.robot.link_names
     out = {frozenset((links[i], links[j])) for i, j in arm.robot.self_ignore[sphere_set]}
     if arm.tool is not None:
-        out |= {frozenset((link, arm.tool.name)) for link in arm.tool.self_ignore[sphere_set]}
+        touching = {*arm.tool.self_ignore[sphere_set], links[-1]}  # the last link carries the tool
+        out |= {frozenset((link, arm.tool.name)) for link in touching}
     if arm.held is not None:
         holding = (links[-1], arm.tool.name) if arm.tool else links[-1:]
         out |= {frozenset((part, HELD)) for part in holding}

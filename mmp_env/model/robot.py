@@ -8,6 +8,7 @@ kinematics from the MJCF, the planners from `robot.json`; a test compares both.
 from __future__ import annotations
 
 import functools
+import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -28,10 +29,11 @@ from mmp_env.model.description import (
     describe_tool,
 )
 from mmp_env.model.hulls import UNKNOWN_PROTRUSION_M, Hull, read_hulls
+from mmp_env.model.names import is_name
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.transforms import matrix_from_rpy, transform
 from mmp_env.robot_folders import find_robot, find_tool, is_built_in, robot_names, tool_names
-from mmp_env.wording import counted
+from mmp_env.wording import counted, shown
 
 SPHERE_SETS = ("28", "fine")
 """Names of the sphere sets: 28 spheres an arm, or many small ones."""
@@ -190,23 +192,52 @@ def load_robot(name: str) -> Robot:
     return _read_robot(folder, _changed(folder))
 
 
-def load_tool(name: str) -> Tool:
-    """Returns the tool of that name, see `tool_names`. Raises `UnknownNameError`, `MmpError`."""
+def load_tool(name: str, state: str | None = None) -> Tool:
+    """Returns the tool of that name, or in the folder at that path.
+
+    Args:
+        name: name of the tool, see `tool_names`.
+        state: name of one of its states; None for the first.
+
+    Raises:
+        UnknownNameError: for an unknown tool or state.
+        MmpError: for a state of a tool that has one state without a name, or a fault in a file.
+    """
     folder = find_tool(name)
     if folder is None:
         raise UnknownNameError("tool", name, tool_names(), suggest=misspelled, advice=HOW_TO_ADD)
-    return _read_tool(folder, _changed(folder))
+    states = tool_states(folder)
+    if not states:
+        if state is not None:
+            raise MmpError(f"the state is {shown(state)}, but tool '{folder.name}' has one state, which has no name")
+        return _read_tool(folder, folder.name, _changed(folder))
+    if state is not None and state not in states:
+        raise UnknownNameError(f"state of tool '{folder.name}'", state, states)
+    part = folder / (state or states[0])
+    return _read_tool(part, folder.name, _changed(part))
+
+
+def tool_states(folder: Path) -> list[str]:
+    """Returns the names of the states of the tool in a folder, none if it has one. Raises `MmpError`."""
+    try:
+        data = json.loads((folder / TOOL_FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise MmpError(f"{folder / TOOL_FILE} cannot be read: {in_words(error)}") from None
+    states = data.get("states", []) if isinstance(data, dict) else []
+    if not isinstance(states, list) or not all(isinstance(state, str) and is_name(state) for state in states):
+        raise MmpError(f"{folder / TOOL_FILE}: states is {shown(states)}; it must be a list of names")
+    return states
 
 
 @functools.lru_cache(maxsize=64)
 def _read_robot(folder: Path, changed: tuple[int, ...]) -> Robot:
     """The robot in a folder whose files were `changed` at these times."""
-    return _from_folder(folder, ROBOT_FILE, robot_from_files)
+    return _from_folder(folder, folder.name, ROBOT_FILE, robot_from_files)
 
 
 @functools.lru_cache(maxsize=64)
-def _read_tool(folder: Path, changed: tuple[int, ...]) -> Tool:
-    return _from_folder(folder, TOOL_FILE, tool_from_files)
+def _read_tool(folder: Path, name: str, changed: tuple[int, ...]) -> Tool:
+    return _from_folder(folder, name, TOOL_FILE, tool_from_files)
 
 
 def _changed(folder: Path) -> tuple[int, ...]:
@@ -217,16 +248,16 @@ def _changed(folder: Path) -> tuple[int, ...]:
         raise MmpError(f"{folder} cannot be read: {in_words(error)}") from None
 
 
-def _from_folder(folder: Path, main: str, build: Callable[[str, Mapping[str, str], str], _Model]) -> _Model:
+def _from_folder(folder: Path, name: str, main: str, build: Callable[[str, Mapping[str, str], str], _Model]) -> _Model:
     files = {}
-    for file in (main, SPHERES_FILE, HULLS_FILE, f"{folder.name}.xml"):
+    for file in (main, SPHERES_FILE, HULLS_FILE, f"{name}.xml"):
         try:
             files[file] = (folder / file).read_text(encoding="utf-8")
         except FileNotFoundError:
             continue
         except (OSError, UnicodeDecodeError) as error:
             raise MmpError(f"{folder / file} cannot be read: {in_words(error)}") from None
-    model = build(folder.name, files, f"{folder}/")
+    model = build(name, files, f"{folder}/")
     return replace(model, files={}) if is_built_in(folder) else model
 
 

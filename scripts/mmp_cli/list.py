@@ -1,4 +1,4 @@
-"""`mmp list`: robots, cells, tasks, and planners with their options."""
+"""`mmp list`: robots, tools, cells, tasks, and planners with their options."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mmp_env.files.writing import plain
 
 def parser() -> Parser:
     """Returns the parser of the command."""
-    out = Parser("mmp list", "Lists robots, cells, tasks, and planners with their options.")
+    out = Parser("mmp list", "Lists robots, tools, cells, tasks, and planners with their options.")
     out.add_argument("--json", action="store_true", help="print one JSON object")
     return out
 
@@ -35,21 +35,30 @@ def run(args: Namespace) -> int:
 
 
 def inventory() -> dict[str, list[dict[str, Any]]]:
-    """Returns robots, cells, tasks and planners. A planner or task that does not load has an `error` only."""
+    """Returns robots, tools, cells, tasks and planners. A planner or task that does not load has an `error` only."""
     import mmp_planners
     import mmp_tasks
     from mmp_env.gym.registration import CELLS
-    from mmp_env.model.robot import load_robot, robot_names
+    from mmp_env.model.robot import load_robot, robot_names, tool_names
     from mmp_env.plugins import TASKS
     from mmp_planners import registry
 
     robots = [load_robot(name) for name in robot_names()]
     return {
         "robots": [{"name": r.name, "title": r.title, "joints": r.dof, "tool": r.default_tool} for r in robots],
+        "tools": [_tool(name) for name in tool_names()],
         "cells": [_cell(name, cell) for name, cell in CELLS.items()],
         "tasks": [_plugin(_task, name, TASKS.is_foreign) for name in mmp_tasks.names()],
         "planners": [_plugin(_planner, name, registry.is_foreign) for name in mmp_planners.names()],
     }
+
+
+def _tool(name: str) -> dict[str, Any]:
+    from mmp_env.model.robot import load_tool, tool_states
+    from mmp_env.robot_folders import find_tool
+
+    tool, folder = load_tool(name), find_tool(name)
+    return {"name": name, "point": tool.point.tolist(), "states": tool_states(folder) if folder else []}
 
 
 def _plugin(describe: Callable[[str], dict[str, Any]], name: str, is_foreign: Callable[[str], bool]) -> dict[str, Any]:
@@ -113,6 +122,9 @@ def _words(kind: str, item: dict[str, Any]) -> str:
     if kind == "robots":
         tool = f", with {item['tool']}" if item["tool"] else ""
         return f"{item['title']}, {item['joints']} joints{tool}"
+    if kind == "tools":
+        states = f", states {', '.join(item['states'])}" if item["states"] else ""
+        return f"tool point at [{', '.join(f'{x:g}' for x in item['point'])}] m{states}"
     if kind == "cells":
         return f"{item['arms']} arms" + (
             f": {', '.join(item['robots'])}" if "robots" in item else " in a ring, any robot"

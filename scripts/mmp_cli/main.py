@@ -22,7 +22,8 @@ COMMANDS = {
     "report": "table and figures of a benchmark folder",
     "bench": "run many instances through several planners",
     "robot": "add a robot from URDF or MJCF, show it, or check it",
-    "list": "list robots, cells, tasks and planners with their options",
+    "tool": "add a gripper from URDF or MJCF",
+    "list": "list robots, tools, cells, tasks and planners with their options",
 }
 INTERRUPTED = 130
 ENDED = (129, INTERRUPTED, 143)

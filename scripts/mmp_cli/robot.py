@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from mmp_cli.arguments import Parser
+from mmp_cli.import_progress import ImportProgress
 from mmp_cli.output import printable, say
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.wording import counted
@@ -101,7 +102,7 @@ def _add(args: Namespace) -> int:
         chain=ChainOptions(root=args.root, tip=args.tip, tool=args.tool, prefix=args.prefix),
         package_dirs=tuple(args.package_dir),
     )
-    with _Progress() as progress:
+    with ImportProgress() as progress:
         folder, from_cache = add_robot(
             args.source, args.out or user_folder(), options, cache=cache_folder(), progress=progress
         )
@@ -131,29 +132,6 @@ def _rows(found: dict[str, Any], from_cache: bool) -> Iterator[tuple[str, str, s
     for note in found["notes"]:
         yield "note", "dim", note
     yield "folder", "", found["folder"] + (" (from the cache)" if from_cache else "")
-
-
-class _Progress:
-    """One line on a terminal that says which step was done last, and nothing elsewhere."""
-
-    def __enter__(self) -> Callable[[str], None]:
-        from rich.console import Console
-        from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-        console = Console(stderr=True)
-        self._bar: Progress | None = None
-        if not console.is_terminal:
-            return lambda line: None
-        columns = (SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False))
-        self._bar = Progress(*columns, console=console, transient=True)
-        task = self._bar.add_task("reading", total=None)
-        self._bar.start()
-        bar = self._bar
-        return lambda line: bar.update(task, description=printable(line))
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar:
-            self._bar.stop()
 
 
 def _show_parser() -> Parser:
@@ -188,7 +166,7 @@ def _check(args: Namespace) -> int:
     folder = find_robot(name)
     if folder is None:
         raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD)
-    with _Progress() as progress:
+    with ImportProgress() as progress:
         report = check_robot(folder, progress)
     if args.json:
         print(json.dumps({"name": folder.name, "folder": str(folder), "valid": not report.faults, **report.fields()}))

@@ -20,9 +20,10 @@ from mmp_env.mujoco_import import mujoco
 
 @dataclass(kw_only=True, eq=False)
 class RobotReport:
-    """Faults of a robot folder, one sentence each, and the properties that hold."""
+    """Faults of a robot folder, one sentence each, the properties that hold, and notes on what is approximate."""
 
     faults: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
     proved: list[str] = field(default_factory=list)
     uncovered_mm: dict[str, float] = field(default_factory=dict)
     protrusion_mm: dict[str, float] = field(default_factory=dict)
@@ -31,6 +32,7 @@ class RobotReport:
         """Returns the report as JSON values."""
         return {
             "faults": self.faults,
+            "notes": self.notes,
             "proved": self.proved,
             "uncovered_mm": self.uncovered_mm,
             "protrusion_mm": self.protrusion_mm,
@@ -41,7 +43,8 @@ class RobotReport:
 class RobotFiles:
     """Contents of a robot folder: `texts` by file name, the parsed files, the compiled MJCF and the arm's geometry.
 
-    `hulls` is None where hulls.json is missing.
+    `hulls` is None where hulls.json is missing, and does not hold their origin. `from_meshes` tells that they stand for
+    a vendor's meshes, which the geoms of the MJCF only approximate.
     """
 
     name: str
@@ -49,6 +52,7 @@ class RobotFiles:
     robot: Mapping[str, Any]
     spheres: Mapping[str, Any]
     hulls: Mapping[str, Any] | None
+    from_meshes: bool
     model: Any
     arm: ArmGeometry
 
@@ -66,6 +70,11 @@ class RobotFiles:
     def limits(self) -> np.ndarray:
         """Lower and upper limits of the joints [dof, 2]."""
         return np.array([[joint["lower"], joint["upper"]] for joint in self.joints], dtype=float)
+
+    @property
+    def approximate_mm(self) -> dict[str, float]:
+        """Sphere sets that make no claim to cover the pieces -> how far [mm] they leave a piece uncovered at most."""
+        return self.robot.get("approximate_sets_mm", {})
 
     @property
     def solid(self) -> list[int]:
@@ -88,12 +97,14 @@ def read_robot_files(folder: Path, faults: list[str]) -> RobotFiles | None:
     try:
         robot, spheres = json.loads(texts["robot.json"]), json.loads(texts["spheres.json"])
         hulls = json.loads(texts.get("hulls.json", "null"))
+        origin = hulls.pop("origin", {}) if hulls else {}
         return RobotFiles(
             name=folder.name,
             texts=texts,
             robot=robot,
             spheres=spheres,
             hulls=hulls,
+            from_meshes="meshes" in origin,
             model=mujoco.MjModel.from_xml_string(texts[mjcf]),
             arm=_arm_geometry(robot, spheres, hulls or {}),
         )

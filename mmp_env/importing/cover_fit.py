@@ -16,34 +16,28 @@ from jaxtyping import Float
 from mmp_env.importing.cover_proof import protrusion, prove_cover
 from mmp_env.importing.link_samples import CoverSamples
 from mmp_env.importing.link_shape import LinkShape
+from mmp_env.importing.set_cover import SetCover
 
 GRID_M = 1e-5
 """Grid [m] of the numbers of a sphere. Radii are rounded up and the proof is of the rounded numbers."""
 FINE_M = 0.005
 """Protrusion [m] that set `fine` has at most."""
-_LARGE_M2, _MOST_TIMES = 0.6, 6.0
-_SLACK = 0.05
+_SLACK = 0.02
 """Share of the protrusion by which a sphere reaches past the samples that it covers, so that gaps between are small."""
-_FITS = 4
 _MOST_ROUNDS = 60
+_STALE = 2
+"""Number of rounds without a smaller cover after which no further candidates are tried."""
 _MOST_GAPS = 1200
 _COARSE_M = 4e-4
 _MOST_MISSED = 300
 _BELOW = (0.1, 0.5, 0.9, 1.3)
 """Depths below a sample, in allowed protrusions, of candidates for it alone."""
 _ROWS = 500
-_CLIMBS, _TRIES = 2, 16
-_COARSE_DETAIL = 0.2
+_MOST_CANDIDATES = 3000
+_TRIES = 6
+"""Number of new candidates near each chosen sphere in a round."""
 _COARSEST_M, _FINEST_COARSE_M, _FINER = 0.1, 0.008, 0.7
 _BASE_BUDGET = 16
-
-
-def fine_protrusion(shape: LinkShape) -> float:
-    """Returns the protrusion [m] that set `fine` may have: 5 mm, more for links of more than 0.6 m^2 such as torsos.
-
-    The number of spheres grows with the surface and falls with the protrusion, which grows with the surface for that.
-    """
-    return FINE_M * float(np.clip(shape.areas.sum() / _LARGE_M2, 1.0, _MOST_TIMES))
 
 
 class CoverError(ArithmeticError):
@@ -59,34 +53,48 @@ class Cover:
     protrusion: float
 
 
-def fit_cover(shape: LinkShape, allowed: float, *, seed: int = 0, fits: int = _FITS, detail: float = 1.0) -> Cover:
-    """Returns a proved cover of a shape whose spheres protrude by at most `allowed` [m].
+@dataclass(frozen=True, kw_only=True)
+class FitEffort:
+    """Effort of a fit: a factor of the number of samples, rounds of new candidates, and search steps in each round."""
 
-    `detail` scales the number of samples.
+    detail: float = 0.7
+    rounds: int = 8
+    steps: int = 300
+
+
+FINE_EFFORT = FitEffort()
+"""Effort for covers that are fitted once."""
+COARSE_EFFORT = FitEffort(detail=0.15, rounds=1, steps=15)
+"""Effort for covers that are fitted many times until their number of spheres is right."""
+
+
+def fit_cover(shape: LinkShape, allowed: float, *, seed: int = 0, effort: FitEffort = FINE_EFFORT) -> Cover:
+    """Returns a proved cover of a shape whose spheres protrude by at most `allowed` [m].
 
     Raises:
         CoverError: if gaps remain.
     """
     if len(shape.pieces) == 1 and len(shape.pieces[0].vertices) == 1:
         return _one_ball(shape)
-    fit = _Fit(shape, allowed - 2 * GRID_M, np.random.default_rng(seed), detail)
-    for k in range(fits):
-        fit.start()
-        fit.choose()
-        fit.drop_idle()
-        centers, radii = fit.rounded()
-        gaps = prove_cover(shape, centers, radii, max(_COARSE_M, allowed / 20) if k < fits - 1 else _COARSE_M / 4)
-        if not len(gaps.points):
-            break
+    fit = _Fit(shape, allowed - 2 * GRID_M, seed, effort.detail)
+    counts = []
+    for _ in range(effort.rounds):
+        fit.choose(effort.steps)
+        gaps = prove_cover(shape, *fit.rounded(), max(_COARSE_M, allowed / 10))
         fit.add_samples(gaps.points[np.argsort(-gaps.outside)], allowed / 6)
-    for _ in range(_MOST_ROUNDS):
+        counts.append(len(fit.rounded()[1]))
+        if len(counts) == effort.rounds or (len(counts) > _STALE and counts[-1] >= counts[-1 - _STALE]):
+            break
+        fit.add_neighbours()
+    gaps = None
+    for k in range(_MOST_ROUNDS):
+        fit.choose(effort.steps // (k + 1))
         centers, radii = fit.rounded()
         gaps = prove_cover(shape, centers, radii)
         if not len(gaps.points):
             return Cover(centers=centers, radii=radii, protrusion=protrusion(shape, centers, radii))
-        fit.add_samples(gaps.points[np.argsort(-gaps.outside)], allowed / 3)
-        fit.choose()
-    gaps = prove_cover(shape, *fit.rounded())
+        fit.add_samples(gaps.points[np.argsort(-gaps.outside)], allowed / 6)
+    assert gaps is not None
     raise CoverError(f"{len(gaps.points)} gaps remain, up to {gaps.uncovered_mm:.3g} mm")
 
 
@@ -114,7 +122,7 @@ def coarse_covers(shapes: Sequence[LinkShape | None], budget: int) -> list[Cover
     def fitted(k: int) -> Cover:
         shape = shapes[k]
         assert shape is not None
-        return fit_cover(shape, allowed[k], fits=1, detail=_COARSE_DETAIL)
+        return fit_cover(shape, allowed[k], effort=COARSE_EFFORT)
 
     covers = {k: fitted(k) for k in solid}
     open_ = set(solid)
@@ -137,134 +145,106 @@ def coarse_covers(shapes: Sequence[LinkShape | None], budget: int) -> list[Cover
 class _Fit:
     """Samples, candidates, and the spheres chosen so far."""
 
-    def __init__(self, shape: LinkShape, allowed: float, random: np.random.Generator, detail: float) -> None:
-        self.shape, self.allowed, self.random = shape, allowed, random
-        drawn = CoverSamples(shape, allowed, random, detail)
+    def __init__(self, shape: LinkShape, allowed: float, seed: int, detail: float) -> None:
+        self.shape, self.allowed, self._seed = shape, allowed, seed
+        self._random = np.random.default_rng(seed)
+        drawn = CoverSamples(shape, allowed, self._random, detail)
         self._points, self._thick = drawn.points, drawn.thick
         self._centers, self._radii = self._candidates(drawn.centers)
-        self._reach = self._reached(self._points, self._thick, self._centers, self._radii)
-        self._add_candidates_for_missed()
-        self.start()
+        self._chosen = np.empty(0, dtype=int)
+        self._rows = self._columns = np.empty(0, dtype=np.int32)
+        self._append(self._reached(self._points, self._thick, self._centers, self._radii), 0, 0)
+        self._add_candidates_for_missed(np.arange(len(self._points)))
 
-    def start(self) -> None:
-        """Forgets the spheres."""
-        self.centers, self.radii = np.empty((0, 3)), np.empty(0)
-
-    def choose(self) -> None:
-        """Adds spheres until all samples are covered."""
-        count = self._reach.sum(axis=1)
-        weight = (1.0 / np.maximum(count, 1.0)).astype(np.float32)
-        left = ~self._covered()
-        gain = self._weighed(weight, left)
-        while left.any():
-            best = int(gain.argmax())
-            if gain[best] <= 1e-7:
-                break
-            center, radius = self._climbed(best, left, weight)
-            rows = np.flatnonzero(left)
-            done = np.zeros_like(left)
-            done[rows] = self._reached(self._points[rows], self._thick[rows], center[None], np.array([radius]))[:, 0]
-            if not done.any():
-                gain[best] = 0.0
-                continue
-            self.centers = np.concatenate([self.centers, center[None]])
-            self.radii = np.append(self.radii, radius)
-            gain -= self._weighed(weight, done)
-            left &= ~done
-
-    def _weighed(self, weight: np.ndarray, chosen: np.ndarray) -> np.ndarray:
-        """Sum of the weights of the chosen samples that each candidate covers."""
-        rows = np.flatnonzero(chosen)
-        out = np.zeros(self._reach.shape[1], dtype=np.float32)
-        for k in range(0, len(rows), _ROWS):
-            out += weight[rows[k : k + _ROWS]] @ self._reach[rows[k : k + _ROWS]].astype(np.float32)
-        return out
-
-    def drop_idle(self) -> None:
-        """Removes spheres whose samples are all covered by others, the smallest first."""
-        reach = self._reached(self._points, self._thick, self.centers, self.radii)
-        count = reach.sum(axis=1)
-        keep = np.ones(len(self.radii), dtype=bool)
-        for k in np.argsort(self.radii):
-            if (count[reach[:, k]] > 1).all():
-                keep[k] = False
-                count = count - reach[:, k]
-        self.centers, self.radii = self.centers[keep], self.radii[keep]
+    def choose(self, steps: int) -> None:
+        """Chooses few candidates that cover all samples."""
+        cover = SetCover((self._rows, self._columns), len(self._points), len(self._radii), self._seed)
+        cover.start(self._chosen)
+        cover.shrink(steps)
+        self._chosen = cover.chosen
 
     def add_samples(self, points: Float[np.ndarray, "n 3"], spacing: float) -> None:
         """Adds points on the surface, at most one in a cube of that size, the first ones first."""
         _, first = np.unique(np.floor(points / spacing), axis=0, return_index=True)
         points = points[np.sort(first)][:_MOST_GAPS]
         thick = np.full(len(points), float(self.shape.thickness.max()))
+        before = len(self._points)
         self._points, self._thick = np.concatenate([self._points, points]), np.concatenate([self._thick, thick])
-        rows = self._reached(points, thick, self._centers, self._radii)
-        self._reach = np.concatenate([self._reach, rows])
-        self._add_candidates_for_missed()
+        self._append(self._reached(points, thick, self._centers, self._radii), before, 0)
+        self._add_candidates_for_missed(np.arange(before, len(self._points)))
+
+    def add_neighbours(self) -> None:
+        """Adds candidates near the chosen spheres and between those that are near each other; drops unused ones."""
+        keep = np.union1d(self._chosen, self._random.permutation(len(self._radii))[:_MOST_CANDIDATES])
+        number = np.full(len(self._radii), -1, dtype=np.int32)
+        number[keep] = np.arange(len(keep))
+        self._centers, self._radii, self._chosen = self._centers[keep], self._radii[keep], number[self._chosen]
+        columns = number[self._columns]
+        self._rows, self._columns = self._rows[columns >= 0], columns[columns >= 0]
+        centers = self._centers[self._chosen]
+        spread = np.repeat(self._random.uniform(0.1, 1.2, _TRIES), len(centers))[:, None] * self.allowed
+        moved = np.tile(centers, (_TRIES, 1)) + self._random.normal(size=(_TRIES * len(centers), 3)) * spread
+        away = np.linalg.norm(centers[:, None] - centers, axis=2)
+        first, second = np.nonzero(np.triu(away < np.minimum.outer(*[self._radii[self._chosen]] * 2), 1))
+        some = self._random.permutation(len(first))[: _TRIES * len(centers)]
+        between = (centers[first[some]] + centers[second[some]]) / 2
+        self._add_candidates(*self._candidates(np.concatenate([moved, between])))
 
     def rounded(self) -> tuple[np.ndarray, np.ndarray]:
-        """The spheres on the grid, radii rounded up."""
-        return _rounded(self.centers, self.radii)
+        """The chosen spheres on the grid, radii rounded up."""
+        return _rounded(self._centers[self._chosen], self._radii[self._chosen])
 
-    def _covered(self) -> np.ndarray:
-        if not len(self.radii):
-            return np.zeros(len(self._points), dtype=bool)
-        return np.asarray(self._reached(self._points, self._thick, self.centers, self.radii).any(axis=1))
+    def _append(self, reached: tuple[np.ndarray, np.ndarray], first_row: int, first_column: int) -> None:
+        self._rows = np.concatenate([self._rows, reached[0] + np.int32(first_row)])
+        self._columns = np.concatenate([self._columns, reached[1] + np.int32(first_column)])
 
-    def _add_candidates_for_missed(self) -> None:
+    def _add_candidates(self, centers: np.ndarray, radii: np.ndarray) -> None:
+        before = len(self._radii)
+        self._centers, self._radii = np.concatenate([self._centers, centers]), np.concatenate([self._radii, radii])
+        self._append(self._reached(self._points, self._thick, centers, radii), 0, before)
+
+    def _add_candidates_for_missed(self, rows: np.ndarray) -> None:
         """Adds candidates just below samples that no candidate covers, towards the middle of a piece: always inside."""
-        while len(missed := np.flatnonzero(~self._reach.any(axis=1))):
-            points = self._points[missed[:_MOST_MISSED]]
-            out = []
+        while True:
+            covered = np.zeros(len(self._points), dtype=bool)
+            covered[self._rows] = True
+            missed = rows[~covered[rows]][:_MOST_MISSED]
+            if not len(missed):
+                return
+            points, out = self._points[missed], []
             for k in self.shape.nearest_pieces(points):
                 away = self.shape.middle(k) - points
                 distance = np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
                 out += [points + away / distance * np.minimum(t * self.allowed, distance) for t in _BELOW]
             centers, radii = self._candidates(np.concatenate(out))
-            useful = self._reached(points, self._thick[missed[:_MOST_MISSED]], centers, radii).any(axis=0)
-            centers, radii = centers[useful], radii[useful]
-            if not len(radii):
+            useful = np.unique(self._reached(points, self._thick[missed], centers, radii)[1])
+            if not len(useful):
                 return
-            rows = self._reached(self._points, self._thick, centers, radii)
-            self._centers, self._radii = np.concatenate([self._centers, centers]), np.concatenate([self._radii, radii])
-            self._reach = np.concatenate([self._reach, rows], axis=1)
+            self._add_candidates(centers[useful], radii[useful])
 
     def _candidates(self, pool: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         depth = self.shape.depth(pool)
         good = depth > 0
         return pool[good], depth[good] + self.allowed
 
-    def _reached(self, points: np.ndarray, thick: np.ndarray, centers: np.ndarray, radii: np.ndarray) -> np.ndarray:
-        """Which spheres [c] contain which samples [n] with their thickness and slack: [n, c]."""
-        # Single precision about a point nearby: its error is far below the slack, and the proof uses double.
+    def _reached(
+        self, points: np.ndarray, thick: np.ndarray, centers: np.ndarray, radii: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Which samples with their thickness and slack lie in which spheres: numbers of both."""
+        # |p - c|^2 <= (R - t)^2 as one product, in single precision about a point nearby: its error is far below the
+        # slack, and the proof uses double.
         middle = self.shape.middle(0)
-        points, centers = (points - middle).astype(np.float32), (centers - middle).astype(np.float32)
-        reach = radii.astype(np.float32)
-        thick = (thick + _SLACK * self.allowed).astype(np.float32)
-        offset = np.einsum("ij,ij->i", centers, centers)
-        out = np.empty((len(points), len(centers)), dtype=bool)
+        points, centers = points - middle, centers - middle
+        thick = thick + _SLACK * self.allowed
+        ones = np.ones((len(points), 1))
+        squares = np.einsum("ij,ij->i", points, points) - thick**2
+        left = np.column_stack([points, ones, squares, thick]).astype(np.float32)
+        squares = np.einsum("ij,ij->i", centers, centers) - radii**2
+        right = np.column_stack([-2 * centers, squares, np.ones(len(centers)), 2 * radii]).astype(np.float32).T
+        rows, columns = [np.empty(0, dtype=np.int32)], [np.empty(0, dtype=np.int32)]
         for k in range(0, len(points), _ROWS):
-            part = points[k : k + _ROWS]
-            squares = part @ (-2 * centers.T)
-            squares += np.einsum("ij,ij->i", part, part)[:, None]
-            squares += offset
-            room = np.maximum(reach - thick[k : k + _ROWS, None], 0)
-            room *= room
-            np.less_equal(squares, room, out=out[k : k + _ROWS])
-        return out
-
-    def _climbed(self, best: int, left: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, float]:
-        """A sphere near a candidate that covers more."""
-        center, radius = self._centers[best], float(self._radii[best])
-        near = left & (np.linalg.norm(self._points - center, axis=1) < radius + self.allowed)
-        points, thick, weight = self._points[near], self._thick[near], weight[near]
-        worth = float(weight @ self._reached(points, thick, center[None], np.array([radius]))[:, 0])
-        for climb in range(_CLIMBS):
-            tries = center + self.random.normal(size=(_TRIES, 3)) * self.allowed * 0.5 / 2**climb
-            centers, radii = self._candidates(tries)
-            if not len(radii):
-                continue
-            found = weight @ self._reached(points, thick, centers, radii)
-            k = int(found.argmax())
-            if found[k] > worth:
-                center, radius, worth = centers[k], float(radii[k]), float(found[k])
-        return center, radius
+            found = np.flatnonzero((left[k : k + _ROWS] @ right).ravel() <= 0).astype(np.int32)
+            row, column = np.divmod(found, np.int32(max(1, len(centers))))
+            rows.append(row + np.int32(k))
+            columns.append(column)
+        return np.concatenate(rows), np.concatenate(columns)

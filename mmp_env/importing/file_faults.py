@@ -9,6 +9,8 @@ import numpy as np
 from mmp_env.importing.checked_files import RobotFiles
 from mmp_env.importing.fingerprint import KEY, fingerprints
 
+_ROUNDING = 1e-5
+
 
 def fingerprint_faults(files: RobotFiles) -> Iterator[str]:
     """The files are those of the import."""
@@ -40,3 +42,10 @@ def limit_faults(files: RobotFiles) -> Iterator[str]:
     draw = np.array(files.robot.get("draw_limits", files.limits), dtype=float)
     if draw.shape != (len(files.joints), 2) or not (draw[:, 0] < draw[:, 1]).all():
         yield "draw_limits must hold a lower and a larger upper limit for each joint"
+        return
+    for joint, drawn in zip(files.joints, draw, strict=True):
+        span = joint["upper"] - joint["lower"]
+        wanted = span if joint.get("type") == "slide" else min(span, 2 * np.pi)
+        inside = joint["lower"] - _ROUNDING <= drawn[0] and drawn[1] <= joint["upper"] + _ROUNDING
+        if not inside or drawn[1] - drawn[0] < wanted - _ROUNDING:
+            yield f"draw_limits of joint '{joint['name']}' must hold its whole range, or one turn within it"

@@ -10,6 +10,10 @@ from jaxtyping import Float, Int
 from mmp_env.importing.link_shape import LinkShape
 
 _SURFACE, _EDGES, _INNER = 2600, 1600, 400
+_USUAL_M2, _MOST_TIMES = 0.2, 8.0
+"""Surface from which on the number of samples grows with it, and the largest factor."""
+_INSIDE_M = 0.01
+"""Distance [m] from the spheres up to which points inside a link count as covered."""
 _SHARP_RAD = 0.12
 """Angle [rad] between neighbouring triangles from which on their edge has samples of its own."""
 
@@ -28,10 +32,11 @@ class Edges:
 class CoverSamples:
     """`points` [n, 3] with their thickness `thick` [n] [m] to be covered, and `centers` [c, 3] that may cover them.
 
-    `detail` scales the numbers of all of them.
+    `detail` scales the numbers of all of them, which are larger for large links.
     """
 
     def __init__(self, shape: LinkShape, allowed: float, random: np.random.Generator, detail: float) -> None:
+        detail *= float(np.clip(shape.areas.sum() / _USUAL_M2, 1.0, _MOST_TIMES))
         self._shape, self._allowed, self._random, self._detail = shape, allowed, random, detail
         chosen = random.choice(len(shape.areas), 3 * int(detail * _SURFACE), p=shape.areas / shape.areas.sum())
         surface = np.einsum("nk,nkd->nd", random.dirichlet(np.ones(3), len(chosen)), shape.triangles[chosen])
@@ -45,7 +50,7 @@ class CoverSamples:
         thick = shape.thickness_of[owner]
         visible = ~shape.inside_another(np.repeat(points[:, None], 3, axis=1), owner)
         self.points = np.concatenate([points[visible], inner])
-        self.thick = np.concatenate([thick[visible], np.zeros(len(inner))])
+        self.thick = np.concatenate([thick[visible], np.full(len(inner), -_INSIDE_M)])
         self.centers = np.concatenate(
             [
                 self._below(surface, shape.normals[chosen]),

@@ -70,8 +70,9 @@ class LinkShape:
         out = np.empty(len(points))
         step = max(1, _CHUNK // len(outline.planes))
         for k in range(0, len(points), step):
-            out[k : k + step] = outline.depth(points[k : k + step]) + piece.radius
-        return out
+            out[k : k + step] = outline.depth(points[k : k + step])
+        # Outside the hull, planes bound the distance from below only: a thickened corner is round.
+        return np.where(out >= 0, out + piece.radius, out)
 
     def inside_another(
         self, triangles: Float[np.ndarray, "n 3 3"], owner: Int[np.ndarray, "n"]
@@ -109,8 +110,9 @@ class LinkShape:
 
     @property
     def volume(self) -> float:
-        """Sum [m^3] of the volumes of the pieces, of which overlaps count twice."""
-        return sum((outline or piece.outline()).volume for outline, piece in self._solids)
+        """Sum [m^3] of the volumes of the pieces, their thickened faces included, of which overlaps count twice."""
+        solids = sum((outline or piece.outline()).volume for outline, piece in self._solids)
+        return solids + float(self.areas @ self.thickness)
 
 
 def _distance_to_segment(points: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Faults of a robot's MJCF: names, limits, poses of links and excluded contacts that differ from robot.json."""
+"""Faults of a robot's MJCF: names, limits and poses of links that differ from robot.json."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mmp_env.importing.checked_files import RobotFiles, named, pose_of
+from mmp_env.importing.checked_files import RobotFiles, pose_of
 from mmp_env.mujoco_import import mujoco
 
 _POSE_TOLERANCE = 1e-6
@@ -54,18 +54,6 @@ def kinematics_faults(files: RobotFiles) -> Iterator[str]:
     for link in [*files.links, "flange"]:
         if link in wrong:
             yield f"robot.json and the MJCF put '{link}' at different poses"
-
-
-def exclude_faults(files: RobotFiles) -> Iterator[str]:
-    """The MJCF leaves out neighbours, and what all sphere sets leave out."""
-    names = {body: files.model.body(body).name for body in range(files.model.nbody)}
-    found = {frozenset((names[int(sign) >> 16], names[int(sign) & 0xFFFF])) for sign in files.model.exclude_signature}
-    sets = [{frozenset(pair) for pair in pairs} for pairs in files.robot["self_collision_ignore"].values()]
-    wanted = set.intersection(*sets) if sets else set()
-    wanted |= {frozenset((files.links[k], files.links[k + 1])) for k in range(len(files.joints))}
-    for pair in found ^ wanted:
-        verb = "excludes" if pair in found else "does not exclude"
-        yield f"the MJCF {verb} contacts of {named(pair)}, other than robot.json"
 
 
 def _same(position: np.ndarray, matrix: np.ndarray, pose: np.ndarray) -> bool:

@@ -9,7 +9,7 @@ from mmp_env.errors import MmpError, in_words
 from mmp_env.importing.checked_files import RobotReport, read_robot_files
 from mmp_env.importing.file_faults import fingerprint_faults, limit_faults
 from mmp_env.importing.geometry_faults import cover_faults, hull_faults
-from mmp_env.importing.mjcf_faults import exclude_faults, kinematics_faults, name_faults
+from mmp_env.importing.mjcf_faults import kinematics_faults, name_faults
 from mmp_env.importing.pair_faults import pair_faults, pose_faults
 
 Progress = Callable[[str], None]
@@ -29,7 +29,6 @@ def check_robot(folder: Path, progress: Progress = lambda line: None) -> RobotRe
         ("hulls", hull_faults(files)),
         ("covers", cover_faults(files, report)),
         ("self-collision pairs", pair_faults(files)),
-        ("excluded contacts", exclude_faults(files)),
         ("poses", pose_faults(files)),
     ]
     for name, faults in steps:

@@ -17,7 +17,7 @@ from mmp_env.files.writing import json_text
 from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
 from mmp_env.importing.chain import Chain, select_chain
 from mmp_env.importing.chain_choice import ChainOptions
-from mmp_env.importing.cover_fit import FINE_M, Cover, CoverError, coarse_covers, fine_protrusion, fit_cover
+from mmp_env.importing.cover_fit import COARSE_EFFORT, FINE_EFFORT, FINE_M, Cover, CoverError, coarse_covers, fit_cover
 from mmp_env.importing.fingerprint import fingerprints
 from mmp_env.importing.folder_writing import read_folder, write_folder
 from mmp_env.importing.limits import Limits, limits_of
@@ -35,8 +35,6 @@ VERSION = 2
 COARSE_SPHERES = (28, 42, 63)
 """Numbers of spheres that the moving links have in set `28`; the next one is tried where too few poses are free."""
 _LEAST_FREE = 20
-
-_QUICK = 0.2
 
 Progress = Callable[[str], None]
 
@@ -202,8 +200,8 @@ def summary(folder: Path) -> dict[str, Any]:
 def _fine(name: str, shape: LinkShape | None, progress: Progress, detail: Detail) -> Cover | None:
     if shape is None:
         return None
-    allowed = detail.coarser * fine_protrusion(shape)
-    cover = fit_cover(shape, allowed) if detail is ALL_SETS else fit_cover(shape, allowed, fits=1, detail=_QUICK)
+    effort = FINE_EFFORT if detail is ALL_SETS else COARSE_EFFORT
+    cover = fit_cover(shape, detail.coarser * FINE_M, effort=effort)
     progress(f"{name}: {len(cover.radii)} spheres, {cover.protrusion * 1e3:.1f} mm of protrusion, cover proved")
     return cover
 
@@ -237,9 +235,6 @@ def _robot(
     notes = [*limits.notes]
     if empty:
         notes.append(f"links without collision geometry: {', '.join(empty)}")
-    large = [name for name, shape in zip(arm.links, shapes, strict=True) if shape and fine_protrusion(shape) > FINE_M]
-    if large:
-        notes.append(f"links too large for {FINE_M * 1e3:g} mm of protrusion in set fine: {', '.join(large)}")
     if chain.held:
         notes.append(f"joints that are no part of the arm are held at their value: {', '.join(chain.held)}")
     return {

@@ -25,6 +25,8 @@ SAMPLES = 10_000
 NEVER_M = 0.002
 """Distance [m] that a pair keeps in all samples if it never touches."""
 _SPHERE_SAMPLES = 2000
+_DISTANCES = 400_000
+"""Number of distances between spheres that are computed at once, to bound the memory."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,7 +134,7 @@ def always_overlap(
     """Returns whether the spheres of two links overlap in every configuration."""
     if first is None or second is None:
         return False
-    step = 50
+    step = max(1, _DISTANCES // (len(first.radii) * len(second.radii)))
     for k in range(0, len(first_poses), step):
         if (sphere_clearance(first_poses[k : k + step], first, second_poses[k : k + step], second) > 0).any():
             return False
@@ -159,7 +161,7 @@ def self_clearance(
         first, second = covers[i], covers[j]
         if first is None or second is None:
             continue
-        step = max(1, 4_000_000 // (len(first.radii) * len(second.radii)))
+        step = max(1, _DISTANCES // (len(first.radii) * len(second.radii)))
         for k in range(0, len(q), step):
             part = slice(k, k + step)
             out[part] = np.minimum(out[part], sphere_clearance(poses[i][part], first, poses[j][part], second))

@@ -171,7 +171,7 @@ def _check(args: Namespace) -> int:
     if args.json:
         print(json.dumps({"name": folder.name, "folder": str(folder), "valid": not report.faults, **report.fields()}))
     else:
-        say(*(report.faults or [f"{folder.name} is valid: {', '.join(report.proved)}"]))
+        say(*(report.faults or [f"{folder.name} is valid: {', '.join(report.proved)}", *report.notes]))
     return 1 if report.faults else 0
 
 

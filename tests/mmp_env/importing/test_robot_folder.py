@@ -217,7 +217,7 @@ FAULTS = {
     "no spheres": ("spheres.json", drop_spheres, "has no spheres for 'fore'"),
     "larger sphere": ("spheres.json", grow, "protrudes"),
     "moved hull": ("hulls.json", move_hull, "piece 0 of 'fore'"),
-    "smaller hull": ("hulls.json", shrink_hull, "piece 0 of 'upper' leaves"),
+    "smaller hull": ("hulls.json", shrink_hull, "piece 0 of 'upper' and its geom in the MJCF differ"),
     "lost piece": ("hulls.json", lose_piece, "1 geoms in the MJCF and 0 convex pieces"),
     "ignored pair": ("robot.json", test_more_pair, "base-hand"),
     "wrong reason": ("robot.json", wrong_reason, "is ignored as 'never', and is 'adjacent'"),

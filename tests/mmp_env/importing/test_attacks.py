@@ -19,9 +19,9 @@ def robot(tmp_path_factory):
 
 
 def test_random_covers_leave_no_point_outside(robot):
-    process = run("attack_covers.py", robot, "--covers", 20, "--points", 5000)
+    process = run("attack_covers.py", robot, "--covers", 6, "--points", 5000)
     assert process.returncode == 0, process.stderr
-    assert json.loads(process.stdout) | {"wrong": 0, "covers": 20} == json.loads(process.stdout)
+    assert json.loads(process.stdout) | {"wrong": 0, "covers": 6} == json.loads(process.stdout)
 
 
 def test_every_kind_of_planted_fault_is_found(robot):

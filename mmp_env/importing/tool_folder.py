@@ -21,7 +21,7 @@ from mmp_env.files.writing import json_text
 from mmp_env.importing.chain import Chain
 from mmp_env.importing.chain_links import Link, colliding, link_of_bodies
 from mmp_env.importing.compiled_source import SourceModel
-from mmp_env.importing.cover_fit import Cover, CoverError, coarse_covers, fine_protrusion, fit_cover
+from mmp_env.importing.cover_fit import FINE_M, Cover, CoverError, coarse_covers, fit_cover
 from mmp_env.importing.folder_writing import read_folder, write_folder
 from mmp_env.importing.link_pieces import link_pieces
 from mmp_env.importing.link_shape import LinkShape
@@ -128,7 +128,7 @@ def _state_files(source: SourceModel, options: ToolOptions, state: str | None, p
     shape = LinkShape(pieces)
     try:
         coarse = coarse_covers([None, shape], COARSE_SPHERES)[1]
-        covers = {"28": coarse, "fine": fit_cover(shape, fine_protrusion(shape))}
+        covers = {"28": coarse, "fine": fit_cover(shape, FINE_M)}
     except CoverError as error:
         raise MmpError(f"{source.path}: no sphere cover was found: {error}") from None
     point = _point(source, data, options.point, pieces)

@@ -69,7 +69,11 @@ def check_document(document: Mapping[str, Any], *, exact: bool = False) -> Check
             if (beyond_limits(data) <= allowed).all() and not any(length(data)):
                 return _swept(data, violations, model, families, exact)
     return CheckReport(
-        violations=tuple(violations), spheres=_geometry(data, exact), margin_m=data.margin, margins_m=data.margins
+        violations=tuple(violations),
+        spheres=_geometry(data, exact),
+        margin_m=data.margin,
+        margins_m=data.margins,
+        may_touch=data.cell.may_touch,
     )
 
 
@@ -115,4 +119,5 @@ def _swept(
         proved_m={kind: float(m) if np.isfinite(m) else None for kind, m in by_kind.items()} if proved else None,
         required_m=min(required.values()),
         instants=result.instants,
+        may_touch=data.cell.may_touch,
     )

@@ -98,6 +98,12 @@ class CheckedCell:
         """Which joints slide, in m, according to robot.json. The others turn, in rad."""
         return np.array([joint.get("type") == "slide" for arm in self.arms for joint in arm.robot.data["joints"]])
 
+    @property
+    def may_touch(self) -> tuple[tuple[str, str], ...]:
+        """Moving links and obstacles that may touch: no check tests these pairs."""
+        pairs = [(link, solid.name) for solid in self.solids for link in sorted(solid.may_touch)]
+        return tuple(dict.fromkeys(pairs))  # the pieces of a mesh share the name of their obstacle
+
     def of_robots(self, key: str) -> Float[np.ndarray, "n"]:
         """Returns a property of all joints from robot.json."""
         return np.array([joint[key] for arm in self.arms for joint in arm.robot.data["joints"]], dtype=float)
@@ -196,6 +202,11 @@ def read_cell(data: Any) -> CheckedCell:
     for kind, names in (("arms", [arm.name for arm in arms]), ("obstacles", [pieces[0].name for pieces in obstacles])):
         if len(set(names)) < len(names):
             raise UnreadableError(f"two {kind} of the cell have the same name")
+    moving = {f"{arm.name}/{link}" for arm in arms for link in arm.robot.links[1:]}
+    for solid in solids:
+        if strange := sorted(solid.may_touch - moving):
+            where = f"may_touch of obstacle '{solid.name}'"
+            raise UnreadableError(f"{where} names {shown(strange[0])}, which is no moving link of an arm of the cell")
     spheres = data.get("spheres")
     if spheres is None:
         bodies = [model for arm in arms for model in (arm.robot, arm.tool) if model]

@@ -77,6 +77,7 @@ class CheckReport:
         proved_m: the clearances [m] proved, by kind of margin; None for a kind without pairs.
         required_m: the least clearance [m] that had to be proved.
         instants: number of configurations of the whole cell that were placed.
+        may_touch: moving links and obstacles that may touch, which no check tests.
     """
 
     violations: tuple[Violation, ...]
@@ -90,6 +91,7 @@ class CheckReport:
     proved_m: Mapping[str, float | None] | None = None
     required_m: float | None = None
     instants: int = 0
+    may_touch: tuple[tuple[str, str], ...] = ()
 
     @property
     def valid(self) -> bool:
@@ -98,6 +100,11 @@ class CheckReport:
 
     def __bool__(self) -> bool:
         return self.valid
+
+    @property
+    def not_tested(self) -> list[str]:
+        """Words on every pair that may touch."""
+        return [f"{link} and {obstacle}, which may touch" for link, obstacle in self.may_touch]
 
     @property
     def sentences(self) -> list[str]:
@@ -119,6 +126,7 @@ class CheckReport:
             "proved_m": None if self.proved_m is None else dict(self.proved_m),
             "required_m": self.required_m,
             "instants": self.instants,
+            **({"may_touch": [list(pair) for pair in self.may_touch]} if self.may_touch else {}),
         }
 
     def __repr__(self) -> str:

@@ -53,6 +53,11 @@ def _check(path: str, args: Namespace) -> int:
         say(f"{path}: {report}{margins_in_words(report)}")
     else:
         say(f"{path}: valid", *(f"  {x}" for x in str(report).splitlines()))
+    if not args.json:
+        plans = [report] if isinstance(report, CheckReport) else report.plans
+        pairs = dict.fromkeys(pair for plan in plans for pair in plan.not_tested)
+        if pairs:
+            say(*(f"  not tested  {pair}" for pair in pairs))
     return 0 if report.valid else 1
 
 

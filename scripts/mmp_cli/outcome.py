@@ -123,6 +123,8 @@ class Outcome:
     def verdict(self) -> dict[str, Any]:
         """Returns the further fields of `mmp plan --json`: `valid`, `message` of an error, `retimed`, `execution`."""
         out: dict[str, Any] = {"valid": self.check.valid if self.check is not None else None}
+        if self.check is not None and self.check.may_touch:
+            out["may_touch"] = [list(pair) for pair in self.check.may_touch]
         if self.message is not None:
             out["message"] = self.message
         if "retime" in self.steps:

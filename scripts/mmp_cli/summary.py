@@ -41,6 +41,7 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
         *sentences, last = str(outcome.check).splitlines()
         sentences.append(f"{last}; checked in {outcome.check_time_s:.2f} s")
         yield from zip(chain(["check"], repeat("")), sentences, strict=False)
+        yield from zip(chain(["not tested"], repeat("")), outcome.check.not_tested, strict=False)
     elif plan:
         yield "check", "left out, the run was interrupted; mmp check does it"
     yield from _not_done(outcome)

@@ -1,13 +1,17 @@
 """Links that may touch an obstacle: no query tests them against it, all other links are tested, files keep it."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import mmp_env
+from mmp_cli.main import main
 from mmp_env.errors import UnknownNameError
 from mmp_env.files.cell_file import cell_from_dict, cell_to_dict
+from mmp_env.files.plan_file import plan_to_dict
+from mmp_env.files.writing import plain
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
 
@@ -62,3 +66,29 @@ def test_the_checker_follows_them(links, valid):
     positions = {"arm": np.concatenate([UPRIGHT, UPRIGHT + 0.1])}
     plan = mmp_env.Plan(problem=problem, times=np.array([0.0, 1.0]), positions=positions)
     assert mmp_env.check_plan(plan).valid == valid
+    report = mmp_env.check_plan(plan)
+    assert report.may_touch == tuple((link, "sleeve") for link in sorted(links))
+    assert report.as_dict().get("may_touch", []) == [[link, "sleeve"] for link in sorted(links)]
+    assert report.not_tested == [f"{link} and sleeve, which may touch" for link in sorted(links)]
+
+
+@pytest.mark.parametrize("strange", ["arm/base", "arm/shuolder", "other/shoulder"])
+def test_the_checker_refuses_names_of_no_moving_link(strange):
+    problem = mmp_env.make_problem(cell("arm/shoulder", "arm/upperarm"), {"arm": UPRIGHT[0]}, {"arm": UPRIGHT[0]})
+    document = plan_to_dict(mmp_env.Plan(problem=problem, times=np.array([0.0]), positions={"arm": UPRIGHT}))
+    document["problem"]["cell"]["obstacles"][0]["may_touch"] = [strange]
+    (sentence,) = mmp_env.check_plan(document).sentences
+    told = f"may_touch of obstacle 'sleeve' names '{strange}', which is no moving link of an arm of the cell"
+    assert sentence == f"schema: {told}"
+
+
+def test_mmp_check_lists_the_pairs_that_nothing_tests(tmp_path, capsys):
+    problem = mmp_env.make_problem(cell("arm/shoulder", "arm/upperarm"), {"arm": UPRIGHT[0]}, {"arm": UPRIGHT[0]})
+    plan = mmp_env.Plan(problem=problem, times=np.array([0.0]), positions={"arm": UPRIGHT})
+    file = tmp_path / "plan.json"
+    file.write_text(json.dumps(plain(plan_to_dict(plan))))
+    main(["check", str(file)])
+    assert "not tested  arm/shoulder and sleeve, which may touch" in capsys.readouterr().out
+    main(["check", str(file), "--json"])
+    pairs = [["arm/shoulder", "sleeve"], ["arm/upperarm", "sleeve"]]
+    assert json.loads(capsys.readouterr().out)["may_touch"] == pairs

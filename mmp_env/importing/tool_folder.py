@@ -28,10 +28,11 @@ from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.mjcf_text import tool_mjcf
 from mmp_env.importing.pieces import Piece
 from mmp_env.importing.source import prepare_source
+from mmp_env.importing.tool_joints import place_joints
 from mmp_env.mujoco_import import mujoco
 from mmp_env.robot_folders import TOOL_DESCRIPTION
 
-VERSION = 1
+VERSION = 2
 """Version of the importer's results. The cache holds results of the same version only."""
 COARSE_SPHERES = 8
 """Number of spheres that a tool has in set `28`."""
@@ -174,12 +175,13 @@ def _placed(source: SourceModel, values: str, label: str) -> tuple[Any, dict[str
     if not set(model.jnt_type.tolist()) <= {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}:
         raise MmpError(f"{source.path} has a ball or free joint; a tool has hinges and slides only")
     data = mujoco.MjData(model)
-    for name, value in _joint_values(values, names, label).items():
-        k = names.index(name)
-        low, high = model.jnt_range[k]
-        if model.jnt_limited[k] and not low - 1e-9 <= value <= high + 1e-9:
+    given = _joint_values(values, names, label)
+    place_joints(source, data, {names.index(name): value for name, value in given.items()}, label)
+    for k, name in enumerate(names):
+        value, (low, high) = data.qpos[model.jnt_qposadr[k]], model.jnt_range[k]
+        placed = name in given or value != model.qpos0[model.jnt_qposadr[k]]
+        if placed and model.jnt_limited[k] and not low - 1e-9 <= value <= high + 1e-9:
             raise MmpError(f"{label}: joint '{name}' is {value:g}; its limits are {low:g} to {high:g}")
-        data.qpos[model.jnt_qposadr[k]] = value
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     return data, {name: float(data.qpos[model.jnt_qposadr[k]]) for k, name in enumerate(names)}
@@ -199,6 +201,8 @@ def _joint_values(text: str, names: list[str], label: str) -> dict[str, float]:
             raise MmpError(f"{label}: '{value}' names no joint; give JOINT=VALUE,... or one value for each joint")
         if name not in names:
             raise UnknownNameError(f"joint of {label}", name, names)
+        if name in out:
+            raise MmpError(f"{label}: joint '{name}' is given twice; give it one value")
         try:
             out[name] = float(value)
         except ValueError:

@@ -6,7 +6,10 @@ import difflib
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
-HOW_TO_ADD = "docs/how-to/add-a-robot.md explains how to add another"
+HOW_TO_ADD = {
+    "robot": "docs/how-to/add-a-robot.md explains how to add another",
+    "tool": "docs/how-to/add-a-tool.md explains how to add another",
+}
 """End of the messages about unknown robots and tools."""
 _MISSPELLED = 0.8
 """Least similarity (`difflib` ratio) of a name and a probable misspelling of it."""

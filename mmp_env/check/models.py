@@ -176,10 +176,14 @@ def _finite(value: Any, shape: tuple[int | None, ...], where: str) -> Float[np.n
 
 def _found(kind: str, name: str) -> CheckedModel:
     """Returns a built-in model, or one in a folder."""
-    find, names = (find_robot, robot_names) if kind == "robots" else (find_tool, tool_names)
+    find, names, advice = (
+        (find_robot, robot_names, HOW_TO_ADD["robot"])
+        if kind == "robots"
+        else (find_tool, tool_names, HOW_TO_ADD["tool"])
+    )
     folder = find(name)
     if folder is None:
-        raise UnreadableError(f"'{name}' is not among the {kind}: {', '.join(names())}. {HOW_TO_ADD}")
+        raise UnreadableError(f"'{name}' is not among the {kind}: {', '.join(names())}. {advice}")
     try:
         return _in_folder(folder, kind, tuple(path.stat().st_mtime_ns for path in sorted(folder.iterdir())))
     except (OSError, ValueError, RecursionError) as error:

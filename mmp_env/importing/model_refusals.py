@@ -17,8 +17,12 @@ def refuse_odd_joints(source: SourceModel, joints: Sequence[int]) -> None:
         name, kind = model.joint(j).name, int(model.jnt_type[j])
         if kind == SLIDE and not model.jnt_limited[j]:
             raise MmpError(f"{source.path}: slide joint '{name}' has no limits; give it a range")
-        if model.jnt_limited[j] and not model.jnt_range[j, 0] < model.jnt_range[j, 1]:
-            raise MmpError(f"{source.path}: joint '{name}' has an empty range; give it lower and upper limits")
+        lower, upper = model.jnt_range[j]
+        if lower > upper or (model.jnt_limited[j] and lower == upper):
+            raise MmpError(
+                f"{source.path}: joint '{name}' has the range from {lower:g} to {upper:g}; the lower limit must be the"
+                " smaller one"
+            )
         body = int(model.jnt_bodyid[j])
         others = range(int(model.body_jntadr[body]), int(model.body_jntadr[body]) + int(model.body_jntnum[body]))
         if any(int(model.jnt_type[o]) not in (HINGE, SLIDE) for o in others):

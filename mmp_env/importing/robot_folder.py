@@ -35,6 +35,7 @@ VERSION = 3
 COARSE_SPHERES = (28, 42, 63)
 """Numbers of spheres that the moving links have in set `28`; the next one is tried where too few poses are free."""
 _LEAST_FREE = 20
+_LEAST_REACH_M = 1e-3
 
 Progress = Callable[[str], None]
 
@@ -276,9 +277,25 @@ def _robot(
 
 
 def _reach(arm: ArmGeometry, flange: np.ndarray) -> float:
-    """The largest horizontal distance [m] of the flange from the axis of the base in random configurations."""
-    poses = arm.kinematics.link_poses(arm.draw(SAMPLES, 1))[-1] @ flange
-    return round(float(np.hypot(poses[:, 0, 3], poses[:, 1, 3]).max()), 3)
+    """Returns the largest horizontal distance [m] of the flange from the axis of the base in random configurations.
+
+    For a flange that stays on this axis, as that of a lift, it is the distance of the farthest vertex in one of them.
+    """
+    poses = arm.kinematics.link_poses(arm.draw(SAMPLES, 1))
+    reach = _farthest((poses[-1] @ flange)[:, :3, 3])
+    if reach < _LEAST_REACH_M:
+        placed = [
+            piece.vertices @ pose[:3, :3].T + pose[:3, 3]
+            for pose, pieces in zip(poses[:, 0], arm.pieces, strict=True)
+            for piece in pieces
+        ]
+        reach = max(_farthest(np.concatenate(placed)), _LEAST_REACH_M)
+    return round(reach, 3)
+
+
+def _farthest(points: np.ndarray) -> float:
+    """Returns the largest horizontal distance of points from the origin."""
+    return float(np.hypot(points[:, 0], points[:, 1]).max())
 
 
 def _spheres(arm: ArmGeometry, covers: Sequence[Cover | None]) -> dict[str, list[list[float]]]:

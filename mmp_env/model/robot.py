@@ -188,7 +188,7 @@ def load_robot(name: str) -> Robot:
     """Returns the robot of that name, or in the folder at that path. Raises `UnknownNameError`, `MmpError`."""
     folder = find_robot(name)
     if folder is None:
-        raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD)
+        raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD["robot"])
     return _read_robot(folder, _changed(folder))
 
 
@@ -205,7 +205,7 @@ def load_tool(name: str, state: str | None = None) -> Tool:
     """
     folder = find_tool(name)
     if folder is None:
-        raise UnknownNameError("tool", name, tool_names(), suggest=misspelled, advice=HOW_TO_ADD)
+        raise UnknownNameError("tool", name, tool_names(), suggest=misspelled, advice=HOW_TO_ADD["tool"])
     states = tool_states(folder)
     if not states:
         if state is not None:

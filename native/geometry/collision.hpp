@@ -207,10 +207,12 @@ template <class V>
 MMP_NOINLINE void contact_exactly(const Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, Scalar<V> margin,
                                   const V& reach, const V& far, Contacts<V>& out) {
   const auto protrusion = a.arm->links[la].protrusion;
+  const bool bounds_above = o.shape != Shape::hull;  // beside an edge of a hull, `distance` is only a lower bound
   Contacts<V> near, sure;
   visit_distances(a, la, o, far, [&](const V& d) {
     near.touching |= d < splat<V>(margin);
     near.undecided |= d < reach;
+    if (!bounds_above) return;
     sure.touching |= d < splat<V>(margin - protrusion);
     sure.undecided |= d < reach - protrusion;
   });

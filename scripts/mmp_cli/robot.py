@@ -165,7 +165,7 @@ def _check(args: Namespace) -> int:
     name = _given(args.name)
     folder = find_robot(name)
     if folder is None:
-        raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD)
+        raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD["robot"])
     with ImportProgress() as progress:
         report = check_robot(folder, progress)
     if args.json:

@@ -7,6 +7,7 @@ import pytest
 from reference.convex import hull_distance
 
 from mmp_env import core
+from mmp_env.model.convex_hull import supporting_planes
 
 REACH_M = 1.0
 UNKNOWN_M = 1e9
@@ -215,6 +216,24 @@ def test_convex_obstacles_are_measured_exactly():
     expected = np.array([hull_distance(placed(a, 0.0, p), corners) - 0.01 for p in q])
     found = core.static_clearance(cell, 0, q, precise=True)
     np.testing.assert_allclose(found[expected > 1e-6], expected[expected > 1e-6], rtol=0, atol=1e-8)
+
+
+def test_links_beside_an_edge_of_a_convex_obstacle_are_not_taken_for_contacts():
+    rng = np.random.default_rng(3)
+    corners = np.array([[1.0, 0.9, -0.5], [1.0, 0.9, 0.5], [1.4, 0.88, -0.5], [1.4, 0.88, 0.5], [1.4, 0.92, 0.0]])
+    planes = supporting_planes(corners)
+    a = drawn(rng, 8)
+    cell = core.Cell()
+    bound = np.linalg.norm(a, axis=1).max()
+    cell.add_arm(**chain(), spheres=np.array([[0, 0, 0, bound]]), sphere_links=np.array([2], dtype=np.int32))
+    cell.add_hull(arm=0, link=2, vertices=a, protrusion=bound / 4)
+    cell.add_hull_obstacle(vertices=corners, planes=planes)
+    cell.freeze()
+    q = rng.uniform(-np.pi, np.pi, (400, 2))
+    clearance = core.static_clearance(cell, 0, q, precise=True)
+    free = core.edges_free(cell, 0, q, q, core.Levels(1e-3, 5e-4))
+    assert free[clearance > 0.0015].all()
+    assert not free[clearance < 0].any()
 
 
 def test_hulls_come_in_the_order_of_the_links():

@@ -22,7 +22,7 @@ def test_robots_cells_tasks_and_planners_are_listed(mmp, stand_ins):
 
 def test_json_has_the_options_with_types_and_defaults(mmp, stand_ins):
     found = mmp("list", "--json").result
-    assert list(found) == ["robots", "cells", "tasks", "planners"]
+    assert list(found) == ["robots", "tools", "cells", "tasks", "planners"]
     (straight,) = [planner for planner in found["planners"] if planner["name"] == "straight"]
     assert straight["summary"] == "Goes straight, through every obstacle."
     assert straight["options"][0] == {"name": "steps", "type": "int", "default": 4, "doc": "pieces of the line"}

@@ -307,6 +307,12 @@ CALLS = {
     "Cell.add_hull_obstacle": call(
         lambda **given: one_arm().add_hull_obstacle(**given), **OF_CELL["add_hull_obstacle"]
     ),
+    "Cell.let_touch": call(
+        lambda **given: two_arms(frozen=False).let_touch(**given),
+        obstacle=(0, "arm of one"),
+        arm=(0, "arm"),
+        link=(1, "moving link"),
+    ),
     "Cell.freeze": call(lambda: two_arms(frozen=False).freeze()),
     "spheres": in_cell(core.spheres, **ARM, q=(ROWS, "rows")),
     "sphere_table": in_cell(core.sphere_table, **ARM),
@@ -444,6 +450,7 @@ WRONG |= {
     "path id": [7, -1, -(2**31), *NOT_COUNTS],
     "arm of one": [1, *WRONG["arm"]],
     "any link": [3, -1, -(2**31), *NOT_COUNTS],
+    "moving link": [0, 3, -1, -(2**31), *NOT_COUNTS],
     "protrusion": [math.nan, math.inf, -0.1, 1e300, *NOT_NUMBERS],
     "poses of hulls": [np.zeros((3, 4, 11)), np.zeros((3, 3, 12)), np.zeros((3, 12)), *NOT_NUMBERS]
     + [np.full((1, 2, 12), x) for x in ENDLESS],

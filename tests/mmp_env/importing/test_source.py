@@ -100,6 +100,7 @@ CASES = {
         "'lift' is revolute and has no",
     ),
     "slide without limits": (mjcf(joint2='type="slide" limited="false"'), "slide joint 'a2' has no limits"),
+    "limits swapped": (mjcf(joint2='range="2 -2"'), "joint 'a2' has the range from 2 to -2"),
     "two joints of one name": (mjcf().replace('"a3"', '"a2"'), "repeated name 'a2' in joint"),
     "two URDF joints of one name": (urdf().replace('"roll"', '"lift"'), "two joints with the name 'lift'"),
     "loop in URDF": (

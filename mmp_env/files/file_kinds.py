@@ -39,7 +39,10 @@ def read_as(path: str | PathLike[str], kinds: tuple[str, ...], takes: str) -> An
     try:
         data = read_document(path)
     except NotJsonError:
-        if Path(path).suffix.lower() != ".jsonl":
+        suffix = Path(path).suffix.lower()
+        if suffix in (".xml", ".mjcf", ".urdf"):
+            raise MmpError(f"{path} is a MuJoCo model, which mmp plan takes; {takes}") from None
+        if suffix != ".jsonl":
             raise
         data = {_RESULT_FIELD: None}  # lines of JSON, which together are not JSON
     except TooLargeError as error:

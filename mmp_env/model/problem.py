@@ -35,7 +35,7 @@ from mmp_env.wording import counted, degrees_hint
 
 DEFAULT_MAX_VELOCITY = 0.8
 """Velocity limit [rad/s] of every joint, as in the paper; a robot's own limit holds as well."""
-_MOVED = 1e-3
+MOVED = 1e-3
 """Difference of a held joint or free body [rad or m] from its value in the cell, above which a warning tells it."""
 PLAUSIBLE_VELOCITY = 4 * np.pi
 """Largest velocity limit [rad/s] that is plausible for a slower robot: two turns a second. Above are degrees."""
@@ -230,7 +230,7 @@ def _of_whole_model(cell: Cell, given: ArrayLike, which: str) -> Mapping[str, np
     if len(numbers) != size:
         raise MmpError(f"{which} has {len(numbers)} numbers; the qpos of the model of cell '{cell.name}' has {size}")
     index, away = cell.joints.deviation(numbers)
-    if away > _MOVED:
+    if away > MOVED:
         warnings.warn(
             f"{which}: qpos[{index}] is {numbers[index]:.4g}, and cell '{cell.name}' was made with"
             f" {cell.joints.qpos[index]:.4g}; make it with cell_from_mujoco(..., qpos=data.qpos)",

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.errors import MmpError
 from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.model_tree import ModelTree
 
@@ -30,12 +31,16 @@ class ModelServos:
         tree: the model.
         data: its state; where it is now, the actuators of all other joints hold theirs.
         joints: the joints to drive.
+
+        Raises:
+            MmpError: if two position actuators drive one of them.
         """
         model = tree.model
         self._model, self._data = model, data
         self._still, self._driven_qpos = mujoco.MjData(model), model.jnt_qposadr[list(joints)]  # without velocity
         mujoco.mj_forward(model, data)
         servo_of = {int(model.actuator_trnid[a, 0]): a for a in range(model.nu) if _drives_joint(model, a)}
+        _refuse_rivals(tree, set(joints))
         driven = [(k, servo_of[joint]) for k, joint in enumerate(joints) if joint in servo_of]
         self._column = np.array([k for k, _ in driven], dtype=int)
         self._servo = np.array([a for _, a in driven], dtype=int)
@@ -90,7 +95,7 @@ class ModelServos:
 
 
 def _is_position(model: Any, a: int) -> bool:
-    """Whether an actuator pulls to a position that its control or activation sets."""
+    """Returns whether an actuator pulls to a position that its control or activation sets."""
     kinds = int(model.actuator_gaintype[a]) == _FIXED and int(model.actuator_biastype[a]) == _AFFINE
     dynamics = int(model.actuator_dyntype[a]) in (_NONE, _INTEGRATOR, *_FILTERS)
     gain, stiffness = float(model.actuator_gainprm[a, 0]), float(model.actuator_biasprm[a, 1])
@@ -100,6 +105,22 @@ def _is_position(model: Any, a: int) -> bool:
 def _drives_joint(model: Any, a: int) -> bool:
     is_joint = int(model.actuator_trntype[a]) in _JOINT_TRANSMISSIONS and model.actuator_gear[a, 0] != 0
     return is_joint and _is_position(model, a)
+
+
+def _refuse_rivals(tree: ModelTree, joints: Set[int]) -> None:
+    """Raises `MmpError` if two position actuators drive one of the joints: their forces add up."""
+    model, servo_of = tree.model, {}
+    for a in range(model.nu):
+        joint = int(model.actuator_trnid[a, 0])
+        if not _drives_joint(model, a) or joint not in joints:
+            continue
+        name = model.actuator(a).name or f"actuator {a}"
+        if joint in servo_of:
+            raise MmpError(
+                f"the position actuators '{servo_of[joint]}' and '{name}' both drive joint '{tree.joint_name(joint)}';"
+                " a joint of an arm has one at most"
+            )
+        servo_of[joint] = name
 
 
 def _setpoint(model: Any, a: int, length: float) -> float:

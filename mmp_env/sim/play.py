@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -9,10 +10,11 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.argument_checks import given
-from mmp_env.errors import MmpError
+from mmp_env.errors import MmpError, MovedBodyWarning
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import given_plan
+from mmp_env.model.problem import MOVED
 from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.contacts import ContactLog
 from mmp_env.sim.execution import ExecutionReport, execute_plan
@@ -44,7 +46,23 @@ def play(plan: Plan, model: Any, data: Any, *, monitor: Monitor | None = None) -
     given("data", data, mujoco.MjData, "a mujoco.MjData of that model")
     if data.model is not model and data.qpos.shape != (model.nq,):
         raise MmpError(f"data has {len(data.qpos)} positions and the model {model.nq}; they belong to different models")
-    return execute_plan(ModelSimulation(plan.problem.cell, model, data), plan, monitor=monitor)
+    simulation = ModelSimulation(plan.problem.cell, model, data)
+    _warn_of_moved_bodies(plan.problem.cell, data)
+    return execute_plan(simulation, plan, monitor=monitor)
+
+
+def _warn_of_moved_bodies(cell: Cell, data: Any) -> None:
+    """Warns if joints or bodies of no arm are elsewhere than in the cell, where the plan does not expect them."""
+    if cell.joints is None or len(cell.joints.qpos) != len(data.qpos):
+        return
+    index, away = cell.joints.deviation(data.qpos)
+    if away > MOVED:
+        warnings.warn(
+            f"data.qpos[{index}] is {data.qpos[index]:.4g}, and cell '{cell.name}' was made with"
+            f" {cell.joints.qpos[index]:.4g}; make it with cell_from_mujoco(..., qpos=data.qpos), and plan again",
+            MovedBodyWarning,
+            stacklevel=3,
+        )
 
 
 class ModelSimulation:

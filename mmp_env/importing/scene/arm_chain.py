@@ -41,7 +41,8 @@ def place_chain(
         collides: Which pairs of geoms collide.
     """
     model, data = tree.model, at_zero(tree.model, arm.joints, qpos)
-    solid = np.asarray(collides.any(axis=1))
+    solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    solid[model.pair_geom1] = solid[model.pair_geom2] = True
     owner = tree.links_of(arm.joints)
     frames = [_joint_frame(model, data, joint) for joint in arm.joints]
     base = frames[0]
@@ -77,7 +78,7 @@ def _joint_frame(model: Any, data: Any, joint: int) -> Float[np.ndarray, "4 4"]:
 
 
 def _link_names(tree: ModelTree, arm: ModelArm) -> list[str]:
-    """Names without the prefix that all joints have, so that equal arms have equal links."""
+    """Returns the names of the links without the prefix that all joints have, so equal arms have equal links."""
     raw = [BASE]
     for k, joint in enumerate(arm.joints):
         body = int(tree.model.jnt_bodyid[joint])

@@ -48,7 +48,7 @@ def _moving(tree: ModelTree, body: int, owner: dict[int, str]) -> set[int]:
     return {joint for joint in tree.above(body) if joint in owner}
 
 
-def _refuse_tendon(tree: ModelTree, tendon: int, owner: dict[int, str], what: str) -> None:
+def _refuse_tendon(tree: ModelTree, tendon: int, owner: dict[int, str], cause: str) -> None:
     """Raises `MmpError` if a tendon that a constraint acts on runs over a joint of an arm."""
     if tendon < 0:
         return
@@ -56,18 +56,18 @@ def _refuse_tendon(tree: ModelTree, tendon: int, owner: dict[int, str], what: st
     sets = []
     first = int(model.tendon_adr[tendon])
     for k in range(first, first + int(model.tendon_num[tendon])):
-        kind, what_it_wraps = int(model.wrap_type[k]), int(model.wrap_objid[k])
+        kind, wrapped = int(model.wrap_type[k]), int(model.wrap_objid[k])
         if kind == int(_WRAP.mjWRAP_JOINT):
-            joints.add(what_it_wraps)
+            joints.add(wrapped)
         elif kind in (int(_WRAP.mjWRAP_SITE), int(_WRAP.mjWRAP_SPHERE), int(_WRAP.mjWRAP_CYLINDER)):
             bodies = model.site_bodyid if kind == int(_WRAP.mjWRAP_SITE) else model.geom_bodyid
-            sets.append(_moving(tree, int(bodies[what_it_wraps]), owner))
+            sets.append(_moving(tree, int(bodies[wrapped]), owner))
     joints |= set().union(*sets) - (set.intersection(*sets) if sets else set())
     crossed = sorted(joint for joint in joints if joint in owner)
     if crossed:
         name = model.tendon(tendon).name or f"number {tendon}"
         raise MmpError(
-            f"{what} of tendon {name} acts on joint '{tree.joint_name(crossed[0])}' of arm '{owner[crossed[0]]}'; the"
+            f"{cause} of tendon {name} acts on joint '{tree.joint_name(crossed[0])}' of arm '{owner[crossed[0]]}'; the"
             " joints of an arm must move independently"
         )
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.model.names import is_name
+from mmp_env.model.names import NAMES, is_name
 from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.model_tree import SLIDE, ModelTree
 
@@ -72,7 +72,14 @@ def _asked_arms(tree: ModelTree, asked: Mapping[str, str | Sequence[str]]) -> di
         raise MmpError("arms is no mapping; it must be arm name -> joint names, or a prefix of joint names")
     out = {}
     for name, joints in asked.items():
-        out[name] = _by_prefix(tree, joints) if isinstance(joints, str) else _by_names(tree, name, joints)
+        if not (isinstance(name, str) and is_name(name)):
+            raise MmpError(f"an arm is called {name!r}; its name must be {NAMES}")
+        if isinstance(joints, str):
+            out[name] = _by_prefix(tree, joints)
+        elif isinstance(joints, Sequence) and all(isinstance(joint, str) for joint in joints):
+            out[name] = _by_names(tree, name, joints)
+        else:
+            raise MmpError(f"arm '{name}' has {joints!r}; give a list of joint names, or a prefix of them")
     return out
 
 
@@ -81,7 +88,15 @@ def _by_prefix(tree: ModelTree, prefix: str) -> tuple[int, ...]:
     chains = tree.chains(lambda joint: tree.model.joint(joint).name.startswith(prefix) and usable(joint))
     if not chains:
         raise UnknownNameError("joint prefix", prefix, _prefixes(tree))
-    return tuple(max(chains, key=len))
+    longest = max(map(len, chains))
+    long = [chain for chain in chains if len(chain) >= max(longest / 2, min(2, longest))]
+    if len(long) > 1:
+        begins = ", ".join(f"{tree.joint_name(chain[0])} ..." for chain in long)
+        raise MmpError(
+            f"joint prefix '{prefix}' begins the joints of {len(long)} arms: {begins}; give a longer prefix, or a list"
+            " of names"
+        )
+    return tuple(long[0])
 
 
 def _by_names(tree: ModelTree, arm: str, names: Iterable[str]) -> tuple[int, ...]:

@@ -15,13 +15,13 @@ from mmp_env.importing.scene.arm_chain import PlacedArm, place_chain
 from mmp_env.importing.scene.constraints import refuse_constraints, refuse_shapes
 from mmp_env.importing.scene.contact_filter import colliding_geoms
 from mmp_env.importing.scene.model_arms import find_arms
-from mmp_env.importing.scene.scene_obstacles import _quaternion, scene_obstacles, unmoved_geoms
+from mmp_env.importing.scene.scene_obstacles import pose_quaternion, scene_obstacles, unmoved_geoms
 from mmp_env.importing.scene.scene_robot import scene_robot
 from mmp_env.importing.scene.standing_contacts import contacts_to_allow
 from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.model_joints import ModelJoints
-from mmp_env.model.names import is_name
+from mmp_env.model.names import NAMES, is_name
 from mmp_env.model.robot import EXACT, frozen_array
 from mmp_env.mujoco_import import mujoco
 from mmp_env.sim.model_tree import ModelTree
@@ -83,12 +83,14 @@ def _arm(placed: PlacedArm) -> Arm:
         robot=scene_robot(placed.chain),
         tool=None,
         position=frozen_array(placed.chain.base[:3, 3]),
-        quaternion=_quaternion(placed.chain.base),
+        quaternion=pose_quaternion(placed.chain.base),
     )
 
 
 def _name(asked: str | None, title: str) -> str:
     if asked is not None:
+        if not (isinstance(asked, str) and is_name(asked)):
+            raise MmpError(f"name is {asked!r}; the name of a cell must be {NAMES}")
         return asked
     name = "".join(c if c.isprintable() and c != "/" else "_" for c in title)[:80]
     return name if is_name(name) else "scene"

@@ -60,7 +60,7 @@ def _obstacle(tree: ModelTree, data: Any, geom: int, around: Float[np.ndarray, "
             f"geom '{name}' is {largest:g} m large at {np.round(pose[:3, 3], 3).tolist()}; an obstacle"
             f" has edges of {LARGEST_M:g} m at most and lies within {LARGEST_M:g} m of the origin"
         )
-    return Obstacle(name=name, position=frozen_array(pose[:3, 3]), quaternion=_quaternion(pose), **measures)
+    return Obstacle(name=name, position=frozen_array(pose[:3, 3]), quaternion=pose_quaternion(pose), **measures)
 
 
 def _outline(model: Any, data: Any, geom: int, name: str, pose: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "v 3"]:
@@ -82,12 +82,13 @@ def _plane(name: str, pose: Float[np.ndarray, "4 4"], around: Float[np.ndarray, 
         name=name,
         shape="box",
         position=frozen_array(foot - normal * _PLANE_M / 2),
-        quaternion=_quaternion(pose),
+        quaternion=pose_quaternion(pose),
         size=frozen_array([LARGEST_M, LARGEST_M, _PLANE_M]),
     )
 
 
-def _quaternion(pose: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4"]:
+def pose_quaternion(pose: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4"]:
+    """Returns the quaternion (wxyz) of the rotation of a pose."""
     out = np.zeros(4)
     mujoco.mju_mat2Quat(out, np.ascontiguousarray(pose[:3, :3]).ravel())
     return frozen_array(out / np.linalg.norm(out))

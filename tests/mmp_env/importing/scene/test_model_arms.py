@@ -3,6 +3,7 @@
 import mujoco
 import pytest
 from support.scenes import arm, fingers, scene
+from support.unchecked import unchecked
 
 from mmp_env.errors import MmpError
 from mmp_env.importing.scene.constraints import refuse_constraints
@@ -67,6 +68,15 @@ REFUSED = {
     "unknown joint": ({}, {"left": ["l_joint1", "l_jiont2"]}, "unknown joint 'l_jiont2'. Did you mean 'l_joint2'"),
     "no chain": ({}, {"left": ["l_joint1", "r_joint2"]}, "are no serial chain"),
     "from tip to base": ({}, {"left": LEFT[::-1]}, "are no serial chain"),
+    "two arms of one prefix": (
+        {"arms": arm("robot_l_", -0.4) + arm("robot_r_", 0.4), "actuator": ""},
+        {"both": "robot_"},
+        "joint prefix 'robot_' begins the joints of 2 arms: robot_l_joint1 ..., robot_r_joint1 ...; give a longer",
+    ),
+    "a number": ({}, {"left": 5}, "arm 'left' has 5; give a list of joint names, or a prefix of them"),
+    "nothing": ({}, {"left": None}, "arm 'left' has None; give a list of joint names"),
+    "a list in a list": ({}, {"left": [["l_joint1"]]}, "arm 'left' has [['l_joint1']]; give a list of joint names"),
+    "a number as a name": ({}, {3: "l_"}, "an arm is called 3; its name must be 1 to 100 printable characters"),
     "twice": ({}, {"a": "l_", "b": LEFT[1:]}, "joint 'l_joint2' belongs to the arms 'a' and 'b'"),
     "a loop": (
         {"after": '<equality><connect name="grip" body1="l_link3" body2="r_link3" anchor="0 0 0"/></equality>'},
@@ -91,7 +101,7 @@ REFUSED = {
 
 @pytest.mark.parametrize(("more", "asked", "sentence"), REFUSED.values(), ids=REFUSED)
 def test_what_is_no_arm_is_refused_in_one_sentence(more, asked, sentence):
-    with pytest.raises(MmpError) as error:
+    with unchecked(), pytest.raises(MmpError) as error:
         found(scene(**more), asked)
     assert sentence in str(error.value)
     assert "\n" not in str(error.value)

@@ -4,6 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 from support.scenes import arm, fingers, scene
+from support.unchecked import unchecked
 
 import mmp_env
 import mmp_planners
@@ -105,6 +106,36 @@ def test_meshes_and_ellipsoids_become_polytopes_around_them():
     np.testing.assert_allclose(np.ptp(points, axis=0), [0.1, 0.16, 0.2], atol=0.01)
 
 
+def test_the_outline_of_a_large_mesh_can_be_read_from_a_plan(tmp_path):
+    points = np.random.default_rng(0).normal(size=(2600, 3))
+    points *= 0.25 / np.linalg.norm(points, axis=1, keepdims=True)
+    mesh = f'<mesh name="ball" vertex="{" ".join(f"{x:.6f}" for x in points.ravel())}"/>'
+    cell = cell_of(world='<geom name="ball" type="mesh" mesh="ball" pos="0 1 0.5"/>', asset=mesh)
+    (outline,) = next(obstacle for obstacle in cell.obstacles if obstacle.name == "ball").pieces
+    assert np.linalg.norm(outline, axis=1).max() < 0.256
+    home = {"left": [0.0, 0.5, 0.5], "right": [0.0, 0.5, 0.5]}
+    problem = mmp_env.make_problem(cell, home, home | {"left": [0.1, 0.5, 0.5]})
+    plan = mmp_planners.make("auto").plan(problem, seed=0, time_limit=20).plan
+    mmp_env.save_plan(plan, tmp_path / "plan.json")
+    assert mmp_env.check_plan(mmp_env.load_plan(tmp_path / "plan.json")).valid
+
+
+def test_the_geoms_of_an_arm_that_is_alone_in_its_model_are_its_collision_geometry():
+    bodies = '<geom type="capsule" size="0.03" fromto="0 0 0 0 0 0.1"/>'
+    chain = f'<body><joint name="a"/>{bodies}<body pos="0.1 0 0.2"><joint name="b" axis="1 0 0"/>{bodies}</body></body>'
+    cell = mmp_env.cell_from_mujoco(mujoco.MjModel.from_xml_string(f"<mujoco><worldbody>{chain}</worldbody></mujoco>"))
+    assert len(cell.arms[0].robot.hulls) == 2
+    assert not cell.obstacles
+
+
+def test_the_name_of_a_cell_is_text():
+    with (
+        unchecked(),
+        pytest.raises(MmpError, match="name is 3; the name of a cell must be 1 to 100 printable characters"),
+    ):
+        mmp_env.cell_from_mujoco(compiled(), {"left": "l_"}, name=3)
+
+
 def test_names_with_slashes_and_nameless_geoms_are_taken():
     text = scene(arms=arm("robot0/", -0.4) + arm("robot1/", 0.4), actuator="")
     cell = mmp_env.cell_from_mujoco(mujoco.MjModel.from_xml_string(text))
@@ -166,9 +197,33 @@ def test_play_refuses_another_model():
         mmp_env.play(plan, other, mujoco.MjData(other))
 
 
+def test_play_refuses_two_position_actuators_on_a_joint():
+    model = compiled(actuator=2 * '<position joint="{name}" kp="400" kv="40"/>')
+    plan, data = solved(model)
+    with pytest.raises(
+        MmpError, match="the position actuators 'actuator 0' and 'actuator 1' both drive joint 'l_joint1'"
+    ):
+        mmp_env.play(plan, model, data)
+
+
+def test_play_tells_of_a_body_that_has_moved():
+    model = compiled(world=CUBE)
+    plan, data = solved(model)
+    data.qpos[0] += 0.1
+    with pytest.warns(MovedBodyWarning, match=r"data.qpos\[0\] is 0.1, and cell 'two arms' was made with 0"):
+        mmp_env.play(plan, model, data)
+
+
 def test_play_tells_of_contacts_in_the_model():
     model = compiled()
     plan, _ = solved(model)
     box = '<geom name="late" type="box" size="0.05 0.3 0.05" pos="0.05 0 0.35"/>'
     report = mmp_env.play(plan, compiled(world=box), mujoco.MjData(compiled(world=box)))
     assert any(contact.body_b == "obstacle/late" for contact in report.contacts)
+
+
+def test_a_model_file_is_no_plan(tmp_path):
+    file = tmp_path / "two_arms.xml"
+    file.write_text(scene())
+    with pytest.raises(MmpError, match=r"two_arms.xml is a MuJoCo model, which mmp plan takes; load_plan takes a plan"):
+        mmp_env.load_plan(file)

@@ -105,7 +105,7 @@ def tool_files(source: SourceModel, options: ToolOptions, progress: Progress) ->
 def summary(folder: Path) -> dict[str, Any]:
     """Returns what a tool folder holds, in numbers, as `--json` prints it."""
     top = json.loads((folder / TOOL_DESCRIPTION).read_text(encoding="utf-8"))
-    parts = {state: folder / state for state in top["states"]} if "states" in top else {"": folder}
+    parts = {state: folder / state for state in top["states"]} if "states" in top else {"default": folder}
     states = {}
     for state, part in parts.items():
         tool = json.loads((part / TOOL_DESCRIPTION).read_text(encoding="utf-8"))

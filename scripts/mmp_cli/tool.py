@@ -128,7 +128,7 @@ def _rows(found: dict[str, Any], from_cache: bool) -> Iterator[tuple[str, str, s
     yield "tool", "bold", f"{found['name']}: {found['title']}"
     for name, state in found["states"].items():
         joints = ", ".join(f"{joint} {value:g}" for joint, value in state["joints"].items())
-        yield f"state {name}" if name else "joints", "", joints or "no joints"
+        yield "joints" if list(found["states"]) == ["default"] else f"state {name}", "", joints or "no joints"
         yield "point", "", "[" + ", ".join(f"{x:g}" for x in state["point"]) + "] m in the frame of the flange"
         for key, count in state["spheres"].items():
             yield f"set {key}", "", f"{count} spheres, {state['protrusion_mm'][key]:.1f} mm of protrusion at most"

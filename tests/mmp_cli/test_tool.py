@@ -66,7 +66,7 @@ def test_a_cell_chooses_the_state_of_an_added_tool_and_its_plan_needs_no_tool_fo
 
 def test_a_tool_without_states_is_found_by_the_path_of_its_folder(mmp, home):
     ran = mmp("tool", "add", "pincher.xml", "--name", "pincher", "--out", "tools", "--json")
-    assert list(ran.result["states"]) == [""]
+    assert list(ran.result["states"]) == ["default"]
     write_cell(home, tool="./tools/pincher")
     assert mmp("plan", "cell.json", "--json").code == 0
 

@@ -42,7 +42,11 @@ def passing(folder, spheres="28"):
 
 @pytest.mark.parametrize("name", names())
 def test_every_planner_takes_arms_on_rails_past_each_other(folder, name):
-    problem = passing(folder)
+    start, goal = (
+        {"left": [-0.4, 0.0, 0.0], "right": [-0.2, 0.3, 0.0]},
+        {"left": [0.4, 0.0, 0.3], "right": [0.1, 0.3, 0.3]},
+    )
+    problem = make_problem(rails(folder), start, goal)
     result = make(name).plan(problem, seed=1, time_limit=60.0)
     report = check_plan(result.plan)
     assert report.valid, report

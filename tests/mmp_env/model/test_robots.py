@@ -71,7 +71,7 @@ def test_another_arm_is_not_answered_with_one_that_is_spelled_alike(name):
 
 def test_an_unknown_tool_is_not_answered_with_that_of_another_vendor():
     with pytest.raises(
-        UnknownNameError, match=r"unknown tool 'schunk-hand'\. Known: franka-hand\. docs/how-to/add-a-robot\.md"
+        UnknownNameError, match=r"unknown tool 'schunk-hand'\. Known: franka-hand\. docs/how-to/add-a-tool\.md"
     ):
         load_tool("schunk-hand")
 

@@ -33,10 +33,12 @@ if TYPE_CHECKING:
     from mmp_env.model.cell import Cell
     from mmp_env.model.collision import CollisionModel
     from mmp_env.model.conflict import Conflict
+    from mmp_env.model.goals import AnyOf, JointGoal, NamedGoal, PoseGoal, Stay
     from mmp_env.model.plan import Plan
-    from mmp_env.model.problem import Problem, make_problem
+    from mmp_env.model.problem import Problem
     from mmp_env.model.rings import ring_cell
     from mmp_env.model.robot import Robot, Tool, load_robot, load_tool, robot_names, tool_names
+    from mmp_env.problems.making import make_problem
     from mmp_env.sim.contacts import Contact
     from mmp_env.sim.execution import ExecutionReport
     from mmp_env.sim.monitor import Monitor
@@ -69,7 +71,9 @@ _HOMES = {
     "model.plan": ("Plan",),
     "files.plan_check": ("check_plan",),
     "files.plan_file": ("load_plan", "save_plan"),
-    "model.problem": ("Problem", "make_problem"),
+    "model.goals": ("AnyOf", "JointGoal", "NamedGoal", "PoseGoal", "Stay"),
+    "model.problem": ("Problem",),
+    "problems.making": ("make_problem",),
     "model.rings": ("ring_cell",),
     "model.robot": ("Robot", "Tool", "load_robot", "load_tool", "robot_names", "tool_names"),
     "view.search_tree": ("SearchTree",),
@@ -78,6 +82,7 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "AnyOf",
     "Arm",
     "Cell",
     "CollisionModel",
@@ -85,16 +90,20 @@ __all__ = [
     "Contact",
     "ExecutionReport",
     "InvalidInstanceError",
+    "JointGoal",
     "MmpError",
     "Monitor",
     "MovedBodyWarning",
     "MultiArmCellEnv",
+    "NamedGoal",
     "Obstacle",
     "Plan",
     "PlanView",
+    "PoseGoal",
     "Problem",
     "Robot",
     "SearchTree",
+    "Stay",
     "Tool",
     "UnknownNameError",
     "UnretimedPlanWarning",

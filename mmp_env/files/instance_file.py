@@ -21,8 +21,9 @@ from mmp_env.files.file_kinds import INSTANCES, read_for
 from mmp_env.files.reading import Location, check_schema, decode, named, numbers
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import Margins
-from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
+from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
 from mmp_env.model.robot import frozen_array
+from mmp_env.problems.making import make_problem
 from mmp_env.wording import counted, shown
 
 INSTANCES_SCHEMA = "mmp-instances/1"

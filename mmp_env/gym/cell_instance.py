@@ -16,8 +16,9 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.gym.instances import draw, find_task
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import Margins, asked_margins
-from mmp_env.model.problem import Problem, asked_velocity_limits, make_problem
+from mmp_env.model.problem import Problem, asked_velocity_limits
 from mmp_env.model.task import State, Task
+from mmp_env.problems.making import make_problem
 from mmp_env.wording import counted
 
 Margin: TypeAlias = float | Mapping[str, float] | Margins | None

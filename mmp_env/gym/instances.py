@@ -11,9 +11,10 @@ from mmp_env.argument_checks import known_keywords, whole
 from mmp_env.errors import MmpError
 from mmp_env.model.cell import Cell, given_cell
 from mmp_env.model.margins import Margins
-from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, make_problem
+from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
 from mmp_env.model.task import State, Task
 from mmp_env.plugins import TASKS
+from mmp_env.problems.making import make_problem
 
 DEFAULT_TASK = "reach"
 

@@ -14,8 +14,8 @@ from mmp_env.errors import MmpError, MovedBodyWarning
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import given_plan
-from mmp_env.model.problem import MOVED
 from mmp_env.mujoco_import import mujoco
+from mmp_env.problems.making import MOVED
 from mmp_env.sim.contacts import ContactLog
 from mmp_env.sim.execution import ExecutionReport, execute_plan
 from mmp_env.sim.model_servos import ModelServos

@@ -15,8 +15,9 @@ import numpy as np
 
 from mmp_env.errors import MmpError
 from mmp_env.gym.instances import draw_instance
-from mmp_env.model.problem import Problem, make_problem
+from mmp_env.model.problem import Problem
 from mmp_env.model.rings import ring_cell
+from mmp_env.problems.making import make_problem
 from mmp_planners import registry
 from mmp_planners.contract import RULES, BrokenError, Rule, Subject
 

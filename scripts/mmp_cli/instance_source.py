@@ -20,7 +20,8 @@ from mmp_env.gym.registration import ANY_CELL, CELLS
 from mmp_env.importing.scene.model_cell import cell_from_mujoco
 from mmp_env.importing.scene.model_file import is_model_file, load_model
 from mmp_env.model.cell import Cell
-from mmp_env.model.problem import Problem, make_problem
+from mmp_env.model.problem import Problem
+from mmp_env.problems.making import make_problem
 
 _MODULE = "mmp_env:"
 _GIVEN = "given"

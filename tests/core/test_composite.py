@@ -12,10 +12,10 @@ from mmp_env.gym.instances import draw_instance
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
-from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.transforms import quaternion_from_yaw
+from mmp_env.problems.making import make_problem
 
 RANGE_RAD, STEP_RAD = 2.0, 0.05
 FLOAT_M = 1e-5

@@ -8,7 +8,7 @@ from reference import clearance, toys
 
 from mmp_env.errors import MmpError
 from mmp_env.model.plan import Plan
-from mmp_env.model.problem import make_problem
+from mmp_env.problems.making import make_problem
 
 
 def plan_of(cell, waypoints, times):

@@ -10,7 +10,7 @@ from support.path_pools import DT_S, NO_END, lifted, mutually_blocking, path_poo
 
 from mmp_env import check_plan, core, draw_instance, ring_cell
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
-from mmp_env.model.problem import make_problem
+from mmp_env.problems.making import make_problem
 from mmp_planners.portfolio.shortcutting import on_grid, retime_to_velocity_limits
 from mmp_planners.rrt_connect import RrtConnect
 

@@ -7,7 +7,7 @@ from support import two_arms
 
 from mmp_env import check_plan, core, draw_instance, ring_cell
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
-from mmp_env.model.problem import make_problem
+from mmp_env.problems.making import make_problem
 from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
 from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
 from mmp_planners.rrt_connect import RrtConnect

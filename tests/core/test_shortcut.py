@@ -12,7 +12,7 @@ from support import two_arms
 import mmp_planners
 from mmp_env import core, draw_instance, ring_cell
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
-from mmp_env.model.problem import make_problem
+from mmp_env.problems.making import make_problem
 from mmp_planners.portfolio.shortcutting import on_grid
 
 DT_S = 0.1

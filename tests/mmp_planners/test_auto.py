@@ -11,8 +11,8 @@ from mmp_env import check_plan, core
 from mmp_env.events import NodeCreated, SolutionFound
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.gym.instances import draw_instance
-from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
+from mmp_env.problems.making import make_problem
 from mmp_planners import Status, StopPlanning, auto
 from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
 from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits

@@ -7,9 +7,9 @@ from mmp_env import check_plan
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
-from mmp_env.model.problem import make_problem
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.transforms import quaternion_from_yaw
+from mmp_env.problems.making import make_problem
 from mmp_planners import Status, make
 
 PLANNERS = ("auto", "rrt-connect", "prioritized", "gen-ecbs")

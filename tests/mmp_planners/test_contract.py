@@ -15,8 +15,8 @@ from mmp_env.errors import MmpError
 from mmp_env.events import Event, SolutionFound
 from mmp_env.files.plan_file import save_plan
 from mmp_env.gym.instances import draw_instance
-from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
+from mmp_env.problems.making import make_problem
 from mmp_planners import Planner, PlanResult, Status, StopPlanning, describe, make, names
 from mmp_planners.registry import load
 from mmp_planners.testing import RULES, check_planner

@@ -8,7 +8,7 @@ from support.unchecked import unchecked
 from mmp_env import check_plan
 from mmp_env.errors import MmpError
 from mmp_env.files.plan_file import plan_to_dict
-from mmp_env.model.problem import make_problem
+from mmp_env.problems.making import make_problem
 from mmp_planners import Status, describe, make, names
 from mmp_planners.options import LARGEST_COUNT, LARGEST_SEED, MOST_STEPS
 from mmp_planners.portfolio.shortcutting import MOST_STEPS as MOST_STEPS_OF_A_GRID

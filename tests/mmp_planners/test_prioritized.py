@@ -12,8 +12,8 @@ from mmp_env import check_plan, core
 from mmp_env.events import NodeCreated, Replanned, SearchStarted, SolutionFound, ignore
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.certificate import certify
-from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
+from mmp_env.problems.making import make_problem
 from mmp_planners import Status, StopPlanning, make, priority_search
 from mmp_planners.counts import SingleArmCounts
 from mmp_planners.low_level import SiRrtStar

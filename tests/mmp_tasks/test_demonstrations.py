@@ -16,7 +16,7 @@ from mmp_env.files.episode_file import Episode, episode_to_dict
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.held import covering_spheres
-from mmp_env.model.problem import make_problem
+from mmp_env.problems.making import make_problem
 from mmp_env.sim.episode_execution import execute_episode
 from mmp_tasks.grasping import OBJECT_M, tip
 from mmp_tasks.inverse_kinematics import kinematics

@@ -13,7 +13,7 @@ from mmp_env import core
 from mmp_env.events import ignore
 from mmp_env.model.certificate import Certificate
 from mmp_env.model.margins import Margins
-from mmp_env.model.problem import make_problem
+from mmp_env.problems.making import make_problem
 from mmp_planners.conflict_tree.constraints import EitherArm, OneSided
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.conflict_tree.node import Node

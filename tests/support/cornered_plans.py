@@ -8,7 +8,7 @@ import numpy as np
 from support import two_arms
 
 from mmp_env.model.plan import Plan
-from mmp_env.model.problem import make_problem
+from mmp_env.problems.making import make_problem
 
 APART_M = 2.5
 

@@ -7,8 +7,8 @@ from support import two_arms
 
 from mmp_env import core
 from mmp_env.gym.instances import draw_instance
-from mmp_env.model.problem import make_problem
 from mmp_env.model.rings import ring_cell
+from mmp_env.problems.making import make_problem
 from mmp_planners.conflict_tree.node import Node
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext

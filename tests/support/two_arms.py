@@ -7,8 +7,8 @@ import numpy as np
 
 from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import Cell
-from mmp_env.model.problem import make_problem
 from mmp_env.model.transforms import quaternion_from_yaw
+from mmp_env.problems.making import make_problem
 
 
 @cache

@@ -16,8 +16,9 @@ from mmp_env.files.instance_file import InstanceFile
 from mmp_env.files.writing import json_text
 from mmp_env.gym.instances import DEFAULT_TASK, draw_problem, find_task
 from mmp_env.model.cell import Cell
-from mmp_env.model.problem import Problem, make_problem
+from mmp_env.model.problem import Problem
 from mmp_env.model.task import Task
+from mmp_env.problems.making import make_problem
 
 DRAWN_COUNT = 50
 """Default number of instances of an environment id or a cell file."""

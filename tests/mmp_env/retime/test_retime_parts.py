@@ -14,7 +14,7 @@ from support.cornered_plans import cornered_plan, distance_to_lines, plan_throug
 from mmp_env import check_plan
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
-from mmp_env.model.problem import make_problem
+from mmp_env.problems.making import make_problem
 from mmp_env.retime import proof, retime_with_report
 from mmp_env.retime.clock import run_clock, speeds_at_bounds
 from mmp_env.retime.course import Course, course_of

@@ -1,0 +1,190 @@
+"""Goals of an arm: a configuration, a pose of the tool, a named configuration, its start, or any of several goals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from mmp_env.argument_checks import as_numbers, refused
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.model.read_only import ReadOnly
+from mmp_env.model.robot import frozen_array
+
+NAMED = ("home", "tucked")
+"""Named configurations of every robot."""
+STAY = "stay"
+FREE = ("z", "rotation")
+"""Freedoms of a pose: the rotation about the tool's z axis, or the whole rotation."""
+MOST_GOALS = 1000
+"""Largest number of goals of an `AnyOf`."""
+_DEEPEST = 8
+"""Largest depth of goals in goals."""
+_FORMS = (
+    'a list of joint angles, "home", "tucked", "stay", {"pose": {"position": [x, y, z], "quaternion": [w, x, y, z]}}'
+    ' or {"any": [goal, ...]}'
+)
+
+
+@dataclass(frozen=True, eq=False)
+class JointGoal(ReadOnly):
+    """A configuration `q` [dof] [rad, slides in m]."""
+
+    q: Float[np.ndarray, "dof"]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "q", _finite(self.q, None, "the configuration of a JointGoal"))
+
+
+@dataclass(frozen=True, eq=False)
+class PoseGoal(ReadOnly):
+    """A pose of the tool frame in the world; of the flange without a tool.
+
+    Attributes:
+        position: origin of the tool frame [3] [m].
+        quaternion: rotation of the tool frame (wxyz), of any length above 0. None only if the rotation is free.
+        free: `z` leaves the rotation about the tool's z axis free, `rotation` the whole rotation; None neither.
+
+    Raises:
+        MmpError: for numbers that are not finite, a zero quaternion, or a quaternion that is missing.
+        UnknownNameError: for another word in `free`.
+    """
+
+    position: Float[np.ndarray, "3"]
+    quaternion: Float[np.ndarray, "4"] | None = None
+    free: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position", _finite(self.position, 3, "the position of a pose"))
+        if self.free is not None and self.free not in FREE:
+            raise UnknownNameError("freedom of a pose", str(self.free), FREE)
+        if self.quaternion is None:
+            if self.free != "rotation":
+                raise MmpError('a pose has no quaternion; only "free": "rotation" allows that')
+            return
+        wxyz = _finite(self.quaternion, 4, "the quaternion of a pose")
+        if not wxyz.any():
+            raise MmpError("the quaternion of a pose is [0, 0, 0, 0], which is no rotation; [1, 0, 0, 0] turns nothing")
+        object.__setattr__(self, "quaternion", frozen_array(wxyz / np.linalg.norm(wxyz)))
+
+
+@dataclass(frozen=True)
+class NamedGoal:
+    """A named configuration of the robot: `home` or `tucked`. Raises `UnknownNameError` for another name."""
+
+    name: str
+
+    def __post_init__(self) -> None:
+        if self.name not in NAMED:
+            raise UnknownNameError("named configuration", str(self.name), (*NAMED, STAY))
+
+
+@dataclass(frozen=True)
+class Stay:
+    """The start of the arm: it may move aside, and comes back."""
+
+
+@dataclass(frozen=True, eq=False)
+class AnyOf:
+    """Any of several goals. The planner chooses. Raises `MmpError` if there is none, or more than 1000."""
+
+    goals: tuple[Goal, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "goals", tuple(as_goal(goal, "a goal in AnyOf") for goal in self.goals))
+        if not 1 <= len(self.goals) <= MOST_GOALS:
+            raise MmpError(f"any of {len(self.goals)} goals; it needs at least one, and {MOST_GOALS} at most")
+
+
+Goal: TypeAlias = JointGoal | PoseGoal | NamedGoal | Stay | AnyOf
+"""What an arm is asked for."""
+GivenGoal: TypeAlias = Goal | ArrayLike | str | Mapping[str, Any]
+"""A goal in any form that `as_goal` reads."""
+
+
+def as_goal(given: GivenGoal, where: str, *, depth: int = 0) -> Goal:
+    """Returns the goal that is given as an object, as numbers, or in the form of JSON (docs/reference/goals.md).
+
+    Args:
+        given: a `Goal`; numbers [dof] [rad]; `home`, `tucked`, `stay`; or a mapping with `pose` or `any`.
+        where: begin of the messages, such as `goal of arm 'left'`.
+        depth: number of goals around this one.
+
+    Raises:
+        MmpError: for anything else, with the value.
+    """
+    if isinstance(given, JointGoal | PoseGoal | NamedGoal | Stay | AnyOf):
+        return given
+    if depth > _DEEPEST:
+        raise MmpError(f"{where} is nested deeper than {_DEEPEST} levels")
+    try:
+        if isinstance(given, str):
+            return Stay() if given == STAY else NamedGoal(given)
+        if isinstance(given, Mapping):
+            return _from_mapping(given, where, depth)
+    except UnknownNameError as error:
+        raise MmpError(f"{where}: {error}") from None
+    numbers = as_numbers(given)
+    if numbers is None or numbers.ndim != 1 or isinstance(given, bool):
+        raise refused(where, given, _FORMS)
+    return JointGoal(numbers)
+
+
+def goal_to_data(goal: Goal) -> Any:
+    """Returns the form of JSON of a goal."""
+    match goal:
+        case JointGoal():
+            return goal.q.tolist()
+        case NamedGoal():
+            return goal.name
+        case Stay():
+            return STAY
+        case AnyOf():
+            return {"any": [goal_to_data(each) for each in goal.goals]}
+        case PoseGoal():
+            pose: dict[str, Any] = {"position": goal.position.tolist()}
+            if goal.quaternion is not None:
+                pose["quaternion"] = goal.quaternion.tolist()
+            return {"pose": pose | ({} if goal.free is None else {"free": goal.free})}
+
+
+def flat(goal: Goal) -> tuple[JointGoal | PoseGoal | NamedGoal | Stay, ...]:
+    """Returns the goals of which any will do, without an `AnyOf`."""
+    return tuple(each for part in goal.goals for each in flat(part)) if isinstance(goal, AnyOf) else (goal,)
+
+
+def _from_mapping(given: Mapping[str, Any], where: str, depth: int) -> Goal:
+    if set(given) == {"any"} and isinstance(given["any"], Sequence) and not isinstance(given["any"], str):
+        if not 1 <= len(given["any"]) <= MOST_GOALS:
+            raise MmpError(
+                f"{where}.any has {len(given['any'])} goals; it needs at least one, and {MOST_GOALS} at most"
+            )
+        return AnyOf(tuple(as_goal(each, f"{where}.any[{k}]", depth=depth + 1) for k, each in enumerate(given["any"])))
+    if set(given) != {"pose"} or not isinstance(given["pose"], Mapping):
+        raise refused(where, dict(given), _FORMS)
+    pose, fields = given["pose"], ("position", "quaternion", "free")
+    for name in pose:
+        if name not in fields:
+            raise UnknownNameError("field of a pose", str(name), fields)
+    if "position" not in pose:
+        raise MmpError(f"{where}.pose has no position; it must be [x, y, z] in metres")
+    try:
+        return PoseGoal(**pose)
+    except UnknownNameError:
+        raise
+    except MmpError as error:
+        raise MmpError(f"{where}: {error}") from None
+
+
+def _finite(given: ArrayLike | None, count: int | None, what: str) -> Float[np.ndarray, "n"]:
+    """Returns the numbers, read-only. Raises `MmpError` unless they are `count` finite numbers."""
+    numbers = None if given is None else as_numbers(given)
+    if numbers is None or numbers.ndim != 1 or (count is not None and len(numbers) != count):
+        raise refused(what, given, f"{'a list of' if count is None else count} numbers")
+    if not np.isfinite(numbers).all():
+        raise refused(what, given, "finite numbers")
+    return frozen_array(numbers)

@@ -1,0 +1,1 @@
+"""Makes validated problems: resolves goals to configurations, and checks limits, collisions and margins."""

@@ -1,0 +1,163 @@
+"""Makes problems from what a user gives: start, goals, velocity limits and margins, all checked."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mmp_env.argument_checks import as_numbers, known_keywords, refused
+from mmp_env.errors import InvalidInstanceError, MmpError, MovedBodyWarning, UnknownNameError
+from mmp_env.model.cell import Cell, given_cell
+from mmp_env.model.collision import Nearest
+from mmp_env.model.margins import (
+    KIND_WORDS,
+    KINDS,
+    Margins,
+    asked_margins,
+    largest_margin,
+    margin_in_force,
+    millimetres,
+)
+from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, asked_velocity_limits
+from mmp_env.model.robot import frozen_array
+from mmp_env.wording import degrees_hint
+
+MOVED = 1e-3
+"""Difference of a held joint or free body [rad or m] from its value in the cell, above which a warning tells it."""
+
+
+@known_keywords
+def make_problem(
+    cell: Cell,
+    start: Mapping[str, ArrayLike] | ArrayLike,
+    goal: Mapping[str, ArrayLike] | ArrayLike,
+    *,
+    max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
+    margin: float | Mapping[str, float] | Margins | None = None,
+    name: str = "",
+) -> Problem:
+    """Returns a validated problem.
+
+    A plan keeps a margin that is asked for at every instant, or the instance is refused. A margin that is not asked for
+    is 2 mm, or 0.8 times the least clearance of start and goal if that is less.
+
+    Args:
+        cell: arms and obstacles, such as `ring_cell` or `load_cell` gives.
+        start: arm name -> [dof] [rad], for every arm of the cell; or a configuration of the whole model, such as
+            `data.qpos`, for a cell of `cell_from_mujoco`.
+        goal: in the same forms.
+        max_velocity: [rad/s] for all joints, or arm name -> [dof]; a robot's own limit holds as well.
+        margin: [m] between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
+        name: name of the instance, such as `<cell>/<instance>`.
+
+    Raises:
+        MmpError: for missing arms, wrong lengths, numbers that are not finite, a bad margin or a bad name.
+        InvalidInstanceError: if start or goal is out of limits, in collision, or closer than a margin asked for.
+    """
+    given_cell(cell)
+    ends = {"start": _configurations(cell, start, "start"), "goal": _configurations(cell, goal, "goal")}
+    asked = asked_margins(margin)
+    near: dict[str, dict[str, Nearest]] = {}
+    for which, q in ends.items():
+        _check_limits(cell, q, which)
+        near[which] = cell.collision.nearest(q)
+        for bodies, metres in near[which].values():
+            if metres <= 0:
+                raise InvalidInstanceError(f"{which} is in collision: {bodies} ({-metres * 1e3:.1f} mm deep)")
+    _check_margins(near, asked)
+    least = {kind: min(nearest[kind].clearance_m for nearest in near.values()) for kind in KINDS}
+    return Problem(
+        cell=cell,
+        start=ends["start"],
+        goal=ends["goal"],
+        max_velocity=asked_velocity_limits(cell, max_velocity),
+        margins=Margins(**{kind: margin_in_force(kind, asked, least[kind]) for kind in KINDS}),
+        name=name,
+    )
+
+
+def _check_margins(near: Mapping[str, Mapping[str, Nearest]], asked: Mapping[str, float]) -> None:
+    """Raises `InvalidInstanceError` if start or goal is closer than a margin that was asked for.
+
+    Args:
+        near: `start`, `goal` -> kind of margin -> the nearest bodies.
+    """
+    tightest = {kind: min(near, key=lambda which: near[which][kind].clearance_m) for kind in asked}
+    largest = {kind: largest_margin(near[which][kind].clearance_m) for kind, which in tightest.items()}
+    broken = [kind for kind in asked if asked[kind] > largest[kind]]
+    if not broken:
+        return
+    worst = min(broken, key=lambda kind: largest[kind])
+    which, (bodies, metres) = tightest[worst], near[tightest[worst]][worst]
+    same = all(abs(ends[worst].clearance_m - metres) < 1e-6 and ends[worst].bodies == bodies for ends in near.values())
+    if len({asked[kind] for kind in broken}) == 1:
+        most = f"the largest that would do is {millimetres(largest[worst])} mm"
+    else:
+        most = "the largest that would do are " + " and ".join(
+            f"{millimetres(largest[kind])} mm {KIND_WORDS[kind]}" for kind in broken
+        )
+    raise InvalidInstanceError(
+        f"{'start and goal' if same else which}: {bodies} are {metres * 1e3:.2f} mm apart, and the margin asked for"
+        f" {KIND_WORDS[worst]} is {asked[worst] * 1e3:g} mm; {most if largest[worst] >= 1e-5 else 'no margin would do'}"
+    )
+
+
+def _configurations(cell: Cell, given: Mapping[str, ArrayLike] | ArrayLike, which: str) -> dict[str, np.ndarray]:
+    if not isinstance(given, Mapping):
+        given = _of_whole_model(cell, given, which)
+    for name in given:
+        if name not in cell.arm_names:
+            raise MmpError(f"{which}: {UnknownNameError('arm', name, cell.arm_names)}")
+    out = {}
+    for arm in cell.arms:
+        if arm.name not in given:
+            raise MmpError(f"{which} has no configuration for arm '{arm.name}'")
+        numbers = as_numbers(given[arm.name])
+        if numbers is None:
+            raise MmpError(f"{which} of arm '{arm.name}' is not a list of numbers")
+        q = frozen_array(numbers)
+        if q.shape != (arm.dof,):
+            raise MmpError(
+                f"{which} of arm '{arm.name}' has shape {list(q.shape)}; a {arm.robot.name} has {arm.dof} joints"
+            )
+        if not np.isfinite(q).all():
+            raise MmpError(f"{which} of arm '{arm.name}' holds {q[~np.isfinite(q)][0]}; it must be finite numbers")
+        out[arm.name] = q
+    return out
+
+
+def _of_whole_model(cell: Cell, given: ArrayLike, which: str) -> Mapping[str, np.ndarray]:
+    """Returns the configurations in a `qpos` of the model that a cell was made from. Raises `MmpError`."""
+    numbers = as_numbers(given) if cell.joints is not None else None
+    if cell.joints is None or numbers is None or numbers.ndim != 1:
+        raise refused(which, given, "a mapping of arm name -> joints [rad]")
+    size = len(cell.joints.qpos)
+    if len(numbers) != size:
+        raise MmpError(f"{which} has {len(numbers)} numbers; the qpos of the model of cell '{cell.name}' has {size}")
+    index, away = cell.joints.deviation(numbers)
+    if away > MOVED:
+        warnings.warn(
+            f"{which}: qpos[{index}] is {numbers[index]:.4g}, and cell '{cell.name}' was made with"
+            f" {cell.joints.qpos[index]:.4g}; make it with cell_from_mujoco(..., qpos=data.qpos)",
+            MovedBodyWarning,
+            stacklevel=4,
+        )
+    return cell.joints.configurations(numbers)
+
+
+def _check_limits(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> None:
+    for arm in cell.arms:
+        outside = (q[arm.name] < arm.robot.lower) | (q[arm.name] > arm.robot.upper)
+        if outside.any():
+            hints = [
+                "" if slides else degrees_hint(at) for at, slides in zip(q[arm.name], arm.robot.slides, strict=True)
+            ]
+            in_degrees = outside & [bool(hint) for hint in hints]
+            k = int(np.argmax(in_degrees if in_degrees.any() else outside))
+            raise InvalidInstanceError(
+                f"{which} of arm '{arm.name}', joint {k + 1} ({arm.robot.joint_names[k]}), is {q[arm.name][k]:.4f}"
+                f" {arm.robot.units[k]}; allowed: {arm.robot.lower[k]:.4f} to {arm.robot.upper[k]:.4f}{hints[k]}"
+            )

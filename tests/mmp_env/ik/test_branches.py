@@ -1,0 +1,122 @@
+"""All configurations of one arm for a tool pose: exact, within the limits, with turns, the nearest first."""
+
+import numpy as np
+import pytest
+from reference.kinematics import flange_frame, link_frames
+from support.unchecked import unchecked
+
+from mmp_env import MmpError, place_arm
+from mmp_env.ik import branches
+
+ROBOTS = ("fr5", "panda", "piper", "ur5e")
+
+
+def arm_of(name):
+    return place_arm("arm", name, [0, 0, 0], [1, 0, 0, 0])
+
+
+def tool_frame(arm, q):
+    return flange_frame(arm, q) if arm.tool is None else link_frames(arm, q)[-1]
+
+
+def drawn(arm, seed):
+    robot = arm.robot
+    q = np.random.default_rng(seed).uniform(robot.draw_lower, robot.draw_upper)
+    return q, tool_frame(arm, q)
+
+
+def errors(pose, other):
+    """Returns the distance [m] and the angle [rad] between two poses."""
+    sine = np.linalg.norm(pose[:3, :3] - other[:3, :3]) / np.sqrt(8)
+    return np.linalg.norm(pose[:3, 3] - other[:3, 3]), 2 * np.arcsin(min(sine, 1.0))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_configurations_are_exact_distinct_and_within_the_limits(name):
+    arm = arm_of(name)
+    for seed in range(3):
+        _, pose = drawn(arm, seed)
+        found = branches(arm.robot, arm.tool, pose)
+        assert len(found) > 0
+        assert (found >= arm.robot.lower).all()
+        assert (found <= arm.robot.upper).all()
+        for q in found[:64]:
+            distance, angle = errors(tool_frame(arm, q), pose)
+            assert distance < 1e-6
+            assert angle < 1e-6
+        gaps = np.abs(found[:, None] - found[None]).max(axis=2) + np.eye(len(found))
+        assert gaps.min() > 1e-5
+
+
+@pytest.mark.parametrize("name", ["fr5", "piper", "ur5e"])
+def test_the_configuration_of_a_pose_is_found_and_comes_first(name):
+    arm = arm_of(name)
+    for seed in range(3):
+        q, pose = drawn(arm, seed)
+        assert branches(arm.robot, arm.tool, pose, near=q)[0] == pytest.approx(q, abs=1e-6)
+
+
+def test_turns_within_the_limits_are_configurations_too():
+    arm = arm_of("ur5e")
+    _, pose = drawn(arm, 0)
+    found = branches(arm.robot, None, pose)
+    turned = found[0] + 2 * np.pi * np.eye(6)[5] * (-1 if found[0, 5] > 0 else 1)
+    assert np.abs(found - turned).max(axis=1).min() < 1e-6
+
+
+def test_configurations_are_ordered_by_distance_and_the_nearest_remain():
+    arm = arm_of("ur5e")
+    q, pose = drawn(arm, 1)
+    found = branches(arm.robot, None, pose, near=q)
+    cost = np.abs(found - q).sum(axis=1)
+    assert (np.diff(cost) > -1e-5).all()
+    assert (branches(arm.robot, None, pose, near=q, limit=5) == found[:5]).all()
+
+
+def test_results_are_the_same_again():
+    arm = arm_of("panda")
+    _, pose = drawn(arm, 2)
+    assert (branches(arm.robot, arm.tool, pose) == branches(arm.robot, arm.tool, pose)).all()
+
+
+def test_a_free_turn_keeps_the_z_axis_of_the_tool():
+    arm = arm_of("fr5")
+    _, pose = drawn(arm, 0)
+    found = branches(arm.robot, None, pose, free="z")
+    assert len(found) > len(branches(arm.robot, None, pose))
+    for q in found[:20]:
+        frame = flange_frame(arm, q)
+        assert frame[:3, 3] == pytest.approx(pose[:3, 3], abs=1e-6)
+        assert frame[:3, 2] == pytest.approx(pose[:3, 2], abs=1e-6)
+
+
+def test_a_free_rotation_keeps_the_position_of_the_tool():
+    arm = arm_of("piper")
+    _, pose = drawn(arm, 0)
+    found = branches(arm.robot, None, pose, free="rotation")
+    assert len(found) > len(branches(arm.robot, None, pose))
+    for q in found[:20]:
+        assert flange_frame(arm, q)[:3, 3] == pytest.approx(pose[:3, 3], abs=1e-6)
+
+
+def test_no_configuration_reaches_too_far():
+    pose = np.eye(4)
+    pose[:3, 3] = [5.0, 0.0, 0.0]
+    assert branches(arm_of("ur5e").robot, None, pose).shape == (0, 6)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"pose": np.eye(3)}, "matrix of 4 x 4"),
+        ({"pose": np.full((4, 4), np.nan)}, "finite"),
+        ({"pose": np.diag([2.0, 1, 1, 1])}, "no rigid transform"),
+        ({"pose": np.diag([-1.0, 1, 1, 1])}, "no rigid transform"),
+        ({"free": "x"}, "'z' or 'rotation'"),
+        ({"limit": 0}, "limit is 0; it must be a whole number, 1 or more"),
+        ({"near": [0.0, 1.0]}, "6 finite numbers"),
+    ],
+)
+def test_faults_are_one_sentence(change, message):
+    with unchecked(), pytest.raises(MmpError, match=message):
+        branches(arm_of("ur5e").robot, None, **({"pose": np.eye(4)} | change))

@@ -14,6 +14,7 @@ from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.task import State
+from mmp_tasks.alone import arm_without_path
 from mmp_tasks.draw_options import DrawOptions
 
 INSET_M = 0.15
@@ -56,7 +57,8 @@ class Reach(DrawOptions):
     The configuration of an arm is uniform in the draw limits of its robot. The task accepts it when the tool point is
     in the shared space and the arm keeps `static_clearance` [m] from obstacles, other bases and itself, and `clearance`
     [m] from the arms drawn before it, bases included. When the task refuses `tries` configurations of one arm, it
-    begins a new draw; after `draws` draws it raises an error.
+    begins a new draw; after `draws` draws it raises an error. It also draws again if an arm finds no path from its
+    start to its goal even alone.
 
     Draws and distances are computed in double precision, so that no instance depends on the processor.
     """
@@ -67,7 +69,15 @@ class Reach(DrawOptions):
     def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
         """Returns a start and a goal, drawn one after the other. Raises `MmpError` if no draw succeeds."""
         space = shared_space(cell)
-        return self._state(cell, space, rng, "start"), self._state(cell, space, rng, "goal")
+        for _ in range(self.draws):
+            start, goal = self._state(cell, space, rng, "start"), self._state(cell, space, rng, "goal")
+            cut_off = arm_without_path(cell, start, goal)
+            if cut_off is None:
+                return start, goal
+        raise MmpError(
+            f"task '{self.name}' found no instance for cell '{cell.name}' in {self.draws} draws: in the last one arm"
+            f" '{cut_off.name}' finds no path from its start to its goal even alone"
+        )
 
     def _state(self, cell: Cell, space: SharedSpace, rng: np.random.Generator, which: str) -> State:
         failed: list[tuple[Arm, State]] = []

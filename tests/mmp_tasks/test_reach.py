@@ -151,12 +151,19 @@ class FakeQueries:
         return np.full(len(q_a), 0.01)
 
 
+@pytest.fixture
+def paths_everywhere(monkeypatch):
+    """Lets every arm find a path alone: fake queries have no core."""
+    monkeypatch.setattr("mmp_tasks.reach.arm_without_path", lambda cell, start, goal: None)
+
+
 def cell_with(queries):
     cell = ring_cell(2)
     cell.__dict__["collision"] = queries
     return cell
 
 
+@pytest.mark.usefixtures("paths_everywhere")
 def test_a_new_draw_begins_after_all_tries_of_one_arm():
     queries = FakeQueries(refused=300)
     start, goal = Reach().sample(cell_with(queries), np.random.default_rng(0))
@@ -165,6 +172,7 @@ def test_a_new_draw_begins_after_all_tries_of_one_arm():
     np.testing.assert_array_equal(goal["arm0"], queries.first[2])
 
 
+@pytest.mark.usefixtures("paths_everywhere")
 def test_the_last_try_still_counts():
     queries = FakeQueries(refused=299)
     start, _ = Reach().sample(cell_with(queries), np.random.default_rng(0))

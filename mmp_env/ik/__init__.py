@@ -1,7 +1,9 @@
 """Inverse kinematics: all configurations of one arm that bring its tool frame to a pose.
 
-`chain` has the kinematics, `numeric` finds configurations of any chain, `refinement` makes them exact, `turns` adds the
-whole turns that fit in the joint limits, and `freedom` lists the rotations that a pose leaves free.
+`chain` has the kinematics. `closed_form` finds the special geometry that most arms have, and `six_hinges` solves it.
+The `numeric` solver is for other chains. `refinement` makes results exact, `self_motion` follows the curves of
+redundant arms, and `turns` adds whole turns within the joint limits. `freedom` samples the rotations that a pose leaves
+free. docs/explanation/inverse-kinematics.md describes the method.
 """
 
 from mmp_env.ik.branches import branches

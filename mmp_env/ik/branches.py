@@ -11,12 +11,10 @@ from numpy.typing import ArrayLike
 from mmp_env.argument_checks import as_numbers, refused, whole
 from mmp_env.errors import MmpError
 from mmp_env.ik.chain import ArmModel, ToolModel, chain_of
-from mmp_env.ik.freedom import FREE, Free, sampled_poses
-from mmp_env.ik.numeric import NumericSolver
-from mmp_env.ik.turns import JointBox, distinct
+from mmp_env.ik.freedom import FREE, Free
+from mmp_env.ik.pose_solver import PoseSolver
+from mmp_env.ik.turns import JointBox
 
-_SAME = 1e-4
-"""Largest difference of a joint [rad or m] between two results of the solver that are one configuration."""
 _ROTATION_ERROR = 1e-6
 """Largest error of a rotation matrix."""
 
@@ -53,15 +51,14 @@ def branches(
     if free is not None and free not in FREE:
         raise refused("free", free, f"None, {' or '.join(map(repr, FREE))}")
     limit = whole("limit", limit, 1)
-    solver, box = _solver(robot, tool)
-    q, _ = solver.solve(sampled_poses(goal, free))
-    return box.with_turns(distinct(box.within(q), _SAME), center, limit)
+    solver = _solver(robot, tool)
+    return solver.box.with_turns(solver.solve(goal, free), center, limit)
 
 
 @functools.lru_cache(maxsize=64)
-def _solver(robot: ArmModel, tool: ToolModel | None) -> tuple[NumericSolver, JointBox]:
+def _solver(robot: ArmModel, tool: ToolModel | None) -> PoseSolver:
     box = JointBox(lower=robot.lower, upper=robot.upper, hinges=~np.array(robot.slides))
-    return NumericSolver(chain_of(robot, tool), *box.one_turn()), box
+    return PoseSolver(chain_of(robot, tool), box)
 
 
 def _checked_pose(pose: ArrayLike) -> Float[np.ndarray, "4 4"]:

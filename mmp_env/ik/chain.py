@@ -82,7 +82,7 @@ class SerialChain:
             if self.slides[k]:
                 position = position + q[:, k, None] * axes[:, k]
             else:
-                rotation = rotation @ turned(axis, q[:, k])
+                rotation = rotation @ rotation_about(axis, q[:, k])
             position = position + rotation @ self.offsets[k + 1]
         return Frames(axes, points, rotation @ self.tool, position)
 
@@ -103,34 +103,9 @@ def chain_of(robot: ArmModel, tool: ToolModel | None) -> SerialChain:
     )
 
 
-def turned(axis: Float[np.ndarray, "3"], angles: Float[np.ndarray, "..."]) -> Float[np.ndarray, "... 3 3"]:
+def rotation_about(axis: Float[np.ndarray, "3"], angles: Float[np.ndarray, "..."]) -> Float[np.ndarray, "... 3 3"]:
     """Returns the rotation matrices about a unit vector by angles [rad]."""
     x, y, z = axis
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     sine, cosine = np.sin(angles)[..., None, None], np.cos(angles)[..., None, None]
     return np.eye(3) + sine * skew + (1 - cosine) * (skew @ skew)
-
-
-def jacobian(chain: SerialChain, frames: Frames) -> Float[np.ndarray, "n 6 dof"]:
-    """Returns the derivative of the tool's position [m] and rotation [rad], in the base frame, by the joints."""
-    out = np.empty((len(frames.position), 6, chain.dof))
-    turning = np.cross(frames.axes, frames.position[:, None] - frames.points)
-    slides = chain.slides[:, None]
-    out[:, :3] = np.where(slides, frames.axes, turning).transpose(0, 2, 1)
-    out[:, 3:] = np.where(slides, 0.0, frames.axes).transpose(0, 2, 1)
-    return out
-
-
-def rotation_vector(rotation: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3"]:
-    """Returns the axis times the angle [rad] of rotation matrices; of a half turn, the zero vector."""
-    vector = 0.5 * np.stack(
-        [
-            rotation[:, 2, 1] - rotation[:, 1, 2],
-            rotation[:, 0, 2] - rotation[:, 2, 0],
-            rotation[:, 1, 0] - rotation[:, 0, 1],
-        ],
-        axis=1,
-    )
-    sine = np.linalg.norm(vector, axis=1)
-    angle = np.arctan2(sine, (np.trace(rotation, axis1=1, axis2=2) - 1) / 2)
-    return vector * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-12), 1.0)[:, None]

@@ -7,23 +7,21 @@ from typing import Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.ik.chain import turned
+from mmp_env.ik.chain import rotation_about
 
 Free = Literal["z", "rotation"]
 """Rotation that a tool pose leaves free: about the z axis of the tool, or any."""
 FREE: tuple[str, ...] = get_args(Free)
-_ANGLES, _ROTATIONS = 32, 64
-"""Number of angles about the z axis of the tool, and number of rotations."""
 
 
-def sampled_poses(pose: Float[np.ndarray, "4 4"], free: Free | None) -> Float[np.ndarray, "m 4 4"]:
-    """Returns the poses that stand for a pose, some of whose rotation is free. The pose itself comes first."""
+def sampled_poses(pose: Float[np.ndarray, "4 4"], free: Free | None, count: int) -> Float[np.ndarray, "m 4 4"]:
+    """Returns poses that stand for a pose, some of whose rotation is free: `count` of them, the pose itself first."""
     if free is None:
         return pose[None]
     if free == "z":
-        rotations = turned(np.array([0.0, 0.0, 1.0]), 2 * np.pi * np.arange(_ANGLES) / _ANGLES)
+        rotations = rotation_about(np.array([0.0, 0.0, 1.0]), 2 * np.pi * np.arange(count) / count)
     else:
-        rotations = even_rotations(_ROTATIONS)
+        rotations = even_rotations(count)
     out = np.tile(pose, (len(rotations), 1, 1))
     out[:, :3, :3] = pose[:3, :3] @ rotations
     return out

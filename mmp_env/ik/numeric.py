@@ -6,13 +6,15 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env.ik.chain import SerialChain
+from mmp_env.ik.freedom import Free
 from mmp_env.ik.refinement import refined
+from mmp_env.ik.tool_task import ToolTask
 
-_TABLE = 20000
-"""Number of configurations in the table."""
-_STARTS, _FEWEST_STARTS = 512, 24
-"""Number of starts over all poses, and least number for a pose."""
+_TABLE, _STARTS = 20000, 512
+"""Number of configurations in the table, and of those that are refined for a pose."""
 _STEPS = 20
+_PER_LENGTH = 4.0
+"""Weight of a position error [arm lengths] relative to a rotation [rad]."""
 
 
 class NumericSolver:
@@ -30,19 +32,19 @@ class NumericSolver:
         frames = chain.frames(self._table)
         self._positions, self._rotations = frames.position / chain.length, frames.rotation
 
-    def solve(self, poses: Float[np.ndarray, "m 4 4"]) -> tuple[Float[np.ndarray, "n dof"], Int[np.ndarray, "n"]]:
-        """Returns configurations [rad or m], and the index of the pose of each."""
-        count = max(_STARTS // len(poses), _FEWEST_STARTS)
-        starts = np.concatenate([self._nearest(pose, count) for pose in poses])
-        owners = np.repeat(np.arange(len(poses)), count)
-        q, kept = refined(self._chain, self._table[starts], poses[owners], steps=_STEPS)
-        return q, owners[kept]
+    def solve(self, pose: Float[np.ndarray, "4 4"], free: Free | None) -> Float[np.ndarray, "n dof"]:
+        """Returns configurations [rad or m]."""
+        starts = self._table[self._nearest(pose, free)]
+        poses = np.broadcast_to(pose, (len(starts), 4, 4))
+        return refined(ToolTask(chain=self._chain, free=free), starts, poses, steps=_STEPS)[0]
 
-    def _nearest(self, pose: Float[np.ndarray, "4 4"], count: int) -> Int[np.ndarray, "n"]:
-        distance = ((self._positions - pose[:3, 3] / self._chain.length) ** 2).sum(axis=1) * 4.0
-        cosine = (np.tensordot(self._rotations, pose[:3, :3], axes=2) - 1) / 2
-        distance += np.arccos(np.clip(cosine, -1.0, 1.0)) ** 2 / 4
-        return np.argpartition(distance, count)[:count]
+    def _nearest(self, pose: Float[np.ndarray, "4 4"], free: Free | None) -> Int[np.ndarray, "n"]:
+        distance = ((self._positions - pose[:3, 3] / self._chain.length) ** 2).sum(axis=1) * _PER_LENGTH**2
+        if free != "rotation":
+            axes = self._rotations[:, :, 2] @ pose[:3, 2]
+            cosine = axes if free == "z" else (np.tensordot(self._rotations, pose[:3, :3], axes=2) - 1) / 2
+            distance += np.arccos(np.clip(cosine, -1.0, 1.0)) ** 2
+        return np.argpartition(distance, _STARTS)[:_STARTS]
 
 
 def even_points(count: int, dimension: int) -> Float[np.ndarray, "count dimension"]:

@@ -12,6 +12,8 @@ _DIGITS = 9
 """Decimal places of configurations. The last bits of a floating-point result are not the same on every machine."""
 _SLACK = 1e-9
 """Distance [rad or m] outside of a limit at which a configuration is moved onto the limit."""
+_NEIGHBOURS = 16
+"""Number of neighbours among which equal configurations are sought."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -28,12 +30,15 @@ class JointBox:
         half = np.where(self.hinges, np.minimum(half, np.pi), half)
         return middle - half, middle + half
 
+    def inside(self, q: Float[np.ndarray, "n dof"], slack: float = _SLACK) -> Bool[np.ndarray, "n"]:
+        """Returns whether some turns bring configurations into the box, `slack` [rad or m] around it included."""
+        turned = self._turned(q, slack)
+        return np.asarray(((turned >= self.lower - slack) & (turned <= self.upper + slack)).all(axis=1))
+
     def within(self, q: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "m dof"]:
         """Returns the configurations that some turns bring into the box, with the least turns that do."""
-        turns = np.where(self.hinges, np.ceil((self.lower - _SLACK - q) / _TURN), 0.0)
-        out = np.round(q + turns * _TURN, _DIGITS)
-        inside = ((out >= self.lower - _SLACK) & (out <= self.upper + _SLACK)).all(axis=1)
-        return np.clip(out[inside], self.lower, self.upper)
+        out = np.round(self._turned(q[self.inside(q)], _SLACK), _DIGITS)
+        return np.clip(out, self.lower, self.upper)
 
     def with_turns(
         self, q: Float[np.ndarray, "n dof"], near: Float[np.ndarray, "dof"], limit: int
@@ -60,6 +65,9 @@ class JointBox:
             partial, owner, cost = partial[order], owner[order], cost[order]
         return partial
 
+    def _turned(self, q: Float[np.ndarray, "n dof"], slack: float) -> Float[np.ndarray, "n dof"]:
+        return q + np.where(self.hinges, np.ceil((self.lower - slack - q) / _TURN), 0.0) * _TURN
+
     def _choices(
         self, q: Float[np.ndarray, "n dof"], near: Float[np.ndarray, "dof"]
     ) -> tuple[Float[np.ndarray, "n dof turns"], Float[np.ndarray, "n dof turns"]]:
@@ -73,13 +81,17 @@ class JointBox:
 
 
 def distinct(q: Float[np.ndarray, "n dof"], tolerance: float) -> Float[np.ndarray, "m dof"]:
-    """Returns configurations without those that another is near to, by the joint that differs most."""
-    q = q[_ordered(q, np.zeros(len(q)))]
-    kept = np.empty((0, q.shape[1]))
-    while len(q):
-        kept = np.vstack([kept, q[0]])
-        q = q[np.abs(q - q[0]).max(axis=1) > tolerance]
-    return kept
+    """Returns configurations without those that differ from another by at most `tolerance` in every joint.
+
+    Equal configurations are found among neighbours in the order of a projection that keeps others apart.
+    """
+    weights = np.sqrt(np.arange(2.0, q.shape[1] + 2))
+    q = q[np.argsort(q @ weights, kind="stable")]
+    repeated = np.zeros(len(q), dtype=bool)
+    for shift in range(1, min(_NEIGHBOURS, len(q) - 1) + 1):
+        same = np.abs(q[shift:] - q[:-shift]).max(axis=1) <= tolerance
+        repeated[shift:] |= same & ~repeated[:-shift]
+    return q[~repeated]
 
 
 def _ordered(q: Float[np.ndarray, "n dof"], cost: Float[np.ndarray, "n"]) -> Int[np.ndarray, "n"]:

@@ -212,6 +212,18 @@ def without_log() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
+@contextlib.contextmanager
+def _without_asset_cache() -> Iterator[None]:
+    """Keeps MuJoCo from keeping a second copy of all compiled meshes."""
+    cache = mujoco.mj_getCache()
+    before = mujoco.mj_getCacheCapacity(cache)
+    mujoco.mj_setCacheCapacity(cache, 0)
+    try:
+        yield
+    finally:
+        mujoco.mj_setCacheCapacity(cache, before)
+
+
 def _parsed(path: Path, read: Any) -> Any:
     try:
         with without_log():
@@ -296,7 +308,7 @@ def _compiled(path: Path, spec: Any) -> Any:
         if len(key.qpos) and not np.all(np.isfinite(key.qpos)):
             spec.delete(key)
     try:
-        with without_log():
+        with without_log(), _without_asset_cache():
             return spec.compile()
     except ValueError as error:
         raise MmpError(f"{path} is refused by MuJoCo: {one_line(error)}") from None

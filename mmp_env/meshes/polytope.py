@@ -11,6 +11,8 @@ from jaxtyping import Float, Int
 from mmp_env.errors import MmpError
 from mmp_env.meshes.mesh_files import require
 
+_CHUNK = 200_000
+"""Number of pairs of a point and a triangle that are compared at once, to bound the memory."""
 ROUNDING_M = 1e-6
 """Grid [m] of the numbers in files. Twice as much is added to radii and planes, so that rounding loses nothing."""
 
@@ -53,24 +55,48 @@ def distances(points: Float[np.ndarray, "n 3"], hull: Polytope) -> Float[np.ndar
 
 def nearest_points(points: Float[np.ndarray, "n 3"], hull: Polytope) -> Float[np.ndarray, "n 3"]:
     """Returns the points of a polytope's surface that are nearest to points outside."""
-    a, b, c = (hull.vertices[hull.triangles[:, k]] for k in range(3))
-    return np.array([_nearest_on_triangles(point, a, b, c) for point in points]).reshape(-1, 3)
+    faces = _Faces(hull)
+    step = max(1, _CHUNK // len(hull.triangles))
+    parts = [faces.nearest(points[k : k + step]) for k in range(0, len(points), step)]
+    return np.concatenate(parts) if parts else np.empty((0, 3))
 
 
-def _nearest_on_triangles(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Returns the point of triangles [t, 3] each that is nearest to one point."""
-    normal = np.cross(b - a, c - a)
-    size = np.maximum(np.einsum("ij,ij->i", normal, normal), 1e-30)
-    inside = np.ones(len(a), dtype=bool)
-    feet = []
-    for start, end in ((a, b), (b, c), (c, a)):
-        edge = end - start
-        inside &= np.einsum("ij,ij->i", np.cross(edge, p - start), normal) >= 0
-        share = np.einsum("ij,ij->i", p - start, edge) / np.maximum(np.einsum("ij,ij->i", edge, edge), 1e-30)
-        feet.append(start + np.clip(share, 0, 1)[:, None] * edge)
-    flat = p - (np.einsum("ij,ij->i", p - a, normal) / size)[:, None] * normal
-    feet = np.concatenate([*feet, flat[inside]])
-    return feet[np.linalg.norm(feet - p, axis=1).argmin()]
+class _Faces:
+    """The triangles of a polytope and their edges, prepared for the nearest points of many points."""
+
+    def __init__(self, hull: Polytope) -> None:
+        corners = hull.vertices[hull.triangles]
+        self._start, edges = corners, np.roll(corners, -1, axis=1) - corners
+        normals = np.cross(edges[:, 0], edges[:, 1])
+        self._normals = normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        self._edges = edges
+        self._squares = np.maximum(np.einsum("tki,tki->tk", edges, edges), 1e-30)
+        self._inwards = np.cross(self._normals[:, None], edges)
+
+    def nearest(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 3"]:
+        """Returns the nearest point on any triangle: its own foot where that lies inside, else on an edge."""
+        rows, best, out = np.arange(len(points)), np.full(len(points), np.inf), np.empty((len(points), 3))
+        inside = np.ones((len(points), len(self._normals)), dtype=bool)
+        for k in range(3):
+            start, edge = self._start[:, k], self._edges[:, k]
+            inside &= points @ self._inwards[:, k].T >= np.einsum("ti,ti->t", start, self._inwards[:, k])
+            along = points @ edge.T - np.einsum("ti,ti->t", start, edge)
+            share = np.clip(along / self._squares[:, k], 0, 1)
+            away = points @ start.T * -2 + np.einsum("ti,ti->t", start, start)
+            away += np.einsum("ni,ni->n", points, points)[:, None] + share * (share * self._squares[:, k] - 2 * along)
+            face = away.argmin(axis=1)
+            feet = start[face] + share[rows, face][:, None] * edge[face]
+            self._improve(points, feet, best, out)
+        height = points @ self._normals.T - np.einsum("ti,ti->t", self._start[:, 0], self._normals)
+        face = np.where(inside, np.abs(height), np.inf).argmin(axis=1)
+        feet = points - height[rows, face][:, None] * self._normals[face]
+        self._improve(points, np.where(inside[rows, face][:, None], feet, np.inf), best, out)
+        return out
+
+    def _improve(self, points: np.ndarray, feet: np.ndarray, best: np.ndarray, out: np.ndarray) -> None:
+        length = np.linalg.norm(points - feet, axis=1)
+        better = length < best
+        best[better], out[better] = length[better], feet[better]
 
 
 def _hull(points: np.ndarray) -> Any:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import xml.etree.ElementTree as ET
+import xml.parsers.expat as expat
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,8 @@ from mmp_env.mujoco_import import mujoco
 MOST_GEOMS = 1000
 """Largest number of collision geoms in a model."""
 _MOST_BYTES = 64 * 2**20
+_LEAST_INERTIA, _GYRATION_M = 1e-14, 0.01
+_UNBOUND_PREFIX = expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]
 _PACKAGE = "package://"
 _FILE = "file://"
 
@@ -106,12 +109,34 @@ def _text(path: Path) -> bytes:
 
 def _root(path: Path, text: bytes) -> ET.Element:
     try:
-        root = ET.fromstring(text)
-    except (ET.ParseError, LookupError, ValueError) as error:
+        root = parsed_xml(text)
+    except (ET.ParseError, expat.ExpatError, LookupError, ValueError) as error:
         raise MmpError(f"{path} is not XML: {error}") from None
-    if path.suffix.lower() == ".xacro" or any("ros.org/wiki/xacro" in element.tag for element in root.iter()):
+    if path.suffix.lower() == ".xacro" or any(_is_xacro(element.tag) for element in root.iter()):
         raise MmpError(f"{path} is a xacro file; run `xacro {path.name} > robot.urdf` first")
     return root
+
+
+def parsed_xml(text: bytes) -> ET.Element:
+    """Returns the root of a document, which may use prefixes that it does not declare, as ROS allows.
+
+    Raises:
+        ParseError: if it is not XML.
+    """
+    try:
+        return ET.fromstring(text)
+    except ET.ParseError as error:
+        if error.code != _UNBOUND_PREFIX:
+            raise
+    builder, parser = ET.TreeBuilder(), expat.ParserCreate()
+    parser.StartElementHandler = lambda tag, own: builder.start(tag, {k: v for k, v in own.items() if ":" not in k})
+    parser.EndElementHandler, parser.CharacterDataHandler = builder.end, builder.data
+    parser.Parse(text, True)
+    return builder.close()
+
+
+def _is_xacro(tag: str) -> bool:
+    return "ros.org/wiki/xacro" in tag or tag.startswith("xacro:")
 
 
 def _urdf_facts(path: Path, root: ET.Element) -> tuple[dict[str, float], dict[str, str]]:
@@ -162,9 +187,21 @@ def _urdf_spec(path: Path, root: ET.Element, package_dirs: Sequence[str | Path])
     for link in root.findall("link"):
         for visual in link.findall("visual"):
             link.remove(visual)
+        _repair_inertia(link)
         for mesh in link.iter("mesh"):
             mesh.set("filename", str(_resolved(path, mesh.get("filename", ""), package_dirs)))
     return _parsed(path, lambda: mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode")))
+
+
+def _repair_inertia(link: ET.Element) -> None:
+    """Replaces an inertia that no body has, which MuJoCo refuses, by a small one. The mass stays."""
+    inertia, mass = link.find("inertial/inertia"), link.find("inertial/mass")
+    if inertia is None:
+        return
+    xx, yy, zz, xy, xz, yz = (_number(inertia, key) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
+    if np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).min() <= _LEAST_INERTIA:
+        value = max(_number(mass, "value") * _GYRATION_M**2, 1e-9)
+        inertia.attrib = dict.fromkeys(("ixy", "ixz", "iyz"), "0") | dict.fromkeys(("ixx", "iyy", "izz"), f"{value:g}")
 
 
 def _resolve_mesh_folder(settings: ET.Element, root: ET.Element) -> None:

@@ -24,7 +24,7 @@ class Chain:
     """The arm in a model. Link k + 1 is moved by joint k; `held` are the joints that stay at their value.
 
     `data` holds the model at q = 0 with the held joints at their values; `base` is T_world_root and `flange`
-    T_lastlink_flange. `apart` are pairs of links that the model lets overlap.
+    T_lastlink_flange. `apart` are pairs of links that the model lets overlap. `notes` are sentences on its geometry.
     """
 
     source: SourceModel
@@ -38,6 +38,7 @@ class Chain:
     held: tuple[str, ...]
     flange: Float[np.ndarray, "4 4"]
     apart: frozenset[tuple[int, int]] = frozenset()
+    notes: tuple[str, ...] = ()
 
     @property
     def is_slide(self) -> list[bool]:

@@ -21,7 +21,7 @@ from mmp_env.importing.cover_fit import COARSE_EFFORT, FINE_EFFORT, FINE_M, Cove
 from mmp_env.importing.fingerprint import fingerprints
 from mmp_env.importing.folder_writing import read_folder, write_folder
 from mmp_env.importing.limits import Limits, limits_of
-from mmp_env.importing.link_pieces import link_pieces
+from mmp_env.importing.link_pieces import pieces_and_notes
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.mjcf_text import RobotParts, robot_mjcf, servo_gains
 from mmp_env.importing.pieces import Piece
@@ -30,7 +30,7 @@ from mmp_env.importing.self_pairs import SAMPLES, SelfPairs, classify, tested_by
 from mmp_env.importing.source import PreparedSource, prepare_source
 from mmp_env.model.robot import EXACT
 
-VERSION = 3
+VERSION = 4
 """Version of the importer's results. The cache holds results of the same version only."""
 COARSE_SPHERES = (28, 42, 63)
 """Numbers of spheres that the moving links have in set `28`; the next one is tried where too few poses are free."""
@@ -103,10 +103,13 @@ def add_robot(
 def robot_files(chain: Chain, name: str, progress: Progress) -> dict[str, str]:
     """Returns the content of the robot's files by name. Raises `MmpError`."""
     pieces: list[tuple[Piece, ...]] = []
+    notes: list[str] = []
     for link in chain.links:
-        pieces.append(link_pieces(chain, link))
-        progress(f"{link.name}: {len(pieces[-1])} convex pieces")
-    return files_of_pieces(chain, name, pieces, progress)
+        own, faults = pieces_and_notes(chain, link)
+        pieces.append(own)
+        notes += faults
+        progress(f"{link.name}: {len(own)} convex pieces")
+    return files_of_pieces(replace(chain, notes=tuple(notes)), name, pieces, progress)
 
 
 def files_of_pieces(
@@ -233,7 +236,7 @@ def _robot(
     ]
     left_out = {key: pairs.of_set(key) for key in arm.covers}
     empty = [name for name, own in zip(arm.links, arm.pieces, strict=True) if not own]
-    notes = [*limits.notes]
+    notes = [*limits.notes, *chain.notes]
     if empty:
         notes.append(f"links without collision geometry: {', '.join(empty)}")
     if chain.held:

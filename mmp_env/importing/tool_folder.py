@@ -23,7 +23,7 @@ from mmp_env.importing.chain_links import Link, colliding, link_of_bodies
 from mmp_env.importing.compiled_source import SourceModel
 from mmp_env.importing.cover_fit import FINE_M, Cover, CoverError, coarse_covers, fit_cover
 from mmp_env.importing.folder_writing import read_folder, write_folder
-from mmp_env.importing.link_pieces import link_pieces
+from mmp_env.importing.link_pieces import pieces_and_notes
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.mjcf_text import tool_mjcf
 from mmp_env.importing.pieces import Piece
@@ -32,7 +32,7 @@ from mmp_env.importing.tool_joints import place_joints
 from mmp_env.mujoco_import import mujoco
 from mmp_env.robot_folders import TOOL_DESCRIPTION
 
-VERSION = 2
+VERSION = 3
 """Version of the importer's results. The cache holds results of the same version only."""
 COARSE_SPHERES = 8
 """Number of spheres that a tool has in set `28`."""
@@ -116,6 +116,7 @@ def summary(folder: Path) -> dict[str, Any]:
             "spheres": {key: len(rows) for key, rows in spheres.items()},
             "protrusion_mm": tool["protrusion_mm"],
             "uncovered_mm": tool["uncovered_mm"],
+            "notes": tool["notes"],
         }
     return {"name": folder.name, "title": top["title"], "states": states, "folder": str(folder)}
 
@@ -124,7 +125,7 @@ def _state_files(source: SourceModel, options: ToolOptions, state: str | None, p
     label = f"state {state}" if state else options.name
     data, joints = _placed(source, "" if state is None else options.states[state], label)
     link = _link(source, data, options.name)
-    pieces = _pieces(source, data, link)
+    pieces, notes = _pieces(source, data, link)
     progress(f"{label}: {len(pieces)} convex pieces")
     shape = LinkShape(pieces)
     try:
@@ -145,6 +146,7 @@ def _state_files(source: SourceModel, options: ToolOptions, state: str | None, p
         "self_collision_ignore": {key: [] for key in covers},
         "self_pairs": "by robot",
         "imported": {"source": source.path.name, "sha256": source.digest, "importer": VERSION},
+        "notes": notes,
     }
     hulls = {options.name: [{"vertices": p.vertices.tolist(), "radius": p.radius} for p in pieces]}
     return {
@@ -220,7 +222,7 @@ def _link(source: SourceModel, data: Any, name: str) -> Link:
     return link
 
 
-def _pieces(source: SourceModel, data: Any, link: Link) -> tuple[Piece, ...]:
+def _pieces(source: SourceModel, data: Any, link: Link) -> tuple[tuple[Piece, ...], list[str]]:
     world = np.eye(4)
     alone = Chain(
         source=source,
@@ -234,7 +236,7 @@ def _pieces(source: SourceModel, data: Any, link: Link) -> tuple[Piece, ...]:
         held=(),
         flange=world,
     )
-    return link_pieces(alone, link)
+    return pieces_and_notes(alone, link)
 
 
 def _point(source: SourceModel, data: Any, asked: str | None, pieces: tuple[Piece, ...]) -> np.ndarray:

@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 
 from mmp_env.errors import MmpError
 from mmp_env.meshes.mesh_files import require
-from mmp_env.meshes.polytope import polytope
+from mmp_env.meshes.polytope import polytope, spread_directions
 
 FAR_M, FAR_SHARE = 0.03, 0.25
 """A mesh of a robot is decomposed if more than this share of its hull's surface is farther than this [m] from it."""
@@ -26,6 +26,10 @@ _DECOMPOSITION = {
     "seed": 0,
 }
 """Options of CoACD: coarse and quick, because the pieces are completed afterwards."""
+_DIRECTIONS = 200
+"""Number of directions in which the extent of a piece is compared with triangles."""
+_CHUNK = 4096
+"""Number of triangles that are compared at once, to bound the memory."""
 _EDGE_M, _EDGE_SHARE = 0.02, 0.005
 """Largest edge of the triangles that a piece takes over whole: [m], and relative to the mesh if that is more."""
 
@@ -53,6 +57,17 @@ ROBOT = Decomposition()
 
 def check_mesh(vertices: Float[np.ndarray, "v 3"], faces: Int[np.ndarray, "f 3"]) -> None:
     """Raises `MmpError` where triangles enclose no volume, do not close, or point inwards."""
+    fault = mesh_fault(vertices, faces)
+    if fault is not None:
+        raise MmpError(fault)
+
+
+def mesh_fault(vertices: Float[np.ndarray, "v 3"], faces: Int[np.ndarray, "f 3"]) -> str | None:
+    """Returns what is wrong with a mesh whose triangles do not close or point inwards, or None.
+
+    Raises:
+        MmpError: if the mesh has no volume.
+    """
     scale = float(np.ptp(vertices, axis=0).max(initial=0.0))
     if len(faces) < 4 or scale <= 0:
         raise MmpError("has no volume")
@@ -73,12 +88,11 @@ def check_mesh(vertices: Float[np.ndarray, "v 3"], faces: Int[np.ndarray, "f 3"]
     bad = (count[number.ravel()] != 1) | (opposite != 1)
     if length[bad].sum() > MOST_BAD_EDGES * length.sum():
         share = length[bad].sum() / length.sum()
-        raise MmpError(
-            f"is not manifold: {share:.0%} of its edges do not join two triangles of equal orientation; repair it"
-        )
+        return f"is not manifold: {share:.0%} of its edges do not join two triangles of equal orientation; repair it"
     a, b, c = (vertices[faces[:, k]] - vertices.mean(axis=0) for k in range(3))
     if np.einsum("ij,ij->i", a, np.cross(b, c)).sum() <= 0:
-        raise MmpError("is inverted: its triangles point inwards; flip them")
+        return "is inverted: its triangles point inwards; flip them"
+    return None
 
 
 def is_far_from_convex(
@@ -100,7 +114,7 @@ def decomposed(
     """Returns the points of convex pieces that contain the whole surface of a mesh.
 
     CoACD suggests the pieces and guarantees nothing. So each triangle, cut until it is small, is added to the piece
-    whose planes it exceeds least. The hull of a piece's points then contains its triangles.
+    whose extent in some directions it exceeds least. The hull of a piece's points then contains its triangles.
     """
     coacd = require("coacd")
     coacd.set_log_level("error")
@@ -110,15 +124,25 @@ def decomposed(
     parts = []
     for points, _ in suggested:
         try:
-            parts.append(polytope(np.asarray(points, dtype=float)))
+            parts.append(polytope(np.asarray(points, dtype=float)).vertices)
         except MmpError:  # a flat part holds nothing
             continue
     if len(parts) < 2:
         return [vertices]
     triangles = _cut(vertices[faces], max(_EDGE_M, _EDGE_SHARE * float(np.ptp(vertices, axis=0).max())))
-    beyond = np.array([-part.depth(triangles.reshape(-1, 3)).reshape(-1, 3).min(axis=1) for part in parts])
-    nearest = beyond.argmin(axis=0)
-    return [np.concatenate([part.vertices, triangles[nearest == k].reshape(-1, 3)]) for k, part in enumerate(parts)]
+    nearest = np.array([_beyond(triangles, part) for part in parts]).argmin(axis=0)
+    return [np.concatenate([part, triangles[nearest == k].reshape(-1, 3)]) for k, part in enumerate(parts)]
+
+
+def _beyond(triangles: Float[np.ndarray, "t 3 3"], part: Float[np.ndarray, "v 3"]) -> Float[np.ndarray, "t"]:
+    """Returns how far [m] triangles reach beyond the extent of a part in the direction in which they do so most."""
+    directions = spread_directions(_DIRECTIONS)
+    extent = (part @ directions.T).max(axis=0)
+    out = np.empty(len(triangles))
+    for k in range(0, len(triangles), _CHUNK):
+        corners = triangles[k : k + _CHUNK].reshape(-1, 3)
+        out[k : k + _CHUNK] = (corners @ directions.T - extent).max(axis=1).reshape(-1, 3).max(axis=1)
+    return out
 
 
 def _cut(triangles: np.ndarray, longest: float) -> np.ndarray:

@@ -133,4 +133,6 @@ def _rows(found: dict[str, Any], from_cache: bool) -> Iterator[tuple[str, str, s
         for key, count in state["spheres"].items():
             yield f"set {key}", "", f"{count} spheres, {state['protrusion_mm'][key]:.1f} mm of protrusion at most"
         yield "cover", "", f"proved, {state['uncovered_mm']:g} mm uncovered"
+        for note in state["notes"]:
+            yield "note", "dim", note
     yield "folder", "", found["folder"] + (" (from the cache)" if from_cache else "")

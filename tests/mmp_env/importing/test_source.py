@@ -7,7 +7,7 @@ from support.small_arms import box_mesh, fingers, mjcf, urdf, with_mesh, write_o
 from mmp_env.errors import MmpError
 from mmp_env.importing.chain import select_chain
 from mmp_env.importing.chain_choice import ChainOptions
-from mmp_env.importing.link_pieces import link_pieces
+from mmp_env.importing.link_pieces import link_pieces, pieces_and_notes
 from mmp_env.importing.source import read_source
 
 VERTICES, FACES = box_mesh()
@@ -32,6 +32,18 @@ def test_a_urdf_keeps_its_velocity_limits_and_efforts(tmp_path):
     source = read_source(written(tmp_path, urdf()))
     assert source.velocity == {"turn": 1.5, "lift": 1.2}
     assert source.model.jnt_actfrcrange[:2].tolist() == [[-30, 30], [-20, 20]]
+
+
+def test_a_urdf_may_use_prefixes_that_it_does_not_declare(tmp_path):
+    text = urdf().replace('lower="-1.5"', 'drake:acceleration="2.5" lower="-1.5"').replace("</robot>", "<a:b/></robot>")
+    assert imported(written(tmp_path, text)).joint_names == ("turn", "lift", "roll")
+
+
+def test_an_inertia_that_no_body_has_is_replaced_and_the_mass_stays(tmp_path):
+    text = urdf().replace('ixx="0.01" iyy="0.01" izz="0.01" ixy="0"', 'ixx="0" iyy="0" izz="0" ixy="1"')
+    model = read_source(written(tmp_path, text)).model
+    assert model.body("upper").mass[0] == pytest.approx(1.0)
+    assert model.body("upper").inertia.min() > 0
 
 
 def test_looks_are_left_out_even_where_their_files_are_missing(tmp_path):
@@ -121,6 +133,7 @@ CASES = {
     "not XML": ("<mujoco><worldbody>", "is not XML"),
     "not a robot": ("<html></html>", "neither URDF nor MJCF: its root element is <html>"),
     "xacro": ('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arm/></robot>', "is a xacro file; run"),
+    "xacro without a declaration": ("<robot><xacro:arm/></robot>", "is a xacro file; run"),
     "a number that is none": (mjcf(geom='type="sphere" size="nan"'), "nan size in geom"),
 }
 
@@ -138,9 +151,6 @@ def test_what_cannot_be_imported_is_told_in_one_sentence(tmp_path, monkeypatch, 
 FIN = (np.vstack([VERTICES, [[0.3, 0, 0]]]), np.vstack([FACES, [[0, 1, 8]]]))
 MESHES = {
     "scale of 0": ((VERTICES, FACES, "1 0 1"), "scale [1, 0, 1]; no factor may be 0"),
-    "inverted": ((VERTICES, FACES[:, ::-1]), "is inverted: its triangles point inwards"),
-    "hole": ((VERTICES, FACES[1:]), "is not manifold"),
-    "fin": (FIN, "is not manifold"),
     "flat": ((VERTICES * [1, 1, 0], FACES), "mesh"),
 }
 
@@ -151,6 +161,22 @@ def test_a_bad_mesh_is_told_in_one_sentence(tmp_path, mesh, sentence):
         imported(with_mesh(tmp_path / "arm.xml", *mesh))
     assert sentence in str(error.value)
     assert "\n" not in str(error.value)
+
+
+FAULTS = {
+    "inverted": ((VERTICES, FACES[:, ::-1]), "is inverted: its triangles point inwards"),
+    "hole": ((VERTICES, FACES[1:]), "is not manifold"),
+    "fin": (FIN, "is not manifold"),
+}
+
+
+@pytest.mark.parametrize(("mesh", "fault"), FAULTS.values(), ids=FAULTS)
+def test_the_hull_of_an_open_or_inverted_mesh_stands_for_it_and_a_note_says_so(tmp_path, mesh, fault):
+    chain = imported(with_mesh(tmp_path / "arm.xml", *mesh))
+    (piece,), (note,) = pieces_and_notes(chain, chain.links[2])
+    assert fault in note
+    assert "Its convex hull stands for it" in note
+    assert np.ptp(piece.vertices, axis=0).min() > 0.05
 
 
 @pytest.mark.parametrize("scale", ["1 1 1", "0.001 0.001 0.001", "1 -1 1", "-1 -1 -1"])

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from mmp_env.errors import MmpError, in_words
+from mmp_env.errors import MmpError
 
 MOST_TRIANGLES = 2_000_000
 """Largest number of triangles of a mesh."""
+_TYPES_OF_EXTRA = ("dae", "zae")
 _MUJOCO_SUFFIXES = (".stl", ".obj", ".msh")
 
 
@@ -32,7 +33,7 @@ def require(module: str) -> Any:
 
 
 def read_mesh(path: Path) -> tuple[Float[np.ndarray, "v 3"], Int[np.ndarray, "f 3"]]:
-    """Returns vertices [m] and triangles of a mesh file. Raises `MmpError`."""
+    """Returns vertices [m] and triangles of a mesh file, in metres if it names no unit. Raises `MmpError`."""
     return _parsed(path, str(path))
 
 
@@ -43,13 +44,22 @@ def parse_mesh(path: Path, content: bytes) -> tuple[Float[np.ndarray, "v 3"], In
 
 def _parsed(path: Path, source: Any, **options: Any) -> tuple[np.ndarray, np.ndarray]:
     trimesh = require("trimesh")
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in {*trimesh.available_formats(), *_TYPES_OF_EXTRA}:
+        raise MmpError(f"mesh file {path} cannot be read: its type '.{kind}' is unknown; convert it to STL or OBJ")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             mesh = trimesh.load(source, force="mesh", **options)
-        vertices, faces = np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int32)
-    except Exception as error:  # readers of many formats, which raise anything
-        raise MmpError(f"mesh file {path} cannot be read ({in_words(error)}); convert it to STL or OBJ") from None
+        metres = 1.0 if mesh.units is None else trimesh.units.unit_conversion(mesh.units, "meters")
+        vertices, faces = np.asarray(mesh.vertices, float) * metres, np.asarray(mesh.faces, np.int32)
+    except (ImportError, NotImplementedError):
+        raise MmpError(
+            f"reading mesh files of type '.{kind}' such as {path} needs a package: pip install 'mmp-env[robots]';"
+            " or convert them to STL or OBJ"
+        ) from None
+    except Exception:  # readers of many formats, which raise anything
+        raise MmpError(f"mesh file {path} is no valid .{kind} file; convert it to STL or OBJ") from None
     if len(faces) == 0 or not np.isfinite(vertices).all():
         raise MmpError(f"mesh file {path} holds no triangles; convert it to STL or OBJ")
     if len(faces) > MOST_TRIANGLES:

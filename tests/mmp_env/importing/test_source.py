@@ -9,6 +9,7 @@ from mmp_env.importing.chain import select_chain
 from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.link_pieces import link_pieces, pieces_and_notes
 from mmp_env.importing.source import read_source
+from mmp_env.meshes.mesh_files import read_mesh
 
 VERTICES, FACES = box_mesh()
 BALL_JOINT = 'type="ball"'
@@ -161,6 +162,41 @@ def test_a_bad_mesh_is_told_in_one_sentence(tmp_path, mesh, sentence):
         imported(with_mesh(tmp_path / "arm.xml", *mesh))
     assert sentence in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_mesh_file_of_another_unit_is_converted_to_metres(tmp_path, monkeypatch):
+    trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
+    mesh = trimesh.Trimesh(VERTICES, FACES)
+    mesh.units = "0.0254 * meters"  # what trimesh says of COLLADA in inches
+    monkeypatch.setattr(trimesh, "load", lambda *_, **__: mesh)
+    vertices, _ = read_mesh(tmp_path / "box.dae")
+    np.testing.assert_allclose(np.ptp(vertices, axis=0), np.array([0.1, 0.08, 0.06]) * 0.0254)
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("box.step", "box.step cannot be read: its type '.step' is unknown; convert it to STL or OBJ"),
+        ("box.ply", "box.ply is no valid .ply file; convert it to STL or OBJ"),
+    ],
+)
+def test_a_mesh_file_that_cannot_be_read_is_told_without_a_python_class(tmp_path, name, sentence):
+    pytest.importorskip("trimesh", reason="trimesh is not installed")
+    (tmp_path / name).write_text("junk")
+    with pytest.raises(MmpError) as error:
+        read_mesh(tmp_path / name)
+    assert sentence in str(error.value)
+
+
+def test_a_mesh_file_whose_reader_is_missing_names_the_extra(tmp_path, monkeypatch):
+    trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
+
+    def missing(*_, **__):
+        raise ImportError("missing `pip install pycollada`")
+
+    monkeypatch.setattr(trimesh, "load", missing)
+    with pytest.raises(MmpError, match=r"pip install 'mmp-env\[robots\]'; or convert them to STL or OBJ"):
+        read_mesh(tmp_path / "box.dae")
 
 
 FAULTS = {

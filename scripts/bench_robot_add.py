@@ -18,7 +18,8 @@ from mmp_cli.main import run_script
 
 JOINTS = 7
 RINGS, CORNERS = 250, 200
-"""Rings of vertices of a mesh, and vertices of a ring: 2 * 250 * 200 triangles with both caps."""
+"""Rings of vertices of a mesh, and vertices of a ring."""
+TRIANGLES = 2 * RINGS * CORNERS
 LENGTHS_M = (0.28, 0.7, 0.26, 0.65, 0.22, 0.6, 0.14, 0.1)
 RADII_M = (0.09, 0.04, 0.065, 0.04, 0.055, 0.035, 0.045, 0.04)
 BEND_RAD = 2.6
@@ -46,10 +47,9 @@ def main() -> None:
         data = {"XDG_DATA_HOME": f"{folder}/data", "XDG_CACHE_HOME": f"{folder}/cache"}
         words = ["robot", "add", str(source), "--name", "bench"]
         first, second = measured(words, data), measured(words, data)
-    about = {"triangles": 2 * RINGS * CORNERS, "meshes": JOINTS + 1}
-    print_figure("robot-add-first", first.wall_s, "s", cpu_s=rounded(first.cpu_s), **about)
-    print_figure("robot-add-cached", second.wall_s, "s", cpu_s=rounded(second.cpu_s), **about)
-    print_figure("robot-add-memory", max(first.peak_gb, second.peak_gb), "GB", **about)
+    print_figure("robot-add-first", first.wall_s, "s", cpu_s=rounded(first.cpu_s), triangles=TRIANGLES)
+    print_figure("robot-add-cached", second.wall_s, "s", cpu_s=rounded(second.cpu_s), triangles=TRIANGLES)
+    print_figure("robot-add-memory", max(first.peak_gb, second.peak_gb), "GB", triangles=TRIANGLES)
 
 
 def measured(words: list[str], environment: dict[str, str]) -> Finished:

@@ -18,7 +18,6 @@ MOST_BAD_EDGES = 0.05
 """Largest share of the length of all edges that may belong to other than two triangles of opposite directions."""
 _SAMPLES = 4000
 _DECOMPOSITION = {
-    "preprocess_resolution": 30,
     "resolution": 500,
     "mcts_nodes": 8,
     "mcts_iterations": 40,
@@ -43,12 +42,15 @@ class Decomposition:
         far_share: largest share of the hull's surface that may be far from a mesh that stays whole.
         threshold: concavity at which CoACD stops, relative to the size of the mesh.
         most: largest number of pieces.
+        fine: largest number of triangles that CoACD gets as they are. It gets a coarse copy of a larger mesh, and takes
+            a third of the time.
     """
 
     far_m: float = FAR_M
     far_share: float = FAR_SHARE
     threshold: float = 0.1
     most: int = 12
+    fine: int = 20_000
 
 
 ROBOT = Decomposition()
@@ -119,7 +121,12 @@ def decomposed(
     coacd = require("coacd")
     coacd.set_log_level("error")
     suggested = coacd.run_coacd(
-        coacd.Mesh(vertices, faces), threshold=how.threshold, max_convex_hull=how.most, **_DECOMPOSITION
+        coacd.Mesh(vertices, faces),
+        threshold=how.threshold,
+        max_convex_hull=how.most,
+        preprocess_mode="auto" if len(faces) <= how.fine else "on",
+        preprocess_resolution=30 if len(faces) <= how.fine else 50,
+        **_DECOMPOSITION,
     )
     parts = []
     for points, _ in suggested:

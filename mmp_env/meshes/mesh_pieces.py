@@ -7,10 +7,10 @@ from jaxtyping import Float, Int
 
 from mmp_env.errors import MmpError
 from mmp_env.meshes.decomposition import Decomposition, check_mesh, decomposed, is_far_from_convex
-from mmp_env.meshes.mesh_files import require
+from mmp_env.meshes.mesh_files import MOST_TRIANGLES, require
 from mmp_env.meshes.polytope import ROUNDING_M, corner_points, nearest_points, polytope, rounded
 
-OBSTACLE = Decomposition(far_m=0.01, far_share=0.02, threshold=0.05, most=24)
+OBSTACLE = Decomposition(far_m=0.01, far_share=0.02, threshold=0.05, most=24, fine=MOST_TRIANGLES)
 """A mesh obstacle is decomposed if 2 % of its hull's surface is farther than 10 mm from it."""
 OUTER_TOLERANCE_M, OUTER_TOLERANCE_SHARE = (0.001, 0.005), 0.01
 """Largest protrusion of a piece from the hull of its part: 1 % of its size, but 1 mm at least and 5 mm at most."""

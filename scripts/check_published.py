@@ -27,8 +27,9 @@ import mmp_planners
 from mmp_cli.arguments import Parser
 from mmp_cli.main import run_script
 from mmp_env import InvalidInstanceError, MmpError, load_instances
-from mmp_env.files.instance_file import InstanceFile
+from mmp_env.files.instance_file import Instance, InstanceFile
 from mmp_env.model.cell import Cell
+from mmp_env.model.goals import JointGoal
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 
@@ -74,9 +75,7 @@ def check(name: str, file: InstanceFile, assets: Path) -> bool:
     """Prints the figures of one file. Returns whether all are as they should be."""
     file = replace(file, cell=replace(file.cell, spheres="exact"))
     meshes = Meshes(file.cell, assets)
-    free = sum(
-        max(meshes.penetration(instance.start), meshes.penetration(instance.goal)) == 0 for instance in file.instances
-    )
+    free = sum(max(meshes.penetration(state) for state in ends(instance)) == 0 for instance in file.instances)
     problems = tried(file)
     results = [mmp_planners.make("auto").plan(problem, seed=0, time_limit=TIME_LIMIT_S) for problem in problems]
     plans = [result.plan for result in results if result.plan is not None]
@@ -107,6 +106,12 @@ def largest_penetration(meshes: Meshes, plan: Plan) -> float:
     """Returns the largest penetration [m] of meshes at samples of a plan."""
     times = np.append(np.arange(0.0, plan.makespan_s, SAMPLE_S), plan.makespan_s)
     return max(meshes.penetration(plan.at(float(t))) for t in times)
+
+
+def ends(instance: Instance) -> list[dict[str, np.ndarray]]:
+    """Returns start and goal of an instance, which are configurations: arm name -> [dof] [rad]."""
+    both = (instance.start, instance.goal)
+    return [{name: goal.q for name, goal in each.items() if isinstance(goal, JointGoal)} for each in both]
 
 
 class Meshes:

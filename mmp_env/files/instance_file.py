@@ -20,6 +20,7 @@ from mmp_env.files.cell_file import CellData, cell_from_data, check_name
 from mmp_env.files.file_kinds import INSTANCES, read_for
 from mmp_env.files.reading import Location, check_schema, decode, named, numbers
 from mmp_env.model.cell import Cell
+from mmp_env.model.goals import Goal, JointGoal, as_goal
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
 from mmp_env.model.robot import frozen_array
@@ -49,14 +50,14 @@ class Instance:
 
     Attributes:
         name: name of the instance.
-        start: arm name -> [dof] [rad].
-        goal: arm name -> [dof] [rad].
+        start: arm name -> what is asked for, such as a `JointGoal`.
+        goal: arm name -> what is asked for.
         place: its place in the file, for messages.
     """
 
     name: str
-    start: Mapping[str, Float[np.ndarray, "dof"]]
-    goal: Mapping[str, Float[np.ndarray, "dof"]]
+    start: Mapping[str, Goal]
+    goal: Mapping[str, Goal]
     place: Location
 
     @brief
@@ -179,6 +180,19 @@ def configurations_from_dict(cell: Cell, data: Any, place: Location) -> dict[str
     }
 
 
+def goals_from_dict(cell: Cell, data: Any, place: Location) -> dict[str, Goal]:
+    """Returns what is asked for of every arm of the cell. Raises `MmpError` with arm, field and value."""
+    check_arms(cell, data, place)
+    out: dict[str, Goal] = {}
+    for arm in cell.arms:
+        given, here = data[arm.name], place / arm.name
+        if isinstance(given, str | dict):
+            out[arm.name] = as_goal(given, str(here))
+        else:
+            out[arm.name] = JointGoal(frozen_array(numbers(given, arm.dof, here, f"joint of a {arm.robot.name}")))
+    return out
+
+
 def check_arms(cell: Cell, data: Any, place: Location) -> None:
     """Raises `MmpError` unless `data` is an object with exactly one entry for each arm of the cell."""
     if not isinstance(data, dict):
@@ -194,7 +208,7 @@ def check_arms(cell: Cell, data: Any, place: Location) -> None:
 def _instance(cell: Cell, data: InstanceData, place: Location) -> Instance:
     return Instance(
         name=data.name,
-        start=configurations_from_dict(cell, data.start, place / "start"),
-        goal=configurations_from_dict(cell, data.goal, place / "goal"),
+        start=goals_from_dict(cell, data.start, place / "start"),
+        goal=goals_from_dict(cell, data.goal, place / "goal"),
         place=place,
     )

@@ -14,10 +14,11 @@ from jaxtyping import Float
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.files.file_kinds import PLAN, read_for
-from mmp_env.files.instance_file import check_arms, configurations_from_dict
+from mmp_env.files.instance_file import check_arms, configurations_from_dict, goals_from_dict
 from mmp_env.files.reading import MAX_JSON_BYTES, Location, check_schema, decode, numbers
 from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.model.cell import Cell
+from mmp_env.model.goals import goal_to_data
 from mmp_env.model.margins import Margins
 from mmp_env.model.names import INSTANCE_NAMES, is_instance_name
 from mmp_env.model.plan import Plan
@@ -44,6 +45,7 @@ class ProblemData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     max_acceleration: float | dict[str, Any] | None = None
     max_jerk: float | dict[str, Any] | None = None
     name: str = ""
+    goal_asked: dict[str, Any] | None = None
 
 
 class PlanData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
@@ -71,6 +73,7 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
             "cell": cell_to_dict(problem.cell),
             "start": _by_arm(problem.cell, problem.start),
             "goal": _by_arm(problem.cell, problem.goal),
+            **({"goal_asked": _asked(problem)} if problem.goal_asked else {}),
             "max_velocity": _by_arm(problem.cell, problem.max_velocity),
             **{key: _by_arm(problem.cell, values) for key, values in limits.items() if values is not None},
             "margin": problem.margin,
@@ -168,8 +171,13 @@ def _by_arm(cell: Cell, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
     return {name: values[name] for name in cell.arm_names}
 
 
+def _asked(problem: Problem) -> dict[str, Any]:
+    """Returns what was asked for of each arm, in the form of JSON."""
+    return {name: goal_to_data(problem.goal_asked[name]) for name in problem.cell.arm_names}
+
+
 def _problem(data: ProblemData, place: Location) -> Problem:
-    cell = cell_from_data(data.cell, place / "cell", name="cell")
+    cell, asked = cell_from_data(data.cell, place / "cell", name="cell"), data.goal_asked
     return Problem(
         cell=cell,
         start=configurations_from_dict(cell, data.start, place / "start"),
@@ -177,6 +185,7 @@ def _problem(data: ProblemData, place: Location) -> Problem:
         max_velocity=velocity_limits(cell, _limits(cell, data.max_velocity, place / "max_velocity")),
         margins=_margins(data, place),
         name=_name(data.name, place / "name"),
+        goal_asked={} if asked is None else goals_from_dict(cell, asked, place / "goal_asked"),
     )
 
 

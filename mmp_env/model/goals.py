@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -14,6 +14,7 @@ from mmp_env.argument_checks import as_numbers, refused
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.robot import frozen_array
+from mmp_env.wording import shown
 
 NAMED = ("home", "tucked")
 """Named configurations of every robot."""
@@ -24,23 +25,20 @@ MOST_GOALS = 1000
 """Largest number of goals of an `AnyOf`."""
 _DEEPEST = 8
 """Largest depth of goals in goals."""
-_FORMS = (
-    'a list of joint angles, "home", "tucked", "stay", {"pose": {"position": [x, y, z], "quaternion": [w, x, y, z]}}'
-    ' or {"any": [goal, ...]}'
-)
+_FORMS = 'a list of joint angles, "home", "tucked", "stay", or an object with "pose" or "any"'
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class JointGoal(ReadOnly):
     """A configuration `q` [dof] [rad, slides in m]."""
 
     q: Float[np.ndarray, "dof"]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "q", _finite(self.q, None, "the configuration of a JointGoal"))
+    def __init__(self, q: ArrayLike) -> None:
+        object.__setattr__(self, "q", _finite(q, None, "the configuration of a JointGoal"))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class PoseGoal(ReadOnly):
     """A pose of the tool frame in the world; of the flange without a tool.
 
@@ -55,21 +53,17 @@ class PoseGoal(ReadOnly):
     """
 
     position: Float[np.ndarray, "3"]
-    quaternion: Float[np.ndarray, "4"] | None = None
-    free: str | None = None
+    quaternion: Float[np.ndarray, "4"] | None
+    free: Literal["z", "rotation"] | None
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "position", _finite(self.position, 3, "the position of a pose"))
-        if self.free is not None and self.free not in FREE:
-            raise UnknownNameError("freedom of a pose", str(self.free), FREE)
-        if self.quaternion is None:
-            if self.free != "rotation":
-                raise MmpError('a pose has no quaternion; only "free": "rotation" allows that')
-            return
-        wxyz = _finite(self.quaternion, 4, "the quaternion of a pose")
-        if not wxyz.any():
-            raise MmpError("the quaternion of a pose is [0, 0, 0, 0], which is no rotation; [1, 0, 0, 0] turns nothing")
-        object.__setattr__(self, "quaternion", frozen_array(wxyz / np.linalg.norm(wxyz)))
+    def __init__(self, position: ArrayLike, quaternion: ArrayLike | None = None, free: str | None = None) -> None:
+        object.__setattr__(self, "position", _finite(position, 3, "the position of a pose"))
+        if free is not None and free not in FREE:
+            raise UnknownNameError("freedom of a pose", shown(free), FREE)
+        object.__setattr__(self, "free", free)
+        if quaternion is None and free != "rotation":
+            raise MmpError('a pose has no quaternion; only "free": "rotation" allows that')
+        object.__setattr__(self, "quaternion", None if quaternion is None else _unit(quaternion))
 
 
 @dataclass(frozen=True)
@@ -80,7 +74,7 @@ class NamedGoal:
 
     def __post_init__(self) -> None:
         if self.name not in NAMED:
-            raise UnknownNameError("named configuration", str(self.name), (*NAMED, STAY))
+            raise UnknownNameError("named configuration", shown(self.name)[1:-1], (*NAMED, STAY))
 
 
 @dataclass(frozen=True)
@@ -88,14 +82,14 @@ class Stay:
     """The start of the arm: it may move aside, and comes back."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class AnyOf:
     """Any of several goals. The planner chooses. Raises `MmpError` if there is none, or more than 1000."""
 
     goals: tuple[Goal, ...]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "goals", tuple(as_goal(goal, "a goal in AnyOf") for goal in self.goals))
+    def __init__(self, goals: Iterable[GivenGoal]) -> None:
+        object.__setattr__(self, "goals", tuple(as_goal(goal, "a goal in AnyOf") for goal in goals))
         if not 1 <= len(self.goals) <= MOST_GOALS:
             raise MmpError(f"any of {len(self.goals)} goals; it needs at least one, and {MOST_GOALS} at most")
 
@@ -169,7 +163,7 @@ def _from_mapping(given: Mapping[str, Any], where: str, depth: int) -> Goal:
     pose, fields = given["pose"], ("position", "quaternion", "free")
     for name in pose:
         if name not in fields:
-            raise UnknownNameError("field of a pose", str(name), fields)
+            raise UnknownNameError("field of a pose", shown(name)[1:-1], fields)
     if "position" not in pose:
         raise MmpError(f"{where}.pose has no position; it must be [x, y, z] in metres")
     try:
@@ -178,6 +172,13 @@ def _from_mapping(given: Mapping[str, Any], where: str, depth: int) -> Goal:
         raise
     except MmpError as error:
         raise MmpError(f"{where}: {error}") from None
+
+
+def _unit(quaternion: ArrayLike) -> Float[np.ndarray, "4"]:
+    wxyz = _finite(quaternion, 4, "the quaternion of a pose")
+    if not wxyz.any():
+        raise MmpError("the quaternion of a pose is [0, 0, 0, 0], which is no rotation; [1, 0, 0, 0] turns nothing")
+    return frozen_array(wxyz / np.linalg.norm(wxyz))
 
 
 def _finite(given: ArrayLike | None, count: int | None, what: str) -> Float[np.ndarray, "n"]:

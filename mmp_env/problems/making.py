@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +13,7 @@ from mmp_env.argument_checks import as_numbers, known_keywords, refused
 from mmp_env.errors import InvalidInstanceError, MmpError, MovedBodyWarning, UnknownNameError
 from mmp_env.model.cell import Cell, given_cell
 from mmp_env.model.collision import Nearest
+from mmp_env.model.goals import AnyOf, GivenGoal, Goal, JointGoal, Stay, as_goal
 from mmp_env.model.margins import (
     KIND_WORDS,
     KINDS,
@@ -22,7 +24,8 @@ from mmp_env.model.margins import (
     millimetres,
 )
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, asked_velocity_limits
-from mmp_env.model.robot import frozen_array
+from mmp_env.problems.candidates import wrong_shape
+from mmp_env.problems.resolution import Resolved, resolve
 from mmp_env.wording import degrees_hint
 
 MOVED = 1e-3
@@ -32,8 +35,8 @@ MOVED = 1e-3
 @known_keywords
 def make_problem(
     cell: Cell,
-    start: Mapping[str, ArrayLike] | ArrayLike,
-    goal: Mapping[str, ArrayLike] | ArrayLike,
+    start: Mapping[str, GivenGoal] | ArrayLike,
+    goal: Mapping[str, GivenGoal] | ArrayLike,
     *,
     max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
     margin: float | Mapping[str, float] | Margins | None = None,
@@ -46,9 +49,10 @@ def make_problem(
 
     Args:
         cell: arms and obstacles, such as `ring_cell` or `load_cell` gives.
-        start: arm name -> [dof] [rad], for every arm of the cell; or a configuration of the whole model, such as
-            `data.qpos`, for a cell of `cell_from_mujoco`.
-        goal: in the same forms.
+        start: for every arm of the cell: arm name -> a configuration [dof] [rad], a `PoseGoal`, or `home` or `tucked`.
+            Or a configuration of the whole model, such as `data.qpos`, for a cell of `cell_from_mujoco`.
+        goal: in the same forms, and also `stay` and `AnyOf`. `as_goal` also reads the forms of JSON. All configurations
+            that bring a tool to its pose are candidates, and the planner chooses among them.
         max_velocity: [rad/s] for all joints, or arm name -> [dof]; a robot's own limit holds as well.
         margin: [m] between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
         name: name of the instance, such as `<cell>/<instance>`.
@@ -58,25 +62,82 @@ def make_problem(
         InvalidInstanceError: if start or goal is out of limits, in collision, or closer than a margin asked for.
     """
     given_cell(cell)
-    ends = {"start": _configurations(cell, start, "start"), "goal": _configurations(cell, goal, "goal")}
     asked = asked_margins(margin)
-    near: dict[str, dict[str, Nearest]] = {}
-    for which, q in ends.items():
-        _check_limits(cell, q, which)
-        near[which] = cell.collision.nearest(q)
-        for bodies, metres in near[which].values():
-            if metres <= 0:
-                raise InvalidInstanceError(f"{which} is in collision: {bodies} ({-metres * 1e3:.1f} mm deep)")
+    limits = asked_velocity_limits(cell, max_velocity)
+    wanted = {"start": _asked(cell, start, "start"), "goal": _asked(cell, goal, "goal")}
+    home = {arm.name: arm.robot.home for arm in cell.arms}
+    begin = _resolved(cell, wanted["start"], home, {}, asked, "start").chosen
+    near = {"start": _checked(cell, begin, "start")}
+    end = _resolved(cell, wanted["goal"], begin, near["start"], asked, "goal")
+    near["goal"] = _checked(cell, end.chosen, "goal")
     _check_margins(near, asked)
-    least = {kind: min(nearest[kind].clearance_m for nearest in near.values()) for kind in KINDS}
+    margins = _margins(near.values(), asked)
     return Problem(
         cell=cell,
-        start=ends["start"],
-        goal=ends["goal"],
-        max_velocity=asked_velocity_limits(cell, max_velocity),
-        margins=Margins(**{kind: margin_in_force(kind, asked, least[kind]) for kind in KINDS}),
+        start=begin,
+        goal=end.chosen,
+        max_velocity=limits,
+        margins=margins,
         name=name,
+        goals=end.candidates,
+        goal_asked={} if _are_configurations(wanted["goal"]) else wanted["goal"],
     )
+
+
+def _asked(cell: Cell, given: Mapping[str, GivenGoal] | ArrayLike, which: str) -> dict[str, Goal]:
+    """Returns arm name -> what is asked for, for every arm of the cell. Raises `MmpError`."""
+    if not isinstance(given, Mapping):
+        given = _of_whole_model(cell, given, which)
+    for name in given:
+        if name not in cell.arm_names:
+            raise MmpError(f"{which}: {UnknownNameError('arm', name, cell.arm_names)}")
+    out: dict[str, Goal] = {}
+    for arm in cell.arms:
+        if arm.name not in given:
+            raise MmpError(f"{which} has no configuration for arm '{arm.name}'")
+        out[arm.name] = as_goal(given[arm.name], f"{which} of arm '{arm.name}'")
+        if which == "start" and isinstance(out[arm.name], Stay | AnyOf):
+            raise MmpError(f"start of arm '{arm.name}' must be one place; 'stay' and 'any' are for goals")
+    return out
+
+
+def _are_configurations(asked: Mapping[str, Goal]) -> bool:
+    return all(isinstance(goal, JointGoal) for goal in asked.values())
+
+
+def _resolved(
+    cell: Cell,
+    wanted: Mapping[str, Goal],
+    preferred: Mapping[str, np.ndarray],
+    near: Mapping[str, Nearest],
+    asked: Mapping[str, float],
+    which: str,
+) -> Resolved:
+    """Returns the configurations of what is wanted. `near`: the nearest bodies at the start, none for the start."""
+    for arm in cell.arms:
+        goal = wanted[arm.name]
+        if isinstance(goal, JointGoal) and goal.q.shape != (arm.dof,):
+            raise wrong_shape(arm, goal, f"{which} of arm '{arm.name}'")
+    if _are_configurations(wanted):
+        given = {name: goal.q for name, goal in wanted.items() if isinstance(goal, JointGoal)}
+        return Resolved(chosen=given, candidates={name: q[None] for name, q in given.items()})
+    return resolve(cell, wanted, preferred, _margins([near] if near else [], asked), asked, which)
+
+
+def _checked(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> dict[str, Nearest]:
+    """Returns the nearest bodies. Raises `InvalidInstanceError` for a state out of limits or in collision."""
+    _check_limits(cell, q, which)
+    near = cell.collision.nearest(q)
+    for bodies, metres in near.values():
+        if metres <= 0:
+            raise InvalidInstanceError(f"{which} is in collision: {bodies} ({-metres * 1e3:.1f} mm deep)")
+    return near
+
+
+def _margins(near: Iterable[Mapping[str, Nearest]], asked: Mapping[str, float]) -> Margins:
+    """Returns the margins in force for states with these nearest bodies."""
+    least = {kind: min([each[kind].clearance_m for each in near], default=math.inf) for kind in KINDS}
+    return Margins(**{kind: margin_in_force(kind, asked, least[kind]) for kind in KINDS})
 
 
 def _check_margins(near: Mapping[str, Mapping[str, Nearest]], asked: Mapping[str, float]) -> None:
@@ -103,30 +164,6 @@ def _check_margins(near: Mapping[str, Mapping[str, Nearest]], asked: Mapping[str
         f"{'start and goal' if same else which}: {bodies} are {metres * 1e3:.2f} mm apart, and the margin asked for"
         f" {KIND_WORDS[worst]} is {asked[worst] * 1e3:g} mm; {most if largest[worst] >= 1e-5 else 'no margin would do'}"
     )
-
-
-def _configurations(cell: Cell, given: Mapping[str, ArrayLike] | ArrayLike, which: str) -> dict[str, np.ndarray]:
-    if not isinstance(given, Mapping):
-        given = _of_whole_model(cell, given, which)
-    for name in given:
-        if name not in cell.arm_names:
-            raise MmpError(f"{which}: {UnknownNameError('arm', name, cell.arm_names)}")
-    out = {}
-    for arm in cell.arms:
-        if arm.name not in given:
-            raise MmpError(f"{which} has no configuration for arm '{arm.name}'")
-        numbers = as_numbers(given[arm.name])
-        if numbers is None:
-            raise MmpError(f"{which} of arm '{arm.name}' is not a list of numbers")
-        q = frozen_array(numbers)
-        if q.shape != (arm.dof,):
-            raise MmpError(
-                f"{which} of arm '{arm.name}' has shape {list(q.shape)}; a {arm.robot.name} has {arm.dof} joints"
-            )
-        if not np.isfinite(q).all():
-            raise MmpError(f"{which} of arm '{arm.name}' holds {q[~np.isfinite(q)][0]}; it must be finite numbers")
-        out[arm.name] = q
-    return out
 
 
 def _of_whole_model(cell: Cell, given: ArrayLike, which: str) -> Mapping[str, np.ndarray]:

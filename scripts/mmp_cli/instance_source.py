@@ -6,20 +6,20 @@ from argparse import Namespace
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-
-import numpy as np
+from typing import Any
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.cell_file import cell_from_dict
 from mmp_env.files.cell_source import find_cell
 from mmp_env.files.file_kinds import CELL, INSTANCES, read_as
-from mmp_env.files.instance_file import InstanceFile, configurations_from_dict, holds_instances, instances_from_dict
+from mmp_env.files.instance_file import InstanceFile, goals_from_dict, holds_instances, instances_from_dict
 from mmp_env.files.paths import exists
 from mmp_env.files.reading import Location, NotJsonError, named, names_file, parse_json
 from mmp_env.gym.registration import ANY_CELL, CELLS
 from mmp_env.importing.scene.model_cell import cell_from_mujoco
 from mmp_env.importing.scene.model_file import is_model_file, load_model
 from mmp_env.model.cell import Cell
+from mmp_env.model.goals import STAY, Goal
 from mmp_env.model.problem import Problem
 from mmp_env.problems.making import make_problem
 
@@ -103,7 +103,7 @@ def _from_cell(args: Namespace, cell: Cell, name: str) -> InstanceSource:
             raise MmpError(f"--{other} is missing; --{given} is there, and the two go together")
     if args.task is not None:
         raise MmpError(f"--task is '{args.task}' beside --start and --goal; an instance is drawn or given, not both")
-    start, goal = _configurations_of(args, cell, "start"), _configurations_of(args, cell, "goal")
+    start, goal = _goals_of(args, cell, "start"), _goals_of(args, cell, "goal")
     label = f"{name}/{_GIVEN}"
 
     def problem() -> Problem:
@@ -120,21 +120,26 @@ def _drawn(args: Namespace, cell: Cell, label: str) -> Problem:
     return draw_problem(cell, args.task or DEFAULT_TASK, args.seed, margin=args.margin, name=label)
 
 
-def _configurations_of(args: Namespace, cell: Cell, which: str) -> dict[str, np.ndarray]:
-    """Returns the configurations of --start or --goal, which are JSON or name a file."""
+def _goals_of(args: Namespace, cell: Cell, which: str) -> dict[str, Goal]:
+    """Returns what --start or --goal asks for; it is JSON or names a file. An arm that --goal leaves out stays."""
+    data, place = _data_of(args, which)
+    if which == "goal" and isinstance(data, dict):
+        data = dict.fromkeys(cell.arm_names, STAY) | data
+    return goals_from_dict(cell, data, place)
+
+
+def _data_of(args: Namespace, which: str) -> tuple[Any, Location]:
     given, option = getattr(args, which), f"--{which}"
     if given.startswith(_AT):
         path = given.removeprefix(_AT)
         if not path:
             raise MmpError(f"{option} is '{given}'; it must be JSON, or @FILE with the name of a JSON or YAML file")
-        data = read_as(path, (), f"{option} takes a file of arm name -> configuration [rad]")
-        return configurations_from_dict(cell, data, Location(path))
+        return read_as(path, (), f"{option} takes a file of arm name -> configuration [rad] or goal"), Location(path)
     try:
-        data = parse_json(given, Location(option))
+        return parse_json(given, Location(option)), Location(option)
     except NotJsonError as error:
         hint = f"; for a file write {option} {_AT}{given}" if names_file(given) and "{" not in given else ""
         raise MmpError(f"{error}{hint}") from None
-    return configurations_from_dict(cell, data, Location(option))
 
 
 def _refuse(args: Namespace, kind: str, *options: str) -> None:

@@ -15,7 +15,7 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.task import State
 from mmp_tasks.alone import arm_without_path
-from mmp_tasks.draw_options import DrawOptions
+from mmp_tasks.draw_options import DrawFailed, DrawOptions, draw_until_success
 
 INSET_M = 0.15
 """Distance between the shared space and the ring of bases."""
@@ -69,15 +69,15 @@ class Reach(DrawOptions):
     def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
         """Returns a start and a goal, drawn one after the other. Raises `MmpError` if no draw succeeds."""
         space = shared_space(cell)
-        for _ in range(self.draws):
-            start, goal = self._state(cell, space, rng, "start"), self._state(cell, space, rng, "goal")
-            cut_off = arm_without_path(cell, start, goal)
-            if cut_off is None:
-                return start, goal
-        raise MmpError(
-            f"task '{self.name}' found no instance for cell '{cell.name}' in {self.draws} draws: in the last one arm"
-            f" '{cut_off.name}' finds no path from its start to its goal even alone"
-        )
+        return draw_until_success(self, cell, lambda _: self._instance(cell, space, rng))
+
+    def _instance(self, cell: Cell, space: SharedSpace, rng: np.random.Generator) -> tuple[State, State]:
+        """Returns a start and a goal. Raises `DrawFailed` if an arm finds no path between them even alone."""
+        start, goal = self._state(cell, space, rng, "start"), self._state(cell, space, rng, "goal")
+        cut_off = arm_without_path(cell, start, goal)
+        if cut_off is not None:
+            raise DrawFailed.at(cut_off, ", which finds no path from its start to its goal even alone")
+        return start, goal
 
     def _state(self, cell: Cell, space: SharedSpace, rng: np.random.Generator, which: str) -> State:
         failed: list[tuple[Arm, State]] = []

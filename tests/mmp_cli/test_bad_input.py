@@ -109,7 +109,7 @@ def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
         (["plan", "{cell}", "--task", "reach", "--start", ENDS, "--goal", ENDS], ["--task", "drawn or given"]),
         (["plan", "{cell}", "--start", "{", "--goal", ENDS], ["--start is not JSON"]),
         (["plan", "{cell}", "--start", "[1]", "--goal", ENDS], ["--start is [1]", "object"]),
-        (["plan", "{cell}", "--start", ENDS, "--goal", '{"left": [0]}'], ["--goal has no arm 'right'"]),
+        (["plan", "{cell}", "--start", '{"left": [0]}', "--goal", ENDS], ["--start has no arm 'right'"]),
         (
             ["plan", "{cell}", "--start", ENDS, "--goal", '{"left": [0], "right": [0]}'],
             ["--goal: left has 1 numbers", "6"],
@@ -159,7 +159,7 @@ def test_an_option_of_one_value_that_is_given_twice(mmp, argv):
         (None, ["cannot be read: No such file"]),
         ("{", ["ends.json is not JSON", "line 1"]),
         ("[1]", ["ends.json is [1]", "arm name -> numbers"]),
-        ('{"left": [0, 0, 0, 0, 0, 0]}', ["ends.json has no arm 'right'"]),
+        ('{"left": [0, 0, 0]}', ["ends.json: left has 3 numbers"]),
         ('{"left": [0, 0, NaN, 0, 0, 0], "right": []}', ["ends.json: left[2] is nan", "a finite number"]),
         ('{"lefty": []}', ["ends.json: unknown arm 'lefty'. Did you mean 'left'?"]),
         (json.dumps(bad_files.good_instances()), ["ends.json is an instance file; --goal takes"]),

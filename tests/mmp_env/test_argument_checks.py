@@ -118,7 +118,7 @@ def a_file():
         (lambda: make_problem("ring-2", SOME, SOME), "cell is 'ring-2'; it must be a Cell"),
         (lambda: make_problem(CELL, None, SOME), "start is None; it must be a mapping of arm"),
         (lambda: make_problem(CELL, SOME, [0.0] * 12), "goal is .*; it must be a mapping of arm"),
-        (lambda: make_problem(CELL, SOME | {"arm1": ["0"] * 6}, SOME), "start of arm 'arm1' is not a list of numbers"),
+        (lambda: make_problem(CELL, SOME | {"arm1": ["0"] * 6}, SOME), "; it must be a list of joint angles"),
         (lambda: ring_cell(2.0), "count is 2.0; it must be one of the numbers 2, 4, 6, 8"),
         (lambda: ring_cell([2]), "count is .*; it must be one of the numbers 2, 4, 6, 8"),
         (lambda: find_cell(None), "cell is None; it must be a Cell, a file"),

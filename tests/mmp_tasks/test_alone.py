@@ -55,4 +55,4 @@ def test_reach_says_which_arm_is_cut_off_in_every_draw():
             draws.sample(cell, np.random.default_rng(seed))
         except MmpError as error:
             messages.append(str(error))
-    assert any("finds no path from its start to its goal even alone" in message for message in messages)
+    assert any("which finds no path from its start to its goal even alone" in message for message in messages)

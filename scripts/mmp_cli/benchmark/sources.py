@@ -7,15 +7,16 @@ import hashlib
 from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 from mmp_cli.instance_source import NamedCell, open_source
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import cell_to_dict
-from mmp_env.files.instance_file import InstanceFile
+from mmp_env.files.instance_file import Instance, InstanceFile
 from mmp_env.files.writing import json_text
 from mmp_env.gym.instances import DEFAULT_TASK, draw_problem, find_task
 from mmp_env.model.cell import Cell
+from mmp_env.model.goals import goal_to_data
 from mmp_env.model.problem import Problem
 from mmp_env.model.task import Task
 from mmp_env.problems.making import make_problem
@@ -121,7 +122,7 @@ def _read(args: Namespace) -> Listed | Drawn:
         file=opened,
         margin=args.margin,
         items=tuple(Item(name=f"{opened.cell.name}/{instance.name}", seed=args.seed) for instance in chosen),
-        digest=_digest(opened.cell, [{"name": i.name, "start": i.start, "goal": i.goal} for i in opened.instances]),
+        digest=_digest(opened.cell, [_instance_data(instance) for instance in opened.instances]),
     )
 
 
@@ -129,6 +130,13 @@ def _read(args: Namespace) -> Listed | Drawn:
 def _task(name: str) -> Task:
     """Returns the task; each process looks it up once."""
     return find_task(name)
+
+
+def _instance_data(instance: Instance) -> dict[str, Any]:
+    ends = {"start": instance.start, "goal": instance.goal}
+    return {"name": instance.name} | {
+        which: {name: goal_to_data(goal) for name, goal in end.items()} for which, end in ends.items()
+    }
 
 
 def _digest(cell: Cell, instances: Sequence[dict] = ()) -> str:

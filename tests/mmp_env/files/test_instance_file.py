@@ -19,7 +19,7 @@ def test_a_file_has_its_cell_and_its_instances_in_order(path):
     file = load_instances(path)
     assert (file.name, file.cell.name) == ("pairs", "pair")
     assert [instance.name for instance in file.instances] == ["turn", "outside"]
-    np.testing.assert_array_equal(file.instances[0].goal["right"], bad_files.TURNED)
+    np.testing.assert_array_equal(file.instances[0].goal["right"].q, bad_files.TURNED)
 
 
 def test_a_cell_without_a_name_has_that_of_the_instances():

@@ -1,0 +1,97 @@
+"""Turns what was asked for into configurations: candidates of every arm, and a combination that is free together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.errors import InvalidInstanceError
+from mmp_env.model.cell import Cell
+from mmp_env.model.goals import Goal, JointGoal
+from mmp_env.model.margins import KINDS, MOST_SLACK_M, NO_MARGINS, Margins
+from mmp_env.problems.candidates import are_free_alone, candidates, in_collision, what_blocks
+from mmp_env.problems.combinations import Combinations
+
+_ROOM_M = MOST_SLACK_M / 0.9
+"""Clearance [m] beyond the margins that candidates have if enough of them do: planners plan faster with their slack."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Resolved:
+    """Configurations that were found.
+
+    Attributes:
+        chosen: arm name -> [dof] [rad], free together but for configurations that were given.
+        candidates: arm name -> [n, dof] [rad], each free alone but for configurations that were given.
+    """
+
+    chosen: Mapping[str, Float[np.ndarray, "dof"]]
+    candidates: Mapping[str, Float[np.ndarray, "n dof"]]
+
+
+def resolve(
+    cell: Cell,
+    asked: Mapping[str, Goal],
+    near: Mapping[str, Float[np.ndarray, "dof"]],
+    margins: Margins,
+    required: Mapping[str, float],
+    which: str,
+) -> Resolved:
+    """Returns configurations for what was asked for, with a preference for those near to given ones.
+
+    A configuration that was given is taken as it is, free or not. A margin that was not asked for may be smaller where
+    there is no other choice.
+
+    Args:
+        cell: arms and obstacles.
+        asked: arm name -> what was asked for.
+        near: arm name -> [dof] [rad]: preferred configurations.
+        margins: the margins that the configurations keep.
+        required: kind -> the margins [m] that were asked for.
+        which: `start` or `goal`, for messages.
+
+    Raises:
+        InvalidInstanceError: if there is no such combination, with the reason.
+    """
+    places = {arm.name: f"{which} of arm '{arm.name}'" for arm in cell.arms}
+    found = {arm.name: candidates(arm, asked[arm.name], near[arm.name], places[arm.name]) for arm in cell.arms}
+    least = Margins(**{kind: required.get(kind, 0.0) for kind in KINDS}) if required else NO_MARGINS
+    for kept, room in ((margins, _ROOM_M), (margins, 0.0), (least, 0.0)):
+        free = {
+            arm.name: rows
+            if isinstance(asked[arm.name], JointGoal)
+            else rows[are_free_alone(cell, arm, rows, kept, room)]
+            for arm in cell.arms
+            for rows in (found[arm.name],)
+        }
+        if all(map(len, free.values())):
+            chosen = Combinations(cell, free, kept.arms + room).first()
+            if chosen is not None:
+                return Resolved(chosen={name: free[name][k] for name, k in chosen.items()}, candidates=free)
+    for arm in cell.arms:
+        if not len(free[arm.name]):
+            rows = found[arm.name]
+            raise in_collision(places[arm.name], len(rows), what_blocks(cell, arm, rows))
+    raise InvalidInstanceError(_why_not_together(cell, free, least.arms, which))
+
+
+def _why_not_together(cell: Cell, free: Mapping[str, Float[np.ndarray, "n dof"]], clearance: float, which: str) -> str:
+    pair = Combinations(cell, free, clearance).blocked_pair()
+    if pair is None:
+        return (
+            f"the arms cannot all be at their {which}s: any two of them can, but no combination of their"
+            f" configurations that was tried is free"
+        )
+    a, b = pair.names
+    two = replace(cell, arms=(cell.arm(a), cell.arm(b)), obstacles=(), joints=None)
+    near = two.collision.nearest({a: free[a][pair.best[0]], b: free[b][pair.best[1]]})["arms"]
+    apart = (
+        f"{-near.clearance_m * 1e3:.1f} mm deep" if near.clearance_m < 0 else f"{near.clearance_m * 1e3:.1f} mm apart"
+    )
+    return (
+        f"arms '{a}' and '{b}' cannot both be at their {which}s; where they are farthest apart, the closest pair is"
+        f" {near.bodies} ({apart})"
+    )

@@ -17,6 +17,7 @@ import numpy as np
 
 from mmp_env.check.fields import UnreadableError
 from mmp_env.check.geoms import GeomPairs, GeomSolids, colliding_pairs, geom_parts
+from mmp_env.check.goals import goals
 from mmp_env.check.items import Family
 from mmp_env.check.model import CellModel, sphere_parts
 from mmp_env.check.pairs import part_pairs
@@ -65,6 +66,7 @@ def check_document(document: Mapping[str, Any], *, exact: bool = False) -> Check
         violations = list(finite(data))
         if not violations:
             violations = [v for rule in (times, length, ends, limits, speed, derivatives) for v in rule(data)]
+            violations += goals(data, model)
             allowed = np.where(data.cell.slides, LIMIT_TOLERANCE, _WILD_RAD)
             if (beyond_limits(data) <= allowed).all() and not any(length(data)):
                 return _swept(data, violations, model, families, exact)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from mmp_env.check.asked import Asked, read_asked
 from mmp_env.check.fields import (
     LARGEST_M,
     UnreadableError,
@@ -37,7 +38,18 @@ _MOST_PIECES, _VERTICES = 200, (4, 1000)
 """Largest number of the pieces of a mesh, and bounds of the number of their vertices."""
 _POSE_KEYS = ("position", "yaw", "quaternion")
 _CELL_KEYS = ("name", "arms", "obstacles", "spheres", "robots", "tools", "joints")
-_PROBLEM_KEYS = ("name", "cell", "start", "goal", "max_velocity", "max_acceleration", "max_jerk", "margin", "margins")
+_PROBLEM_KEYS = (
+    "name",
+    "cell",
+    "start",
+    "goal",
+    "max_velocity",
+    "max_acceleration",
+    "max_jerk",
+    "margin",
+    "margins",
+    "goal_asked",
+)
 _MARGIN_KEYS = ("arms", "obstacles", "self")
 
 
@@ -113,8 +125,8 @@ class CheckedCell:
 class CheckedPlan:
     """The content of a plan.json. Joint data are [n] or [t, n]: the joints of all arms side by side, in order.
 
-    `margins`: kind -> clearance [m] that the plan keeps at every instant; `margin` [m] is that of the file. Fields that
-    only retimed plans have are None otherwise.
+    `margins`: kind -> clearance [m] that the plan keeps at every instant; `margin` [m] is that of the file. `asked`:
+    arm name -> what was asked for. Fields that only retimed plans have are None otherwise.
     """
 
     cell: CheckedCell
@@ -125,6 +137,7 @@ class CheckedPlan:
     start: Float[np.ndarray, "n"]
     goal: Float[np.ndarray, "n"]
     max_velocity: Float[np.ndarray, "n"]
+    asked: Mapping[str, Asked] = field(default_factory=dict)
     max_acceleration: Float[np.ndarray, "n"] | None = None
     max_jerk: Float[np.ndarray, "n"] | None = None
     velocities: Float[np.ndarray, "t n"] | None = None
@@ -169,6 +182,7 @@ def read_plan(data: Any) -> CheckedPlan:
 
     if data.get("accelerations") is not None and data.get("velocities") is None:
         raise UnreadableError("the plan has accelerations and no velocities")
+    start = _by_arm(cell, member(problem, "start", "problem"), "start")
     margin = float(positive(member(problem, "margin", "problem"), "margin"))
     max_velocity = limit("max_velocity")
     if max_velocity is None:
@@ -179,7 +193,8 @@ def read_plan(data: Any) -> CheckedPlan:
         margins=_margins(problem.get("margins"), margin),
         times=times,
         positions=_by_arm(cell, member(data, "positions", "the plan"), "positions", times.size),
-        start=_by_arm(cell, member(problem, "start", "problem"), "start"),
+        start=start,
+        asked=read_asked(problem.get("goal_asked"), _named(cell, start)),
         goal=_by_arm(cell, member(problem, "goal", "problem"), "goal"),
         max_velocity=max_velocity,
         max_acceleration=limit("max_acceleration"),
@@ -301,6 +316,15 @@ def _solid(data: Any, where: str) -> Solid:
             size[1] = lengths(member(data, "length", where), f"length of {where}") / 2
     position, quaternion = pose(data, where)
     return Solid(name=solid, shape=shape, size=size, position=position, quaternion=quaternion)
+
+
+def _named(cell: CheckedCell, start: Float[np.ndarray, "n"]) -> dict[str, dict[str, Float[np.ndarray, "dof"]]]:
+    """Returns arm name -> name -> configuration [rad or m], `stay` for the start."""
+    parts = np.split(start, np.cumsum([arm.dof for arm in cell.arms])[:-1])
+    return {
+        arm.name: {"stay": part} | {key: np.array(arm.robot.data[key], dtype=float) for key in ("home", "tucked")}
+        for arm, part in zip(cell.arms, parts, strict=True)
+    }
 
 
 def _by_arm(cell: CheckedCell, data: Any, key: str, rows: int | None = None) -> np.ndarray:

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.importing.cover_proof import protrusion, prove_cover
-from mmp_env.importing.link_samples import CoverSamples
+from mmp_env.importing.link_samples import CoverSamples, one_in_each_cube
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.set_cover import SetCover
 
@@ -165,8 +165,7 @@ class _Fit:
 
     def add_samples(self, points: Float[np.ndarray, "n 3"], spacing: float) -> None:
         """Adds points on the surface, at most one in a cube of that size, the first ones first."""
-        _, first = np.unique(np.floor(points / spacing), axis=0, return_index=True)
-        points = points[np.sort(first)][:_MOST_GAPS]
+        points = points[np.sort(one_in_each_cube(points, spacing))][:_MOST_GAPS]
         thick = np.full(len(points), float(self.shape.thickness.max()))
         before = len(self._points)
         self._points, self._thick = np.concatenate([self._points, points]), np.concatenate([self._thick, thick])

@@ -14,6 +14,8 @@ _USUAL_M2, _MOST_TIMES = 0.2, 8.0
 """Surface from which on the number of samples grows with it, and the largest factor."""
 _INSIDE_M = 0.01
 """Distance [m] from the spheres up to which points inside a link count as covered."""
+_MOST_CUBES = 2.0**62
+"""Number of cubes of a grid up to which one whole number counts them."""
 _SHARP_RAD = 0.12
 """Angle [rad] between neighbouring triangles from which on their edge has samples of its own."""
 
@@ -135,11 +137,21 @@ def sharp_edges(shape: LinkShape) -> Edges:
     )
 
 
+def one_in_each_cube(points: Float[np.ndarray, "n 3"], spacing: float) -> Int[np.ndarray, "m"]:
+    """Returns the numbers of the first points in the cubes of a grid."""
+    cubes = np.floor(points / spacing).astype(np.int64)
+    cubes -= cubes.min(axis=0, initial=0)
+    size = cubes.max(axis=0, initial=0) + 1
+    if float(size[0]) * float(size[1]) * float(size[2]) > _MOST_CUBES:
+        return np.unique(cubes, axis=0, return_index=True)[1]
+    return np.unique((cubes[:, 0] * size[1] + cubes[:, 1]) * size[2] + cubes[:, 2], return_index=True)[1]
+
+
 def _spread(points: np.ndarray, count: int) -> np.ndarray:
     """Numbers of about `count` points, one in each cube of a grid where there are more."""
     spacing = 1e-4
     while True:
-        _, first = np.unique(np.floor(points / spacing), axis=0, return_index=True)
+        first = one_in_each_cube(points, spacing)
         if len(first) <= count:
             return first
         spacing *= 1.2

@@ -117,7 +117,7 @@ class SetCover:
     def _make_heavier(self, rows: np.ndarray) -> None:
         self._weight[rows] += 1.0
         found, _ = self._of_sample.many(rows)
-        np.add.at(self._score, found, 1.0)
+        self._score += np.bincount(found, minlength=len(self._score))
 
     def _change_scores(self, rows: np.ndarray, sign: float, *, chosen: bool) -> None:
         """Adds the weights of samples to the scores of the candidates that cover them: of the chosen or the others."""
@@ -125,8 +125,8 @@ class SetCover:
             return
         found, length = self._of_sample.many(rows)
         weight = np.repeat(sign * self._weight[rows], length)
-        right: np.ndarray = self._chosen[found] == chosen
-        np.add.at(self._score, found[right], weight[right])
+        change = np.bincount(found, weight, len(self._score))
+        np.add(self._score, change, out=self._score, where=self._chosen == chosen)
 
 
 class _Lists:

@@ -265,9 +265,9 @@ class SingleArm:
     Planner of one arm in space and time (SI-RRT*). It keeps what does not depend on constraints.
     """
 
-    def __init__(self, cell: Cell, arm: int, *, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goal: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], max_step: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], levels: Levels, seed: int, eta: float = 0.8) -> None:
+    def __init__(self, cell: Cell, arm: int, *, start: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], goals: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], max_step: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], levels: Levels, seed: int, eta: float = 0.8) -> None:
         """
-        `max_step` [dof]: largest move of each joint in one step [rad]; `eta`: steering distance [rad].
+        `goals` [n, dof]: a path may end at any of them. `max_step` [dof]: largest move of each joint in one step [rad]; `eta`: steering distance [rad].
         """
 
     def plan(self, constraints: Sequence[Constraint], seed: int, clock: Clock, *, settings: SingleArmSettings = ..., others: Sequence[Motion] = (), experience: numpy.ndarray | None = None) -> tuple[numpy.ndarray | None, int]:
@@ -377,9 +377,9 @@ class CompositeSettings:
 class CompositeSearch:
     """RRT-Connect over all joints of all arms. The search can be continued."""
 
-    def __init__(self, cell: Cell, *, start: numpy.ndarray, goal: numpy.ndarray, samples: Levels, edges: Levels, seed: int, settings: CompositeSettings = ...) -> None:
+    def __init__(self, cell: Cell, *, start: numpy.ndarray, goals: numpy.ndarray, samples: Levels, edges: Levels, seed: int, settings: CompositeSettings = ...) -> None:
         """
-        `start`, `goal` [all joints]. `samples`: levels at the samples of an edge; `edges`: levels that are proved along a path.
+        `start` [all joints]; `goals` [n, all joints]: a path may end at any of them. `samples`: levels at the samples of an edge; `edges`: levels that are proved along a path.
         """
 
     def grow(self, iterations: int, clock: Clock) -> numpy.ndarray | None:
@@ -415,9 +415,9 @@ def shortcut(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.nd
     Shortens a safe plan q [steps + 1, dof] per arm on the common clock. Returns the shorter plan and the number of replaced motion windows. `levels` are proved for every arm and every pair at every instant. Arms in different `groups` ignore each other.
     """
 
-def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, levels: Levels, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, goals: Sequence[numpy.ndarray], levels: Levels, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
-    Large-neighbourhood search: replans one arm of a safe plan q [steps + 1, dof] per arm, or two if another must make room. Returns the shorter plan and the number of successful attempts. `levels` are proved for every new path.
+    Large-neighbourhood search: replans one arm of a safe plan q [steps + 1, dof] per arm, or two if another must make room. `goals` [n, dof] per arm: where it may end. Returns the shorter plan and the number of successful attempts. `levels` are proved for every new path.
     """
 
 class PathRecombination:

@@ -127,6 +127,14 @@ inline void require_configurations(const Matrix& q, int dof) {
   require(all_within(q.data(), q.size(), kMaxJoint), "configurations must be finite, and within 1e4 rad");
 }
 
+// Returns the rows of a matrix.
+template <class T>
+std::vector<std::vector<T>> separate_rows(const Matrix& q) {
+  std::vector<std::vector<T>> out;
+  for (size_t k = 0; k < q.shape(0); ++k) out.emplace_back(q.data() + k * q.shape(1), q.data() + (k + 1) * q.shape(1));
+  return out;
+}
+
 inline void require_frozen(const Cell& cell) { require(cell.frozen, "the cell is not frozen"); }
 
 inline const ArmModel<double>& arm_of(const Cell& cell, int arm) {

@@ -17,6 +17,17 @@ std::vector<std::vector<float>> steps_of(const Cell& cell, const std::vector<Vec
   return out;
 }
 
+// Goals of each arm.
+std::vector<std::vector<std::vector<float>>> goals_of(const Cell& cell, const std::vector<Matrix>& goals) {
+  require(goals.size() == cell.single.arms.size(), "one array of goals per arm is needed");
+  std::vector<std::vector<std::vector<float>>> out;
+  for (size_t a = 0; a < goals.size(); ++a) {
+    require_rows(cell, static_cast<int>(a), goals[a]);
+    out.push_back(separate_rows<float>(goals[a]));
+  }
+  return out;
+}
+
 // Joint motion on one grid of steps, as Python passes it.
 struct JointMotion {
   std::vector<std::vector<float>> rows, max_step;
@@ -96,25 +107,27 @@ void bind_improve(nb::module_& m) {
   m.def(
       "replan",
       [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step,
-         const Levels<double>& levels, int attempts, uint64_t seed, const Clock& clock) {
+         const std::vector<Matrix>& goals, const Levels<double>& levels, int attempts, uint64_t seed,
+         const Clock& clock) {
         const JointMotion motion(cell, q, max_step);
+        const auto ends = goals_of(cell, goals);
         checked_count(attempts);
         return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
-          Replanner<Floats> replanner(*cell.world_planning, motion.rows, motion.max_step, as_float(levels));
+          Replanner<Floats> replanner(*cell.world_planning, motion.rows, ends, motion.max_step, as_float(levels));
           Random random(seed);
           const int kept = replanner.run(attempts, random, clock);
           for (size_t a = 0; a < q.size(); ++a) found.push_back(rows_of(replanner.rows(static_cast<int>(a))));
           return kept;
         });
       },
-      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::kw_only(), nb::arg("levels"), nb::arg("attempts"),
-      nb::arg("seed"), nb::arg("clock"),
+      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::kw_only(), nb::arg("goals"), nb::arg("levels"),
+      nb::arg("attempts"), nb::arg("seed"), nb::arg("clock"),
       nb::sig("def replan(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
-              "collections.abc.Sequence[numpy.ndarray], *, levels: Levels, attempts: int, seed: int, clock: "
-              "Clock) -> tuple[list[numpy.ndarray], int]"),
+              "collections.abc.Sequence[numpy.ndarray], *, goals: collections.abc.Sequence[numpy.ndarray], levels: "
+              "Levels, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]"),
       "Large-neighbourhood search: replans one arm of a safe plan q [steps + 1, dof] per arm, or two if another must "
-      "make room. Returns the shorter plan and the number of successful attempts. `levels` are proved for every new "
-      "path.");
+      "make room. `goals` [n, dof] per arm: where it may end. Returns the shorter plan and the number of successful "
+      "attempts. `levels` are proved for every new path.");
 
   using Pool = PathRecombination<Floats>;
   nb::class_<Pool>(

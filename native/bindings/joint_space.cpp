@@ -7,11 +7,15 @@ namespace {
 
 using Search = CompositeSearch<Floats>;
 
-void require_all_joints(const Cell& cell, const Vector& q) {
+int all_joints(const Cell& cell) {
   require_frozen(cell);
-  size_t dof = 0;
-  for (const auto& arm : cell.single.arms) dof += static_cast<size_t>(arm.dof);
-  require(q.shape(0) == dof, "wrong number of joints");
+  int dof = 0;
+  for (const auto& arm : cell.single.arms) dof += arm.dof;
+  return dof;
+}
+
+void require_all_joints(const Cell& cell, const Vector& q) {
+  require(q.shape(0) == static_cast<size_t>(all_joints(cell)), "wrong number of joints");
   require(all_within(q.data(), q.size(), kMaxJoint), "a configuration must be finite, and within 1e4 rad");
 }
 
@@ -33,19 +37,21 @@ void bind_joint_space(nb::module_& m) {
   nb::class_<Search>(m, "CompositeSearch", "RRT-Connect over all joints of all arms. The search can be continued.")
       .def(
           "__init__",
-          [](Search* self, const Cell& cell, Vector start, Vector goal, const Levels<double>& samples,
+          [](Search* self, const Cell& cell, Vector start, Matrix goals, const Levels<double>& samples,
              const Levels<double>& edges, uint64_t seed, const CompositeSettings& settings) {
             require_all_joints(cell, start);
-            require_all_joints(cell, goal);
-            new (self) Search(cell.world<Floats>(), as<float>(start), as<float>(goal), as_float(samples),
+            require_configurations(goals, all_joints(cell));
+            require(goals.shape(0) > 0, "one goal at least is needed");
+            new (self) Search(cell.world<Floats>(), as<float>(start), separate_rows<float>(goals), as_float(samples),
                               as_float(edges), settings, seed);
           },
-          nb::arg("cell"), nb::kw_only(), nb::arg("start"), nb::arg("goal"), nb::arg("samples"), nb::arg("edges"),
+          nb::arg("cell"), nb::kw_only(), nb::arg("start"), nb::arg("goals"), nb::arg("samples"), nb::arg("edges"),
           nb::arg("seed"), nb::arg("settings") = defaults, nb::keep_alive<1, 2>(),
           nb::sig(
-              "def __init__(self, cell: Cell, *, start: numpy.ndarray, goal: numpy.ndarray, samples: Levels, edges: "
+              "def __init__(self, cell: Cell, *, start: numpy.ndarray, goals: numpy.ndarray, samples: Levels, edges: "
               "Levels, seed: int, settings: CompositeSettings = ...) -> None"),
-          "`start`, `goal` [all joints]. `samples`: levels at the samples of an edge; `edges`: levels that are proved "
+          "`start` [all joints]; `goals` [n, all joints]: a path may end at any of them. `samples`: levels at the "
+          "samples of an edge; `edges`: levels that are proved "
           "along a path.")
       .def(
           "grow",

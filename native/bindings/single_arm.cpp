@@ -64,19 +64,22 @@ void bind_single_arm(nb::module_& m) {
                         "Planner of one arm in space and time (SI-RRT*). It keeps what does not depend on constraints.")
       .def(
           "__init__",
-          [](SearchArm* self, const Cell& cell, int arm, Vector start, Vector goal, Vector max_step,
+          [](SearchArm* self, const Cell& cell, int arm, Vector start, Matrix goals, Vector max_step,
              const Levels<double>& levels, uint64_t seed, double eta) {
             require_joints(cell, arm, start);
-            require_joints(cell, arm, goal);
+            require_rows(cell, arm, goals);
+            require(goals.shape(0) > 0, "one goal at least is needed");
             require_steps(cell, arm, max_step);
-            require_few_steps(start.data(), goal.data(), max_step);
+            for (size_t k = 0; k < goals.shape(0); ++k)
+              require_few_steps(start.data(), goals.data() + k * goals.shape(1), max_step);
             require(eta > 1e-3 && eta < 1e3, "eta must be between 1e-3 and 1e3 rad");
-            new (self) SearchArm(*cell.world_planning, arm, as<float>(start), as<float>(goal), as<float>(max_step),
-                                 as_float(levels), float(eta), seed);
+            new (self) SearchArm(*cell.world_planning, arm, as<float>(start), separate_rows<float>(goals),
+                                 as<float>(max_step), as_float(levels), float(eta), seed);
           },
-          nb::arg("cell"), nb::arg("arm"), nb::kw_only(), nb::arg("start"), nb::arg("goal"), nb::arg("max_step"),
+          nb::arg("cell"), nb::arg("arm"), nb::kw_only(), nb::arg("start"), nb::arg("goals"), nb::arg("max_step"),
           nb::arg("levels"), nb::arg("seed"), nb::arg("eta") = kSteering, nb::keep_alive<1, 2>(),
-          "`max_step` [dof]: largest move of each joint in one step [rad]; `eta`: steering distance [rad].")
+          "`goals` [n, dof]: a path may end at any of them. `max_step` [dof]: largest move of each joint in one step "
+          "[rad]; `eta`: steering distance [rad].")
       .def(
           "plan",
           [](SearchArm& self, nb::handle constraints, uint64_t seed, const Clock& clock,

@@ -1,7 +1,8 @@
 // RRT-Connect (Kuffner and LaValle 2000) in the composite space: all joints of all arms.
 //
-// Edges are sampled every `step` radians. A path that is found is then proved at every instant. An edge that fails the
-// proof is removed with its descendants, and the trees grow on.
+// The tree of the goals has one root per goal: a path may end at any of them. Edges are sampled every `step` radians. A
+// path that is found is then proved at every instant. An edge that fails the proof is removed with its descendants, and
+// the trees grow on.
 #pragma once
 
 #include "joint_space/composite_edges.hpp"
@@ -22,36 +23,36 @@ template <class V>
 class CompositeSearch {
  public:
   using T = Scalar<V>;
-  CompositeSearch(StaticWorld<V>& world, std::vector<T> start, std::vector<T> goal, Levels<T> looked, Levels<T> proof,
-                  const CompositeSettings& settings, uint64_t seed)
+  CompositeSearch(StaticWorld<V>& world, std::vector<T> start, std::vector<std::vector<T>> goals, Levels<T> looked,
+                  Levels<T> proof, const CompositeSettings& settings, uint64_t seed)
       : edges_(world, looked, T(settings.step)),
         proof_(proof),
         range_(T(settings.range)),
         random_(seed),
         start_(std::move(start)),
-        goal_(std::move(goal)),
+        goals_(std::move(goals)),
         forward_(edges_.dof()),
         backward_(edges_.dof()) {
     forward_.add(start_, -1);
-    backward_.add(goal_, -1);
+    for (const auto& goal : goals_) backward_.add(goal, -1);
   }
 
   int dof() const { return edges_.dof(); }
   int iterations() const { return iteration_; }
   int nodes() const { return forward_.size() + backward_.size(); }
 
-  // Returns proved configurations from start to goal; empty if `iterations` more do not find a path.
+  // Returns proved configurations from the start to one of the goals; empty if `iterations` more do not find a path.
   std::vector<const T*> grow(int iterations, const Clock& clock) {
-    if (iteration_ == 0 && start_ == goal_) {
+    if (const auto at = std::ranges::find(goals_, start_); iteration_ == 0 && at != goals_.end()) {
       iteration_ = 1;
-      return {forward_.q(0), backward_.q(0)};
+      return {forward_.q(0), backward_.q(static_cast<int>(at - goals_.begin()))};
     }
     for (const int end = iteration_ + iterations; iteration_ < end;) {
       if (((iteration_ & 15) == 15 || nodes() > kManyNodes) && clock.expired()) break;
       const int it = iteration_++;
       const bool ahead = it % 2 == 0;
       auto &tree = ahead ? forward_ : backward_, &other = ahead ? backward_ : forward_;
-      const int tip = extend(tree, it < 2 ? (ahead ? goal_ : start_) : sample(it));
+      const int tip = extend(tree, it < 2 ? (ahead ? goals_[0] : start_) : sample(it));
       if (tip < 0) continue;
       const std::vector<T> q(tree.q(tip), tree.q(tip) + dof());
       const int met = connect(other, q);
@@ -62,16 +63,17 @@ class CompositeSearch {
   }
 
  private:
-  // Samples near start and goal first, farther out later.
+  // Samples near the start and one of the goals first, farther out later.
   std::vector<T> sample(int iteration) {
     std::vector<T> q(dof());
+    const auto& goal = goals_[goals_.size() == 1 ? 0 : random_.below(static_cast<int>(goals_.size()))];
     for (int a = 0; a < edges_.count(); ++a) {
       const auto& arm = edges_.arm(a);
       const double u = random_.uniform();
       const double slack = u < 0.4 ? 0.8 : u < 0.8 ? 1.8 : 4.0 + 0.002 * iteration;
       for (int j = 0, k = edges_.offset(a); j < arm.dof; ++j, ++k) {
-        const double lo = std::max<double>(arm.lower[j], std::min(start_[k], goal_[k]) - slack);
-        const double hi = std::min<double>(arm.upper[j], std::max(start_[k], goal_[k]) + slack);
+        const double lo = std::max<double>(arm.lower[j], std::min(start_[k], goal[k]) - slack);
+        const double hi = std::min<double>(arm.upper[j], std::max(start_[k], goal[k]) + slack);
         q[k] = T(random_.uniform(lo, hi));
       }
     }
@@ -127,7 +129,8 @@ class CompositeSearch {
   Levels<T> proof_;
   T range_;
   Random random_;
-  std::vector<T> start_, goal_;
+  std::vector<T> start_;
+  std::vector<std::vector<T>> goals_;
   CompositeTree<V> forward_, backward_;
   int iteration_ = 0;
 };

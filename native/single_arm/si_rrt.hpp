@@ -1,8 +1,9 @@
 // Single-arm planning in space and time: SI-RRT* (Sim, Kim, Nam 2024, arXiv 2404.01752) with a shared static goal tree.
 //
-// The tree grows from the start. A second tree, grown once from the goal without constraints, is shared by all calls: a
-// new sample that reaches it follows its branch to the goal. Every path is then shortened: cost is joint movement (L1),
-// while the tree searches for early arrival.
+// The tree grows from the start. A second tree, grown once from the goals without constraints, is shared by all calls:
+// a new sample that reaches it follows its branch to a goal. A path may end at any goal where the arm can stay for
+// ever; of several, the nearest are tried first. Every path is then shortened: cost is joint movement (L1), while the
+// tree searches for early arrival.
 #pragma once
 
 #include "single_arm/space_time_tree.hpp"
@@ -19,6 +20,7 @@ struct SingleArmSettings {
 
 inline constexpr int kConnectIterations = 40000;  // for the static tree, which is grown once
 inline constexpr double kTreeBias = 0.25;         // share of samples drawn from the goal tree
+inline constexpr int kNearGoals = 3;              // that a sample is connected to straight, at most
 
 template <class T>
 struct SingleArmPath {
@@ -33,7 +35,8 @@ struct ArmTask {
   using T = Scalar<V>;
   StaticWorld<V>* world;
   int arm;
-  Config<T> start, goal, max_step;
+  Config<T> start, max_step;
+  std::vector<Config<T>> goals;  // the nearest to the start first
   Levels<T> levels;
   T eta;  // steering [rad], largest joint
   GoalTree<T> goal_tree;
@@ -55,14 +58,13 @@ class SiRrt {
   // `experience`: rows of an earlier path, may be empty.
   SingleArmPath<T> run(const std::vector<T>& experience, const Clock& clock) {
     SingleArmPath<T> out;
-    auto start = make_waypoint(checker_, task_.start), goal = make_waypoint(checker_, task_.goal);
-    if (start.safe.empty() || start.safe[0].first > 0 || goal.safe.empty() || goal.safe.back().second < kForever)
-      return out;
+    auto start = make_waypoint(checker_, task_.start);
+    if (start.safe.empty() || start.safe[0].first > 0 || !any_goal_is_open()) return out;
     leave_start_by_ = start.safe[0].second;
     tree_.add_root(std::move(start));
     if (!experience.empty()) begin_with(experience, clock);
-    // Paths that need no sampling: the straight line and the static tree's branch.
-    if (!best_.found()) best_.offer(straight(clock), leave_start_by_);
+    // Paths that need no sampling: straight lines and the static tree's branch.
+    if (!best_.found()) offer_straight_lines(clock);
     if (!best_.found()) best_.offer(along_goal_tree(task_.goal_tree.start), leave_start_by_);
     int first = best_.found() ? 0 : -1;
     for (int it = 0; it < settings_.max_iterations; ++it) {
@@ -82,14 +84,38 @@ class SiRrt {
   const SpaceTimeTree<V>& tree() const { return tree_; }
 
  private:
+  int goals() const { return static_cast<int>(task_.goals.size()); }
+
+  // Returns a goal with its safe intervals. The results are kept.
+  const Waypoint<V>& goal(int k) {
+    if (goal_waypoints_.empty()) goal_waypoints_.resize(task_.goals.size());
+    if (goal_waypoints_[k].q.empty()) goal_waypoints_[k] = make_waypoint(checker_, task_.goals[k]);
+    return goal_waypoints_[k];
+  }
+  // Returns whether the arm can stay at the goal for ever.
+  bool is_open(int k) { return !goal(k).safe.empty() && goal(k).safe.back().second >= kForever; }
+  bool any_goal_is_open() {
+    for (int k = 0; k < goals(); ++k)
+      if (is_open(k)) return true;
+    return false;
+  }
+
+  // Tries the straight lines to the goals as long as they may cost less than the best path.
+  void offer_straight_lines(const Clock& clock) {
+    for (int k = 0; k < goals(); ++k) {
+      const int steps = checker_.steps(task_.start.data(), task_.goals[k].data());
+      if (best_.found() && length(task_.start, task_.goals[k]) + kStepCost * steps >= best_.cost()) continue;
+      if (is_open(k)) best_.offer(straight(task_.goals[k], steps, clock), leave_start_by_);
+    }
+  }
+
   // Splits the straight line into pieces of about eta, each of them whole steps at full speed.
-  TimedPath<V> straight(const Clock& clock) {
-    const int pieces = std::max(1, static_cast<int>(std::ceil(distance(task_.start, task_.goal) / task_.eta)));
-    const int steps = checker_.steps(task_.start.data(), task_.goal.data());
+  TimedPath<V> straight(const Config<T>& goal, int steps, const Clock& clock) {
+    const int pieces = std::max(1, static_cast<int>(std::ceil(distance(task_.start, goal) / task_.eta)));
     TimedPath<V> path;
     for (int k = 0; k <= pieces; ++k) {
       const T f = steps == 0 ? T(k == pieces) : T(static_cast<long>(steps) * k / pieces) / T(steps);
-      path.push_back(make_waypoint(checker_, k == pieces ? task_.goal : between(task_.start, task_.goal, f)));
+      path.push_back(make_waypoint(checker_, k == pieces ? goal : between(task_.start, goal, f)));
       if (k == 0) continue;
       if ((k & 15) == 0 && clock.expired()) return {};
       if (!checker_.is_static_free(path[k - 1].q.data(), path[k].q.data())) return {};
@@ -123,9 +149,11 @@ class SiRrt {
   // goal from the last ones.
   void begin_with(const std::vector<T>& rows, const Clock& clock) {
     const auto corners = corners_of(rows);
-    int at = 0;
+    int at = 0, end = 0;
+    for (int k = 1; k < goals(); ++k)
+      if (distance(task_.goals[k], corners.back()) < distance(task_.goals[end], corners.back())) end = k;
     for (size_t k = 1; k < corners.size() && !clock.expired(); ++k) {
-      if (k + 1 == corners.size() && follow(at, {make_waypoint(checker_, task_.goal)})) return;
+      if (k + 1 == corners.size() && follow(at, {goal(end)})) return;
       auto waypoint = make_waypoint(checker_, corners[k]);
       if (waypoint.safe.empty() || !checker_.is_static_free(tree_.q(at).data(), waypoint.q.data())) break;
       checker_.evaluate(tree_.q(at).data(), waypoint.q.data(), waypoint.edge);
@@ -155,10 +183,10 @@ class SiRrt {
   void grow(int it) {
     const double u = random_.uniform();
     Config<T> target;
-    if (u < settings_.goal_bias) target = task_.goal;
+    if (u < settings_.goal_bias) target = some_goal();
     else if (u < settings_.goal_bias + kTreeBias)
       target = task_.goal_tree.nodes[random_.below(static_cast<int>(task_.goal_tree.nodes.size()))].q;
-    else target = sample_between(checker_.model(), task_.start, task_.goal, it, random_);
+    else target = sample_between(checker_.model(), task_.start, some_goal(), it, random_);
     const int near = tree_.nearest(target);
     const T d = distance(tree_.q(near), target);
     if (d <= T(1e-4)) return;
@@ -170,12 +198,32 @@ class SiRrt {
     if (sample >= 0) reach_goal(sample);
   }
 
-  // Tries to reach the goal from a new sample: straight, or along the goal tree.
+  // Draws a goal that is open.
+  const Config<T>& some_goal() {
+    int k = draw_goal(task_.goals.size(), random_);
+    while (!is_open(k)) k = (k + 1) % goals();
+    return task_.goals[k];
+  }
+
+  // Tries to reach a goal from a new sample: straight, or along the goal tree.
   void reach_goal(int sample) {
     const Config<T>& q = tree_.q(sample);
-    if (distance(q, task_.goal) <= T(2.5) * task_.eta && follow(sample, {make_waypoint(checker_, task_.goal)})) return;
-    const int node = nearest(task_.goal_tree.nodes, q);
+    for (const int k : goals_near(q))
+      if (follow(sample, {goal(k)})) return;
+    const int node = nearest(task_.goal_tree.nodes, q, [&](const auto& n) { return is_open(n.root); });
     if (distance(task_.goal_tree.nodes[node].q, q) <= T(2) * task_.eta) follow(sample, along_goal_tree(node));
+  }
+
+  // Returns the open goals that are near, the nearest first.
+  std::vector<int> goals_near(const Config<T>& q) {
+    std::vector<std::pair<double, int>> within;
+    for (int k = 0; k < goals(); ++k)
+      if (distance(q, task_.goals[k]) <= T(2.5) * task_.eta && is_open(k))
+        within.emplace_back(length(q, task_.goals[k]), k);
+    std::sort(within.begin(), within.end());
+    std::vector<int> out;
+    for (size_t k = 0; k < within.size() && static_cast<int>(k) < kNearGoals; ++k) out.push_back(within[k].second);
+    return out;
   }
 
   bool follow(int sample, TimedPath<V> tail) {
@@ -198,7 +246,7 @@ class SiRrt {
   BestPath<V> best_;
   SpaceTimeTree<V> tree_;
   int leave_start_by_ = 0;
-  TimedPath<V> goal_tree_waypoints_;  // computed on demand
+  TimedPath<V> goal_waypoints_, goal_tree_waypoints_;  // computed on demand
 };
 
 }  // namespace mmp

@@ -15,9 +15,12 @@ template <class V>
 class SingleArm {
  public:
   using T = Scalar<V>;
-  SingleArm(StaticWorld<V>& world, int arm, Config<T> start, Config<T> goal, Config<T> max_step, Levels<T> levels,
-            T eta, uint64_t seed)
-      : task_{&world, arm, std::move(start), std::move(goal), std::move(max_step), levels, eta, {}}, seed_(seed) {}
+  // A path may end at any of the goals.
+  SingleArm(StaticWorld<V>& world, int arm, Config<T> start, std::vector<Config<T>> goals, Config<T> max_step,
+            Levels<T> levels, T eta, uint64_t seed)
+      : task_{&world, arm, std::move(start), std::move(max_step), std::move(goals), levels, eta, {}}, seed_(seed) {
+    std::ranges::stable_sort(task_.goals, {}, [&](const auto& q) { return length(task_.start, q); });
+  }
 
   // The path is clear of `others` at every instant. `experience`: rows of an earlier path, may be empty. `snapshot`:
   // receives the last search's tree.
@@ -52,7 +55,10 @@ class SingleArm {
   bool reachable(const Clock& clock) {
     if (unreachable_ || task_.goal_tree.start >= 0) return !unreachable_;
     EdgeChecker<V> alone(*task_.world, task_.arm, {}, task_.levels, task_.max_step.data());
-    const bool found = task_.goal_tree.connect(alone, task_.start, task_.goal, task_.eta, kConnectIterations,
+    if (task_.goals.size() > 1)
+      std::erase_if(task_.goals, [&](const auto& q) { return !alone.is_static_free(q.data(), q.data()); });
+    if (task_.goals.empty()) return !(unreachable_ = true);
+    const bool found = task_.goal_tree.connect(alone, task_.start, task_.goals, task_.eta, kConnectIterations,
                                                Random(seed_ ^ 0x5bd1e995u), clock);
     unreachable_ = !found && !clock.expired();
     return found;

@@ -1,4 +1,4 @@
-// Static tree of one arm: a tree to its goal, grown once without constraints (RRT-Connect).
+// Static tree of one arm: a tree to each of its goals, grown once without constraints (RRT-Connect).
 #pragma once
 
 #include "single_arm/timed_path.hpp"
@@ -9,21 +9,26 @@ template <class T>
 struct TreeNode {
   Config<T> q;
   int parent;
+  int root = 0;  // goal whose tree holds the node
 };
 
-// Returns the nearest node, the first of equally near ones.
-template <class Node, class T>
-int nearest(const std::vector<Node>& tree, const Config<T>& q) {
+// Returns the nearest node that is `wanted`, the first of equally near ones; 0 if none is.
+template <class Node, class T, class Wanted>
+int nearest(const std::vector<Node>& tree, const Config<T>& q, Wanted&& wanted) {
   int best = 0;
   T least = std::numeric_limits<T>::max();
   for (size_t k = 0; k < tree.size(); ++k) {
     const T d = squared(tree[k].q, q);
-    if (d < least) {
+    if (d < least && wanted(tree[k])) {
       least = d;
       best = static_cast<int>(k);
     }
   }
   return best;
+}
+template <class Node, class T>
+int nearest(const std::vector<Node>& tree, const Config<T>& q) {
+  return nearest(tree, q, [](const Node&) { return true; });
 }
 
 // Adds steps of at most eta towards the target while they are free. Returns the last node, or -1 if the first step is
@@ -39,7 +44,7 @@ int extend(EdgeChecker<V>& checker, std::vector<TreeNode<Scalar<V>>>& tree, cons
     if (d <= T(1e-6)) return at;
     Config<T> next = d <= T(eta) ? target : between(tree[at].q, target, T(eta) / d);
     if (!checker.is_static_free(tree[at].q.data(), next.data())) return reached;
-    tree.push_back({std::move(next), at});
+    tree.push_back({std::move(next), at, tree[at].root});
     at = reached = static_cast<int>(tree.size()) - 1;
   }
 }
@@ -59,24 +64,31 @@ Config<T> sample_between(const ArmModel<T>& arm, const Config<T>& start, const C
   return q;
 }
 
-// Goal tree: every node knows its path to the goal. After `connect` it also holds the path from the start.
+// Draws one of several goals, the first ones more often. A single goal takes no random number.
+inline int draw_goal(size_t goals, Random& random) {
+  return goals == 1 ? 0 : random.below(random.below(static_cast<int>(goals)) + 1);
+}
+
+// Goal tree: every node knows its path to one of the goals. After `connect` it also holds a path from the start.
 template <class T>
 struct GoalTree {
   std::vector<TreeNode<T>> nodes;
   int start = -1;
 
   template <class V>
-  bool connect(EdgeChecker<V>& checker, const Config<T>& from, const Config<T>& goal, double eta, int iterations,
-               Random random, const Clock& clock) {
+  bool connect(EdgeChecker<V>& checker, const Config<T>& from, const std::vector<Config<T>>& goals, double eta,
+               int iterations, Random random, const Clock& clock) {
     std::vector<TreeNode<T>> other_side{{from, -1}};
-    if (nodes.empty()) nodes.push_back({goal, -1});
+    if (nodes.empty())
+      for (const auto& goal : goals) nodes.push_back({goal, -1, static_cast<int>(nodes.size())});
     for (int it = 0; start < 0 && it < iterations; ++it) {
       if ((it & 15) == 15 && clock.expired()) return false;
       const bool forward = it % 2 == 0;
       auto& grow = forward ? other_side : nodes;
       auto& other = forward ? nodes : other_side;
       const Config<T> target =
-          it < 2 ? (forward ? goal : from) : sample_between(checker.model(), from, goal, it, random);
+          it < 2 ? (forward ? goals[0] : from)
+                 : sample_between(checker.model(), from, goals[draw_goal(goals.size(), random)], it, random);
       const int reached = extend(checker, grow, target, eta, clock);
       if (reached < 0) continue;
       const Config<T> tip = grow[reached].q;
@@ -92,7 +104,7 @@ struct GoalTree {
   void connect(const std::vector<TreeNode<T>>& other, int node, int parent) {
     if (distance(other[node].q, nodes[parent].q) <= T(1e-6)) node = other[node].parent;
     for (; node >= 0; node = other[node].parent) {
-      nodes.push_back({other[node].q, parent});
+      nodes.push_back({other[node].q, parent, nodes[parent].root});
       parent = static_cast<int>(nodes.size()) - 1;
     }
     start = parent;

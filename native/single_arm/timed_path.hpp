@@ -129,6 +129,7 @@ class BestPath {
   BestPath(EdgeChecker<V>& checker) : checker_(&checker) {}
 
   bool found() const { return found_; }
+  double cost() const { return cost_; }
   const TimedPath<V>& waypoints() const { return path_; }
 
   // Keeps the path if it can be scheduled and costs less.

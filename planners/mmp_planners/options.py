@@ -55,12 +55,12 @@ def check_options(planner: Any) -> None:
 
 
 def check_steps(problem: Problem, dt: float) -> None:
-    """Raises `MmpError` if the straight path of an arm has more than `MOST_STEPS` steps of `dt` [s].
+    """Raises `MmpError` if a straight path of an arm to a goal has more than `MOST_STEPS` steps of `dt` [s].
 
     The path counts as 1 rad at least, because an arm that hardly moves may have to avoid another one.
     """
     for name, v_max in problem.max_velocity.items():
-        distance = np.maximum(np.abs(problem.goal[name] - problem.start[name]), 1.0)
+        distance = np.maximum(np.abs(problem.goals[name] - problem.start[name]).max(axis=0), 1.0)
         steps = float((distance / (v_max * dt)).max())
         if steps > MOST_STEPS:
             raise MmpError(

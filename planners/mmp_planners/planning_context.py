@@ -17,9 +17,12 @@ from mmp_env.model.certificate import Certificate, certify
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
+from mmp_planners.goal_choice import ending_at, few, nearest
 from mmp_planners.lipschitz import lipschitz
 from mmp_planners.low_level import SiRrtStar
 
+MOST_GOALS = 32
+"""Largest number of candidates of an arm that its single-arm planner knows."""
 PairConflicts = Mapping[tuple[int, int], Float[np.ndarray, "c"]]
 """(arm, arm) -> ascending instants of conflict [steps], at most one per step; only pairs in conflict."""
 
@@ -94,7 +97,7 @@ class PlanningContext:
                 self.core,
                 k,
                 start=np.ascontiguousarray(self.problem.start[name]),
-                goal=np.ascontiguousarray(self.problem.goal[name]),
+                goals=few(self.problem.goals[name], MOST_GOALS),
                 max_step=self.max_step[k],
                 levels=self.problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR),
                 seed=seed + k,
@@ -132,8 +135,8 @@ class PlanningContext:
         return (None if q is None else self.path(arm, q)), iterations
 
     def path(self, arm: int, q: Float[np.ndarray, "k dof"]) -> Path:
-        """Returns a path through `q` [k, dof] [rad], its ends exactly at start and goal."""
-        start, goal = self.problem.start[self.names[arm]], self.problem.goal[self.names[arm]]
+        """Returns a path through `q` [k, dof] [rad], its ends exactly at the start and at the nearest candidate."""
+        start, goal = self.problem.start[self.names[arm]], nearest(self.problem.goals[self.names[arm]], q[-1])
         q = np.clip(q, *self._limits(arm))
         if len(q) == 1 and (start != goal).any():  # so near that the core takes no step for it
             q = np.repeat(q, 2, axis=0)
@@ -158,17 +161,21 @@ class PlanningContext:
         return [(i, j) for i in range(n) for j in range(i + 1, n) if arm is None or arm in (i, j)]
 
     def plan(self, paths: Sequence[Path]) -> Plan:
-        """Returns the paths as a plan. A step too fast for any joint is stretched for all arms (ScaleTime)."""
+        """Returns the paths as a plan that chooses their ends as its goal.
+
+        A step too fast for any joint is stretched for all arms (ScaleTime).
+        """
         last = max(path.last for path in paths)
         q = [np.vstack([p.q, np.repeat(p.q[-1:], last - p.last, axis=0)]) for p in paths]
         stretch = np.ones(last)
         for k, rows in enumerate(q):
             if last:
                 stretch = np.maximum(stretch, (np.abs(np.diff(rows, axis=0)) / self.max_step[k]).max(axis=1))
+        positions = dict(zip(self.names, q, strict=True))
         return Plan(
-            problem=self.problem,
+            problem=ending_at(self.problem, positions),
             times=np.concatenate([[0.0], np.cumsum(stretch * self.dt)]),
-            positions=dict(zip(self.names, q, strict=True)),
+            positions=positions,
         )
 
     def certify(self, plan: Plan) -> Certificate:

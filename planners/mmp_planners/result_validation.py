@@ -15,6 +15,7 @@ from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_env.model.robot import frozen_array
 from mmp_env.wording import shown
+from mmp_planners.goal_choice import ending_at
 from mmp_planners.planner import PlanResult, Status, StopPlanning
 
 COUNTS = ("expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits")
@@ -79,7 +80,7 @@ def _snapshot(plan: Plan, problem: Problem) -> Plan:
                 f"the positions of arm '{arm.name}' have the shape {list(shape)}, not {list(expected)}"
             )
     return Plan(
-        problem=problem,
+        problem=ending_at(problem, positions),
         times=times,
         positions=positions,
         planner=_signature(plan.planner),

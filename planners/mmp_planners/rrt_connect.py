@@ -18,6 +18,7 @@ from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
+from mmp_planners.goal_combinations import goal_combinations
 from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.portfolio.improve import emit_and_shorten
@@ -36,7 +37,8 @@ class Composite:
     """Two trees over all joints of all arms that grow towards each other (`native/joint_space/composite_rrt.hpp`).
 
     Edges have samples every `step` [rad] and are at most `range` [rad, L2] long. A path that joins the trees is proved
-    at every instant. Edges without a proof are removed, and the trees grow on.
+    at every instant. Edges without a proof are removed, and the trees grow on. The tree of the goals has one root per
+    combination of the arms' candidates (`goal_combinations`).
     """
 
     range: float = core.CompositeSettings().range
@@ -48,7 +50,7 @@ class Composite:
         return core.CompositeSearch(
             problem.cell.collision.core,
             start=np.concatenate([problem.start[name] for name in names]),
-            goal=np.concatenate([problem.goal[name] for name in names]),
+            goals=goal_combinations(problem, seed),
             samples=problem.levels(SEARCH_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR),
             edges=problem.levels(PLAN_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
             seed=seed,

@@ -44,7 +44,7 @@ def _has_path(alone: Cell, start: Float[np.ndarray, " dof"], goal: Float[np.ndar
     search = core.CompositeSearch(
         alone.collision.core,
         start=np.ascontiguousarray(start, dtype=float),
-        goal=np.ascontiguousarray(goal, dtype=float),
+        goals=np.ascontiguousarray(goal, dtype=float)[None],
         samples=_LEVELS,
         edges=_LEVELS,
         seed=_SEED,

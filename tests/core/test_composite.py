@@ -38,7 +38,9 @@ def search_of(problem, seed=0, edge=RANGE_RAD, step=STEP_RAD):
 
 def composite_search(problem, start, goal, **given):
     defaults = {"samples": LEVELS, "edges": LEVELS, "seed": 0}
-    return core.CompositeSearch(problem.cell.collision.core, start=start, goal=goal, **(defaults | given))
+    return core.CompositeSearch(
+        problem.cell.collision.core, start=start, goals=np.atleast_2d(goal), **(defaults | given)
+    )
 
 
 def forever():

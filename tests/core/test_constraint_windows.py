@@ -30,7 +30,7 @@ def standing(forbidden):
 
 def single_arm(start, goal):
     step = np.full(2, STEP_RAD)
-    return core.SingleArm(CELL.collision.core, 0, start=start, goal=goal, max_step=step, levels=LEVELS, seed=0)
+    return core.SingleArm(CELL.collision.core, 0, start=start, goals=goal[None], max_step=step, levels=LEVELS, seed=0)
 
 
 def planned(forbidden, **options):

@@ -108,7 +108,9 @@ def test_a_window_that_ends_before_the_start_is_never_broken():
 def single_arm(cell, name, start, goal, seed=0):
     k = cell.arm_index(name)
     step = np.full(cell.arms[k].dof, STEP_RAD)
-    return core.SingleArm(cell.collision.core, k, start=start, goal=goal, max_step=step, levels=LEVELS, seed=seed)
+    return core.SingleArm(
+        cell.collision.core, k, start=start, goals=goal[None], max_step=step, levels=LEVELS, seed=seed
+    )
 
 
 def assert_path_is_right(cell, name, path, start, goal, constraints):

@@ -38,7 +38,9 @@ def gap(cell, path_a, path_b, t):
 
 def single_arm(cell, path, seed=0):
     step = np.full(path.shape[1], STEP_RAD)
-    return core.SingleArm(cell.collision.core, 0, start=path[0], goal=path[-1], max_step=step, levels=LEVELS, seed=seed)
+    return core.SingleArm(
+        cell.collision.core, 0, start=path[0], goals=path[-1:], max_step=step, levels=LEVELS, seed=seed
+    )
 
 
 def states_near_the_centre(cell, count, seed=0):

@@ -21,7 +21,14 @@ def replanned(problem, rows, attempts=40, seed=0, clock=None):
     clock = clock or core.Clock(np.inf)
     levels = problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
     return core.replan(
-        problem.cell.collision.core, rows, speeds, levels=levels, attempts=attempts, seed=seed, clock=clock
+        problem.cell.collision.core,
+        rows,
+        speeds,
+        goals=[problem.goals[name] for name in names],
+        levels=levels,
+        attempts=attempts,
+        seed=seed,
+        clock=clock,
     )
 
 

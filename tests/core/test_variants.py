@@ -140,7 +140,7 @@ def test_single_arm_plans_and_certificates_agree_to_the_last_bit(monkeypatch, ro
                 model.core,
                 k,
                 start=start[arm],
-                goal=goal[arm],
+                goals=goal[arm][None],
                 max_step=np.full(cell.arms[k].dof, 0.08),
                 levels=core.Levels(*LEVELS),
                 seed=k,
@@ -206,7 +206,7 @@ def test_composite_paths_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot,
             search = core.CompositeSearch(
                 model.core,
                 start=np.concatenate(list(start.values())),
-                goal=np.concatenate(list(goal.values())),
+                goals=np.concatenate(list(goal.values()))[None],
                 samples=core.Levels(MARGIN_M, MARGIN_M),
                 edges=core.Levels(PROOF_M, 0.6 * MARGIN_M, 0.001, -0.0005),
                 seed=seed,
@@ -251,7 +251,7 @@ def test_planning_among_dynamic_obstacles_agrees_to_the_last_bit(monkeypatch, ro
         motion, late = core.Motion(model.core, 1, other), core.Motion(model.core, 1, other[wait // 2 :])
         steps = np.full(len(own[0]), STEP_RAD)
         arm = core.SingleArm(
-            model.core, 0, start=own[0], goal=own[-1], max_step=steps, levels=core.Levels(*LEVELS), seed=7
+            model.core, 0, start=own[0], goals=own[-1:], max_step=steps, levels=core.Levels(*LEVELS), seed=7
         )
         whole = core.Constraint.moving(motion, 0, core.FOREVER)
         part = core.Constraint.moving(motion, 7, wait + 30)

@@ -93,12 +93,12 @@ MARGINS = core.Levels(0.002, 0.0015)
 
 
 def search() -> core.SingleArm:
-    return core.SingleArm(CELL, 0, start=FIRST, goal=LAST, max_step=STEPS, levels=MARGINS, seed=1)
+    return core.SingleArm(CELL, 0, start=FIRST, goals=LAST[None], max_step=STEPS, levels=MARGINS, seed=1)
 
 
 def composite() -> core.CompositeSearch:
     start, goal = (np.concatenate([q, q]) for q in (FIRST, LAST))
-    return core.CompositeSearch(CELL, start=start, goal=goal, samples=MARGINS, edges=MARGINS, seed=1)
+    return core.CompositeSearch(CELL, start=start, goals=goal[None], samples=MARGINS, edges=MARGINS, seed=1)
 
 
 def pool() -> core.PathRecombination:
@@ -180,11 +180,13 @@ WRONG: dict[str, list[Any]] = {
     "shape": [-1, 4, 2**31 - 1, *NOT_COUNTS],
     "q": vectors(2),
     "all joints": vectors(4),
+    "rows of all joints": [np.zeros((0, 4)), np.zeros((1, 2)), np.full((2, 4), math.nan), np.ones(4), *NOT_NUMBERS],
     "steps": [*vectors(2), *NOT_STEPS],
     "point": vectors(3),
     "rows": NOT_ROWS,
     "some rows": [*NOT_ROWS, NO_ROWS],
     "rows of each": lists_of(ROWS, [*NOT_ROWS, ROWS[:2]]),
+    "rows of each goal": [None, 3, [], [ROWS], [ROWS, ROWS, ROWS], *([ROWS, bad] for bad in NOT_ROWS)],
     "some rows of each": [*lists_of(ROWS, [*NOT_ROWS, ROWS[:2]]), [NO_ROWS, NO_ROWS]],
     "path of each": lists_of(ROWS, [*NOT_ROWS, NO_ROWS]),
     "steps of each": lists_of(STEPS, [*vectors(2), *NOT_STEPS]),
@@ -263,6 +265,7 @@ OF_CELL = {
     },
 }
 TWO_ROWS = ([ROWS, ROWS], "some rows of each")
+TWO_GOALS = ([ROWS[-1:], ROWS[-1:]], "rows of each goal")
 TWO_STEPS = ([STEPS, STEPS], "steps of each")
 
 CALLS = {
@@ -365,7 +368,7 @@ CALLS = {
         core.SingleArm,
         **ARM,
         start=(FIRST, "q"),
-        goal=(LAST, "q"),
+        goals=(ROWS[-1:], "some rows"),
         max_step=(STEPS, "steps"),
         **LEVELS,
         **SEED,
@@ -407,7 +410,7 @@ CALLS = {
     "CompositeSearch.__init__": in_cell(
         core.CompositeSearch,
         start=(np.zeros(4), "all joints"),
-        goal=(np.ones(4), "all joints"),
+        goals=(np.ones((2, 4)), "rows of all joints"),
         samples=(MARGINS, "levels"),
         edges=(MARGINS, "levels"),
         **SEED,
@@ -424,7 +427,9 @@ CALLS = {
         **SEED,
         **TIMED,
     ),
-    "replan": in_cell(core.replan, q=TWO_ROWS, max_step=TWO_STEPS, **LEVELS, attempts=(3, "count"), **SEED, **TIMED),
+    "replan": in_cell(
+        core.replan, q=TWO_ROWS, max_step=TWO_STEPS, goals=TWO_GOALS, **LEVELS, attempts=(3, "count"), **SEED, **TIMED
+    ),
     "PathRecombination.__init__": in_cell(core.PathRecombination, max_step=TWO_STEPS, **LEVELS),
     "PathRecombination.add": call(lambda **given: pool().add(**given), q=([ROWS, ROWS], "path of each")),
     "PathRecombination.has": call(lambda **given: pool().has(**given), path_ids=([0, 1], "any path ids")),

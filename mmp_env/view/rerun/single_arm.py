@@ -84,12 +84,12 @@ def grow_tree(
 ) -> GrownTree:
     """Returns the tree of a search among `others`, trajectories in steps of `dt_s` [s]."""
     model, number = problem.cell.collision, problem.cell.arm_index(arm)
-    start, goal = (np.ascontiguousarray(ends[arm], dtype=float) for ends in (problem.start, problem.goal))
+    start, goals = (np.ascontiguousarray(ends, dtype=float) for ends in (problem.start[arm], problem.goals[arm]))
     single = core.SingleArm(
         model.core,
         number,
         start=start,
-        goal=goal,
+        goals=goals,
         max_step=problem.max_velocity[arm] * dt_s,
         levels=problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR),
         seed=seed,

@@ -1,13 +1,15 @@
 """Large-neighbourhood search: replans a few arms among the fixed others, where shortcuts find no shorter path.
 
 A large-neighbourhood search (Shaw 1998; for many robots MAPF-LNS, Li et al., IJCAI 2021). The neighbourhood is one arm,
-or one more that makes room for it (`native/improve/replanner.hpp`). RRT in space and time finds the paths; it searches
-only where they can still become shorter (`native/single_arm/informed_rrt.hpp`).
+or one more that makes room for it; both may end at another candidate (`native/improve/replanner.hpp`). RRT in space and
+time finds the paths; it searches only where they can still become shorter (`native/single_arm/informed_rrt.hpp`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+import numpy as np
 
 from mmp_env import core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
@@ -30,6 +32,7 @@ class LargeNeighbourhoodSearch:
             problem.cell.collision.core,
             on_grid(plan, dt),
             [problem.max_velocity[name] * dt for name in problem.cell.arm_names],
+            goals=[np.ascontiguousarray(problem.goals[name]) for name in problem.cell.arm_names],
             levels=problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
             attempts=self.attempts,
             seed=seed,

@@ -19,6 +19,7 @@ from mmp_env import core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
+from mmp_planners.goal_choice import ending_at
 from mmp_planners.options import GRID_STEP_S
 
 Rows = Float[np.ndarray, "k _"]  # arms may have different numbers of joints
@@ -90,13 +91,15 @@ def on_grid(plan: Plan, dt: float) -> list[Rows]:
 def retime_to_velocity_limits(problem: Problem, rows: Sequence[Rows]) -> Plan:
     """Returns a plan through `rows`, each step as short as the velocity limits of all joints allow.
 
-    All arms keep one clock, so arms that were clear of each other stay clear. The ends are exactly start and goal.
+    All arms keep one clock, so arms that were clear of each other stay clear. The ends are exactly the start and the
+    nearest candidates, which the plan chooses as its goal.
 
     Args:
         problem: the problem of the plan.
         rows: configurations [k, dof] [rad] of each arm, with the same k.
     """
     q: dict[str, Rows] = {}
+    problem = ending_at(problem, dict(zip(problem.cell.arm_names, rows, strict=True)))
     for arm, given in zip(problem.cell.arms, rows, strict=True):
         inside = np.clip(np.asarray(given, dtype=float), arm.robot.lower, arm.robot.upper)
         q[arm.name] = np.repeat(inside, 2, axis=0) if len(inside) == 1 else inside

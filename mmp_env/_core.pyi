@@ -38,10 +38,10 @@ class Clock:
 
 class Levels:
     """
-    Distances between surfaces [m]. Closer than `margin` at a sample is a contact; `proof` is proved at every instant. Both hold between two arms. `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm.
+    Distances between surfaces [m]. Closer than `margin` at a sample is a contact; `proof` is proved at every instant. Both hold between two arms. `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm, `upright` for the room of an upright tool.
     """
 
-    def __init__(self, margin: float, proof: float, obstacles: float = 0.0, own: float = 0.0) -> None: ...
+    def __init__(self, margin: float, proof: float, obstacles: float = 0.0, own: float = 0.0, upright: float = 0.0) -> None: ...
 
     @property
     def margin(self) -> float: ...
@@ -54,6 +54,9 @@ class Levels:
 
     @property
     def own(self) -> float: ...
+
+    @property
+    def upright(self) -> float: ...
 
 class Cell:
     """Arms and obstacles of a cell. Add all of them, then freeze it."""
@@ -176,6 +179,21 @@ def edges_free(cell: Cell, arm: int, q_from: Annotated[NDArray[numpy.float64], d
 def certify(cell: Cell, q: Sequence[numpy.ndarray], required: Levels, share: float, clock: Clock) -> Proof:
     """
     Proves a clearance along q [n, dof] per arm, linear in between: at least `required.proof`, and all but a `share` of what the sampled clearance has beyond it.
+    """
+
+def keep_upright(cell: Cell, arm: int, axis: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], within: float) -> None:
+    """
+    Bounds the angle between an axis of the tool and the world's z axis, in a cell that is not frozen. axis [3]: unit vector in the tool frame. within: largest angle [rad], at most a right angle.
+    """
+
+def tool_axes(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None, None))]:
+    """
+    Returns the directions [n, 3] in the world of the tool axis that an arm keeps upright.
+    """
+
+def project_upright(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None, None))], Annotated[NDArray[numpy.bool_], dict(shape=(None,))]]:
+    """
+    Returns configurations [n, dof] moved inside the bound of the tool axis and within the joint limits, and whether that worked [n].
     """
 
 class Motion:

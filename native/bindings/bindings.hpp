@@ -18,6 +18,7 @@ namespace mmp {
 void bind_cell(nb::module_& m);         // the cell: arms and obstacles
 void bind_hulls(nb::module_& m);        // distances of convex hulls
 void bind_queries(nb::module_& m);      // batch queries of a cell: kinematics, clearance, proofs
+void bind_upright(nb::module_& m);      // bounds on the angle of a tool axis
 void bind_motion(nb::module_& m);       // motions, their conflicts, and constraints
 void bind_single_arm(nb::module_& m);   // single-arm search and its tree
 void bind_repulsion(nb::module_& m);    // repulsive force and ModifyMotion
@@ -205,7 +206,7 @@ inline Window window_of(double start, double end) {
 }
 
 inline Levels<float> as_float(const Levels<double>& l) {
-  return {float(l.margin), float(l.proof), float(l.obstacles), float(l.self)};
+  return {float(l.margin), float(l.proof), float(l.obstacles), float(l.self), float(l.upright)};
 }
 
 inline std::vector<double> rows_of(const std::vector<float>& values) { return {values.begin(), values.end()}; }

@@ -57,22 +57,26 @@ NB_MODULE(MMP_MODULE, m) {
       m, "Levels",
       "Distances between surfaces [m]. Closer than `margin` at a sample is a contact; `proof` is proved at every "
       "instant. "
-      "Both hold between two arms. `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm.")
+      "Both hold between two arms. `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm, "
+      "`upright` for the room of an upright tool.")
       .def(
           "__init__",
-          [](Levels<double>* self, double margin, double proof, double obstacles, double own) {
+          [](Levels<double>* self, double margin, double proof, double obstacles, double own, double upright) {
             new (self) Levels<double>{checked_number(margin), checked_number(proof), checked_number(obstacles),
-                                      checked_number(own)};
+                                      checked_number(own), checked_number(upright)};
           },
-          nb::arg("margin"), nb::arg("proof"), nb::arg("obstacles") = 0.0, nb::arg("own") = 0.0)
+          nb::arg("margin"), nb::arg("proof"), nb::arg("obstacles") = 0.0, nb::arg("own") = 0.0,
+          nb::arg("upright") = 0.0)
       .def_ro("margin", &Levels<double>::margin)
       .def_ro("proof", &Levels<double>::proof)
       .def_ro("obstacles", &Levels<double>::obstacles)
-      .def_ro("own", &Levels<double>::self);
+      .def_ro("own", &Levels<double>::self)
+      .def_ro("upright", &Levels<double>::upright);
 
   bind_cell(m);
   bind_hulls(m);
   bind_queries(m);
+  bind_upright(m);
   bind_motion(m);
   bind_single_arm(m);
   bind_repulsion(m);

@@ -14,11 +14,12 @@ MMP_INLINE Mask<V> closer(const Vec3<V>& a, const Vec3<V>& b, V limit) {
 }
 
 // Distances between surfaces [m]: closer than `margin` is a contact; a proof covers `proof` at every instant. Both hold
-// between two arms. `obstacles` and `self` are added for an arm and an obstacle, and for two parts of one arm.
+// between two arms. `obstacles`, `self` and `upright` are added for an arm and an obstacle, for two parts of one arm,
+// and for the room of an upright tool.
 template <class T>
 struct Levels {
   T margin, proof;
-  T obstacles{}, self{};
+  T obstacles{}, self{}, upright{};
 };
 
 // Centres of two poses' groups and spheres, one lane per configuration.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -48,6 +49,13 @@ struct Link {
   T protrusion = T(kUnknownProtrusion);  // largest distance of a point of a sphere from the hulls [m]
 };
 
+// Bound on the angle between an axis of the tool and the world's z axis, at most a right angle (geometry/upright.hpp).
+template <class T>
+struct Upright {
+  T axis[3];              // unit vector in the last frame
+  T angle, sine, cosine;  // of the bound [rad]
+};
+
 template <class T>
 struct ArmModel {
   int dof = 0;
@@ -63,6 +71,7 @@ struct ArmModel {
   // slides are within their limits. For a hinge it is their distance from the joint's origin [m], for a slide 1.
   std::vector<std::array<T, kMaxDof>> lever;
   Transform<T> tool{};  // tool frame in the last frame
+  std::optional<Upright<T>> upright{};
 
   bool slides(int joint) const { return turns[joint] == T(0); }
 };

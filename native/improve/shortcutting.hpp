@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "geometry/upright_projection.hpp"
 #include "improve/motion_window.hpp"
 #include "improve/shortcut_moves.hpp"
 #include "proof/pair_check.hpp"
@@ -29,6 +30,7 @@ class Shortcutter {
     for (size_t a = 0; a < rows.size(); ++a) {
       motions_.emplace_back(*cell_, static_cast<int>(a), rows[a]);
       limits_.push_back({std::move(max_step[a])});
+      upright_.emplace_back(cell_->arms[a]);
       others_.emplace_back();
       for (size_t b = 0; b < rows.size(); ++b)
         if (b != a && groups[a] == groups[b]) others_[a].push_back(static_cast<int>(b));
@@ -143,7 +145,8 @@ class Shortcutter {
   bool shortcut_via(int a, int i, int j, Random& random) {
     const T *p = motions_[a].at(i), *q = motions_[a].at(j);
     const auto& arm = *motions_[a].arm;
-    const auto via = via_point(p, q, arm.lower, arm.upper, detour(a, i, j) - kGain, random);
+    auto via = via_point(p, q, arm.lower, arm.upper, detour(a, i, j) - kGain, random);
+    if (!upright_[a](via.data())) return false;
     const int length = j - i, first = std::max(1, limits_[a].steps(p, via.data())),
               second = std::max(1, limits_[a].steps(via.data(), q));
     if (first + second > length) return false;
@@ -246,6 +249,7 @@ class Shortcutter {
   PairCheck<V> check_;
   Levels<T> levels_;
   std::vector<StepLimits<T>> limits_;
+  std::vector<UprightProjection<V>> upright_;
   std::vector<Motion<V>> motions_;
   std::vector<std::vector<int>> others_;    // per arm, in test order
   std::vector<std::vector<double>> along_;  // length from the start to each step [rad]

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "geometry/upright_projection.hpp"
 #include "proof/segments.hpp"
 
 namespace mmp {
@@ -21,6 +22,7 @@ class CompositeEdges {
       offset_.push_back(dof_);
       dof_ += arm.dof;
       poses_.emplace_back(arm);
+      upright_.emplace_back(arm);
     }
     ready_.resize(arms.size());
     for (int a = 0; a < count(); ++a) {
@@ -33,6 +35,25 @@ class CompositeEdges {
   int count() const { return static_cast<int>(poses_.size()); }
   int offset(int a) const { return offset_[a]; }
   const ArmModel<T>& arm(int a) const { return *poses_[a].arm; }
+
+  // Moves a configuration of all joints inside the bounds of upright tools. Returns false if that fails.
+  bool project(std::vector<T>& q) {
+    for (int a = 0; a < count(); ++a)
+      if (!upright_[a](q.data() + offset_[a])) return false;
+    return true;
+  }
+  // Returns whether a tool is to be upright, and the largest share of a step that moves no joint of its arm too far.
+  std::pair<bool, T> upright_share(const T* from, const T* to) const {
+    bool any = false;
+    T share = 1;
+    for (int a = 0; a < count(); ++a) {
+      if (!upright_[a].is_bound()) continue;
+      any = true;
+      const T longest = longest_move(std::pair(from + offset_[a], to + offset_[a]), poses_[a].arm->dof);
+      if (longest > upright_[a].longest_step()) share = std::min(share, upright_[a].longest_step() / longest);
+    }
+    return {any, share};
+  }
 
   // Returns whether all samples of the edge are free. `from` itself is known to be free.
   bool free(const T* from, const T* to) {
@@ -90,6 +111,7 @@ class CompositeEdges {
     Contacts<V> out;
     auto& a = pose(test.a, from, to, at);
     if (test.b < 0) {
+      if (a.arm->upright && bits<V>(upright_room(a) < splat<V>(levels_.margin + levels_.upright))) return true;
       const auto none = [](int) { return V{}; };
       world_->contacts(
           test.a, a, levels_, none, none, [](const Contacts<V>& c) { return bits<V>(c.touching) != 0; }, out);
@@ -122,6 +144,7 @@ class CompositeEdges {
   int dof_ = 0;
   std::vector<int> offset_;
   std::vector<Pose<V>> poses_;
+  std::vector<UprightProjection<V>> upright_;
   std::vector<bool> ready_;
   std::vector<Test> tests_;
 };

@@ -11,7 +11,8 @@
 
 namespace mmp {
 
-inline constexpr int kManyNodes = 4096;  // with more nodes every iteration looks at the clock
+inline constexpr double kLeastProgress = 0.1;  // of a step to a projected configuration, relative to the step
+inline constexpr int kManyNodes = 4096;        // with more nodes every iteration looks at the clock
 
 struct CompositeSettings {
   double range = 2.0;  // longest edge, L2 [rad]
@@ -52,7 +53,9 @@ class CompositeSearch {
       const int it = iteration_++;
       const bool ahead = it % 2 == 0;
       auto &tree = ahead ? forward_ : backward_, &other = ahead ? backward_ : forward_;
-      const int tip = extend(tree, it < 2 ? (ahead ? goals_[0] : start_) : sample(it));
+      auto target = it < 2 ? (ahead ? goals_[0] : start_) : sample(it);
+      if (it >= 2 && !edges_.project(target)) continue;
+      const int tip = extend(tree, target);
       if (tip < 0) continue;
       const std::vector<T> q(tree.q(tip), tree.q(tip) + dof());
       const int met = connect(other, q);
@@ -95,14 +98,23 @@ class CompositeSearch {
 
   int step(CompositeTree<V>& tree, int from, const std::vector<T>& target) {
     const T* p = tree.q(from);
-    double d2 = 0;
-    for (int j = 0; j < dof(); ++j) d2 += double(target[j] - p[j]) * double(target[j] - p[j]);
-    const double d = std::sqrt(d2);
+    const double d = distance(p, target);
     if (d == 0) return -1;
     std::vector<T> next = target;
-    if (d > range_)
-      for (int j = 0; j < dof(); ++j) next[j] = p[j] + T(range_ / d) * (target[j] - p[j]);
+    const auto [upright, most] = edges_.upright_share(p, target.data());
+    const T share = d > range_ ? std::min(T(range_ / d), most) : most;
+    if (share < T(1)) {
+      for (int j = 0; j < dof(); ++j) next[j] = p[j] + share * (target[j] - p[j]);
+      if (upright && (!edges_.project(next) || distance(next.data(), target) > d * (1 - kLeastProgress * share)))
+        return -1;
+    }
     return edges_.free(p, next.data()) ? tree.add(next, from) : -1;
+  }
+
+  double distance(const T* p, const std::vector<T>& q) const {
+    double d2 = 0;
+    for (int j = 0; j < dof(); ++j) d2 += double(q[j] - p[j]) * double(q[j] - p[j]);
+    return std::sqrt(d2);
   }
 
   // Returns the path through both trees if every edge is proved; else removes the failed edges.

@@ -69,6 +69,10 @@ class Certifier {
       for (int a = 0; a < arms(); ++a) {
         V best = splat<V>(T(out.clearance));
         world_->lower(a, poses[a], required_, best);
+        if (poses[a].arm->upright) {
+          const V room = upright_room(poses[a]) - required_.upright;
+          best = select<V>(room < splat<V>(required_.proof), min(best, room), best);
+        }
         note(best, a, -1, h, out);
         for (int b = a + 1; b < arms(); ++b) {
           best = splat<V>(T(out.clearance));
@@ -89,7 +93,8 @@ class Certifier {
   }
 
   bool prove(T target, Proof& found, const Clock& clock) {
-    const Levels<T> levels{target, target, required_.obstacles, required_.self};
+    const Levels<T> levels{target, target, required_.obstacles, required_.self,
+                           required_.proof - target + required_.upright};
     const int segments = n_ - 1;
     std::vector<SegmentResult<T>> results;
     const auto of = [&](int a) {

@@ -2,13 +2,15 @@
 //
 // A segment is split into pieces. A piece is proved when, at its middle, every pair of surfaces is farther apart than
 // `proof` plus the distance that both can move within the piece. It is a contact when some pair is closer than
-// `margin`. Otherwise it is halved. With `margin` > `proof` this ends soon; a piece that is undecided at the finest
-// size counts as contact. The pieces do not depend on the number of lanes, so the answers do not either.
+// `margin`. The bound of an upright tool is tested like a pair. Otherwise it is halved. With `margin` > `proof` this
+// ends soon; a piece that is undecided at the finest size counts as contact. The pieces do not depend on the number of
+// lanes, so the answers do not either.
 #pragma once
 
 #include <vector>
 
 #include "geometry/collision.hpp"
+#include "geometry/upright.hpp"
 #include "runtime/clock.hpp"
 
 namespace mmp {
@@ -141,6 +143,10 @@ class Prover {
         return sweep.reach_relative(pose, arm.self_pairs[k].first, arm.self_pairs[k].second) + levels.proof;
       };
       const auto done = [&](const Contacts<V>& c) { return stop == Stop::at_first_contact && bits<V>(c.touching); };
+      if (arm.upright) {
+        test_upright(pose, sweep, levels, out);
+        if (done(out)) return;
+      }
       world_->contacts(a, pose, levels, reach, reach_self, done, out);
     });
   }

@@ -1,6 +1,7 @@
 // Edges and stays of one arm: tests against static bodies, constraints and dynamic obstacles.
 #pragma once
 
+#include "geometry/upright_projection.hpp"
 #include "proof/segments.hpp"
 #include "single_arm/constraints.hpp"
 #include "single_arm/dynamic_obstacles.hpp"
@@ -38,7 +39,8 @@ class EdgeChecker {
         obstacles_(std::move(obstacles)),
         levels_(levels),
         max_step_(max_step),
-        pose_(*model_) {}
+        pose_(*model_),
+        upright_(*model_) {}
 
   int steps(const T* from, const T* to) const {
     T n = 0;
@@ -52,6 +54,12 @@ class EdgeChecker {
     prover_.alone(arm_, 1, at, levels_, Stop::at_first_contact, &result);
     return result.free;
   }
+
+  // Moves a configuration inside the bound of an upright tool, if there is one. Returns false if that fails.
+  bool project(std::vector<T>& q) { return upright_(q.data()); }
+  bool is_upright() const { return upright_.is_bound(); }
+  // Longest move of a joint in a step of a tree that keeps the tool upright [rad].
+  T longest_step() const { return upright_.longest_step(); }
 
   void evaluate(const T* from, const T* to, Edge<V>& edge) {
     edge.steps = steps(from, to);
@@ -201,6 +209,7 @@ class EdgeChecker {
   Levels<T> levels_;
   const T* max_step_;
   Pose<V> pose_;
+  UprightProjection<V> upright_;
   Sweep<V> sweep_;
   PieceBatch<V> batch_;
   V reach_[kMaxLinks];

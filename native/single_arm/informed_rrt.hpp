@@ -6,7 +6,7 @@
 // as possible.
 #pragma once
 
-#include "single_arm/timed_path.hpp"
+#include "single_arm/static_tree.hpp"
 #include "single_arm/via_point.hpp"
 
 namespace mmp {
@@ -19,7 +19,7 @@ class InformedRrt {
       : checker_(checker),
         start_(make_waypoint(checker, start)),
         goal_(make_waypoint(checker, goal)),
-        eta_(eta),
+        eta_(std::min(eta, checker.longest_step())),
         random_(random),
         best_(checker) {}
 
@@ -58,14 +58,15 @@ class InformedRrt {
 
   void step() {
     const auto& arm = checker_.model();
-    const auto target = via_point(start_.q.data(), goal_.q.data(), arm.lower, arm.upper, limit_ - straight_, random_);
+    auto target = via_point(start_.q.data(), goal_.q.data(), arm.lower, arm.upper, limit_ - straight_, random_);
+    if (!checker_.project(target)) return;
     const int near = nearest_within_limit(target);
     if (near < 0) return;
     const auto& from = nodes_[near].waypoint.q;
     const T d = distance(from, target);
     if (d <= T(1e-4)) return;
-    auto q = d <= eta_ ? target : between(from, target, eta_ / d);
-    if (!checker_.is_static_free(from.data(), q.data())) return;
+    auto q = towards(checker_, from, target, eta_, d);
+    if (q.empty() || !checker_.is_static_free(from.data(), q.data())) return;
     auto waypoint = make_waypoint(checker_, std::move(q));
     if (waypoint.safe.empty()) return;
     checker_.evaluate(from.data(), waypoint.q.data(), waypoint.edge);

@@ -186,12 +186,14 @@ class SiRrt {
     if (u < settings_.goal_bias) target = some_goal();
     else if (u < settings_.goal_bias + kTreeBias)
       target = task_.goal_tree.nodes[random_.below(static_cast<int>(task_.goal_tree.nodes.size()))].q;
-    else target = sample_between(checker_.model(), task_.start, some_goal(), it, random_);
+    else if (target = sample_between(checker_.model(), task_.start, some_goal(), it, random_);
+             !checker_.project(target))
+      return;
     const int near = tree_.nearest(target);
     const T d = distance(tree_.q(near), target);
     if (d <= T(1e-4)) return;
-    Config<T> q = d <= task_.eta ? std::move(target) : between(tree_.q(near), target, task_.eta / d);
-    if (!checker_.is_static_free(tree_.q(near).data(), q.data())) return;
+    Config<T> q = towards(checker_, tree_.q(near), target, task_.eta, d);
+    if (q.empty() || !checker_.is_static_free(tree_.q(near).data(), q.data())) return;
     auto waypoint = make_waypoint(checker_, std::move(q));
     if (waypoint.safe.empty()) return;
     const int sample = tree_.connect(near, std::move(waypoint));

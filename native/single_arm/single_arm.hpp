@@ -20,6 +20,7 @@ class SingleArm {
             Levels<T> levels, T eta, uint64_t seed)
       : task_{&world, arm, std::move(start), std::move(max_step), std::move(goals), levels, eta, {}}, seed_(seed) {
     std::ranges::stable_sort(task_.goals, {}, [&](const auto& q) { return length(task_.start, q); });
+    task_.eta = std::min(eta, UprightProjection<V>(world.cell->arms[arm]).longest_step());
   }
 
   // The path is clear of `others` at every instant. `experience`: rows of an earlier path, may be empty. `snapshot`:

@@ -31,6 +31,22 @@ int nearest(const std::vector<Node>& tree, const Config<T>& q) {
   return nearest(tree, q, [](const Node&) { return true; });
 }
 
+// Least progress of a step to a projected configuration, relative to the step.
+inline constexpr double kProgress = 0.1;
+
+// Returns a configuration at most eta from `from` towards the target, inside the bound of an upright tool; empty if
+// there is none nearer to the target.
+template <class V>
+Config<Scalar<V>> towards(EdgeChecker<V>& checker, const Config<Scalar<V>>& from, const Config<Scalar<V>>& target,
+                          Scalar<V> eta, Scalar<V> d) {
+  using T = Scalar<V>;
+  if (d <= eta) return target;
+  auto next = between(from, target, eta / d);
+  if (!checker.is_upright()) return next;
+  const bool nearer = checker.project(next) && distance(next, target) <= d - T(kProgress) * eta;
+  return nearer ? next : Config<T>{};
+}
+
 // Adds steps of at most eta towards the target while they are free. Returns the last node, or -1 if the first step is
 // blocked.
 template <class V>
@@ -42,8 +58,8 @@ int extend(EdgeChecker<V>& checker, std::vector<TreeNode<Scalar<V>>>& tree, cons
     if ((it & 15) == 0 && clock.expired()) return reached;
     const T d = distance(tree[at].q, target);
     if (d <= T(1e-6)) return at;
-    Config<T> next = d <= T(eta) ? target : between(tree[at].q, target, T(eta) / d);
-    if (!checker.is_static_free(tree[at].q.data(), next.data())) return reached;
+    Config<T> next = towards(checker, tree[at].q, target, T(eta), d);
+    if (next.empty() || !checker.is_static_free(tree[at].q.data(), next.data())) return reached;
     tree.push_back({std::move(next), at, tree[at].root});
     at = reached = static_cast<int>(tree.size()) - 1;
   }
@@ -86,9 +102,10 @@ struct GoalTree {
       const bool forward = it % 2 == 0;
       auto& grow = forward ? other_side : nodes;
       auto& other = forward ? nodes : other_side;
-      const Config<T> target =
+      Config<T> target =
           it < 2 ? (forward ? goals[0] : from)
                  : sample_between(checker.model(), from, goals[draw_goal(goals.size(), random)], it, random);
+      if (it >= 2 && !checker.project(target)) continue;
       const int reached = extend(checker, grow, target, eta, clock);
       if (reached < 0) continue;
       const Config<T> tip = grow[reached].q;

@@ -85,7 +85,16 @@ def two_arms(frozen: bool = True) -> core.Cell:
     return cell
 
 
+def upright_arm() -> core.Cell:
+    """Returns a cell of one arm with a bound on the axis of its tool."""
+    cell = one_arm()
+    core.keep_upright(cell, 0, np.array([0.0, 0.6, 0.8]), 1.0)
+    cell.freeze()
+    return cell
+
+
 CELL, OTHER_CELL = two_arms(), two_arms()
+UPRIGHT_CELL = upright_arm()
 MOTION, OTHER = core.Motion(CELL, 0, ROWS), core.Motion(CELL, 1, ROWS)
 BALL = core.Constraint.ball(FIRST, 0.1, 0.0, 1.0)
 CLOCK = core.Clock(60.0)
@@ -217,6 +226,9 @@ WRONG: dict[str, list[Any]] = {
         for pair in ([0, 3], [-1, 2], [2, 10**6], [-(2**31), 2**31 - 1], [1, 1], [2, 0], [1])
     ]
     + NOT_NUMBERS,
+    "axis": [*numbers_of(3), np.zeros(3), np.array([0.0, 0.0, 1.1])],
+    "upright angle": [*ENDLESS, 0.0, -0.1, 1.6, *NOT_NUMBERS],
+    "upright cell": [None, 3, unmade(core.Cell), one_arm(), CELL],
     "size": [*numbers_of(3), np.array([0.1, 0.1, -0.1])],
 }
 
@@ -302,6 +314,7 @@ CALLS = {
         proof=(0.0015, "number"),
         obstacles=(0.0, "number"),
         own=(0.0, "number"),
+        upright=(0.0, "number"),
     ),
     "Cell.__init__": call(core.Cell),
     "Cell.add_arm": call(lambda **given: core.Cell().add_arm(**given), **OF_CELL["add_arm"]),
@@ -334,6 +347,16 @@ CALLS = {
     ),
     "cell_clearance": in_cell(core.cell_clearance, q=([ROWS, ROWS], "rows of each"), obstacles=(True, "flag")),
     "nearest_bodies": in_cell(core.nearest_bodies, q=([FIRST, FIRST], "q of each")),
+    "keep_upright": call(
+        lambda **given: core.keep_upright(one_arm(), **given),
+        arm=(0, "arm of one"),
+        axis=(np.array([0.0, 0.0, 1.0]), "axis"),
+        within=(0.2, "upright angle"),
+    ),
+    "tool_axes": call(core.tool_axes, cell=(UPRIGHT_CELL, "upright cell"), arm=(0, "arm of one"), q=(ROWS, "rows")),
+    "project_upright": call(
+        core.project_upright, cell=(UPRIGHT_CELL, "upright cell"), arm=(0, "arm of one"), q=(ROWS, "rows")
+    ),
     "edges_free": in_cell(core.edges_free, **ARM, q_from=(ROWS, "rows"), q_to=(ROWS, "rows"), **LEVELS),
     "certify": in_cell(core.certify, q=TWO_ROWS, required=(MARGINS, "required"), share=(0.5, "share"), **TIMED),
     "Motion.__init__": in_cell(core.Motion, **ARM, q=(ROWS, "some rows")),

@@ -29,6 +29,7 @@ from mmp_env.check.shortfalls import shortfall_violations
 from mmp_env.check.spheres import SpherePairs, SphereSolids
 from mmp_env.check.sweep import ROUNDING_M, prove_apart
 from mmp_env.check.trajectory import Trajectory
+from mmp_env.check.upright import upright
 
 __all__ = ["RULES", "CheckReport", "Violation", "check_document"]
 
@@ -69,7 +70,7 @@ def check_document(document: Mapping[str, Any], *, exact: bool = False) -> Check
             violations += goals(data, model)
             allowed = np.where(data.cell.slides, LIMIT_TOLERANCE, _WILD_RAD)
             if (beyond_limits(data) <= allowed).all() and not any(length(data)):
-                return _swept(data, violations, model, families, exact)
+                return _swept(data, [*violations, *upright(data, model)], model, families, exact)
     return CheckReport(
         violations=tuple(violations),
         spheres=_geometry(data, exact),

@@ -24,6 +24,7 @@ from mmp_env.check.fields import (
     shown,
     text,
 )
+from mmp_env.check.keep import CheckedUpright, read_keep
 from mmp_env.check.models import CarriedModels, CheckedModel
 
 SCHEMA = "mmp-plan/1"
@@ -38,18 +39,8 @@ _MOST_PIECES, _VERTICES = 200, (4, 1000)
 """Largest number of the pieces of a mesh, and bounds of the number of their vertices."""
 _POSE_KEYS = ("position", "yaw", "quaternion")
 _CELL_KEYS = ("name", "arms", "obstacles", "spheres", "robots", "tools", "joints")
-_PROBLEM_KEYS = (
-    "name",
-    "cell",
-    "start",
-    "goal",
-    "max_velocity",
-    "max_acceleration",
-    "max_jerk",
-    "margin",
-    "margins",
-    "goal_asked",
-)
+_LIMITS = ("max_velocity", "max_acceleration", "max_jerk")
+_PROBLEM_KEYS = ("name", "cell", "start", "goal", *_LIMITS, "margin", "margins", "goal_asked", "keep")
 _MARGIN_KEYS = ("arms", "obstacles", "self")
 
 
@@ -126,7 +117,8 @@ class CheckedPlan:
     """The content of a plan.json. Joint data are [n] or [t, n]: the joints of all arms side by side, in order.
 
     `margins`: kind -> clearance [m] that the plan keeps at every instant; `margin` [m] is that of the file. `asked`:
-    arm name -> what was asked for. Fields that only retimed plans have are None otherwise.
+    arm name -> what was asked for; `keep`: arm name -> bound of its tool axis. Fields that only retimed plans have are
+    None otherwise.
     """
 
     cell: CheckedCell
@@ -142,6 +134,7 @@ class CheckedPlan:
     max_jerk: Float[np.ndarray, "n"] | None = None
     velocities: Float[np.ndarray, "t n"] | None = None
     accelerations: Float[np.ndarray, "t n"] | None = None
+    keep: Mapping[str, CheckedUpright] = field(default_factory=dict)
 
     @property
     def joints(self) -> list[tuple[str, int]]:
@@ -201,6 +194,7 @@ def read_plan(data: Any) -> CheckedPlan:
         max_jerk=limit("max_jerk"),
         velocities=rates("velocities"),
         accelerations=rates("accelerations"),
+        keep=read_keep(problem.get("keep"), [arm.name for arm in cell.arms]),
     )
 
 

@@ -21,6 +21,7 @@ RULES = (
     "rates",
     "acceleration",
     "jerk",
+    "upright",
     "arm-obstacle",
     "self",
     "arm-arm",

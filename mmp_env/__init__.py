@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from mmp_env.model.collision import CollisionModel
     from mmp_env.model.conflict import Conflict
     from mmp_env.model.goals import AnyOf, JointGoal, NamedGoal, PoseGoal, Stay
+    from mmp_env.model.keep import Upright
     from mmp_env.model.plan import Plan
     from mmp_env.model.problem import Problem
     from mmp_env.model.rings import ring_cell
@@ -68,6 +69,7 @@ _HOMES = {
     "sim.play": ("play",),
     "view.notebook": ("PlanView",),
     "view.pictures": ("save_picture",),
+    "model.keep": ("Upright",),
     "model.plan": ("Plan",),
     "files.plan_check": ("check_plan",),
     "files.plan_file": ("load_plan", "save_plan"),
@@ -107,6 +109,7 @@ __all__ = [
     "Tool",
     "UnknownNameError",
     "UnretimedPlanWarning",
+    "Upright",
     "__version__",
     "cell_from_mujoco",
     "check_plan",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from mmp_env.files.file_kinds import INSTANCES, read_for
 from mmp_env.files.reading import Location, check_schema, decode, named, numbers
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import Goal, JointGoal, as_goal
+from mmp_env.model.keep import Upright, as_keep
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
 from mmp_env.model.robot import frozen_array
@@ -34,6 +35,7 @@ class InstanceData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     name: str
     start: dict[str, Any]
     goal: dict[str, Any]
+    keep: dict[str, Any] = {}
 
 
 class InstancesData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
@@ -53,12 +55,14 @@ class Instance:
         start: arm name -> what is asked for, such as a `JointGoal`.
         goal: arm name -> what is asked for.
         place: its place in the file, for messages.
+        keep: arm name -> bound of its tool axis.
     """
 
     name: str
     start: Mapping[str, Goal]
     goal: Mapping[str, Goal]
     place: Location
+    keep: Mapping[str, Upright] = field(default_factory=dict)
 
     @brief
     def __repr__(self) -> str:
@@ -108,7 +112,8 @@ class InstanceFile:
 
         Raises:
             UnknownNameError: for an unknown name.
-            InvalidInstanceError: if start or goal is out of limits, in collision, or closer than a margin asked for.
+            InvalidInstanceError: if start or goal is out of limits, in collision, closer than a margin asked for, or
+                breaks the bound of a tool axis.
         """
         if isinstance(instance, str):
             instance = self.instance(instance)
@@ -116,7 +121,13 @@ class InstanceFile:
         name = f"{self.cell.name}/{instance.name}"
         with named(f"{instance.place} ('{instance.name}')"):
             return make_problem(
-                self.cell, instance.start, instance.goal, max_velocity=max_velocity, margin=margin, name=name
+                self.cell,
+                instance.start,
+                instance.goal,
+                max_velocity=max_velocity,
+                margin=margin,
+                name=name,
+                keep=instance.keep or None,
             )
 
 
@@ -211,4 +222,5 @@ def _instance(cell: Cell, data: InstanceData, place: Location) -> Instance:
         start=goals_from_dict(cell, data.start, place / "start"),
         goal=goals_from_dict(cell, data.goal, place / "goal"),
         place=place,
+        keep=as_keep(data.keep, cell.arm_names, str(place / "keep")),
     )

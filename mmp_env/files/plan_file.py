@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from os import PathLike
 from typing import Any
 
@@ -19,6 +20,7 @@ from mmp_env.files.reading import MAX_JSON_BYTES, Location, check_schema, decode
 from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import goal_to_data
+from mmp_env.model.keep import as_keep, keep_to_data
 from mmp_env.model.margins import Margins
 from mmp_env.model.names import INSTANCE_NAMES, is_instance_name
 from mmp_env.model.plan import Plan
@@ -46,6 +48,7 @@ class ProblemData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     max_jerk: float | dict[str, Any] | None = None
     name: str = ""
     goal_asked: dict[str, Any] | None = None
+    keep: dict[str, Any] = {}
 
 
 class PlanData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
@@ -78,6 +81,7 @@ def plan_to_dict(plan: Plan) -> dict[str, Any]:
             **{key: _by_arm(problem.cell, values) for key, values in limits.items() if values is not None},
             "margin": problem.margin,
             "margins": dict(problem.margins),
+            **({"keep": keep_to_data(problem.keep)} if problem.keep else {}),
         },
         "times": plan.times,
         "positions": _by_arm(problem.cell, plan.positions),
@@ -178,6 +182,8 @@ def _asked(problem: Problem) -> dict[str, Any]:
 
 def _problem(data: ProblemData, place: Location) -> Problem:
     cell, asked = cell_from_data(data.cell, place / "cell", name="cell"), data.goal_asked
+    if data.keep:
+        cell = replace(cell, keep=as_keep(data.keep, cell.arm_names, str(place / "keep")))
     return Problem(
         cell=cell,
         start=configurations_from_dict(cell, data.start, place / "start"),

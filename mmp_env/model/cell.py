@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import reprlib
 from collections import Counter
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from os import PathLike
 
@@ -13,8 +14,10 @@ from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.collision import CollisionModel
+from mmp_env.model.keep import Upright, as_keep
 from mmp_env.model.model_joints import ModelJoints
 from mmp_env.model.names import NAMES, is_name
+from mmp_env.model.read_only import read_only
 from mmp_env.model.robot import EXACT, GEOMETRIES
 from mmp_env.wording import counted
 
@@ -30,6 +33,8 @@ class Cell:
         spheres: name of the sphere set of all queries: `28` (28 spheres an arm), `fine`, or `exact` (convex hulls
             decide where spheres come close).
         joints: the joints in the MuJoCo model that `cell_from_mujoco` made the cell from; otherwise None.
+        keep: arm name -> bound of its tool axis, which all collision queries of that arm keep. It belongs to a problem:
+            cell files do not have it.
 
     Raises:
         UnknownNameError: for an unknown sphere set.
@@ -41,6 +46,7 @@ class Cell:
     obstacles: tuple[Obstacle, ...] = ()
     spheres: str = "28"
     joints: ModelJoints | None = None
+    keep: Mapping[str, Upright] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.spheres not in GEOMETRIES:
@@ -55,6 +61,7 @@ class Cell:
             twice = sorted({name for name in names if list(names).count(name) > 1})
             if twice:
                 raise MmpError(f"cell '{self.name}' has two {kind} named '{twice[0]}'; names must differ")
+        object.__setattr__(self, "keep", read_only(as_keep(self.keep, self.arm_names)))
         moving = {f"{arm.name}/{link}" for arm in self.arms for link in arm.robot.link_names[1:]}
         for obstacle in self.obstacles:
             if strange := sorted(obstacle.may_touch - moving):

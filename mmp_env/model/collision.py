@@ -22,6 +22,7 @@ from mmp_env.model.arm import SHAPES, Arm, Obstacle
 from mmp_env.model.conflict import Conflict, TimedPlan, plan_conflicts
 from mmp_env.model.convex_hull import supporting_planes
 from mmp_env.model.joint_chain import exact_hulls, joint_chain, part_names
+from mmp_env.model.keep import Upright
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins
 from mmp_env.model.robot import EXACT
 from mmp_env.model.transforms import matrix_from_quaternion, transform
@@ -38,9 +39,12 @@ REQUIRED_MARGIN_FACTOR = 0.0
 
 
 def levels_of(margins: Margins, looked: float, proved: float) -> core.Levels:
-    """Returns the clearances for the core: the margins plus `looked` and `proved` [m]."""
+    """Returns the clearances for the core: the margins plus `looked` and `proved` [m].
+
+    Bounds of tool axes have no margin: `looked` and `proved` are distances of the point at 1 m on the axis.
+    """
     arms = margins.arms
-    return core.Levels(arms + looked, arms + proved, margins.obstacles - arms, margins.self - arms)
+    return core.Levels(arms + looked, arms + proved, margins.obstacles - arms, margins.self - arms, -arms)
 
 
 _EDGE_ROOM_M = 1e-4
@@ -68,6 +72,8 @@ class ArmsAndObstacles(Protocol):
     def spheres(self) -> str: ...
     @property
     def arm_names(self) -> tuple[str, ...]: ...
+    @property
+    def keep(self) -> Mapping[str, Upright]: ...
     def arm(self, name: str) -> Arm: ...
     def arm_index(self, name: str) -> int: ...
 
@@ -87,6 +93,8 @@ class CollisionModel:
             self.core.add_arm(**joint_chain(arm, cell.spheres))
             for hull in exact_hulls(arm) if cell.spheres == EXACT else ():
                 self.core.add_hull(arm=self._numbers[arm.name], **hull)
+        for name, bound in cell.keep.items():
+            core.keep_upright(self.core, self._numbers[name], bound.axis, bound.within)
         self._solids: list[str] = []
         for obstacle in cell.obstacles:
             pieces = self._add(obstacle)
@@ -160,8 +168,12 @@ class CollisionModel:
         return core.static_clearance(self.core, self.index(arm), self._rows(arm, q), precise=precise)
 
     def is_free(self, arm: str, q: ArrayLike, *, margin: float = 0.0) -> Bool[np.ndarray, "n"]:
-        """Returns whether each configuration is within limits, and its `static_clearance` above `margin` [m]."""
-        return self.within_limits(arm, q) & (self.static_clearance(arm, q) > margin)
+        """Returns whether each configuration is free.
+
+        It is within limits, its `static_clearance` is above `margin` [m], and it keeps the bound of the tool axis.
+        """
+        free = self.within_limits(arm, q) & (self.static_clearance(arm, q) > margin)
+        return free & (self.tilt(arm, q) < self.cell.keep[arm].within) if arm in self.cell.keep else free
 
     def edge_free(
         self, arm: str, q_from: ArrayLike, q_to: ArrayLike, *, margin: float | Margins = DEFAULT_MARGIN_M
@@ -169,8 +181,8 @@ class CollisionModel:
         """Returns whether straight segments from `q_from` to `q_to` [n, dof] are free at every instant.
 
         A free segment is within joint limits, and proved to keep the margin at every instant from obstacles, the bases
-        of other arms and the arm itself. A segment that comes within 0.1 mm of its margin may count as not free,
-        because its proof might not end.
+        of other arms and the arm itself, and the bound of its tool axis. A segment that comes within 0.1 mm of its
+        margin, or 0.0001 rad of its bound, may count as not free, because its proof might not end.
 
         Args:
             margin: one margin [m] for all bodies, or `problem.margins`.
@@ -184,6 +196,24 @@ class CollisionModel:
         wanted = levels_of(margins, room, room / 2)
         free[free] = core.edges_free(self.core, self.index(arm), start[free], end[free], wanted)
         return free
+
+    def tilt(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n"]:
+        """Returns the angles [n] [rad] between the tool axis that `arm` keeps upright and the world's z axis.
+
+        Raises `MmpError` for an arm that keeps no axis upright.
+        """
+        if arm not in self.cell.keep:
+            raise MmpError(f"arm '{arm}' has no bound on the angle of its tool; make_problem(..., keep=...) gives one")
+        x, y, z = core.tool_axes(self.core, self.index(arm), self._rows(arm, q)).T
+        return np.arctan2(np.hypot(x, y), z)
+
+    def upright(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n dof"], Bool[np.ndarray, "n"]]:
+        """Returns `q` [n, dof], moved where needed so that the arm keeps the bound of its tool axis, and where it does.
+
+        The result is within the joint limits. It may be in collision. Raises `MmpError` like `tilt`.
+        """
+        self.tilt(arm, q)
+        return core.project_upright(self.core, self.index(arm), self._rows(arm, q))
 
     def pair_clearance(
         self, arm_a: str, q_a: ArrayLike, arm_b: str, q_b: ArrayLike, *, precise: bool = False

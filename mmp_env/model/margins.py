@@ -112,14 +112,15 @@ def largest_margin(clearance: float) -> float:
     return clearance - _LEAST_ROOM_M
 
 
-def planning_slack(margins: Margins, clearances: Mapping[str, float]) -> float:
+def planning_slack(margins: Margins, clearances: Mapping[str, float], room: float = math.inf) -> float:
     """Returns the slack [m] that planners add to the margins, so that a later proof of the margins ends.
 
     Args:
         clearances: kind -> the least clearance [m] of start and goal.
+        room: the least room [rad] of start and goal in the bounds of tool axes.
     """
     wanted = min(max(SLACK_FACTOR * min(margins[kind] for kind in KINDS), LEAST_SLACK_M), MOST_SLACK_M)
-    return min([wanted, *(_END_FACTOR * (clearances[kind] - margins[kind]) for kind in KINDS)])
+    return min([wanted, _END_FACTOR * room, *(_END_FACTOR * (clearances[kind] - margins[kind]) for kind in KINDS)])
 
 
 def millimetres(metres: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -17,6 +18,7 @@ from mmp_env.errors import MmpError
 from mmp_env.model.cell import Cell
 from mmp_env.model.collision import levels_of
 from mmp_env.model.goals import Goal
+from mmp_env.model.keep import Upright
 from mmp_env.model.margins import (
     KINDS,
     Margins,
@@ -82,13 +84,20 @@ class Problem(ReadOnly):
         """The margin between arms [m]."""
         return self.margins.arms
 
+    @property
+    def keep(self) -> Mapping[str, Upright]:
+        """Arm name -> bound of the angle between a tool axis and the world's z axis, kept at every instant."""
+        return self.cell.keep
+
     @cached_property
     def slack(self) -> float:
         """Slack [m] that planners add to the margins, so that the proof of the margins ends.
 
         It follows from the margins and from the clearance of start and goal.
         """
-        return planning_slack(self.margins, _least_clearances(self.cell, (self.start, self.goal)))
+        ends = self.start, self.goal
+        room = min((upright_room(self.cell, q, name) for q in ends for name in self.keep), default=math.inf)
+        return planning_slack(self.margins, _least_clearances(self.cell, ends), room)
 
     def levels(self, looked: float, proved: float) -> core.Levels:
         """Returns the clearances that the core tests and proves: the margins and shares of the planning slack.
@@ -120,6 +129,11 @@ def keeps_margins(cell: Cell, states: Sequence[Mapping[str, Float[np.ndarray, "d
     """Returns whether a plan can keep the margins in each of the states, arm name -> [dof] [rad]."""
     clearances = _least_clearances(cell, states)
     return all(margins[kind] <= largest_margin(clearances[kind]) for kind in KINDS)
+
+
+def upright_room(cell: Cell, state: Mapping[str, Float[np.ndarray, "dof"]], arm: str) -> float:
+    """Returns the angle [rad] by which an arm's tool axis is within its bound; negative outside."""
+    return cell.keep[arm].within - float(cell.collision.tilt(arm, state[arm][None])[0])
 
 
 def _least_clearances(cell: Cell, states: Sequence[Mapping[str, Float[np.ndarray, "dof"]]]) -> dict[str, float]:

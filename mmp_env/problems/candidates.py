@@ -14,6 +14,7 @@ from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.collision import levels_of
 from mmp_env.model.goals import Goal, JointGoal, NamedGoal, PoseGoal, Stay, flat
+from mmp_env.model.keep import Upright
 from mmp_env.model.margins import KINDS, Margins
 from mmp_env.model.transforms import matrix_from_quaternion, transform
 from mmp_env.wording import counted
@@ -56,7 +57,10 @@ def wrong_shape(arm: Arm, goal: JointGoal, where: str) -> MmpError:
 def are_free_alone(
     cell: Cell, arm: Arm, q: Float[np.ndarray, "n dof"], margins: Margins, room: float
 ) -> Bool[np.ndarray, "n"]:
-    """Returns which configurations keep the margins and `room` [m] from obstacles, other bases and the arm itself."""
+    """Returns which configurations keep the margins and `room` [m] from obstacles, other bases and the arm itself.
+
+    They also keep the bound of the tool axis, with that much room for the point at 1 m on the axis.
+    """
     rows = np.ascontiguousarray(q)
     room += _ROOM_M
     free = cell.collision.within_limits(arm.name, rows)
@@ -124,6 +128,13 @@ def _spread(arm: Arm, q: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "m dof
         again = np.setdiff1d(np.arange(len(q)), first)
         chosen = np.sort(np.concatenate([first, again[: MOST_CANDIDATES - len(first)]]))
     return q[chosen]
+
+
+def not_upright(where: str, tilt: float, bound: Upright) -> InvalidInstanceError:
+    """Returns the error that a tool axis is `tilt` [rad] from the world's z axis, at least, and beyond its bound."""
+    return InvalidInstanceError(
+        f"{where}: its tool axis is {tilt:.4f} rad from the world's z axis, and its bound is {bound.within:g} rad"
+    )
 
 
 def in_collision(where: str, count: int, why: str) -> InvalidInstanceError:

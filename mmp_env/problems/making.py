@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,7 @@ from mmp_env.errors import InvalidInstanceError, MmpError, MovedBodyWarning, Unk
 from mmp_env.model.cell import Cell, given_cell
 from mmp_env.model.collision import Nearest
 from mmp_env.model.goals import AnyOf, GivenGoal, Goal, JointGoal, Stay, as_goal
+from mmp_env.model.keep import GivenKeep, as_keep
 from mmp_env.model.margins import (
     KIND_WORDS,
     KINDS,
@@ -23,13 +25,15 @@ from mmp_env.model.margins import (
     margin_in_force,
     millimetres,
 )
-from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, asked_velocity_limits
-from mmp_env.problems.candidates import wrong_shape
+from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, asked_velocity_limits, upright_room
+from mmp_env.problems.candidates import not_upright, wrong_shape
 from mmp_env.problems.resolution import Resolved, resolve
 from mmp_env.wording import degrees_hint
 
 MOVED = 1e-3
 """Difference of a held joint or free body [rad or m] from its value in the cell, above which a warning tells it."""
+LEAST_ROOM_RAD = 2.5e-5
+"""Least angle [rad] by which the tool axes of start and goal are within their bounds, so that plans can be proved."""
 
 
 @known_keywords
@@ -41,6 +45,7 @@ def make_problem(
     max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
     margin: float | Mapping[str, float] | Margins | None = None,
     name: str = "",
+    keep: GivenKeep | None = None,
 ) -> Problem:
     """Returns a validated problem.
 
@@ -56,12 +61,17 @@ def make_problem(
         max_velocity: [rad/s] for all joints, or arm name -> [dof]; a robot's own limit holds as well.
         margin: [m] between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
         name: name of the instance, such as `<cell>/<instance>`.
+        keep: arm name -> bound of its tool axis at every instant: an `Upright`, or
+            `{"upright": {"axis": [0, 0, 1], "within": 0.2}}`; by default the bounds of `cell.keep`.
 
     Raises:
-        MmpError: for missing arms, wrong lengths, numbers that are not finite, a bad margin or a bad name.
-        InvalidInstanceError: if start or goal is out of limits, in collision, or closer than a margin asked for.
+        MmpError: for missing arms, wrong lengths, numbers that are not finite, a bad margin, bound or name.
+        InvalidInstanceError: if start or goal is out of limits, in collision, closer than a margin asked for, or breaks
+            the bound of a tool axis.
     """
     given_cell(cell)
+    if keep is not None:
+        cell = replace(cell, keep=as_keep(keep, cell.arm_names))
     asked = asked_margins(margin)
     limits = asked_velocity_limits(cell, max_velocity)
     wanted = {"start": _asked(cell, start, "start"), "goal": _asked(cell, goal, "goal")}
@@ -127,6 +137,7 @@ def _resolved(
 def _checked(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> dict[str, Nearest]:
     """Returns the nearest bodies. Raises `InvalidInstanceError` for a state out of limits or in collision."""
     _check_limits(cell, q, which)
+    _check_upright(cell, q, which)
     near = cell.collision.nearest(q)
     for bodies, metres in near.values():
         if metres <= 0:
@@ -138,6 +149,14 @@ def _margins(near: Iterable[Mapping[str, Nearest]], asked: Mapping[str, float]) 
     """Returns the margins in force for states with these nearest bodies."""
     least = {kind: min([each[kind].clearance_m for each in near], default=math.inf) for kind in KINDS}
     return Margins(**{kind: margin_in_force(kind, asked, least[kind]) for kind in KINDS})
+
+
+def _check_upright(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> None:
+    """Raises `InvalidInstanceError` if a tool axis is not within its bound, with room to plan in."""
+    for name, bound in cell.keep.items():
+        room = upright_room(cell, q, name)
+        if room < LEAST_ROOM_RAD:
+            raise not_upright(f"{which} of arm '{name}'", bound.within - room, bound)
 
 
 def _check_margins(near: Mapping[str, Mapping[str, Nearest]], asked: Mapping[str, float]) -> None:

@@ -12,7 +12,7 @@ from mmp_env.errors import InvalidInstanceError
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import Goal, JointGoal
 from mmp_env.model.margins import KINDS, MOST_SLACK_M, NO_MARGINS, Margins
-from mmp_env.problems.candidates import are_free_alone, candidates, in_collision, what_blocks
+from mmp_env.problems.candidates import are_free_alone, candidates, in_collision, not_upright, what_blocks
 from mmp_env.problems.combinations import Combinations
 
 _ROOM_M = MOST_SLACK_M / 0.9
@@ -74,6 +74,8 @@ def resolve(
     for arm in cell.arms:
         if not len(free[arm.name]):
             rows = found[arm.name]
+            if arm.name in cell.keep and (tilts := cell.collision.tilt(arm.name, rows)).min() > cell.keep[arm.name].within:
+                raise not_upright(places[arm.name], float(tilts.min()), cell.keep[arm.name])
             raise in_collision(places[arm.name], len(rows), what_blocks(cell, arm, rows))
     raise InvalidInstanceError(_why_not_together(cell, free, least.arms, which))
 
@@ -86,7 +88,7 @@ def _why_not_together(cell: Cell, free: Mapping[str, Float[np.ndarray, "n dof"]]
             f" configurations that was tried is free"
         )
     a, b = pair.names
-    two = replace(cell, arms=(cell.arm(a), cell.arm(b)), obstacles=(), joints=None)
+    two = replace(cell, arms=(cell.arm(a), cell.arm(b)), obstacles=(), joints=None, keep={})
     near = two.collision.nearest({a: free[a][pair.best[0]], b: free[b][pair.best[1]]})["arms"]
     apart = (
         f"{-near.clearance_m * 1e3:.1f} mm deep" if near.clearance_m < 0 else f"{near.clearance_m * 1e3:.1f} mm apart"

@@ -3,7 +3,7 @@
 The directions within an angle of z form a convex cone, since no bound exceeds a right angle. Let f be the signed
 distance of the tip of the tool's unit axis from the cone's surface, positive inside. Between two poses the tip deviates
 from its chord by S^2 / 8 at most, where S is the sum of the joints' turns: no second derivative of a unit vector on a
-chain of hinges exceeds S^2. As f is concave and no steeper than 1, f >= min(f_start, f_end) - S^2 / 8 in the whole step.
+chain of hinges exceeds S^2. As f is concave and no steeper than 1, f >= min(f_start, f_end) - S^2 / 8 in each step.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ class CollisionModel:
             for hull in exact_hulls(arm) if cell.spheres == EXACT else ():
                 self.core.add_hull(arm=self._numbers[arm.name], **hull)
         for name, bound in cell.keep.items():
-            core.keep_upright(self.core, self._numbers[name], bound.axis, bound.within)
+            core.keep_upright(self.core, self._numbers[name], bound.direction, bound.within)
         self._solids: list[str] = []
         for obstacle in cell.obstacles:
             pieces = self._add(obstacle)

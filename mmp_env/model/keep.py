@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 
 from mmp_env.argument_checks import as_numbers, number, refused
 from mmp_env.errors import MmpError, UnknownNameError
@@ -26,36 +27,42 @@ class Upright(ReadOnly):
     """Bounds the angle between a tool axis and the world's z axis.
 
     Attributes:
-        axis: direction in the tool frame, or in the flange's without a tool [3]. Any length above 0 becomes 1.
+        axis: direction [3] in the tool frame, or in the flange's without a tool, of any length above 0.
         within: largest angle [rad], from 0.001 to a right angle.
 
     Raises:
         MmpError: for an axis that is not three finite numbers or is zero, and another bound.
     """
 
-    axis: Float[np.ndarray, "3"]
+    axis: ArrayLike
     within: float
 
     def __post_init__(self) -> None:
         numbers = as_numbers(self.axis)
         if numbers is None or numbers.shape != (3,) or not np.isfinite(numbers).all() or not numbers.any():
             raise refused("the axis of an upright tool", self.axis, "3 finite numbers that are not all zero")
-        scaled = numbers / np.abs(numbers).max()  # squares of tiny numbers would vanish
-        object.__setattr__(self, "axis", frozen_array(scaled / np.linalg.norm(scaled)))
+        object.__setattr__(self, "axis", frozen_array(numbers))
         bound = number("the bound of an upright tool", self.within, _ALLOWED)
         if not LEAST_WITHIN_RAD <= bound <= MOST_WITHIN_RAD:
             raise refused("the bound of an upright tool", self.within, _ALLOWED)
         object.__setattr__(self, "within", bound)
 
+    @property
+    def direction(self) -> Float[np.ndarray, "3"]:
+        """The axis as a unit vector [3]."""
+        axis = np.asarray(self.axis)
+        scaled = axis / np.abs(axis).max()  # squares of tiny numbers would vanish
+        return frozen_array(scaled / np.linalg.norm(scaled))
+
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Upright) and self.to_data() == other.to_data()
 
     def __hash__(self) -> int:
-        return hash((tuple(self.axis.tolist()), self.within))
+        return hash((tuple(np.asarray(self.axis).tolist()), self.within))
 
     def to_data(self) -> dict[str, Any]:
         """Returns the form of JSON: `{"upright": {"axis": [0, 0, 1], "within": 0.2}}`."""
-        return {"upright": {"axis": self.axis.tolist(), "within": self.within}}
+        return {"upright": {"axis": np.asarray(self.axis).tolist(), "within": self.within}}
 
 
 GivenKeep: TypeAlias = Mapping[str, Upright | Mapping[str, Any]]

@@ -74,7 +74,10 @@ def resolve(
     for arm in cell.arms:
         if not len(free[arm.name]):
             rows = found[arm.name]
-            if arm.name in cell.keep and (tilts := cell.collision.tilt(arm.name, rows)).min() > cell.keep[arm.name].within:
+            if (
+                arm.name in cell.keep
+                and (tilts := cell.collision.tilt(arm.name, rows)).min() > cell.keep[arm.name].within
+            ):
                 raise not_upright(places[arm.name], float(tilts.min()), cell.keep[arm.name])
             raise in_collision(places[arm.name], len(rows), what_blocks(cell, arm, rows))
     raise InvalidInstanceError(_why_not_together(cell, free, least.arms, which))

@@ -113,7 +113,7 @@ def test_searches_keep_the_bound_at_every_instant(seed):
             levels=levels,
             seed=seed,
         )
-        rows, _ = search.plan([], core.SingleArmSettings(), seed, core.Clock(60.0))
+        rows, _ = search.plan([], seed, core.Clock(60.0))
         assert rows is not None
         paths.append((name, rows))
     start, goal = (

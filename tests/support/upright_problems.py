@@ -9,9 +9,10 @@ from mmp_env.problems.making import make_problem
 
 CLEARANCE_M = 0.01
 STEP_RAD = 0.2
+AXIS = np.array([1.0, 0.0, 0.0])
 
 
-def upright_problem(cell, seed, *, axis=(1, 0, 0), within=0.2, walks=6):
+def upright_problem(cell, seed, *, axis=AXIS, within=0.2, walks=6):
     """Returns a problem in which every arm of the cell keeps a tool axis upright."""
     rng = np.random.default_rng(seed)
     kept = replace(cell, keep={name: Upright(axis=axis, within=within) for name in cell.arm_names})

@@ -108,7 +108,7 @@ def test_searches_keep_the_bound_at_every_instant(seed):
             problem.cell.collision.core,
             k,
             start=problem.start[name],
-            goal=problem.goal[name],
+            goals=problem.goal[name][None],
             max_step=np.full(6, 0.08),
             levels=levels,
             seed=seed,
@@ -120,7 +120,7 @@ def test_searches_keep_the_bound_at_every_instant(seed):
         np.concatenate([ends[name] for name in problem.cell.arm_names]) for ends in (problem.start, problem.goal)
     )
     composite = core.CompositeSearch(
-        problem.cell.collision.core, start=start, goal=goal, samples=levels, edges=problem.levels(0.5, 0.2), seed=seed
+        problem.cell.collision.core, start=start, goals=goal[None], samples=levels, edges=problem.levels(0.5, 0.2), seed=seed
     )
     rows = composite.grow(20000, core.Clock(60.0))
     assert rows is not None

@@ -7,7 +7,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 # shellcheck disable=SC2119 # no extras
 prepare
 say "Planning MultiArmCell-8 with apf-ecbs, seed 7, and executing the plan in MuJoCo"
-"$venv/bin/mmp" plan MultiArmCell-8 --planner apf-ecbs --seed 7 --retime --execute --out "$root/plan.json"
+"$venv/bin/mmp" plan MultiArmCell-8 --planner apf-ecbs --seed 7 --execute --out "$root/plan.json"
 say "Checking the saved plan again"
 "$venv/bin/mmp" check "$root/plan.json"
 say "Done. More: ${venv}/bin/mmp --help"

@@ -56,7 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     report = check_episode(episode_to_dict(episode))
     print(report)
     if not args.retime:
-        print("warning: the plans are not retimed, no motor can follow their corners; --retime rounds them")
+        print("warning: the plans are not retimed, no motor can follow their corners; leave out --no-retime")
     execution = execute_episode(episode)
     contacts = counted(execution.contacts, "contact") if execution.contacts else "no contact"
     reached = "all goals reached" if execution.reached else "NOT all goals reached"
@@ -103,7 +103,8 @@ def _parser() -> Parser:
     out.add_argument("--planner", default="auto", metavar="NAME", help="default: auto")
     out.add_argument("--seed", type=seed, default=0, metavar="N", help="of the draw and the planner; default: 0")
     out.add_argument("--time-limit", type=seconds, default=60.0, metavar="S", help="for each plan [s]; default: 60")
-    out.add_argument("--retime", action="store_true", help="smooth the plans and keep acceleration and jerk limits")
+    help = "keep the plans as they are; by default they are smoothed, and keep acceleration and jerk limits"
+    out.add_argument("--no-retime", action="store_false", dest="retime", help=help)
     out.add_argument("--video", metavar="FILE", help="a film of it all as it is executed: .mp4, .gif or .webp")
     out.add_argument("--out", metavar="FILE", help="write the episode (schema mmp-episode/1)")
     return out

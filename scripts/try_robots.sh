@@ -25,7 +25,7 @@ for robot in iiwa kinova3 panda ur5e; do
   mmp robot check "$name" || failed=1
   solved=0
   for ((seed = 0; seed < count; seed++)); do
-    if mmp plan MultiArmCell-4 --robot "$name" --seed "$seed" --time-limit 10 --retime --execute --out "$work/plan.json" \
+    if mmp plan MultiArmCell-4 --robot "$name" --seed "$seed" --time-limit 10 --execute --out "$work/plan.json" \
       >"$work/plan.txt" 2>&1 && mmp check "$work/plan.json" >/dev/null; then
       solved=$((solved + 1))
     else

@@ -14,10 +14,16 @@ def test_it_saves_an_episode_that_the_checker_proves_and_all_goals_are_reached(t
     assert done.returncode == 0, done.stderr
     assert [line.split()[0] for line in done.stdout.splitlines()[:3]] == ["pick", "place", "home"]
     assert done.stdout.splitlines()[-1].endswith("all goals reached, no contact")
-    assert "warning: the plans are not retimed" in done.stdout
+    assert "each plan from rest to rest" in done.stdout
     episode = json.loads(path.read_text())
     assert len(episode["plans"]) == 3
     assert check_episode(episode).valid
+
+
+def test_plans_that_are_not_retimed_are_executed_with_a_warning():
+    done = checkout_scripts.run("demo_packing.py", "--cell", "ring-2", "--task", "place", "--no-retime")
+    assert done.returncode == 0, done.stderr
+    assert "warning: the plans are not retimed" in done.stdout
 
 
 def test_without_a_plan_in_time_nothing_is_written(tmp_path):

@@ -1,4 +1,4 @@
-"""`scripts/demo_packing.py --retime --video`: motions that controllers accept, and a film of them."""
+"""`scripts/demo_packing.py --video`: motions that controllers accept, and a film of them."""
 
 import functools
 import importlib
@@ -30,7 +30,7 @@ def demo(monkeypatch):
 
 def test_all_plans_are_retimed_executed_and_filmed_in_a_row(demo, tmp_path, capsys):
     film, out = tmp_path / "packing.gif", tmp_path / "episode.json"
-    words = ["--cell", "ring-2", "--task", "place", "--retime", "--video", str(film), "--out", str(out)]
+    words = ["--cell", "ring-2", "--task", "place", "--video", str(film), "--out", str(out)]
     code = demo.main(words)
     if made(offscreen_backend) is None:
         assert code == 2

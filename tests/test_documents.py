@@ -62,7 +62,7 @@ def test_pages_and_demo_retime_every_plan_that_they_execute():
     calls = [line for text in texts for line in text.splitlines() if re.search(r"\benv\.\S*execute\(", line)]
     assert len(commands) > 5
     assert len(calls) > 3
-    assert [line for line in commands if "--retime" not in line] == []
+    assert [line for line in commands if "--no-retime" in line] == []
     assert [line for line in calls if not re.search(r"retime|motion|execute\(plan\)`", line)] == []
 
 

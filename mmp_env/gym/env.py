@@ -41,7 +41,7 @@ from mmp_env.sim.simulation import Simulation
 Observation = dict[str, np.ndarray]
 _UNRETIMED = (
     "the plan is not retimed: it changes velocity instantly at its corners, which no motor can follow; execute"
-    " mmp_env.retime.retime(plan) instead (mmp plan --retime)"
+    " mmp_env.retime.retime(plan) instead (mmp plan does so unless --no-retime is given)"
 )
 
 

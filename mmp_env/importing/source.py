@@ -201,7 +201,8 @@ def _repair_inertia(link: ET.Element) -> None:
     xx, yy, zz, xy, xz, yz = (_number(inertia, key) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
     if np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).min() <= _LEAST_INERTIA:
         value = max(_number(mass, "value") * _GYRATION_M**2, 1e-9)
-        inertia.attrib = dict.fromkeys(("ixy", "ixz", "iyz"), "0") | dict.fromkeys(("ixx", "iyy", "izz"), f"{value:g}")
+        inertia.attrib.update(dict.fromkeys(("ixy", "ixz", "iyz"), "0"))
+        inertia.attrib.update(dict.fromkeys(("ixx", "iyy", "izz"), f"{value:g}"))
 
 
 def _resolve_mesh_folder(settings: ET.Element, root: ET.Element) -> None:

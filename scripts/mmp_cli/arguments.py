@@ -196,10 +196,41 @@ def add_source(parser: Parser) -> None:
     parser.add_argument(
         "--seed", type=seed, default=0, metavar="N", help="seed of the planner and of the instance; default: 0"
     )
-    help = "configurations '{\"left\": [0, ...], ...}' [rad], or @FILE (JSON or YAML)"
+    help = "configurations '{\"left\": [0, ...], ...}' [rad], home, tucked or poses of tools, or @FILE (JSON or YAML)"
     parser.add_argument("--start", metavar="JSON", help=help)
-    parser.add_argument("--goal", metavar="JSON", help="like --start")
+    help = "like --start, also stay and any of several; an arm that is left out stays at its start"
+    parser.add_argument("--goal", metavar="JSON", help=help)
+    help = "angles of configurations in --start and --goal are in degrees; slides stay in metres"
+    parser.add_argument("--degrees", action="store_true", help=help)
     add_margin(parser)
+
+
+RETIMING = ("max_acceleration", "max_jerk", "rate", "tolerance")
+"""Options of retiming, the keywords of `mmp_env.retime`."""
+
+
+def add_retiming(parser: Parser, when: str) -> None:
+    """Adds the options of retiming; `when` says what retimes without being asked."""
+    help = f"smooth the plan and keep acceleration and jerk limits; default: {when}"
+    either = parser.add_mutually_exclusive_group()
+    either.add_argument("--retime", action="store_true", default=None, help=help)
+    either.add_argument("--no-retime", action="store_false", dest="retime", default=None, help="keep the plan as it is")
+    parser.add_argument("--max-acceleration", type=positive, metavar="A", help="[rad/s^2]; default: the robots' own")
+    parser.add_argument("--max-jerk", type=positive, metavar="J", help="[rad/s^3]; default: the robots' own")
+    parser.add_argument(
+        "--rate", type=positive, metavar="HZ", help="samples per second of a retimed plan; default: 250"
+    )
+    help = "largest distance of a joint from the path of the plan [rad]; default: 0.05"
+    parser.add_argument("--tolerance", type=positive, metavar="RAD", help=help)
+
+
+def retiming_of(args: argparse.Namespace) -> dict[str, float]:
+    """Returns the given options of retiming. Raises `MmpError` for such an option beside `--no-retime`."""
+    given = {name: getattr(args, name) for name in RETIMING if getattr(args, name) is not None}
+    if given and not args.retime:
+        name = next(iter(given)).replace("_", "-")
+        raise MmpError(f"--{name} is for retiming, which does not happen here; give --retime")
+    return given
 
 
 def add_time_limit(parser: Parser, what: str) -> None:

@@ -6,7 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mmp_cli.arguments import Parser, check_spared
+from mmp_cli.arguments import Parser, add_retiming, check_spared, retiming_of
 from mmp_cli.output import complain, say
 from mmp_env.files.file_kinds import EPISODE, PLAN, check_replaceable, read_as
 from mmp_env.wording import in_seconds
@@ -34,6 +34,7 @@ def parser() -> Parser:
         metavar="PATTERN",
         help=f"names of joints in tables and trajectories, from {fields}; default: {JOINT_NAMES}",
     )
+    add_retiming(out, "plans that are not retimed")
     return out
 
 
@@ -53,14 +54,31 @@ def run(args: Namespace) -> int:
     for target in dict.fromkeys(of_arm(args.to, arm) for arm in plans[0].problem.cell.arm_names):
         check_spared(args.plan, "--to", target)
         check_replaceable(target, "--to")
+    report = (check_episode if in_a_row else check_document)(data)
+    if report.valid:
+        plans = _ready_to_run(args, plans)
     written = export_plan(plans, args.to, joint_names=args.joint_names)
+    if args.retime and report.valid:
+        say("retimed for the file; --no-retime writes the plan as it is")
     for path, motion in written.items():
         say(f"{path}: {_content(path, plans[0], motion)}")
-    report = (check_episode if in_a_row else check_document)(data)
     if not report.valid:
         # The exported file may move real arms, so this message is loud.
         complain(f"THE CHECKER REFUTES {args.plan}: {report.sentences[0]}. Do not run it.")
     return 0 if report.valid else 1
+
+
+def _ready_to_run(args: Namespace, plans: list[Plan]) -> list[Plan]:
+    """Returns the plans, retimed for a file with a motion unless that is declined. Raises `MmpError`."""
+    from mmp_env.retime import retime
+
+    is_motion = Path(args.to).suffix.lower() != ".xml"
+    if args.retime is None:
+        args.retime = is_motion and not all(plan.retimed for plan in plans)
+    options = retiming_of(args)
+    if not args.retime:
+        return plans
+    return [plan if plan.retimed and not options else retime(plan, **options) for plan in plans]
 
 
 def _content(path: Path, plan: Plan, motion: Motion) -> str:

@@ -71,7 +71,7 @@ def open_source(args: Namespace) -> NamedCell | InstanceFile:
     takes = "SOURCE is an environment id, an instance file or a cell file"
     data = read_as(args.source, (INSTANCES, CELL), takes)
     if holds_instances(data):
-        _refuse(args, "an instance file", "robot", "task", "start", "goal")
+        _refuse(args, "an instance file", "robot", "task", "start", "goal", "degrees")
         return instances_from_dict(data, args.source, name=path.stem)
     _refuse(args, "a cell file", "instance", "robot")
     cell = cell_from_dict(data, args.source, name=path.stem)
@@ -86,7 +86,7 @@ def read_source(args: Namespace) -> InstanceSource:
     with named(args.source):
         instance = opened.instances[0] if args.instance is None else opened.instance(args.instance)
     label = f"{opened.cell.name}/{instance.name}"
-    return InstanceSource(label=label, problem=lambda: opened.problem(instance, margin=args.margin))
+    return InstanceSource(label=label, problem=lambda: opened.problem(instance, **_limits(args)))
 
 
 def files_read(args: Namespace) -> list[str]:
@@ -97,6 +97,8 @@ def files_read(args: Namespace) -> list[str]:
 
 def _from_cell(args: Namespace, cell: Cell, name: str) -> InstanceSource:
     if args.start is None and args.goal is None:
+        if args.degrees:
+            raise MmpError("--degrees is for --start and --goal, and neither is given")
         return InstanceSource(label=f"{name}/{args.seed}", problem=lambda: _drawn(args, cell, f"{name}/{args.seed}"))
     for given, other in (("start", "goal"), ("goal", "start")):
         if getattr(args, other) is None:
@@ -108,7 +110,7 @@ def _from_cell(args: Namespace, cell: Cell, name: str) -> InstanceSource:
 
     def problem() -> Problem:
         with named(args.source):
-            return make_problem(cell, start, goal, margin=args.margin, name=label)
+            return make_problem(cell, start, goal, **_limits(args), name=label)
 
     return InstanceSource(label=label, problem=problem)
 
@@ -117,7 +119,13 @@ def _drawn(args: Namespace, cell: Cell, label: str) -> Problem:
     """Returns the instance of `env.reset(seed=...)` in this cell."""
     from mmp_env.gym.instances import DEFAULT_TASK, draw_problem
 
-    return draw_problem(cell, args.task or DEFAULT_TASK, args.seed, margin=args.margin, name=label)
+    return draw_problem(cell, args.task or DEFAULT_TASK, args.seed, **_limits(args), name=label)
+
+
+def _limits(args: Namespace) -> dict[str, Any]:
+    """Returns the margin and the velocity limit that were given, as arguments of `make_problem`."""
+    velocity = getattr(args, "max_velocity", None)
+    return {"margin": args.margin} | ({} if velocity is None else {"max_velocity": velocity})
 
 
 def _goals_of(args: Namespace, cell: Cell, which: str) -> dict[str, Goal]:
@@ -146,5 +154,5 @@ def _refuse(args: Namespace, kind: str, *options: str) -> None:
     """Raises `MmpError` if an option was given that this kind of source does not have."""
     for option in options:
         value = getattr(args, option, None)  # some commands lack some options
-        if value is not None:
+        if value not in (None, False):
             raise MmpError(f"--{option} is '{value}', but '{args.source}' is {kind}, which has no {option} to choose")

@@ -12,7 +12,18 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mmp_cli.arguments import Parser, add_source, add_time_limit, check_spared, output, setting, whole
+from mmp_cli.arguments import (
+    Parser,
+    add_retiming,
+    add_source,
+    add_time_limit,
+    check_spared,
+    output,
+    positive,
+    retiming_of,
+    setting,
+    whole,
+)
 from mmp_cli.import_guard import EndedBySignal
 from mmp_cli.output import complain
 from mmp_cli.visual_outputs import SPAWN, CombinedWatcher, VisualOutputs, add_visual_options, check_visual_outputs
@@ -47,7 +58,8 @@ def parser() -> Parser:
     add_time_limit(out, "planning")
     help = "end a planner that uses more, in a process of its own; default: no limit"
     out.add_argument("--memory-limit", type=whole, metavar="MB", help=help)
-    out.add_argument("--retime", action="store_true", help="smooth the plan and keep acceleration and jerk limits")
+    out.add_argument("--max-velocity", type=positive, metavar="V", help="of all joints [rad/s]; default: 0.8")
+    add_retiming(out, "with --execute and --video")
     out.add_argument("--out", type=_plan_file, metavar="FILE", help="write the plan to this file (schema mmp-plan/1)")
     out.add_argument("--execute", action="store_true", help="play the plan through the actuators in MuJoCo")
     add_visual_options(out)
@@ -59,6 +71,9 @@ def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
     if args.planner is None:
         args.planner = default_planner()
+    if args.retime is None:
+        args.retime = args.execute or args.video is not None
+    args.retiming = retiming_of(args)
     with ready(args.planner, _options(args.settings), args.memory_limit) as planner:
         return _run(args, planner)
 
@@ -206,7 +221,7 @@ def _retimed(args: Namespace, outcome: Outcome) -> Outcome:
     from mmp_env.retime import retime_with_report
 
     try:
-        plan, report = retime_with_report(_plan_of(outcome))
+        plan, report = retime_with_report(_plan_of(outcome), **args.retiming)
     except MmpError as error:
         return outcome.failed(f"--retime: {error}")
     return replace(outcome, result=replace(outcome.result, plan=plan), retimed=report)

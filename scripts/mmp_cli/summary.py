@@ -48,10 +48,20 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
     if outcome.execution is not None:
         yield "execution", _execution(outcome.execution)
         if plan and plan.steps_in_velocity:
-            yield "warning", "the executed plan is not retimed, no motor can follow its corners; --retime rounds them"
+            yield "warning", "the executed plan is not retimed, no motor can follow its corners; leave out --no-retime"
     if outcome.plan_path is not None:
         yield "plan file", outcome.plan_path
     yield from outcome.shown.items()
+    if plan and outcome.execution is None and not outcome.interrupted and not outcome.refuted:
+        yield "next", _next_step(outcome)
+
+
+def _next_step(outcome: Outcome) -> str:
+    """Returns what makes a motion of a plan that is proved and not executed."""
+    retimes = "" if outcome.retimed else ", both retime it"
+    if outcome.plan_path is None:
+        return f"--execute plays the plan in MuJoCo, --out FILE keeps it for mmp export{retimes}"
+    return f"mmp export {outcome.plan_path} --to motion.csv writes it for a controller, --execute plays it{retimes}"
 
 
 def _not_done(outcome: Outcome) -> Iterator[tuple[str, str]]:

@@ -20,7 +20,7 @@ def plan_path(tmp_path):
 
 def test_each_format_is_written_and_reported_in_a_line(mmp, plan_path, tmp_path):
     for name in ("plan.csv", "plan.npz", "plan.yaml"):
-        ran = mmp("export", plan_path, "--to", tmp_path / name)
+        ran = mmp("export", plan_path, "--no-retime", "--to", tmp_path / name)
         assert (ran.code, ran.err) == (0, "")
         assert (
             ran.out
@@ -29,6 +29,16 @@ def test_each_format_is_written_and_reported_in_a_line(mmp, plan_path, tmp_path)
         assert (tmp_path / name).stat().st_size > 0
     ran = mmp("export", plan_path, "--to", tmp_path / "cell.xml")
     assert (ran.code, ran.out) == (0, f"{tmp_path / 'cell.xml'}: 2 arms, keyframes start and goal\n")
+
+
+def test_a_motion_is_retimed_unless_that_is_declined_or_its_plan_is(mmp, plan_path, tmp_path):
+    ran = mmp("export", plan_path, "--to", tmp_path / "plan.yaml", "--rate", "100")
+    assert (ran.code, ran.err) == (0, "")
+    assert "retimed for the file; --no-retime writes the plan as it is" in ran.out
+    assert "positions, velocities and accelerations" in ran.out
+    assert np.diff(load_joint_trajectory(tmp_path / "plan.yaml").times) == pytest.approx(0.01)
+    assert "retimed for" not in mmp("export", plan_path, "--to", tmp_path / "cell.xml").out
+    assert_refused(mmp("export", plan_path, "--no-retime", "--rate", "9", "--to", tmp_path / "a.csv"), "--rate is for")
 
 
 @pytest.mark.parametrize(
@@ -56,7 +66,7 @@ def length():
 
 
 def test_a_trajectory_for_each_arm_with_names_as_ros_likes_them(mmp, plan_path, tmp_path):
-    ran = mmp("export", plan_path, "--to", tmp_path / "{arm}.yaml", "--joint-names", "{arm}_{joint}")
+    ran = mmp("export", plan_path, "--to", tmp_path / "{arm}.yaml", "--joint-names", "{arm}_{joint}", "--no-retime")
     assert ran.code == 0
     assert len(ran.out.splitlines()) == 2
     for arm in ("left", "right"):
@@ -87,7 +97,7 @@ def there_and_back():
 
 def test_an_episode_is_one_motion(mmp, plan_path, tmp_path):
     plan_path.write_text(json.dumps(there_and_back()))
-    ran = mmp("export", plan_path, "--to", tmp_path / "all.yaml")
+    ran = mmp("export", plan_path, "--no-retime", "--to", tmp_path / "all.yaml")
     assert (ran.code, ran.err) == (0, "")
     trajectory = load_joint_trajectory(tmp_path / "all.yaml")
     assert len(trajectory.times) == 5

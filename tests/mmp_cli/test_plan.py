@@ -125,7 +125,7 @@ def test_json_is_one_object_with_the_fields_of_a_result_line(mmp, stand_ins, ins
 def test_json_with_execute_has_the_report_without_recorded_arrays(mmp, stand_ins, instances):
     ran = mmp("plan", instances, "--planner", "straight", "--json", "--execute")
     assert ran.code == 0
-    assert list(ran.result) == [*LINE, "valid", "execution"]
+    assert list(ran.result) == [*LINE, "valid", "retimed", "execution"]
     assert ran.result["execution"]["reached"] is True
     assert ran.result["execution"]["contacts"] == []
     assert ran.result["execution"]["max_tracking_error_rad"] < 0.02

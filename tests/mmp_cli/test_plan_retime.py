@@ -23,12 +23,62 @@ def test_a_retimed_plan_is_written_checked_executed_and_reported(mmp, stand_ins,
 
 
 def test_the_summary_warns_of_an_executed_plan_that_is_not_retimed(mmp, stand_ins, instances):
-    ran = mmp("plan", instances, "--planner", "straight", "--execute")
+    ran = mmp("plan", instances, "--planner", "straight", "--execute", "--no-retime")
     assert ran.code == 0
     (warning,) = [line for line in ran.out.splitlines() if line.startswith("warning")]
-    assert "--retime" in warning
-    for options in [["--retime", "--execute"], ["--retime"], []]:
+    assert "--no-retime" in warning
+    for options in [["--retime", "--execute"], ["--execute"], ["--retime"], []]:
         assert "warning" not in mmp("plan", instances, "--planner", "straight", *options).out
+
+
+def test_a_plan_is_retimed_where_it_is_executed_or_filmed_unless_that_is_declined(mmp, stand_ins, instances, tmp_path):
+    for options, retimed in [(["--execute"], True), (["--execute", "--no-retime"], False), ([], False)]:
+        out = tmp_path / "plan.json"
+        assert mmp("plan", instances, "--planner", "straight", *options, "--out", out).code == 0
+        assert load_plan(out).retimed == retimed
+
+
+def test_the_options_of_retiming_reach_it(mmp, stand_ins, instances, tmp_path):
+    out = tmp_path / "plan.json"
+    limits = ["--max-acceleration", "3", "--max-jerk", "200", "--rate", "100", "--tolerance", "0.02"]
+    ran = mmp("plan", instances, "--planner", "straight", "--retime", *limits, "--out", out, "--json")
+    assert (ran.code, ran.result["retimed"]["tolerance_rad"]) == (0, 0.02)
+    plan = load_plan(out)
+    np.testing.assert_allclose(np.diff(plan.times), 0.01, rtol=1e-9)
+    assert max(rows.max() for rows in plan.max_acceleration.values()) <= 3
+    assert max(rows.max() for rows in plan.max_jerk.values()) <= 200
+    assert max(np.abs(rows).max() for rows in plan.accelerations.values()) <= 3
+
+
+@pytest.mark.parametrize("option", ["--max-acceleration", "--max-jerk", "--rate", "--tolerance"])
+def test_an_option_of_retiming_needs_it(mmp, stand_ins, instances, option):
+    for more in [[], ["--execute", "--no-retime"]]:
+        ran = mmp("plan", instances, "--planner", "straight", option, "30", *more)
+        assert ran.code == 2
+        assert f"{option} is for retiming" in ran.err
+
+
+def test_retiming_is_asked_for_or_declined(mmp, stand_ins, instances):
+    ran = mmp("plan", instances, "--planner", "straight", "--retime", "--no-retime")
+    assert ran.code == 2
+    assert "not allowed with" in ran.err
+
+
+def test_the_velocity_limit_holds_for_every_joint(mmp, stand_ins, instances, tmp_path):
+    out = tmp_path / "plan.json"
+    assert mmp("plan", instances, "--planner", "straight", "--max-velocity", "0.25", "--out", out).code == 0
+    plan = load_plan(out)
+    assert max(rows.max() for rows in plan.problem.max_velocity.values()) == 0.25
+    assert max(np.abs(np.diff(q, axis=0)).max(axis=1) @ np.ones(len(q) - 1) for q in plan.positions.values()) > 0
+
+
+def test_the_summary_says_what_to_do_next(mmp, stand_ins, instances, tmp_path):
+    out = tmp_path / "plan.json"
+    (line,) = [x for x in mmp("plan", instances, "--planner", "straight").out.splitlines() if x.startswith("next")]
+    assert "--execute plays the plan in MuJoCo, --out FILE keeps it" in line
+    ran = mmp("plan", instances, "--planner", "straight", "--out", out)
+    assert f"mmp export {out} --to motion.csv" in ran.out.replace("\n", "")
+    assert "next" not in mmp("plan", instances, "--planner", "straight", "--execute").out
 
 
 def test_json_has_the_makespans(mmp, stand_ins, instances):

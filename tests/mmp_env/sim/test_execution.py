@@ -203,7 +203,7 @@ def test_a_plan_that_is_not_retimed_is_executed_with_one_warning_that_names_reti
     (warning,) = caught
     assert warning.category is UnretimedPlanWarning
     assert "mmp_env.retime.retime(plan)" in str(warning.message)
-    assert "--retime" in str(warning.message)
+    assert "retime(plan)" in str(warning.message)
 
 
 def test_a_retimed_plan_and_one_that_stands_still_cause_no_warning():

@@ -120,7 +120,12 @@ def test_searches_keep_the_bound_at_every_instant(seed):
         np.concatenate([ends[name] for name in problem.cell.arm_names]) for ends in (problem.start, problem.goal)
     )
     composite = core.CompositeSearch(
-        problem.cell.collision.core, start=start, goals=goal[None], samples=levels, edges=problem.levels(0.5, 0.2), seed=seed
+        problem.cell.collision.core,
+        start=start,
+        goals=goal[None],
+        samples=levels,
+        edges=problem.levels(0.5, 0.2),
+        seed=seed,
     )
     rows = composite.grow(20000, core.Clock(60.0))
     assert rows is not None

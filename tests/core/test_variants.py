@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 from reference import toys
+from support.upright_problems import upright_problem
 
 import mmp_env.model.collision
 from mmp_env import core
@@ -72,6 +73,38 @@ def test_queries_agree_to_the_last_bit(monkeypatch, robots, spheres):
         pairs = ("arm0", q["arm0"], "arm1", q["arm1"])
         out += [model.pair_clearance(*pairs, precise=precise) for precise in (False, True)]
         return [*out, model.clearance(q)]
+
+    assert_same_bits(by_every_variant(monkeypatch, cell, ask))
+
+
+def test_upright_tools_agree_to_the_last_bit(monkeypatch):
+    problem = upright_problem(ring_cell(2), 6)
+    cell, levels = problem.cell, (0.003, 0.0025, 0.0, 0.0, -0.002)
+    rng = np.random.default_rng(75)
+    q = {arm.name: toys.random_configurations(rng, arm, 45) for arm in cell.arms}
+    start, goal = (np.concatenate([end[arm] for arm in cell.arm_names]) for end in (problem.start, problem.goal))
+
+    def ask(core, model):
+        out = []
+        for k, arm in enumerate(cell.arm_names):
+            moved, found = model.upright(arm, q[arm])
+            ends = moved + 0.05
+            out += [moved, found, model.tilt(arm, q[arm])]
+            out.append(core.edges_free(model.core, k, moved, ends, core.Levels(*levels)))
+            search = core.SingleArm(
+                model.core,
+                k,
+                start=problem.start[arm],
+                goals=problem.goal[arm][None],
+                max_step=np.full(6, 0.08),
+                levels=core.Levels(*levels),
+                seed=3,
+            )
+            out.append(search.plan([], 3, core.Clock(600.0)))
+        composite = core.CompositeSearch(
+            model.core, start=start, goals=goal[None], samples=core.Levels(*levels), edges=core.Levels(*levels), seed=3
+        )
+        return [*out, composite.grow(300, core.Clock(600.0))]
 
     assert_same_bits(by_every_variant(monkeypatch, cell, ask))
 

@@ -17,6 +17,7 @@ from mmp_env.files.writing import json_text
 from mmp_env.gym.instances import DEFAULT_TASK, draw_problem, find_task
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import goal_to_data
+from mmp_env.model.keep import keep_to_data
 from mmp_env.model.problem import Problem
 from mmp_env.model.task import Task
 from mmp_env.problems.making import make_problem
@@ -134,9 +135,10 @@ def _task(name: str) -> Task:
 
 def _instance_data(instance: Instance) -> dict[str, Any]:
     ends = {"start": instance.start, "goal": instance.goal}
-    return {"name": instance.name} | {
+    out: dict[str, Any] = {"name": instance.name} | {
         which: {name: goal_to_data(goal) for name, goal in end.items()} for which, end in ends.items()
     }
+    return out | ({"keep": keep_to_data(instance.keep)} if instance.keep else {})
 
 
 def _digest(cell: Cell, instances: Sequence[dict] = ()) -> str:

@@ -3,8 +3,10 @@
 import json
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
+from reference import kinematics
 from support import tiny_plans, unchecked
 from support.upright_problems import upright_problem
 
@@ -13,6 +15,7 @@ from mmp_env.files.instance_file import instances_from_dict
 from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
 from mmp_env.files.writing import json_text
 from mmp_env.model.cell import Cell
+from mmp_env.model.goals import PoseGoal
 from mmp_env.model.keep import Upright, as_keep, keep_to_data
 from mmp_env.model.plan import Plan
 from mmp_env.model.rings import ring_cell
@@ -131,6 +134,26 @@ def test_instances_have_bounds():
     item["keep"] = {"nobody": {}}
     with pytest.raises(MmpError, match=r"instances\[0\].keep: unknown arm 'nobody'"):
         instances_from_dict(data, "file")
+
+
+def flange_pose(arm, q):
+    """Returns the pose of the flange as a goal."""
+    frame, quaternion = kinematics.flange_frame(arm, q), np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, frame[:3, :3].ravel())
+    return PoseGoal(position=frame[:3, 3], quaternion=quaternion)
+
+
+def test_candidates_of_a_pose_keep_the_bound():
+    problem = upright_problem(ring_cell(2), 4)
+    arm, q = problem.cell.arms[0], problem.goal["arm0"]
+    several = make_problem(problem.cell, problem.start, {"arm0": flange_pose(arm, q), "arm1": "stay"})
+    assert len(several.goals["arm0"]) > 1
+    assert (problem.cell.collision.tilt("arm0", several.goals["arm0"]) <= problem.keep["arm0"].within).all()
+    tilted = flange_pose(arm, q + 0.6 * np.eye(6)[3])
+    with pytest.raises(
+        InvalidInstanceError, match=r"goal of arm 'arm0': its tool axis is 0.6\d+ rad from the world's z"
+    ):
+        make_problem(problem.cell, problem.start, {"arm0": tilted, "arm1": "stay"})
 
 
 def test_a_cell_refuses_bounds_of_no_arm():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from mmp_env import core
 from mmp_env.errors import InvalidInstanceError, MmpError
@@ -21,8 +21,8 @@ from mmp_env.wording import counted
 
 MOST_CANDIDATES = 64
 """Largest number of candidates of an arm."""
-_SAME_RAD = 1e-6
-"""Largest difference [rad or m] of the joints of two configurations that put the arm into the same place."""
+_SAME = 1e-4
+"""Largest difference of sines and cosines, or of slides [m], of two configurations that are one place of the arm."""
 _ROOM_M = 3e-5
 """Clearance [m] beyond the margin that a candidate has."""
 
@@ -112,15 +112,19 @@ def _unreachable(arm: Arm, goals: Sequence[Goal], where: str) -> str:
     )
 
 
+def places(arm: Arm, q: Float[np.ndarray, "n dof"]) -> Int[np.ndarray, "m"]:
+    """Returns the indices of the first row for each place of the arm, ascending: rows that differ by turns are one."""
+    slides = np.array(arm.robot.slides)
+    round_trip = np.hstack([np.where(slides, q, np.cos(q)), np.where(slides, 0.0, np.sin(q))])
+    return np.sort(np.unique(np.round(round_trip / _SAME), axis=0, return_index=True)[1])
+
+
 def _spread(arm: Arm, q: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "m dof"]:
     """Returns at most `MOST_CANDIDATES` of the sorted rows: of each place of the arm the nearest, then the others.
 
     Of too many places it takes the nearest half, and then places that are evenly spread over the others.
     """
-    turns = ~np.array(arm.robot.slides)
-    place = np.where(turns, np.cos(q), q), np.where(turns, np.sin(q), 0.0)
-    key = np.round(np.hstack(place) / _SAME_RAD).astype(np.int64)
-    first = np.sort(np.unique(key, axis=0, return_index=True)[1])
+    first = places(arm, q)
     if len(first) > MOST_CANDIDATES:
         half = MOST_CANDIDATES // 2
         chosen = np.concatenate([first[:half], first[np.linspace(half, len(first) - 1, half).astype(int)]])
@@ -130,14 +134,14 @@ def _spread(arm: Arm, q: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "m dof
     return q[chosen]
 
 
+def in_collision(where: str, count: int, why: str) -> InvalidInstanceError:
+    """Returns the error that every configuration of a goal is in collision alone."""
+    each = "the configuration is" if count == 1 else f"each of its {counted(count, 'configuration')} is"
+    return InvalidInstanceError(f"{where}: {each} in collision or closer than a margin; the nearest: {why}")
+
+
 def not_upright(where: str, tilt: float, bound: Upright) -> InvalidInstanceError:
     """Returns the error that a tool axis is `tilt` [rad] from the world's z axis, at least, and beyond its bound."""
     return InvalidInstanceError(
         f"{where}: its tool axis is {tilt:.4f} rad from the world's z axis, and its bound is {bound.within:g} rad"
     )
-
-
-def in_collision(where: str, count: int, why: str) -> InvalidInstanceError:
-    """Returns the error that every configuration of a goal is in collision alone."""
-    each = "the configuration is" if count == 1 else f"each of its {counted(count, 'configuration')} is"
-    return InvalidInstanceError(f"{where}: {each} in collision or closer than a margin; the nearest: {why}")

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from mmp_env.model.cell import Cell
+from mmp_env.problems.candidates import places
 
-MOST_TRIED = 20_000
+MOST_TRIED = 5000
 """Largest number of candidates that one search places."""
-_SWEEPS = 4
-"""Largest number of rounds in which arms change to cheaper candidates."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +26,9 @@ class BlockedPair:
 class Combinations:
     """A depth-first search for combinations in which any two arms keep a clearance.
 
+    It goes on with the arm that has the fewest candidates left. Candidates that differ by whole turns are one place of
+    the arm, of which the search knows the first.
+
     Args:
         cell: the cell.
         candidates: arm name -> [n, dof] [rad], the preferred ones first.
@@ -34,64 +36,61 @@ class Combinations:
     """
 
     def __init__(self, cell: Cell, candidates: Mapping[str, Float[np.ndarray, "n dof"]], clearance: float) -> None:
-        self._cell, self._clearance = cell, clearance
-        self._names = sorted(cell.arm_names, key=lambda name: (len(candidates[name]), cell.arm_index(name)))
-        self._rows = [np.ascontiguousarray(candidates[name]) for name in self._names]
-        self._known: dict[tuple[int, int, int, int], bool] = {}
+        self._cell, self._clearance, self._names = cell, clearance, cell.arm_names
+        self._indices = [places(arm, candidates[arm.name]) for arm in cell.arms]
+        self._rows = [
+            np.ascontiguousarray(candidates[arm.name][some]) for arm, some in zip(cell.arms, self._indices, strict=True)
+        ]
+        self._known: dict[tuple[int, int, int], Bool[np.ndarray, "m"]] = {}
         self._tried = 0
 
     def first(self) -> dict[str, int] | None:
-        """Returns arm name -> index of its candidate in a combination that is free and cheap, or None."""
+        """Returns arm name -> index of its candidate in the first combination that is found, or None."""
         self._tried = 0
-        found = self._extend([])
-        return None if found is None else dict(zip(self._names, self._cheaper(found), strict=True))
+        found = self._extend({}, {a: np.ones(len(rows), dtype=bool) for a, rows in enumerate(self._rows)})
+        if found is None:
+            return None
+        return {name: int(self._indices[a][found[a]]) for a, name in enumerate(self._names)}
 
     def blocked_pair(self) -> BlockedPair | None:
         """Returns the first two arms of which no two candidates are free together, or None."""
         for a, rows_a in enumerate(self._rows):
             for b, rows_b in enumerate(self._rows[:a]):
-                gaps = self._cell.collision.pair_clearance(
-                    self._names[a],
-                    np.repeat(rows_a, len(rows_b), axis=0),
-                    self._names[b],
-                    np.tile(rows_b, (len(rows_a), 1)),
-                )
+                gaps = np.stack([self._gaps(b, j, a) for j in range(len(rows_b))])
                 if gaps.max() < self._clearance:
-                    i, j = divmod(int(gaps.argmax()), len(rows_b))
-                    return BlockedPair(names=(self._names[b], self._names[a]), best=(j, i))
+                    j, i = divmod(int(gaps.argmax()), len(rows_a))
+                    best = int(self._indices[b][j]), int(self._indices[a][i])
+                    return BlockedPair(names=(self._names[b], self._names[a]), best=best)
         return None
 
-    def _extend(self, choice: list[int]) -> list[int] | None:
-        """Returns the choice of the first arms with candidates of all others, or None."""
-        a = len(choice)
-        if a == len(self._rows):
+    def _extend(self, choice: dict[int, int], left: dict[int, Bool[np.ndarray, "m"]]) -> dict[int, int] | None:
+        """Returns a choice for all arms, or None.
+
+        Args:
+            choice: arm -> its place.
+            left: arm without a choice -> which of its places fit the choice.
+        """
+        if not left:
             return choice
-        for i in range(len(self._rows[a])):
+        a = min(left, key=lambda arm: int(left[arm].sum()))
+        for i in np.flatnonzero(left[a]):
             if self._tried >= MOST_TRIED:
                 return None
             self._tried += 1
-            if self._fits(a, i, choice) and (complete := self._extend([*choice, i])):
-                return complete
+            narrowed = {b: fit & self._fits(a, int(i), b) for b, fit in left.items() if b != a}
+            if all(fit.any() for fit in narrowed.values()):
+                complete = self._extend({**choice, a: int(i)}, narrowed)
+                if complete is not None:
+                    return complete
         return None
 
-    def _cheaper(self, choice: list[int]) -> list[int]:
-        """Returns the choice after arms have changed to candidates that they prefer, while any can."""
-        for _ in range(_SWEEPS):
-            before = list(choice)
-            for a, mine in enumerate(choice):
-                others = [*choice[:a], -1, *choice[a + 1 :]]
-                choice[a] = next((i for i in range(mine) if self._fits(a, i, others)), mine)
-            if choice == before:
-                break
-        return choice
+    def _fits(self, a: int, i: int, b: int) -> Bool[np.ndarray, "m"]:
+        """Returns which places of arm `b` are clear of place `i` of arm `a`."""
+        if (a, i, b) not in self._known:
+            self._known[a, i, b] = self._gaps(a, i, b) >= self._clearance
+        return self._known[a, i, b]
 
-    def _fits(self, a: int, i: int, choice: Sequence[int]) -> bool:
-        return all(b == a or self._fit(a, i, b, j) for b, j in enumerate(choice))
-
-    def _fit(self, a: int, i: int, b: int, j: int) -> bool:
-        key = (a, i, b, j) if a < b else (b, j, a, i)
-        if key not in self._known:
-            rows = self._rows[a][i : i + 1], self._rows[b][j : j + 1]
-            gap = self._cell.collision.pair_clearance(self._names[a], rows[0], self._names[b], rows[1])
-            self._known[key] = bool(gap[0] >= self._clearance)
-        return self._known[key]
+    def _gaps(self, a: int, i: int, b: int) -> Float[np.ndarray, "m"]:
+        """Returns the clearances [m] of place `i` of arm `a` from all places of arm `b`."""
+        here = np.repeat(self._rows[a][i : i + 1], len(self._rows[b]), axis=0)
+        return self._cell.collision.pair_clearance(self._names[a], here, self._names[b], self._rows[b])

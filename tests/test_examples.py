@@ -68,6 +68,15 @@ def test_the_first_cell_of_the_tutorial_is_planned(tmp_path, monkeypatch, capsys
     assert re.search(r"^cost +(\S+ rad),", page, re.MULTILINE)[1] in capsys.readouterr().out
 
 
+def test_the_tool_poses_of_the_tutorial_become_a_motion(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names = run_page("tutorials/tool-poses.md")
+    assert names["report"].valid
+    assert names["motion"].retimed
+    assert (tmp_path / "motion.json").exists()
+    assert "candidates, the nearest" in capsys.readouterr().out
+
+
 def test_the_programs_of_the_page_on_searches_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     run_page("how-to/watch-a-search.md")

@@ -101,7 +101,7 @@ GivenGoal: TypeAlias = Goal | ArrayLike | str | Mapping[str, Any]
 
 
 def as_goal(given: GivenGoal, where: str, *, depth: int = 0) -> Goal:
-    """Returns the goal that is given as an object, as numbers, or in the form of JSON (docs/reference/goals.md).
+    """Returns the goal that is given as an object, as numbers, or in the form of JSON (docs/reference/files.md).
 
     Args:
         given: a `Goal`; numbers [dof] [rad]; `home`, `tucked`, `stay`; or a mapping with `pose` or `any`.

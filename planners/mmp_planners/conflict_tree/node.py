@@ -70,7 +70,8 @@ class Node:
         instants = self.conflicts[a, b]
         breaks = np.flatnonzero(np.diff(instants) > 1)
         last = instants[breaks[0]] if len(breaks) else instants[-1]
-        return ConflictInterval(a=a, b=b, first=float(instants[0]), last=float(last))
+        lasting = bool(last >= max(self.paths[a].last, self.paths[b].last))
+        return ConflictInterval(a=a, b=b, first=float(instants[0]), last=float(last), lasting=lasting)
 
     def common_arms(self) -> list[int]:
         """Returns the arms that are in every conflicting pair: both arms of a single pair, often none."""

@@ -14,19 +14,33 @@ from mmp_planners.planning_context import Path, PlanningContext
 
 @dataclass(frozen=True, kw_only=True)
 class ConflictInterval:
-    """Two arms `a` < `b` that are in conflict from instant `first` to instant `last` [steps]."""
+    """Two arms `a` < `b` that are in conflict from instant `first` to instant `last` [steps].
+
+    A `lasting` conflict never ends: both arms have reached their goals, which are not free together. The constraints of
+    such a conflict have no end, so that an arm takes another candidate.
+    """
 
     a: int
     b: int
     first: float
     last: float
+    lasting: bool = False
 
     def other(self, arm: int) -> int:
         """Returns the arm that `arm` is in conflict with."""
         return self.a + self.b - arm
 
+    def end(self, instant: float) -> int:
+        """Returns the last step of a constraint that ends one step after the instant, unless the conflict lasts."""
+        return core.FOREVER if self.lasting else int(instant) + 1
+
     def instants(self, where: str) -> list[float]:
-        """Returns instants that stand for the interval: its `begin`, its `middle`, or `all` (begin, middle, end)."""
+        """Returns instants that stand for the interval: its `begin`, its `middle`, or `all` (begin, middle, end).
+
+        The end stands for a lasting conflict.
+        """
+        if self.lasting:
+            return [self.last]
         middle = float(round((self.first + self.last) / 2)) if self.last > self.first else self.first
         return {"begin": [self.first], "middle": [middle], "all": sorted({self.first, middle, self.last})}[where]
 

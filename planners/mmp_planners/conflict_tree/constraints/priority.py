@@ -27,7 +27,7 @@ class StepPriority:
         motion = paths[interval.other(arm)].motion
         parts = []
         for k in interval.instants(instant):
-            parts += core.Constraint.moving(motion, max(0, math.ceil(k) - 1), int(k) + 1)
+            parts += core.Constraint.moving(motion, max(0, math.ceil(k) - 1), interval.end(k))
         return without_start_violations(context, arm, parts, interval)
 
     def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str:

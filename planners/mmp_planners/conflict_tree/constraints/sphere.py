@@ -32,9 +32,9 @@ class Sphere:
         for contact in context.contacts(a, paths[a], b, paths[b], instants):
             k, link = contact.instant, contact.links[0 if arm == a else 1]
             sphere = contact.point, self.radius, min(link, 2)
-            constraint = core.Constraint.sphere(*sphere, max(0, math.ceil(k) - 1), int(k) + 1)
+            constraint = core.Constraint.sphere(*sphere, max(0, math.ceil(k) - 1), interval.end(k))
             if not allows_start(context, arm, constraint):
-                constraint = core.Constraint.sphere(*sphere, int(k), int(k) + 1)
+                constraint = core.Constraint.sphere(*sphere, int(k), interval.end(k))
             out.append(constraint)
         return out
 

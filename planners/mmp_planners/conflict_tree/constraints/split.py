@@ -24,7 +24,8 @@ class Split:
     0 < `share` < 1, it is nearer than the margin to the core too, so that each branch forbids its side of the conflict.
     Complete: in a solution arm j is outside B at t_k, or inside; then its spheres hold the core, and arm i, which keeps
     the margin from them, keeps it from the core. t_k is the deepest instant of the conflict and gives the largest ball,
-    about 0.02 rad. So small a ball makes completeness slow. The margin here is the one between arms plus the planning
+    about 0.02 rad. So small a ball makes completeness slow. For a conflict that lasts, t_k is the end of time: the
+    branches forbid goals, and nothing on the way there. The margin here is the one between arms plus the planning
     slack: planners take anything closer as a conflict.
     """
 
@@ -41,7 +42,7 @@ class Split:
         bounds = {arm: context.lipschitz(arm) for arm in (interval.a, interval.b)}
         j = min(bounds, key=lambda arm: (bounds[arm], -arm))
         i = interval.other(j)
-        q, k = paths[j].at(contact.instant), contact.instant
+        q, k = paths[j].at(contact.instant), core.FOREVER if interval.lasting else contact.instant
         depth = max(context.conflict_distance - contact.gap, 0.0)
         shrink = min(self.share * max(depth, LEAST_DEPTH_M), depth)
         at = f"{contact.instant * context.dt:.2f} s"
@@ -59,7 +60,9 @@ class Split:
 
 
 def deepest(context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval) -> Contact:
-    """Returns the contact at the instant of the conflict at which the arms are nearest to each other."""
+    """Returns the contact at the instant at which the arms are nearest to each other: the end, if the conflict lasts."""
     steps = range(math.ceil(interval.first), int(interval.last) + 1)
     a, b, instants = interval.a, interval.b, sorted({interval.first, interval.last, *map(float, steps)})
+    if interval.lasting:
+        instants = [interval.last]
     return min(context.contacts(a, paths[a], b, paths[b], tuple(instants)), key=lambda contact: contact.gap)

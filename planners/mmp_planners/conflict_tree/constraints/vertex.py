@@ -31,7 +31,7 @@ class Vertex:
         out = []
         for k in interval.instants(instant):
             radius = min(self.radius, float(context.max_step[arm].max()) * k / 2)
-            out.append(core.Constraint.ball(paths[arm].at(k), radius, max(0, math.ceil(k) - 1), int(k) + 1))
+            out.append(core.Constraint.ball(paths[arm].at(k), radius, max(0, math.ceil(k) - 1), interval.end(k)))
         return out
 
     def describe(self, context: PlanningContext, interval: ConflictInterval, arm: int) -> str:

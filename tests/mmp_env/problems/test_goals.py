@@ -7,6 +7,7 @@ import pytest
 
 from mmp_env import AnyOf, JointGoal, NamedGoal, PoseGoal, Stay, make_problem
 from mmp_env.errors import InvalidInstanceError, MmpError
+from mmp_env.gym.instances import draw_instance
 from mmp_env.model.goals import as_goal, flat, goal_to_data
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.transforms import matrix_from_quaternion
@@ -58,6 +59,13 @@ def test_candidates_bring_the_tool_to_its_pose_and_the_nearest_comes_first():
 def test_the_chosen_candidates_are_free_together():
     problem = make_problem(CELL, START, POSES)
     assert CELL.collision.clearance({name: q[None] for name, q in problem.goal.items()})[0] >= problem.margin
+
+
+def test_eight_arms_with_poses_find_a_combination_among_few():
+    cell = ring_cell(8)
+    start, goal = draw_instance(cell, seed=11)
+    problem = make_problem(cell, start, {arm.name: pose_goal(arm, goal[arm.name]) for arm in cell.arms})
+    assert cell.collision.clearance({name: q[None] for name, q in problem.goal.items()})[0] >= problem.margin
 
 
 def test_the_lower_bound_is_that_of_the_nearest_candidates():

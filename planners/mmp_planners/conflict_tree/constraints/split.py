@@ -60,7 +60,7 @@ class Split:
 
 
 def deepest(context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval) -> Contact:
-    """Returns the contact at the instant at which the arms are nearest to each other: the end, if the conflict lasts."""
+    """Returns the contact at the instant at which the arms are nearest; at the end, if the conflict lasts."""
     steps = range(math.ceil(interval.first), int(interval.last) + 1)
     a, b, instants = interval.a, interval.b, sorted({interval.first, interval.last, *map(float, steps)})
     if interval.lasting:

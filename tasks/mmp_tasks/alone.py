@@ -18,7 +18,6 @@ _ITERATIONS = 3000
 """Largest number of iterations of RRT-Connect; an arm that has a path needs ten to a few hundred."""
 _SEED = 0
 _MARGINS = Margins(arms=DEFAULT_MARGIN_M, obstacles=DEFAULT_MARGIN_M, self=DEFAULT_MARGIN_M)
-_LEVELS = levels_of(_MARGINS, MOST_SLACK_M / 2, MOST_SLACK_M / 4)
 _FOREVER_S = 1e10
 
 
@@ -41,12 +40,13 @@ def _alone(cell: Cell, arm: Arm) -> Cell:
 
 
 def _has_path(alone: Cell, start: Float[np.ndarray, " dof"], goal: Float[np.ndarray, " dof"]) -> bool:
+    levels = levels_of(_MARGINS, MOST_SLACK_M / 2, MOST_SLACK_M / 4)
     search = core.CompositeSearch(
         alone.collision.core,
         start=np.ascontiguousarray(start, dtype=float),
         goals=np.ascontiguousarray(goal, dtype=float)[None],
-        samples=_LEVELS,
-        edges=_LEVELS,
+        samples=levels,
+        edges=levels,
         seed=_SEED,
     )
     return search.grow(_ITERATIONS, core.Clock(_FOREVER_S)) is not None

@@ -8,6 +8,7 @@ from reference import toys
 from support.upright_problems import upright_problem
 
 import mmp_env.model.collision
+import mmp_tasks.alone
 from mmp_env import core
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.collision import CollisionModel
@@ -30,6 +31,7 @@ def by_every_variant(monkeypatch, cell, ask):
     for name in core.usable_variants():
         variant = core.load_variant(name)
         monkeypatch.setattr(mmp_env.model.collision, "core", variant)
+        monkeypatch.setattr(mmp_tasks.alone, "core", variant)
         # Twice: this shows dependence on uninitialised memory, even with one variant.
         out[name], out[f"{name} again"] = (flattened(ask(variant, CollisionModel(cell))) for _ in range(2))
     return out

@@ -10,14 +10,12 @@ from jaxtyping import Float
 from mmp_env import core
 from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
-from mmp_env.model.collision import levels_of
-from mmp_env.model.margins import DEFAULT_MARGIN_M, MOST_SLACK_M, Margins
+from mmp_env.model.margins import DEFAULT_MARGIN_M, MOST_SLACK_M
 from mmp_env.model.task import State
 
 _ITERATIONS = 3000
 """Largest number of iterations of RRT-Connect; an arm that has a path needs ten to a few hundred."""
 _SEED = 0
-_MARGINS = Margins(arms=DEFAULT_MARGIN_M, obstacles=DEFAULT_MARGIN_M, self=DEFAULT_MARGIN_M)
 _FOREVER_S = 1e10
 
 
@@ -40,7 +38,8 @@ def _alone(cell: Cell, arm: Arm) -> Cell:
 
 
 def _has_path(alone: Cell, start: Float[np.ndarray, " dof"], goal: Float[np.ndarray, " dof"]) -> bool:
-    levels = levels_of(_MARGINS, MOST_SLACK_M / 2, MOST_SLACK_M / 4)
+    margin = DEFAULT_MARGIN_M
+    levels = core.Levels(margin + MOST_SLACK_M / 2, margin + MOST_SLACK_M / 4, upright=-margin)
     search = core.CompositeSearch(
         alone.collision.core,
         start=np.ascontiguousarray(start, dtype=float),

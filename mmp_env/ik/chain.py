@@ -82,7 +82,7 @@ class SerialChain:
             if self.slides[k]:
                 position = position + q[:, k, None] * axes[:, k]
             else:
-                rotation = rotation @ rotation_about(axis, q[:, k])
+                rotation = _turned(rotation, axis, q[:, k])
             position = position + rotation @ self.offsets[k + 1]
         return Frames(axes, points, rotation @ self.tool, position)
 
@@ -103,9 +103,24 @@ def chain_of(robot: ArmModel, tool: ToolModel | None) -> SerialChain:
     )
 
 
+def _turned(
+    rotation: Float[np.ndarray, "n 3 3"], axis: Float[np.ndarray, "3"], angle: Float[np.ndarray, "n"]
+) -> Float[np.ndarray, "n 3 3"]:
+    """Returns rotation matrices times those about a unit vector; faster than products of small matrices."""
+    skew = _skew(axis)
+    rows = rotation.reshape(-1, 3)
+    sine, versine = np.sin(angle)[:, None, None], 1 - np.cos(angle)[:, None, None]
+    return rotation + sine * (rows @ skew).reshape(-1, 3, 3) + versine * (rows @ (skew @ skew)).reshape(-1, 3, 3)
+
+
 def rotation_about(axis: Float[np.ndarray, "3"], angles: Float[np.ndarray, "..."]) -> Float[np.ndarray, "... 3 3"]:
     """Returns the rotation matrices about a unit vector by angles [rad]."""
-    x, y, z = axis
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    skew = _skew(axis)
     sine, cosine = np.sin(angles)[..., None, None], np.cos(angles)[..., None, None]
     return np.eye(3) + sine * skew + (1 - cosine) * (skew @ skew)
+
+
+def _skew(axis: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
+    """Returns the matrix of the cross product with a vector."""
+    x, y, z = axis
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

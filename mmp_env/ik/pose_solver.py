@@ -18,7 +18,7 @@ from mmp_env.ik.turns import JointBox, distinct
 
 _SAME = 1e-4
 """Largest difference of a joint [rad or m] between two results that are one configuration."""
-_SAMPLES = {0: 1, 1: 64}
+_SAMPLES = {0: 1, 1: 24}
 """Number of samples of the redundancy, by its dimension; one joint or one angle has these many values."""
 _MORE_SAMPLES = 256
 """Number of samples of a redundancy of two dimensions or more."""
@@ -32,6 +32,8 @@ _NEAR, _STEPS = 0.1, 12
 """Largest error [rad, or arm lengths] of results of a closed form, and most steps of their refinement."""
 _LIMIT_SLACK = 0.02
 """Distance [rad or m] outside of the limits up to which results of a closed form are refined."""
+_COARSE_STEP = 0.3
+"""Distance of neighbours [rad or m] on curves that are followed beyond the limits, as they may return."""
 
 
 class PoseSolver:
@@ -51,19 +53,33 @@ class PoseSolver:
         """Returns configurations within the joint limits, each with the least turns that are."""
         task = ToolTask(chain=self._chain, free=free)
         form = self._closed_form
-        q = self._numeric.solve(pose, free) if form is None else self._solve_in_closed_form(form, pose, free)
-        q = distinct(self.box.within(q), _SAME)
-        if self._chain.dof == task.rows + 1:
-            step = STEP_RAD if free is None else _FREE_STEP_RAD
-            q = self.box.within(densified(task, self.box, q, pose, step=step, most=_MOST))
-        return q
+        curves = self._chain.dof == task.rows + 1
+        slack = np.inf if curves else _LIMIT_SLACK
+        q = self._numeric.solve(pose, free) if form is None else self._solve_in_closed_form(form, pose, free, slack)
+        if curves:
+            q = self._on_curves(task, q, pose, STEP_RAD if free is None else _FREE_STEP_RAD)
+        return distinct(self.box.within(q), _SAME)
+
+    def _on_curves(
+        self, task: ToolTask, q: Float[np.ndarray, "n dof"], pose: Float[np.ndarray, "4 4"], step: float
+    ) -> Float[np.ndarray, "m dof"]:
+        """Returns configurations on all curves through some, those within the limits and some around them.
+
+        A curve may leave the limits and return. So it is followed whole in coarse steps, then within the limits in fine
+        ones.
+        """
+        whole, near = self.box.unlimited(), self.box.widened(_COARSE_STEP)
+        q = distinct(whole.within(q), _SAME)
+        q = densified(task, whole, q, pose, step=_COARSE_STEP, most=_MOST)
+        q = near.turned(q[near.inside(q)])
+        return densified(task, near, q, pose, step=step, most=_MOST)
 
     @cached_property
     def _numeric(self) -> NumericSolver:
         return NumericSolver(self._chain, *self.box.one_turn())
 
     def _solve_in_closed_form(
-        self, form: ClosedForm, pose: Float[np.ndarray, "4 4"], free: Free | None
+        self, form: ClosedForm, pose: Float[np.ndarray, "4 4"], free: Free | None, slack: float
     ) -> Float[np.ndarray, "n dof"]:
         locked, rotations = len(form.locked), {None: 0, "z": 1, "rotation": 3}[free]
         samples = _SAMPLES.get(locked + rotations, _MORE_SAMPLES)
@@ -71,6 +87,6 @@ class PoseSolver:
         steps = round((samples / poses) ** (1 / max(locked, 1)))
         targets = sampled_poses(pose, free, poses)
         q, owner = form.solve(targets, steps)
-        usable = self.box.inside(q, _LIMIT_SLACK)
+        usable = self.box.inside(q, slack) if np.isfinite(slack) else np.ones(len(q), dtype=bool)
         task = ToolTask(chain=self._chain, free=None)
         return refined(task, q[usable], targets[owner[usable]], steps=_STEPS, farthest=_NEAR)[0]

@@ -45,7 +45,7 @@ def densified(
         new, rows = refined(task, start + step * direction, np.broadcast_to(pose, (len(start), 4, 4)), steps=_STEPS)
         moved = new - start[rows]
         near = np.sqrt((moved**2).sum(axis=1)) < 2 * step
-        start, direction = new[near], moved[near]
+        start, direction = box.turned(new[near]), moved[near]
         inside = box.inside(start)
         start, direction = start[inside], direction[inside]
         alone = ~_crowded(start, q, step)

@@ -35,6 +35,20 @@ class JointBox:
         turned = self._turned(q, slack)
         return np.asarray(((turned >= self.lower - slack) & (turned <= self.upper + slack)).all(axis=1))
 
+    def widened(self, slack: float) -> JointBox:
+        """Returns the box with `slack` [rad or m] around it."""
+        return JointBox(lower=self.lower - slack, upper=self.upper + slack, hinges=self.hinges)
+
+    def unlimited(self) -> JointBox:
+        """Returns the box with a full turn of each hinge, and half as much again of each slide."""
+        middle, half = (self.lower + self.upper) / 2, (self.upper - self.lower) / 2
+        half = np.where(self.hinges, np.pi, 1.5 * half)
+        return JointBox(lower=middle - half, upper=middle + half, hinges=self.hinges)
+
+    def turned(self, q: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "n dof"]:
+        """Returns the configurations with the least turns above the lower limits."""
+        return self._turned(q, _SLACK)
+
     def within(self, q: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "m dof"]:
         """Returns the configurations that some turns bring into the box, with the least turns that do."""
         out = np.round(self._turned(q[self.inside(q)], _SLACK), _DIGITS)

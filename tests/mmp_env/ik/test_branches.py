@@ -120,3 +120,11 @@ def test_no_configuration_reaches_too_far():
 def test_faults_are_one_sentence(change, message):
     with unchecked(), pytest.raises(MmpError, match=message):
         branches(arm_of("ur5e").robot, None, **({"pose": np.eye(4)} | change))
+
+
+def test_a_redundant_arm_has_a_configuration_near_each_configuration_of_a_pose():
+    arm = arm_of("panda")
+    for seed in range(4):
+        q, pose = drawn(arm, seed)
+        found = branches(arm.robot, arm.tool, pose)
+        assert np.linalg.norm(found - q, axis=1).min() < 0.1

@@ -1,8 +1,11 @@
 """All configurations of one arm for a tool pose: exact, within the limits, with turns, the nearest first."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from reference.kinematics import flange_frame, link_frames
+from reference.inverse_kinematics import branches_by_restarts, tool_frame
+from reference.kinematics import flange_frame
 from support.unchecked import unchecked
 
 from mmp_env import MmpError, place_arm
@@ -13,10 +16,6 @@ ROBOTS = ("fr5", "panda", "piper", "ur5e")
 
 def arm_of(name):
     return place_arm("arm", name, [0, 0, 0], [1, 0, 0, 0])
-
-
-def tool_frame(arm, q):
-    return flange_frame(arm, q) if arm.tool is None else link_frames(arm, q)[-1]
 
 
 def drawn(arm, seed):
@@ -128,3 +127,47 @@ def test_a_redundant_arm_has_a_configuration_near_each_configuration_of_a_pose()
         q, pose = drawn(arm, seed)
         found = branches(arm.robot, arm.tool, pose)
         assert np.linalg.norm(found - q, axis=1).min() < 0.1
+
+
+@pytest.mark.parametrize(("name", "near"), [("fr5", 1e-6), ("panda", 0.1), ("piper", 1e-6), ("ur5e", 1e-6)])
+def test_what_newtons_method_finds_from_random_configurations_is_found(name, near):
+    arm, rng = arm_of(name), np.random.default_rng(5)
+    for seed in range(2):
+        q, pose = drawn(arm, seed)
+        found = branches(arm.robot, arm.tool, pose)
+        for other in [q, *branches_by_restarts(arm, pose, 12, rng)]:
+            assert np.abs(found - other).max(axis=1).min() < near
+
+
+class OnRail:
+    """A robot on a rail along y of its base."""
+
+    def __init__(self, robot, length):
+        self.origins = np.concatenate([np.eye(4)[None], robot.origins])
+        self.axes = np.concatenate([[[0.0, 1.0, 0.0]], robot.axes])
+        self.slides = (True, *robot.slides)
+        self.lower, self.upper, self.home = (
+            np.array([first, *rest]) for first, rest in ((0, robot.lower), (length, robot.upper), (0, robot.home))
+        )
+        self.flange = robot.flange
+
+
+def test_an_arm_on_a_rail_reaches_a_pose_from_all_along_the_rail():
+    arm = arm_of("fr5")
+    q, pose = drawn(arm, 0)
+    pose[1, 3] += 0.3
+    found = branches(OnRail(arm.robot, 0.6), None, pose)
+    assert np.abs(found - [0.3, *q]).max(axis=1).min() < 0.1
+    assert np.ptp(found[:, 0]) > 0.3
+    for each in found[::10]:
+        frame = flange_frame(arm, each[1:])
+        frame[1, 3] += each[0]
+        assert max(errors(frame, pose)) < 1e-6
+
+
+def test_an_arm_without_a_closed_form_is_solved_numerically():
+    arm = arm_of("fr5")
+    arm = replace(arm, robot=replace(arm.robot, axes=np.random.default_rng(3).normal(size=(6, 3))))
+    for seed in range(3):
+        q, pose = drawn(arm, seed)
+        assert np.abs(branches(arm.robot, None, pose) - q).max(axis=1).min() < 1e-6

@@ -62,7 +62,7 @@ def _reason_faults(
 
 
 def _true_kinds(files: RobotFiles, q: Float[np.ndarray, "n dof"]) -> dict[frozenset[str], str]:
-    """What each pair of links is in the configurations: adjacent, never, always or sometimes in contact."""
+    """Classes of all pairs of links over the configurations: adjacent, never, always or sometimes in contact."""
     arm = files.arm
     overlaps, near = contact_counts(arm, _without_excludes(files), q)
     adjacent = set(arm.neighbours())

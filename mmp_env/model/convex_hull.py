@@ -1,7 +1,8 @@
 """Planes around convex hulls. Each plane touches its hull, so the largest distance from one never exceeds the true one.
 
-The hull grows by one point at a time: faces that see the point give way to faces between it and their outline. Rounding
-may give a wrong face, but never a plane that cuts the hull, because the vertices decide where each plane lies.
+The hull grows by one point at a time. New faces join the point to the outline of the faces that it sees, and replace
+these. Rounding may give a wrong face, but never a plane that cuts the hull, because the vertices decide where each
+plane lies.
 """
 
 from __future__ import annotations

@@ -44,14 +44,12 @@ Asked = Sequence[AskedPose | Float[np.ndarray, "dof"]]
 
 
 def read_asked(data: Any, named: Mapping[str, Mapping[str, Float[np.ndarray, "dof"]]]) -> dict[str, Asked]:
-    """Returns arm name -> what was asked for; empty for a plan of configurations. Raises `UnreadableError`.
+    """Returns arm name -> what was asked for. Raises `UnreadableError`.
 
     Args:
-        data: `goal_asked` of the file, or None.
+        data: `goal_asked` of the file.
         named: arm name -> name -> configuration [dof] [rad or m].
     """
-    if data is None:
-        return {}
     known(data, tuple(named), "goal_asked")
     return {
         arm: _alternatives(member(data, arm, "goal_asked"), configurations, f"goal_asked.{arm}")

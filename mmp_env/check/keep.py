@@ -25,7 +25,7 @@ def read_keep(data: Any, arms: Collection[str]) -> dict[str, CheckedUpright]:
     if data is None:
         return {}
     known(data, arms, "keep")
-    return {arm: _upright(bound, f"keep of arm '{arm}'") for arm, bound in data.items() if bound is not None}
+    return {arm: _upright(bound, f"keep of arm '{arm}'") for arm, bound in data.items()}
 
 
 def _upright(data: Any, where: str) -> CheckedUpright:

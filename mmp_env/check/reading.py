@@ -187,7 +187,7 @@ def read_plan(data: Any) -> CheckedPlan:
         times=times,
         positions=_by_arm(cell, member(data, "positions", "the plan"), "positions", times.size),
         start=start,
-        asked=read_asked(problem.get("goal_asked"), _named(cell, start)),
+        asked=_asked(problem.get("goal_asked"), cell, start),
         goal=_by_arm(cell, member(problem, "goal", "problem"), "goal"),
         max_velocity=max_velocity,
         max_acceleration=limit("max_acceleration"),
@@ -312,11 +312,17 @@ def _solid(data: Any, where: str) -> Solid:
     return Solid(name=solid, shape=shape, size=size, position=position, quaternion=quaternion)
 
 
+def _asked(data: Any, cell: CheckedCell, start: Float[np.ndarray, "n"]) -> dict[str, Asked]:
+    """Returns arm name -> what was asked for, empty where only configurations were. Raises `UnreadableError`."""
+    return {} if data is None else read_asked(data, _named(cell, start))
+
+
 def _named(cell: CheckedCell, start: Float[np.ndarray, "n"]) -> dict[str, dict[str, Float[np.ndarray, "dof"]]]:
     """Returns arm name -> name -> configuration [rad or m], `stay` for the start."""
     parts = np.split(start, np.cumsum([arm.dof for arm in cell.arms])[:-1])
     return {
-        arm.name: {"stay": part} | {key: np.array(arm.robot.data[key], dtype=float) for key in ("home", "tucked")}
+        arm.name: {"stay": part}
+        | {key: numbers(arm.robot.data[key], (arm.dof,), f"{key} of arm '{arm.name}'") for key in ("home", "tucked")}
         for arm, part in zip(cell.arms, parts, strict=True)
     }
 

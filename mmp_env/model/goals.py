@@ -23,8 +23,8 @@ FREE = ("z", "rotation")
 """Freedoms of a pose: the rotation about the tool's z axis, or the whole rotation."""
 MOST_GOALS = 1000
 """Largest number of goals of an `AnyOf`."""
-_DEEPEST = 8
-"""Largest depth of goals in goals."""
+DEEPEST = 8
+"""Largest number of `AnyOf` in one another."""
 _FORMS = 'a list of joint angles, "home", "tucked", "stay", or an object with "pose" or "any"'
 
 
@@ -84,14 +84,30 @@ class Stay:
 
 @dataclass(frozen=True, eq=False, init=False)
 class AnyOf:
-    """Any of several goals. The planner chooses. Raises `MmpError` if there is none, or more than 1000."""
+    """Any of several goals. The planner chooses.
+
+    Attributes:
+        goals: the goals.
+        count: number of goals in it that are no `AnyOf`.
+        depth: number of `AnyOf` in one another, itself included.
+
+    Raises:
+        MmpError: for no goal, more than 1000, and more than 8 `AnyOf` in one another.
+    """
 
     goals: tuple[Goal, ...]
+    count: int
+    depth: int
 
     def __init__(self, goals: Iterable[GivenGoal]) -> None:
         object.__setattr__(self, "goals", tuple(as_goal(goal, "a goal in AnyOf") for goal in goals))
-        if not 1 <= len(self.goals) <= MOST_GOALS:
-            raise MmpError(f"any of {len(self.goals)} goals; it needs at least one, and {MOST_GOALS} at most")
+        inner = [goal for goal in self.goals if isinstance(goal, AnyOf)]
+        object.__setattr__(self, "count", len(self.goals) - len(inner) + sum(goal.count for goal in inner))
+        object.__setattr__(self, "depth", 1 + max((goal.depth for goal in inner), default=0))
+        if not 1 <= self.count <= MOST_GOALS:
+            raise MmpError(f"any of {self.count} goals; it needs at least one, and {MOST_GOALS} at most")
+        if self.depth > DEEPEST:
+            raise MmpError(f"any of goals is nested {self.depth} times; {DEEPEST} is the most")
 
 
 Goal: TypeAlias = JointGoal | PoseGoal | NamedGoal | Stay | AnyOf
@@ -113,8 +129,8 @@ def as_goal(given: GivenGoal, where: str, *, depth: int = 0) -> Goal:
     """
     if isinstance(given, JointGoal | PoseGoal | NamedGoal | Stay | AnyOf):
         return given
-    if depth > _DEEPEST:
-        raise MmpError(f"{where} is nested deeper than {_DEEPEST} levels")
+    if depth > DEEPEST:
+        raise MmpError(f"{where} is nested deeper than {DEEPEST} levels")
     try:
         if isinstance(given, str):
             return Stay() if given == STAY else NamedGoal(given)

@@ -5,12 +5,11 @@ import pytest
 from support.rail_arms import small_rail_mjcf
 
 from mmp_env import check_plan, make_problem
-from mmp_env.errors import MmpError
+from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.export.motion import motion_of
 from mmp_env.files.cell_file import cell_from_dict
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.importing.robot_folder import ImportOptions, add_robot
-from mmp_env.model.problem import InvalidInstanceError
 from mmp_env.retime import retime
 from mmp_env.sim.execution import execute_plan
 from mmp_env.sim.simulation import Simulation

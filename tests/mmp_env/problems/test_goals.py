@@ -206,3 +206,15 @@ def test_the_same_problem_has_the_same_candidates():
 def test_a_pose_normalises_its_quaternion():
     np.testing.assert_allclose(PoseGoal([0, 0, 1], [2, 0, 0, 0]).quaternion, [1, 0, 0, 0])
     assert matrix_from_quaternion(PoseGoal([0, 0, 1], [0, 3, 0, 0]).quaternion)[1, 1] == -1
+
+
+def test_goals_in_goals_are_counted_together():
+    hundred = AnyOf(["home"] * 100)
+    assert AnyOf([hundred] * 10).count == 1000
+    with pytest.raises(MmpError, match="any of 1100 goals"):
+        AnyOf([hundred] * 11)
+    deep = AnyOf(["home"])
+    for _ in range(7):
+        deep = AnyOf([deep])
+    with pytest.raises(MmpError, match="nested 9 times"):
+        AnyOf([deep])

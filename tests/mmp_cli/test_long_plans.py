@@ -25,8 +25,6 @@ def test_a_long_plan_is_exported_and_reported_with_few_digits(mmp, long_plan, tm
     assert f" {np.genfromtxt(tmp_path / 'long.csv', delimiter=',', skip_header=1)[-1, 0]:.6g} s; " in ran.out
     ran = mmp("export", long_plan, "--no-retime", "--to", tmp_path / "long.yaml")
     assert_refused(ran, "does not fit time_from_start")
-        mmp("export", long_plan, "--no-retime", "--to", tmp_path / "long.yaml"), "does not fit time_from_start"
-    )
 
 
 @pytest.mark.parametrize(

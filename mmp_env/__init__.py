@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from mmp_env.model.rings import ring_cell
     from mmp_env.model.robot import Robot, Tool, load_robot, load_tool, robot_names, tool_names
     from mmp_env.problems.making import make_problem
+    from mmp_env.problems.straight_line import straight_line
     from mmp_env.sim.contacts import Contact
     from mmp_env.sim.execution import ExecutionReport
     from mmp_env.sim.monitor import Monitor
@@ -76,6 +77,7 @@ _HOMES = {
     "model.goals": ("AnyOf", "JointGoal", "NamedGoal", "PoseGoal", "Stay"),
     "model.problem": ("Problem",),
     "problems.making": ("make_problem",),
+    "problems.straight_line": ("straight_line",),
     "model.rings": ("ring_cell",),
     "model.robot": ("Robot", "Tool", "load_robot", "load_tool", "robot_names", "tool_names"),
     "view.search_tree": ("SearchTree",),
@@ -129,6 +131,7 @@ __all__ = [
     "save_film",
     "save_picture",
     "save_plan",
+    "straight_line",
     "tool_names",
 ]
 

@@ -40,7 +40,7 @@ class ToolTask:
         if self.free == "z":
             z = (back @ poses[:, :3, 2, None])[:, :, 0]
             return np.concatenate([position, _scaled(np.stack([-z[:, 1], z[:, 0]], axis=1), z[:, 2])], axis=1)
-        return np.concatenate([position, _rotation_vector(back @ poses[:, :3, :3])], axis=1)
+        return np.concatenate([position, rotation_vector(back @ poses[:, :3, :3])], axis=1)
 
     def slope(self, frames: Frames) -> Float[np.ndarray, "n rows dof"]:
         """Returns the motion of the tool in the units of `error` by a motion of each joint."""
@@ -54,7 +54,7 @@ class ToolTask:
         return out
 
 
-def _rotation_vector(rotation: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3"]:
+def rotation_vector(rotation: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "n 3"]:
     """Returns the axis times the angle [rad] of rotation matrices; of a half turn, the zero vector."""
     double = np.stack([rotation[:, j, i] - rotation[:, i, j] for i, j in ((1, 2), (2, 0), (0, 1))], axis=1)
     return _scaled(double / 2, (np.trace(rotation, axis1=1, axis2=2) - 1) / 2)

@@ -46,6 +46,11 @@ def flange_frame(arm: Arm, q):
     return link_frames(arm, q)[arm.robot.dof] @ arm.robot.flange
 
 
+def tool_frame(arm: Arm, q):
+    """Returns T_world_tool [4, 4], or T_world_flange where no tool is mounted."""
+    return link_frames(arm, q)[-1] if arm.tool is not None else flange_frame(arm, q)
+
+
 def tool_point(arm: Arm, q):
     """Returns the tool point in the world [m], or the flange's origin where no tool is mounted."""
     if arm.tool is None:

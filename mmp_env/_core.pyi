@@ -428,9 +428,9 @@ class ShortcutSettings:
         Minimum relative saving of a round for another round; infinity, the default: one round.
         """
 
-def shortcut(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, levels: Levels, groups: Sequence[int], settings: ShortcutSettings, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+def shortcut(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, goals: Sequence[numpy.ndarray], levels: Levels, groups: Sequence[int], settings: ShortcutSettings, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
-    Shortens a safe plan q [steps + 1, dof] per arm on the common clock. Returns the shorter plan and the number of replaced motion windows. `levels` are proved for every arm and every pair at every instant. Arms in different `groups` ignore each other.
+    Shortens a safe plan q [steps + 1, dof] per arm on the common clock. `goals` [n, dof] per arm: where it may end. Returns the shorter plan and the number of replaced motion windows. `levels` are proved for every arm and every pair at every instant. Arms in different `groups` ignore each other.
     """
 
 def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, goals: Sequence[numpy.ndarray], levels: Levels, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:

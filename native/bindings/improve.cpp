@@ -83,25 +83,30 @@ void bind_improve(nb::module_& m) {
   m.def(
       "shortcut",
       [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step,
-         const Levels<double>& levels, const std::vector<int>& groups, const Settings& settings, uint64_t seed,
-         const Clock& clock) {
+         const std::vector<Matrix>& goals, const Levels<double>& levels, const std::vector<int>& groups,
+         const Settings& settings, uint64_t seed, const Clock& clock) {
         const JointMotion motion(cell, q, max_step);
+        const auto ends = goals_of(cell, goals);
         require(groups.size() == q.size(), "one group per arm is needed");
         return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
-          Shortcutter<Floats> shortcutter(cell.world<Floats>(), motion.rows, motion.max_step, as_float(levels), groups);
+          Shortcutter<Floats> shortcutter(cell.world<Floats>(), motion.rows, ends, motion.max_step, as_float(levels),
+                                          groups);
           Random random(seed);
           const int kept = shortcutter.run(settings, random, clock);
           for (size_t a = 0; a < q.size(); ++a) found.push_back(rows_of(shortcutter.rows(static_cast<int>(a))));
           return kept;
         });
       },
-      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::kw_only(), nb::arg("levels"), nb::arg("groups"),
-      nb::arg("settings"), nb::arg("seed"), nb::arg("clock"),
+      nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::kw_only(), nb::arg("goals"), nb::arg("levels"),
+      nb::arg("groups"), nb::arg("settings"), nb::arg("seed"), nb::arg("clock"),
       nb::sig("def shortcut(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
-              "collections.abc.Sequence[numpy.ndarray], *, levels: Levels, groups: collections.abc.Sequence[int], "
-              "settings: ShortcutSettings, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]"),
-      "Shortens a safe plan q [steps + 1, dof] per arm on the common clock. Returns the shorter plan and the number of "
-      "replaced motion windows. `levels` are proved for every arm and every pair at every instant. Arms in different "
+              "collections.abc.Sequence[numpy.ndarray], *, goals: collections.abc.Sequence[numpy.ndarray], levels: "
+              "Levels, groups: collections.abc.Sequence[int], settings: ShortcutSettings, seed: int, clock: Clock) -> "
+              "tuple[list[numpy.ndarray], int]"),
+      "Shortens a safe plan q [steps + 1, dof] per arm on the common clock. `goals` [n, dof] per arm: where it may "
+      "end. "
+      "Returns the shorter plan and the number of replaced motion windows. `levels` are proved for every arm and every "
+      "pair at every instant. Arms in different "
       "`groups` ignore each other.");
 
   m.def(

@@ -1,7 +1,8 @@
 // Shortcutting on the common clock: replaces windows of a plan by shorter motions.
 //
-// A change of one arm keeps the duration of the window; a change of all arms may shorten it. Every new part is proved
-// clear at every instant before it is kept, so a safe plan stays safe.
+// A change of one arm keeps the duration of the window; a change of all arms may shorten it. The last window of an arm
+// may end at another of its goals. Every new part is proved clear at every instant before it is kept, so a safe plan
+// stays safe.
 #pragma once
 
 #include <limits>
@@ -23,10 +24,16 @@ template <class V>
 class Shortcutter {
  public:
   using T = Scalar<V>;
-  // rows[arm]: [steps + 1][dof] of a safe plan. Arms in different `groups` ignore each other.
-  Shortcutter(StaticWorld<V>& world, const std::vector<std::vector<T>>& rows, std::vector<std::vector<T>> max_step,
-              Levels<T> levels, const std::vector<int>& groups)
-      : cell_(world.cell), prover_(world), check_(world), levels_(levels), windows_(rows.size()) {
+  // rows[arm]: [steps + 1][dof] of a safe plan. goals[arm]: where the arm may end; may be empty: where it does. Arms in
+  // different `groups` ignore each other.
+  Shortcutter(StaticWorld<V>& world, const std::vector<std::vector<T>>& rows, std::vector<std::vector<Config<T>>> goals,
+              std::vector<std::vector<T>> max_step, Levels<T> levels, const std::vector<int>& groups)
+      : cell_(world.cell),
+        prover_(world),
+        check_(world),
+        levels_(levels),
+        goals_(std::move(goals)),
+        windows_(rows.size()) {
     for (size_t a = 0; a < rows.size(); ++a) {
       motions_.emplace_back(*cell_, static_cast<int>(a), rows[a]);
       limits_.push_back({std::move(max_step[a])});
@@ -60,7 +67,15 @@ class Shortcutter {
   static constexpr double kVia = 0.7, kBacktracking = 0.2;
   static constexpr double kByChance = 0.5;                                 // share of windows with a random schedule
   static constexpr double kWholeArm = 0.2, kEven = 0.5, kAllTheWay = 0.5;  // shares of backtracking attempts
+  static constexpr double kOtherGoal = 0.1;  // share of attempts to end at another goal, where an arm has several
   static constexpr int kPatience = 8, kTogether = 16, kDraws = 8;
+
+  // The motion of an arm from step i to step j, and a shorter way to take its place.
+  struct Window {
+    int i, j;
+    const T* to;    // where it ends
+    double saving;  // by a straight line [rad]
+  };
 
   int run(int attempts, Random& random) {
     int kept = 0, in_vain = 0;
@@ -98,7 +113,11 @@ class Shortcutter {
     along_.assign(arms(), {0.0});
     straight_.clear();
     for (int a = 0; a < arms(); ++a) measure(a);
-    for (int a = 0; a < arms(); ++a) straight_.push_back(l1_distance(a, 0, last()));
+    for (int a = 0; a < arms(); ++a) {
+      straight_.push_back(l1_distance(a, 0, last()));
+      for (const auto& goal : goals_[a])
+        straight_[a] = std::min(straight_[a], mmp::l1_distance(motions_[a].at(0), goal.data(), dof(a)));
+    }
   }
 
   void measure(int a) {
@@ -113,41 +132,59 @@ class Shortcutter {
     prover_.alone(a, count, at, levels_, Stop::at_first_contact, results_.data(), clock_);
     return std::all_of(results_.begin(), results_.end(), [](const auto& r) { return r.free; });
   }
-  bool straight_is_free(int a, int i, int j) {
-    return free_alone(a, 1, [&](int) { return std::pair<const T*, const T*>(motions_[a].at(i), motions_[a].at(j)); });
+  bool straight_is_free(int a, const T* p, const T* q) {
+    return free_alone(a, 1, [&](int) { return std::pair<const T*, const T*>(p, q); });
   }
 
   bool shortcut_one_arm(Random& random) {
     double at = random.uniform() * excess();
     int a = 0;
     while (a + 1 < arms() && at >= excess(a)) at -= excess(a++);
+    if (goals_[a].size() > 1 && random.uniform() < kOtherGoal) return shortcut_to_other_goal(a, random);
     const auto [i, j] = random_window(last(), random);
-    if (detour(a, i, j) < kGain) return false;
+    const Window window{i, j, motions_[a].at(j), detour(a, i, j)};
+    if (window.saving < kGain) return false;
     const double u = random.uniform();
-    return u < kVia                   ? shortcut_via(a, i, j, random)
+    return u < kVia                   ? shortcut_via(a, window, random)
            : u < kVia + kBacktracking ? shortcut_backtracking(a, i, j, random)
-                                      : shortcut_straight(a, i, j, random);
+                                      : shortcut_straight(a, window, random);
   }
 
-  // Tries the straight line between steps i and j.
-  bool shortcut_straight(int a, int i, int j, Random& random) {
-    const T *p = motions_[a].at(i), *q = motions_[a].at(j);
-    const int length = j - i, drive = limits_[a].steps(p, q);
+  // Tries a straight line, or a path through a via point, from a random step to another goal that is nearer.
+  bool shortcut_to_other_goal(int a, Random& random) {
+    const int i = random_window(last(), random).first;
+    if (i == last()) return false;
+    std::vector<Window> nearer;
+    for (const auto& goal : goals_[a]) {
+      const double left = along_[a].back() - along_[a][i];
+      const double saving = left - mmp::l1_distance(motions_[a].at(i), goal.data(), dof(a));
+      if (saving >= kGain && !std::equal(goal.begin(), goal.end(), motions_[a].at(last())))
+        nearer.push_back({i, last(), goal.data(), saving});
+    }
+    if (nearer.empty()) return false;
+    const Window& window = nearer[random.below(static_cast<int>(nearer.size()))];
+    return random.uniform() < kVia ? shortcut_via(a, window, random) : shortcut_straight(a, window, random);
+  }
+
+  // Tries the straight line.
+  bool shortcut_straight(int a, const Window& window, Random& random) {
+    const T *p = motions_[a].at(window.i), *q = window.to;
+    const int length = window.j - window.i, drive = limits_[a].steps(p, q);
     if (drive > length) return false;
     const bool chance = random.uniform() < kByChance;
     const DriveTiming timing =
         chance ? DriveTiming::by_chance(length, drive, 0, random) : DriveTiming{length, 0, length};
     ++tries_;
-    return straight_is_free(a, i, j) && put(a, i, drive_rows(p, q, q, dof(a), timing));
+    return straight_is_free(a, p, q) && put(a, window.i, drive_rows(p, q, q, dof(a), timing));
   }
 
   // Tries a path through a random via point with little or no detour.
-  bool shortcut_via(int a, int i, int j, Random& random) {
-    const T *p = motions_[a].at(i), *q = motions_[a].at(j);
+  bool shortcut_via(int a, const Window& window, Random& random) {
+    const T *p = motions_[a].at(window.i), *q = window.to;
     const auto& arm = *motions_[a].arm;
-    auto via = via_point(p, q, arm.lower, arm.upper, detour(a, i, j) - kGain, random);
+    auto via = via_point(p, q, arm.lower, arm.upper, window.saving - kGain, random);
     if (!upright_[a](via.data())) return false;
-    const int length = j - i, first = std::max(1, limits_[a].steps(p, via.data())),
+    const int length = window.j - window.i, first = std::max(1, limits_[a].steps(p, via.data())),
               second = std::max(1, limits_[a].steps(via.data(), q));
     if (first + second > length) return false;
     ++tries_;
@@ -157,7 +194,7 @@ class Shortcutter {
     const bool chance = random.uniform() < kByChance;
     const DriveTiming timing = chance ? DriveTiming::by_chance(length, first, second, random)
                                       : DriveTiming{length, 0, drive, 0, length - drive};
-    return put(a, i, drive_rows(p, via.data(), q, dof(a), timing));
+    return put(a, window.i, drive_rows(p, via.data(), q, dof(a), timing));
   }
 
   // Tries to remove the backtracking of one joint, or of all joints; the others move as before.
@@ -216,7 +253,7 @@ class Shortcutter {
     if (gain < kGain || length > j - i) return false;
     ++tries_;
     for (int a = 0; a < arms(); ++a)
-      if (!straight_is_free(a, i, j)) return false;
+      if (!straight_is_free(a, motions_[a].at(i), motions_[a].at(j))) return false;
     std::vector<std::vector<T>> parts;
     for (int a = 0; a < arms(); ++a) {
       const T *p = motions_[a].at(i), *q = motions_[a].at(j);
@@ -249,6 +286,7 @@ class Shortcutter {
   PairCheck<V> check_;
   Levels<T> levels_;
   std::vector<StepLimits<T>> limits_;
+  std::vector<std::vector<Config<T>>> goals_;
   std::vector<UprightProjection<V>> upright_;
   std::vector<Motion<V>> motions_;
   std::vector<std::vector<int>> others_;    // per arm, in test order

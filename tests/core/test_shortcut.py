@@ -18,7 +18,7 @@ from mmp_planners.portfolio.shortcutting import on_grid
 DT_S = 0.1
 
 
-def shortened(problem, rows, attempts=400, min_saving=math.inf, seed=0, clock=None, groups=(0, 0)):
+def shortened(problem, rows, attempts=400, min_saving=math.inf, seed=0, clock=None, groups=(0, 0), goals=None):
     names = problem.cell.arm_names
     speeds = [problem.max_velocity[name] * DT_S for name in names]
     clock = clock or core.Clock(math.inf)
@@ -26,6 +26,7 @@ def shortened(problem, rows, attempts=400, min_saving=math.inf, seed=0, clock=No
         problem.cell.collision.core,
         rows,
         speeds,
+        goals=goals or [q[:0] for q in rows],
         levels=problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
         groups=groups,
         settings=core.ShortcutSettings(attempts=attempts, min_saving=min_saving),
@@ -143,6 +144,25 @@ def test_an_arm_goes_straight_through_one_of_another_group():
     assert clearance.clearance_of_motions(problem.cell, "left", found[0], "right", found[1]) < 0
 
 
+def test_an_arm_ends_at_another_of_its_goals_where_that_is_shorter():
+    problem, rows = over()
+    end, stay = rows[0][-1], rows[1][:1]
+    before_the_other_arm = rows[0][0] + 0.2 * (end - rows[0][0])
+    behind_it = end + [0.3, 0, 0, 0, 0, 0]
+    found, kept = shortened(problem, rows, goals=[np.array([end, behind_it, before_the_other_arm]), stay])
+    assert kept > 0
+    np.testing.assert_array_equal(found[0][-1], before_the_other_arm.astype(np.float32))
+    assert length(found) == pytest.approx(np.abs(before_the_other_arm - rows[0][0]).sum(), abs=2e-3)
+
+
+def test_an_arm_keeps_its_goal_where_the_nearer_one_is_blocked():
+    problem, rows = over()
+    blocked = two_arms.reaching(0.0)[None]  # where the other arm stands
+    ends = [np.vstack([rows[0][-1:], blocked]), rows[1][:1]]
+    found, _ = shortened(problem, rows, goals=ends)
+    np.testing.assert_array_equal(found[0][-1], rows[0][-1].astype(np.float32))
+
+
 def test_arms_of_one_group_keep_clear_of_each_other_and_of_no_other():
     cell = ring_cell(4, "panda")
     problem = make_problem(cell, *draw_instance(cell, seed=1))
@@ -241,6 +261,7 @@ def test_steps_of_no_length_are_refused():
                 problem.cell.collision.core,
                 rows,
                 speeds,
+                goals=[q[:0] for q in rows],
                 levels=core.Levels(1e-3, 1e-3),
                 groups=(0, 0),
                 settings=core.ShortcutSettings(attempts=10),

@@ -255,11 +255,12 @@ def test_composite_paths_and_shortcuts_agree_to_the_last_bit(monkeypatch, robot,
             out += [path, search.nodes, search.iterations]
             settings, clock = core.ShortcutSettings(attempts=60), core.Clock(60.0)
             levels = core.Levels(*LEVELS)
-            out.append(
-                core.shortcut(
-                    model.core, rows, speeds, levels=levels, groups=[0] * 4, settings=settings, seed=seed, clock=clock
-                )
-            )
+            rest = {"levels": levels, "groups": [0] * 4, "settings": settings, "seed": seed, "clock": clock}
+            nearer = [np.vstack([q[-1], q[0] + 0.9 * (q[-1] - q[0])]) for q in rows]
+            out += [
+                core.shortcut(model.core, rows, speeds, goals=goals, **rest)
+                for goals in ([q[:0] for q in rows], nearer)
+            ]
         return out
 
     assert_same_bits(by_every_variant(monkeypatch, cell, ask))

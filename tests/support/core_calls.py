@@ -444,6 +444,7 @@ CALLS = {
         core.shortcut,
         q=TWO_ROWS,
         max_step=TWO_STEPS,
+        goals=TWO_GOALS,
         **LEVELS,
         groups=([0, 0], "groups"),
         settings=(core.ShortcutSettings(attempts=10), "shortcut settings"),

@@ -2,8 +2,9 @@
 
 Shortcuts replace motion windows of one arm, of one joint, or of all arms at once by shorter motions, if these are
 proved clear of everything (`native/improve/shortcutting.hpp`). The cost is L1, so a path on which no joint turns back
-is as short as the straight line; such paths are tried too (`native/improve/shortcut_moves.hpp`). Shortcuts keep the
-passing order: the clock is common, and only shorter motions are kept.
+is as short as the straight line; such paths are tried too (`native/improve/shortcut_moves.hpp`). An arm with several
+candidates may end at another one. Shortcuts keep the passing order: the clock is common, and only shorter motions are
+kept.
 """
 
 from __future__ import annotations
@@ -62,6 +63,7 @@ class Shortcutting:
             problem.cell.collision.core,
             on_grid(plan, dt),
             [problem.max_velocity[name] * dt for name in names],
+            goals=[np.ascontiguousarray(problem.goals[name]) for name in names],
             levels=problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
             groups=groups if groups is not None else [0] * len(names),
             settings=core.ShortcutSettings(attempts=self.attempts, min_saving=self.repeat_gain),

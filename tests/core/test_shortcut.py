@@ -148,7 +148,7 @@ def test_an_arm_ends_at_another_of_its_goals_where_that_is_shorter():
     problem, rows = over()
     end, stay = rows[0][-1], rows[1][:1]
     before_the_other_arm = rows[0][0] + 0.2 * (end - rows[0][0])
-    behind_it = end + [0.3, 0, 0, 0, 0, 0]
+    behind_it = end + 0.3 * np.eye(6)[0]
     found, kept = shortened(problem, rows, goals=[np.array([end, behind_it, before_the_other_arm]), stay])
     assert kept > 0
     np.testing.assert_array_equal(found[0][-1], before_the_other_arm.astype(np.float32))

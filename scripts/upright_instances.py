@@ -23,7 +23,8 @@ CLEARANCE_M = 0.01
 WALKS, STEP_RAD = 6, 0.2
 """Number of walks from a start to its goal, and largest move of a joint [rad] in a step of a walk."""
 KINDS = ("waypoint", "bound", "excursion")
-"""Kinds of planted violations: a waypoint is tilted, the bound is tightened, the tool tilts between two samples."""
+"""Kinds of planted violations: a waypoint is tilted; the bound is tightened, or so little that the plan breaks it only
+between its samples."""
 
 
 def upright_problem(cell: Cell, seed: int, bound: Upright) -> Problem:
@@ -41,7 +42,7 @@ def _anywhere(arm: Arm, rng: np.random.Generator) -> Float[np.ndarray, "dof"]:
 
 def _projected(cell: Cell, arm: Arm, q: Float[np.ndarray, "dof"]) -> Float[np.ndarray, "dof"] | None:
     """Returns the configuration moved inside the bound, or None."""
-    (moved,), (found,) = cell.collision.upright(arm.name, q[None])
+    (moved,), (found,) = cell.collision.project_upright(arm.name, q[None])
     return moved if found else None
 
 
@@ -90,15 +91,12 @@ def with_violation(plan: Plan, kind: str, rng: np.random.Generator) -> dict[str,
     elif kind == "waypoint":
         data["positions"][name][k] = _tilted(plan, name, q[k], within, rng).tolist()
     else:
-        share = rng.uniform(0.1, 0.8)
-        places = np.array([share, share + 0.005, share + 0.01])
-        for other, rows in plan.positions.items():
-            between = rows[k] + places[:, None] * (rows[k + 1] - rows[k])
-            if other == name:
-                between[1] = _tilted(plan, name, between[1], within, rng)
-            data["positions"][other][k + 1 : k + 1] = between.tolist()
-        times = plan.times[k] + places * (plan.times[k + 1] - plan.times[k])
-        data["times"][k + 1 : k + 1] = times.tolist()
+        at_samples = float(model.tilt(name, q).max())
+        highest = float(model.tilt(name, plan.sampled(plan.finer_times(1e-3))[name]).max())
+        if highest < 1.001 * at_samples:
+            return None
+        tightest = at_samples + rng.uniform(0.1, 0.9) * (highest - at_samples)
+        data["problem"]["keep"][name]["upright"]["within"] = tightest
     return data
 
 

@@ -207,7 +207,7 @@ class CollisionModel:
         x, y, z = core.tool_axes(self.core, self.index(arm), self._rows(arm, q)).T
         return np.arctan2(np.hypot(x, y), z)
 
-    def upright(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n dof"], Bool[np.ndarray, "n"]]:
+    def project_upright(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n dof"], Bool[np.ndarray, "n"]]:
         """Returns `q` [n, dof], moved where needed so that the arm keeps the bound of its tool axis, and where it does.
 
         The result is within the joint limits. It may be in collision. Raises `MmpError` like `tilt`.

@@ -1,8 +1,8 @@
 // Bound on the angle between a tool axis and the world's z axis.
 //
-// The room of a pose is the distance of the point at 1 m on the tool axis from the cone around z whose half angle is
-// the bound, with the tool's origin as its apex: sin(bound - angle), positive inside. So it is tested like a clearance
-// [m].
+// Around z, with the tool's origin as its apex, lies a cone whose half angle is the bound. The room of a pose is the
+// signed distance of the point at 1 m on the tool axis from the tangent plane of the cone that is nearest:
+// sin(bound - angle), positive inside. So it is tested like a clearance [m].
 #pragma once
 
 #include "geometry/collision.hpp"
@@ -52,8 +52,8 @@ inline V axis_curvature(const ArmModel<Scalar<V>>& arm, const V* rate) {
   return second;
 }
 
-// Returns a lower bound of the room while the joints sweep: the room is a concave function of the axis, which moves
-// along its tangent but for the second derivative.
+// Returns a lower bound of the room while the joints sweep. The room is the least signed distance from planes, so it is
+// a concave function of the axis, which moves along its tangent but for the second derivative.
 template <class V>
 inline V upright_room_within(const Pose<V>& pose, const Sweep<V>& sweep) {
   const auto& arm = *pose.arm;

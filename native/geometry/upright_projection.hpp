@@ -11,6 +11,8 @@ namespace mmp {
 // Longest move of a joint [rad] in one step of a tree, over the square root of the bound: the angle deviates from that
 // of the ends with the square of the step.
 inline constexpr double kUprightStep = 0.6;
+// Least progress of a step to a projected configuration, relative to the step.
+inline constexpr double kLeastProgress = 0.1;
 
 // Newton steps of one arm's configuration that reduce the angle of its tool axis. Without a bound it does nothing.
 template <class V>

@@ -11,8 +11,7 @@
 
 namespace mmp {
 
-inline constexpr double kLeastProgress = 0.1;  // of a step to a projected configuration, relative to the step
-inline constexpr int kManyNodes = 4096;        // with more nodes every iteration looks at the clock
+inline constexpr int kManyNodes = 4096;  // with more nodes every iteration looks at the clock
 
 struct CompositeSettings {
   double range = 2.0;  // longest edge, L2 [rad]

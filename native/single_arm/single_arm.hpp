@@ -28,7 +28,7 @@ class SingleArm {
   SingleArmPath<T> plan(const std::vector<Constraint<V>*>& constraints, const std::vector<const Motion<V>*>& others,
                         const std::vector<T>& experience, const SingleArmSettings& settings, uint64_t seed,
                         const Clock& clock, TreeSnapshot<T>* snapshot = nullptr) {
-    if (!reachable(clock)) return {};
+    if (!prepare(clock)) return {};
     SingleArmPath<T> path;
     int iterations = 0;
     for (const T share : kDeviationShares<T>) {
@@ -53,7 +53,9 @@ class SingleArm {
   int dof() const { return static_cast<int>(task_.start.size()); }
 
  private:
-  bool reachable(const Clock& clock) {
+  // Grows the tree from the goals on the first call, without goals that are not free. Returns whether the start reaches
+  // one of them.
+  bool prepare(const Clock& clock) {
     if (unreachable_ || task_.goal_tree.start >= 0) return !unreachable_;
     EdgeChecker<V> alone(*task_.world, task_.arm, {}, task_.levels, task_.max_step.data());
     if (task_.goals.size() > 1)

@@ -31,9 +31,6 @@ int nearest(const std::vector<Node>& tree, const Config<T>& q) {
   return nearest(tree, q, [](const Node&) { return true; });
 }
 
-// Least progress of a step to a projected configuration, relative to the step.
-inline constexpr double kProgress = 0.1;
-
 // Returns a configuration at most eta from `from` towards the target, inside the bound of an upright tool; empty if
 // there is none nearer to the target.
 template <class V>
@@ -43,7 +40,7 @@ Config<Scalar<V>> towards(EdgeChecker<V>& checker, const Config<Scalar<V>>& from
   if (d <= eta) return target;
   auto next = between(from, target, eta / d);
   if (!checker.is_upright()) return next;
-  const bool nearer = checker.project(next) && distance(next, target) <= d - T(kProgress) * eta;
+  const bool nearer = checker.project(next) && distance(next, target) <= d - T(kLeastProgress) * eta;
   return nearer ? next : Config<T>{};
 }
 

@@ -14,7 +14,7 @@ from mmp_env.model.margins import DEFAULT_MARGIN_M, MOST_SLACK_M
 from mmp_env.model.task import State
 
 _ITERATIONS = 3000
-"""Largest number of iterations of RRT-Connect; an arm that has a path needs ten to a few hundred."""
+"""Largest number of iterations of RRT-Connect."""
 _SEED = 0
 _FOREVER_S = 1e10
 

@@ -51,7 +51,7 @@ def test_an_edge_is_free_if_and_only_if_it_keeps_the_bound(robot, within):
     for axis in AXES[1:3]:
         cell = lone(robot, axis, within)
         arm, model = cell.arms[0], cell.collision
-        q, found = model.upright("arm", toys.random_configurations(rng, arm, 60))
+        q, found = model.project_upright("arm", toys.random_configurations(rng, arm, 60))
         start = q[found]
         end = np.clip(start + rng.normal(0, 0.5 * np.sqrt(within), start.shape), arm.robot.lower, arm.robot.upper)
         largest = largest_tilt(cell, start, end)
@@ -71,12 +71,12 @@ def test_a_projected_configuration_is_within_bound_and_limits_and_near(robot):
         cell = lone(robot, axis, 0.2)
         arm = cell.arms[0]
         q = toys.random_configurations(rng, arm, 50)
-        moved, found = cell.collision.upright("arm", q)
+        moved, found = cell.collision.project_upright("arm", q)
         assert found.mean() > 0.5
         assert (moved >= arm.robot.lower).all()
         assert (moved <= arm.robot.upper).all()
         assert (cell.collision.tilt("arm", moved[found]) <= 0.2).all()
-        again, still = cell.collision.upright("arm", moved[found])
+        again, still = cell.collision.project_upright("arm", moved[found])
         assert still.all()
         np.testing.assert_array_equal(again, moved[found])
 
@@ -86,14 +86,14 @@ def test_a_small_projection_follows_the_gradient():
     cell, axis = lone("panda", [0, 0, 1], 0.2), [0, 0, 1]
     rng = np.random.default_rng(7)
     arm = cell.arms[0]
-    inside, found = cell.collision.upright("arm", toys.random_configurations(rng, arm, 30))
+    inside, found = cell.collision.project_upright("arm", toys.random_configurations(rng, arm, 30))
     for row in inside[found][:10]:
         start = np.clip(row + rng.normal(0, 0.05, arm.dof), arm.robot.lower + 0.1, arm.robot.upper - 0.1)
         at = upright.tilt(arm, axis, start)
         if at <= 0.2:
             continue
         slope = [(upright.tilt(arm, axis, start + step) - at) / 1e-6 for step in 1e-6 * np.eye(arm.dof)]
-        (moved,), (done,) = cell.collision.upright("arm", start[None])
+        (moved,), (done,) = cell.collision.project_upright("arm", start[None])
         assert done
         assert np.linalg.norm(moved - start) < 1.5 * (at - 0.7 * 0.2) / np.linalg.norm(slope)
 
@@ -136,21 +136,22 @@ def test_searches_keep_the_bound_at_every_instant(seed):
         assert problem.cell.collision.tilt(name, dense).max() <= problem.keep[name].within
 
 
-def test_a_certificate_refuses_an_excursion_between_samples():
-    """The tool of a planar chain tilts between two configurations of the same angle."""
+def wrist_turned_over(q):
+    """Returns another configuration of a UR5e with the same pose of the flange; the way there tilts the flange."""
+    return q + np.array([0, 0, 0, np.pi, -2 * q[4], np.pi])
+
+
+def test_a_certificate_refuses_an_excursion_between_two_upright_ends():
     arm = place_arm("arm", "ur5e", [0, 0, 0], quaternion_from_yaw(0.0), None)
-    home = arm.robot.home
-    frame = kinematics.flange_frame(arm, home)
-    cell = Cell(name="lone", arms=(arm,), keep={"arm": Upright(axis=frame[:3, :3].T @ [0, 0, 1], within=0.1)})
-    turned = home + np.array([0.5, 0, 0, 0, 0, 0])
-    there, back = home + 0.15 * np.eye(6)[3], home - 0.15 * np.eye(6)[3]
-    model, levels = cell.collision, core.Levels(0.001, 0.001, 0.0, 0.0, -0.001)
-    for rows, valid in (
-        ([home, turned], True),
-        ([home, there, home], False),
-        ([there, back], False),
-    ):
-        proof = core.certify(model.core, [np.array(rows)], levels, 0.5, core.Clock(60.0))
+    home = np.array([0.0, -1.2, 1.0, -0.4, 0.3, 0.5])
+    axis = kinematics.flange_frame(arm, home)[:3, :3].T @ [0, 0, 1]
+    cell = Cell(name="lone", arms=(arm,), keep={"arm": Upright(axis=axis, within=0.2)})
+    over, turned = wrist_turned_over(home), home + 0.5 * np.eye(6)[0]
+    assert cell.collision.tilt("arm", np.array([home, over])).max() < 1e-6
+    assert largest_tilt(cell, home[None], over[None])[0] > 0.5
+    levels = core.Levels(0.001, 0.001, 0.0, 0.0, -0.001)
+    for kept, end, valid in ((cell, turned, True), (cell, over, False), (replace(cell, keep={}), over, True)):
+        proof = core.certify(kept.collision.core, [np.array([home, end])], levels, 0.5, core.Clock(60.0))
         assert proof.valid == valid
         if not valid:
             assert (proof.arm_a, proof.arm_b) == (0, -1)

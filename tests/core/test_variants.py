@@ -89,7 +89,7 @@ def test_upright_tools_agree_to_the_last_bit(monkeypatch):
     def ask(core, model):
         out = []
         for k, arm in enumerate(cell.arm_names):
-            moved, found = model.upright(arm, q[arm])
+            moved, found = model.project_upright(arm, q[arm])
             ends = moved + 0.05
             out += [moved, found, model.tilt(arm, q[arm])]
             out.append(core.edges_free(model.core, k, moved, ends, core.Levels(*levels)))

@@ -27,7 +27,7 @@ def anywhere(arm, rng):
 
 def projected(cell, arm, q):
     """Returns the configuration moved inside the bound, or None."""
-    (moved,), (found,) = cell.collision.upright(arm.name, q[None])
+    (moved,), (found,) = cell.collision.project_upright(arm.name, q[None])
     return moved if found else None
 
 

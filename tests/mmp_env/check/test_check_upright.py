@@ -99,14 +99,16 @@ def test_planted_violations_are_found(seed):
 
 
 def test_an_excursion_between_two_upright_samples_is_found():
-    axis, tilt = axis_up(START)
     q = np.array(START)
-    swing = np.array([0, 0.28, 0.0, 0, 0, 0])
-    rows = np.array([q - swing, q + swing])
-    assert max(map(tilt, rows)) < 0.3
-    over = np.array([q - swing, q + 0.5 * np.eye(6)[3], q + swing])
-    assert "upright" not in rules(kept(rows, axis))
-    assert "upright" in rules(kept(over, axis))
+    axis, tilt = axis_up(q)
+    over = q + np.array([0, 0, 0, np.pi, -2 * q[4], np.pi])  # the wrist turned over: the same pose of the flange
+    assert max(tilt(q), tilt(over)) < 1e-6
+    highest = max(tilt(q + share * (over - q)) for share in np.linspace(0, 1, 201))
+    (found,) = check_plan(kept([q, over], axis)).violations
+    assert found.rule == "upright"
+    assert found.values["angle_rad"] == pytest.approx(highest, abs=1e-3)
+    nearly = q + 0.05 * (over - q)
+    assert "upright" not in rules(kept([q, nearly, q], axis, within=1.01 * tilt(nearly)))
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,6 @@
 """Crowded robot-arm cells: robots, collision queries, problems and plans, their checker, and a Gymnasium environment.
 
-Importing this package registers the environments `MultiArmCell-2`, `-4`, `-6`, `-8` and `MultiArmCell` with Gymnasium.
+Importing this package registers the environments `MultiArmCell` and `MultiArmCell-2` to `-64` with Gymnasium.
 The names below are loaded at first use.
 """
 
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from mmp_env.model.conflict import Conflict
     from mmp_env.model.goals import AnyOf, JointGoal, NamedGoal, PoseGoal, Stay
     from mmp_env.model.keep import Upright
+    from mmp_env.model.lines import line_cell
     from mmp_env.model.plan import Plan
     from mmp_env.model.problem import Problem
     from mmp_env.model.rings import ring_cell
@@ -71,6 +72,7 @@ _HOMES = {
     "view.notebook": ("PlanView",),
     "view.pictures": ("save_picture",),
     "model.keep": ("Upright",),
+    "model.lines": ("line_cell",),
     "model.plan": ("Plan",),
     "files.plan_check": ("check_plan",),
     "files.plan_file": ("load_plan", "save_plan"),
@@ -118,6 +120,7 @@ __all__ = [
     "draw_instance",
     "draw_problem",
     "find_cell",
+    "line_cell",
     "load_cell",
     "load_instances",
     "load_plan",

@@ -33,7 +33,7 @@ from mmp_env.model.arm import (
     Arm,
     Obstacle,
 )
-from mmp_env.model.cell import Cell
+from mmp_env.model.cell import MOST_ARMS, Cell
 from mmp_env.model.held import HELD
 from mmp_env.model.model_joints import ModelJoints
 from mmp_env.model.names import NAMES, is_name
@@ -53,7 +53,7 @@ MEASURES = {
 """Shape -> the fields that give its size."""
 _ALL_MEASURES = ("size", "radius", "length", "pieces", "file", "scale")
 _MESH_FIELDS = ("pieces", "file", "scale")
-MAX_ARMS, MAX_OBSTACLES = 64, 1000
+MAX_OBSTACLES = 1000
 """Largest numbers of arms and obstacles of a cell."""
 _ONE_TURN_RAD = 2 * np.pi + 1e-4
 """Largest yaw [rad] in a cell file: a full turn, with room for rounding."""
@@ -150,7 +150,7 @@ def _refuse_more_than_a_turn(data: CellData, place: Location) -> None:
 
 def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
     """Returns the cell in decoded data, see `cell_from_dict`."""
-    for key, items, most in (("arms", data.arms, MAX_ARMS), ("obstacles", data.obstacles, MAX_OBSTACLES)):
+    for key, items, most in (("arms", data.arms, MOST_ARMS), ("obstacles", data.obstacles, MAX_OBSTACLES)):
         if len(items) > most:
             raise MmpError(f"{place / key} has {len(items)} entries; it must have at most {most}")
     if not data.arms:

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import gymnasium
 
-RING_COUNTS = (2, 4, 6, 8)
+RING_COUNTS, LINE_COUNTS = (2, 4, 6, 8), (10, 12, 16, 24, 32, 48, 64)
 ANY_CELL = "MultiArmCell"
-"""Id of the environment that takes `cell=`. `MultiArmCell-<count>` is the ring of that many UR5e, or of `robot=`."""
-CELLS = {f"{ANY_CELL}-{count}": f"ring-{count}" for count in RING_COUNTS} | {f"{ANY_CELL}-mixed-4": "mixed-4"}
+"""Id of the environment that takes `cell=`. `MultiArmCell-<count>` is a ring, or from 10 on two rows, of that many UR5e
+or `robot=`."""
+CELLS = (
+    {f"{ANY_CELL}-{count}": f"ring-{count}" for count in RING_COUNTS}
+    | {f"{ANY_CELL}-{count}": f"line-{count}" for count in LINE_COUNTS}
+    | {f"{ANY_CELL}-mixed-4": "mixed-4"}
+)
 """Environment id -> name of its cell."""
 MAX_EPISODE_STEPS = 200
 """Actions in an episode: 20 s, in which every joint can cross its range of 2 pi twice at the default 0.8 rad/s."""
@@ -15,7 +20,7 @@ _ENTRY_POINT = "mmp_env.gym.env:MultiArmCellEnv"
 
 
 def register_environments() -> None:
-    """Registers `MultiArmCell`, `MultiArmCell-2`, `-4`, `-6`, `-8` and `-mixed-4`; a second call changes nothing."""
+    """Registers `MultiArmCell` and the ids in `CELLS`; a second call changes nothing."""
     for name, cell in ({ANY_CELL: None} | CELLS).items():
         if name not in gymnasium.registry:
             gymnasium.register(

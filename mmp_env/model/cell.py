@@ -21,6 +21,9 @@ from mmp_env.model.read_only import read_only
 from mmp_env.model.robot import EXACT, GEOMETRIES
 from mmp_env.wording import counted
 
+MOST_ARMS = 256
+"""Largest number of arms of a cell that a name or a file makes."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cell:

@@ -25,7 +25,28 @@ _TABLE_BORDER_M, _TABLE_THICKNESS_M = 0.35, 0.10
 
 def ring_radius(count: int, robot: str) -> float:
     """Returns the distance of the bases from the centre [m]; arms of short reach stand closer together."""
-    return RING_RADIUS_M[count] * (_SHORT_SCALE if load_robot(robot).reach < _SHORT_REACH_M else 1.0)
+    return RING_RADIUS_M[count] * reach_scale(robot)
+
+
+def reach_scale(robot: str) -> float:
+    """Returns the scale of the distances between arms."""
+    return _SHORT_SCALE if load_robot(robot).reach < _SHORT_REACH_M else 1.0
+
+
+def cell_suffix(robot: str) -> str:
+    """Returns the end of the name of a cell of equal arms."""
+    return "" if robot == "ur5e" else f"-{robot}"
+
+
+def table_below(length: float, width: float) -> Obstacle:
+    """Returns a table with its top at z = 0, around a rectangle [m] about the origin in which all bases stand."""
+    return Obstacle(
+        name="table",
+        shape="box",
+        position=frozen_array([0.0, 0.0, -_TABLE_THICKNESS_M / 2]),
+        quaternion=frozen_array([1.0, 0.0, 0.0, 0.0]),
+        size=frozen_array([round(edge + 2 * _TABLE_BORDER_M, 3) for edge in (length, width)] + [_TABLE_THICKNESS_M]),
+    )
 
 
 def ring_cell(count: int, robot: str = "ur5e", spheres: str = "28") -> Cell:
@@ -55,13 +76,5 @@ def ring_cell(count: int, robot: str = "ur5e", spheres: str = "28") -> Cell:
         position = [round(radius * np.cos(angle), 3) + 0.0, round(radius * np.sin(angle), 3) + 0.0, 0.0]
         yaw = round(float(np.mod(angle + np.pi, 2 * np.pi)), 3)
         arms.append(place_arm(f"arm{k}", robot, position, quaternion_from_yaw(yaw)))
-    edge = round(2 * (radius + _TABLE_BORDER_M), 3)
-    table = Obstacle(
-        name="table",
-        shape="box",
-        position=frozen_array([0.0, 0.0, -_TABLE_THICKNESS_M / 2]),
-        quaternion=frozen_array([1.0, 0.0, 0.0, 0.0]),
-        size=frozen_array([edge, edge, _TABLE_THICKNESS_M]),
-    )
-    suffix = "" if robot == "ur5e" else f"-{robot}"
-    return Cell(name=f"ring-{count}{suffix}", arms=tuple(arms), obstacles=(table,), spheres=spheres)
+    table = table_below(2 * radius, 2 * radius)
+    return Cell(name=f"ring-{count}{cell_suffix(robot)}", arms=tuple(arms), obstacles=(table,), spheres=spheres)

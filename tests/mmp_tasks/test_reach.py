@@ -1,5 +1,6 @@
 """Task `reach`: its rules, its repeated draws, and its errors."""
 
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -8,12 +9,14 @@ from reference import clearance, kinematics, toys
 
 import mmp_tasks
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.files.cell_source import find_cell
 from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import DEFAULT_MARGIN_M
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import load_robot, robot_names
-from mmp_tasks.reach import Reach, shared_space
+from mmp_tasks.reach import Reach
+from mmp_tasks.shared_space import has_open_middle, middle, neighbourhood, neighbours
 
 CELLS = [
     (8, "ur5e", "28"),
@@ -43,7 +46,7 @@ def test_arms_keep_a_centimetre_from_each_other_and_the_whole_margin_from_the_re
 @pytest.mark.parametrize(("count", "robot", "spheres"), CELLS)
 def test_every_tool_point_lies_in_the_shared_space_and_every_joint_in_its_draw_limits(count, robot, spheres):
     for cell, state in states(count, robot, spheres, range(2)):
-        space = shared_space(cell)
+        space = middle(cell)
         for arm in cell.arms:
             q = state[arm.name]
             x, y, z = kinematics.tool_point(arm, q)
@@ -101,7 +104,7 @@ def test_a_seed_gives_the_same_instance_in_every_version():
     ],
 )
 def test_the_shared_space_of_a_ring_ends_15_cm_before_the_bases_but_never_below_20_cm(count, robot, radius):
-    space = shared_space(ring_cell(count, robot))
+    space = middle(ring_cell(count, robot))
     np.testing.assert_allclose(space.center, [0, 0], atol=1e-9)
     assert space.radius == pytest.approx(radius, abs=1e-3)
     assert (space.bottom, space.top) == (0.05, 0.80)
@@ -111,18 +114,18 @@ def test_the_shared_space_stands_on_the_lowest_base_in_the_middle_of_all():
     cell = toys.toy_cell(
         toys.toy_arm("a", [1, 0, 0.4]), toys.toy_arm("b", [2, 2, 0.1]), toys.toy_arm("c", [3, -2, 0.1])
     )
-    space = shared_space(cell)
+    space = middle(cell)
     np.testing.assert_allclose(space.center, [2, 0])
     assert space.radius == pytest.approx((1 + 2 + np.sqrt(5)) / 3 - 0.15)
     assert (space.bottom, space.top) == pytest.approx((0.15, 0.90))
 
 
 def test_a_single_arm_has_its_reach_to_itself():
-    assert shared_space(toys.toy_cell(toys.toy_arm("a", [1, 1, 0]))).radius == 2.0
+    assert middle(toys.toy_cell(toys.toy_arm("a", [1, 1, 0]))).radius == 2.0
 
 
 def test_points_on_the_surface_of_the_shared_space_are_in_it():
-    space = shared_space(toys.toy_cell(toys.toy_arm("a", [1, 0, 0])))
+    space = middle(toys.toy_cell(toys.toy_arm("a", [1, 0, 0])))
     points = np.array([[3.0, 0, 0.05], [3.01, 0, 0.05], [1, 0, 0.80], [1, 0, 0.81], [1, 0, 0.04]])
     assert space.contains(points).tolist() == [True, False, True, False, False]
 
@@ -154,7 +157,7 @@ class FakeQueries:
 @pytest.fixture
 def paths_everywhere(monkeypatch):
     """Lets every arm find a path alone: fake queries have no core."""
-    monkeypatch.setattr("mmp_tasks.reach.arm_without_path", lambda cell, start, goal: None)
+    monkeypatch.setattr("mmp_tasks.reach.ArmAlone.has_path", lambda self, start, goal: True)
 
 
 def cell_with(queries):
@@ -238,3 +241,64 @@ def test_the_task_is_registered_with_its_options():
     description = mmp_tasks.describe("reach")
     assert description.options == {"clearance": 0.01, "static_clearance": 0.0025, "tries": 300, "draws": 100}
     assert description.summary.startswith("Random configurations")
+
+
+LAYOUTS = [("ring-2", True), ("ring-8", True), ("ring-8-piper", True), ("mixed-4", True), ("line-16", False)]
+
+
+@pytest.mark.parametrize(("name", "is_open"), LAYOUTS)
+def test_rings_share_their_open_middle_and_lines_do_not(name, is_open):
+    assert has_open_middle(find_cell(name)) is is_open
+
+
+def test_a_post_in_the_middle_leaves_no_open_middle():
+    ring = ring_cell(4)
+    for position, size, is_open in (
+        ([0, 0, 0.5], [0.1, 0.1, 1.0], False),
+        ([0, 0, 1.2], [0.1, 0.1, 0.4], True),  # above the space
+        ([0.5, 0, 0.5], [0.1, 0.1, 1.0], True),  # beside it
+    ):
+        post = toys.solid("box", position, size=size)
+        assert has_open_middle(replace(ring, obstacles=(*ring.obstacles, post))) is is_open
+
+
+@pytest.mark.parametrize("name", ["line-10", "line-16-panda"])
+def test_in_a_line_every_tool_point_is_where_two_other_arms_reach_as_well(name):
+    cell = find_cell(name)
+    for seed in range(2):
+        for state in Reach().sample(cell, np.random.default_rng(seed)):
+            assert 0.8 * clearance.least_clearance(cell, state) > DEFAULT_MARGIN_M
+            for arm in cell.arms:
+                x, y, z = kinematics.tool_point(arm, state[arm.name])
+                others = [other for other in cell.arms if other is not arm]
+                reached = [np.hypot(*(other.position[:2] - (x, y))) <= 0.75 * other.robot.reach for other in others]
+                assert sum(reached) >= 2
+                assert 0.05 - 1e-9 <= z <= 0.80 + 1e-9
+
+
+def test_in_a_line_a_seed_gives_the_same_instance_in_every_version():
+    _, goal = Reach().sample(find_cell("line-16"), np.random.default_rng(7))
+    assert goal["arm15"].tolist() == [
+        -0.03526733896964984,
+        -2.2758465529968257,
+        0.04072898139800385,
+        1.647526075813299,
+        -1.4685591310962738,
+        -1.4945593121500642,
+    ]
+
+
+def test_two_arms_far_apart_have_no_neighbours():
+    cell = toys.toy_cell(toys.toy_arm("a", [0, 0, 0]), toys.toy_arm("b", [100, 0, 0]))
+    assert not has_open_middle(cell)
+    assert neighbours(cell, cell.arms[0]) == []
+    space = neighbourhood(cell, cell.arms[0])
+    assert space.contains(np.array([[0, 0, 0.5], [0, 0, 0.9]])).tolist() == [True, False]
+
+
+def test_arms_that_cannot_stand_beside_each_other_are_an_error_that_names_one():
+    filled = toys.solid("box", [0, 0, 0.5], size=[9.0, 9.0, 1.0])
+    line = find_cell("line-10")
+    cell = replace(line, name="filled", obstacles=(filled,))
+    with pytest.raises(MmpError, match=r"no start for cell 'filled' in 2 draws: 2 of them ended at arm 'arm0'"):
+        Reach(draws=2).sample(cell, np.random.default_rng(0))

@@ -17,7 +17,21 @@ namespace mmp {
 template <class V>
 struct Contacts {
   Mask<V> touching{}, undecided{};
+
+  // Returns the contacts of a test that asks for its first `count` lanes. The others count as touching: no test of
+  // hulls looks at them.
+  static Contacts of_first(int count) {
+    Contacts out;
+    for (int lane = count; lane < width<V>; ++lane) out.touching[lane] = -1;
+    return out;
+  }
 };
+
+// Returns a bit for each of the first `count` lanes.
+template <class V>
+inline unsigned first_lanes(int count) {
+  return all_bits<V> >> (width<V> - count);
+}
 
 // Returns the frame that carries a link, in one lane. Bases and their hulls are in the world.
 template <class V>
@@ -117,7 +131,8 @@ inline void decide_exactly(const Contacts<V>& by_spheres, const Contacts<V>& sur
     const int lane = std::countr_zero(open);
     const double close = std::max(double(margin), 0.0), wide = std::max(double(reach[lane]), 0.0);
     const bool may_touch = touching >> lane & 1u, may_be_undecided = undecided >> lane & 1u;
-    const Limits limits{may_touch ? close : wide, may_be_undecided ? wide : close};
+    const double one = may_touch ? close : wide, other = may_be_undecided ? wide : close;
+    const Limits limits{std::min(one, other), std::max(one, other)};
     const auto d = hulls_distance(body_a(lane), body_b(lane), limits);
     if (may_touch && d.lower < close) out.touching[lane] = -1;
     if (may_be_undecided && d.lower < wide) out.undecided[lane] = -1;

@@ -76,10 +76,11 @@ void prove_pieces(std::vector<Piece<Scalar<V>>>& stack, SegmentResult<Scalar<V>>
       for (const auto& piece : batch) results[piece.segment].free = false;
       return;
     }
-    Contacts<V> found;
-    test(batch.data(), static_cast<int>(batch.size()), found);
+    const int count = static_cast<int>(batch.size());
+    auto found = Contacts<V>::of_first(count);
+    test(batch.data(), count, found);
     const unsigned touching = bits<V>(found.touching), undecided = bits<V>(found.undecided);
-    for (int lane = static_cast<int>(batch.size()) - 1; lane >= 0; --lane) {
+    for (int lane = count - 1; lane >= 0; --lane) {
       const auto& piece = batch[lane];
       const T middle = (piece.lo + piece.hi) / 2;
       auto& result = results[piece.segment];
@@ -142,7 +143,9 @@ class Prover {
       const auto reach_self = [&](int k) {
         return sweep.reach_relative(pose, arm.self_pairs[k].first, arm.self_pairs[k].second) + levels.proof;
       };
-      const auto done = [&](const Contacts<V>& c) { return stop == Stop::at_first_contact && bits<V>(c.touching); };
+      const auto done = [&](const Contacts<V>& c) {
+        return stop == Stop::at_first_contact && (bits<V>(c.touching) & first_lanes<V>(n));
+      };
       if (arm.upright) {
         test_upright(pose, sweep, levels, out);
         if (done(out)) return;

@@ -149,9 +149,10 @@ bool breaks(const Motion<V>& m, const std::vector<Constraint<V>*>& constraints, 
         for (int j = 0; j < m.arm->dof; ++j) q[j][lane] = lo[j] + f * (hi[j] - lo[j]);
       }
       forward(q, pose);
-      Contacts<V> out;
+      const int count = static_cast<int>(std::min<size_t>(width<V>, instants.size() - first));
+      auto out = Contacts<V>::of_first(count);
       c->contacts(q, none, pose, reach, {margin, margin}, out);
-      if (bits<V>(out.touching)) return true;
+      if (bits<V>(out.touching) & first_lanes<V>(count)) return true;
     }
   }
   return false;

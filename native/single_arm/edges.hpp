@@ -76,7 +76,7 @@ class EdgeChecker {
       const int n = std::min<int>(width<V>, static_cast<int>(first_.size() - k));
       pose(first_.data() + k, n, at);
       for (size_t c = 0; c < constraints_.size(); ++c) {
-        Contacts<V> out;
+        auto out = Contacts<V>::of_first(n);
         constraints_[c]->contacts(batch_.middle, batch_.half, pose_, reach_, levels_, out);
         classify(static_cast<int>(c), first_.data() + k, n, out, undecided[c], edge.blocked);
       }
@@ -114,7 +114,7 @@ class EdgeChecker {
       const Piece<T> piece{0, 0, 1};
       pose(&piece, 1, at);
       for (auto* c : constraints_) {
-        Contacts<V> out;
+        auto out = Contacts<V>::of_first(1);
         c->contacts(batch_.middle, batch_.half, pose_, reach_, levels_, out);
         if (bits<V>(out.touching | out.undecided) & 1u) windows.push_back(c->window);
       }
@@ -180,7 +180,7 @@ class EdgeChecker {
       for (size_t k = 0; k < halves_.size(); k += width<V>) {
         const int n = std::min<int>(width<V>, static_cast<int>(halves_.size() - k));
         pose(halves_.data() + k, n, at);
-        Contacts<V> found;
+        auto found = Contacts<V>::of_first(n);
         constraints_[c]->contacts(batch_.middle, batch_.half, pose_, reach_, levels_, found);
         classify(c, halves_.data() + k, n, found, stack, out);
       }

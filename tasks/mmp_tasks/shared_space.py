@@ -89,7 +89,7 @@ class Neighbourhood:
 
 
 def has_open_middle(cell: Cell) -> bool:
-    """Returns whether all arms stand around the middle of a cell, and nothing else is there."""
+    """Returns whether all arms stand around the middle of a cell and reach its axis, on which no obstacle stands."""
     space = middle(cell)
     if len(cell.arms) == 1:
         return True
@@ -97,7 +97,7 @@ def has_open_middle(cell: Cell) -> bool:
     away = np.linalg.norm(bases - space.center, axis=1)
     around = bool((away >= space.radius).all())
     near = bool((away < [arm.robot.reach for arm in cell.arms]).all())
-    return around and near and not any(_intrudes(space, solid) for solid in cell.obstacles)
+    return around and near and not any(_stands_on_axis(space, solid) for solid in cell.obstacles)
 
 
 def middle(cell: Cell) -> Middle:
@@ -146,10 +146,9 @@ def _heights(arms: Sequence[Arm]) -> tuple[float, float]:
     return table + LOWEST_M, table + HIGHEST_M
 
 
-def _intrudes(space: Middle, solid: Obstacle) -> bool:
-    """Returns whether the bounding box of an obstacle comes into the space, as far as its own bounds tell."""
+def _stands_on_axis(space: Middle, solid: Obstacle) -> bool:
+    """Returns whether the bounding box of an obstacle meets the axis of the cylinder."""
     turn = matrix_from_quaternion(solid.quaternion)
     centre, half = solid.position + turn @ solid.middle, np.abs(turn) @ solid.half_extents
-    aside = np.maximum(np.abs(centre[:2] - space.center) - half[:2], 0.0)
-    high = centre[2] - half[2] < space.top and centre[2] + half[2] > space.bottom
-    return bool(high and np.linalg.norm(aside) < space.radius)
+    low, high = centre[2] - half[2], centre[2] + half[2]
+    return bool((np.abs(centre[:2] - space.center) < half[:2]).all() and low < space.top and high > space.bottom)

@@ -76,7 +76,7 @@ CELLS = {
     "an empty list of arms": (["arms"], [], ["arms is empty"]),
     "arms that are no list": (["arms"], {"left": {}}, ["arms is", "a list"]),
     "an arm that is no object": (["arms", 0], "ur5e", ["arms[0] is 'ur5e'", "an object"]),
-    "too many arms": (["arms"], [ARM] * 65, ["arms has 65 entries", "at most 64"]),
+    "too many arms": (["arms"], [ARM] * 257, ["arms has 257 entries", "at most 256"]),
     "a position of two numbers": (["arms", 0, "position"], [0, 0], ["arms[0].position is [0, 0]", "length 3"]),
     "a position of text": (["arms", 0, "position"], [0, "x", 0], ["arms[0].position[1] is 'x'", "a number"]),
     "a position of truth": (["arms", 0, "position", 1], True, ["arms[0].position[1] is true", "a number"]),

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from mmp_env.model.robot import Robot, Tool, load_robot, load_tool, robot_names, tool_names
     from mmp_env.problems.making import make_problem
     from mmp_env.problems.straight_line import straight_line
+    from mmp_env.sim.camera_view import CameraView
     from mmp_env.sim.contacts import Contact
     from mmp_env.sim.execution import ExecutionReport
     from mmp_env.sim.monitor import Monitor
@@ -63,6 +64,7 @@ _HOMES = {
     "gym.env": ("MultiArmCellEnv",),
     "errors": ("InvalidInstanceError", "MmpError", "MovedBodyWarning", "UnknownNameError", "UnretimedPlanWarning"),
     "sim.execution": ("ExecutionReport",),
+    "sim.camera_view": ("CameraView",),
     "view.films": ("save_film",),
     "files.instance_file": ("load_instances",),
     "gym.instances": ("draw_instance", "draw_problem"),
@@ -90,6 +92,7 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 __all__ = [
     "AnyOf",
     "Arm",
+    "CameraView",
     "Cell",
     "CollisionModel",
     "Conflict",

@@ -18,7 +18,8 @@ from mmp_env.argument_checks import whole
 from mmp_env.errors import MmpError
 from mmp_env.mujoco_import import mujoco
 from mmp_env.opengl import MAX_PIXELS, check_render_mode, display_answers, open_context
-from mmp_env.sim.scene_appearance import CAMERA, camera_pose, frame, outline
+from mmp_env.sim.camera_view import CameraView
+from mmp_env.sim.scene_appearance import CAMERA, camera_pose, frame, outline, view_frame
 from mmp_env.sim.simulation import Simulation
 
 GHOST_ALPHA = 0.22
@@ -49,6 +50,7 @@ class Camera:
         height: height [px].
         fine: whether pictures have shadows and smooth edges. Without a graphics card they take several times as long.
         shown: points [p, 3] that the picture must contain [m]; by default the whole cell.
+        view: the side from which the camera looks; by default obliquely from above.
 
     Raises:
         MmpError: for a size that is not allowed.
@@ -62,6 +64,7 @@ class Camera:
         *,
         fine: bool = False,
         shown: Float[np.ndarray, "p 3"] | None = None,
+        view: CameraView | None = None,
     ) -> None:
         for name, value in (("width", width), ("height", height)):
             whole(name, value, 1, MAX_PIXELS)
@@ -72,11 +75,8 @@ class Camera:
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = fine
         self._ghosts = _Ghosts(simulation)
         self._option, self._camera = mujoco.MjvOption(), mujoco.MjvCamera()
-        self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
-        self._camera.fixedcamid = simulation.model.camera(CAMERA).id
-        fixed = simulation.data.camera(CAMERA)
         points = outline(simulation.cell) if shown is None else shown
-        self._frame = frame(points, fixed.xpos, fixed.xmat.reshape(3, 3), width / height).tolist()
+        self._frame = self._placed(points, width / height, view).tolist()
         self._context: Any = None
         self._buffer: Any = None
 
@@ -102,6 +102,21 @@ class Camera:
         mujoco.mjr_render(rectangle, self._scene, self._buffer)
         mujoco.mjr_readPixels(out, None, rectangle, self._buffer)
         return _shrunk(out[::-1], self._finer)
+
+    def _placed(
+        self, points: Float[np.ndarray, "p 3"], aspect: float, view: CameraView | None
+    ) -> Float[np.ndarray, "4"]:
+        """Places MuJoCo's camera. Returns left, right, bottom and top of the picture at distance 1."""
+        if view is None:
+            self._camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+            self._camera.fixedcamid = self._simulation.model.camera(CAMERA).id
+            fixed = self._simulation.data.camera(CAMERA)
+            return frame(points, fixed.xpos, fixed.xmat.reshape(3, 3), aspect)
+        eye, sides = view_frame(points, view, aspect)
+        self._camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+        self._camera.azimuth, self._camera.elevation, self._camera.distance = view.azimuth, view.elevation, 1.0
+        self._camera.lookat = eye - view.axes[:, 2]
+        return sides
 
     def _aim(self) -> None:
         """Sets the frustum of both eyes of MuJoCo's camera, which are the same here."""

@@ -11,6 +11,7 @@ from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.transforms import matrix_from_quaternion
 from mmp_env.mujoco_import import mujoco
+from mmp_env.sim.camera_view import CameraView
 
 CAMERA = "overview"
 TABLE_RGBA = (0.79, 0.79, 0.78, 1.0)
@@ -135,14 +136,21 @@ def corners(obstacle: Obstacle) -> Float[np.ndarray, "8 3"]:
     return box @ matrix_from_quaternion(obstacle.quaternion).T + obstacle.position
 
 
-def camera_pose(
-    points: Float[np.ndarray, "p 3"], aspect: float = _ASPECT
-) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3 3"]]:
-    """Returns position [m] and rotation matrix (x right, y up, z back) of a camera whose picture the points fill."""
+def _overview_axes() -> Float[np.ndarray, "3 3"]:
     backward = _FROM_DIRECTION / np.linalg.norm(_FROM_DIRECTION)
     right = np.cross([0.0, 0.0, 1.0], backward)
     right /= np.linalg.norm(right)
-    axes = np.column_stack([right, np.cross(backward, right), backward])
+    return np.column_stack([right, np.cross(backward, right), backward])
+
+
+def camera_pose(
+    points: Float[np.ndarray, "p 3"], aspect: float = _ASPECT, axes: Float[np.ndarray, "3 3"] | None = None
+) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "3 3"]]:
+    """Returns position [m] and rotation matrix of a camera whose picture the points fill.
+
+    `axes` are the columns of the matrix (x right, y up, z back), by default those of the overview.
+    """
+    axes = _overview_axes() if axes is None else axes
     center = (points.min(axis=0) + points.max(axis=0)) / 2
     seen = (points - center) @ axes
     tangents = np.tan(_FIELD_OF_VIEW / 2) * np.array([aspect, 1.0])
@@ -155,6 +163,18 @@ def camera_pose(
         rays = (seen[:, :2] - aside) / (distance - seen[:, 2:])
         aside += distance * (rays.max(axis=0) + rays.min(axis=0)) / 2
     return center + axes @ [*aside, distance], axes
+
+
+def view_frame(
+    points: Float[np.ndarray, "p 3"], view: CameraView, aspect: float
+) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
+    """Returns position [m] of the camera of a view of the points, and left, right, bottom and top as of `frame`."""
+    if view.distance is None:
+        eye, axes = camera_pose(points, aspect, view.axes)
+        return eye, frame(points, eye, axes, aspect)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2 if view.lookat is None else np.asarray(view.lookat)
+    half = float(np.tan(_FIELD_OF_VIEW / 2))
+    return middle + view.distance * view.axes[:, 2], half * np.array([-aspect, aspect, -1.0, 1.0])
 
 
 def frame(

@@ -17,6 +17,7 @@ from mmp_env.files.writing import check_writable, whole_file
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import given_plan
 from mmp_env.opengl import offscreen_backend
+from mmp_env.sim.camera_view import GivenView, as_camera_view
 from mmp_env.sim.execution import ExecutionReport
 from mmp_env.view.animation import Encoder, GifEncoder, WebpEncoder
 from mmp_env.view.ffmpeg import Mp4Encoder, find_ffmpeg
@@ -62,6 +63,7 @@ def save_film(
     fine: bool = True,
     goals: bool = True,
     tool_paths: bool = False,
+    camera: GivenView = None,
     progress: Progress = lambda done, total: None,
 ) -> None:
     """Writes a film of a plan, or of its execution, in real time. An interrupted film leaves no file.
@@ -76,17 +78,29 @@ def save_film(
         fine: whether the film has shadows and smooth edges.
         goals: whether the goals are shown as transparent arms.
         tool_paths: whether the tool paths are shown as lines.
+        camera: a `CameraView`, its name or its numbers, see `as_camera_view`; by default obliquely from above.
         progress: called after each frame.
 
     Raises:
-        MmpError: for an unknown suffix or a number that is not allowed, and if no OpenGL library or no ffmpeg is found.
+        MmpError: for an unknown suffix, camera or number, and if no OpenGL library or no ffmpeg is found.
     """
     check_film(path)
     kind = _encoder(path)
     fps = kind.usual_fps if fps is None else fps
     times = frame_times(_duration(plan, report), fps)
     kind.check_size(width, height)
-    shown = frames(plan, report, fps=fps, width=width, height=height, fine=fine, goals=goals, tool_paths=tool_paths)
+    camera = as_camera_view(camera)
+    shown = frames(
+        plan,
+        report,
+        fps=fps,
+        width=width,
+        height=height,
+        fine=fine,
+        goals=goals,
+        tool_paths=tool_paths,
+        camera=camera,
+    )
     # The generator is closed here and now: it holds an OpenGL context.
     with whole_file(path) as temporary, kind(temporary, width, height, fps) as encoder, closing(shown):
         for count, frame in enumerate(shown, 1):
@@ -105,6 +119,7 @@ def frames(
     fine: bool = True,
     goals: bool = True,
     tool_paths: bool = False,
+    camera: GivenView = None,
     shown: Float[np.ndarray, "p 3"] | None = None,
 ) -> Generator[UInt8[np.ndarray, "h w 3"]]:
     """Yields the frames of a film [height, width, 3] at `frame_times`. The arguments are those of `save_film`.
@@ -114,7 +129,7 @@ def frames(
     """
     times = frame_times(_duration(plan, report), fps)
     shown = plan_outline(plan) if shown is None else shown
-    with OffscreenRenderer(plan.problem.cell, width, height, fine=fine, shown=shown) as renderer:
+    with OffscreenRenderer(plan.problem.cell, width, height, fine=fine, shown=shown, camera=camera) as renderer:
         for time_s, q in zip(times, _configurations(plan, report, times), strict=True):
             lines = tool_path_lines(plan, min(float(time_s), plan.makespan_s)) if tool_paths else ()
             yield renderer.picture(q, plan.problem.goal if goals else None, lines)

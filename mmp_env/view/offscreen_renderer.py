@@ -10,6 +10,7 @@ from jaxtyping import Float, UInt8
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.sim.arm_colors import arm_color
+from mmp_env.sim.camera_view import GivenView, as_camera_view
 from mmp_env.sim.rendering import Camera, Line
 from mmp_env.sim.scene_appearance import corners, is_ground
 from mmp_env.sim.simulation import Simulation
@@ -39,9 +40,10 @@ class OffscreenRenderer:
         height: height of a picture [px].
         fine: whether pictures have shadows and smooth edges. Without a graphics card they take several times as long.
         shown: points [p, 3] that a picture must contain [m]; by default everything that the arms can reach.
+        camera: a view, its name or its numbers, see `as_camera_view`; by default obliquely from above.
 
     Raises:
-        MmpError: for a size that is not allowed; `picture` raises it where no OpenGL library is found.
+        MmpError: for a camera or a size that is not allowed; `picture` raises it where no OpenGL library is found.
     """
 
     def __init__(
@@ -52,10 +54,12 @@ class OffscreenRenderer:
         *,
         fine: bool = True,
         shown: Float[np.ndarray, "p 3"] | None = None,
+        camera: GivenView = None,
     ) -> None:
+        view = as_camera_view(camera)
         self.cell = cell
         self._simulation = Simulation(cell)
-        self._camera = Camera(self._simulation, width, height, fine=fine, shown=shown)
+        self._camera = Camera(self._simulation, width, height, fine=fine, shown=shown, view=view)
 
     def __enter__(self) -> OffscreenRenderer:
         return self

@@ -20,6 +20,7 @@ from mmp_env.files.writing import check_writable, whole_file
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import given_plan
 from mmp_env.opengl import offscreen_backend
+from mmp_env.sim.camera_view import GivenView
 from mmp_env.view.offscreen_renderer import (
     HEIGHT,
     WIDTH,
@@ -53,6 +54,8 @@ class PictureOptions(TypedDict, total=False):
     """Transparent arms at their goals; default: on."""
     tool_paths: bool
     """Tool paths as lines, fainter after the moment that is shown; default: on."""
+    camera: GivenView
+    """A `CameraView`, its name or its numbers, see `as_camera_view`; default: obliquely from above."""
 
 
 def check_picture(path: str | PathLike[str], moments: Iterable[Moment] = tuple(MOMENTS)) -> None:
@@ -148,10 +151,11 @@ def _shots(
     fine: bool = True,
     goals: bool = True,
     tool_paths: bool = True,
+    camera: GivenView = None,
 ) -> list[UInt8[np.ndarray, "h w 3"]]:
     """Returns a picture for each time [s]."""
-    out = []
-    with OffscreenRenderer(plan.problem.cell, width, height, fine=fine, shown=plan_outline(plan)) as renderer:
+    out, shown = [], plan_outline(plan)
+    with OffscreenRenderer(plan.problem.cell, width, height, fine=fine, shown=shown, camera=camera) as renderer:
         for time_s in times:
             ghosts = plan.problem.goal if goals and time_s < plan.makespan_s else None
             lines = tool_path_lines(plan, time_s) if tool_paths else ()

@@ -49,7 +49,7 @@ def run(args: Namespace) -> int:
         _open_recording(path)
     elif path.suffix.lower() in _PAGES:
         _open_page(path)
-    elif wanted or args.moments is not None:
+    elif wanted or args.moments is not None or args.camera is not None:
         check_visual_outputs(args)
         _make(args, _read(path))
     else:
@@ -72,9 +72,9 @@ def _make(args: Namespace, plan: Plan) -> None:
         watcher.show_plan(plan)
         watcher.close()
     if args.image is not None:
-        save_image(plan, args.image, args.moments)
+        save_image(plan, args.image, args.moments, args.camera)
     if args.video is not None:
-        save_video(plan, args.video)
+        save_video(plan, args.video, None, args.camera)
     for name in _MADE:
         if getattr(args, name) not in (None, SPAWN):
             say(getattr(args, name))

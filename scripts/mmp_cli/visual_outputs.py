@@ -5,7 +5,7 @@ Their watchers do not change the planning. A failure is reported afterwards and 
 
 from __future__ import annotations
 
-from argparse import Namespace
+from argparse import ArgumentTypeError, Namespace
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,6 +45,13 @@ def add_visual_options(parser: Parser, *names: str) -> None:
         metavar="A,B",
         help="moments of --image: start, middle, end, or seconds; default: start,middle,end",
     )
+    help = "view of --image and --video: overview, front, back, left, right, top, or azimuth=DEG,elevation=DEG"
+    parser.add_argument(
+        "--camera",
+        type=_camera,
+        metavar="VIEW",
+        help=f"{help}, perhaps with distance=M,lookat=X/Y/Z; default: overview",
+    )
 
 
 def check_visual_outputs(args: Namespace) -> None:
@@ -53,6 +60,8 @@ def check_visual_outputs(args: Namespace) -> None:
     _check_distinct({"out": getattr(args, "out", None), **wanted})
     if args.moments is not None and "image" not in wanted:
         raise MmpError("--moments chooses the moments of --image; give --image FILE too")
+    if args.camera is not None and not {"image", "video"} & set(wanted):
+        raise MmpError("--camera chooses the view of --image and --video; give one of them too")
     for name in wanted:
         _CHECKS[name](args)
 
@@ -67,7 +76,7 @@ class VisualOutputs:
         self.rows: dict[str, str] = {}
         self.failures: list[str] = []
         self._wanted, self._tree, self._recording = _wanted(args), None, None
-        self._moments = args.moments
+        self._moments, self._camera = args.moments, args.camera
         self._is_saved = getattr(args, "out", None) is not None
         if "tree" in self._wanted:
             from mmp_env.view.search_tree import SearchTree
@@ -98,8 +107,8 @@ class VisualOutputs:
             self._make("tree", lambda path: self._draw(plan, path))
             self._make("rerun", lambda path: self._record(plan))
             if plan is not None and not interrupted:
-                self._make("image", lambda path: save_image(plan, path, self._moments))
-                self._make("video", lambda path: save_video(plan, path, execution))
+                self._make("image", lambda path: save_image(plan, path, self._moments, self._camera))
+                self._make("video", lambda path: save_video(plan, path, execution, self._camera))
         finally:
             self._say_what_is_missing(plan)
 
@@ -169,14 +178,14 @@ class _GuardedWatcher:
             self._failures.append(f"{self._name}: it stopped at {type(error).__name__}: {error}")
 
 
-def save_image(plan: Plan, path: str, moments: Sequence[Moment] | None = None) -> None:
+def save_image(plan: Plan, path: str, moments: Sequence[Moment] | None, camera: str | None) -> None:
     """Writes a picture of the moments, by default start, middle and end. Raises `MmpError`."""
     from mmp_env.view.pictures import MOMENTS, save_picture
 
-    save_picture(plan, path, moments=moments or tuple(MOMENTS))
+    save_picture(plan, path, moments=moments or tuple(MOMENTS), camera=camera)
 
 
-def save_video(plan: Plan, path: str, report: ExecutionReport | None = None) -> None:
+def save_video(plan: Plan, path: str, report: ExecutionReport | None, camera: str | None) -> None:
     """Writes a film of the execution, which it runs if there is none; a terminal shows the progress.
 
     Raises `MmpError`.
@@ -188,7 +197,13 @@ def save_video(plan: Plan, path: str, report: ExecutionReport | None = None) -> 
 
     report = report or execute(plan)
     with Console(stderr=True).status("film") as line:
-        save_film(plan, path, report, progress=lambda done, total: line.update(f"film: frame {done} of {total}"))
+        save_film(
+            plan,
+            path,
+            report,
+            camera=camera,
+            progress=lambda done, total: line.update(f"film: frame {done} of {total}"),
+        )
 
 
 def _moments(text: str) -> list[Moment]:
@@ -200,6 +215,17 @@ def _moments(text: str) -> list[Moment]:
         except ValueError:
             out.append(word.strip())
     return out
+
+
+def _camera(text: str) -> str:
+    """Returns the view of a camera as it is given, if it is one."""
+    from mmp_env.sim.camera_view import as_camera_view
+
+    try:
+        as_camera_view(text)
+    except MmpError as error:  # argparse drops the message of a ValueError
+        raise ArgumentTypeError(str(error)) from None
+    return text
 
 
 def _wanted(args: Namespace) -> dict[str, str]:

@@ -25,10 +25,10 @@ def nodes(path):
 def stand_in_pictures(monkeypatch):
     """Replaces pictures and films by a line of text with their arguments."""
 
-    def save_picture(plan, path, *, moments):
+    def save_picture(plan, path, *, moments, camera):
         write(path, f"picture {plan.makespan_s:.3f} {list(moments)}")
 
-    def save_film(plan, path, report, *, progress):
+    def save_film(plan, path, report, *, camera, progress):
         progress(1, 1)
         write(path, f"film {plan.makespan_s:.3f} executed {report.duration_s:.3f}")
 
@@ -94,6 +94,15 @@ def test_a_planner_without_a_tree_gets_a_drawing_all_the_same(mmp, stand_ins, in
     assert ElementTree.parse(tmp_path / "tree.svg").getroot()[0].text.startswith(f"{planner} on pair/turn, seed 0: ")
 
 
+def test_pictures_and_films_get_the_camera(mmp, stand_ins, instances, tmp_path, monkeypatch):
+    cameras = []
+    monkeypatch.setattr(pictures, "save_picture", lambda plan, path, *, moments, camera: cameras.append(camera))
+    monkeypatch.setattr(films, "save_film", lambda plan, path, report, *, camera, progress: cameras.append(camera))
+    options = ["--image", tmp_path / "p.png", "--video", tmp_path / "v.gif", "--camera", "azimuth=30,elevation=-20"]
+    assert mmp("plan", instances, "--planner", "straight", *options).code == 0
+    assert cameras == ["azimuth=30,elevation=-20"] * 2
+
+
 def test_without_a_plan_there_is_a_tree_and_no_picture(mmp, stand_ins, stand_in_pictures, instances, tmp_path):
     options = ["--tree", tmp_path / "t.svg", "--image", tmp_path / "p.png", "--video", tmp_path / "v.gif"]
     ran = mmp("plan", instances, "--planner", "helpless", *options)
@@ -123,6 +132,9 @@ def test_ctrl_c_keeps_the_tree_and_leaves_out_the_pictures(mmp, stand_ins, stand
         (["--image", "plan.png", "--moments", "start,midle"], ["'midle'", "Did you mean 'middle'?"]),
         (["--image", "plan.png", "--moments", "-1"], ["-1", "begins at 0"]),
         (["--moments", "start"], ["--moments", "--image FILE"]),
+        (["--image", "plan.png", "--camera", "topp"], ["--camera", "'topp'", "Did you mean 'top'?"]),
+        (["--video", "plan.gif", "--camera", "azimuth=3"], ["--camera", "no elevation"]),
+        (["--camera", "top"], ["--camera", "--image and --video"]),
         (["--image", "none/plan.png"], ["none/plan.png cannot be written: No such file"]),
         (["--video", "plan.avi"], ["'.avi'", ".mp4", ".gif"]),
         (["--video", "none/plan.gif"], ["none/plan.gif cannot be written: No such file"]),
@@ -169,7 +181,7 @@ def test_a_viewer_that_fails_costs_no_plan_and_is_named(mmp, stand_ins, instance
 
 
 def test_a_file_that_cannot_be_written_in_the_end_costs_no_summary(mmp, stand_ins, instances, tmp_path, monkeypatch):
-    def full(plan, path, moments):
+    def full(plan, path, moments, camera):
         raise MmpError(f"{path} cannot be written: No space left on device")
 
     monkeypatch.setattr(mmp_cli.visual_outputs, "save_image", full)

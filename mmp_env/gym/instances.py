@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from mmp_env.argument_checks import known_keywords, whole
 from mmp_env.errors import MmpError
 from mmp_env.model.cell import Cell, given_cell
+from mmp_env.model.keep import GivenKeep
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
 from mmp_env.model.task import State, Task
@@ -47,6 +48,7 @@ def draw_problem(
     max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
     margin: float | Mapping[str, float] | Margins | None = None,
     name: str = "",
+    keep: GivenKeep | None = None,
 ) -> Problem:
     """Returns the problem of `env.reset(seed=seed)` in an environment of this cell, with the objects of the task.
 
@@ -59,13 +61,15 @@ def draw_problem(
         max_velocity: for all joints, or arm name -> [dof] [rad/s].
         margin: metres between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
         name: name of the problem.
+        keep: bounds of tool axes, as in `make_problem`. The task does not know them.
 
     Raises:
         MmpError: for an unknown task or a bad value, or if the task finds no instance.
-        InvalidInstanceError: if start or goal is closer than a margin that was asked for.
+        InvalidInstanceError: if start or goal is closer than a margin that was asked for, or breaks the bound of a tool
+            axis.
     """
     start, goal, changed = draw(cell, find_task(task), _generator(seed))
-    return make_problem(changed, start, goal, max_velocity=max_velocity, margin=margin, name=name)
+    return make_problem(changed, start, goal, max_velocity=max_velocity, margin=margin, name=name, keep=keep)
 
 
 def draw_instance(cell: Cell, task: str | Task = DEFAULT_TASK, seed: int = 0) -> tuple[State, State]:

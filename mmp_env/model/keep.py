@@ -69,11 +69,11 @@ GivenKeep: TypeAlias = Mapping[str, Upright | Mapping[str, Any]]
 """Arm name -> a bound, as an object or in the form of JSON."""
 
 
-def as_keep(given: GivenKeep, arms: Sequence[str], where: str = "keep") -> dict[str, Upright]:
+def as_keep(given: Any, arms: Sequence[str], where: str = "keep") -> dict[str, Upright]:
     """Returns the bounds in the order of the arms.
 
     Args:
-        given: arm name -> bound; arms without a bound may be missing.
+        given: arm name -> bound, an `Upright` or in the form of JSON; arms without a bound may be missing.
         arms: names of the arms of the cell.
         where: begin of the messages.
 
@@ -93,7 +93,7 @@ def keep_to_data(keep: Mapping[str, Upright]) -> dict[str, Any]:
     return {name: bound.to_data() for name, bound in keep.items()}
 
 
-def _as_upright(given: Upright | Mapping[str, Any], where: str) -> Upright:
+def _as_upright(given: Any, where: str) -> Upright:
     if isinstance(given, Upright):
         return given
     fields = given.get("upright") if isinstance(given, Mapping) and set(given) == {"upright"} else None

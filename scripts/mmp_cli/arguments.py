@@ -131,8 +131,12 @@ def prefixes(text: str) -> dict[str, str]:
     out: dict[str, str] = {}
     for part in text.split(","):
         name, _, prefix = (word.strip() for word in part.partition("="))
-        if not (name and prefix):
+        if not name or "=" not in part:
             raise argparse.ArgumentTypeError(f"'{text}' is not of the form name=prefix,name=prefix")
+        if not prefix:
+            raise argparse.ArgumentTypeError(
+                f"'{text}' gives arm {name} no prefix; name one that its joints begin with"
+            )
         if name in out:
             raise argparse.ArgumentTypeError(f"'{text}' gives arm {name} twice; give it once")
         out[name] = prefix
@@ -196,12 +200,17 @@ def add_source(parser: Parser) -> None:
     parser.add_argument(
         "--seed", type=seed, default=0, metavar="N", help="seed of the planner and of the instance; default: 0"
     )
-    help = "configurations '{\"left\": [0, ...], ...}' [rad], home, tucked or poses of tools, or @FILE (JSON or YAML)"
+    help = "configurations '{\"left\": [0, ...], ...}' [rad], home, tucked or tool poses, or @FILE (JSON or YAML)"
     parser.add_argument("--start", metavar="JSON", help=help)
     help = "like --start, also stay and any of several; an arm that is left out stays at its start"
     parser.add_argument("--goal", metavar="JSON", help=help)
     help = "angles of configurations in --start and --goal are in degrees; slides stay in metres"
     parser.add_argument("--degrees", action="store_true", help=help)
+    bound = """'left={"upright": {"axis": [0, 0, 1], "within": 0.2}}'"""
+    help = (
+        f"hold tool axes upright within an angle [rad]: {bound}, perhaps several times, or an object of all, or @FILE"
+    )
+    parser.add_argument("--keep", action="append", metavar="NAME=JSON", help=help)
     add_margin(parser)
 
 

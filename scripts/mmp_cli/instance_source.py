@@ -3,29 +3,29 @@
 from __future__ import annotations
 
 from argparse import Namespace
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mmp_cli.given_goals import AT, given_goals, given_keep
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.cell_file import cell_from_dict
 from mmp_env.files.cell_source import find_cell
 from mmp_env.files.file_kinds import CELL, INSTANCES, read_as
-from mmp_env.files.instance_file import InstanceFile, goals_from_dict, holds_instances, instances_from_dict
+from mmp_env.files.instance_file import InstanceFile, holds_instances, instances_from_dict
 from mmp_env.files.paths import exists
-from mmp_env.files.reading import Location, NotJsonError, named, names_file, parse_json
+from mmp_env.files.reading import named, names_file
 from mmp_env.gym.registration import ANY_CELL, CELLS
 from mmp_env.importing.scene.model_cell import cell_from_mujoco
 from mmp_env.importing.scene.model_file import is_model_file, load_model
 from mmp_env.model.cell import Cell
-from mmp_env.model.goals import STAY, Goal
+from mmp_env.model.keep import Upright
 from mmp_env.model.problem import Problem
 from mmp_env.problems.making import make_problem
 
 _MODULE = "mmp_env:"
 _GIVEN = "given"
-_AT = "@"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,7 +71,7 @@ def open_source(args: Namespace) -> NamedCell | InstanceFile:
     takes = "SOURCE is an environment id, an instance file or a cell file"
     data = read_as(args.source, (INSTANCES, CELL), takes)
     if holds_instances(data):
-        _refuse(args, "an instance file", "robot", "task", "start", "goal", "degrees")
+        _refuse(args, "an instance file", "robot", "task", "start", "goal", "degrees", "keep")
         return instances_from_dict(data, args.source, name=path.stem)
     _refuse(args, "a cell file", "instance", "robot")
     cell = cell_from_dict(data, args.source, name=path.stem)
@@ -92,62 +92,42 @@ def read_source(args: Namespace) -> InstanceSource:
 def files_read(args: Namespace) -> list[str]:
     """Returns the names of all files that `read_source` reads; SOURCE may also be a name that is no file."""
     given = (getattr(args, which) or "" for which in ("start", "goal"))
-    return [args.source, *(text.removeprefix(_AT) for text in given if text.startswith(_AT))]
+    return [args.source, *(text.removeprefix(AT) for text in (*given, *(args.keep or ())) if text.startswith(AT))]
 
 
 def _from_cell(args: Namespace, cell: Cell, name: str) -> InstanceSource:
+    keep = given_keep(args, cell)
     if args.start is None and args.goal is None:
         if args.degrees:
             raise MmpError("--degrees is for --start and --goal, and neither is given")
-        return InstanceSource(label=f"{name}/{args.seed}", problem=lambda: _drawn(args, cell, f"{name}/{args.seed}"))
+        label = f"{name}/{args.seed}"
+        return InstanceSource(label=label, problem=lambda: _drawn(args, cell, label, keep))
     for given, other in (("start", "goal"), ("goal", "start")):
         if getattr(args, other) is None:
             raise MmpError(f"--{other} is missing; --{given} is there, and the two go together")
     if args.task is not None:
         raise MmpError(f"--task is '{args.task}' beside --start and --goal; an instance is drawn or given, not both")
-    start, goal = _goals_of(args, cell, "start"), _goals_of(args, cell, "goal")
+    start, goal = given_goals(args, cell, "start"), given_goals(args, cell, "goal")
     label = f"{name}/{_GIVEN}"
 
     def problem() -> Problem:
         with named(args.source):
-            return make_problem(cell, start, goal, **_limits(args), name=label)
+            return make_problem(cell, start, goal, **_limits(args), name=label, keep=keep)
 
     return InstanceSource(label=label, problem=problem)
 
 
-def _drawn(args: Namespace, cell: Cell, label: str) -> Problem:
+def _drawn(args: Namespace, cell: Cell, label: str, keep: Mapping[str, Upright] | None) -> Problem:
     """Returns the instance of `env.reset(seed=...)` in this cell."""
     from mmp_env.gym.instances import DEFAULT_TASK, draw_problem
 
-    return draw_problem(cell, args.task or DEFAULT_TASK, args.seed, **_limits(args), name=label)
+    return draw_problem(cell, args.task or DEFAULT_TASK, args.seed, **_limits(args), name=label, keep=keep)
 
 
 def _limits(args: Namespace) -> dict[str, Any]:
     """Returns the margin and the velocity limit that were given, as arguments of `make_problem`."""
     velocity = getattr(args, "max_velocity", None)
     return {"margin": args.margin} | ({} if velocity is None else {"max_velocity": velocity})
-
-
-def _goals_of(args: Namespace, cell: Cell, which: str) -> dict[str, Goal]:
-    """Returns what --start or --goal asks for; it is JSON or names a file. An arm that --goal leaves out stays."""
-    data, place = _data_of(args, which)
-    if which == "goal" and isinstance(data, dict):
-        data = dict.fromkeys(cell.arm_names, STAY) | data
-    return goals_from_dict(cell, data, place)
-
-
-def _data_of(args: Namespace, which: str) -> tuple[Any, Location]:
-    given, option = getattr(args, which), f"--{which}"
-    if given.startswith(_AT):
-        path = given.removeprefix(_AT)
-        if not path:
-            raise MmpError(f"{option} is '{given}'; it must be JSON, or @FILE with the name of a JSON or YAML file")
-        return read_as(path, (), f"{option} takes a file of arm name -> configuration [rad] or goal"), Location(path)
-    try:
-        return parse_json(given, Location(option)), Location(option)
-    except NotJsonError as error:
-        hint = f"; for a file write {option} {_AT}{given}" if names_file(given) and "{" not in given else ""
-        raise MmpError(f"{error}{hint}") from None
 
 
 def _refuse(args: Namespace, kind: str, *options: str) -> None:

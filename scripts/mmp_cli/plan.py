@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import json
-import time
 from argparse import ArgumentTypeError, Namespace
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,18 +21,16 @@ from mmp_cli.arguments import (
     setting,
     whole,
 )
-from mmp_cli.import_guard import EndedBySignal
 from mmp_cli.output import complain
-from mmp_cli.visual_outputs import SPAWN, CombinedWatcher, VisualOutputs, add_visual_options, check_visual_outputs
+from mmp_cli.plan_steps import first_outcome, run_steps
+from mmp_cli.visual_outputs import SPAWN, VisualOutputs, add_visual_options, check_visual_outputs
 from mmp_env.errors import InvalidInstanceError, MmpError
-from mmp_env.model.margins import asked_margins
 
 if TYPE_CHECKING:
     from mmp_cli.instance_source import InstanceSource
     from mmp_cli.outcome import Outcome
-    from mmp_env.model.plan import Plan
     from mmp_env.model.problem import Problem
-    from mmp_planners import Planner, PlanResult
+    from mmp_planners import Planner
 
 PREFERRED, OTHERWISE = "auto", "apf-ecbs"
 
@@ -113,10 +108,10 @@ def _run(args: Namespace, planner: Planner) -> int:
     except InvalidInstanceError:
         if args.json:
             result = mmp_planners.PlanResult(status=mmp_planners.Status.INVALID)
-            _report(args, _outcome(args, source.label, result))
+            _report(args, first_outcome(args, source.label, result))
         raise
     with VisualOutputs(args, problem, _title(args, source.label)) as outputs:
-        outcome = _run_to_the_end(args, planner, source.label, problem, outputs)
+        outcome = run_steps(args, planner, source.label, problem, outputs)
     _report(args, outcome)
     for sentence in left_alone(_unwritten(args, outcome)):
         complain(sentence)
@@ -162,122 +157,6 @@ def _plan_file(text: str) -> str:
 def _title(args: Namespace, label: str) -> str:
     seed = "" if label.endswith(f"/{args.seed}") else f", seed {args.seed}"
     return f"{args.planner} on {label}{seed}"
-
-
-def _run_to_the_end(args: Namespace, planner: Planner, label: str, problem: Problem, outputs: VisualOutputs) -> Outcome:
-    """Plans, and then retimes, writes, checks, executes and shows the plan, as far as that is asked for.
-
-    The first Ctrl-C ends the step that is running and leaves out those after it, except writing what there is. The
-    second one raises `KeyboardInterrupt`.
-    """
-    outcome = _planned(args, planner, label, problem, outputs)
-    steps = {"retime": _retimed, "out": _written, "check": _checked, "execute": _executed}
-    for name, step in steps.items() if outcome.result.plan is not None else ():
-        is_asked = name == "check" or name in outcome.steps
-        if is_asked and (name == "out" or not outcome.interrupted):
-            outcome = _interruptible(outcome, partial(step, args, outcome))
-    outcome = _interruptible(outcome, partial(_shown, outcome, outputs))
-    return replace(outcome, shown=outputs.rows, failures=(*outcome.failures, *outputs.failures))
-
-
-def _interruptible(outcome: Outcome, step: Callable[[], Outcome]) -> Outcome:
-    """Returns the outcome after a step, or the one before it, marked as interrupted, if Ctrl-C is pressed meanwhile."""
-    try:
-        return step()
-    except KeyboardInterrupt as interrupt:
-        stopped = replace(outcome, interrupted=True)
-        if outcome.interrupted or isinstance(interrupt, EndedBySignal):
-            interrupt.add_note((stopped.interruption or "").partition("; ")[2])
-            raise
-        return stopped
-
-
-def _planned(args: Namespace, planner: Planner, label: str, problem: Problem, outputs: VisualOutputs) -> Outcome:
-    started = time.perf_counter()
-    result, interrupted = _plan(args, planner, problem, outputs)
-    return replace(
-        _outcome(args, label, result),
-        problem=problem,
-        planning_time_s=time.perf_counter() - started,
-        interrupted=interrupted,
-    )
-
-
-def _outcome(args: Namespace, label: str, result: PlanResult) -> Outcome:
-    """Returns the outcome of a run that has come to `result` and to nothing else yet."""
-    from mmp_cli.outcome import Outcome
-
-    return Outcome(
-        instance=label,
-        planner=args.planner,
-        seed=args.seed,
-        result=result,
-        asked=asked_margins(args.margin),
-        steps=frozenset(name for name in ("retime", "out", "execute") if getattr(args, name)),
-    )
-
-
-def _retimed(args: Namespace, outcome: Outcome) -> Outcome:
-    from mmp_env.retime import retime_with_report
-
-    try:
-        plan, report = retime_with_report(_plan_of(outcome), **args.retiming)
-    except MmpError as error:
-        return outcome.failed(f"--retime: {error}")
-    return replace(outcome, result=replace(outcome.result, plan=plan), retimed=report)
-
-
-def _written(args: Namespace, outcome: Outcome) -> Outcome:
-    from mmp_env.files.plan_file import save_plan
-
-    try:
-        save_plan(_plan_of(outcome), args.out)
-    except MmpError as error:  # the disk is full, say: the other steps do not need the file
-        return outcome.failed(f"--out: {error}")
-    return replace(outcome, plan_path=args.out)
-
-
-def _checked(args: Namespace, outcome: Outcome) -> Outcome:
-    from mmp_env.check import check_document
-    from mmp_env.files.plan_file import plan_to_dict
-
-    started = time.perf_counter()
-    # The file's content rather than the object: the checker shall read the cell for itself.
-    report = check_document(plan_to_dict(_plan_of(outcome)))
-    return replace(outcome, check=report, check_time_s=time.perf_counter() - started)
-
-
-def _executed(args: Namespace, outcome: Outcome) -> Outcome:
-    from mmp_cli.execution import execute
-
-    try:
-        return replace(outcome, execution=execute(_plan_of(outcome), args.source))
-    except MmpError as error:
-        return outcome.failed(f"--execute: {error}")
-
-
-def _shown(outcome: Outcome, outputs: VisualOutputs) -> Outcome:
-    outputs.finish(outcome.result.plan, outcome.execution, interrupted=outcome.interrupted)
-    return outcome
-
-
-def _plan_of(outcome: Outcome) -> Plan:
-    assert outcome.result.plan is not None
-    return outcome.result.plan
-
-
-def _plan(args: Namespace, planner: Planner, problem: Problem, outputs: VisualOutputs) -> tuple[PlanResult, bool]:
-    """Returns the result, and whether Ctrl-C ended the planning."""
-    from rich.console import Console
-
-    from mmp_cli.interrupt import stopping_on_interrupt
-    from mmp_cli.progress import ProgressLine
-    from mmp_planners.safe_plan import run_planner
-
-    with ProgressLine(args.planner, Console(stderr=True)) as line, stopping_on_interrupt() as interruption:
-        watch = CombinedWatcher(interruption.check, line, *outputs.watchers)
-        result = run_planner(args.planner, planner, problem, seed=args.seed, time_limit=args.time_limit, watch=watch)
-    return result, interruption.happened
 
 
 def _asked(args: Namespace) -> dict[str, str]:

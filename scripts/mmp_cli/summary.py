@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import chain, repeat
 
+import numpy as np
+
 from mmp_cli.outcome import Outcome
 from mmp_cli.output import one_line, print_rows
+from mmp_env.model.keep import Upright
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS
 from mmp_env.model.problem import Problem
 from mmp_env.retime import RetimeReport
@@ -37,6 +40,8 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
         yield "makespan", _makespan(plan.makespan_s, outcome.retimed)
     if problem:
         yield "margin", _margin(outcome, problem)
+        bounds = (_bound(arm, bound) for arm, bound in problem.keep.items())
+        yield from zip(chain(["keep"], repeat("")), bounds, strict=False)
     if outcome.check is not None:
         *sentences, last = str(outcome.check).splitlines()
         sentences.append(f"{last}; checked in {outcome.check_time_s:.2f} s")
@@ -137,6 +142,11 @@ def _margin(outcome: Outcome, problem: Problem) -> str:
         words = " and ".join(KIND_WORDS[kind] for kind in tight)
         text += f"; start or goal is tight {words}, where the default is {DEFAULT_MARGIN_M * 1e3:g} mm"
     return text
+
+
+def _bound(arm: str, bound: Upright) -> str:
+    axis = ", ".join(f"{number:g}" for number in np.asarray(bound.axis))
+    return f"{arm} within {bound.within:g} rad of upright, axis [{axis}], at every instant"
 
 
 def _makespan(makespan_s: float, retimed: RetimeReport | None) -> str:

@@ -1,0 +1,78 @@
+"""The options `--start`, `--goal`, `--degrees` and `--keep`: JSON, or the name of a file after an `@`."""
+
+from __future__ import annotations
+
+from argparse import Namespace
+from typing import Any
+
+import numpy as np
+
+from mmp_env.errors import MmpError
+from mmp_env.files.file_kinds import read_as
+from mmp_env.files.instance_file import goals_from_dict
+from mmp_env.files.reading import Location, NotJsonError, names_file, parse_json
+from mmp_env.model.arm import Arm
+from mmp_env.model.cell import Cell
+from mmp_env.model.goals import STAY, AnyOf, Goal, JointGoal
+from mmp_env.model.keep import Upright, as_keep
+
+AT = "@"
+_KEEP = "--keep"
+
+
+def given_goals(args: Namespace, cell: Cell, which: str) -> dict[str, Goal]:
+    """Returns what --start or --goal asks for, arm name -> goal. An arm that --goal leaves out stays.
+
+    Raises `MmpError`.
+    """
+    option = f"--{which}"
+    data, place = _read(getattr(args, which), option, f"{option} takes a file of arm name -> configuration or goal")
+    if which == "goal" and isinstance(data, dict):
+        data = dict.fromkeys(cell.arm_names, STAY) | data
+    goals = goals_from_dict(cell, data, place)
+    return {arm.name: _in_radians(arm, goals[arm.name]) for arm in cell.arms} if args.degrees else goals
+
+
+def given_keep(args: Namespace, cell: Cell) -> dict[str, Upright] | None:
+    """Returns the bounds of --keep, arm name -> bound; None if it is not given.
+
+    Each value of the option is an object of all bounds, @FILE with one, or `NAME=BOUND`. Raises `MmpError`.
+    """
+    if not args.keep:
+        return None
+    out: dict[str, Upright] = {}
+    for text in args.keep:
+        name, equals, bound = text.partition("=")
+        if equals and not text.lstrip().startswith(("{", AT)):
+            place = Location(f"{_KEEP} {name.strip()}")
+            data: Any = {name.strip(): _read(bound, str(place), f"{_KEEP} takes a file of a bound")[0]}
+        else:
+            data, place = _read(text, _KEEP, f"{_KEEP} takes a file of arm name -> bound")
+        for arm, each in as_keep(data, cell.arm_names, _KEEP if equals else str(place)).items():
+            if arm in out:
+                raise MmpError(f"{_KEEP} gives arm '{arm}' twice; give one bound")
+            out[arm] = each
+    return out
+
+
+def _in_radians(arm: Arm, goal: Goal) -> Goal:
+    """Returns a goal whose configurations are in degrees, slides in metres, with all of them in radians."""
+    if isinstance(goal, AnyOf):
+        return AnyOf([_in_radians(arm, each) for each in goal.goals])
+    if not isinstance(goal, JointGoal) or len(goal.q) != arm.dof:  # a wrong number of joints is refused later
+        return goal
+    return JointGoal(np.where(arm.robot.slides, goal.q, np.radians(goal.q)))
+
+
+def _read(given: str, option: str, takes: str) -> tuple[Any, Location]:
+    """Returns what the value of an option holds, and its place for messages."""
+    if given.startswith(AT):
+        path = given.removeprefix(AT)
+        if not path:
+            raise MmpError(f"{option} is '{given}'; it must be JSON, or @FILE with the name of a JSON or YAML file")
+        return read_as(path, (), takes), Location(path)
+    try:
+        return parse_json(given, Location(option)), Location(option)
+    except NotJsonError as error:
+        hint = f"; for a file write {option} {AT}{given}" if names_file(given) and "{" not in given else ""
+        raise MmpError(f"{error}{hint}") from None

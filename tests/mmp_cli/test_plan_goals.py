@@ -1,0 +1,121 @@
+"""`--start`, `--goal`, `--degrees` and `--keep` of `mmp plan`: what they ask for, and how they are refused."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from support.refusals import assert_refused
+
+HOLD = {"arm0": [0, -90, 90, -90, -90, 0], "arm1": [0, -90, 90, -90, -90, 0]}
+UPRIGHT = {"upright": {"axis": [0, 0, -1], "within": 0.3}}
+
+
+@pytest.fixture
+def given(mmp, stand_ins, tmp_path):
+    """Plans a pair of arms from a start to a goal; returns the run and the plan file's content."""
+
+    def run(start, goal, *options):
+        out = tmp_path / "plan.json"
+        words = [word if isinstance(word, str) else json.dumps(word) for word in (start, goal)]
+        ran = mmp(
+            "plan",
+            "MultiArmCell-2",
+            "--planner",
+            "straight",
+            "--start",
+            words[0],
+            "--goal",
+            words[1],
+            "--out",
+            out,
+            *options,
+        )
+        return ran, json.loads(out.read_text()) if out.exists() else None
+
+    return run
+
+
+def turned(degrees):
+    return {name: [*q[:5], degrees] for name, q in HOLD.items()}
+
+
+def test_degrees_are_degrees_everywhere_in_goals(given):
+    anywhere = {"arm0": {"any": [turned(40)["arm0"], {"any": [turned(30)["arm0"]]}]}, "arm1": "stay"}
+    ran, plan = given(HOLD, anywhere, "--degrees")
+    assert ran.code == 0, ran.err
+    assert plan["problem"]["start"]["arm0"] == pytest.approx(np.radians(HOLD["arm0"]).tolist())
+    assert plan["problem"]["goal"]["arm0"][5] == pytest.approx(math.radians(30))
+    first = plan["problem"]["goal_asked"]["arm0"]["any"][0]
+    assert first == pytest.approx(np.radians(turned(40)["arm0"]).tolist())
+
+
+def test_without_degrees_a_configuration_in_degrees_is_refused(given):
+    ran, _ = given(HOLD, turned(30))
+    assert_refused(ran, "looks like degrees")
+
+
+@pytest.mark.parametrize(
+    "forms",
+    [
+        [f"arm0={json.dumps(UPRIGHT)}"],
+        [json.dumps({"arm0": UPRIGHT})],
+        ["@keep.json"],
+        ["arm0=@one.json"],
+    ],
+)
+def test_keep_has_the_forms_of_plan_files(given, tmp_path, monkeypatch, forms):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "keep.json").write_text(json.dumps({"arm0": UPRIGHT}))
+    (tmp_path / "one.json").write_text(json.dumps(UPRIGHT))
+    ran, plan = given(HOLD, turned(30), "--degrees", *(word for form in forms for word in ("--keep", form)))
+    assert ran.code == 0, ran.err
+    assert plan["problem"]["keep"] == {"arm0": UPRIGHT}
+    assert "arm0 within 0.3 rad of upright, axis [0, 0, -1]" in ran.out
+
+
+def test_several_bounds_are_given_one_by_one(given):
+    both = [word for arm in HOLD for word in ("--keep", f"{arm}={json.dumps(UPRIGHT)}")]
+    ran, plan = given(HOLD, turned(30), "--degrees", *both)
+    assert ran.code == 0, ran.err
+    assert set(plan["problem"]["keep"]) == set(HOLD)
+
+
+@pytest.mark.parametrize(
+    ("keep", "words"),
+    [
+        ("arm9={}", ["--keep", "unknown arm 'arm9'", "arm0"]),
+        ("arm0={}", ["--keep", "arm0", "upright"]),
+        ("arm0=", ["--keep arm0", "not JSON"]),
+        ("arm0", ["--keep", "not JSON"]),
+        ("{", ["--keep is not JSON"]),
+        ("@", ["--keep is '@'", "@FILE"]),
+        ("@none.json", ["none.json"]),
+        ("[]", ["--keep is []", "arm name"]),
+        ("arm0=[]", ["--keep of arm 'arm0' is []", "upright"]),
+        ('arm0={"upright": {"axis": [0, 0, 0], "within": 0.2}}', ["arm0", "axis", "not all zero"]),
+        ('arm0={"upright": {"axis": [0, 0, 1], "within": 12}}', ["arm0", "12", "radians"]),
+        ('arm0={"upright": {"axis": [0, 0, 1], "within": NaN}}', ["of arm 'arm0'", "is nan", "radians"]),
+        ('arm0={"upright": {"axis": [0, 0, 1], "with": 1}}', ["arm0", "within"]),
+        ('arm0={"upright": {"axis": [0, 0, 1], "within": 0.2}}', ["start of arm 'arm0'", "rad"]),
+        ("", ["argument --keep is empty"]),
+    ],
+)
+def test_a_bound_that_is_wrong_or_broken_is_refused(given, tmp_path, monkeypatch, keep, words):
+    monkeypatch.chdir(tmp_path)
+    ran, plan = given(HOLD, turned(30), "--degrees", "--keep", keep)
+    assert_refused(ran, *words)
+    assert plan is None
+
+
+def test_a_bound_is_given_once_and_to_no_instance_file(given, mmp, instances):
+    twice = ["--keep", f"arm0={json.dumps(UPRIGHT)}", "--keep", json.dumps({"arm0": UPRIGHT})]
+    assert_refused(given(HOLD, turned(30), "--degrees", *twice)[0], "--keep gives arm 'arm0' twice")
+    assert_refused(mmp("plan", instances, "--keep", json.dumps({"left": UPRIGHT})), "--keep", "instance file")
+
+
+def test_a_file_of_keep_is_not_overwritten(mmp, tmp_path, stand_ins):
+    path = tmp_path / "keep.json"
+    path.write_text(json.dumps({"arm0": UPRIGHT}))
+    ran = mmp("plan", "MultiArmCell-2", "--planner", "straight", "--keep", f"@{path}", "--out", path)
+    assert_refused(ran, "--out would overwrite")

@@ -73,28 +73,27 @@ class ClosedForm:
         return q, owner[rows]
 
 
-def find_closed_form(chain: SerialChain, box: JointBox) -> ClosedForm | None:
-    """Returns the closed form of a chain whose locked joints move most in self-motions, or None if there is none."""
+def find_closed_forms(chain: SerialChain, box: JointBox) -> list[ClosedForm]:
+    """Returns the closed forms of a chain, one for each choice of locked joints.
+
+    The first lock the joints that move most in self-motions. There are none for many chains.
+    """
     extra = chain.dof - _HINGES
     if not 0 <= extra <= _MOST_LOCKED or chain.slides.sum() > extra:
-        return None
+        return []
     lower, upper = box.one_turn()
     probes = lower + even_points(_PROBES, chain.dof) * (upper - lower)
-    share = _shares_of_self_motion(chain, probes)
-    best, most = None, -1.0
-    for locked in itertools.combinations(range(chain.dof), extra):
-        if set(np.flatnonzero(chain.slides)) - set(locked):
+    share, forms = _shares_of_self_motion(chain, probes), []
+    for locked in map(list, itertools.combinations(range(chain.dof), extra)):
+        samples, _ = with_locked(chain, tuple(locked), probes[:, locked])
+        methods = [_method_of(samples, chain.length), _method_of(samples.reversed(), chain.length)]
+        if set(np.flatnonzero(chain.slides)) - set(locked) or methods == [None, None]:
             continue
-        samples, _ = with_locked(chain, locked, probes[:, list(locked)])
-        for reverse in (False, True):
-            method = _method_of(samples.reversed() if reverse else samples, chain.length)
-            if method is not None and (moved := float(share[list(locked)].sum())) > most:
-                corners = lower[list(locked)], upper[list(locked)]
-                most = moved
-                best = ClosedForm(
-                    chain=chain, locked=locked, lower=corners[0], upper=corners[1], reverse=reverse, method=method
-                )
-    return best
+        reverse = methods[0] is None
+        corners = {"lower": lower[locked], "upper": upper[locked]}
+        form = ClosedForm(chain=chain, locked=tuple(locked), reverse=reverse, method=methods[reverse], **corners)
+        forms.append((-float(share[locked].sum()), tuple(locked), form))
+    return [form for *_, form in sorted(forms, key=lambda each: each[:2])]
 
 
 def with_locked(

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.ik.chain import SerialChain
-from mmp_env.ik.closed_form import ClosedForm, find_closed_form
+from mmp_env.ik.closed_form import ClosedForm, find_closed_forms
 from mmp_env.ik.freedom import Free, sampled_poses
 from mmp_env.ik.numeric import NumericSolver
 from mmp_env.ik.refinement import refined
@@ -18,8 +18,10 @@ from mmp_env.ik.turns import JointBox, distinct
 
 _SAME = 1e-4
 """Largest difference of a joint [rad or m] between two results that are one configuration."""
-_SAMPLES = {0: 1, 1: 24}
+_SAMPLES = {0: 1, 1: 32}
 """Number of samples of the redundancy, by its dimension; one joint or one angle has these many values."""
+_FORMS = 2
+"""Number of locked joints whose grids are tried where one joint is redundant."""
 _MORE_SAMPLES = 256
 """Number of samples of a redundancy of two dimensions or more."""
 STEP_RAD = 0.1
@@ -47,15 +49,17 @@ class PoseSolver:
     def __init__(self, chain: SerialChain, box: JointBox) -> None:
         self.box = box
         self._chain = chain
-        self._closed_form = find_closed_form(chain, box)
+        self._forms = find_closed_forms(chain, box)
 
     def solve(self, pose: Float[np.ndarray, "4 4"], free: Free | None) -> Float[np.ndarray, "n dof"]:
         """Returns configurations within the joint limits, each with the least turns that are."""
         task = ToolTask(chain=self._chain, free=free)
-        form = self._closed_form
         curves = self._chain.dof == task.rows + 1
         slack = np.inf if curves else _LIMIT_SLACK
-        q = self._numeric.solve(pose, free) if form is None else self._solve_in_closed_form(form, pose, free, slack)
+        # A short closed curve may lie between two values of one locked joint, but rarely of another one as well.
+        forms = self._forms[: _FORMS if curves else 1]
+        solutions = [self._solve_in_closed_form(form, pose, free, slack) for form in forms]
+        q = np.concatenate(solutions) if forms else self._numeric.solve(pose, free)
         if curves:
             q = self._on_curves(task, q, pose, STEP_RAD if free is None else _FREE_STEP_RAD)
         return distinct(self.box.within(q), _SAME)

@@ -65,9 +65,9 @@ def _alternatives(data: Any, named: Mapping[str, Float[np.ndarray, "dof"]], wher
     if not isinstance(data, Mapping):
         return [numbers(data, next(iter(named.values())).shape, where)]
     known(data, ("pose", "any"), where)
-    if data.get("pose") is not None and data.get("any") is not None:
-        raise UnreadableError(f"{where} has a pose and any; it must be one of them")
-    if data.get("any") is None:
+    if len(data) != 1:
+        raise UnreadableError(f"{where} has a pose and any, or neither; it must be one of them")
+    if "pose" in data:
         return [_pose(member(data, "pose", where), f"{where}.pose")]
     several = listed(data, "any", where)
     if depth > _DEEPEST or not 1 <= len(several) <= _MOST_GOALS:

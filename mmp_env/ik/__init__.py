@@ -6,7 +6,7 @@ redundant arms, and `turns` adds whole turns within the joint limits. `freedom` 
 free. docs/explanation/inverse-kinematics.md describes the method.
 """
 
-from mmp_env.ik.branches import branches
+from mmp_env.ik.branches import branches, branches_by_posture, nearest_beyond_limits
 from mmp_env.ik.freedom import FREE, Free
 
-__all__ = ["FREE", "Free", "branches"]
+__all__ = ["FREE", "Free", "branches", "branches_by_posture", "nearest_beyond_limits"]

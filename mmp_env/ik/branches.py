@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from numpy.typing import ArrayLike
 
 from mmp_env.argument_checks import as_numbers, refused, whole
@@ -47,12 +47,55 @@ def branches(
         MmpError: for a pose that is no rigid transform, an unknown `free`, a `limit` below 1, or a `near` of another
             number of joints.
     """
-    goal, center = _checked_pose(pose), _checked_near(robot, near)
+    center = _checked_near(robot, near)
+    limit = whole("limit", limit, 1)
+    solver, found = _solved(robot, tool, pose, free)
+    return solver.box.with_turns(found, center, limit)[0]
+
+
+def branches_by_posture(
+    robot: ArmModel, tool: ToolModel | None, pose: ArrayLike, free: Free | None, limit: int, near: ArrayLike
+) -> tuple[Float[np.ndarray, "n dof"], Int[np.ndarray, "n"]]:
+    """Returns the `limit` nearest branches and the nearest of every posture, in order of distance, and their postures.
+
+    A posture is a number; configurations of one posture differ by whole turns of hinges alone. The arguments are those
+    of `branches`.
+    """
+    center = _checked_near(robot, near)
+    solver, found = _solved(robot, tool, pose, free)
+    rows, postures = solver.box.with_turns(found, center, limit)
+    missing = np.setdiff1d(np.arange(len(found)), postures)
+    if not len(missing):
+        return rows, postures
+    far = solver.box.nearest_turns(found[missing], center)
+    order = np.abs(far - center).sum(axis=1).argsort(kind="stable")
+    return np.concatenate([rows, far[order]]), np.concatenate([postures, missing[order]])
+
+
+def nearest_beyond_limits(
+    robot: ArmModel, tool: ToolModel | None, pose: ArrayLike, free: Free | None
+) -> Float[np.ndarray, "dof"] | None:
+    """Returns the configuration that leaves the joint limits of hinges least of those for a pose, or None.
+
+    The arguments are those of `branches`. It counts the sum over the joints.
+    """
+    solver = _solver(robot, tool)
+    found = PoseSolver(chain_of(robot, tool), solver.box.unlimited()).solve(_checked_pose(pose), free)
+    if not len(found):
+        return None
+    beyond = solver.box.least_beyond(found)
+    return beyond[np.maximum(robot.lower - beyond, beyond - robot.upper).clip(0).sum(axis=1).argmin()]
+
+
+def _solved(
+    robot: ArmModel, tool: ToolModel | None, pose: ArrayLike, free: Free | None
+) -> tuple[PoseSolver, Float[np.ndarray, "n dof"]]:
+    """Returns the solver of an arm, and one configuration of every posture."""
+    goal = _checked_pose(pose)
     if free is not None and free not in FREE:
         raise refused("free", free, f"None, {' or '.join(map(repr, FREE))}")
-    limit = whole("limit", limit, 1)
     solver = _solver(robot, tool)
-    return solver.box.with_turns(solver.solve(goal, free), center, limit)
+    return solver, solver.solve(goal, free)
 
 
 @functools.lru_cache(maxsize=64)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
@@ -67,7 +68,13 @@ class SerialChain:
         """Number of joints."""
         return len(self.axes)
 
-    @property
+    @cached_property
+    def numbers(self) -> dict[str, np.ndarray]:
+        """The chain as arguments of the core."""
+        values = {"axes": self.axes, "offsets": self.offsets, "slides": self.slides, "tool": self.tool}
+        return {name: np.ascontiguousarray(value) for name, value in values.items()}
+
+    @cached_property
     def length(self) -> float:
         """Sum of the offsets after the first joint [m], at least 0.1: the scale of position errors."""
         return max(float(np.linalg.norm(self.offsets[1:], axis=1).sum()), 0.1)

@@ -12,7 +12,7 @@ from mmp_env.ik.closed_form import ClosedForm, find_closed_forms
 from mmp_env.ik.freedom import Free, sampled_poses
 from mmp_env.ik.numeric import NumericSolver
 from mmp_env.ik.refinement import refined
-from mmp_env.ik.self_motion import densified
+from mmp_env.ik.self_motion import on_curves
 from mmp_env.ik.tool_task import ToolTask
 from mmp_env.ik.turns import JointBox, distinct
 
@@ -28,14 +28,10 @@ STEP_RAD = 0.1
 """Distance of neighbours on a curve of self-motion [rad], over all joints together."""
 _FREE_STEP_RAD = 0.2
 """The same where the rotation about the z axis of the tool is free, and the curves are longer."""
-_MOST = 4096
-"""Largest number of configurations on curves of self-motion."""
 _NEAR, _STEPS = 0.1, 12
 """Largest error [rad, or arm lengths] of results of a closed form, and most steps of their refinement."""
 _LIMIT_SLACK = 0.02
 """Distance [rad or m] outside of the limits up to which results of a closed form are refined."""
-_COARSE_STEP = 0.3
-"""Distance of neighbours [rad or m] on curves that are followed beyond the limits, as they may return."""
 
 
 class PoseSolver:
@@ -61,22 +57,8 @@ class PoseSolver:
         solutions = [self._solve_in_closed_form(form, pose, free, slack) for form in forms]
         q = np.concatenate(solutions) if forms else self._numeric.solve(pose, free)
         if curves:
-            q = self._on_curves(task, q, pose, STEP_RAD if free is None else _FREE_STEP_RAD)
+            q = on_curves(task, self.box, distinct(q, _SAME), pose, step=STEP_RAD if free is None else _FREE_STEP_RAD)
         return distinct(self.box.within(q), _SAME)
-
-    def _on_curves(
-        self, task: ToolTask, q: Float[np.ndarray, "n dof"], pose: Float[np.ndarray, "4 4"], step: float
-    ) -> Float[np.ndarray, "m dof"]:
-        """Returns configurations on all curves through some, those within the limits and some around them.
-
-        A curve may leave the limits and return. So it is followed whole in coarse steps, then within the limits in fine
-        ones.
-        """
-        whole, near = self.box.unlimited(), self.box.widened(_COARSE_STEP)
-        q = distinct(whole.within(q), _SAME)
-        q = densified(task, whole, q, pose, step=_COARSE_STEP, most=_MOST)
-        q = near.turned(q[near.inside(q)])
-        return densified(task, near, q, pose, step=step, most=_MOST)
 
     @cached_property
     def _numeric(self) -> NumericSolver:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from mmp_env.argument_checks import as_numbers, refused
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.ik.freedom import FREE
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.robot import frozen_array
 from mmp_env.wording import shown
@@ -19,8 +20,6 @@ from mmp_env.wording import shown
 NAMED = ("home", "tucked")
 """Named configurations of every robot."""
 STAY = "stay"
-FREE = ("z", "rotation")
-"""Freedoms of a pose: the rotation about the tool's z axis, or the whole rotation."""
 MOST_GOALS = 1000
 """Largest number of goals of an `AnyOf`."""
 DEEPEST = 8

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from mmp_env import core
 from mmp_env.errors import InvalidInstanceError, MmpError
-from mmp_env.ik import branches
+from mmp_env.ik import branches_by_posture, nearest_beyond_limits
 from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.collision import levels_of
@@ -22,16 +24,42 @@ from mmp_env.wording import counted
 MOST_CANDIDATES = 64
 """Largest number of candidates of an arm."""
 _SAME = 1e-4
-"""Largest difference of sines and cosines, or of slides [m], of two configurations that are one place of the arm."""
+"""Largest difference of sines and cosines, or of slides [m], of two configurations of one posture."""
 _ROOM_M = 3e-5
 """Clearance [m] beyond the margin that a candidate has."""
 
 
-def candidates(arm: Arm, goal: Goal, near: Float[np.ndarray, "dof"], where: str) -> Float[np.ndarray, "n dof"]:
-    """Returns the configurations [n, dof] of a goal, the nearest to `near` first (L1).
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Candidates:
+    """Configurations for the goal of one arm, the nearest to its start first.
 
-    Each is within the joint limits, but for numbers that were given. Equal places of the arm that differ by turns of
-    joints come after the nearest of them, and at most `MOST_CANDIDATES` are returned.
+    Attributes:
+        q: configurations [rad or m].
+        posture: number of the posture of each. Configurations of one posture differ by whole turns of hinges alone.
+    """
+
+    q: Float[np.ndarray, "n dof"]
+    posture: Int[np.ndarray, "n"]
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+    def take(self, rows: Int[np.ndarray, "m"] | Bool[np.ndarray, "n"]) -> Candidates:
+        """Returns some of the candidates."""
+        return Candidates(q=self.q[rows], posture=self.posture[rows])
+
+    @cached_property
+    def nearest_of_postures(self) -> Int[np.ndarray, "m"]:
+        """Index of the nearest candidate of each posture, ascending."""
+        return np.sort(np.unique(self.posture, return_index=True)[1])
+
+
+def candidates(arm: Arm, goal: Goal, near: Float[np.ndarray, "dof"], where: str) -> Candidates:
+    """Returns the configurations of a goal, the nearest to `near` first (L1).
+
+    Each is within the joint limits, but for numbers that were given. At most `MOST_CANDIDATES` are returned: the
+    nearest of each posture, and then the nearest of the others. Of too many postures they are the nearest half, and
+    postures that are evenly spread over the others.
 
     Args:
         arm: the arm.
@@ -42,11 +70,17 @@ def candidates(arm: Arm, goal: Goal, near: Float[np.ndarray, "dof"], where: str)
     Raises:
         InvalidInstanceError: if the arm cannot reach any of the poses.
     """
-    rows = [_configurations(arm, each, near, where) for each in flat(goal)]
-    found = np.concatenate(rows)
-    if not len(found):
-        raise InvalidInstanceError(_unreachable(arm, flat(goal), where))
-    return _spread(arm, found[np.argsort(np.abs(found - near).sum(axis=1), kind="stable")])
+    goals = flat(goal)
+    found = [_configurations(arm, each, near, where) for each in goals]
+    if len(found) == 1:
+        every = found[0]
+    else:
+        rows = np.concatenate([each.q for each in found])
+        rows = rows[np.abs(rows - near).sum(axis=1).argsort(kind="stable")]
+        every = Candidates(q=rows, posture=_postures(arm, rows))
+    if not len(every):
+        raise InvalidInstanceError(_unreachable(arm, goals, where))
+    return _at_most(every, MOST_CANDIDATES)
 
 
 def wrong_shape(arm: Arm, goal: JointGoal, where: str) -> MmpError:
@@ -83,20 +117,30 @@ def what_blocks(cell: Cell, arm: Arm, q: Float[np.ndarray, "n dof"]) -> str:
 
 def _configurations(
     arm: Arm, goal: JointGoal | PoseGoal | NamedGoal | Stay, near: Float[np.ndarray, "dof"], where: str
-) -> Float[np.ndarray, "n dof"]:
+) -> Candidates:
     match goal:
         case JointGoal():
             if goal.q.shape != (arm.dof,):
                 raise wrong_shape(arm, goal, where)
-            return goal.q[None]
+            return _one(goal.q)
         case NamedGoal():
-            return (arm.robot.home if goal.name == "home" else arm.robot.tucked)[None]
+            return _one(arm.robot.home if goal.name == "home" else arm.robot.tucked)
         case Stay():
-            return near[None]
+            return _one(near)
         case PoseGoal():
-            turn = np.eye(3) if goal.quaternion is None else matrix_from_quaternion(goal.quaternion)
-            in_base = np.linalg.inv(arm.T_world_base) @ transform(turn, goal.position)
-            return branches(arm.robot, arm.tool, in_base, goal.free, near=near)
+            rows, postures = branches_by_posture(
+                arm.robot, arm.tool, _in_base(arm, goal), goal.free, MOST_CANDIDATES, near
+            )
+            return Candidates(q=rows, posture=postures)
+
+
+def _one(q: Float[np.ndarray, "dof"]) -> Candidates:
+    return Candidates(q=q[None], posture=np.zeros(1, dtype=int))
+
+
+def _in_base(arm: Arm, goal: PoseGoal) -> Float[np.ndarray, "4 4"]:
+    turn = np.eye(3) if goal.quaternion is None else matrix_from_quaternion(goal.quaternion)
+    return np.linalg.inv(arm.T_world_base) @ transform(turn, goal.position)
 
 
 def _unreachable(arm: Arm, goals: Sequence[Goal], where: str) -> str:
@@ -104,34 +148,38 @@ def _unreachable(arm: Arm, goals: Sequence[Goal], where: str) -> str:
         return f"{where}: none of the {len(goals)} poses can be reached within the joint limits"
     goal = goals[0]
     assert isinstance(goal, PoseGoal)
-    at = ", ".join(f"{x:.3f}" for x in goal.position)
-    away = float(np.linalg.norm(goal.position - arm.position))
+    at = f"[{', '.join(f'{x:.3f}' for x in goal.position)}]"
+    beyond = nearest_beyond_limits(arm.robot, arm.tool, _in_base(arm, goal), goal.free)
+    if beyond is None:
+        away = float(np.linalg.norm(goal.position - arm.position))
+        return (
+            f"{where} is out of reach: {at} is {away:.2f} m from the base, and no configuration of a {arm.robot.name}"
+            " brings the tool there"
+        )
+    robot = arm.robot
+    k = int(np.maximum(robot.lower - beyond, beyond - robot.upper).argmax())
     return (
-        f"{where} is out of reach: [{at}] is {away:.2f} m from the base, and no configuration of a {arm.robot.name}"
-        " within its joint limits brings the tool there"
+        f"{where} is outside the joint limits: to bring the tool to {at}, joint {k + 1} ({robot.joint_names[k]}) would"
+        f" have to be {beyond[k]:.4f} {robot.units[k]}; allowed: {robot.lower[k]:.4f} to {robot.upper[k]:.4f}"
     )
 
 
-def places(arm: Arm, q: Float[np.ndarray, "n dof"]) -> Int[np.ndarray, "m"]:
-    """Returns the indices of the first row for each place of the arm, ascending: rows that differ by turns are one."""
+def _postures(arm: Arm, q: Float[np.ndarray, "n dof"]) -> Int[np.ndarray, "n"]:
     slides = np.array(arm.robot.slides)
-    round_trip = np.hstack([np.where(slides, q, np.cos(q)), np.where(slides, 0.0, np.sin(q))])
-    return np.sort(np.unique(np.round(round_trip / _SAME), axis=0, return_index=True)[1])
+    without_turns = np.hstack([np.where(slides, q, np.cos(q)), np.where(slides, 0.0, np.sin(q))])
+    return np.unique(np.round(without_turns / _SAME), axis=0, return_inverse=True)[1].reshape(-1)
 
 
-def _spread(arm: Arm, q: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "m dof"]:
-    """Returns at most `MOST_CANDIDATES` of the sorted rows: of each place of the arm the nearest, then the others.
-
-    Of too many places it takes the nearest half, and then places that are evenly spread over the others.
-    """
-    first = places(arm, q)
-    if len(first) > MOST_CANDIDATES:
-        half = MOST_CANDIDATES // 2
-        chosen = np.concatenate([first[:half], first[np.linspace(half, len(first) - 1, half).astype(int)]])
-    else:
-        again = np.setdiff1d(np.arange(len(q)), first)
-        chosen = np.sort(np.concatenate([first, again[: MOST_CANDIDATES - len(first)]]))
-    return q[chosen]
+def _at_most(every: Candidates, most: int) -> Candidates:
+    if len(every) <= most:
+        return every
+    first = every.nearest_of_postures
+    if len(first) > most:
+        half = most // 2
+        return every.take(np.concatenate([first[:half], first[np.linspace(half, len(first) - 1, half).astype(int)]]))
+    again = np.ones(len(every), dtype=bool)
+    again[first] = False
+    return every.take(np.sort(np.concatenate([first, np.flatnonzero(again)[: most - len(first)]])))
 
 
 def in_collision(where: str, count: int, why: str) -> InvalidInstanceError:

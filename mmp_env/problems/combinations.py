@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from mmp_env.model.cell import Cell
-from mmp_env.problems.candidates import places
+from mmp_env.problems.candidates import Candidates
 
 MOST_TRIED = 5000
-"""Largest number of candidates that one search places."""
+"""Largest number of postures that one search tries."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,20 +26,20 @@ class BlockedPair:
 class Combinations:
     """A depth-first search for combinations in which any two arms keep a clearance.
 
-    It goes on with the arm that has the fewest candidates left. Candidates that differ by whole turns are one place of
-    the arm, of which the search knows the first.
+    It goes on with the arm that has the fewest candidates left. It knows the nearest candidate of every posture.
 
     Args:
         cell: the cell.
-        candidates: arm name -> [n, dof] [rad], the preferred ones first.
+        candidates: arm name -> its candidates.
         clearance: that any two arms keep [m].
     """
 
-    def __init__(self, cell: Cell, candidates: Mapping[str, Float[np.ndarray, "n dof"]], clearance: float) -> None:
+    def __init__(self, cell: Cell, candidates: Mapping[str, Candidates], clearance: float) -> None:
         self._cell, self._clearance, self._names = cell, clearance, cell.arm_names
-        self._indices = [places(arm, candidates[arm.name]) for arm in cell.arms]
+        self._indices = [candidates[name].nearest_of_postures for name in self._names]
         self._rows = [
-            np.ascontiguousarray(candidates[arm.name][some]) for arm, some in zip(cell.arms, self._indices, strict=True)
+            np.ascontiguousarray(candidates[name].q[some])
+            for name, some in zip(self._names, self._indices, strict=True)
         ]
         self._known: dict[tuple[int, int, int], Bool[np.ndarray, "m"]] = {}
         self._tried = 0
@@ -67,8 +67,8 @@ class Combinations:
         """Returns a choice for all arms, or None.
 
         Args:
-            choice: arm -> its place.
-            left: arm without a choice -> which of its places fit the choice.
+            choice: arm -> its posture.
+            left: arm without a choice -> which of its postures fit the choice.
         """
         if not left:
             return choice
@@ -85,12 +85,12 @@ class Combinations:
         return None
 
     def _fits(self, a: int, i: int, b: int) -> Bool[np.ndarray, "m"]:
-        """Returns which places of arm `b` are clear of place `i` of arm `a`."""
+        """Returns which postures of arm `b` are clear of posture `i` of arm `a`."""
         if (a, i, b) not in self._known:
             self._known[a, i, b] = self._gaps(a, i, b) >= self._clearance
         return self._known[a, i, b]
 
     def _gaps(self, a: int, i: int, b: int) -> Float[np.ndarray, "m"]:
-        """Returns the clearances [m] of place `i` of arm `a` from all places of arm `b`."""
+        """Returns the clearances [m] of posture `i` of arm `a` from all postures of arm `b`."""
         here = np.repeat(self._rows[a][i : i + 1], len(self._rows[b]), axis=0)
         return self._cell.collision.pair_clearance(self._names[a], here, self._names[b], self._rows[b])

@@ -27,7 +27,7 @@ from mmp_env.model.margins import (
 )
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, asked_velocity_limits, upright_room
 from mmp_env.problems.candidates import not_upright, wrong_shape
-from mmp_env.problems.resolution import Resolved, resolve
+from mmp_env.problems.resolution import Resolved, keeping, resolve
 from mmp_env.wording import degrees_hint
 
 MOVED = 1e-3
@@ -89,7 +89,7 @@ def make_problem(
         max_velocity=limits,
         margins=margins,
         name=name,
-        goals=end.candidates,
+        goals=keeping(cell, end, wanted["goal"], margins),
         goal_asked={} if _are_configurations(wanted["goal"]) else wanted["goal"],
     )
 
@@ -107,7 +107,9 @@ def _asked(cell: Cell, given: Mapping[str, GivenGoal] | ArrayLike, which: str) -
             raise MmpError(f"{which} has no configuration for arm '{arm.name}'")
         out[arm.name] = as_goal(given[arm.name], f"{which} of arm '{arm.name}'")
         if which == "start" and isinstance(out[arm.name], Stay | AnyOf):
-            raise MmpError(f"start of arm '{arm.name}' must be one place; 'stay' and 'any' are for goals")
+            raise MmpError(
+                f"start of arm '{arm.name}' must be one configuration or pose; 'stay' and 'any' are for goals"
+            )
     return out
 
 
@@ -130,7 +132,10 @@ def _resolved(
             raise wrong_shape(arm, goal, f"{which} of arm '{arm.name}'")
     if _are_configurations(wanted):
         given = {name: goal.q for name, goal in wanted.items() if isinstance(goal, JointGoal)}
-        return Resolved(chosen=given, candidates={name: q[None] for name, q in given.items()})
+        alone = {name: q[None] for name, q in given.items()}
+        return Resolved(
+            chosen=given, candidates=alone, margins=Margins(arms=math.inf, obstacles=math.inf, self=math.inf)
+        )
     return resolve(cell, wanted, preferred, _margins([near] if near else [], asked), asked, which)
 
 

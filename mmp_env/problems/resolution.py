@@ -12,7 +12,14 @@ from mmp_env.errors import InvalidInstanceError
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import Goal, JointGoal
 from mmp_env.model.margins import KINDS, MOST_SLACK_M, NO_MARGINS, Margins
-from mmp_env.problems.candidates import are_free_alone, candidates, in_collision, not_upright, what_blocks
+from mmp_env.problems.candidates import (
+    Candidates,
+    are_free_alone,
+    candidates,
+    in_collision,
+    not_upright,
+    what_blocks,
+)
 from mmp_env.problems.combinations import Combinations
 
 _ROOM_M = MOST_SLACK_M / 0.9
@@ -26,10 +33,12 @@ class Resolved:
     Attributes:
         chosen: arm name -> [dof] [rad], free together but for configurations that were given.
         candidates: arm name -> [n, dof] [rad], each free alone but for configurations that were given.
+        margins: margins that the candidates keep.
     """
 
     chosen: Mapping[str, Float[np.ndarray, "dof"]]
     candidates: Mapping[str, Float[np.ndarray, "n dof"]]
+    margins: Margins
 
 
 def resolve(
@@ -42,8 +51,9 @@ def resolve(
 ) -> Resolved:
     """Returns configurations for what was asked for, with a preference for those near to given ones.
 
-    A configuration that was given is taken as it is, free or not. A margin that was not asked for may be smaller where
-    there is no other choice.
+    A configuration that was given is taken as it is, free or not. Candidates have 1.1 mm of clearance beyond the
+    margins where a combination of such candidates is free together; otherwise the margins alone. A margin that was not
+    asked for may be smaller where there is no other choice.
 
     Args:
         cell: arms and obstacles.
@@ -56,34 +66,60 @@ def resolve(
     Raises:
         InvalidInstanceError: if there is no such combination, with the reason.
     """
-    places = {arm.name: f"{which} of arm '{arm.name}'" for arm in cell.arms}
-    found = {arm.name: candidates(arm, asked[arm.name], near[arm.name], places[arm.name]) for arm in cell.arms}
+    words = {arm.name: f"{which} of arm '{arm.name}'" for arm in cell.arms}
+    found = {arm.name: candidates(arm, asked[arm.name], near[arm.name], words[arm.name]) for arm in cell.arms}
     least = Margins(**{kind: required.get(kind, 0.0) for kind in KINDS}) if required else NO_MARGINS
     for kept, room in ((margins, _ROOM_M), (margins, 0.0), (least, 0.0)):
         free = {
-            arm.name: rows
+            arm.name: every
             if isinstance(asked[arm.name], JointGoal)
-            else rows[are_free_alone(cell, arm, rows, kept, room)]
+            else every.take(are_free_alone(cell, arm, every.q, kept, room))
             for arm in cell.arms
-            for rows in (found[arm.name],)
+            for every in (found[arm.name],)
         }
         if all(map(len, free.values())):
             chosen = Combinations(cell, free, kept.arms + room).first()
             if chosen is not None:
-                return Resolved(chosen={name: free[name][k] for name, k in chosen.items()}, candidates=free)
+                return Resolved(
+                    chosen={name: free[name].q[k] for name, k in chosen.items()},
+                    candidates={name: every.q for name, every in free.items()},
+                    margins=kept,
+                )
     for arm in cell.arms:
         if not len(free[arm.name]):
-            rows = found[arm.name]
+            rows = found[arm.name].q
             if (
                 arm.name in cell.keep
                 and (tilts := cell.collision.tilt(arm.name, rows)).min() > cell.keep[arm.name].within
             ):
-                raise not_upright(places[arm.name], float(tilts.min()), cell.keep[arm.name])
-            raise in_collision(places[arm.name], len(rows), what_blocks(cell, arm, rows))
+                raise not_upright(words[arm.name], float(tilts.min()), cell.keep[arm.name])
+            raise in_collision(words[arm.name], len(rows), what_blocks(cell, arm, rows))
     raise InvalidInstanceError(_why_not_together(cell, free, least.arms, which))
 
 
-def _why_not_together(cell: Cell, free: Mapping[str, Float[np.ndarray, "n dof"]], clearance: float, which: str) -> str:
+def keeping(
+    cell: Cell, resolved: Resolved, asked: Mapping[str, Goal], margins: Margins
+) -> Mapping[str, Float[np.ndarray, "n dof"]]:
+    """Returns the candidates that keep the margins of the problem, which may be larger, and those that are chosen.
+
+    Args:
+        cell: arms and obstacles.
+        resolved: what was found.
+        asked: arm name -> what was asked for.
+        margins: the margins of the problem.
+    """
+    if all(margins[kind] <= resolved.margins[kind] for kind in KINDS):
+        return resolved.candidates
+    out = dict(resolved.candidates)
+    for arm in cell.arms:
+        rows = out[arm.name]
+        if not isinstance(asked[arm.name], JointGoal):
+            chosen = (rows == resolved.chosen[arm.name]).all(axis=1)
+            out[arm.name] = rows[chosen | are_free_alone(cell, arm, rows, margins, 0.0)]
+    return out
+
+
+def _why_not_together(cell: Cell, free: Mapping[str, Candidates], clearance: float, which: str) -> str:
     pair = Combinations(cell, free, clearance).blocked_pair()
     if pair is None:
         return (
@@ -92,7 +128,7 @@ def _why_not_together(cell: Cell, free: Mapping[str, Float[np.ndarray, "n dof"]]
         )
     a, b = pair.names
     two = replace(cell, arms=(cell.arm(a), cell.arm(b)), obstacles=(), joints=None, keep={})
-    near = two.collision.nearest({a: free[a][pair.best[0]], b: free[b][pair.best[1]]})["arms"]
+    near = two.collision.nearest({a: free[a].q[pair.best[0]], b: free[b].q[pair.best[1]]})["arms"]
     apart = (
         f"{-near.clearance_m * 1e3:.1f} mm deep" if near.clearance_m < 0 else f"{near.clearance_m * 1e3:.1f} mm apart"
     )

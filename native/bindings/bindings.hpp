@@ -15,15 +15,16 @@ namespace nb = nanobind;
 
 namespace mmp {
 
-void bind_cell(nb::module_& m);         // the cell: arms and obstacles
-void bind_hulls(nb::module_& m);        // distances of convex hulls
-void bind_queries(nb::module_& m);      // batch queries of a cell: kinematics, clearance, proofs
-void bind_upright(nb::module_& m);      // bounds on the angle of a tool axis
-void bind_motion(nb::module_& m);       // motions, their conflicts, and constraints
-void bind_single_arm(nb::module_& m);   // single-arm search and its tree
-void bind_repulsion(nb::module_& m);    // repulsive force and ModifyMotion
-void bind_joint_space(nb::module_& m);  // search in the joint space of all arms
-void bind_improve(nb::module_& m);      // shortcutting, replanning and path recombination
+void bind_cell(nb::module_& m);                // the cell: arms and obstacles
+void bind_hulls(nb::module_& m);               // distances of convex hulls
+void bind_queries(nb::module_& m);             // batch queries of a cell: kinematics, clearance, proofs
+void bind_upright(nb::module_& m);             // bounds on the angle of a tool axis
+void bind_motion(nb::module_& m);              // motions, their conflicts, and constraints
+void bind_single_arm(nb::module_& m);          // single-arm search and its tree
+void bind_repulsion(nb::module_& m);           // repulsive force and ModifyMotion
+void bind_joint_space(nb::module_& m);         // search in the joint space of all arms
+void bind_improve(nb::module_& m);             // shortcutting, replanning and path recombination
+void bind_inverse_kinematics(nb::module_& m);  // configurations for tool poses
 
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;

@@ -82,4 +82,5 @@ NB_MODULE(MMP_MODULE, m) {
   bind_repulsion(m);
   bind_joint_space(m);
   bind_improve(m);
+  bind_inverse_kinematics(m);
 }

@@ -134,6 +134,12 @@ def vectors(length: int) -> list[Any]:
     return [np.zeros(0), np.zeros(length - 1), np.zeros(length + 1), np.zeros((1, length)), *bad, *NOT_NUMBERS]
 
 
+def shapes_like(valid: np.ndarray) -> list[Any]:
+    """Returns values that are no array of finite lengths of the shape of a valid one."""
+    wrong = [np.zeros(valid.shape[:-1]), np.zeros((*valid.shape[:-1], valid.shape[-1] + 1)), np.zeros((0, 0))]
+    return [*wrong, *(np.full(valid.shape, x) for x in ENDLESS), *NOT_NUMBERS]
+
+
 def numbers_of(length: int) -> list[Any]:
     """Returns values that are not `length` finite numbers."""
     return [*vectors(length), np.array(["x"] * length), np.zeros(length, dtype=complex)]
@@ -230,6 +236,37 @@ WRONG: dict[str, list[Any]] = {
     "upright angle": [*ENDLESS, 0.0, -0.1, 1.6, *NOT_NUMBERS],
     "upright cell": [None, 3, unmade(core.Cell), one_arm(), CELL],
     "size": [*numbers_of(3), np.array([0.1, 0.1, -0.1])],
+}
+
+
+SIX_AXES = np.array([[[0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0]]], dtype=float)
+SIX_OFFSETS = np.array([[[0, 0, 0.1], [0, 0.1, 0], [0, 0, 0.4], [0, 0, 0.4], [0, 0.1, 0], [0, 0, 0.1], [0, 0, 0.1]]])
+POSES = np.tile(np.eye(4), (1, 1, 1))
+POSES[0, :3, 3] = [0.3, 0.2, 0.4]
+THREE = {
+    "axes": (np.eye(3)[[2, 1, 1]].copy(), "chain axes"),
+    "offsets": (np.array([[0, 0, 0.1], [0, 0, 0.1], [0, 0, 0.4], [0, 0, 0.4]]), "chain offsets"),
+    "slides": (np.zeros(3, dtype=bool), "flags of three"),
+    "tool": (np.eye(3), "matrix of three"),
+}
+THREE_ROWS = np.array([[0.1, 0.2, 0.3]])
+WRONG |= {
+    "six axes": shapes_like(SIX_AXES),
+    "six offsets": shapes_like(SIX_OFFSETS),
+    "poses": shapes_like(POSES),
+    "one pose": shapes_like(POSES[0]),
+    "chain axes": [*shapes_like(np.eye(3)), np.zeros((0, 3)), np.zeros((17, 3))],
+    "chain offsets": shapes_like(np.zeros((4, 3))),
+    "matrix of three": shapes_like(np.eye(3)),
+    "flags of three": [np.zeros(2, dtype=bool), *NOT_NUMBERS],
+    "task rows": [-1, 4, 7, *NOT_COUNTS],
+    "task rows of three": [-1, 4, 5, 7, *NOT_COUNTS],
+    "rows of three": [np.zeros((1, 2)), np.zeros(3), *(np.full((1, 3), x) for x in ENDLESS), *NOT_NUMBERS],
+    "limits of three": vectors(3),
+    "limits of four": vectors(4),
+    "curve step": [*ENDLESS, 0.0, 2.0, *NOT_NUMBERS],
+    "turns": [*vectors(3), np.full(3, 9e3)],
+    "positive count": [0, -1, *NOT_COUNTS],
 }
 
 
@@ -332,6 +369,45 @@ CALLS = {
     "Cell.freeze": call(lambda: two_arms(frozen=False).freeze()),
     "spheres": in_cell(core.spheres, **ARM, q=(ROWS, "rows")),
     "sphere_table": in_cell(core.sphere_table, **ARM),
+    "solve_six_hinges": call(
+        core.solve_six_hinges,
+        axes=(SIX_AXES, "six axes"),
+        offsets=(SIX_OFFSETS, "six offsets"),
+        poses=(POSES, "poses"),
+        spherical=(False, "flag"),
+        miss=(0.05, "not negative"),
+    ),
+    "refine_tool_pose": call(
+        core.refine_tool_pose,
+        **THREE,
+        rows=(3, "task rows"),
+        q=(THREE_ROWS, "rows of three"),
+        poses=(POSES, "poses"),
+        steps=(10, "count"),
+        farthest=(10.0, "not negative"),
+    ),
+    "self_motions": call(
+        core.self_motions,
+        axes=(np.eye(3)[[2, 1, 1, 1]].copy(), "matrix of three"),
+        offsets=(np.array([[0, 0, 0.1], [0, 0, 0.1], [0, 0, 0.4], [0, 0, 0.4], [0, 0, 0.3]]), "chain offsets"),
+        slides=(np.zeros(4, dtype=bool), "flags of three"),
+        tool=(np.eye(3), "matrix of three"),
+        rows=(3, "task rows of three"),
+        q=(np.array([[0.1, 0.2, 0.3, 0.4]]), "rows of three"),
+        pose=(POSES[0], "one pose"),
+        lower=(np.full(4, -3.0), "limits of four"),
+        upper=(np.full(4, 3.0), "limits of four"),
+        step=(0.1, "curve step"),
+    ),
+    "with_turns": call(
+        core.with_turns,
+        q=(THREE_ROWS, "rows of three"),
+        lower=(np.full(3, -6.0), "limits of three"),
+        upper=(np.full(3, 6.0), "turns"),
+        hinges=(np.ones(3, dtype=bool), "flags of three"),
+        near=(np.zeros(3), "limits of three"),
+        limit=(10, "positive count"),
+    ),
     "hull_distances": call(
         core.hull_distances,
         a=(hull()["vertices"], "vertices"),

@@ -1,6 +1,7 @@
 """Goals in every form: what they become, what is refused, and what the files keep."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,9 +9,13 @@ import pytest
 from mmp_env import AnyOf, JointGoal, NamedGoal, PoseGoal, Stay, make_problem
 from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.gym.instances import draw_instance
+from mmp_env.ik import branches
 from mmp_env.model.goals import as_goal, flat, goal_to_data
+from mmp_env.model.margins import NO_MARGINS, Margins
 from mmp_env.model.rings import ring_cell
 from mmp_env.model.transforms import matrix_from_quaternion
+from mmp_env.problems.candidates import MOST_CANDIDATES, are_free_alone, candidates
+from mmp_env.problems.resolution import Resolved, keeping
 from mmp_tasks.inverse_kinematics import kinematics
 from mmp_tasks.reach import Reach
 
@@ -172,8 +177,8 @@ def test_a_bad_goal_is_refused_with_arm_and_reason(goal, words):
 
 
 @pytest.mark.parametrize("start", ["stay", {"any": ["home"]}])
-def test_a_start_is_one_place(start):
-    with pytest.raises(MmpError, match="start of arm 'arm0' must be one place"):
+def test_a_start_is_one_configuration_or_pose(start):
+    with pytest.raises(MmpError, match="start of arm 'arm0' must be one configuration or pose"):
         make_problem(CELL, {"arm0": start, "arm1": "home"}, GOAL)
 
 
@@ -218,3 +223,57 @@ def test_goals_in_goals_are_counted_together():
         deep = AnyOf([deep])
     with pytest.raises(MmpError, match="nested 9 times"):
         AnyOf([deep])
+
+
+def test_the_nearest_candidate_of_every_posture_is_among_the_candidates():
+    arm = CELL.arms[0]
+    found = candidates(arm, POSES["arm0"], START["arm0"], "goal")
+    assert len(found) == MOST_CANDIDATES
+    circles = np.round(np.hstack([np.cos(found.q), np.sin(found.q)]), 5)
+    same = (np.abs(circles[:, None] - circles).max(axis=2) < 1e-4) == (found.posture[:, None] == found.posture)
+    assert same.all()
+    in_base = np.linalg.inv(arm.T_world_base) @ tool_pose(arm, GOAL["arm0"])
+    nearest = {}
+    for q in branches(arm.robot, arm.tool, in_base, near=START["arm0"], limit=10_000):
+        nearest.setdefault(tuple(np.round(np.hstack([np.cos(q), np.sin(q)]), 4) + 0.0), q)
+    firsts = found.q[found.nearest_of_postures]
+    assert len(firsts) == len(nearest)
+    for q in nearest.values():
+        assert np.abs(firsts - q).max(axis=1).min() < 1e-6
+
+
+def test_a_pose_that_joint_limits_forbid_names_the_joint():
+    arm = CELL.arms[0]
+    q = GOAL["arm0"]
+    tight = np.array([*arm.robot.upper[:4], 0.0, arm.robot.upper[5]])
+    robot = replace(arm.robot, upper=tight, lower=np.array([*arm.robot.lower[:4], -1e-3, arm.robot.lower[5]]))
+    with pytest.raises(
+        InvalidInstanceError, match=r"outside the joint limits: .* joint 5 .* allowed: -0.0010 to 0.0000"
+    ):
+        candidates(replace(arm, robot=robot), POSES["arm0"], q, "goal of arm 'arm0'")
+    far = PoseGoal([9.0, 0.0, 0.5], [1, 0, 0, 0])
+    with pytest.raises(
+        InvalidInstanceError, match=r"out of reach: .* no configuration of a ur5e brings the tool there"
+    ):
+        candidates(arm, far, q, "goal of arm 'arm0'")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_candidate_keeps_the_margins_of_the_problem(seed):
+    cell = ring_cell(4)
+    start, goal = draw_instance(cell, seed=seed)
+    problem = make_problem(cell, start, {arm.name: pose_goal(arm, goal[arm.name]) for arm in cell.arms})
+    for arm in cell.arms:
+        assert are_free_alone(cell, arm, problem.goals[arm.name], problem.margins, 0.0).all()
+
+
+def test_candidates_are_kept_by_the_margins_that_the_problem_gets():
+    arm = CELL.arms[0]
+    rows = candidates(arm, POSES["arm0"], START["arm0"], "goal").q
+    wide = Margins(arms=0.002, obstacles=0.15, self=0.002)
+    found = Resolved(chosen={"arm0": rows[3]}, candidates={"arm0": rows}, margins=NO_MARGINS)
+    one = replace(CELL, arms=(arm,))
+    kept = keeping(one, found, POSES, wide)["arm0"]
+    free = are_free_alone(one, arm, rows, wide, 0.0)
+    assert 0 < len(kept) < len(rows)
+    assert len(kept) == (free | (np.arange(len(rows)) == 3)).sum()

@@ -88,7 +88,7 @@ def test_the_programs_of_the_page_on_pictures_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     made(lambda: run_page("how-to/pictures.md") or True)
     if any(tmp_path.iterdir()):
-        assert {path.name for path in tmp_path.iterdir()} == {"plan.png", "meeting.jpg", "plan.mp4"}
+        assert {path.name for path in tmp_path.iterdir()} == {"plan.png", "meeting.jpg", "above.png", "plan.mp4"}
 
 
 def test_the_programs_of_the_page_on_recordings_run_from_top_to_bottom(tmp_path, monkeypatch):

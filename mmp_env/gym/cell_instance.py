@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 from jaxtyping import Float
-from numpy.typing import ArrayLike
 
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.gym.instances import draw, find_task
+from mmp_env.gym.instances import are_configurations, draw, find_task
 from mmp_env.model.cell import Cell
+from mmp_env.model.goals import STAY, Goal, as_goal
 from mmp_env.model.margins import Margins, asked_margins
 from mmp_env.model.problem import Problem, asked_velocity_limits
-from mmp_env.model.task import State, Task
+from mmp_env.model.task import Asked, State, Task
 from mmp_env.problems.making import make_problem
 from mmp_env.wording import counted
 
@@ -76,42 +76,58 @@ class InstanceSource:
         self.fastest: Float[np.ndarray, "n"] = np.concatenate([limits[name] for name in cell.arm_names])
         """Largest velocity of every joint, arm after arm [rad/s]."""
 
+    def asked(self, given: Any) -> dict[str, dict[str, Goal]]:
+        """Returns the goals in the options of a reset: `start`, `goal`, both or neither, arm name -> goal.
+
+        An arm that `goal` leaves out stays. Raises `MmpError` for anything but such a dict.
+        """
+        if not isinstance(given, Mapping):
+            raise MmpError(f"reset options are a {type(given).__name__}; they must be a dict with start, goal or both")
+        out: dict[str, dict[str, Goal]] = {}
+        for key, asked in given.items():
+            if key not in _ENDS:
+                raise UnknownNameError("reset option", key, _ENDS)
+            if not isinstance(asked, Mapping):
+                raise MmpError(f"reset option {key} is {asked!r}; it must be arm name -> joints [rad] or another goal")
+            everyone = dict.fromkeys(self.cell.arm_names, STAY) if key == "goal" else {}
+            out[key] = {arm: as_goal(each, f"{key} of arm '{arm}'") for arm, each in {**everyone, **asked}.items()}
+        return out
+
     def following(self, given: Any, rng: np.random.Generator, name: str = "") -> CellInstance:
         """Returns the next instance.
 
         Args:
-            given: a dict with `start`, `goal`, both or neither, arm name -> [dof] [rad]. The task draws a
-                missing one. With both, nothing is drawn, and the cell has no objects of the task.
+            given: a dict with `start`, `goal`, both or neither, arm name -> a configuration [dof] [rad] or another
+                goal. The task draws a missing one. With both, nothing is drawn, and the cell has no objects of the
+                task.
             rng: the source of all random numbers.
             name: name of a drawn instance.
 
         Raises:
             MmpError: for anything but such a dict, or if the task finds no instance.
-            InvalidInstanceError: if start or goal is out of limits, in collision, or closer than the margin.
+            InvalidInstanceError: if start or goal is out of reach, out of limits, in collision, or closer than the
+                margin.
         """
-        if not isinstance(given, Mapping):
-            raise MmpError(f"reset options are a {type(given).__name__}; they must be a dict with start, goal or both")
-        for key, state in given.items():
-            if key not in _ENDS:
-                raise UnknownNameError("reset option", key, _ENDS)
-            if not isinstance(state, Mapping):
-                raise MmpError(f"reset option {key} is {state!r}; it must be arm name -> joints [rad]")
-        if len(given) == len(_ENDS):
-            return self._validated(self.cell, **given)
+        asked = self.asked(given)
+        if len(asked) == len(_ENDS):
+            return self._validated(self.cell, asked["start"], asked["goal"])
         drawn = self.drawn(rng, name)
-        if not given:
+        if not asked:
             return drawn
-        return self._validated(drawn.cell, **{"start": drawn.start, "goal": drawn.goal, **given})
+        return self._validated(drawn.cell, asked.get("start", drawn.start), asked.get("goal", drawn.goal))
 
     def drawn(self, rng: np.random.Generator, name: str = "") -> CellInstance:
         """Returns the next instance of the task.
 
         Raises:
             MmpError: if the task finds none.
-            InvalidInstanceError: if start or goal is closer than the margin of the environment.
+            InvalidInstanceError: if start or goal is closer than the margin of the environment, or a tool pose that
+                the task draws cannot be reached.
         """
         start, goal, cell = draw(self.cell, self._task, rng)
-        instance = self.instance(cell, start, goal, name=name, margin=self._margin)
+        if not (are_configurations(start) and are_configurations(goal)):
+            return self._validated(cell, start, goal, name)
+        instance = self.instance(cell, cast(State, start), cast(State, goal), name=name, margin=self._margin)
         if self._margin is not None:
             _ = instance.problem  # raises if the instance does not keep the margin
         return instance
@@ -121,9 +137,9 @@ class InstanceSource:
         speed = self._max_velocity
         return CellInstance(cell=cell, start=start, goal=goal, max_velocity=speed, name=name, margin=margin)
 
-    def _validated(self, cell: Cell, start: Mapping[str, ArrayLike], goal: Mapping[str, ArrayLike]) -> CellInstance:
+    def _validated(self, cell: Cell, start: Asked, goal: Asked, name: str = "") -> CellInstance:
         """Returns an instance with a valid start and goal. Raises like `make_problem`."""
-        problem = make_problem(cell, start, goal, max_velocity=self._max_velocity, margin=self._margin)
-        instance = self.instance(cell, problem.start, problem.goal, name="", margin=self._margin)
+        problem = make_problem(cell, start, goal, max_velocity=self._max_velocity, margin=self._margin, name=name)
+        instance = self.instance(cell, problem.start, problem.goal, name=name, margin=self._margin)
         vars(instance)["problem"] = problem  # fills the cached property
         return instance

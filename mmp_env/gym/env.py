@@ -168,18 +168,20 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
 
         Args:
             seed: a whole number from 0 that starts the stream of instances; None continues the stream.
-            options: a dict with `start`, `goal`, both or neither, arm name -> [dof] [rad]. The task draws what is
-                missing. With both, the cell has no objects of the task.
+            options: a dict with `start`, `goal`, both or neither, arm name -> a configuration [dof] [rad], a
+                `PoseGoal` or another goal that `make_problem` takes, also in the form of JSON. An arm that `goal`
+                leaves out stays. The task draws a missing start or goal. With both, the cell has no objects of it.
 
         Returns:
             Observation and info.
 
         Raises:
             MmpError: for a bad seed, or options of the wrong form.
-            InvalidInstanceError: if start or goal is out of limits, in collision, or closer than `margin`.
+            InvalidInstanceError: if start or goal is out of reach or limits, in collision, or closer than `margin`.
         """
+        asked = self._source.asked({} if options is None else options)
         super().reset(seed=None if seed is None else whole("seed", seed, 0))
-        instance = self._source.following({} if options is None else options, self.np_random, self._label(seed))
+        instance = self._source.following(asked, self.np_random, self._label(seed))
         self._enter(instance.cell)
         self._instance = instance
         self._simulation.place(self._simulation.joined(instance.start))

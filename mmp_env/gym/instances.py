@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mmp_env.argument_checks import known_keywords, whole
 from mmp_env.errors import MmpError
+from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell, given_cell
+from mmp_env.model.goals import Goal, as_goal
 from mmp_env.model.keep import GivenKeep
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
-from mmp_env.model.task import State, Task
+from mmp_env.model.task import Asked, State, Task
 from mmp_env.plugins import TASKS
 from mmp_env.problems.making import make_problem
 
 DEFAULT_TASK = "reach"
 
 
-def draw(cell: Cell, task: Task, rng: np.random.Generator) -> tuple[State, State, Cell]:
+def draw(cell: Cell, task: Task, rng: np.random.Generator) -> tuple[Asked, Asked, Cell]:
     """Returns start, goal and cell that a task draws. Raises `MmpError` if it finds none, or breaks its contract."""
     sample = task.sample(given_cell(cell), rng)
     whose = f"task {type(task).__name__}"
@@ -31,12 +34,23 @@ def draw(cell: Cell, task: Task, rng: np.random.Generator) -> tuple[State, State
     meant = changed[0] if changed else cell
     if not isinstance(meant, Cell) or meant.arm_names != cell.arm_names:
         raise MmpError(f"{whose} has drawn another cell without the arms of '{cell.name}'; they must stay as they are")
-    for which, state in (("start", start), ("goal", goal)):
+    for which, asked in (("start", start), ("goal", goal)):
         for arm in cell.arms:
-            q = state.get(arm.name, ())
-            if np.shape(q) != (arm.dof,) or not np.isfinite(q).all():
-                raise MmpError(f"{whose} has drawn a {which} that is not {arm.dof} finite numbers for arm '{arm.name}'")
+            _check_asked(arm, asked.get(arm.name, ()), f"{whose} has drawn a {which}")
     return start, goal, meant
+
+
+def are_configurations(asked: Asked) -> bool:
+    """Returns whether every arm is asked for a configuration, and not for another goal."""
+    return not any(isinstance(each, Goal | str | Mapping) for each in asked.values())
+
+
+def _check_asked(arm: Arm, asked: Any, drawn: str) -> None:
+    """Raises `MmpError` unless an arm is asked for a goal, or for a configuration of all its joints."""
+    if isinstance(asked, Goal | str | Mapping):
+        as_goal(asked, f"{drawn}: arm '{arm.name}'")
+    elif np.shape(asked) != (arm.dof,) or not np.isfinite(asked).all():
+        raise MmpError(f"{drawn} that is not {arm.dof} finite numbers for arm '{arm.name}'")
 
 
 @known_keywords
@@ -77,16 +91,18 @@ def draw_instance(cell: Cell, task: str | Task = DEFAULT_TASK, seed: int = 0) ->
 
     Args:
         cell: the cell without the objects of any task.
-        task: the task that draws, or its name. It must not change the cell; use `draw_problem` if it does.
+        task: the task that draws, or its name. If it changes the cell or draws tool poses, use `draw_problem`.
         seed: a whole number from 0.
 
     Raises:
-        MmpError: for an unknown task, a bad seed or a task that changes the cell, or if the task finds no instance.
+        MmpError: for an unknown task, a bad seed, or a task that changes the cell, draws poses or finds no instance.
     """
     start, goal, changed = draw(cell, find_task(task), _generator(seed))
     if changed is not cell:
         raise MmpError(f"task '{task}' puts objects into cell '{cell.name}'; draw_problem gives start, goal and cell")
-    return start, goal
+    if not (are_configurations(start) and are_configurations(goal)):
+        raise MmpError(f"task '{task}' draws goals that are no configurations; draw_problem gives the problem")
+    return cast(State, start), cast(State, goal)
 
 
 def _generator(seed: int) -> np.random.Generator:

@@ -9,9 +9,13 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.model.cell import Cell
+from mmp_env.model.goals import GivenGoal
 
 State = Mapping[str, Float[np.ndarray, " _dof"]]
 """Configuration of every arm: arm name -> [dof] [rad]. `_dof`, because arms may have different numbers of joints."""
+
+Asked = Mapping[str, GivenGoal]
+"""What every arm is asked for: arm name -> a configuration [dof] [rad] or another goal, such as a `PoseGoal`."""
 
 
 @runtime_checkable
@@ -21,8 +25,10 @@ class Task(Protocol):
     The fields of its dataclass are its options, and all have defaults.
     """
 
-    def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State] | tuple[State, State, Cell]:
+    def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[Asked, Asked] | tuple[Asked, Asked, Cell]:
         """Returns a start and a goal of every arm, both valid and free of collision.
+
+        They are configurations, or what `make_problem` takes as `start` and `goal`, such as `PoseGoal`s.
 
         A task that adds obstacles, or objects in the tools, returns the changed cell as a third value. Arms, robots and
         base poses stay as they are.

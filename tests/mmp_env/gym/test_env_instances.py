@@ -1,6 +1,7 @@
 """The instances of the Gymnasium environment: drawn by seed, given as options, and tasks that break the contract."""
 
 import gymnasium
+import mujoco
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
@@ -11,6 +12,7 @@ from mmp_env.files.cell_source import find_cell
 from mmp_env.gym.cell_instance import InstanceSource
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.gym.instances import draw_instance, draw_problem
+from mmp_env.model.goals import PoseGoal, goal_to_data
 from mmp_env.model.rings import ring_cell
 from mmp_env.retime import retime
 from mmp_planners import make as make_planner
@@ -91,13 +93,72 @@ def test_wrong_reset_options_are_named_and_leave_the_environment_as_it_was():
     through_the_table = tucked(cell) | {"arm0": np.array([0.0, 0.6, 0.0, 0.0, 0.0, 0.0])}
     for options, error, message in [
         ({"begin": {}}, UnknownNameError, "unknown reset option 'begin'"),
-        ({"start": tucked(cell), "goal": {"arm0": np.zeros(6)}}, MmpError, "no configuration for arm 'arm1'"),
+        ({"start": {"arm0": np.zeros(6)}, "goal": tucked(cell)}, MmpError, "no configuration for arm 'arm1'"),
+        ({"goal": {"arm9": "home"}}, MmpError, "unknown arm 'arm9'"),
+        ({"goal": {"arm0": {"pose": {"position": [0, 0]}}}}, MmpError, "goal of arm 'arm0'"),
+        ({"goal": {"arm0": PoseGoal([9, 0, 0.3], free="rotation")}}, InvalidInstanceError, "goal of arm 'arm0'"),
         ({"start": through_the_table}, InvalidInstanceError, "start is in collision"),
         ({"goal": tucked(cell) | {"arm1": np.full(6, 9.0)}}, InvalidInstanceError, "goal of arm 'arm1', joint 1"),
     ]:
         with pytest.raises(error, match=message):
             env.reset(options=options)
     assert env.unwrapped.problem is before
+
+
+@pytest.mark.parametrize("as_json", [False, True])
+def test_options_take_tool_poses_and_an_arm_without_a_goal_stays(as_json):
+    env = make()
+    cell = env.unwrapped.cell
+    pose = PoseGoal([0.1, 0.15, 0.3], [0, 1, 0, 0], free="z")
+    start = dict.fromkeys(cell.arm_names, "tucked")
+    env.reset(options={"start": start, "goal": {"arm0": goal_to_data(pose) if as_json else pose}})
+    problem = env.unwrapped.problem
+    np.testing.assert_array_equal(problem.goal["arm1"], problem.start["arm1"])
+    assert len(problem.goals["arm0"]) > 1
+    tool = env.unwrapped.data.site("arm0/flange").xpos
+    assert np.linalg.norm(tool - pose.position) > 0.1
+    env.unwrapped.data.qpos[:] = np.concatenate([problem.goal[name] for name in cell.arm_names])
+    mujoco.mj_kinematics(env.unwrapped.model, env.unwrapped.data)
+    np.testing.assert_allclose(tool, pose.position, atol=1e-6)
+
+
+def test_a_bad_form_of_options_does_not_seed_the_environment():
+    env, other = make(), make()
+    for each in (env, other):
+        each.reset(seed=3)
+    with pytest.raises(MmpError, match="goal of arm 'arm0'"):
+        env.reset(seed=5, options={"goal": {"arm0": {"pose": 3}}})
+    np.testing.assert_array_equal(env.reset()[0]["goal_positions"], other.reset()[0]["goal_positions"])
+
+
+class PosesOfTools:
+    """A task that draws a height of the tool of the first arm."""
+
+    def sample(self, cell, rng):
+        start = {arm.name: arm.robot.tucked for arm in cell.arms}
+        height = rng.uniform(0.3, 0.4)
+        return start, {**start, "arm0": PoseGoal([0.1, 0.15, height], [0, 1, 0, 0])}
+
+
+def test_a_task_may_draw_goals_that_are_no_configurations():
+    env = make(task=PosesOfTools())
+    env.reset(seed=2)
+    problem = env.unwrapped.problem
+    assert isinstance(problem.goal_asked["arm0"], PoseGoal)
+    assert problem.name == "MultiArmCell-2/2"
+    drawn = draw_problem(ring_cell(2), PosesOfTools(), 2)
+    np.testing.assert_array_equal(drawn.goal["arm0"], problem.goal["arm0"])
+    with pytest.raises(MmpError, match="no configurations; draw_problem gives the problem"):
+        draw_instance(ring_cell(2), PosesOfTools(), 2)
+
+
+def test_a_task_that_draws_no_goal_is_named():
+    class Wrong(PosesOfTools):
+        def sample(self, cell, rng):
+            return {arm.name: arm.robot.tucked for arm in cell.arms}, dict.fromkeys(cell.arm_names, "attic")
+
+    with pytest.raises(MmpError, match="task Wrong has drawn a goal: arm 'arm0': unknown named configuration 'attic'"):
+        make(task=Wrong()).reset(seed=0)
 
 
 @pytest.mark.parametrize("options", [["start"], [], "start", 3])

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import functools
+import os
+import sys
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
@@ -64,7 +68,7 @@ class PluginGroup:
     def _points(self) -> dict[str, list[EntryPoint]]:
         """Returns name -> its entry points: the built-in one, or all others that differ."""
         points: dict[str, list[EntryPoint]] = {}
-        for point in entry_points(group=self.group):
+        for point in _found(entry_points, self.group, _installed()):
             same = points.setdefault(point.name, [])
             if self._is_ours(point):
                 same[:] = [point]
@@ -78,6 +82,20 @@ class PluginGroup:
 
 PLANNERS = PluginGroup(kind="planner", group="mmp_env.planners", package="mmp_planners")
 TASKS = PluginGroup(kind="task", group="mmp_env.tasks", package="mmp_tasks")
+
+
+@functools.lru_cache(maxsize=16)
+def _found(
+    find: Callable[..., Iterable[EntryPoint]], group: str, installed: tuple[tuple[str, int], ...]
+) -> tuple[EntryPoint, ...]:
+    """Returns the entry points of a group. Reading takes milliseconds: they are kept while no folder changes."""
+    return tuple(find(group=group))
+
+
+def _installed() -> tuple[tuple[str, int], ...]:
+    """Returns the folders of packages, each with the time of its last change [ns]."""
+    folders = (folder or "." for folder in sys.path)
+    return tuple((folder, os.stat(folder).st_mtime_ns) for folder in folders if os.path.exists(folder))
 
 
 def _source(point: EntryPoint) -> str:

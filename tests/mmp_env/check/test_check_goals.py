@@ -107,6 +107,8 @@ def test_the_message_says_how_far_the_tool_is_off():
         ({"pose": {"position": [0, 0, 1], "free": "x"}}, "known: z, rotation"),
         ({"any": []}, "has 0 goals"),
         ({"any": ["home"], "pose": {}}, "it must be one of them"),
+        ({"any": ["home"], "pose": None}, "it must be one of them"),
+        ({"pose": None}, "pose is not a JSON object"),
         ([0.0], "has shape [1]"),
         (None, "does not hold numbers only"),
     ],

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.importing.ball_search import points_in_balls
 from mmp_env.importing.cover_proof import protrusion, prove_cover
 from mmp_env.importing.link_samples import CoverSamples, one_in_each_cube
 from mmp_env.importing.link_shape import LinkShape
@@ -27,12 +28,12 @@ _SLACK = 0.02
 _MOST_ROUNDS = 60
 _STALE = 2
 """Number of rounds without a smaller cover after which no further candidates are tried."""
-_MOST_GAPS = 1200
+_MOST_GAPS, _MOST_SHARE = 1200, 0.25
+"""Largest number of gaps that become samples in a round: that, or a share of the samples there are."""
 _COARSE_M = 4e-4
 _MOST_MISSED = 300
 _BELOW = (0.1, 0.5, 0.9, 1.3)
 """Depths below a sample, in allowed protrusions, of candidates for it alone."""
-_ROWS = 500
 _MOST_CANDIDATES = 3000
 _TRIES = 6
 """Number of new candidates near each chosen sphere in a round."""
@@ -165,7 +166,8 @@ class _Fit:
 
     def add_samples(self, points: Float[np.ndarray, "n 3"], spacing: float) -> None:
         """Adds points on the surface, at most one in a cube of that size, the first ones first."""
-        points = points[np.sort(one_in_each_cube(points, spacing))][:_MOST_GAPS]
+        most = max(_MOST_GAPS, int(_MOST_SHARE * len(self._points)))
+        points = points[np.sort(one_in_each_cube(points, spacing))][:most]
         thick = np.full(len(points), float(self.shape.thickness.max()))
         before = len(self._points)
         self._points, self._thick = np.concatenate([self._points, points]), np.concatenate([self._thick, thick])
@@ -223,27 +225,11 @@ class _Fit:
 
     def _candidates(self, pool: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         depth = self.shape.depth(pool)
-        good = depth > 0
+        good = depth > GRID_M  # a centre is inside on the grid as well
         return pool[good], depth[good] + self.allowed
 
     def _reached(
         self, points: np.ndarray, thick: np.ndarray, centers: np.ndarray, radii: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Which samples with their thickness and slack lie in which spheres: numbers of both."""
-        # |p - c|^2 <= (R - t)^2 as one product, in single precision about a point nearby: its error is far below the
-        # slack, and the proof uses double.
-        middle = self.shape.middle(0)
-        points, centers = points - middle, centers - middle
-        thick = thick + _SLACK * self.allowed
-        ones = np.ones((len(points), 1))
-        squares = np.einsum("ij,ij->i", points, points) - thick**2
-        left = np.column_stack([points, ones, squares, thick]).astype(np.float32)
-        squares = np.einsum("ij,ij->i", centers, centers) - radii**2
-        right = np.column_stack([-2 * centers, squares, np.ones(len(centers)), 2 * radii]).astype(np.float32).T
-        rows, columns = [np.empty(0, dtype=np.int32)], [np.empty(0, dtype=np.int32)]
-        for k in range(0, len(points), _ROWS):
-            found = np.flatnonzero((left[k : k + _ROWS] @ right).ravel() <= 0).astype(np.int32)
-            row, column = np.divmod(found, np.int32(max(1, len(centers))))
-            rows.append(row + np.int32(k))
-            columns.append(column)
-        return np.concatenate(rows), np.concatenate(columns)
+        return points_in_balls(points, thick + _SLACK * self.allowed, centers, radii)

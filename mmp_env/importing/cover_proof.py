@@ -15,13 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
+from mmp_env.importing.ball_search import deepest_ball
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.pieces import Piece
 
 SMALLEST_EDGE_M = 5e-5
 """Longest edge [m] of a part that is not cut any more, but reported as a gap."""
 _MOST_PARTS = 4_000_000
-_CHUNK = 4_000_000
 _ROUNDING = 1e-9
 
 
@@ -56,7 +56,7 @@ def prove_cover(
     while len(parts):
         done += len(parts)
         middles = parts.mean(axis=1)
-        ball, out = _deepest(middles, centers, radii)
+        ball, out = deepest_ball(middles, centers, radii)
         open_ = ~_in_ball(parts, thick, centers[ball], radii[ball])
         parts, thick, owner, middles, out = parts[open_], thick[open_], owner[open_], middles[open_], out[open_]
         visible = ~shape.inside_another(parts, owner)
@@ -71,7 +71,7 @@ def prove_cover(
             final[:] = True
         if final.any():
             corners = parts[final].reshape(-1, 3)
-            away = _deepest(corners, centers, radii)[1].reshape(-1, 3).max(axis=1)
+            away = deepest_ball(corners, centers, radii)[1].reshape(-1, 3).max(axis=1)
             points.append(middles[final])
             outside.append(np.maximum(np.maximum(out[final], away) + thick[final], smallest))
         parts, thick, owner, longest = parts[~final], thick[~final], owner[~final], longest[~final]
@@ -86,17 +86,6 @@ def _lies_in_one(piece: Piece, centers: np.ndarray, radii: np.ndarray) -> bool:
     """Whether a whole piece lies in a single ball."""
     farthest = np.linalg.norm(piece.vertices[:, None] - centers, axis=2).max(axis=0)
     return bool((farthest + piece.radius <= radii - _ROUNDING).any())
-
-
-def _deepest(points: np.ndarray, centers: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The ball in which each point lies deepest, and how far [m] the point is outside it."""
-    ball, squares = np.empty(len(points), dtype=int), np.einsum("ij,ij->i", centers, centers)
-    step = max(1, _CHUNK // max(1, len(centers)))
-    for k in range(0, len(points), step):
-        part = points[k : k + step]
-        away = squares + np.einsum("ij,ij->i", part, part)[:, None] - 2 * part @ centers.T
-        ball[k : k + step] = (np.sqrt(np.maximum(away, 0.0)) - radii).argmin(axis=1)
-    return ball, np.linalg.norm(points - centers[ball], axis=1) - radii[ball]
 
 
 def _in_ball(parts: np.ndarray, thick: np.ndarray, centers: np.ndarray, radii: np.ndarray) -> Bool[np.ndarray, "n"]:

@@ -20,7 +20,7 @@ from mmp_env.files.cell_file import CellData, cell_from_data, check_name
 from mmp_env.files.file_kinds import INSTANCES, read_for
 from mmp_env.files.reading import Location, check_schema, decode, named, numbers
 from mmp_env.model.cell import Cell
-from mmp_env.model.goals import Goal, JointGoal, as_goal
+from mmp_env.model.goals import GOAL_FORMS, Goal, JointGoal, as_goal
 from mmp_env.model.keep import Upright, as_keep
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
@@ -193,21 +193,23 @@ def configurations_from_dict(cell: Cell, data: Any, place: Location) -> dict[str
 
 def goals_from_dict(cell: Cell, data: Any, place: Location) -> dict[str, Goal]:
     """Returns what is asked for of every arm of the cell. Raises `MmpError` with arm, field and value."""
-    check_arms(cell, data, place)
+    check_arms(cell, data, place, "configuration or goal")
     out: dict[str, Goal] = {}
     for arm in cell.arms:
         given, here = data[arm.name], place / arm.name
-        if isinstance(given, str | dict):
+        if isinstance(given, list):
+            out[arm.name] = JointGoal(frozen_array(numbers(given, arm.dof, here, f"joint of a {arm.robot.name}")))
+        elif isinstance(given, str | dict):
             out[arm.name] = as_goal(given, str(here))
         else:
-            out[arm.name] = JointGoal(frozen_array(numbers(given, arm.dof, here, f"joint of a {arm.robot.name}")))
+            raise here.wrong(given, GOAL_FORMS)
     return out
 
 
-def check_arms(cell: Cell, data: Any, place: Location) -> None:
+def check_arms(cell: Cell, data: Any, place: Location, what: str = "numbers") -> None:
     """Raises `MmpError` unless `data` is an object with exactly one entry for each arm of the cell."""
     if not isinstance(data, dict):
-        raise place.wrong(data, "an object of arm name -> numbers")
+        raise place.wrong(data, f"an object of arm name -> {what}")
     for name in data:
         if name not in cell.arm_names:
             raise MmpError(f"{place}: {UnknownNameError('arm', shown(name)[1:-1], cell.arm_names)}")

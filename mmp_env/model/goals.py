@@ -20,11 +20,14 @@ from mmp_env.wording import shown
 NAMED = ("home", "tucked")
 """Named configurations of every robot."""
 STAY = "stay"
+FARTHEST_M = 1e6
+"""Largest coordinate [m] of a pose, as of everything in a cell."""
 MOST_GOALS = 1000
 """Largest number of goals of an `AnyOf`."""
 DEEPEST = 8
 """Largest number of `AnyOf` in one another."""
-_FORMS = 'a list of joint angles, "home", "tucked", "stay", or an object with "pose" or "any"'
+GOAL_FORMS = 'a list of joint angles, "home", "tucked", "stay", or an object with "pose" or "any"'
+"""Words for the forms of a goal."""
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -57,8 +60,10 @@ class PoseGoal(ReadOnly):
 
     def __init__(self, position: ArrayLike, quaternion: ArrayLike | None = None, free: str | None = None) -> None:
         object.__setattr__(self, "position", _finite(position, 3, "the position of a pose"))
+        if np.abs(self.position).max() > FARTHEST_M:
+            raise refused("the position of a pose", position, f"3 numbers of metres, {FARTHEST_M:g} at most")
         if free is not None and free not in FREE:
-            raise UnknownNameError("freedom of a pose", shown(free), FREE)
+            raise UnknownNameError("freedom of a pose", free if isinstance(free, str) else shown(free), FREE)
         object.__setattr__(self, "free", free)
         if quaternion is None and free != "rotation":
             raise MmpError('a pose has no quaternion; only "free": "rotation" allows that')
@@ -139,7 +144,7 @@ def as_goal(given: GivenGoal, where: str, *, depth: int = 0) -> Goal:
         raise MmpError(f"{where}: {error}") from None
     numbers = as_numbers(given)
     if numbers is None or numbers.ndim != 1 or isinstance(given, bool):
-        raise refused(where, given, _FORMS)
+        raise refused(where, given, GOAL_FORMS)
     return JointGoal(numbers)
 
 
@@ -174,7 +179,7 @@ def _from_mapping(given: Mapping[str, Any], where: str, depth: int) -> Goal:
             )
         return AnyOf(tuple(as_goal(each, f"{where}.any[{k}]", depth=depth + 1) for k, each in enumerate(given["any"])))
     if set(given) != {"pose"} or not isinstance(given["pose"], Mapping):
-        raise refused(where, dict(given), _FORMS)
+        raise refused(where, dict(given), GOAL_FORMS)
     pose, fields = given["pose"], ("position", "quaternion", "free")
     for name in pose:
         if name not in fields:
@@ -193,7 +198,8 @@ def _unit(quaternion: ArrayLike) -> Float[np.ndarray, "4"]:
     wxyz = _finite(quaternion, 4, "the quaternion of a pose")
     if not wxyz.any():
         raise MmpError("the quaternion of a pose is [0, 0, 0, 0], which is no rotation; [1, 0, 0, 0] turns nothing")
-    return frozen_array(wxyz / np.linalg.norm(wxyz))
+    scaled = wxyz / np.abs(wxyz).max()  # squares of tiny or huge numbers would vanish or overflow
+    return frozen_array(scaled / np.linalg.norm(scaled))
 
 
 def _finite(given: ArrayLike | None, count: int | None, what: str) -> Float[np.ndarray, "n"]:

@@ -48,6 +48,8 @@ def given_keep(args: Namespace, cell: Cell) -> dict[str, Upright] | None:
             data: Any = {name.strip(): _read(bound, str(place), f"{_KEEP} takes a file of a bound")[0]}
         else:
             data, place = _read(text, _KEEP, f"{_KEEP} takes a file of arm name -> bound")
+            if not isinstance(data, dict):
+                raise place.wrong(data, "an object of arm name -> bound")
         for arm, each in as_keep(data, cell.arm_names, _KEEP if equals else str(place)).items():
             if arm in out:
                 raise MmpError(f"{_KEEP} gives arm '{arm}' twice; give one bound")

@@ -158,7 +158,7 @@ def test_an_option_of_one_value_that_is_given_twice(mmp, argv):
     [
         (None, ["cannot be read: No such file"]),
         ("{", ["ends.json is not JSON", "line 1"]),
-        ("[1]", ["ends.json is [1]", "arm name -> numbers"]),
+        ("[1]", ["ends.json is [1]", "arm name -> configuration"]),
         ('{"left": [0, 0, 0]}', ["ends.json: left has 3 numbers"]),
         ('{"left": [0, 0, NaN, 0, 0, 0], "right": []}', ["ends.json: left[2] is nan", "a finite number"]),
         ('{"lefty": []}', ["ends.json: unknown arm 'lefty'. Did you mean 'left'?"]),

@@ -92,6 +92,7 @@ def test_several_bounds_are_given_one_by_one(given):
         ("@", ["--keep is '@'", "@FILE"]),
         ("@none.json", ["none.json"]),
         ("[]", ["--keep is []", "arm name"]),
+        ("null", ["--keep is null", "arm name"]),
         ("arm0=[]", ["--keep of arm 'arm0' is []", "upright"]),
         ('arm0={"upright": {"axis": [0, 0, 0], "within": 0.2}}', ["arm0", "axis", "not all zero"]),
         ('arm0={"upright": {"axis": [0, 0, 1], "within": 12}}', ["arm0", "12", "radians"]),
@@ -119,3 +120,30 @@ def test_a_file_of_keep_is_not_overwritten(mmp, tmp_path, stand_ins):
     path.write_text(json.dumps({"arm0": UPRIGHT}))
     ran = mmp("plan", "MultiArmCell-2", "--planner", "straight", "--keep", f"@{path}", "--out", path)
     assert_refused(ran, "--out would overwrite")
+
+
+def pose(position, quaternion, **fields):
+    return json.dumps({"arm0": {"pose": {"position": position, "quaternion": quaternion, **fields}}})
+
+
+@pytest.mark.parametrize(
+    ("goal", "words"),
+    [
+        (pose([1e300, 0, 0], [0, 1, 0, 0]), ["--goal: arm0", "the position of a pose", "1e+06 at most"]),
+        (pose([0.1, 0.15, 0.3], [0, 1, 0, 0], free="x"), ["--goal: arm0: unknown freedom of a pose 'x'. Known"]),
+        ('{"arm0": null}', ["--goal: arm0 is null", "home", '"pose"']),
+        ('{"arm0": 3}', ["--goal: arm0 is 3", '"pose"']),
+        ("null", ["--goal is null", "arm name -> configuration or goal"]),
+    ],
+)
+def test_a_goal_that_is_none_is_refused(given, goal, words):
+    ran, plan = given(dict.fromkeys(HOLD, "tucked"), goal)
+    assert_refused(ran, *words)
+    assert plan is None
+
+
+@pytest.mark.parametrize("length", [1e-320, 1e300])
+def test_a_quaternion_may_have_any_length(mmp, length):
+    start = json.dumps(dict.fromkeys(HOLD, "tucked"))
+    goal = pose([0.1, 0.15, 0.3], [0, length, 0, 0], free="z")
+    assert mmp("plan", "MultiArmCell-2", "--start", start, "--goal", goal).code == 0

@@ -135,4 +135,5 @@ def _refuse(args: Namespace, kind: str, *options: str) -> None:
     for option in options:
         value = getattr(args, option, None)  # some commands lack some options
         if value not in (None, False):
-            raise MmpError(f"--{option} is '{value}', but '{args.source}' is {kind}, which has no {option} to choose")
+            given = "given" if isinstance(value, bool | list) else f"'{value}'"
+            raise MmpError(f"--{option} is {given}, but '{args.source}' is {kind}, which has no {option} to choose")

@@ -1,4 +1,4 @@
-"""`mmp show FILE`: opens a recording, a plan, a benchmark folder or a picture, or makes pictures of a plan."""
+"""`mmp show FILE`: opens a recording, plan, episode, benchmark folder or picture, or makes pictures of a plan."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import sys
 import time
 import webbrowser
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,11 +17,12 @@ from mmp_cli.arguments import Parser
 from mmp_cli.output import say
 from mmp_cli.visual_outputs import SPAWN, add_visual_options, check_visual_outputs, save_image, save_video
 from mmp_env.errors import MmpError
-from mmp_env.files.file_kinds import PLAN, read_as
+from mmp_env.files.file_kinds import EPISODE, PLAN, read_as
 from mmp_env.files.paths import exists, is_folder, real_path, status
 from mmp_env.wording import in_seconds
 
 if TYPE_CHECKING:
+    from mmp_env.files.episode_file import Episode
     from mmp_env.model.plan import Plan
 
 _PAGES = (".svg", ".png", ".jpg", ".jpeg", ".webp", ".gif", ".mp4", ".html")
@@ -30,7 +32,9 @@ _PAUSE_S = 1.0
 
 def parser() -> Parser:
     """Returns the parser of the command."""
-    out = Parser("mmp show", "Opens a recording (.rrd), a plan, a benchmark folder, a page or a picture in a window.")
+    out = Parser(
+        "mmp show", "Opens a recording (.rrd), a plan, an episode, a benchmark folder, a page or a picture in a window."
+    )
     out.add_argument("file", metavar="FILE", help="what to open")
     add_visual_options(out, *_MADE)
     return out
@@ -49,19 +53,35 @@ def run(args: Namespace) -> int:
         _open_recording(path)
     elif path.suffix.lower() in _PAGES:
         _open_page(path)
-    elif wanted or args.moments is not None or args.camera is not None:
-        check_visual_outputs(args)
-        _make(args, _read(path))
     else:
-        _play(_read(path), path)
+        _show_motion(args, path, makes_files=bool(wanted) or args.moments is not None or args.camera is not None)
     return 0
 
 
-def _read(path: Path) -> Plan:
-    from mmp_env.files.plan_file import plan_from_dict
+def _show_motion(args: Namespace, path: Path, *, makes_files: bool) -> None:
+    """Plays a plan or an episode in a window, or makes files of it."""
+    from mmp_env.files.episode_file import Episode, plans_from_dict
 
-    takes = "`mmp show` takes plans, recordings, benchmark folders, pages and pictures"
-    return plan_from_dict(read_as(path, (PLAN,), takes), str(path))
+    if makes_files:
+        check_visual_outputs(args)
+    takes = "`mmp show` takes plans, episodes, recordings, benchmark folders, pages and pictures"
+    read = plans_from_dict(read_as(path, (PLAN, EPISODE), takes), str(path))
+    if not makes_files:
+        _play(read.plans if isinstance(read, Episode) else (read,), path)
+    elif isinstance(read, Episode):
+        _film_episode(args, read, path)
+    else:
+        _make(args, read)
+
+
+def _film_episode(args: Namespace, episode: Episode, path: Path) -> None:
+    for name in ("rerun", "image"):
+        if getattr(args, name) is not None:
+            raise MmpError(f"--{name} shows one plan, and {path} is an episode; --video makes a film of it")
+    from mmp_env.view.episode_film import save_episode_film
+
+    save_episode_film(episode, args.video, camera=args.camera)
+    say(args.video)
 
 
 def _make(args: Namespace, plan: Plan) -> None:
@@ -80,10 +100,24 @@ def _make(args: Namespace, plan: Plan) -> None:
             say(getattr(args, name))
 
 
-def _play(plan: Plan, path: Path) -> None:
-    """Executes the plan again and again in MuJoCo's viewer, until the window is closed."""
+def _play(plans: Sequence[Plan], path: Path) -> None:
+    """Executes the plans again and again in MuJoCo's viewer, until the window is closed.
+
+    Each plan has a window of its own, because objects move into the tools and out of them.
+    """
     instead = f"`mmp show {path} --image FILE.png` makes a picture of it, --video a film, --rerun a recording"
+    if len(plans) > 1:
+        instead = f"`mmp show {path} --video FILE.mp4` makes a film of it"
     _check_display(path, instead)
+    duration = in_seconds(sum(plan.makespan_s for plan in plans), 1)
+    sentence = f"playing {path}, {duration}; it ends when the window is closed"
+    first = plans[0]
+    while all(_played(plan, path, instead, sentence if plan is first else "", once=len(plans) > 1) for plan in plans):
+        sentence = ""
+
+
+def _played(plan: Plan, path: Path, instead: str, sentence: str, *, once: bool) -> bool:
+    """Plays a plan in a window, `once` or until the window is closed. Returns whether it is still open then."""
     from mmp_env.sim.execution import execute_plan
     from mmp_env.sim.rendering import Window
     from mmp_env.sim.simulation import Simulation
@@ -96,12 +130,16 @@ def _play(plan: Plan, path: Path) -> None:
     except MmpError as error:
         raise MmpError(f"{path} cannot be played: {error}; {instead}") from error
     with contextlib.closing(window):
-        say(f"playing {path}, {in_seconds(plan.makespan_s, 1)}; it ends when the window is closed")
-        sys.stdout.flush()
+        if sentence:
+            say(sentence)
+            sys.stdout.flush()
         while window.is_open:
             simulation.place(start)
             execute_plan(simulation, plan, lambda: window.show(goal))
             time.sleep(_PAUSE_S)
+            if once:
+                return window.is_open
+    return False
 
 
 def _open_recording(path: Path) -> None:

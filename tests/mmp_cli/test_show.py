@@ -1,15 +1,18 @@
 """`mmp show`: the program that opens each kind of file, and the messages if none can."""
 
 import itertools
+import json
 import os
 import sys
 import webbrowser
 
 import pytest
+from support import tiny_plans
 from support.refusals import assert_refused
 
 import mmp_cli.show
 from mmp_env.sim import rendering
+from mmp_env.view import episode_film
 
 
 @pytest.fixture
@@ -159,3 +162,31 @@ def test_things_that_cannot_be_shown_are_one_sentence(
     assert_refused(mmp("show", *(places.get(word, word) for word in argv)), *words)
     assert display == []
     assert os.listdir(tmp_path / "empty") == []
+
+
+@pytest.fixture
+def episode(tmp_path):
+    data = {"schema": "mmp-episode/1", "plans": [tiny_plans.two_apart(), tiny_plans.two_apart()]}
+    return file(tmp_path / "episode.json", json.dumps(data))
+
+
+def test_an_episode_is_filmed(mmp, episode, tmp_path, monkeypatch):
+    filmed = []
+    monkeypatch.setattr(
+        episode_film, "save_episode_film", lambda read, path, *, camera: filmed.append((len(read.plans), path, camera))
+    )
+    path = str(tmp_path / "film.gif")
+    ran = mmp("show", episode, "--video", path, "--camera", "top")
+    assert ran.code in (0, 2), ran.err  # 2 where no OpenGL library is found
+    assert filmed == ([(2, path, "top")] if ran.code == 0 else [])
+
+
+@pytest.mark.parametrize("option", ["--image", "--rerun"])
+def test_an_episode_has_no_picture_of_one_plan(mmp, episode, tmp_path, option):
+    target = tmp_path / {"--image": "plan.png", "--rerun": "plan.rrd"}[option]
+    assert_refused(mmp("show", episode, option, target), option)
+    assert not target.exists()
+
+
+def test_without_a_display_an_episode_is_not_played(mmp, episode, no_display):
+    assert_refused(mmp("show", episode), "no display", "--video FILE.mp4")

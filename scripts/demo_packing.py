@@ -5,9 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Sequence
-from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -17,11 +15,11 @@ from mmp_cli.main import run_script
 from mmp_env import find_cell, make_problem
 from mmp_env.check.episode import check_episode
 from mmp_env.files.episode_file import Episode, episode_to_dict, save_episode
-from mmp_env.files.writing import check_writable, left_alone, whole_file
+from mmp_env.files.writing import check_writable, left_alone
 from mmp_env.retime import retime
-from mmp_env.sim.episode_execution import EpisodeExecution, execute_episode
-from mmp_env.view.films import ENCODERS, HOLD_S, check_film, frames
-from mmp_env.view.offscreen_renderer import HEIGHT, WIDTH, plan_outline
+from mmp_env.sim.episode_execution import execute_episode
+from mmp_env.view.episode_film import save_episode_film
+from mmp_env.view.films import check_film
 from mmp_env.wording import counted
 from mmp_planners import Planner
 from mmp_tasks.sequence import Stage, stages
@@ -62,21 +60,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     reached = "all goals reached" if execution.reached else "NOT all goals reached"
     print(f"executed in {execution.duration_s:.2f} s of simulated time: {reached}, {contacts}")
     if args.video:
-        save_video(episode, execution, args.video)
+        save_episode_film(episode, args.video, execution)
         print(f"film: {args.video}")
     return 0 if report.valid and execution.reached and not execution.contacts else 1
-
-
-def save_video(episode: Episode, execution: EpisodeExecution, path: str) -> None:
-    """Writes one film of the whole execution, with the objects where each plan has them. Raises `MmpError`."""
-    kind = ENCODERS[Path(path).suffix.lower()]
-    outline = np.concatenate([plan_outline(plan) for plan in episode.plans])  # the camera stands still
-    with whole_file(path) as temporary, kind(temporary, WIDTH, HEIGHT, kind.usual_fps) as encoder:
-        for plan, report in zip(episode.plans, execution.reports, strict=True):
-            with closing(frames(plan, report, fps=kind.usual_fps, shown=outline)) as shown:
-                for frame in shown:
-                    encoder.add(frame)
-        encoder.finish(HOLD_S)
 
 
 def planned(name: str, drawn: Sequence[Stage], planner: Planner, seed: int, time_limit: float) -> Episode | None:

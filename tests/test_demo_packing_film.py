@@ -11,6 +11,7 @@ from support.picture_or_sentence import made
 
 from mmp_env.files.episode_file import load_episode
 from mmp_env.opengl import offscreen_backend
+from mmp_env.view.films import ENCODERS
 
 SCRIPTS = str(Path(__file__).parents[1] / "scripts")
 SIZE, FPS = (64, 48), 0.5
@@ -21,10 +22,9 @@ def demo(monkeypatch):
     """Returns the program with small films. Its folder is last on the path, so packages are the installed ones."""
     monkeypatch.setattr(sys, "path", [*sys.path, SCRIPTS])
     program = importlib.import_module("demo_packing")
-    small = functools.partial(program.frames, width=SIZE[0], height=SIZE[1], fine=False)
-    for name, value in (("WIDTH", SIZE[0]), ("HEIGHT", SIZE[1]), ("frames", small)):
-        monkeypatch.setattr(program, name, value)
-    monkeypatch.setattr(program.ENCODERS[".gif"], "usual_fps", FPS)
+    small = functools.partial(program.save_episode_film, width=SIZE[0], height=SIZE[1], fine=False)
+    monkeypatch.setattr(program, "save_episode_film", small)
+    monkeypatch.setattr(ENCODERS[".gif"], "usual_fps", FPS)
     return program
 
 

@@ -393,11 +393,13 @@ class CompositeSettings:
         """Distance between samples of an edge, largest joint [rad]."""
 
 class CompositeSearch:
-    """RRT-Connect over all joints of all arms. The search can be continued."""
+    """
+    RRT-Connect over all joints of all arms, or of some. The search can be continued.
+    """
 
-    def __init__(self, cell: Cell, *, start: numpy.ndarray, goals: numpy.ndarray, samples: Levels, edges: Levels, seed: int, settings: CompositeSettings = ...) -> None:
+    def __init__(self, cell: Cell, *, start: numpy.ndarray, goals: numpy.ndarray, samples: Levels, edges: Levels, seed: int, settings: CompositeSettings = ..., arms: Sequence[int] | None = None) -> None:
         """
-        `start` [all joints]; `goals` [n, all joints]: a path may end at any of them. `samples`: levels at the samples of an edge; `edges`: levels that are proved along a path.
+        `start` [all joints]; `goals` [n, all joints]: a path may end at any of them. `samples`: levels at the samples of an edge; `edges`: levels that are proved along a path. `arms`: ascending numbers of the arms that move, by default all; the others are there with their bases only.
         """
 
     def grow(self, iterations: int, clock: Clock) -> numpy.ndarray | None:
@@ -428,9 +430,9 @@ class ShortcutSettings:
         Minimum relative saving of a round for another round; infinity, the default: one round.
         """
 
-def shortcut(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, goals: Sequence[numpy.ndarray], levels: Levels, groups: Sequence[int], settings: ShortcutSettings, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
+def shortcut(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, goals: Sequence[numpy.ndarray], levels: Levels, groups: Sequence[int], settings: ShortcutSettings, seed: int, clock: Clock, arms: Sequence[int] | None = None) -> tuple[list[numpy.ndarray], int]:
     """
-    Shortens a safe plan q [steps + 1, dof] per arm on the common clock. `goals` [n, dof] per arm: where it may end. Returns the shorter plan and the number of replaced motion windows. `levels` are proved for every arm and every pair at every instant. Arms in different `groups` ignore each other.
+    Shortens a safe plan q [steps + 1, dof] per arm on the common clock. `goals` [n, dof] per arm: where it may end. Returns the shorter plan and the number of replaced motion windows. `levels` are proved for every arm and every pair at every instant. Arms in different `groups` ignore each other. `arms`: ascending numbers of the arms that q has, by default all.
     """
 
 def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, goals: Sequence[numpy.ndarray], levels: Levels, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:

@@ -1,6 +1,9 @@
 // Shared by all bindings: array types, checks of arguments that would crash the core, conversions.
 #pragma once
 
+#include <algorithm>
+#include <functional>
+
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
@@ -143,6 +146,18 @@ inline const ArmModel<double>& arm_of(const Cell& cell, int arm) {
   require_frozen(cell);
   require(arm >= 0 && arm < static_cast<int>(cell.precise.arms.size()), "no such arm");
   return cell.precise.arms[arm];
+}
+
+// Returns the numbers of the arms: those given, in ascending order, or all.
+inline std::vector<int> arms_of(const Cell& cell, const std::optional<std::vector<int>>& given) {
+  require_frozen(cell);
+  std::vector<int> all(cell.single.arms.size());
+  for (size_t a = 0; a < all.size(); ++a) all[a] = static_cast<int>(a);
+  if (!given) return all;
+  require(!given->empty() && std::ranges::adjacent_find(*given, std::greater_equal{}) == given->end(),
+          "arms must be ascending numbers, one at least");
+  for (const int arm : *given) arm_of(cell, arm);
+  return *given;
 }
 
 inline void require_rows(const Cell& cell, int arm, const Matrix& q) {

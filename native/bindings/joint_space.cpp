@@ -7,15 +7,14 @@ namespace {
 
 using Search = CompositeSearch<Floats>;
 
-int all_joints(const Cell& cell) {
-  require_frozen(cell);
+int all_joints(const Cell& cell, const std::vector<int>& arms) {
   int dof = 0;
-  for (const auto& arm : cell.single.arms) dof += arm.dof;
+  for (const int arm : arms) dof += cell.single.arms[arm].dof;
   return dof;
 }
 
-void require_all_joints(const Cell& cell, const Vector& q) {
-  require(q.shape(0) == static_cast<size_t>(all_joints(cell)), "wrong number of joints");
+void require_all_joints(const Vector& q, int dof) {
+  require(q.shape(0) == static_cast<size_t>(dof), "wrong number of joints");
   require(all_within(q.data(), q.size(), kMaxJoint), "a configuration must be finite, and within 1e4 rad");
 }
 
@@ -34,25 +33,32 @@ void bind_joint_space(nb::module_& m) {
       .def_ro("range", &CompositeSettings::range, "Longest edge, L2 over all joints [rad].")
       .def_ro("step", &CompositeSettings::step, "Distance between samples of an edge, largest joint [rad].");
 
-  nb::class_<Search>(m, "CompositeSearch", "RRT-Connect over all joints of all arms. The search can be continued.")
+  nb::class_<Search>(m, "CompositeSearch",
+                     "RRT-Connect over all joints of all arms, or of some. The search can be continued.")
       .def(
           "__init__",
           [](Search* self, const Cell& cell, Vector start, Matrix goals, const Levels<double>& samples,
-             const Levels<double>& edges, uint64_t seed, const CompositeSettings& settings) {
-            require_all_joints(cell, start);
-            require_configurations(goals, all_joints(cell));
+             const Levels<double>& edges, uint64_t seed, const CompositeSettings& settings,
+             const std::optional<std::vector<int>>& arms) {
+            auto chosen = arms_of(cell, arms);
+            const int dof = all_joints(cell, chosen);
+            require_all_joints(start, dof);
+            require_configurations(goals, dof);
             require(goals.shape(0) > 0, "one goal at least is needed");
-            new (self) Search(cell.world<Floats>(), as<float>(start), separate_rows<float>(goals), as_float(samples),
-                              as_float(edges), settings, seed);
+            new (self) Search(cell.world<Floats>(), std::move(chosen), as<float>(start), separate_rows<float>(goals),
+                              as_float(samples), as_float(edges), settings, seed);
           },
           nb::arg("cell"), nb::kw_only(), nb::arg("start"), nb::arg("goals"), nb::arg("samples"), nb::arg("edges"),
-          nb::arg("seed"), nb::arg("settings") = defaults, nb::keep_alive<1, 2>(),
+          nb::arg("seed"), nb::arg("settings") = defaults, nb::arg("arms") = nb::none(), nb::keep_alive<1, 2>(),
           nb::sig(
               "def __init__(self, cell: Cell, *, start: numpy.ndarray, goals: numpy.ndarray, samples: Levels, edges: "
-              "Levels, seed: int, settings: CompositeSettings = ...) -> None"),
+              "Levels, seed: int, settings: CompositeSettings = ..., arms: collections.abc.Sequence[int] | None = "
+              "None) -> "
+              "None"),
           "`start` [all joints]; `goals` [n, all joints]: a path may end at any of them. `samples`: levels at the "
-          "samples of an edge; `edges`: levels that are proved "
-          "along a path.")
+          "samples of an edge; `edges`: levels that are proved along a path. `arms`: ascending numbers of the arms "
+          "that "
+          "move, by default all; the others are there with their bases only.")
       .def(
           "grow",
           [](Search& self, int iterations, const Clock& clock) -> nb::object {

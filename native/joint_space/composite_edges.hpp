@@ -10,21 +10,21 @@
 
 namespace mmp {
 
-// Edge tests over all arms: each arm alone and every pair.
+// Edge tests over some arms: each arm alone and every pair. The other arms are only there with their bases.
 template <class V>
 class CompositeEdges {
  public:
   using T = Scalar<V>;
-  CompositeEdges(StaticWorld<V>& world, Levels<T> levels, T step)
-      : world_(&world), prover_(world), levels_(levels), step_(step) {
-    const auto& arms = world.cell->arms;
-    for (const auto& arm : arms) {
+  CompositeEdges(StaticWorld<V>& world, std::vector<int> arms, Levels<T> levels, T step)
+      : world_(&world), prover_(world), levels_(levels), step_(step), arms_(std::move(arms)) {
+    for (const int a : arms_) {
+      const auto& arm = world.cell->arms[a];
       offset_.push_back(dof_);
       dof_ += arm.dof;
       poses_.emplace_back(arm);
       upright_.emplace_back(arm);
     }
-    ready_.resize(arms.size());
+    ready_.resize(arms_.size());
     for (int a = 0; a < count(); ++a) {
       tests_.push_back({a, -1});
       for (int b = a + 1; b < count(); ++b) tests_.push_back({a, b});
@@ -91,11 +91,11 @@ class CompositeEdges {
     };
     for (int a = 0; a < count(); ++a) {
       results.assign(edges, {});
-      prover_.alone(a, edges, of(a), levels, Stop::at_first_contact_of_segment, results.data(), &clock);
+      prover_.alone(arms_[a], edges, of(a), levels, Stop::at_first_contact_of_segment, results.data(), &clock);
       note();
       for (int b = a + 1; b < count(); ++b) {
         results.assign(edges, {});
-        prover_.pair(a, b, edges, of(a), of(b), levels, false, results.data(), &clock);
+        prover_.pair(arms_[a], arms_[b], edges, of(a), of(b), levels, false, results.data(), &clock);
         note();
       }
     }
@@ -104,7 +104,7 @@ class CompositeEdges {
 
  private:
   struct Test {
-    int a, b;  // b = -1: arm a alone
+    int a, b;  // b = -1: arm a alone; numbers among the arms of the search
   };
 
   bool touches(Test test, const T* from, const T* to, V at) {
@@ -114,7 +114,7 @@ class CompositeEdges {
       if (a.arm->upright && bits<V>(upright_room(a) < splat<V>(levels_.margin + levels_.upright))) return true;
       const auto none = [](int) { return V{}; };
       world_->contacts(
-          test.a, a, levels_, none, none, [](const Contacts<V>& c) { return bits<V>(c.touching) != 0; }, out);
+          arms_[test.a], a, levels_, none, none, [](const Contacts<V>& c) { return bits<V>(c.touching) != 0; }, out);
       return bits<V>(out.touching) != 0;
     }
     auto& b = pose(test.b, from, to, at);
@@ -141,6 +141,7 @@ class CompositeEdges {
   Prover<V> prover_;
   Levels<T> levels_;
   T step_;
+  std::vector<int> arms_;
   int dof_ = 0;
   std::vector<int> offset_;
   std::vector<Pose<V>> poses_;

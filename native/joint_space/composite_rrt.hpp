@@ -1,4 +1,4 @@
-// RRT-Connect (Kuffner and LaValle 2000) in the composite space: all joints of all arms.
+// RRT-Connect (Kuffner and LaValle 2000) in the composite space: all joints of all arms, or of some.
 //
 // The tree of the goals has one root per goal: a path may end at any of them. Edges are sampled every `step` radians. A
 // path that is found is then proved at every instant. An edge that fails the proof is removed with its descendants, and
@@ -23,9 +23,9 @@ template <class V>
 class CompositeSearch {
  public:
   using T = Scalar<V>;
-  CompositeSearch(StaticWorld<V>& world, std::vector<T> start, std::vector<std::vector<T>> goals, Levels<T> looked,
-                  Levels<T> proof, const CompositeSettings& settings, uint64_t seed)
-      : edges_(world, looked, T(settings.step)),
+  CompositeSearch(StaticWorld<V>& world, std::vector<int> arms, std::vector<T> start, std::vector<std::vector<T>> goals,
+                  Levels<T> looked, Levels<T> proof, const CompositeSettings& settings, uint64_t seed)
+      : edges_(world, std::move(arms), looked, T(settings.step)),
         proof_(proof),
         range_(T(settings.range)),
         random_(seed),

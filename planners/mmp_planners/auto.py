@@ -14,12 +14,12 @@ from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.model.problem import Problem
 from mmp_planners.apf_ecbs import ApfEcbs
 from mmp_planners.counts import PortfolioCounts
+from mmp_planners.local_repair import LocalRepair
 from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.portfolio.improve import ImprovementRounds
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.settings import PortfolioSettings
-from mmp_planners.prioritized import Prioritized
 from mmp_planners.rrt_connect import NODES, Composite
 from mmp_planners.seeds import sub_seeds
 
@@ -28,7 +28,7 @@ SETTINGS = PortfolioSettings()
 
 @dataclass(frozen=True, kw_only=True)
 class Auto:
-    """A portfolio: composite RRT-Connect, prioritized planning and APF-ECBS take turns, and the plan is improved.
+    """A portfolio: composite RRT-Connect, local repair and APF-ECBS take turns, and the plan is improved.
 
     Turns are counted, not timed, so the same seed gives the same plan. The members fail on different instances, and
     crowding decides which of them is fast. While the plan is more than 1 % longer than the straight lines, up to
@@ -37,7 +37,7 @@ class Auto:
     """
 
     about: ClassVar[About] = About(
-        paper="portfolio of `rrt-connect`, `prioritized` and `apf-ecbs`; then shortcuts, MAPF-LNS (Li et al. 2021) "
+        paper="portfolio of `rrt-connect`, `local-repair` and `apf-ecbs`; then shortcuts, MAPF-LNS (Li et al. 2021) "
         "and path recombination by coordination diagrams (O'Donnell, Lozano-Perez 1989) with independence detection "
         "(Standley 2010)",
         guarantee="not complete: it gives up if an arm finds no path even alone; no bound on the cost",
@@ -80,7 +80,7 @@ class Auto:
         waiting = [None] * SETTINGS.turns_before_tree
         members = {
             "rrt-connect": self._grow_composite(run),
-            "prioritized": _doubling(self._try_orders(run, counts, watch), SETTINGS.first_orders),
+            "local-repair": LocalRepair(dt=self.dt).attempts(run, counts, watch),
             "apf-ecbs": itertools.chain(waiting, self._grow_trees(run, counts, watch)),
         }
         while len(members) > 1:  # the composite search never ends without a plan
@@ -110,14 +110,6 @@ class Auto:
                 yield
             run.counts.restarts += 1
 
-    def _try_orders(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> Iterator[None]:
-        search = Prioritized(dt=self.dt).search(run, counts, watch)
-        own = search.plan_independently(run.seed)
-        for plan in search.plans(run.seed, own) if own is not None else ():
-            if plan is not None and run.offer(plan):
-                return
-            yield
-
     def _grow_trees(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> Iterator[None]:
         tree = ApfEcbs(dt=self.dt).grow(run, counts, watch)
         try:
@@ -126,10 +118,3 @@ class Auto:
         finally:  # after a stop too
             if tree.best is not None:
                 run.take(dataclasses.replace(tree.best, bound_met=None), tree.found_s)
-
-
-def _doubling(turns: Iterator[None], count: int) -> Iterator[None]:
-    """Yields after `count` turns, then after twice as many, and so on."""
-    while sum(1 for _ in itertools.islice(turns, count)):
-        yield
-        count *= 2

@@ -17,8 +17,8 @@ from mmp_env.model.certificate import Certificate, certify
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
+from mmp_planners.arm_bounds import lipschitz
 from mmp_planners.goal_choice import ending_at, few, nearest
-from mmp_planners.lipschitz import lipschitz
 from mmp_planners.low_level import SiRrtStar
 
 MOST_GOALS = 32

@@ -5,7 +5,7 @@ import pytest
 from reference import clearance, kinematics, motion, repulsion, toys
 
 from mmp_env import core
-from mmp_planners.lipschitz import lipschitz
+from mmp_planners.arm_bounds import lipschitz
 
 CHAINS = [[kind == "S" for kind in kinds] for kinds in ("SHH", "HSH", "HHS", "SSH", "SHSHS")]
 every_chain = pytest.mark.parametrize("slides", CHAINS, ids=lambda chain: "".join("S" if s else "H" for s in chain))

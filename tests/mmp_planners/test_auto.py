@@ -14,9 +14,9 @@ from mmp_env.gym.instances import draw_instance
 from mmp_env.model.rings import ring_cell
 from mmp_env.problems.making import make_problem
 from mmp_planners import Status, StopPlanning, auto
+from mmp_planners.local_repair import LocalRepair
 from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
 from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
-from mmp_planners.priority_search import PrioritySearch
 
 
 def ring(arms=4, seed=2, robot="ur5e"):
@@ -42,23 +42,23 @@ def leave_out(monkeypatch, *members):
 
     if "rrt-connect" in members:
         monkeypatch.setattr(auto.Auto, "_grow_composite", never)
-    if "prioritized" in members:
-        monkeypatch.setattr(PrioritySearch, "plans", lambda *_: iter(()))
+    if "local-repair" in members:
+        monkeypatch.setattr(LocalRepair, "attempts", lambda *_: iter(()))
 
 
-@pytest.mark.parametrize("left_out", [("rrt-connect",), ("rrt-connect", "prioritized")])
+@pytest.mark.parametrize("left_out", [("rrt-connect",), ("rrt-connect", "local-repair")])
 def test_the_next_member_finds_a_plan_where_one_finds_none(monkeypatch, left_out):
     leave_out(monkeypatch, *left_out)
     result = mmp_planners.make("auto").plan(ring(4, 5), seed=0)
     assert result.status is Status.SOLVED
-    assert result.stats["found_by"] == ("prioritized" if len(left_out) == 1 else "apf-ecbs")
+    assert result.stats["found_by"] == ("local-repair" if len(left_out) == 1 else "apf-ecbs")
     assert result.stats["bound_met"] is None
     assert 0 < result.stats["first_plan_s"] <= result.stats["planning_time_s"]
     assert check_plan(result.plan).valid
 
 
 def test_a_watcher_that_stops_on_the_plan_of_the_tree_gets_that_plan(monkeypatch):
-    leave_out(monkeypatch, "rrt-connect", "prioritized")
+    leave_out(monkeypatch, "rrt-connect", "local-repair")
     emitted = []
 
     def watch(event):
@@ -83,7 +83,7 @@ def test_there_are_no_counts_of_a_tree_where_no_tree_was_grown():
 
 
 def test_the_numbers_of_the_plans_come_after_those_of_the_nodes_of_the_tree(monkeypatch):
-    leave_out(monkeypatch, "rrt-connect", "prioritized")
+    leave_out(monkeypatch, "rrt-connect", "local-repair")
     emitted = []
     result = mmp_planners.make("auto").plan(ring(4, 5), seed=0, watch=emitted.append)
     nodes = [event.node for event in emitted if isinstance(event, NodeCreated)]
@@ -141,9 +141,13 @@ def test_replanning_removes_a_detour_that_no_shortcut_can():
 
 
 def test_a_plan_with_detours_is_replanned_and_the_attempts_that_helped_are_counted():
-    problem = ring(6, 0, "panda")
-    stats = mmp_planners.make("auto", shorten=20, rounds=4).plan(problem, seed=0).stats
-    assert stats["replanned"] > 0
-    without = mmp_planners.make("auto", shorten=20, rounds=4, replan=0).plan(problem, seed=0).stats
-    assert without["replanned"] == 0
-    assert stats["cost_ratio"] < without["cost_ratio"]
+    ratios = {True: 0.0, False: 0.0}
+    for seed in range(3):
+        problem = ring(6, seed, "panda")
+        stats = mmp_planners.make("auto", shorten=20, rounds=4).plan(problem, seed=0).stats
+        assert stats["replanned"] > 0
+        without = mmp_planners.make("auto", shorten=20, rounds=4, replan=0).plan(problem, seed=0).stats
+        assert without["replanned"] == 0
+        ratios[True] += stats["cost_ratio"]
+        ratios[False] += without["cost_ratio"]
+    assert ratios[True] < ratios[False]

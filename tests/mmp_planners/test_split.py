@@ -11,10 +11,10 @@ from support import two_arms
 from support.first_conflicts import CASES, conflict
 
 from mmp_env import core
+from mmp_planners.arm_bounds import lipschitz
 from mmp_planners.conflict_tree.constraints import Split
 from mmp_planners.conflict_tree.constraints.kind import ConflictInterval
 from mmp_planners.conflict_tree.constraints.split import deepest
-from mmp_planners.lipschitz import lipschitz
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext
 

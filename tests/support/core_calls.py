@@ -207,6 +207,7 @@ WRONG: dict[str, list[Any]] = {
     "steps of each": lists_of(STEPS, [*vectors(2), *NOT_STEPS]),
     "q of each": lists_of(FIRST, vectors(2)),
     "groups": lists_of(0, [*NOT_COUNTS]),
+    "arms": [[0], [1], [1, 0], [0, 0], [], [0, 2], [-1, 0], [0, 2**31 - 1], 3, [None], [0.5], [2**40]],
     "path ids": lists_of(0, [7, -1, *NOT_COUNTS]),
     "any path ids": [None, 3, [None], [2**40]],
     "pairs": [np.array([p], dtype=np.int32) for p in ([0, 2], [-1, 0], [0, 2**31 - 1], [0, 0], [1])]
@@ -514,6 +515,7 @@ CALLS = {
         edges=(MARGINS, "levels"),
         **SEED,
         settings=(core.CompositeSettings(), "composite settings"),
+        arms=([0, 1], "arms"),
     ),
     "CompositeSearch.grow": call(lambda **given: composite().grow(**given), iterations=(10, "count"), **TIMED),
     "shortcut": in_cell(
@@ -526,6 +528,7 @@ CALLS = {
         settings=(core.ShortcutSettings(attempts=10), "shortcut settings"),
         **SEED,
         **TIMED,
+        arms=([0, 1], "arms"),
     ),
     "replan": in_cell(
         core.replan, q=TWO_ROWS, max_step=TWO_STEPS, goals=TWO_GOALS, **LEVELS, attempts=(3, "count"), **SEED, **TIMED

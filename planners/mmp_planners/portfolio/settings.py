@@ -13,10 +13,8 @@ class PortfolioSettings:
     """Number of iterations of the composite search in its first turn. Each further turn has twice as many."""
     longest_composite_turn: int = 200_000
     """Largest number of iterations of the composite search in one turn."""
-    first_orders: int = 2
-    """Number of orders that prioritized planning tries in its first turn. Each further turn has twice as many."""
     turns_before_tree: int = 2
-    """Number of turns of the other members before the first tree of APF-ECBS, which takes as long as many orders."""
+    """Number of turns of the other members before the first tree of APF-ECBS, which takes as long as many of them."""
     good_ratio: float = 1.01
     """Ratio of cost to straight lines at which a plan is good enough."""
     grid_coarsening: int = 2

@@ -13,7 +13,7 @@ class SourceModel:
     """A compiled model. `path` is the file it was read from, or a name for messages where there is no file.
 
     `velocity` maps joints to velocity limits [rad/s or m/s] where the source has any; `mimics` maps joints to the joint
-    that they copy. `digest` is a hash of all files that were read.
+    that they copy. `digest` is a hash of all files that were read. `notes` are sentences on what was changed.
     """
 
     path: Path
@@ -22,3 +22,4 @@ class SourceModel:
     velocity: Mapping[str, float] = field(default_factory=dict)
     mimics: Mapping[str, str] = field(default_factory=dict)
     digest: str = ""
+    notes: tuple[str, ...] = ()

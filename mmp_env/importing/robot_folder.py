@@ -103,7 +103,7 @@ def add_robot(
 def robot_files(chain: Chain, name: str, progress: Progress) -> dict[str, str]:
     """Returns the content of the robot's files by name. Raises `MmpError`."""
     pieces: list[tuple[Piece, ...]] = []
-    notes: list[str] = []
+    notes = list(chain.source.notes)
     for link in chain.links:
         own, faults = pieces_and_notes(chain, link)
         pieces.append(own)

@@ -42,6 +42,7 @@ class PreparedSource:
     velocity: Mapping[str, float]
     mimics: Mapping[str, str]
     digest: str
+    notes: tuple[str, ...]
 
     def compiled(self) -> SourceModel:
         """Returns the compiled model. Raises `MmpError` if MuJoCo refuses it."""
@@ -52,6 +53,7 @@ class PreparedSource:
             velocity=self.velocity,
             mimics=self.mimics,
             digest=self.digest,
+            notes=self.notes,
         )
 
 
@@ -82,9 +84,10 @@ def prepare_source(path: str | Path, package_dirs: Sequence[str | Path] = ()) ->
     urdf = root.tag == "robot"
     if urdf:
         facts = _urdf_facts(path, root)
+        repaired = [link.get("name", "") for link in root.findall("link") if _repair_inertia(link)]
         spec = _urdf_spec(path, root, package_dirs)
     elif root.tag == "mujoco":
-        facts = ({}, {})
+        facts, repaired = ({}, {}), []
         spec = _parsed(path, lambda: mujoco.MjSpec.from_file(str(real_path(path))))
     else:
         raise MmpError(f"{path} is neither URDF nor MJCF: its root element is <{root.tag}>")
@@ -93,8 +96,15 @@ def prepare_source(path: str | Path, package_dirs: Sequence[str | Path] = ()) ->
     files = _prepare_meshes(path, spec)
     title = (root.get("name" if urdf else "model") or path.stem).strip() or "robot"
     files += _included(real_path(path).parent, root)
+    notes = [f"links with an inertia that no body has get a small one: {', '.join(repaired)}"]
     return PreparedSource(
-        path=path, title=title, spec=spec, velocity=facts[0], mimics=facts[1], digest=_digest(text, files)
+        path=path,
+        title=title,
+        spec=spec,
+        velocity=facts[0],
+        mimics=facts[1],
+        digest=_digest(text, files),
+        notes=tuple(notes) if repaired else (),
     )
 
 
@@ -187,22 +197,26 @@ def _urdf_spec(path: Path, root: ET.Element, package_dirs: Sequence[str | Path])
     for link in root.findall("link"):
         for visual in link.findall("visual"):
             link.remove(visual)
-        _repair_inertia(link)
         for mesh in link.iter("mesh"):
             mesh.set("filename", str(_resolved(path, mesh.get("filename", ""), package_dirs)))
     return _parsed(path, lambda: mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode")))
 
 
-def _repair_inertia(link: ET.Element) -> None:
-    """Replaces an inertia that no body has, which MuJoCo refuses, by a small one. The mass stays."""
+def _repair_inertia(link: ET.Element) -> bool:
+    """Replaces an inertia that no body has, which MuJoCo refuses, by a small one. The mass stays.
+
+    Returns whether it did.
+    """
     inertia, mass = link.find("inertial/inertia"), link.find("inertial/mass")
     if inertia is None:
-        return
+        return False
     xx, yy, zz, xy, xz, yz = (_number(inertia, key) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
-    if np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).min() <= _LEAST_INERTIA:
-        value = max(_number(mass, "value") * _GYRATION_M**2, 1e-9)
-        inertia.attrib.update(dict.fromkeys(("ixy", "ixz", "iyz"), "0"))
-        inertia.attrib.update(dict.fromkeys(("ixx", "iyy", "izz"), f"{value:g}"))
+    if np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).min() > _LEAST_INERTIA:
+        return False
+    value = max(_number(mass, "value") * _GYRATION_M**2, 1e-9)
+    inertia.attrib.update(dict.fromkeys(("ixy", "ixz", "iyz"), "0"))
+    inertia.attrib.update(dict.fromkeys(("ixx", "iyy", "izz"), f"{value:g}"))
+    return True
 
 
 def _resolve_mesh_folder(settings: ET.Element, root: ET.Element) -> None:

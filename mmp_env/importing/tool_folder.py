@@ -146,7 +146,7 @@ def _state_files(source: SourceModel, options: ToolOptions, state: str | None, p
         "self_collision_ignore": {key: [] for key in covers},
         "self_pairs": "by robot",
         "imported": {"source": source.path.name, "sha256": source.digest, "importer": VERSION},
-        "notes": notes,
+        "notes": [*source.notes, *notes],
     }
     hulls = {options.name: [{"vertices": p.vertices.tolist(), "radius": p.radius} for p in pieces]}
     return {

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env.brief import brief, point
-from mmp_env.errors import HOW_TO_ADD, MmpError, UnknownNameError, in_words, misspelled
+from mmp_env.errors import MmpError, UnknownNameError, in_words
 from mmp_env.model.description import (
     HULLS_FILE,
     ROBOT_FILE,
@@ -29,6 +29,7 @@ from mmp_env.model.description import (
     describe_tool,
 )
 from mmp_env.model.hulls import UNKNOWN_PROTRUSION_M, Hull, read_hulls
+from mmp_env.model.missing_model import no_such_model
 from mmp_env.model.names import is_name
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.transforms import matrix_from_rpy, transform
@@ -188,7 +189,7 @@ def load_robot(name: str) -> Robot:
     """Returns the robot of that name, or in the folder at that path. Raises `UnknownNameError`, `MmpError`."""
     folder = find_robot(name)
     if folder is None:
-        raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD["robot"])
+        raise no_such_model("robot", name, robot_names(), ROBOT_FILE)
     return _read_robot(folder, _changed(folder))
 
 
@@ -205,7 +206,7 @@ def load_tool(name: str, state: str | None = None) -> Tool:
     """
     folder = find_tool(name)
     if folder is None:
-        raise UnknownNameError("tool", name, tool_names(), suggest=misspelled, advice=HOW_TO_ADD["tool"])
+        raise no_such_model("tool", name, tool_names(), TOOL_FILE)
     states = tool_states(folder)
     if not states:
         if state is not None:

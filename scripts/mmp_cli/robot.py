@@ -158,14 +158,15 @@ def _check_parser() -> Parser:
 
 
 def _check(args: Namespace) -> int:
-    from mmp_env.errors import HOW_TO_ADD, misspelled
     from mmp_env.importing.robot_check import check_robot
+    from mmp_env.model.description import ROBOT_FILE
+    from mmp_env.model.missing_model import no_such_model
     from mmp_env.robot_folders import find_robot, robot_names
 
     name = _given(args.name)
     folder = find_robot(name)
     if folder is None:
-        raise UnknownNameError("robot", name, robot_names(), suggest=misspelled, advice=HOW_TO_ADD["robot"])
+        raise no_such_model("robot", name, robot_names(), ROBOT_FILE)
     with ImportProgress() as progress:
         report = check_robot(folder, progress)
     if args.json:

@@ -15,7 +15,7 @@ from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.robot_check import check_robot
 from mmp_env.importing.robot_folder import ImportOptions, add_robot, summary
 from mmp_env.model.arm import place_arm
-from mmp_env.model.robot import load_robot, robot_names
+from mmp_env.model.robot import load_robot, load_tool, robot_names
 
 EXACT = "robot.json", "spheres.json", "hulls.json"
 
@@ -134,9 +134,16 @@ def test_a_cell_names_a_robot_by_its_path_from_the_cells_file(made):
     assert cell_to_dict(again) == cell_to_dict(cell)
 
 
-def test_a_path_without_a_robot_is_unknown(made):
-    with pytest.raises(MmpError, match="unknown robot"):
+def test_a_path_without_a_robot_says_what_is_there(made):
+    (made / "arm.urdf").write_text("<robot/>")
+    with pytest.raises(MmpError, match=r"^robot '.*' has no robot\.json; docs/how-to/add-a-robot\.md"):
         load_robot(str(made))
+    with pytest.raises(MmpError, match=r"arm\.urdf' is a file; `mmp robot add` makes a folder of it$"):
+        load_robot(str(made / "arm.urdf"))
+    with pytest.raises(MmpError, match="nowhere': there is no such folder"):
+        load_robot(str(made / "nowhere"))
+    with pytest.raises(MmpError, match=r"tool '.*nowhere': there is no such folder; docs/how-to/add-a-tool"):
+        load_tool(str(made / "nowhere"))
 
 
 def planted(folder, file, change, *, keep_fingerprints=False):

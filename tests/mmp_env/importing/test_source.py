@@ -42,7 +42,9 @@ def test_a_urdf_may_use_prefixes_that_it_does_not_declare(tmp_path):
 
 def test_an_inertia_that_no_body_has_is_replaced_and_the_mass_stays(tmp_path):
     text = urdf().replace('ixx="0.01" iyy="0.01" izz="0.01" ixy="0"', 'ixx="0" iyy="0" izz="0" ixy="1"')
-    model = read_source(written(tmp_path, text)).model
+    source = read_source(written(tmp_path, text))
+    assert source.notes[0].startswith("links with an inertia that no body has get a small one: upper")
+    model = source.model
     assert model.body("upper").mass[0] == pytest.approx(1.0)
     assert model.body("upper").inertia.min() > 0
 

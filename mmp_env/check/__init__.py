@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from mmp_env.check.checked import CheckedPlan
 from mmp_env.check.fields import UnreadableError
 from mmp_env.check.geoms import GeomPairs, GeomSolids, colliding_pairs, geom_parts
 from mmp_env.check.goals import goals
@@ -22,7 +23,7 @@ from mmp_env.check.items import Family
 from mmp_env.check.model import CellModel, sphere_parts
 from mmp_env.check.pairs import part_pairs
 from mmp_env.check.rates import derivatives
-from mmp_env.check.reading import CheckedPlan, read_cell, read_plan
+from mmp_env.check.reading import read_cell, read_plan
 from mmp_env.check.report import RULES, CheckReport, Violation
 from mmp_env.check.rules import LIMIT_TOLERANCE, beyond_limits, ends, finite, length, limits, speed, times
 from mmp_env.check.shortfalls import shortfall_violations

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.check.checked import Solid
 from mmp_env.check.distance import chord_minimum, solid_distance, tangent_minimum
 from mmp_env.check.fields import rotation
 from mmp_env.check.items import Items, MotionSteps, Touch
 from mmp_env.check.model import CellModel, Poses, RigidParts
 from mmp_env.check.pairs import ChordDeviation, Pairs
 from mmp_env.check.polyhedron import polyhedron
-from mmp_env.check.reading import Solid
 
 
 class BoundingSpherePairs:

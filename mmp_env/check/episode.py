@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.check import check_document
+from mmp_env.check.checked import CheckedArm, CheckedPlan
 from mmp_env.check.fields import UnreadableError, known, listed, member, rotation, shown
-from mmp_env.check.reading import CheckedArm, CheckedPlan, read_plan
+from mmp_env.check.reading import read_plan
 from mmp_env.check.report import CheckReport, Violation, in_short
 from mmp_env.check.rules import END_TOLERANCE
 

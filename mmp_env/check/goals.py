@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.check.asked import AskedPose
+from mmp_env.check.checked import CheckedPlan
 from mmp_env.check.model import CellModel
-from mmp_env.check.reading import CheckedPlan
 from mmp_env.check.report import Violation
 
 POSE_TOLERANCE_M, POSE_TOLERANCE_RAD = 1e-4, 1e-4

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.check.checked import CheckedArm, Solid
 from mmp_env.check.fields import rotation
-from mmp_env.check.reading import CheckedArm, Solid
 
 BODY = "held"
 _CELL_M, _GROWTH, _MOST = 0.02, 1.25, 64

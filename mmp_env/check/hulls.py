@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.check.checked import CheckedArm
 from mmp_env.check.fields import UnreadableError, rotation
-from mmp_env.check.reading import CheckedArm
 from mmp_env.mujoco_import import mujoco
 
 _LEAST_VERTICES = 4

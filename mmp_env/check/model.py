@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from mmp_env.check.checked import CheckedArm, CheckedCell, Solid
 from mmp_env.check.fields import UnreadableError, rotation
 from mmp_env.check.held import BODY, held_spheres
 from mmp_env.check.hulls import GrownMesh, add_hulls, in_geom_frames
 from mmp_env.check.models import CheckedModel
-from mmp_env.check.reading import CheckedArm, CheckedCell, Solid
 from mmp_env.mujoco_import import mujoco
 
 _GEOMS = {

@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from mmp_env.check.checked import CheckedArm, CheckedCell
 from mmp_env.check.held import BODY, holders
 from mmp_env.check.items import MotionSteps
 from mmp_env.check.model import CellModel, RigidParts
 from mmp_env.check.models import CheckedModel
-from mmp_env.check.reading import CheckedArm, CheckedCell
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

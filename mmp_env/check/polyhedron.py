@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from mmp_env.check.checked import Solid
 from mmp_env.check.fields import UnreadableError, rotation
-from mmp_env.check.reading import Solid
 from mmp_env.mujoco_import import mujoco
 
 _SAME_DIGITS = 9

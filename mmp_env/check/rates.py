@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.check.reading import CheckedPlan
+from mmp_env.check.checked import CheckedPlan
 from mmp_env.check.report import Violation
 from mmp_env.check.rules import exceeded
 

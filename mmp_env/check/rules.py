@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.check.reading import CheckedPlan
+from mmp_env.check.checked import CheckedPlan
 from mmp_env.check.report import Violation
 
 END_TOLERANCE, LIMIT_TOLERANCE = 1e-6, 1e-9

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.check.checked import CheckedArm, CheckedPlan
 from mmp_env.check.keep import CheckedUpright
 from mmp_env.check.model import CellModel, Poses
-from mmp_env.check.reading import CheckedArm, CheckedPlan
 from mmp_env.check.report import Violation
 from mmp_env.check.trajectory import PlacedTrajectory, Trajectory
 from mmp_env.mujoco_import import mujoco

@@ -36,7 +36,7 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
         yield "planning", f"{outcome.planning_time_s:.3f} s{proof}"
     yield "search", _search(outcome.result)
     if plan and problem:
-        yield "cost", _cost(outcome.result, plan.cost_rad, problem.cost_lower_bound_rad)
+        yield "cost", _cost(outcome.result, plan.cost_rad, problem)
         yield "makespan", _makespan(plan.makespan_s, outcome.retimed)
     if problem:
         yield "margin", _margin(outcome, problem)
@@ -121,10 +121,12 @@ def _counted(count: int, one: str, many: str) -> str:
     return f"{count} {one if count == 1 else many}"
 
 
-def _cost(result: PlanResult, cost: float, bound: float) -> str:
+def _cost(result: PlanResult, cost: float, problem: Problem) -> str:
+    slides = any(any(arm.robot.slides) for arm in problem.cell.arms)
+    bound, unit = problem.cost_lower_bound_rad, "rad and m of slides" if slides else "rad"
     if bound <= 0:
-        return f"{cost:.2f} rad"
-    text = f"{cost:.2f} rad, {cost / bound:.3f} x the straight lines"
+        return f"{cost:.2f} {unit}"
+    text = f"{cost:.2f} {unit}, {cost / bound:.3f} x the straight lines"
     w = (result.plan.planner if result.plan else {}).get("options", {}).get("w")
     if not isinstance(w, int | float):
         return text

@@ -15,7 +15,6 @@ PLANNERS = {
     "auto": "default: a cheap plan in short time",
     "rrt-connect": "the fastest first plan",
     "prioritized": "short paths, one arm after the other",
-    "local-repair": "many arms: mends what fails where it fails",
     "apf-ecbs": "planner of the paper: repulsion keeps its tree small",
     "apf-ecbs-nf": "`apf-ecbs` without the fast track",
     "ecbs": "baseline of the paper: no repulsion, a larger tree",

@@ -32,8 +32,8 @@ class LocalRepair:
     """
 
     about: ClassVar[About] = About(
-        paper="rip-up and reroute (Dees, Karger, DAC 1982) over prioritized planning; coupling as in van den Berg, "
-        "Snoeyink, Lin, Manocha: Centralized path planning for multiple robots, RSS 2009",
+        paper="van den Berg, Snoeyink, Lin, Manocha: Centralized path planning for multiple robots: Optimal decoupling "
+        "into sequential plans, RSS 2009 (coupled arms; with rip-up and reroute: Dees, Karger, DAC 1982)",
         url="https://doi.org/10.15607/RSS.2009.V.018",
         guarantee="neither complete (coupled groups are small) nor bounded in cost",
     )

@@ -2,6 +2,7 @@
 
 `search`: eight arms and the conflict tree that their plan comes from, an animation. `trees`: the tree of `ecbs` beside
 that of `apf-ecbs`. `cells`: some of the cells. `paths`: the tool paths of each planner on one instance.
+`branches`: all branches of one tool pose.
 `demonstrations`: films of the five tasks of docs/reference/tasks.md on the mixed cell. `imported`: robots that are not
 built in; it is made only if it is named, by scripts/make_imported_picture.sh.
 The instances are chosen by the rules in gallery/instances.py; the same program gives the same pictures.
@@ -13,6 +14,7 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
+from gallery.branches import save_branches
 from gallery.cells import save_cells
 from gallery.comparison import save_comparison
 from gallery.demonstrations import save_demonstrations
@@ -30,6 +32,7 @@ PARTS: dict[str, Callable[[Path], None]] = {
     "trees": lambda folder: save_comparison(folder / "trees.svg"),
     "cells": lambda folder: save_cells(folder / "cells.webp"),
     "paths": lambda folder: save_tool_paths(folder),
+    "branches": lambda folder: save_branches(folder / "branches.webp"),
     "demonstrations": lambda folder: save_demonstrations(folder),
     "imported": lambda folder: save_imported(folder / "imported.webp"),
 }

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import heapq
+import itertools
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -31,22 +33,28 @@ def goal_combinations(problem: Problem, seed: int) -> Float[np.ndarray, "n all_d
     candidates = _Candidates(problem)
     cheapest = candidates.cheapest(int(CHEAPEST_SHARE * MOST_COMBINATIONS))
     drawn = candidates.drawn(MOST_COMBINATIONS - len(cheapest) - 1, np.random.default_rng(seed))
-    found = [candidates.joints(choice) for choice in dict.fromkeys([*cheapest, *drawn])] + [chosen]
+    found = [candidates.joints(choice) for choice in dict.fromkeys([*cheapest, *drawn])]
+    rows = np.array(found if any(np.array_equal(q, chosen) for q in found) else [*found, chosen])
     start = np.concatenate([problem.start[name] for name in problem.cell.arm_names])
-    rows = np.unique(np.array(found), axis=0)
     return np.ascontiguousarray(rows[np.abs(rows - start).sum(axis=1).argsort(kind="stable")])
 
 
 class _Candidates:
-    """The candidates of every arm, the nearest first, and which of two arms are free together."""
+    """The candidates of every arm, the nearest first, and which of two arms are free together.
+
+    Sets of candidates of an arm are whole numbers, one bit a candidate: the search looks at hundreds of them.
+    """
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._names = problem, problem.cell.arm_names
-        self._rows = [few(problem.goals[name], MOST_PER_ARM) for name in self._names]
-        self._costs = [
-            np.abs(rows - problem.start[name]).sum(axis=1) for name, rows in zip(self._names, self._rows, strict=True)
+        self._rows = [few(problem.goals[name], MOST_PER_ARM) for name in problem.cell.arm_names]
+        self._costs: list[list[float]] = [
+            np.abs(rows - problem.start[name]).sum(axis=1).tolist()
+            for name, rows in zip(problem.cell.arm_names, self._rows, strict=True)
         ]
-        self._free_pairs: dict[tuple[int, int], Bool[np.ndarray, "n m"]] = {}
+        self._fitting: dict[tuple[int, int], list[int]] = {}
+        for a, b in itertools.combinations(range(len(self._rows)), 2):
+            free = _free_together(problem, self._rows, a, b)
+            self._fitting[a, b], self._fitting[b, a] = _bits(free), _bits(free.T)
 
     def joints(self, choice: tuple[int, ...]) -> Float[np.ndarray, "all_dof"]:
         """Returns the joints of all arms [rad]."""
@@ -54,8 +62,7 @@ class _Candidates:
 
     def cheapest(self, count: int) -> list[tuple[int, ...]]:
         """Returns the cheapest free combinations, as indices of candidates (best-first search over the arms)."""
-        least = [float(costs[0]) for costs in self._costs]
-        queue: list[tuple[float, tuple[int, ...]]] = [(sum(least), (0,))]
+        queue: list[tuple[float, tuple[int, ...]]] = [(sum(costs[0] for costs in self._costs), (0,))]
         found: list[tuple[int, ...]] = []
         for _ in range(MOST_EXPANDED):
             if not queue or len(found) == count:
@@ -64,10 +71,10 @@ class _Candidates:
             arm, last = len(choice) - 1, choice[-1]
             costs = self._costs[arm]
             if last + 1 < len(costs):
-                heapq.heappush(queue, (bound + float(costs[last + 1] - costs[last]), (*choice[:-1], last + 1)))
-            if not self._fits(arm, last, choice[:-1]):
+                heapq.heappush(queue, (bound + costs[last + 1] - costs[last], (*choice[:-1], last + 1)))
+            if not self._fitting_all(arm, enumerate(choice[:-1])) >> last & 1:
                 continue
-            if len(choice) == len(self._names):
+            if len(choice) == len(self._rows):
                 found.append(choice)
             else:
                 heapq.heappush(queue, (bound, (*choice, 0)))
@@ -78,29 +85,35 @@ class _Candidates:
         found = []
         for _ in range(count):
             choice: dict[int, int] = {}
-            for arm in rng.permutation(len(self._names)).tolist():
-                fits = np.ones(len(self._rows[arm]), dtype=bool)
-                for other, k in choice.items():
-                    fits &= self._free(arm, other)[:, k]
-                allowed = np.flatnonzero(fits)
-                if not len(allowed):
+            for arm in rng.permutation(len(self._rows)).tolist():
+                fitting = self._fitting_all(arm, choice.items())
+                allowed = [k for k in range(len(self._rows[arm])) if fitting >> k & 1]
+                if not allowed:
                     break
-                choice[arm] = int(allowed[int(len(allowed) * rng.random() ** 2)])
-            if len(choice) == len(self._names):
-                found.append(tuple(choice[arm] for arm in range(len(self._names))))
+                choice[arm] = allowed[int(len(allowed) * rng.random() ** 2)]
+            if len(choice) == len(self._rows):
+                found.append(tuple(choice[arm] for arm in range(len(self._rows))))
         return found
 
-    def _fits(self, arm: int, k: int, before: tuple[int, ...]) -> bool:
-        return all(self._free(arm, other)[k, j] for other, j in enumerate(before))
+    def _fitting_all(self, arm: int, choice: Iterable[tuple[int, int]]) -> int:
+        """Returns the set of candidates of an arm that are free together with chosen candidates of others."""
+        fitting = (1 << len(self._rows[arm])) - 1
+        for other, k in choice:
+            fitting &= self._fitting[other, arm][k]
+        return fitting
 
-    def _free(self, a: int, b: int) -> Bool[np.ndarray, "n m"]:
-        """Returns which candidates of arm `a` are free together with which of arm `b`."""
-        if a > b:
-            return self._free(b, a).T
-        if (a, b) not in self._free_pairs:
-            n, m = len(self._rows[a]), len(self._rows[b])
-            clearance = self._problem.cell.collision.pair_clearance(
-                self._names[a], np.repeat(self._rows[a], m, axis=0), self._names[b], np.tile(self._rows[b], (n, 1))
-            )
-            self._free_pairs[a, b] = (clearance >= self._problem.conflict_distances.arms).reshape(n, m)
-        return self._free_pairs[a, b]
+
+def _free_together(
+    problem: Problem, rows: Sequence[Float[np.ndarray, "_ _"]], a: int, b: int
+) -> Bool[np.ndarray, "n m"]:
+    """Returns which candidates of arm `a` are free together with which of arm `b`."""
+    n, m, names = len(rows[a]), len(rows[b]), problem.cell.arm_names
+    clearance = problem.cell.collision.pair_clearance(
+        names[a], np.repeat(rows[a], m, axis=0), names[b], np.tile(rows[b], (n, 1))
+    )
+    return np.asarray(clearance >= problem.conflict_distances.arms).reshape(n, m)
+
+
+def _bits(free: Bool[np.ndarray, "n m"]) -> list[int]:
+    """Returns the set of columns of each row."""
+    return list((free @ (1 << np.arange(free.shape[1]))).tolist())

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from statistics import mean, median
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from figure import print_figure
@@ -13,7 +14,7 @@ import mmp_env
 import mmp_planners
 from mmp_env.ik.chain import chain_of
 from mmp_env.importing.scene.scene_obstacles import pose_quaternion
-from mmp_env.model.goals import PoseGoal
+from mmp_env.model.goals import GivenGoal, PoseGoal
 from mmp_env.model.problem import Problem
 
 TIME_LIMIT_S = 60.0
@@ -42,15 +43,18 @@ def measure(arms: int, count: int) -> None:
         both = _run(drawn, drawn.goal, max(seed, 0)), _run(drawn, _tool_poses(drawn), max(seed, 0))
         if seed >= 0:
             runs.append(both)
-    of, name = {"instances": count}, f"goals/MultiArmCell-{arms}"
-    print_figure(f"{name}/solved", sum(poses.valid for _, poses in runs), f"of {count}")
+    of: dict[str, Any] = {"instances": count}
+    name = f"poses_{arms}_arms"
+    print_figure(f"{name}_solved", sum(poses.valid for _, poses in runs), f"of {count}")
     costs = [poses.cost_rad / joints.cost_rad for joints, poses in runs if poses.valid and joints.valid]
-    print_figure(f"{name}/cost", mean(costs), "x the cost with joint goals", most=max(costs), **of)
+    print_figure(f"{name}_cost", mean(costs), "x the cost with joint goals", most=max(costs), **of)
     for what, of_run in (("first_plan", _first), ("first_plan_and_problem", _first_and_problem), ("planning", _whole)):
         joints, poses = (median(of_run(run) for run in side) for side in zip(*runs, strict=True))
-        print_figure(f"{name}/{what}", poses, "s", joint_goals=joints, ratio=poses / joints, **of)
+        print_figure(
+            f"{name}_{what}", poses, "s", joint_goals=joints, ratio=poses / joints, ratio_to="joint goals", **of
+        )
     made = [median(run.made_s for run in side) for side in zip(*runs, strict=True)]
-    print_figure(f"{name}/make_problem", made[1], "s", joint_goals=made[0], **of)
+    print_figure(f"{name}_make_problem", made[1], "s", joint_goals=made[0], **of)
 
 
 def _first(run: Run) -> float:
@@ -77,7 +81,7 @@ def _tool_poses(problem: Problem) -> dict[str, PoseGoal]:
     return out
 
 
-def _run(drawn: Problem, goal: dict, seed: int) -> Run:
+def _run(drawn: Problem, goal: Mapping[str, GivenGoal], seed: int) -> Run:
     begin = time.process_time()
     problem = mmp_env.make_problem(drawn.cell, drawn.start, goal)
     made = time.process_time() - begin

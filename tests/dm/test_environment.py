@@ -256,5 +256,5 @@ def test_a_wrong_action_is_one_sentence(pair, action):
 
 
 def test_an_unknown_name_lists_the_known_names():
-    with pytest.raises(UnknownNameError, match=r"Known: MultiArmCell-2, .*MultiArmCell-mixed-4"):
+    with pytest.raises(UnknownNameError, match=r"Known: .*MultiArmCell-2, .*MultiArmCell-mixed-4"):
         dm.load("MultiArmCell-3")

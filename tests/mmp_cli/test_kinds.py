@@ -29,14 +29,14 @@ TAKEN = {
     "bench": ("an instance file", "a cell file"),
     "check": ("a plan", "an episode"),
     "export": ("a plan", "an episode"),
-    "show": ("a plan",),
+    "show": ("a plan", "an episode"),
 }
 WORDS = {
     "plan": "SOURCE is an environment id, an instance file or a cell file",
     "bench": "SOURCE is an environment id, an instance file or a cell file",
     "check": "`mmp check` takes plans and episodes",
     "export": "`mmp export` takes plans and episodes",
-    "show": "`mmp show` takes plans, recordings, benchmark folders, pages and pictures",
+    "show": "`mmp show` takes plans, episodes, recordings, benchmark folders, pages and pictures",
 }
 
 

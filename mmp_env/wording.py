@@ -26,6 +26,11 @@ def degrees_hint(angle: float) -> str:
     return f"; {angle:g} looks like degrees" if _LEAST_DEGREES <= abs(angle) <= _MOST_DEGREES else ""
 
 
+def how_far_apart(clearance_m: float) -> str:
+    """Returns words for the clearance [m] of two bodies, such as `2.0 mm apart` or `1.5 mm deep`."""
+    return f"{abs(clearance_m) * 1e3:.1f} mm {'deep' if clearance_m < 0 else 'apart'}"
+
+
 def markdown_escaped(text: str) -> str:
     """Returns text on one line in which no character has a meaning in Markdown or HTML."""
     line = " ".join(text.split()).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")

@@ -19,7 +19,7 @@ from mmp_env.model.goals import Goal, JointGoal, NamedGoal, PoseGoal, Stay, flat
 from mmp_env.model.keep import Upright
 from mmp_env.model.margins import KINDS, Margins
 from mmp_env.model.transforms import matrix_from_quaternion, transform
-from mmp_env.wording import counted
+from mmp_env.wording import counted, how_far_apart
 
 MOST_CANDIDATES = 64
 """Largest number of candidates of an arm."""
@@ -111,8 +111,8 @@ def what_blocks(cell: Cell, arm: Arm, q: Float[np.ndarray, "n dof"]) -> str:
     worst = min((near[kind] for kind in KINDS if kind != "arms"), key=lambda each: each.clearance_m)
     alone = float(cell.collision.static_clearance(arm.name, q[:1], precise=True)[0])
     if worst.clearance_m > alone + 1e-6:  # the base of another arm is nearer
-        return f"the base of another arm, {alone * 1e3:.1f} mm away"
-    return f"{worst.bodies}, {worst.clearance_m * 1e3:.1f} mm apart"
+        return f"the base of another arm, {how_far_apart(alone)}"
+    return f"{worst.bodies}, {how_far_apart(worst.clearance_m)}"
 
 
 def _configurations(

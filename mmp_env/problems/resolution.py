@@ -21,6 +21,7 @@ from mmp_env.problems.candidates import (
     what_blocks,
 )
 from mmp_env.problems.combinations import Combinations
+from mmp_env.wording import how_far_apart
 
 _ROOM_M = MOST_SLACK_M / 0.9
 """Clearance [m] beyond the margins that candidates have if enough of them do: planners plan faster with their slack."""
@@ -129,9 +130,7 @@ def _why_not_together(cell: Cell, free: Mapping[str, Candidates], clearance: flo
     a, b = pair.names
     two = replace(cell, arms=(cell.arm(a), cell.arm(b)), obstacles=(), joints=None, keep={})
     near = two.collision.nearest({a: free[a].q[pair.best[0]], b: free[b].q[pair.best[1]]})["arms"]
-    apart = (
-        f"{-near.clearance_m * 1e3:.1f} mm deep" if near.clearance_m < 0 else f"{near.clearance_m * 1e3:.1f} mm apart"
-    )
+    apart = how_far_apart(near.clearance_m)
     return (
         f"arms '{a}' and '{b}' cannot both be at their {which}s; where they are farthest apart, the closest pair is"
         f" {near.bodies} ({apart})"

@@ -25,7 +25,9 @@ from mmp_env.model.margins import Margins
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
 from mmp_env.model.transforms import matrix_from_quaternion, transform
+from mmp_env.problems.candidates import not_upright
 from mmp_env.problems.making import make_problem
+from mmp_env.wording import how_far_apart
 
 FRAMES = ("world", "tool")
 """Frames in which a displacement of a tool is given."""
@@ -197,9 +199,14 @@ def _proved(plan: Plan) -> Plan:
     if certificate.valid:
         return plan
     at = float(np.interp(certificate.instant, np.arange(len(plan.times)), plan.times))
-    near = plan.problem.cell.collision.nearest(plan.at(at))
+    state, cell = plan.at(at), plan.problem.cell
+    for name, bound in cell.keep.items():
+        tilt = float(cell.collision.tilt(name, state[name][None])[0])
+        if tilt > bound.within:
+            raise not_upright(f"the straight line of arm '{name}'", tilt, bound)
+    near = cell.collision.nearest(state)
     worst = min(near, key=lambda kind: near[kind].clearance_m - plan.problem.margins[kind])
     raise InvalidInstanceError(
         f"the straight line is not free: after {at / plan.makespan_s:.0%} of it, {near[worst].bodies} are"
-        f" {near[worst].clearance_m * 1e3:.1f} mm apart, and the margin is {plan.problem.margins[worst] * 1e3:g} mm"
+        f" {how_far_apart(near[worst].clearance_m)}, and the margin is {plan.problem.margins[worst] * 1e3:g} mm"
     )

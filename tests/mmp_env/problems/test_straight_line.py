@@ -151,3 +151,14 @@ def test_a_joint_limit_on_the_line_is_named():
     start = make_problem(cell, dict.fromkeys(cell.arm_names, "tucked"), goal).goal
     with pytest.raises(InvalidInstanceError, match=r"mm\); there joint 5 \(joint5\) reaches its limit: -1.2200 to"):
         straight_line(cell, start, by={"arm0": [0, 0, 0.2]})
+
+
+def test_a_line_that_tilts_a_tool_beyond_its_bound_is_refused_with_the_angle():
+    cell, start = cell_and_start("ur5e")
+    axis = [0.0, 0.0, -1.0]
+    down_again = PoseGoal([0.05, 0.15, 0.3], [0, 1, 0.1, 0])  # turned about z alone
+    keep = {"arm0": {"upright": {"axis": axis, "within": 0.1}}}
+    assert check_plan(straight_line(cell, start, to={"arm0": down_again}, keep=keep)).valid
+    tilted = PoseGoal([0.05, 0.15, 0.3], [0.1, 1, 0, 0])
+    with pytest.raises(InvalidInstanceError, match="rad from the world's z axis"):
+        straight_line(cell, start, to={"arm0": tilted}, keep=keep)

@@ -22,14 +22,15 @@ class SelfMotion {
         step_(step),
         dof_(task.chain.dof()) {}
 
-  // Collects the curve through a configuration with the tool at its pose, unless that curve is known.
+  // Collects the curve through a configuration with the tool at its pose, unless that curve is known, and those that
+  // come near it.
   void add(const Joints& seed) {
-    const Joints direction = tangent(seed, {});
-    if (direction.empty() || known(seed, direction)) return;
-    collect(seed);
-    Joints back(dof_);
-    for (int k = 0; k < dof_; ++k) back[k] = -direction[k];
-    if (!follow(seed, direction)) follow(seed, back);
+    trace(seed);
+    while (!pending_.empty()) {
+      const Joints next = std::move(pending_.back());
+      pending_.pop_back();
+      trace(next);
+    }
   }
 
   const std::vector<Joints>& inside() const { return inside_; }
@@ -40,12 +41,25 @@ class SelfMotion {
   static constexpr double kAhead = 0.9;         // least cosine of the angle between a step and the curve
   static constexpr double kOnCurve = 0.1;       // largest distance [steps] of a seed from a known curve
   static constexpr int kHalvings = 8;
+  static constexpr size_t kBehind = 4;       // links behind a configuration, which it is near in any case
+  static constexpr double kSingular = 0.02;  // singular value below which a motion hardly moves the tool
+  static constexpr int kRays = 16;           // directions in which curves leave a place where two nearly cross
+  static constexpr int kMostCrossings = 64;
 
   struct Link {
     Joints from, to;
   };
 
-  // Follows a curve until it closes or ends. Returns whether it closes.
+  void trace(const Joints& seed) {
+    const Joints direction = tangent(seed, {});
+    if (direction.empty() || known(seed, direction)) return;
+    collect(seed);
+    Joints back(dof_);
+    for (int k = 0; k < dof_; ++k) back[k] = -direction[k];
+    if (!follow(seed, direction)) follow(seed, back);
+  }
+
+  // Follows a curve until it closes, ends, or goes over to a known one at a crossing. Returns whether it closes.
   bool follow(const Joints& seed, Joints direction) {
     Joints at = seed;
     const Joints begin = direction;
@@ -67,6 +81,8 @@ class SelfMotion {
         return true;
       }
       if (out_of_slides(next)) return false;
+      if (crossings_ > 0 && known(next, ahead, kBehind)) return false;
+      if (clockwise(at, direction) != clockwise(next, ahead)) cross(at, next, direction);
       between(at, next, 0);
       collect(next);
       links_.push_back({at, next});
@@ -76,8 +92,57 @@ class SelfMotion {
     return false;
   }
 
-  // Returns the unit vector along which the joints move without the tool: towards `along`, if it is given.
-  Joints tangent(const Joints& q, const Joints& along) const {
+  // Finds where two curves cross, or nearly, between two neighbours on one side of which the joints turn the other way
+  // round, and adds configurations of all curves that leave from there. The Jacobian has a second direction there that
+  // hardly moves the tool: steps in all directions of that plane lie near all these curves.
+  void cross(Joints from, Joints to, const Joints& direction) {
+    if (++crossings_ > kMostCrossings) return;
+    const bool before = clockwise(from, direction);
+    for (int halving = 0; halving < kHalvings; ++halving) {
+      Joints middle(dof_);
+      for (int k = 0; k < dof_; ++k) middle[k] = (from[k] + to[k]) / 2;
+      const Joints ahead = refine(task_, pose_, settings_, middle.data()) ? tangent(middle, direction) : Joints{};
+      if (ahead.empty()) break;
+      (clockwise(middle, ahead) == before ? from : to) = std::move(middle);
+    }
+    const Joints first = tangent(from, direction), second = tangent(from, {}, kSingular, first);
+    if (second.empty()) return;
+    for (int ray = 0; ray < kRays; ++ray) {
+      const double angle = 2 * std::numbers::pi * ray / kRays;
+      Joints next = from;
+      for (int k = 0; k < dof_; ++k) next[k] += step_ * (std::cos(angle) * first[k] + std::sin(angle) * second[k]);
+      if (refine(task_, pose_, settings_, next.data())) pending_.push_back(std::move(next));
+    }
+  }
+
+  // Returns the sign of the determinant of the Jacobian above a direction. It is the same everywhere along a curve, and
+  // the other one behind a crossing.
+  bool clockwise(const Joints& q, const Joints& direction) const {
+    double rows[kMaxDof * kMaxDof];
+    task_.slope(ChainFrames(task_.chain, q.data()), rows);
+    std::copy(direction.begin(), direction.end(), rows + task_.rows * dof_);
+    bool negative = false;
+    for (int k = 0; k < dof_; ++k) {
+      int pivot = k;
+      for (int i = k + 1; i < dof_; ++i)
+        if (std::abs(rows[i * dof_ + k]) > std::abs(rows[pivot * dof_ + k])) pivot = i;
+      if (pivot != k) {
+        std::swap_ranges(rows + k * dof_, rows + k * dof_ + dof_, rows + pivot * dof_);
+        negative = !negative;
+      }
+      if (rows[k * dof_ + k] < 0) negative = !negative;
+      if (rows[k * dof_ + k] == 0) return negative;
+      for (int i = k + 1; i < dof_; ++i) {
+        const double factor = rows[i * dof_ + k] / rows[k * dof_ + k];
+        for (int j = k; j < dof_; ++j) rows[i * dof_ + j] -= factor * rows[k * dof_ + j];
+      }
+    }
+    return negative;
+  }
+
+  // Returns the unit vector along which the joints move without the tool: towards `along`, if it is given, and at a
+  // right angle to `other`. Directions with singular values below `singular` count as not moving the tool.
+  Joints tangent(const Joints& q, const Joints& along, double singular = 1e-6, const Joints& other = {}) const {
     const ChainFrames frames(task_.chain, q.data());
     double slope[kMaxRows * kMaxDof];
     task_.slope(frames, slope);
@@ -86,7 +151,11 @@ class SelfMotion {
     for (int k = 0; k < (along.empty() ? dof_ : 1); ++k) {
       Joints v = along;
       if (along.empty()) v.assign(dof_, 0), v[k] = 1;
-      project(slope, v);
+      project(slope, singular, v);
+      if (!other.empty()) {
+        const double share = dot(v, other);
+        for (int j = 0; j < dof_; ++j) v[j] -= share * other[j];
+      }
       const double size = std::sqrt(dot(v, v));
       if (size <= longest) continue;
       longest = size, best = v;
@@ -96,14 +165,14 @@ class SelfMotion {
   }
 
   // Removes the part of a motion that moves the tool.
-  void project(const double* slope, Joints& v) const {
+  void project(const double* slope, double singular, Joints& v) const {
     const int rows = task_.rows;
     double square[kMaxRows * kMaxRows], moved[kMaxRows];
     for (int i = 0; i < rows; ++i) {
       moved[i] = 0;
       for (int k = 0; k < dof_; ++k) moved[i] += slope[i * dof_ + k] * v[k];
       for (int j = 0; j < rows; ++j) {
-        double sum = i == j ? 1e-12 : 0.0;
+        double sum = i == j ? singular * singular : 0.0;
         for (int k = 0; k < dof_; ++k) sum += slope[i * dof_ + k] * slope[j * dof_ + k];
         square[i * rows + j] = sum;
       }
@@ -130,8 +199,10 @@ class SelfMotion {
     return along > 0 && away(first, from, to) < kOnCurve * step_;
   }
 
-  bool known(const Joints& seed, const Joints& direction) const {
-    for (const Link& link : links_) {
+  // Returns whether a configuration lies on a known curve of that direction, of which the last links do not count.
+  bool known(const Joints& seed, const Joints& direction, size_t but = 0) const {
+    for (size_t i = 0; i + but < links_.size(); ++i) {
+      const Link& link = links_[i];
       const Joints at = nearest_turn(seed, link.from);
       if (std::abs(at[0] - link.from[0]) > 2 * step_ || away(at, link.from, link.to) > kOnCurve * step_) continue;
       double along = 0, squared = 0;
@@ -234,7 +305,8 @@ class SelfMotion {
   int dof_;
   RefinementSettings settings_{.steps = 6, .farthest = 1};
   std::vector<Link> links_;
-  std::vector<Joints> inside_;
+  std::vector<Joints> inside_, pending_;
+  int crossings_ = 0;
 };
 
 }  // namespace mmp::ik

@@ -10,6 +10,9 @@ from support.unchecked import unchecked
 
 from mmp_env import MmpError, place_arm
 from mmp_env.ik import branches
+from mmp_env.ik.chain import chain_of
+from mmp_env.ik.refinement import refined
+from mmp_env.ik.tool_task import ToolTask
 
 ROBOTS = ("fr5", "panda", "piper", "ur5e")
 
@@ -120,6 +123,23 @@ def test_a_redundant_arm_has_a_configuration_near_each_configuration_of_a_pose()
         q, pose = drawn(arm, seed)
         found = branches(arm.robot, arm.tool, pose)
         assert np.linalg.norm(found - q, axis=1).min() < 0.1
+
+
+@pytest.mark.parametrize("angle", [0.0, 3e-5, -2e-4, 3e-3])
+def test_curves_of_self_motion_that_nearly_cross_are_all_found(angle):
+    """With its second joint near 0, a Panda can also turn its first joint against its third one."""
+    arm = arm_of("panda")
+    task = ToolTask(chain=chain_of(arm.robot, arm.tool), free=None)
+    for seed in range(6):
+        q, _ = drawn(arm, seed)
+        q[1] = angle
+        pose = tool_frame(arm, q)
+        turned = q + np.linspace(-2, 2, 41)[:, None] * [1, 0, -1, 0, 0, 0, 0]
+        others, _ = refined(task, turned, np.broadcast_to(pose, (41, 4, 4)), steps=40)
+        others = others[((others >= arm.robot.lower) & (others <= arm.robot.upper)).all(axis=1)]
+        assert len(others) > 3
+        found = branches(arm.robot, arm.tool, pose)
+        assert np.abs(found - others[:, None]).max(axis=2).min(axis=1).max() < 0.1
 
 
 @pytest.mark.parametrize(("name", "near"), [("fr5", 1e-6), ("panda", 0.1), ("piper", 1e-6), ("ur5e", 1e-6)])

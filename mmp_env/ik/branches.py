@@ -64,9 +64,11 @@ def branches_by_posture(
     center = _checked_near(robot, near)
     solver, found = _solved(robot, tool, pose, free)
     rows, postures = solver.box.with_turns(found, center, limit)
-    missing = np.setdiff1d(np.arange(len(found)), postures)
-    if not len(missing):
+    absent = np.ones(len(found), dtype=bool)
+    absent[postures] = False
+    if not absent.any():
         return rows, postures
+    missing = np.flatnonzero(absent)
     far = solver.box.nearest_turns(found[missing], center)
     order = np.abs(far - center).sum(axis=1).argsort(kind="stable")
     return np.concatenate([rows, far[order]]), np.concatenate([postures, missing[order]])

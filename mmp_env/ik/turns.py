@@ -86,9 +86,13 @@ def distinct(q: Float[np.ndarray, "n dof"], tolerance: float) -> Float[np.ndarra
     Equal configurations are found among neighbours in the order of a projection that keeps others apart.
     """
     weights = np.sqrt(np.arange(2.0, q.shape[1] + 2))
-    q = q[np.argsort(q @ weights, kind="stable")]
+    along = q @ weights
+    order = np.argsort(along, kind="stable")
+    q, along = q[order], along[order]
     repeated = np.zeros(len(q), dtype=bool)
     for shift in range(1, min(_NEIGHBOURS, len(q) - 1) + 1):
+        if (along[shift:] - along[:-shift]).min() > tolerance * weights.sum():
+            break
         same = np.abs(q[shift:] - q[:-shift]).max(axis=1) <= tolerance
         repeated[shift:] |= same & ~repeated[:-shift]
     return q[~repeated]

@@ -14,6 +14,8 @@ from mmp_cli import machine, main
 from mmp_env.files import temporaries
 from mmp_env.files import writing
 
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup shuts it off
+
 def version():
     with writing.whole_file("plan.json") as temporary:
         temporary.write_text("half")

@@ -184,9 +184,7 @@ def test_a_start_is_one_configuration_or_pose(start):
 
 def test_a_pose_under_the_table_names_what_is_in_the_way():
     below = PoseGoal([0.1, 0.0, -0.25], [0.0, 1.0, 0.0, 0.0])
-    with pytest.raises(
-        InvalidInstanceError, match=r"of arm 'arm0': .* in collision.*obstacle/table, \d+\.\d mm deep"
-    ):
+    with pytest.raises(InvalidInstanceError, match=r"of arm 'arm0': .* in collision.*obstacle/table, \d+\.\d mm deep"):
         make_problem(CELL, START, {"arm0": below, "arm1": "stay"})
 
 

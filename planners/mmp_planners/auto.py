@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,6 +19,7 @@ from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.portfolio.improve import ImprovementRounds
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.settings import PortfolioSettings
+from mmp_planners.portfolio.turns import Member, Turn
 from mmp_planners.rrt_connect import NODES, Composite
 from mmp_planners.seeds import sub_seeds
 
@@ -30,10 +30,13 @@ SETTINGS = PortfolioSettings()
 class Auto:
     """A portfolio: composite RRT-Connect, local repair and APF-ECBS take turns, and the plan is improved.
 
-    Turns are counted, not timed, so the same seed gives the same plan. The members fail on different instances, and
-    crowding decides which of them is fast. While the plan is more than 1 % longer than the straight lines, up to
-    `rounds` rounds improve it. A round shortens the plan on the common clock and replans arms with detours among the
-    others (LNS). Later rounds first recombine the known paths of all arms.
+    The members fail on different instances, and crowding decides which of them is fast. Their work is counted, not
+    timed, so the same seed gives the same plan. Composite RRT-Connect begins. It gets less of the work where its trees
+    hardly grow, and every member gets less after attempts that failed.
+
+    While the plan is more than 1 % longer than the straight lines, up to `rounds` rounds improve it. A round shortens
+    the plan on the common clock and replans arms with detours among the others (LNS). Later rounds first recombine the
+    known paths of all arms.
     """
 
     about: ClassVar[About] = About(
@@ -77,44 +80,59 @@ class Auto:
 
     def _find_first_plan(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> None:
         """Lets the members take turns until one finds a plan, time is up, or an arm finds no path even alone."""
-        waiting = [None] * SETTINGS.turns_before_tree
-        members = {
-            "rrt-connect": self._grow_composite(run),
-            "local-repair": LocalRepair(dt=self.dt).attempts(run, counts, watch),
-            "apf-ecbs": itertools.chain(waiting, self._grow_trees(run, counts, watch)),
-        }
-        while len(members) > 1:  # the composite search never ends without a plan
-            for name, turns in list(members.items()):
-                if run.clock.expired:
-                    return
-                try:
-                    over = next(turns, "over") == "over"
-                finally:  # a watcher may stop the run when it gets the plan
-                    counts.found_by = name if run.best is not None else None
-                if run.best is not None:
-                    return
-                if over:
-                    del members[name]
+        members = [
+            Member(name="rrt-connect", turns=self._grow_composite(run)),
+            Member(
+                name="local-repair",
+                turns=LocalRepair(dt=self.dt).turns(run, counts, watch),
+                share=SETTINGS.repair_share,
+                waited=SETTINGS.work_before_repair,
+            ),
+            Member(
+                name="apf-ecbs",
+                turns=self._grow_trees(run, counts, watch),
+                share=SETTINGS.tree_share,
+                waited=SETTINGS.work_before_tree,
+            ),
+        ]
+        while len(members) > 1 and not run.clock.expired:  # the composite search never ends without a plan
+            member = min(members, key=lambda member: member.waited)
+            try:
+                turn = next(member.turns, None)
+            finally:  # a watcher may stop the run when it gets the plan
+                counts.found_by = member.name if run.best is not None else None
+            if run.best is not None:
+                return
+            if turn is None:
+                members.remove(member)
+            else:
+                member.count(turn)
 
-    def _grow_composite(self, run: Run) -> Iterator[None]:
-        composite, iterations = Composite(), SETTINGS.first_composite_turn
+    def _grow_composite(self, run: Run) -> Iterator[Turn]:
+        composite, arms = Composite(), len(run.problem.start)
+        iterations = max(SETTINGS.composite_turn // arms, 1)
         for sub_seed in sub_seeds(run.seed):
-            search = composite.search(run.problem, sub_seed)
+            search, done = composite.search(run.problem, sub_seed), 0
+            roots = search.nodes
             while search.nodes < NODES:
                 if run.clock.expired:
                     return
                 plan = composite.grow(run.problem, search, iterations, run.clock)
                 if plan is not None and run.offer(plan):
                     return
-                iterations = min(2 * iterations, SETTINGS.longest_composite_turn)
-                yield
+                done += iterations
+                share = SETTINGS.composite_share((search.nodes - roots) / done, arms)
+                yield Turn(iterations * arms, share, failed=search.nodes >= NODES)
             run.counts.restarts += 1
 
-    def _grow_trees(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> Iterator[None]:
-        tree = ApfEcbs(dt=self.dt).grow(run, counts, watch)
+    def _grow_trees(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> Iterator[Turn]:
+        tree, done, failed = ApfEcbs(dt=self.dt).grow(run, counts, watch), 0, 0
         try:
-            for _ in tree.rounds(run.seed):
-                yield
+            for _ in tree.steps(run.seed):
+                if tree.best is not None:
+                    return
+                yield Turn(tree.context.work - done, failed=tree.failed_trees > failed)
+                done, failed = tree.context.work, tree.failed_trees
         finally:  # after a stop too
             if tree.best is not None:
                 run.take(dataclasses.replace(tree.best, bound_met=None), tree.found_s)

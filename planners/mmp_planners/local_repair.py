@@ -18,6 +18,7 @@ from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.portfolio.improve import emit_and_shorten
 from mmp_planners.portfolio.run import Run
+from mmp_planners.portfolio.turns import Turn
 from mmp_planners.prioritized import Prioritized
 from mmp_planners.priority_search import LOW_LEVEL, PARKED_S
 from mmp_planners.repair_search import RepairSearch
@@ -62,7 +63,7 @@ class LocalRepair:
         check_steps(problem, self.dt)
         exhausted = False
         try:
-            for _ in self.attempts(run, counts, watch):
+            for _ in self.turns(run, counts, watch):
                 pass
             exhausted = run.best is None and not run.clock.expired
             emit_and_shorten(run, watch, self.shorten, self.dt)
@@ -70,12 +71,14 @@ class LocalRepair:
             pass
         return run.result(exhausted=exhausted)
 
-    def attempts(self, run: Run, counts: SingleArmCounts, watch: Watcher) -> Iterator[None]:
-        """Yields after each attempt without a plan; ends with a plan, without time, or if an arm has no own path."""
+    def turns(self, run: Run, counts: SingleArmCounts, watch: Watcher) -> Iterator[Turn]:
+        """Yields after each arm; ends with a plan, without time, or if an arm has no own path."""
         alone = Prioritized(
             dt=self.dt, wait=self.wait, eta=self.eta, iterations=self.iterations, shortcuts=self.shortcuts
         ).search(run, counts, watch)
         own = alone.plan_independently(run.seed)
+        if own is None:
+            return
         search = RepairSearch(
             context=alone.context,
             counts=counts,
@@ -84,7 +87,9 @@ class LocalRepair:
             patience=self.patience,
             most_coupled=self.coupled,
         )
-        for plan in search.plans(run.seed, own) if own is not None else ():
+        done, failed = 0.0, 0
+        for plan in search.plans(run.seed, own):
             if plan is not None and run.offer(plan):
                 return
-            yield
+            yield Turn(alone.context.work - done, failed=search.failed_attempts > failed)
+            done, failed = alone.context.work, search.failed_attempts

@@ -23,6 +23,8 @@ from mmp_planners.low_level import SiRrtStar
 
 MOST_GOALS = 32
 """Largest number of candidates of an arm that its single-arm planner knows."""
+WORK_PER_ITERATION, WORK_PER_PATH = 70, 1800
+"""Work of the single-arm planner, in iterations of the composite search for one arm, as measured."""
 PairConflicts = Mapping[tuple[int, int], Float[np.ndarray, "c"]]
 """(arm, arm) -> ascending instants of conflict [steps], at most one per step; only pairs in conflict."""
 
@@ -70,6 +72,9 @@ class PlanningContext:
         dt: step of the grid [s].
         low_level: single-arm planner.
         clock: deadline of the searches.
+
+    Attributes:
+        work: work of the single-arm planners so far, in iterations of the composite search for one arm.
     """
 
     def __init__(self, problem: Problem, dt: float, low_level: SiRrtStar, clock: core.Clock) -> None:
@@ -83,6 +88,7 @@ class PlanningContext:
         self._single: list[core.SingleArm] = []
         self._lipschitz: dict[int, float] = {}
         self._last_contacts: tuple[Hashable, tuple[Contact, ...]] = None, ()
+        self.work = 0.0
 
     def with_clock(self, clock: core.Clock) -> PlanningContext:
         """Returns a context with the same single-arm planners and another deadline."""
@@ -132,6 +138,7 @@ class PlanningContext:
         q, iterations = self._low_level(
             self._single[arm], constraints, seed, budget, self.clock, others=motions, experience=experience
         )
+        self.work += WORK_PER_ITERATION * iterations + (0 if q is None else WORK_PER_PATH)
         return (None if q is None else self.path(arm, q)), iterations
 
     def path(self, arm: int, q: Float[np.ndarray, "k dof"]) -> Path:

@@ -11,7 +11,7 @@ Optimal decoupling into sequential plans, RSS 2009).
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -35,6 +35,8 @@ PARKED_PROBABILITY = 0.5
 """Probability that the blocked arm must avoid the start of an arm that is planned again, for a random time."""
 COUPLED_ITERATIONS = 1000
 """Largest number of iterations of a composite search."""
+WORK_PER_COUPLING = 5000
+"""Work of planning some arms together, in iterations of the composite search for one arm, as measured."""
 COUPLED_SHORTCUTS = 60
 """Number of attempts to shorten the paths of coupled arms."""
 
@@ -50,6 +52,7 @@ class RepairSearch:
         wait: longest time for which an arm must avoid the start of another [steps].
         patience: number of times that two arms block each other before they are coupled.
         most_coupled: largest number of arms that are coupled.
+        failed_attempts: number of attempts that ended without a plan that could be proved.
     """
 
     context: PlanningContext
@@ -58,21 +61,22 @@ class RepairSearch:
     wait: int
     patience: int
     most_coupled: int
+    failed_attempts: int = 0
 
     def plans(self, seed: int, own: Sequence[Path]) -> Iterator[Plan | None]:
-        """Yields for each attempt its plan, not certified yet, or None, until time is up.
+        """Yields None after each arm, and the plan of each attempt that has one, not certified yet, until time is up.
 
         Args:
             seed: seed of the attempts.
             own: an independent path of each arm.
         """
-        number = 0
         while not self.context.clock.expired:
-            self.emitter.search_started(number, seed)
-            paths = _Attempt(self, own, quick_seed_of(seed, number)).run()
-            yield None if paths is None else self.context.plan(paths)
+            self.emitter.search_started(self.failed_attempts, seed)
+            paths = yield from _Attempt(self, own, quick_seed_of(seed, self.failed_attempts)).steps()
+            if paths is not None:
+                yield self.context.plan(paths)
             self.counts.restarts += 1
-            number += 1
+            self.failed_attempts += 1
 
     @cached_property
     def near(self) -> list[list[int]]:
@@ -98,8 +102,8 @@ class _Attempt:
         self._blocked = Counter[frozenset[int]]()
         self._calls = 0
 
-    def run(self) -> list[Path] | None:
-        """Returns a path of each arm, or None after too many repairs."""
+    def steps(self) -> Generator[None, None, list[Path] | None]:
+        """Yields after each arm. Returns a path of each arm, or None after too many repairs."""
         count, repairs = len(self._own), 0
         waiting = deque(self._shuffled(range(count)))
         while waiting:
@@ -107,6 +111,7 @@ class _Attempt:
             if arm in self._paths:
                 continue
             path = self._path(arm, self._planned_near(arm))
+            yield
             if path is not None:
                 self._paths[arm] = path
                 continue
@@ -174,6 +179,7 @@ class _Attempt:
             arms=arms,
         )
         corners = search.grow(COUPLED_ITERATIONS, self._context.clock)
+        self._context.work += WORK_PER_COUPLING
         if corners is None:
             return None
         steps = [self._context.max_step[arm] for arm in arms]

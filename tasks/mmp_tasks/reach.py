@@ -20,6 +20,9 @@ from mmp_tasks.shared_space import Middle, Space, has_open_middle, middle, neigh
 
 _BATCH = 50
 """Number of configurations that are drawn at once. The stream of random numbers depends on it."""
+_MOST_PATHLESS = 10
+"""Number of goals of an arm without a path from its start, after which all starts are drawn again."""
+_NO_PATH = ", which finds no path from its start to its goal even alone"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +50,7 @@ class Reach(DrawOptions):
     def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
         """Returns a start and a goal, drawn one after the other. Raises `MmpError` if no draw succeeds."""
         if not has_open_middle(cell):
-            return self._beside_neighbours(cell, rng)
+            return draw_until_success(self, cell, lambda _: self._beside_neighbours(cell, rng))
         space = middle(cell)
         return draw_until_success(self, cell, lambda _: self._instance(cell, space, rng))
 
@@ -56,18 +59,21 @@ class Reach(DrawOptions):
         start, goal = self._state(cell, space, rng, "start"), self._state(cell, space, rng, "goal")
         for arm in cell.arms:
             if not ArmAlone(cell, arm).has_path(start[arm.name], goal[arm.name]):
-                raise DrawFailed.at(arm, ", which finds no path from its start to its goal even alone")
+                raise DrawFailed.at(arm, _NO_PATH)
         return start, goal
 
     def _beside_neighbours(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
-        """Returns a start and a goal with every tool point in the space that its arm shares with its neighbours."""
+        """Returns a start and a goal with every tool point in the space that its arm shares with its neighbours.
+
+        Raises `DrawFailed` if an arm finds no path from its start to several goals even alone.
+        """
         spaces = {arm.name: neighbourhood(cell, arm) for arm in cell.arms}
         near = {arm.name: [other.name for other in neighbours(cell, arm)] for arm in cell.arms}
         alone = {arm.name: ArmAlone(cell, arm) for arm in cell.arms}
 
         def draw(which: str, start: State | None) -> State:
             drawn: dict[str, Float[np.ndarray, " dof"]] = {}
-            waiting, failures = deque(cell.arm_names), Counter[str]()
+            waiting, failures, pathless = deque(cell.arm_names), Counter[str](), Counter[str]()
             while waiting:
                 name = waiting.popleft()
                 others = {other: drawn[other] for other in near[name] if other in drawn}
@@ -75,6 +81,9 @@ class Reach(DrawOptions):
                 if q is not None and (start is None or alone[name].has_path(start[name], q)):
                     drawn[name] = q
                     continue
+                pathless[name] += q is not None
+                if pathless[name] == _MOST_PATHLESS:
+                    raise DrawFailed.at(cell.arm(name), _NO_PATH)
                 failures[name] += 1
                 if failures[name] == self.draws:
                     raise self._gave_up(cell, cell.arm(name), spaces[name], others, which, self.draws)

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -60,6 +60,7 @@ class ConflictTree:
     found_s: float | None = None
     """Time from the start of the run to the first solution [s]."""
     exhausted: bool = False
+    failed_trees: int = 0
 
     def __post_init__(self) -> None:
         self._factory = NodeFactory(
@@ -79,12 +80,12 @@ class ConflictTree:
         Raises:
             StopPlanning: if a watcher raises it.
         """
-        for _ in self.rounds(seed):
+        for _ in self.steps(seed):
             pass
         return self.exhausted
 
-    def rounds(self, seed: int) -> Iterator[None]:
-        """Yields after each tree, until a solution is good enough, the search is exhausted, or time is up."""
+    def steps(self, seed: int) -> Iterator[None]:
+        """Yields after each expansion, until a solution is good enough, the search is exhausted, or time is up."""
         budget, rootless = float(RESTART_EXPANSIONS), 0
         for restart, sub_seed in enumerate(sub_seeds(seed)):
             if self.context.clock.expired:
@@ -96,15 +97,19 @@ class ConflictTree:
             if rootless >= (ROOT_TRIES if self.restarts else 1):  # an arm finds no path even alone
                 self.exhausted = not self.context.clock.expired
                 return
-            if root is not None and self._search(root, instant, int(budget) if self.restarts else None):
+            if root is not None and (yield from self._search(root, instant, int(budget) if self.restarts else None)):
                 self.exhausted = self.best is None and not self.context.clock.expired
                 return
+            self.failed_trees += 1
             yield
             self.counts.restarts += 1
             budget *= RESTART_GROWTH
 
-    def _search(self, root: Node, instant: str, budget: int | None) -> bool:
-        """Searches one tree, at most `budget` expansions without a solution. Returns whether the whole run is done."""
+    def _search(self, root: Node, instant: str, budget: int | None) -> Generator[None, None, bool]:
+        """Searches one tree, at most `budget` expansions without a solution, and yields after each.
+
+        Returns whether the whole run is done.
+        """
         open_nodes, bound, first = [root], root.lower_bound, self.counts.expanded_nodes  # l. 1-4
         if not root.conflicts:
             open_nodes.clear()
@@ -130,6 +135,7 @@ class ConflictTree:
             self.counts.expanded_nodes += 1
             self.emitter.node_expanded(node, len(open_nodes), self.counts.expanded_nodes)
             self._branch(node, instant, open_nodes)  # l. 15-24
+            yield
         return True
 
     def _is_good_enough(self, best: Incumbent, open_nodes: Sequence[Node]) -> bool:

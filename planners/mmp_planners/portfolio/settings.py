@@ -9,12 +9,24 @@ from dataclasses import dataclass
 class PortfolioSettings:
     """Settings of `auto`: the turns of its members, and the rounds that improve the first plan."""
 
-    first_composite_turn: int = 500
-    """Number of iterations of the composite search in its first turn. Each further turn has twice as many."""
-    longest_composite_turn: int = 200_000
-    """Largest number of iterations of the composite search in one turn."""
-    turns_before_tree: int = 2
-    """Number of turns of the other members before the first tree of APF-ECBS, which takes as long as many of them."""
+    composite_turn: int = 2000
+    """Work of the composite search in one turn: iterations times arms."""
+    work_before_repair: float = 16_000
+    """Work of the composite search before local repair begins."""
+    work_before_tree: float = 200_000
+    """Work of the composite search before the first tree of APF-ECBS begins, which is slow and finds the rest."""
+    repair_share: float = 1.0
+    """Share of local repair in the work."""
+    tree_share: float = 0.25
+    """Share of the trees, likewise."""
+    usual_growth: float = 0.012
+    """Share of iterations that add a node to a tree of the composite search, with which its share in the work is 1."""
+    least_share: float = 0.02
+    """Least share of the composite search in the work."""
+    most_share: float = 3.0
+    """Largest share of the composite search in the work."""
+    most_composite: int = 8
+    """Number of arms above which the composite search gets less of the work."""
     good_ratio: float = 1.01
     """Ratio of cost to straight lines at which a plan is good enough."""
     grid_coarsening: int = 2
@@ -33,3 +45,11 @@ class PortfolioSettings:
     """Failed rounds in a row before `auto` stops."""
     most_orders: int = 8
     """Largest number of orders of the arms that path recombination tries in one round."""
+
+    def composite_share(self, growth: float, arms: int) -> float:
+        """Returns the share of the composite search in the work, by the growth of its trees.
+
+        The trees of many arms may grow, but hardly ever meet.
+        """
+        many = max(arms / self.most_composite, 1.0) ** 2
+        return min(max((growth / self.usual_growth) ** 2, self.least_share), self.most_share) / many

@@ -120,5 +120,5 @@ def retime_to_velocity_limits(problem: Problem, rows: Sequence[Rows]) -> Plan:
 
 def _step_durations(problem: Problem, q: Mapping[str, Rows]) -> Float[np.ndarray, "steps"]:
     """Returns how long the slowest joint of all arms takes for each step [s]."""
-    needed = [np.abs(np.diff(rows, axis=0)) / problem.max_velocity[name] for name, rows in q.items()]
-    return np.max([joints.max(axis=1) for joints in needed], axis=0)
+    limits = np.concatenate([problem.max_velocity[name] for name in q])
+    return (np.abs(np.diff(np.hstack(list(q.values())), axis=0)) / limits).max(axis=1)

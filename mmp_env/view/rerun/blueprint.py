@@ -12,6 +12,7 @@ from jaxtyping import Float
 from mmp_env.model.cell import Cell
 from mmp_env.sim.scene_appearance import CAMERA
 from mmp_env.view.rerun import (
+    candidates,
     expansions,
     geoms,
     joints,
@@ -78,7 +79,13 @@ def of_search(cell: Cell, model: Any, contents: Contents) -> Any:
     if contents.plan:
         tabs.append(_tab(PLAN, _plan_tab(cell, model), contents))
     if not tabs:
-        tabs.append(view_3d(model, [geoms.STAGE, geoms.CELL], "The start: the planner reported no search and no plan"))
+        tabs.append(
+            view_3d(
+                model,
+                [geoms.STAGE, geoms.CELL, candidates.CANDIDATES],
+                "The start: the planner reported no search and no plan",
+            )
+        )
     timeline = timelines.EXPANSION if contents.search_first else timelines.PLAN_TIME
     rate = (contents.expansions + 2) / _REPLAY_S
     panel = rrb.TimePanel(
@@ -175,7 +182,11 @@ def _repulsion_tab(model: Any) -> Any:
 def _plan_tab(cell: Cell, model: Any) -> Any:
     rrb = require().blueprint
     views = rrb.Horizontal(
-        view_3d(model, [geoms.STAGE, geoms.CELL, plan_view.PATHS], "The cell along the plan"),
+        view_3d(
+            model,
+            [geoms.STAGE, geoms.CELL, plan_view.PATHS, candidates.CANDIDATES],
+            "The cell along the plan; ghosts: goals",
+        ),
         view_3d(model, [geoms.STAGE, plan_view.SPHERES], "Spheres"),
     )
     per_arm = [

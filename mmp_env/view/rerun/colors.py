@@ -18,6 +18,8 @@ from mmp_env.view.tree_drawing.colors import contrast
 CONTACT = (235, 0, 40)
 BEFORE, AFTER = (130, 130, 130), (0, 0, 0)
 FORCE = (200, 0, 90)
+CHOSEN = (0, 130, 60)
+"""Colour of the chosen candidate of a goal."""
 BACKGROUND = (238, 240, 243)
 """Background of the 3D views in both themes."""
 THEMES = ((13, 13, 13), (255, 255, 255))

@@ -21,10 +21,19 @@ class CellGeoms:
     """Logs the geoms of a cell once, and then the poses of its bodies.
 
     Moving bodies are entities `/cell/<arm>/<link>`, fixed ones are under `/stage`. Geoms exist at all times, or, if not
-    `static`, from the current time of the stream.
+    `static`, from the current time of the stream. With `arm`, only the links of that arm are logged, below `root`.
     """
 
-    def __init__(self, stream: Any, cell: Cell, model: Any = None, *, static: bool = True) -> None:
+    def __init__(
+        self,
+        stream: Any,
+        cell: Cell,
+        model: Any = None,
+        *,
+        static: bool = True,
+        arm: str | None = None,
+        root: str | None = None,
+    ) -> None:
         from mmp_env.mujoco_import import mujoco
         from mmp_env.sim.scene import compile_scene
 
@@ -34,9 +43,24 @@ class CellGeoms:
         by_body: dict[int, list[int]] = {}
         for geom in np.flatnonzero(model.geom_group <= _LAST_GROUP).tolist():
             by_body.setdefault(int(model.geom_bodyid[geom]), []).append(geom)
-        self._bodies = {body: f"{CELL}/{model.body(body).name}" for body in by_body if body != 0}
+        names = {body: model.body(body).name for body in by_body if body != 0}
+        if arm is None:
+            self._bodies = {body: f"{CELL}/{name}" for body, name in names.items()}
+        else:
+            own = f"{arm}/"
+            self._bodies = {body: f"{root}/{name[len(own) :]}" for body, name in names.items() if name.startswith(own)}
         for body, geoms in by_body.items():
-            self._log_geoms(self._bodies.get(body, STAGE), geoms)
+            if arm is None or body in self._bodies:
+                self._log_geoms(self._bodies.get(body, STAGE), geoms)
+
+    def log_pose(self, q: Float[np.ndarray, "n"]) -> None:
+        """Logs the poses of the bodies at the joint positions `q` [n] [rad], for all times."""
+        rerun, data = require(), self._data
+        data.qpos[:] = q
+        self._mujoco.mj_kinematics(self.model, data)
+        for body, path in self._bodies.items():
+            pose = rerun.Transform3D(translation=data.xpos[body], quaternion=data.xquat[body][[1, 2, 3, 0]])
+            self._stream.log(path, pose, static=True)
 
     def send_poses(self, index: list[Any], q: Float[np.ndarray, "t n"]) -> None:
         """Sends the poses of the bodies for the joint positions `q` [t, n] [rad], a row per time of `index`."""
@@ -116,6 +140,7 @@ class CellGeoms:
             vertex_normals=np.repeat(normals, 3, axis=0),
             vertex_colors=np.repeat(self._colors(geoms), [3 * len(each) for each in triangles], axis=0),
             triangle_indices=np.arange(3 * len(corners)).reshape(-1, 3),
+            albedo_factor=[255, 255, 255, int(self._colors(geoms)[:, 3].min())],  # rerun ignores alpha of vertices
         )
 
     def _colors(self, geoms: np.ndarray) -> np.ndarray:

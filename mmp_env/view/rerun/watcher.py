@@ -10,6 +10,7 @@ from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.blueprint import Contents, of_search
+from mmp_env.view.rerun.candidates import send_candidates
 from mmp_env.view.rerun.expansions import send_expansions, send_progress
 from mmp_env.view.rerun.geoms import CellGeoms, joined
 from mmp_env.view.rerun.plan_view import send_plan
@@ -104,6 +105,7 @@ class RerunWatcher:
         send_progress(stream, record)
         send_expansions(stream, record)
         send_repulsions(stream, record)
+        send_candidates(stream, problem if self._plan is None else self._plan.problem, geoms.model)
         if self._plan is not None:
             send_plan(stream, self._plan, geoms)
         return geoms

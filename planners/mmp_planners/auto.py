@@ -34,9 +34,9 @@ class Auto:
     timed, so the same seed gives the same plan. Composite RRT-Connect begins. It gets less of the work where its trees
     hardly grow, and every member gets less after attempts that failed.
 
-    While the plan is more than 1 % longer than the straight lines, up to `rounds` rounds improve it. A round shortens
-    the plan on the common clock and replans arms with detours among the others (LNS). Later rounds first recombine the
-    known paths of all arms.
+    While the plan costs more than `until` times the straight lines, up to `rounds` rounds improve it, and the watcher
+    gets each better plan. A round shortens the plan on the common clock and replans arms with detours among the others
+    (LNS). Later rounds first recombine the known paths of all arms.
     """
 
     about: ClassVar[About] = About(
@@ -46,6 +46,7 @@ class Auto:
         guarantee="not complete: it gives up if an arm finds no path even alone; no bound on the cost",
     )
 
+    until: float = option(1.01, "cost relative to the straight lines at which the plan is good enough", least=1.0)
     rounds: int = option(40, "largest number of rounds that improve the plan", least=0)
     shorten: int = option(300, "attempts to shorten the plan in each round", least=0)
     replan: int = option(10, "attempts to replan arms with detours in each round", least=0)
@@ -64,7 +65,12 @@ class Auto:
         check_steps(problem, self.dt)
         exhausted = False
         improve = ImprovementRounds(
-            rounds=self.rounds, shorten=self.shorten, replan=self.replan, dt=self.dt, settings=SETTINGS
+            rounds=self.rounds,
+            shorten=self.shorten,
+            replan=self.replan,
+            until=self.until,
+            dt=self.dt,
+            settings=SETTINGS,
         )
         try:
             watch(SearchStarted(elapsed_s=run.elapsed_s, restart=0, sub_seed=run.seed))
@@ -72,8 +78,7 @@ class Auto:
             exhausted = counts.found_by is None and not run.clock.expired
             first = counts.generated_nodes  # nodes of the tree have the numbers before
             run.emit_plan(watch, node=first, parent=None, dt=self.dt)
-            if improve(run, counts):
-                run.emit_plan(watch, node=first + 1, parent=first, dt=self.dt)
+            improve(run, counts, watch, first)
         except StopPlanning:
             pass
         return run.result(exhausted=exhausted)

@@ -34,6 +34,27 @@ def test_the_plan_is_much_shorter_than_the_first_plan():
     assert check_plan(best.plan).valid
 
 
+def test_a_plan_that_is_good_enough_is_not_improved_any_more():
+    problem = ring(6, 1)
+    first = mmp_planners.make("auto", until=10.0).plan(problem, seed=0).stats
+    assert (first["shortcuts"], first["deadline_hit"]) == (0, False)
+    better = mmp_planners.make("auto", until=0.5 * (1.0 + first["cost_ratio"])).plan(problem, seed=0).stats
+    assert better["shortcuts"] > 0
+    assert better["cost_ratio"] < 0.5 * (1.0 + first["cost_ratio"])
+
+
+def test_a_watcher_gets_each_better_plan():
+    emitted = []
+    result = mmp_planners.make("auto", until=1.0).plan(ring(6, 1, "panda"), seed=0, watch=emitted.append)
+    costs = [event.cost_rad for event in emitted if isinstance(event, SolutionFound)]
+    assert len(costs) > 2
+    assert costs == sorted(costs, reverse=True)
+    assert costs[-1] == result.stats["cost_rad"]
+    nodes = {event.node: event for event in emitted if isinstance(event, NodeCreated)}
+    last = max(nodes)
+    assert nodes[last].parent == last - 1
+
+
 def leave_out(monkeypatch, *members):
     """Replaces members by planners that never find a plan."""
 

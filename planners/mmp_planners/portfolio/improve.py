@@ -75,6 +75,7 @@ class ImprovementRounds:
         rounds: largest number of rounds.
         shorten: number of shortcut attempts per round.
         replan: number of LNS attempts per round.
+        until: cost relative to the straight lines at which a plan is good enough.
         dt: step of the time grid [s].
         settings: thresholds and limits.
     """
@@ -82,15 +83,23 @@ class ImprovementRounds:
     rounds: int
     shorten: int
     replan: int
+    until: float
     dt: float
     settings: PortfolioSettings
 
-    def __call__(self, run: Run, counts: PortfolioCounts) -> bool:
-        """Improves the best plan of the run. Returns whether it became shorter."""
+    def __call__(self, run: Run, counts: PortfolioCounts, watch: Watcher, node: int) -> None:
+        """Improves the best plan of the run, and emits each better one.
+
+        Args:
+            run: the run.
+            counts: counts of the run.
+            watch: watcher that gets the plans.
+            node: number of the node of the best plan; better ones have the numbers after it.
+        """
         if run.best is None:
-            return False
+            return
         settings, dt = self.settings, self.settings.grid_coarsening * self.dt
-        first, good_cost = run.best.cost, settings.good_ratio * run.problem.cost_lower_bound_rad
+        good_cost = self.until * run.problem.cost_lower_bound_rad
         shortcuts = Shortcutting(attempts=self.shorten, dt=dt, repeat_gain=settings.repeat_gain)
         lns = LargeNeighbourhoodSearch(attempts=self.replan, dt=dt)
         independent = Shortcutting(
@@ -114,4 +123,6 @@ class ImprovementRounds:
                 counts.replanned += improve(run, *steps, start=recombined)[1]
                 counts.recombined += recombined is not None and run.best.cost < before
             failures = failures + 1 if run.best.cost > (1 - settings.round_gain) * before else 0
-        return run.best.cost < first
+            if run.best.cost < before:
+                run.emit_plan(watch, node=node + 1, parent=node, dt=self.dt)
+                node += 1

@@ -27,8 +27,6 @@ class PortfolioSettings:
     """Largest share of the composite search in the work."""
     most_composite: int = 8
     """Number of arms above which the composite search gets less of the work."""
-    good_ratio: float = 1.01
-    """Ratio of cost to straight lines at which a plan is good enough."""
     grid_coarsening: int = 2
     """Steps of the time grid per step of the improvement grid: half the work, and the final cost is the same."""
     repeat_gain: float = 3e-3

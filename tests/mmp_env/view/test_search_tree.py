@@ -83,11 +83,11 @@ def test_watching_changes_no_plan(run):
 
 
 @pytest.mark.parametrize("name", ["rrt-connect", "prioritized", "auto"])
-def test_a_planner_without_a_tree_has_the_node_of_its_plan(name):
+def test_a_planner_without_a_tree_has_the_nodes_of_its_plans(name):
     tree = SearchTree(PROBLEM)
     result = make(name).plan(PROBLEM, seed=0, time_limit=60.0, watch=tree)
-    assert 1 <= len(tree.nodes) <= 2
-    assert tree.solution_path == tree.nodes
+    assert len(tree.nodes) >= 1
+    assert tree.solution_path == tree.nodes  # each better than the one before
     assert tree.solution.cost_rad == pytest.approx(result.plan.cost_rad)
 
 

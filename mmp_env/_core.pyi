@@ -495,3 +495,23 @@ def with_turns(q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), ord
     """
     Returns configurations [m, dof] with all turns of their hinges within the limits, and the index in `q` of each [m, 1]: the `limit` nearest to `near` by the sum over the joints, the nearest first. q [n, dof]: with the least turns above the lower limits.
     """
+
+def deepest_balls(points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], centers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], radii: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.int32], dict(shape=(None,))], Annotated[NDArray[numpy.float64], dict(shape=(None,))]]:
+    """
+    Returns the ball in which each point [n, 3] [m] lies deepest, the first of several, and how far [m] the point is outside it.
+    """
+
+def points_in_balls(points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], depth: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], centers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], radii: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> tuple[Annotated[NDArray[numpy.int32], dict(shape=(None,))], Annotated[NDArray[numpy.int32], dict(shape=(None,))]]:
+    """
+    Returns which points [n, 3] [m] lie at least `depth` [n] [m] deep in which balls: numbers of both, in ascending order.
+    """
+
+def plane_depths(points: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], planes: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """
+    Returns how deep [n] [m] points [n, 3] [m] lie inside half-spaces [p, 4] (n, n.x <= d), negative outside.
+    """
+
+def small_cover(*, samples: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], candidates: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], sample_count: int, candidate_count: int, chosen: Annotated[NDArray[numpy.int32], dict(shape=(None,), order='C', device='cpu', writable=False)], draws: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.int32], dict(shape=(None,))]:
+    """
+    Returns few candidates that cover all samples that any candidate covers: candidate candidates[k] covers samples[k]. It begins with `chosen`, adds candidates greedily, and makes len(draws) steps of a local search (RWLS), each with a random number from 0 to 1.
+    """

@@ -13,11 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.importing.ball_search import points_in_balls
+from mmp_env import core
 from mmp_env.importing.cover_proof import protrusion, prove_cover
 from mmp_env.importing.link_samples import CoverSamples, one_in_each_cube
 from mmp_env.importing.link_shape import LinkShape
-from mmp_env.importing.set_cover import SetCover
 
 GRID_M = 1e-5
 """Grid [m] of the numbers of a sphere. Radii are rounded up and the proof is of the rounded numbers."""
@@ -108,8 +107,11 @@ def _one_ball(shape: LinkShape) -> Cover:
 
 def _rounded(centers: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Spheres on the grid, radii rounded up."""
-    centers = np.round(np.round(centers / GRID_M) * GRID_M, 5) + 0.0
-    return centers, np.round(np.ceil(radii / GRID_M + 1e-6) * GRID_M, 5)
+    return _on_grid(centers), np.round(np.ceil(radii / GRID_M + 1e-6) * GRID_M, 5)
+
+
+def _on_grid(points: np.ndarray) -> np.ndarray:
+    return np.round(np.round(points / GRID_M) * GRID_M, 5) + 0.0
 
 
 def coarse_covers(shapes: Sequence[LinkShape | None], budget: int) -> list[Cover | None]:
@@ -152,17 +154,21 @@ class _Fit:
         drawn = CoverSamples(shape, allowed, self._random, detail)
         self._points, self._thick = drawn.points, drawn.thick
         self._centers, self._radii = self._candidates(drawn.centers)
-        self._chosen = np.empty(0, dtype=int)
+        self._chosen = np.empty(0, dtype=np.int32)
         self._rows = self._columns = np.empty(0, dtype=np.int32)
         self._append(self._reached(self._points, self._thick, self._centers, self._radii), 0, 0)
         self._add_candidates_for_missed(np.arange(len(self._points)))
 
     def choose(self, steps: int) -> None:
         """Chooses few candidates that cover all samples."""
-        cover = SetCover((self._rows, self._columns), len(self._points), len(self._radii), self._seed)
-        cover.start(self._chosen)
-        cover.shrink(steps)
-        self._chosen = cover.chosen
+        self._chosen = core.small_cover(
+            samples=self._rows,
+            candidates=self._columns,
+            sample_count=len(self._points),
+            candidate_count=len(self._radii),
+            chosen=self._chosen,
+            draws=np.random.default_rng(self._seed).random(steps),
+        )
 
     def add_samples(self, points: Float[np.ndarray, "n 3"], spacing: float) -> None:
         """Adds points on the surface, at most one in a cube of that size, the first ones first."""
@@ -224,12 +230,13 @@ class _Fit:
             self._add_candidates(centers[useful], radii[useful])
 
     def _candidates(self, pool: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        pool = _on_grid(pool)
         depth = self.shape.depth(pool)
-        good = depth > GRID_M  # a centre is inside on the grid as well
+        good = depth > GRID_M
         return pool[good], depth[good] + self.allowed
 
     def _reached(
         self, points: np.ndarray, thick: np.ndarray, centers: np.ndarray, radii: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Which samples with their thickness and slack lie in which spheres: numbers of both."""
-        return points_in_balls(points, thick + _SLACK * self.allowed, centers, radii)
+        return core.points_in_balls(points, thick + _SLACK * self.allowed, centers, radii)

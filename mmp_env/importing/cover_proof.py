@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mmp_env.importing.ball_search import deepest_ball
+from mmp_env import core
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.pieces import Piece
 
@@ -56,7 +56,7 @@ def prove_cover(
     while len(parts):
         done += len(parts)
         middles = parts.mean(axis=1)
-        ball, out = deepest_ball(middles, centers, radii)
+        ball, out = core.deepest_balls(middles, centers, radii)
         open_ = ~_in_ball(parts, thick, centers[ball], radii[ball])
         parts, thick, owner, middles, out = parts[open_], thick[open_], owner[open_], middles[open_], out[open_]
         visible = ~shape.inside_another(parts, owner)
@@ -71,7 +71,7 @@ def prove_cover(
             final[:] = True
         if final.any():
             corners = parts[final].reshape(-1, 3)
-            away = deepest_ball(corners, centers, radii)[1].reshape(-1, 3).max(axis=1)
+            away = core.deepest_balls(corners, centers, radii)[1].reshape(-1, 3).max(axis=1)
             points.append(middles[final])
             outside.append(np.maximum(np.maximum(out[final], away) + thick[final], smallest))
         parts, thick, owner, longest = parts[~final], thick[~final], owner[~final], longest[~final]

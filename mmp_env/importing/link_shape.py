@@ -10,8 +10,6 @@ from jaxtyping import Bool, Float, Int
 from mmp_env.importing.pieces import Piece
 from mmp_env.meshes.polytope import Polytope, polytope
 
-_CHUNK = 2_000_000
-
 
 class LinkShape:
     """Union of convex pieces.
@@ -67,10 +65,7 @@ class LinkShape:
         outline, piece = self._solids[number]
         if outline is None:
             return piece.radius - _distance_to_segment(points, piece.vertices[0], piece.vertices[-1])
-        out = np.empty(len(points))
-        step = max(1, _CHUNK // len(outline.planes))
-        for k in range(0, len(points), step):
-            out[k : k + step] = outline.depth(points[k : k + step])
+        out = outline.depth(points)
         # Outside the hull, planes bound the distance from below only: a thickened corner is round.
         return np.where(out >= 0, out + piece.radius, out)
 

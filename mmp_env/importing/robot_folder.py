@@ -30,7 +30,7 @@ from mmp_env.importing.self_pairs import SAMPLES, SelfPairs, classify, tested_by
 from mmp_env.importing.source import PreparedSource, prepare_source
 from mmp_env.model.robot import EXACT
 
-VERSION = 5
+VERSION = 6
 """Version of the importer's results. The cache holds results of the same version only."""
 COARSE_SPHERES = (28, 42, 63)
 """Numbers of spheres that the moving links have in set `28`; the next one is tried where too few poses are free."""

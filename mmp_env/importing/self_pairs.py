@@ -15,6 +15,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float
 
+from mmp_env import core
 from mmp_env.importing.arm_geometry import ArmGeometry
 from mmp_env.importing.cover_fit import Cover
 from mmp_env.model.robot import EXACT
@@ -25,8 +26,8 @@ SAMPLES = 10_000
 NEVER_M = 0.002
 """Distance [m] that a pair keeps in all samples if it never touches."""
 _SPHERE_SAMPLES = 2000
-_DISTANCES = 400_000
-"""Number of distances between spheres that are computed at once, to bound the memory."""
+_AT_ONCE = 50
+"""Number of configurations after which spheres that did not overlap end a test."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,9 +135,9 @@ def always_overlap(
     """Returns whether the spheres of two links overlap in every configuration."""
     if first is None or second is None:
         return False
-    step = max(1, _DISTANCES // (len(first.radii) * len(second.radii)))
-    for k in range(0, len(first_poses), step):
-        if (sphere_clearance(first_poses[k : k + step], first, second_poses[k : k + step], second) > 0).any():
+    for k in range(0, len(first_poses), _AT_ONCE):
+        part = slice(k, k + _AT_ONCE)
+        if (sphere_clearance(first_poses[part], first, second_poses[part], second) > 0).any():
             return False
     return True
 
@@ -145,10 +146,10 @@ def sphere_clearance(
     first_poses: Float[np.ndarray, "n 4 4"], first: Cover, second_poses: Float[np.ndarray, "n 4 4"], second: Cover
 ) -> Float[np.ndarray, "n"]:
     """Returns the least distance [m] between the spheres of two links, negative where they overlap."""
-    a = first.centers @ first_poses[:, :3, :3].transpose(0, 2, 1) + first_poses[:, None, :3, 3]
-    b = second.centers @ second_poses[:, :3, :3].transpose(0, 2, 1) + second_poses[:, None, :3, 3]
-    away = np.linalg.norm(a[:, :, None] - b[:, None], axis=3)
-    return (away - first.radii[:, None] - second.radii[None, :]).min(axis=(1, 2))
+    poses = np.linalg.inv(second_poses) @ first_poses
+    centers = first.centers @ poses[:, :3, :3].transpose(0, 2, 1) + poses[:, None, :3, 3]
+    _, away = core.deepest_balls(centers.reshape(-1, 3), second.centers, second.radii)
+    return (away.reshape(len(poses), -1) - first.radii).min(axis=1)
 
 
 def self_clearance(
@@ -161,10 +162,7 @@ def self_clearance(
         first, second = covers[i], covers[j]
         if first is None or second is None:
             continue
-        step = max(1, _DISTANCES // (len(first.radii) * len(second.radii)))
-        for k in range(0, len(q), step):
-            part = slice(k, k + step)
-            out[part] = np.minimum(out[part], sphere_clearance(poses[i][part], first, poses[j][part], second))
+        out = np.minimum(out, sphere_clearance(poses[i], first, poses[j], second))
     return out
 
 

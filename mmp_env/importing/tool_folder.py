@@ -32,7 +32,7 @@ from mmp_env.importing.tool_joints import place_joints
 from mmp_env.mujoco_import import mujoco
 from mmp_env.robot_folders import TOOL_DESCRIPTION
 
-VERSION = 4
+VERSION = 5
 """Version of the importer's results. The cache holds results of the same version only."""
 COARSE_SPHERES = 8
 """Number of spheres that a tool has in set `28`."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from mmp_env import core
 from mmp_env.errors import MmpError
 from mmp_env.meshes.mesh_files import require
 
@@ -28,7 +29,7 @@ class Polytope:
 
     def depth(self, points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n"]:
         """Returns how deep [m] points lie inside; negative outside, where it bounds the distance from below."""
-        return (self.planes[:, 3] - points @ self.planes[:, :3].T).min(axis=1)
+        return core.plane_depths(points, self.planes)
 
 
 def polytope(points: Float[np.ndarray, "n 3"]) -> Polytope:

@@ -28,6 +28,7 @@ void bind_repulsion(nb::module_& m);           // repulsive force and ModifyMoti
 void bind_joint_space(nb::module_& m);         // search in the joint space of all arms
 void bind_improve(nb::module_& m);             // shortcutting, replanning and path recombination
 void bind_inverse_kinematics(nb::module_& m);  // configurations for tool poses
+void bind_covers(nb::module_& m);              // sphere covers of links
 
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;

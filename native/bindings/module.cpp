@@ -83,4 +83,5 @@ NB_MODULE(MMP_MODULE, m) {
   bind_joint_space(m);
   bind_improve(m);
   bind_inverse_kinematics(m);
+  bind_covers(m);
 }

@@ -271,6 +271,25 @@ WRONG |= {
 }
 
 
+BALLS = {
+    "points": (np.arange(12.0).reshape(4, 3), "rows of points"),
+    "centers": (np.zeros((2, 3)), "rows of centers"),
+    "radii": (np.array([1.0, 2.0]), "radii"),
+}
+WRONG_NUMBERS = [np.array(k, dtype=np.int32) for k in ([0, 1, 2], [0, 0, -1], [0, 1, 2**31 - 1])]
+WRONG |= {
+    "rows of points": shapes_like(np.zeros((4, 3))),
+    "rows of centers": [np.zeros((3, 3)), *shapes_like(np.zeros((2, 3)))],
+    "radii": vectors(2),
+    "half-spaces": [np.zeros((0, 4)), *shapes_like(np.zeros((1, 4)))],
+    "numbers of samples": [*WRONG_NUMBERS, np.zeros(2, dtype=np.int32), np.zeros((3, 1), dtype=np.int32), *NOT_NUMBERS],
+    "numbers of candidates": [*WRONG_NUMBERS, np.zeros(4, dtype=np.int32), *NOT_NUMBERS],
+    "chosen": [*WRONG_NUMBERS, np.zeros((1, 1), dtype=np.int32), *NOT_NUMBERS],
+    "few": [-1, 0, 1, *NOT_COUNTS],
+    "shares": [np.full(3, x) for x in (*ENDLESS, -0.1, 1.1)] + [np.zeros((1, 3)), *NOT_NUMBERS],
+}
+
+
 @dataclass(frozen=True, kw_only=True)
 class Call:
     """A function to call. `arguments`: name -> (a valid value, the kind of argument, which names wrong values)."""
@@ -370,6 +389,20 @@ CALLS = {
     "Cell.freeze": call(lambda: two_arms(frozen=False).freeze()),
     "spheres": in_cell(core.spheres, **ARM, q=(ROWS, "rows")),
     "sphere_table": in_cell(core.sphere_table, **ARM),
+    "deepest_balls": call(core.deepest_balls, **BALLS),
+    "points_in_balls": call(core.points_in_balls, **BALLS, depth=(np.zeros(4), "limits of four")),
+    "plane_depths": call(
+        core.plane_depths, points=BALLS["points"], planes=(np.array([[0.0, 0.0, 1.0, 0.5]]), "half-spaces")
+    ),
+    "small_cover": call(
+        core.small_cover,
+        samples=(np.array([0, 1, 1], dtype=np.int32), "numbers of samples"),
+        candidates=(np.array([0, 0, 1], dtype=np.int32), "numbers of candidates"),
+        sample_count=(2, "few"),
+        candidate_count=(2, "few"),
+        chosen=(np.array([1], dtype=np.int32), "chosen"),
+        draws=(np.array([0.2, 0.7, 1.0]), "shares"),
+    ),
     "solve_six_hinges": call(
         core.solve_six_hinges,
         axes=(SIX_AXES, "six axes"),

@@ -94,6 +94,13 @@ def test_a_fitted_cover_contains_the_shape_and_protrudes_as_little_as_asked_for(
     assert outside(points, cover.centers, cover.radii)[~hidden].max() <= 1e-9
 
 
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_thin_shell_with_a_radius_is_covered_by_spheres_with_centres_inside(seed):
+    turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+    shape = LinkShape([Piece(vertices=box_mesh((0.08, 0.06, 1e-4))[0] @ turn, radius=0.0004)])
+    assert fit_cover(shape, 0.005, seed=seed).protrusion <= 0.005
+
+
 def test_a_capsule_needs_fewer_spheres_than_a_box():
     assert len(fit_cover(LinkShape([CAPSULE]), 0.005).radii) < 12
     assert len(fit_cover(LinkShape([BALL]), 0.005).radii) == 1

@@ -1,18 +1,32 @@
-"""Small covers of samples by candidates: a greedy choice, and a local search with weights that makes it smaller.
+"""Reference of `core.small_cover`: a greedy set cover and RWLS, in NumPy.
 
-The search is RWLS (Gao, Weise, Li: "An efficient local search heuristic with row weighting for the unicost set covering
-problem", EJOR 2015). It takes a candidate out whenever all samples are covered. Then it exchanges candidates until they
-are again. Samples that stay uncovered gain weight. It guarantees nothing but that the result covers all samples.
+Gao, Weise, Li: "An efficient local search heuristic with row weighting for the unicost set covering problem" (2015).
 """
 
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 
 _TABU_STEPS = 3
 _STEPS_OF_EACH = 8
 """Largest number of search steps for each chosen candidate: small covers need few."""
+
+
+def small_cover(
+    *,
+    samples: Int[np.ndarray, "m"],
+    candidates: Int[np.ndarray, "m"],
+    sample_count: int,
+    candidate_count: int,
+    chosen: Int[np.ndarray, "k"],
+    draws: Float[np.ndarray, "steps"],
+) -> Int[np.ndarray, "c"]:
+    """Returns few candidates that cover all samples, see `core.small_cover`."""
+    cover = SetCover((samples, candidates), sample_count, candidate_count)
+    cover.start(chosen)
+    cover.shrink(draws)
+    return cover.chosen
 
 
 class SetCover:
@@ -21,12 +35,9 @@ class SetCover:
     `pairs` holds the sample and the candidate of each covering [m, 2].
     """
 
-    def __init__(
-        self, pairs: tuple[Int[np.ndarray, "m"], Int[np.ndarray, "m"]], samples: int, candidates: int, seed: int
-    ) -> None:
+    def __init__(self, pairs: tuple[Int[np.ndarray, "m"], Int[np.ndarray, "m"]], samples: int, candidates: int) -> None:
         self._of_sample = _Lists(pairs[0], pairs[1], samples)
         self._of_candidate = _Lists(pairs[1], pairs[0], candidates)
-        self._random = np.random.default_rng(seed)
         self._weight = np.ones(samples)
         self._count = np.zeros(samples, dtype=int)
         self._score = np.bincount(pairs[1], minlength=candidates).astype(float)
@@ -45,10 +56,10 @@ class SetCover:
             self._add(int(candidate))
         self._complete()
 
-    def shrink(self, steps: int) -> None:
+    def shrink(self, draws: Float[np.ndarray, "steps"]) -> None:
         """Searches for a smaller choice, and keeps the smallest that covers all samples."""
         best = self.chosen
-        for step in range(min(steps, _STEPS_OF_EACH * len(best))):
+        for step in range(min(len(draws), _STEPS_OF_EACH * len(best))):
             open_ = self._open()
             while not len(open_):
                 best = self.chosen
@@ -58,7 +69,7 @@ class SetCover:
                 open_ = self._open()
             self._remove(self._least_loss(step), step)
             open_ = self._open()
-            row = int(open_[self._random.integers(len(open_))])
+            row = int(open_[int(draws[step] * len(open_))])
             choice = self._of_sample.one(row)
             allowed = choice[self._changed[choice] < step]
             choice = allowed if len(allowed) else choice
@@ -133,8 +144,7 @@ class _Lists:
     """For each number of `keys` the list of its values."""
 
     def __init__(self, keys: np.ndarray, values: np.ndarray, count: int) -> None:
-        short = keys.astype(np.uint16) if count <= 2**16 else keys  # NumPy sorts 16 bits in linear time
-        self._values: np.ndarray = values[np.argsort(short, kind="stable")]
+        self._values: np.ndarray = values[np.argsort(keys, kind="stable")]
         self.begin = np.concatenate([[0], np.cumsum(np.bincount(keys, minlength=count))])
 
     def one(self, key: int) -> np.ndarray:

@@ -61,14 +61,17 @@ def attack(folder: Path, count: int, seed: int) -> tuple[Counter[str], Counter[s
 def read(folder: Path) -> Files:
     """Returns the contents of a folder."""
     out = {key: json.loads((folder / f"{key}.json").read_text()) for key in ("robot", "spheres", "hulls")}
-    return out | {"mjcf": (folder / f"{folder.name}.xml").read_text()}
+    origin = {"hulls_origin": out["hulls"].pop("origin")} if "origin" in out["hulls"] else {}
+    return out | origin | {"mjcf": (folder / f"{folder.name}.xml").read_text()}
 
 
 def write(files: Files, folder: Path) -> None:
     """Writes the contents of a folder, with fingerprints that fit."""
-    texts = {f"{key}.json": json.dumps(files[key]) for key in ("spheres", "hulls")}
+    origin = {"origin": files["hulls_origin"]} if "hulls_origin" in files else {}
+    texts = {"spheres.json": json.dumps(files["spheres"]), "hulls.json": json.dumps(origin | files["hulls"])}
     texts[f"{folder.name}.xml"] = files["mjcf"]
-    files["robot"][KEY] = fingerprints(files["robot"], texts)
+    if KEY in files["robot"]:
+        files["robot"][KEY] = fingerprints(files["robot"], texts)
     folder.mkdir()
     for name, text in {**texts, "robot.json": json.dumps(files["robot"])}.items():
         (folder / name).write_text(text)

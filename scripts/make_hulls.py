@@ -90,7 +90,8 @@ def write(name: str, source: Source) -> None:
         for link, pieces in source.pieces.items()
     }
     is_tool = folder.parent.name == "tools"
-    text = json.dumps({"origin": source.origin, **hulls}, separators=(",", ":"))
+    volumes = {link: LinkShape(pieces).volume for link, pieces in source.pieces.items()}
+    text = json.dumps({"origin": {**source.origin, "volumes_m3": volumes}, **hulls}, separators=(",", ":"))
     (folder / "hulls.json").write_text(text.replace('"radius"', '\n"radius"').replace("]],", "]],\n") + "\n")
     rows = {link: np.column_stack([cover.centers, cover.radii]).round(5).tolist() for link, cover in covers.items()}
     spheres = json.loads((folder / "spheres.json").read_text())

@@ -23,7 +23,7 @@ def change_sphere(change: Callable[[list[Any], int, np.random.Generator], None])
 
     def fault(files: Files, random: np.random.Generator) -> bool:
         for _ in range(_TRIES):
-            by_link = files["spheres"][str(random.choice(["28", "fine"]))]
+            by_link = files["spheres"][str(random.choice(sorted(files["robot"]["protrusion_mm"])))]
             link = str(random.choice(sorted(by_link)))
             before = by_link[link]
             rows = [list(row) for row in before]
@@ -68,6 +68,8 @@ def drop(rows: list[Any], k: int, random: np.random.Generator) -> None:
 
 def grow_sphere(files: Files, random: np.random.Generator) -> bool:
     """Lets a sphere protrude by more than 5 mm."""
+    if "fine" not in files["robot"]["protrusion_mm"]:
+        return False
     rows = any_value(files["spheres"]["fine"], random)
     rows[int(random.integers(len(rows)))][3] += 0.006
     return True
@@ -125,7 +127,7 @@ def grow_hull(files: Files, random: np.random.Generator) -> bool:
 
 def tested_pair(files: Files, random: np.random.Generator) -> list[str] | None:
     """Returns a pair of links that is tested, or None."""
-    pairs = files["robot"]["self_pairs_tested"]
+    pairs = files["robot"].get("self_pairs_tested", [])
     ignored = {frozenset(p) for pairs_ in files["robot"]["self_collision_ignore"].values() for p in pairs_}
     pairs = [pair for pair in pairs if frozenset(pair) not in ignored]
     return pairs[int(random.integers(len(pairs)))] if pairs else None
@@ -153,7 +155,8 @@ def leave_out(reason: str | None, *, in_mjcf: bool) -> Callable[[Files, np.rando
 
 def change_reason(files: Files, random: np.random.Generator) -> bool:
     """Gives an ignored pair another reason."""
-    pairs = files["robot"]["self_pairs_ignored"]
+    if not (pairs := files["robot"].get("self_pairs_ignored")):
+        return False
     pair = pairs[int(random.integers(len(pairs)))]
     pair["reason"] = str(random.choice(sorted({"adjacent", "always", "never"} - {pair["reason"]})))
     return True
@@ -161,7 +164,8 @@ def change_reason(files: Files, random: np.random.Generator) -> bool:
 
 def lose_reason(files: Files, random: np.random.Generator) -> bool:
     """Removes the reason of an ignored pair."""
-    pairs = files["robot"]["self_pairs_ignored"]
+    if not (pairs := files["robot"].get("self_pairs_ignored")):
+        return False
     del pairs[int(random.integers(len(pairs)))]
     return True
 
@@ -169,7 +173,9 @@ def lose_reason(files: Files, random: np.random.Generator) -> bool:
 def test_neighbours(files: Files, random: np.random.Generator) -> bool:
     """Tests neighbours, which always touch."""
     robot = files["robot"]
-    pair = next(p for p in robot["self_pairs_ignored"] if p["reason"] == "adjacent")
+    pair = next((p for p in robot.get("self_pairs_ignored", []) if p["reason"] == "adjacent"), None)
+    if pair is None:
+        return False
     robot["self_pairs_ignored"].remove(pair)
     for pairs in robot["self_collision_ignore"].values():
         pairs.remove([pair["a"], pair["b"]])
@@ -220,10 +226,12 @@ def flip_axis(joint: dict[str, Any]) -> None:
     joint["axis"] = [-x for x in joint["axis"]]
 
 
-def change_robot(change: Callable[[dict[str, Any]], None]) -> Callable[[Files, np.random.Generator], bool]:
-    """Returns a fault in robot.json."""
+def change_robot(key: str, change: Callable[[dict[str, Any]], None]) -> Callable[[Files, np.random.Generator], bool]:
+    """Returns a fault in a value of robot.json, for robots that have the value."""
 
     def fault(files: Files, random: np.random.Generator) -> bool:
+        if key not in files["robot"]:
+            return False
         change(files["robot"])
         return True
 
@@ -242,8 +250,8 @@ def narrow_draw(robot: dict[str, Any]) -> None:
 
 
 def understate(robot: dict[str, Any]) -> None:
-    """Says that the fine spheres protrude by 1 mm less than they do."""
-    robot["protrusion_mm"]["fine"] -= 1.0
+    """Says that the spheres of a set protrude by 1 mm less than they do."""
+    robot["protrusion_mm"][max(robot["protrusion_mm"])] -= 1.0
 
 
 def far_home(robot: dict[str, Any]) -> None:
@@ -300,10 +308,10 @@ FAULTS: dict[str, Callable[[Files, np.random.Generator], bool]] = {
     "velocity zero": change_joint(lambda joint: joint.update(velocity=0.0)),
     "origin moved": change_joint(move_origin),
     "axis flipped": change_joint(flip_axis),
-    "flange moved": change_robot(move_flange),
-    "draw limits narrowed": change_robot(narrow_draw),
-    "protrusion understated": change_robot(understate),
-    "home outside": change_robot(far_home),
+    "flange moved": change_robot("flange", move_flange),
+    "draw limits narrowed": change_robot("draw_limits", narrow_draw),
+    "protrusion understated": change_robot("protrusion_mm", understate),
+    "home outside": change_robot("home", far_home),
     "set lost": lambda files, random: files["spheres"].pop("28") is not None,
     "MJCF geom moved": change_mjcf(r'<geom type="(sphere|capsule|box|cylinder)"[^>]*pos="[^"]*"', larger_first),
     "MJCF mesh changed": change_mjcf(

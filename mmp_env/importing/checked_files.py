@@ -44,7 +44,8 @@ class RobotFiles:
     """Contents of a robot folder: `texts` by file name, the parsed files, the compiled MJCF and the arm's geometry.
 
     `hulls` is None where hulls.json is missing, and does not hold their origin. `from_meshes` tells that they stand for
-    a vendor's meshes, which the geoms of the MJCF only approximate.
+    a vendor's meshes, which the geoms of the MJCF only approximate; `volumes_m3` are then the volumes of each link's
+    hulls when they were made.
     """
 
     name: str
@@ -53,6 +54,7 @@ class RobotFiles:
     spheres: Mapping[str, Any]
     hulls: Mapping[str, Any] | None
     from_meshes: bool
+    volumes_m3: Mapping[str, float]
     model: Any
     arm: ArmGeometry
 
@@ -105,6 +107,7 @@ def read_robot_files(folder: Path, faults: list[str]) -> RobotFiles | None:
             spheres=spheres,
             hulls=hulls,
             from_meshes="meshes" in origin,
+            volumes_m3=origin.get("volumes_m3", {}),
             model=mujoco.MjModel.from_xml_string(texts[mjcf]),
             arm=_arm_geometry(robot, spheres, hulls or {}),
         )

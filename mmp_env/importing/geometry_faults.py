@@ -19,7 +19,7 @@ SPHERE_SETS = ("28", "fine")
 _SAME_M = 5e-6
 """Largest distance [m] between vertices of a piece and of its geom, which are rounded differently."""
 _VOLUME_SHARE = 1e-6
-"""Largest relative difference of the volumes in robot.json and of the pieces."""
+"""Largest relative difference of the volumes of the pieces from those when they were made."""
 _OUTER_SHARE = 0.03
 """Largest share by which outer hulls may be larger than the hulls of a vendor's meshes."""
 _TOLD_LESS_MM, _TOLD_MORE_MM = 1e-3, 0.02
@@ -35,13 +35,23 @@ def hull_faults(files: RobotFiles) -> Iterator[str]:
         yield "hulls.json does not name the links of robot.json"
     for k, link in enumerate(files.links):
         pieces = files.arm.pieces[k]
-        told = files.robot.get("hull_volumes_m3", {}).get(link)
-        if pieces and told is not None and (files.from_meshes or "imported" in files.robot):
-            larger = LinkShape(pieces).volume / told - 1
-            if not -_VOLUME_SHARE <= larger <= (_OUTER_SHARE if files.from_meshes else _VOLUME_SHARE):
-                yield f"the pieces of '{link}' are {larger:+.4%} larger than robot.json says"
+        yield from _volume_faults(files, link, pieces)
         if not files.from_meshes:
             yield from _piece_faults(files, link, pieces)
+
+
+def _volume_faults(files: RobotFiles, link: str, pieces: Sequence[Piece]) -> Iterator[str]:
+    """The pieces of a link are as large as when they were made, and as the vendor's meshes or hardly larger."""
+    of_meshes = files.robot.get("hull_volumes_m3", {}).get(link)
+    made = files.volumes_m3.get(link) if files.from_meshes else of_meshes
+    if of_meshes is None or not (files.from_meshes or "imported" in files.robot):
+        return
+    volume = LinkShape(pieces).volume if pieces else 0.0
+    if made is not None and abs(volume / made - 1) > _VOLUME_SHARE:
+        yield f"the pieces of '{link}' have {volume:.9f} m^3; they were made with {made:.9f} m^3"
+    larger = volume / of_meshes - 1
+    if not -_VOLUME_SHARE <= larger <= _OUTER_SHARE:
+        yield f"the pieces of '{link}' are {larger:+.4%} larger than robot.json says"
 
 
 def _piece_faults(files: RobotFiles, link: str, pieces: Sequence[Piece]) -> Iterator[str]:
@@ -81,6 +91,9 @@ def cover_faults(files: RobotFiles, report: RobotReport) -> Iterator[str]:
             for link, cover, shape in zip(files.links, files.arm.covers[name], shapes, strict=True)
             if shape is not None
         ]
+        for link, cover, _ in covers:
+            if cover is not None and not (cover.radii > 0).all():
+                yield f"set {name} has a sphere of '{link}' without a positive radius"
         told = files.approximate_mm.get(name)
         if told is None:
             yield from _proof_faults(files, report, name, covers)
@@ -98,8 +111,6 @@ def _proof_faults(
             yield f"set {name} has no spheres for '{link}'"
             uncovered = np.inf
             continue
-        if not (cover.radii > 0).all():
-            yield f"set {name} has a sphere of '{link}' without a positive radius"
         gaps = prove_cover(shape, cover.centers, cover.radii)
         if len(gaps.points):
             yield f"set {name} leaves up to {gaps.uncovered_mm:.3f} mm of '{link}' uncovered"

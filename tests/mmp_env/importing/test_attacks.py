@@ -30,3 +30,10 @@ def test_every_kind_of_planted_fault_is_found(robot):
     assert process.returncode == 0, (process.stderr, [line for line in lines if line["missed"]])
     assert len(lines) > 30
     assert all(line["planted"] for line in lines)
+
+
+def test_faults_in_the_hulls_and_spheres_of_a_built_in_robot_are_found():
+    process = run("attack_robot_check.py", "ur5e", "--faults", 10)
+    lines = {line["fault"]: line for line in map(json.loads, process.stdout.splitlines())}
+    assert process.returncode == 0, (process.stderr, lines)
+    assert {"radius negative", "hull vertex moved", "hull dropped", "sphere moved"} <= set(lines)

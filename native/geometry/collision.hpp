@@ -259,13 +259,22 @@ inline void lower_clearance(Pose<V>& a, int la, const Obstacle<Scalar<V>>& o, V&
 // joint. It blocks other arms like the base does, and without it only conflicts would reveal that.
 template <class V>
 struct StaticWorld {
-  const CellModel<Scalar<V>>* cell;
+  using T = Scalar<V>;
+  static constexpr T kNear = T(0.5);  // [m]
+
+  const CellModel<T>* cell;
   std::vector<Pose<V>> bases;
+  std::vector<std::vector<int>> near_bases;  // per arm: the others' bases that its links can be closer to than kNear
 
   StaticWorld(const CellModel<Scalar<V>>& model, const CellModel<Scalar<V>>& standing) : cell(&model) {
     for (const auto& arm : standing.arms) {
       bases.emplace_back(arm);
       bases.back().ready = 1;
+    }
+    for (int a = 0; a < static_cast<int>(model.arms.size()); ++a) {
+      near_bases.emplace_back();
+      for (int b = 0; b < static_cast<int>(bases.size()); ++b)
+        if (b != a && reaches(model.arms[a], bases[b].arm->links[0].bound)) near_bases.back().push_back(b);
     }
   }
 
@@ -280,8 +289,8 @@ struct StaticWorld {
       const V r = reach(l);
       for (const auto& o : cell->obstacles)
         if (!o.lets_touch(a, l)) contact(pose, l, o, levels.margin + levels.obstacles, r + levels.obstacles, out);
-      for (size_t b = 0; b < bases.size(); ++b)
-        if (static_cast<int>(b) != a) contact(pose, l, bases[b], 0, levels.margin, r, out);
+      visit_bases(a, max(r, splat<V>(levels.margin)),
+                  [&](Pose<V>& base) { contact(pose, l, base, 0, levels.margin, r, out); });
       if (done(out)) return;
     }
     for (size_t k = 0; k < arm.self_pairs.size(); ++k) {
@@ -302,8 +311,31 @@ struct StaticWorld {
         if (!o.lets_touch(a, l)) lower_clearance(pose, l, o, best);
     best -= levels.obstacles;
     for (int l = static_cast<int>(arm.links.size()) - 1; l >= 1; --l)
-      for (size_t b = 0; b < bases.size(); ++b)
-        if (static_cast<int>(b) != a) lower_clearance(pose, l, bases[b], 0, best);
+      visit_bases(a, best, [&](Pose<V>& base) { lower_clearance(pose, l, base, 0, best); });
+  }
+
+ private:
+  // Returns whether some link of an arm can be closer than kNear to a base. Arms with slides may leave their limits.
+  static bool reaches(const ArmModel<T>& arm, const Sphere<T>& base) {
+    constexpr T kRounding = T(0.1);  // also covers bounds whose centres are farther out than those of their spheres
+    T extent = 0;
+    for (size_t l = 1; l < arm.links.size(); ++l)
+      extent = std::max(extent, arm.lever[l][0] + 2 * std::max(arm.links[l].bound.r, T(0)));
+    const auto* p = arm.fixed[0].p;
+    const T dx = base.x - p[0], dy = base.y - p[1], dz = base.z - p[2];
+    const bool slides = std::any_of(arm.turns.begin(), arm.turns.end(), [](T turns) { return turns == T(0); });
+    return slides || std::sqrt(dx * dx + dy * dy + dz * dz) - base.r < extent + kNear + kRounding;
+  }
+
+  // Calls `test` for the bases of other arms that may be closer to a link than `far`.
+  template <class Test>
+  MMP_INLINE void visit_bases(int a, const V& far, const Test& test) {
+    if (!bits<V>(far > splat<V>(kNear))) {
+      for (const int b : near_bases[a]) test(bases[b]);
+      return;
+    }
+    for (int b = 0; b < static_cast<int>(bases.size()); ++b)
+      if (b != a) test(bases[b]);
   }
 };
 

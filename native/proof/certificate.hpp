@@ -1,6 +1,9 @@
 // Certificate of a plan: a clearance that all bodies keep at every instant, in double precision.
 #pragma once
 
+#include <optional>
+
+#include "proof/near_arms.hpp"
 #include "proof/segments.hpp"
 
 namespace mmp {
@@ -49,12 +52,17 @@ class Certifier {
   int dof(int a) const { return world_->cell->arms[a].dof; }
   int arms() const { return static_cast<int>(positions_.size()); }
 
+  static constexpr T kBoxSlack = T(1e-3);  // arms whose boxes are farther apart than that and the clearance are apart
+
   // Samples the clearance at the given times and halfway between them.
   Proof sample() {
     Proof out;
     out.clearance = 1e9;
     std::vector<Pose<V>> poses;
     for (const auto& arm : world_->cell->arms) poses.emplace_back(arm);
+    std::vector<ArmBox<T>> boxes(arms());
+    std::vector<std::vector<int>> near(arms());
+    ArmBoxSweep<T> sweep;
     const int halves = 2 * n_ - 1;
     for (int h = 0; h < halves; h += width<V>) {
       for (int a = 0; a < arms(); ++a) {
@@ -65,7 +73,13 @@ class Certifier {
           for (int j = 0; j < dof(a); ++j) q[j][lane] = (lo[j] + hi[j]) / 2;
         }
         forward(q, poses[a]);
+        boxes[a] = {};
+        visit_bounds<V>(
+            poses[a], width<V>, [](int) { return V{}; },
+            [&](int, int axis, T low, T high) { boxes[a].include(axis, low, high); });
+        near[a].clear();
       }
+      sweep(boxes.data(), arms(), T(out.clearance) + kBoxSlack, [&](int a, int b) { near[a].push_back(b); });
       for (int a = 0; a < arms(); ++a) {
         V best = splat<V>(T(out.clearance));
         world_->lower(a, poses[a], required_, best);
@@ -74,7 +88,9 @@ class Certifier {
           best = select<V>(room < splat<V>(required_.proof), min(best, room), best);
         }
         note(best, a, -1, h, out);
-        for (int b = a + 1; b < arms(); ++b) {
+        std::sort(near[a].begin(), near[a].end());
+        for (const int b : near[a]) {
+          if (!boxes[a].near(boxes[b], T(out.clearance) + kBoxSlack)) continue;
           best = splat<V>(T(out.clearance));
           lower_pair_clearance(poses[a], poses[b], false, best);
           note(best, a, b, h, out);
@@ -96,36 +112,44 @@ class Certifier {
     const Levels<T> levels{target, target, required_.obstacles, required_.self,
                            required_.proof - target + required_.upright};
     const int segments = n_ - 1;
-    std::vector<SegmentResult<T>> results;
+    std::vector<SegmentResult<T>> results(segments);
     const auto of = [&](int a) {
       return [this, a](int s) {
         const T* p = positions_[a] + static_cast<size_t>(s) * dof(a);
         return std::pair<const T*, const T*>(p, p + dof(a));
       };
     };
-    const auto free = [&](int a, int b) {
-      for (int s = 0; s < segments; ++s)
-        if (!results[s].free) {
-          found = {false, target, a, b, s, double(results[s].contact)};
-          return false;
-        }
-      return true;
-    };
+    if (!near_) near_.emplace(*world_->cell, segments, of, clock);
+    if (clock.expired()) return false;
+    near_->find(target + kBoxSlack);
     for (int a = 0; a < arms(); ++a) {
       results.assign(segments, {});
       prover_.alone(a, segments, of(a), levels, Stop::at_first_contact, results.data(), &clock);
-      if (!free(a, -1)) return false;
-      for (int b = a + 1; b < arms(); ++b) {
-        results.assign(segments, {});
-        prover_.pair(a, b, segments, of(a), of(b), levels, false, results.data(), &clock);
-        if (!free(a, b)) return false;
-      }
+      for (int s = 0; s < segments; ++s)
+        if (!results[s].free) {
+          found = {false, target, a, -1, s, double(results[s].contact)};
+          return false;
+        }
+      const bool free = near_->others(a, [&](int b, const std::vector<int>& at) {
+        const auto part = [&](int arm) { return [&at, whole = of(arm)](int k) { return whole(at[k]); }; };
+        const int count = static_cast<int>(at.size());
+        results.assign(count, {});
+        prover_.pair(a, b, count, part(a), part(b), levels, false, results.data(), &clock);
+        for (int k = 0; k < count; ++k)
+          if (!results[k].free) {
+            found = {false, target, a, b, at[k], double(results[k].contact)};
+            return false;
+          }
+        return true;
+      });
+      if (!free) return false;
     }
     return true;
   }
 
   StaticWorld<V>* world_;
   Prover<V> prover_;
+  std::optional<NearArms<V>> near_;
   std::vector<const T*> positions_;
   int n_;
   Levels<T> required_;

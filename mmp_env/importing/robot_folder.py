@@ -28,14 +28,14 @@ from mmp_env.importing.pieces import Piece
 from mmp_env.importing.poses import choose_poses, given_poses
 from mmp_env.importing.self_pairs import SAMPLES, SelfPairs, classify, tested_by_set
 from mmp_env.importing.source import PreparedSource, prepare_source
+from mmp_env.importing.workspace import horizontal_reach, ring_height
 from mmp_env.model.robot import EXACT
 
-VERSION = 6
+VERSION = 7
 """Version of the importer's results. The cache holds results of the same version only."""
 COARSE_SPHERES = (28, 42, 63)
 """Numbers of spheres that the moving links have in set `28`; the next one is tried where too few poses are free."""
 _LEAST_FREE = 20
-_LEAST_REACH_M = 1e-3
 
 Progress = Callable[[str], None]
 
@@ -239,11 +239,13 @@ def _robot(
     notes = [*limits.notes, *chain.notes]
     if empty:
         notes.append(f"links without collision geometry: {', '.join(empty)}")
+    if (height := ring_height(arm)) > 0:
+        notes.append(f"links hang below the base: rings and lines put the base {height:g} m above their table")
     if chain.held:
         notes.append(f"joints that are no part of the arm are held at their value: {', '.join(chain.held)}")
     return {
         "title": f"{chain.source.title}, imported from {chain.source.path.name}",
-        "reach": _reach(arm, chain.flange),
+        "reach": horizontal_reach(arm, chain.flange),
         "links": list(arm.links),
         "joints": joints,
         "flange": _pose(chain.flange),
@@ -252,6 +254,7 @@ def _robot(
         "draw_limits": limits.draw.tolist(),
         "default_tool": None,
         "ring_spheres": "exact",
+        "ring_height": height,
         "acceleration_published": False,
         "self_collision_ignore": {key: [list(pair) for pair in left] for key, left in left_out.items()},
         "self_pairs_ignored": [
@@ -277,28 +280,6 @@ def _robot(
         "sources": [],
         "notes": notes,
     }
-
-
-def _reach(arm: ArmGeometry, flange: np.ndarray) -> float:
-    """Returns the largest horizontal distance [m] of the flange from the axis of the base in random configurations.
-
-    For a flange that stays on this axis, as that of a lift, it is the distance of the farthest vertex in one of them.
-    """
-    poses = arm.kinematics.link_poses(arm.draw(SAMPLES, 1))
-    reach = _farthest((poses[-1] @ flange)[:, :3, 3])
-    if reach < _LEAST_REACH_M:
-        placed = [
-            piece.vertices @ pose[:3, :3].T + pose[:3, 3]
-            for pose, pieces in zip(poses[:, 0], arm.pieces, strict=True)
-            for piece in pieces
-        ]
-        reach = max(_farthest(np.concatenate(placed)), _LEAST_REACH_M)
-    return round(reach, 3)
-
-
-def _farthest(points: np.ndarray) -> float:
-    """Returns the largest horizontal distance of points from the origin."""
-    return float(np.hypot(points[:, 0], points[:, 1]).max())
 
 
 def _spheres(arm: ArmGeometry, covers: Sequence[Cover | None]) -> dict[str, list[list[float]]]:

@@ -155,6 +155,8 @@ def _test_robot(data: Mapping[str, Any], where: str) -> list[str]:
         _text(tool, f"{where}default_tool")
     if (rings := data.get("ring_spheres", "28")) not in (*_REQUIRED_SETS, "exact"):
         raise MmpError(f"{where}ring_spheres is {shown(rings)}; it must be 28, fine or exact")
+    if _number(data.get("ring_height", 0.0), f"{where}ring_height", _LARGEST_M) < 0:
+        raise MmpError(f"{where}ring_height is {data['ring_height']!r}; it must be 0 or above")
     _test_cover(data, where)
     return links
 

@@ -35,7 +35,7 @@ def reach_scale(robot: str) -> float:
 
 def cell_suffix(robot: str) -> str:
     """Returns the end of the name of a cell of equal arms."""
-    return "" if robot == "ur5e" else f"-{robot}"
+    return "" if robot == "ur5e" else f"-{load_robot(robot).name}"
 
 
 def table_below(length: float, width: float) -> Obstacle:
@@ -68,12 +68,12 @@ def ring_cell(count: int, robot: str = "ur5e", spheres: str = "28") -> Cell:
         raise MmpError(f"count is {shown(count)}; it must be one of the numbers {', '.join(map(str, RING_RADIUS_M))}")
     if count not in RING_RADIUS_M:
         raise UnknownNameError("ring size", count, map(str, RING_RADIUS_M))
-    radius = ring_radius(count, robot)
+    radius, height = ring_radius(count, robot), load_robot(robot).ring_height
     arms = []
     for k in range(count):
         angle = 2 * np.pi * k / count
         # Rounded to the millimetre and milliradian, so that a file holds the whole pose.
-        position = [round(radius * np.cos(angle), 3) + 0.0, round(radius * np.sin(angle), 3) + 0.0, 0.0]
+        position = [round(radius * np.cos(angle), 3) + 0.0, round(radius * np.sin(angle), 3) + 0.0, height]
         yaw = round(float(np.mod(angle + np.pi, 2 * np.pi)), 3)
         arms.append(place_arm(f"arm{k}", robot, position, quaternion_from_yaw(yaw)))
     table = table_below(2 * radius, 2 * radius)

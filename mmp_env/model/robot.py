@@ -128,6 +128,7 @@ class Robot(ReadOnly):
         reach: horizontal reach [m].
         default_tool: name of the robot's own tool, or None.
         ring_spheres: sphere set of ring cells, `28` or, for imported robots, `exact`.
+        ring_height: height [m] of the base above the table in ring and line cells; above 0 for arms that hang from it.
         spheres: sphere set -> spheres; those of link 0 cover the base.
         self_ignore: sphere set -> pairs of links (low, high) that may overlap.
         hulls: convex hulls of the links, in the order of the links; may be empty.
@@ -163,6 +164,7 @@ class Robot(ReadOnly):
     mjcf: str
     hulls: tuple[Hull, ...] = ()
     protrusion: float = UNKNOWN_PROTRUSION_M
+    ring_height: float = 0.0
     files: Mapping[str, str] = field(default_factory=dict)
 
     @brief
@@ -311,6 +313,7 @@ def robot_from_files(name: str, files: Mapping[str, str], where: str = "") -> Ro
         reach=float(data["reach"]),
         default_tool=data["default_tool"],
         ring_spheres=rings if rings in spheres else "fine",
+        ring_height=float(data.get("ring_height", 0.0)),
         spheres=spheres,
         self_ignore={
             key: frozenset((links.index(a), links.index(b)) for a, b in pairs)

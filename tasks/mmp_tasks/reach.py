@@ -22,6 +22,7 @@ _BATCH = 50
 """Number of configurations that are drawn at once. The stream of random numbers depends on it."""
 _MOST_PATHLESS = 10
 """Number of goals of an arm without a path from its start, after which all starts are drawn again."""
+_MORE_TRIES = 20
 _NO_PATH = ", which finds no path from its start to its goal even alone"
 
 
@@ -38,8 +39,9 @@ class Reach(DrawOptions):
     The configuration of an arm is uniform in the draw limits of its robot. The task accepts it when the tool point is
     in the shared space and the arm keeps `static_clearance` [m] from obstacles, other bases and itself, and `clearance`
     [m] from the arms drawn before it, bases included. When the task refuses `tries` configurations of one arm, it
-    draws again, all arms around an empty middle, otherwise the neighbours of that arm; after `draws` times it raises an
-    error. It also draws again if an arm finds no path from its start to its goal even alone.
+    draws again, all arms around an empty middle, otherwise the neighbours of that arm. After `draws` times it does all
+    that again with 20 times as many `tries`, for arms that seldom reach the space, and then raises an error. It also
+    draws again if an arm finds no path from its start to its goal even alone.
 
     Draws and distances are computed in double precision, so that no instance depends on the processor.
     """
@@ -49,6 +51,14 @@ class Reach(DrawOptions):
 
     def sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
         """Returns a start and a goal, drawn one after the other. Raises `MmpError` if no draw succeeds."""
+        try:
+            return self._sample(cell, rng)
+        except MmpError as failure:
+            if _NO_PATH in str(failure):
+                raise
+            return replace(self, tries=_MORE_TRIES * self.tries)._sample(cell, rng)
+
+    def _sample(self, cell: Cell, rng: np.random.Generator) -> tuple[State, State]:
         if not has_open_middle(cell):
             return draw_until_success(self, cell, lambda _: self._beside_neighbours(cell, rng))
         space = middle(cell)

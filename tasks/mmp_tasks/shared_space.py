@@ -142,7 +142,7 @@ def neighbourhood(cell: Cell, arm: Arm) -> Neighbourhood:
 
 
 def _heights(arms: Sequence[Arm]) -> tuple[float, float]:
-    table = min(float(arm.position[2]) for arm in arms)
+    table = min(float(arm.position[2]) - arm.robot.ring_height for arm in arms)
     return table + LOWEST_M, table + HIGHEST_M
 
 

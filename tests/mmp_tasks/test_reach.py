@@ -186,7 +186,7 @@ def test_the_task_gives_up_after_its_draws_and_names_cell_and_arm():
     queries = FakeQueries(refused=10**9)
     with pytest.raises(MmpError, match=r"no start for cell 'ring-2' in 100 draws: 100 of them ended at arm 'arm1'"):
         Reach().sample(cell_with(queries), np.random.default_rng(0))
-    assert queries.tried["arm1"] == 100 * 300
+    assert queries.tried["arm1"] == 100 * 300 + 100 * 6000
 
 
 def test_a_cell_without_room_is_an_error_that_names_the_obstructing_bodies():

@@ -15,6 +15,8 @@ from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.robot_check import check_robot
 from mmp_env.importing.robot_folder import ImportOptions, add_robot, summary
 from mmp_env.model.arm import place_arm
+from mmp_env.model.lines import line_cell
+from mmp_env.model.rings import ring_cell
 from mmp_env.model.robot import load_robot, load_tool, robot_names
 
 EXACT = "robot.json", "spheres.json", "hulls.json"
@@ -278,3 +280,18 @@ def test_a_file_that_is_missing_or_broken_is_a_fault(made, tmp_path):
     assert any("cannot be read" in fault for fault in check_robot(folder).faults)
     (folder / "spheres.json").unlink()
     assert any("spheres.json cannot be read" in fault for fault in check_robot(folder).faults)
+
+
+def test_an_arm_that_hangs_from_its_base_stands_above_the_table_of_a_ring(tmp_path):
+    text = mjcf().replace('size="0.06"', 'size="0.04"')
+    standing, hanging = tmp_path / "standing.xml", tmp_path / "hanging.xml"
+    standing.write_text(text)
+    hanging.write_text(text.replace('pos="0 0 0.15"', 'pos="0 0 -0.15"').replace('pos="0 0 0.2"', 'pos="0 0 -0.2"'))
+    for source, heights in ((standing, (0.0, 0.0)), (hanging, (0.4, 0.75))):
+        folder, _ = add(source, tmp_path, source.stem)
+        height = load_robot(str(folder)).ring_height
+        assert heights[0] <= height <= heights[1]
+        for cell in (ring_cell(2, str(folder), "exact"), line_cell(2, str(folder), "exact")):
+            assert [arm.position[2] for arm in cell.arms] == [height] * 2
+        told = any("hang below the base" in note for note in summary(folder)["notes"])
+        assert told == (height > 0)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-from jaxtyping import Float
+from collections.abc import Sequence
 
+import numpy as np
+from jaxtyping import Float, Int
+
+from mmp_env.check.boxes import box_gaps, near_boxes, ranges
 from mmp_env.check.checked import Solid
 from mmp_env.check.distance import chord_minimum, solid_distance, tangent_minimum
 from mmp_env.check.fields import rotation
@@ -13,6 +16,9 @@ from mmp_env.check.model import CellModel, Poses, RigidParts
 from mmp_env.check.pairs import ChordDeviation, Pairs
 from mmp_env.check.polyhedron import polyhedron
 
+_BATCH = 400_000
+"""Pairs times steps that are measured at once; bounds the memory of a check."""
+
 
 class BoundingSpherePairs:
     """Bounding spheres of parts against each other: of different arms, or of one arm."""
@@ -20,21 +26,68 @@ class BoundingSpherePairs:
     def __init__(self, model: CellModel, parts: RigidParts, pairs: Pairs) -> None:
         self._model, self._parts, self._pairs = model, parts, pairs
         self.rule = "self" if pairs.inner.any() else "arm-arm"
-        first, second, inner = pairs.first, pairs.second, pairs.inner[:, None]
-        reach = parts.reach[second] + np.where(inner, 0.0, parts.reach[first])
-        common = parts.moves[first] & inner
-        self._deviation = ChordDeviation(model, reach, common)
-        self._part_deviation = ChordDeviation(model, parts.reach)
-        self._inner_deviation = ChordDeviation(model, reach[pairs.inner], common[pairs.inner])
-        self._radii = parts.radius[first] + parts.radius[second]
+        self._deviation = ChordDeviation(model, parts.arm, parts.reach)
+        first, second = pairs.first[pairs.inner], pairs.second[pairs.inner]
+        self._inner_deviation = ChordDeviation(model, parts.arm[second], parts.reach[second], parts.moves[first])
+        self._inner_row = np.cumsum(pairs.inner) - 1
+        self._inner = np.flatnonzero(pairs.inner)
+        # The pairs of different arms, sorted by their two arms.
+        outer = np.flatnonzero(~pairs.inner)
+        arms = self._arms_key(parts.arm[pairs.first[outer]], parts.arm[pairs.second[outer]])
+        order = np.argsort(arms, kind="stable")
+        self._outer, self._outer_arms = outer[order], arms[order]
 
     def __len__(self) -> int:
         return len(self._pairs)
 
-    def coarse(self, poses: Poses, steps: MotionSteps) -> Float[np.ndarray, "u p"]:
-        """Returns lower bounds on the clearance [m] of all pairs in the steps between consecutive poses."""
-        parts, first, second, inner = self._parts, self._pairs.first, self._pairs.second, self._pairs.inner
-        balls = ball_centers(parts, poses)
+    def coarse(self, poses: Poses, steps: MotionSteps, cutoff: float) -> tuple[Items, Float[np.ndarray, "i"]]:
+        """Returns the items that may be closer than `cutoff` [m] in the steps between consecutive poses.
+
+        Returns:
+            The items, step after step, and lower bounds on their clearances [m]. All others are at least `cutoff`.
+        """
+        balls, deviation = ball_centers(self._parts, poses), self._deviation.all(steps)
+        near = self._near(balls, deviation, cutoff)
+        size = max(_BATCH // max(len(deviation), 1), 1)
+        found = []
+        for k in range(0, len(near), size):
+            lower = self._lower(poses, balls, deviation, steps, near[k : k + size])
+            found.append(closer_items(lower, near[k : k + size], cutoff))
+        return joined_items(steps, found)
+
+    def _near(
+        self, balls: Float[np.ndarray, "m p 3"], deviation: Float[np.ndarray, "u p"], cutoff: float
+    ) -> Int[np.ndarray, "k"]:
+        """Returns the pairs whose boxes around all steps are closer than a cutoff [m], and all inner ones."""
+        if not len(self._outer):
+            return self._inner
+        grown = (self._parts.radius + deviation.max(axis=0))[:, None]
+        low, high = balls.min(axis=0) - grown, balls.max(axis=0) + grown
+        arms = (len(self._model.cell.arms), 3)
+        arm_low, arm_high = np.full(arms, np.inf), np.full(arms, -np.inf)
+        np.minimum.at(arm_low, self._parts.arm, low)
+        np.maximum.at(arm_high, self._parts.arm, high)
+        keys = np.sort(self._arms_key(*near_boxes(arm_low, arm_high, cutoff)))
+        begin, end = (np.searchsorted(self._outer_arms, keys, side=side) for side in ("left", "right"))
+        outer = self._outer[ranges(begin, end)]
+        far = box_gaps(low, high, self._pairs.first[outer], self._pairs.second[outer]) >= cutoff
+        return np.sort(np.concatenate([self._inner, outer[~far]]))
+
+    def _arms_key(self, one: Int[np.ndarray, "k"], other: Int[np.ndarray, "k"]) -> Int[np.ndarray, "k"]:
+        """Returns a number for each two arms, whichever comes first."""
+        return np.minimum(one, other) * len(self._model.cell.arms) + np.maximum(one, other)
+
+    def _lower(
+        self,
+        poses: Poses,
+        balls: Float[np.ndarray, "m p 3"],
+        part_deviation: Float[np.ndarray, "u p"],
+        steps: MotionSteps,
+        chosen: Int[np.ndarray, "c"],
+    ) -> Float[np.ndarray, "u c"]:
+        """Returns lower bounds on the clearance [m] of some pairs in all steps."""
+        parts, first, second = self._parts, self._pairs.first[chosen], self._pairs.second[chosen]
+        inner = self._pairs.inner[chosen]
         body = parts.body[first[inner]]
         center = balls[:, second[inner]] - poses.positions[:, body]
         seen = np.einsum("mpji,mpj->mpi", poses.rotations[:, body], center) - parts.center[first[inner]]
@@ -46,15 +99,22 @@ class BoundingSpherePairs:
             square += start * start
             dot += start * step
             length += step * step
-        least = chord_minimum(square, dot, length)
-        deviation = self._part_deviation.all(steps)
-        deviation = deviation[:, first] + deviation[:, second]
-        deviation[:, inner] = self._inner_deviation.all(steps)
-        return least - self._radii - deviation
+        deviation = part_deviation[:, first] + part_deviation[:, second]
+        if inner.any():
+            deviation[:, inner] = self._inner_deviation.all(steps)[:, self._inner_row[chosen[inner]]]
+        return chord_minimum(square, dot, length) - (parts.radius[first] + parts.radius[second]) - deviation
 
     def deviations(self, items: Items) -> Float[np.ndarray, "i"]:
-        """Returns a bound on how far the points of each item deviate from chords [m]."""
-        return self._deviation.each(items.steps, items.step, items.pair)
+        """Returns a bound on how far the points of each item, those of both parts together, deviate from chords [m]."""
+        out = np.empty(len(items))
+        inner = self._pairs.inner[items.pair]
+        within, between = items[inner], items[~inner]
+        out[inner] = self._inner_deviation.each(items.steps, within.step, self._inner_row[within.pair])
+        out[~inner] = sum(
+            self._deviation.each(items.steps, between.step, part[between.pair])
+            for part in (self._pairs.first, self._pairs.second)
+        )
+        return out
 
     def names(self, pair: int) -> Touch:
         """Returns the names of a pair."""
@@ -77,16 +137,18 @@ class BoundingSphereSolids:
         self._model, self._parts, self._moving, self._solids = model, parts, moving, solids
         self.part = np.tile(moving, len(solids))
         self.solid = np.repeat(np.arange(len(solids)), len(moving))
-        self._deviation = ChordDeviation(model, parts.reach)
+        self._deviation = ChordDeviation(model, parts.arm, parts.reach)
         self._allowed = [k for k in range(len(self.part)) if self.names(k).things[0] in solids[self.solid[k]].may_touch]
 
     def __len__(self) -> int:
         return len(self.part)
 
-    def coarse(self, poses: Poses, steps: MotionSteps) -> Float[np.ndarray, "u p"]:
-        """Returns lower bounds on the clearance [m] of all pairs in the steps between consecutive poses.
+    def coarse(self, poses: Poses, steps: MotionSteps, cutoff: float) -> tuple[Items, Float[np.ndarray, "i"]]:
+        """Returns the items that may be closer than `cutoff` [m] in the steps between consecutive poses.
 
-        They are infinite for pairs that may touch.
+        Returns:
+            The items, step after step, and lower bounds on their clearances [m]. All others are at least `cutoff`, or
+            may touch.
         """
         balls = ball_centers(self._parts, poses)[:, self._moving]
         least = np.empty((len(balls) - 1, len(self._solids), len(self._moving)))
@@ -95,7 +157,7 @@ class BoundingSphereSolids:
         deviation = self._deviation.all(steps)
         out = least.reshape(len(least), -1) - (self._parts.radius + deviation)[:, self.part]
         out[:, self._allowed] = np.inf
-        return out
+        return joined_items(steps, [closer_items(out, np.arange(len(self.part)), cutoff)])
 
     def deviations(self, items: Items) -> Float[np.ndarray, "i"]:
         """Returns a bound on how far the points of each item deviate from chords [m]."""
@@ -107,6 +169,24 @@ class BoundingSphereSolids:
         arm = self._model.cell.arms[self._parts.arm[part]].name
         things = (f"{arm}/{self._parts.links[part]}", f"obstacle/{self._solids[self.solid[pair]].name}")
         return Touch(rule=self.rule, arms=(arm,), things=things)
+
+
+def closer_items(
+    lower: Float[np.ndarray, "u c"], pairs: Int[np.ndarray, "c"], cutoff: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Returns step, pair and lower bound [m] where bounds of some pairs in all steps are below a cutoff, or NaN."""
+    step, place = np.nonzero(~(lower >= cutoff))
+    return step, pairs[place], lower[step, place]
+
+
+def joined_items(
+    steps: MotionSteps, found: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]]
+) -> tuple[Items, Float[np.ndarray, "i"]]:
+    """Returns items and bounds, step after step, from columns of step, pair and bound."""
+    empty = np.zeros(0, dtype=int), np.zeros(0, dtype=int), np.zeros(0)
+    step, pair, lower = (np.concatenate(column) for column in zip(empty, *found, strict=True))
+    order = np.lexsort((pair, step))
+    return Items(steps=steps, step=step[order], pair=pair[order]), lower[order]
 
 
 def ball_centers(parts: RigidParts, poses: Poses) -> Float[np.ndarray, "m p 3"]:

@@ -15,7 +15,7 @@ from mmp_env.check.bounding_spheres import step_minimum
 from mmp_env.check.distance import GEOM_KINDS
 from mmp_env.check.fields import UnreadableError
 from mmp_env.check.geom_distance import GeomDistance, GeomSteps
-from mmp_env.check.items import Bounds, Items, by_pair
+from mmp_env.check.items import Bounds, Items, by_value
 from mmp_env.check.model import CellModel, LinkSpheres, Poses, RigidParts, enclosing_ball, stack_parts
 from mmp_env.check.pairs import Pairs, part_pairs
 from mmp_env.check.spheres import SpherePairs, SphereSolids, closest, cloud_centers
@@ -113,11 +113,11 @@ class GeomPairs(SpherePairs):
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
         """Returns bounds from balls around geoms where they reach the target, otherwise from separating directions."""
         near = GeomBounds(items, self.deviations(items), target)
-        for pair, chosen in by_pair(items):
+        for pair, chosen in by_value(items.pair):
             one, other = int(self._pairs.first[pair]), int(self._pairs.second[pair])
             inner = bool(self._pairs.inner[pair])
             radii = self._clouds[one].radii[:, None] + self._clouds[other].radii
-            ends = [self.ends(poses, which[chosen], pair) for which in (items.start, items.end)]
+            ends = [self.ends(poses, which[chosen], items.pair[chosen]) for which in (items.start, items.end)]
             near.add(chosen, closest(*ends)[0] - radii, (self._ids[one], self._ids[other]), inner=inner)
         return near.bounds(self._distance, poses)
 
@@ -135,7 +135,7 @@ class GeomSolids(SphereSolids):
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
         """Returns bounds from balls around geoms where they reach the target, otherwise from separating directions."""
         near = GeomBounds(items, self.deviations(items), target)
-        for pair, chosen in by_pair(items):
+        for pair, chosen in by_value(items.pair):
             part, solid = int(self.part[pair]), int(self.solid[pair])
             cloud, body = self._clouds[part], int(self._parts.body[part])
             ends = [cloud_centers(poses, which[chosen], body, cloud) for which in (items.start, items.end)]

@@ -45,7 +45,7 @@ class Items:
     def __len__(self) -> int:
         return len(self.pair)
 
-    def __getitem__(self, chosen: Bool[np.ndarray, "i"]) -> Items:
+    def __getitem__(self, chosen: Bool[np.ndarray, "i"] | Int[np.ndarray, "j"]) -> Items:
         return Items(steps=self.steps, step=self.step[chosen], pair=self.pair[chosen])
 
     @property
@@ -96,8 +96,12 @@ class Family(Protocol):
         """Returns the number of pairs."""
         ...
 
-    def coarse(self, poses: Poses, steps: MotionSteps) -> Float[np.ndarray, "u p"]:
-        """Returns lower bounds on the clearance [m] of all pairs in the steps between consecutive poses."""
+    def coarse(self, poses: Poses, steps: MotionSteps, cutoff: float) -> tuple[Items, Float[np.ndarray, "i"]]:
+        """Returns the items that may be closer than `cutoff` [m] in the steps between consecutive poses.
+
+        Returns:
+            The items, step after step, and lower bounds on their clearances [m]. All others are at least `cutoff`.
+        """
         ...
 
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
@@ -109,9 +113,9 @@ class Family(Protocol):
         ...
 
 
-def by_pair(items: Items) -> Iterator[tuple[int, Int[np.ndarray, "k"]]]:
-    """Yields each pair among the items with its items."""
-    order = np.argsort(items.pair, kind="stable")
-    pairs, first = np.unique(items.pair[order], return_index=True)
-    for pair, chosen in zip(pairs, np.split(order, first[1:]), strict=True):
-        yield int(pair), chosen
+def by_value(values: Int[np.ndarray, "i"]) -> Iterator[tuple[int, Int[np.ndarray, "k"]]]:
+    """Yields each value among the values of items, such as their pairs, with its items."""
+    order = np.argsort(values, kind="stable")
+    found, first = np.unique(values[order], return_index=True)
+    for value, chosen in zip(found, np.split(order, first[1:]), strict=True):
+        yield int(value), chosen

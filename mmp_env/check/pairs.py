@@ -10,7 +10,6 @@ between them count.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -53,16 +52,16 @@ def part_pairs(cell: CheckedCell, parts: RigidParts) -> Pairs:
     that they may overlap.
     """
     ignored = [ignored_links(arm, cell.spheres) for arm in cell.arms]
-    rows = []
     joints = parts.moves.sum(axis=1)
-    for i, j in combinations(range(len(parts.links)), 2):
-        if parts.arm[i] != parts.arm[j]:
-            if joints[i] or joints[j]:
-                rows.append((i, j, False))
-        elif len(links := frozenset((parts.links[i], parts.links[j]))) == 2 and links not in ignored[parts.arm[i]]:
-            rows.append((i, j, True) if joints[i] <= joints[j] else (j, i, True))
-    table = np.array(rows, dtype=int).reshape(-1, 3)
-    return Pairs(first=table[:, 0], second=table[:, 1], inner=table[:, 2].astype(bool))
+    first, second = np.triu_indices(len(parts.links), 1)
+    inner = parts.arm[first] == parts.arm[second]
+    kept = ~inner & ((joints[first] > 0) | (joints[second] > 0))
+    for k in np.flatnonzero(inner):
+        links = frozenset((parts.links[first[k]], parts.links[second[k]]))
+        kept[k] = len(links) == 2 and links not in ignored[parts.arm[first[k]]]
+    turned = inner & (joints[first] > joints[second])
+    first, second = np.where(turned, second, first), np.where(turned, first, second)
+    return Pairs(first=first, second=second, inner=inner)[kept]
 
 
 def ignored_links(arm: CheckedArm, spheres: str) -> set[frozenset[str]]:
@@ -83,41 +82,54 @@ def _of_set(model: CheckedModel, spheres: str) -> Any:
 
 
 class ChordDeviation:
-    """Bounds [m] on how far the points of both parts of a pair together deviate from their chords in a step."""
+    """Bounds [m] on how far the points of bodies deviate from their chords in a step, a row for each body.
+
+    Only the joints of its own arm move a body, so the rows of all arrays have a column for each joint of one arm.
+    """
 
     def __init__(
-        self, model: CellModel, reach: Float[np.ndarray, "p n"], common: Bool[np.ndarray, "p n"] | None = None
+        self,
+        model: CellModel,
+        arm: Int[np.ndarray, "r"],
+        reach: Float[np.ndarray, "r n"],
+        common: Bool[np.ndarray, "r n"] | None = None,
     ) -> None:
         """Args:
-        reach: sum over both parts of how far each joint moves them per unit (`RigidParts.reach`).
+        arm: the arm of each row.
+        reach: how far each joint moves the body per unit (`RigidParts.reach`).
         common: the joints that move both parts of an inner pair.
         """
-        arm = np.repeat(np.arange(len(model.cell.arms)), [arm.dof for arm in model.cell.arms])
-        joint = np.arange(len(arm))
-        self._turns = (~model.slides).astype(float)
-        self._before = ((arm[:, None] == arm) & (joint[:, None] < joint) & ~model.slides[:, None]).astype(float)
-        common = np.zeros(reach.shape, dtype=bool) if common is None else common
-        self._reach = np.where(common, 0.0, reach)
-        self._common = common * self._turns
+        dof = np.array([arm.dof for arm in model.cell.arms])
+        joint = np.arange(dof.max())
+        self._mine = joint < dof[:, None]
+        self._columns = np.where(self._mine, (np.cumsum(dof) - dof)[:, None] + joint, 0)
+        self._turns = (self._mine & ~model.slides[self._columns]).astype(float)
+        self._arm = arm
+        mine, rows, columns = self._mine[arm], np.arange(len(arm))[:, None], self._columns[arm]
+        shared = np.zeros(mine.shape, dtype=bool) if common is None else common[rows, columns]
+        self._reach = np.where(mine & ~shared, reach[rows, columns], 0.0)
+        self._common = (mine & shared) * self._turns[arm]
 
-    def all(self, steps: MotionSteps) -> Float[np.ndarray, "u p"]:
-        """Returns the bounds of all pairs in all steps [m]."""
-        move, reach = steps.move, self._reach.T
-        shared = move @ self._common.T
-        return (self._weight(move) @ reach - 2.0 * shared * (move @ reach)) / 8.0 + steps.bend @ reach
+    def all(self, steps: MotionSteps) -> Float[np.ndarray, "u r"]:
+        """Returns the bounds of all rows in all steps [m]."""
+        move, bound = (values[:, self._arm] for values in self._motion(steps))
+        shared = np.einsum("urk,rk->ur", move, self._common)
+        return np.einsum("urk,rk->ur", bound - shared[:, :, None] * move / 4.0, self._reach)
 
-    def each(
-        self, steps: MotionSteps, step: Int[np.ndarray, "i"], pair: Int[np.ndarray, "i"]
-    ) -> Float[np.ndarray, "i"]:
-        """Returns the bound [m] of each pair in its step."""
-        move, reach = steps.move[step], self._reach[pair]
-        shared = np.einsum("in,in->i", move, self._common[pair])
-        weight = self._weight(steps.move)[step] - 2.0 * shared[:, None] * move
-        return np.einsum("in,in->i", weight / 8.0 + steps.bend[step], reach)
+    def each(self, steps: MotionSteps, step: Int[np.ndarray, "i"], row: Int[np.ndarray, "i"]) -> Float[np.ndarray, "i"]:
+        """Returns the bound [m] of each row in its step."""
+        move, bound = (values[step, self._arm[row]] for values in self._motion(steps))
+        shared = np.einsum("ik,ik->i", move, self._common[row])
+        return np.einsum("ik,ik->i", bound - shared[:, None] * move / 4.0, self._reach[row])
 
-    def _weight(self, move: Float[np.ndarray, "u n"]) -> Float[np.ndarray, "u n"]:
-        """Returns the weight of each joint's reach in the sum over j and k: |dq_k| (|dq_k| + 2 sum_{j < k} |dq_j|).
+    def _motion(self, steps: MotionSteps) -> tuple[Float[np.ndarray, "u a k"], Float[np.ndarray, "u a k"]]:
+        """Returns the move of each arm's joints, and what multiplies their reach where no joint is common.
 
-        Slides count among the k alone, and without the |dq_k|^2.
+        The latter is an eighth of the weight in the sum over j and k, |dq_k| (|dq_k| + 2 sum_{j < k} |dq_j|), and the
+        bend. Slides count among the k alone, and without the |dq_k|^2.
         """
-        return move * (move * self._turns + 2.0 * move @ self._before)
+        move, bend = (np.where(self._mine, values[:, self._columns], 0.0) for values in (steps.move, steps.bend))
+        turn = move * self._turns
+        before = np.zeros_like(turn)
+        np.cumsum(turn[:, :, :-1], axis=2, out=before[:, :, 1:])
+        return move, move * (turn + 2.0 * before) / 8.0 + bend

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env.check.bounding_spheres import BoundingSpherePairs, BoundingSphereSolids, step_minimum
 from mmp_env.check.distance import chord_minimum
-from mmp_env.check.items import Bounds, Items, by_pair
+from mmp_env.check.items import Bounds, Items, by_value
 from mmp_env.check.model import CellModel, LinkSpheres, Poses, RigidParts
 from mmp_env.check.pairs import Pairs
 
@@ -24,30 +26,37 @@ class SpherePairs(BoundingSpherePairs):
     def __init__(self, model: CellModel, parts: RigidParts, clouds: tuple[LinkSpheres, ...], pairs: Pairs) -> None:
         super().__init__(model, parts, pairs)
         self._clouds = clouds
+        cloud = same_clouds(clouds)
+        columns = np.stack([cloud[pairs.first], cloud[pairs.second], pairs.inner.astype(int)], axis=1)
+        _, examples, self._kinds = np.unique(columns, axis=0, return_index=True, return_inverse=True)
+        self._kind_parts = np.stack([pairs.first[examples], pairs.second[examples]], axis=1)
 
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
         """Returns bounds from every pair of spheres: the closest approach on chords, less the deviation from them."""
         lower, at_start, at_end = np.empty((3, len(items)))
-        for pair, chosen in by_pair(items):
-            first, second = (self._clouds[part[pair]] for part in (self._pairs.first, self._pairs.second))
+        for kind, chosen in by_value(self._kinds[items.pair]):
+            first, second = (self._clouds[part] for part in self._kind_parts[kind])
             radii = first.radii[:, None] + second.radii
             size = max(_BATCH // radii.size, 1)
             for k in range(0, len(chosen), size):
                 some = chosen[k : k + size]
-                ends = [self.ends(poses, which[some], pair) for which in (items.start, items.end)]
+                ends = [self.ends(poses, which[some], items.pair[some]) for which in (items.start, items.end)]
                 lengths = closest(ends[0], ends[1])
                 lower[some], at_start[some], at_end[some] = ((d - radii).min(axis=(1, 2)) for d in lengths)
         return Bounds.of(items, lower - self.deviations(items), at_start, at_end)
 
-    def ends(self, poses: Poses, at: Int[np.ndarray, "m"], pair: int) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the sphere centres [m, s, 3] [m] of both parts of a pair, in the frame that compares them."""
-        first, second = int(self._pairs.first[pair]), int(self._pairs.second[pair])
-        centers = cloud_centers(poses, at, int(self._parts.body[second]), self._clouds[second])
-        body = int(self._parts.body[first])
-        if not self._pairs.inner[pair]:
-            return cloud_centers(poses, at, body, self._clouds[first]), centers
+    def ends(
+        self, poses: Poses, at: Int[np.ndarray, "m"], pairs: Int[np.ndarray, "m"]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the sphere centres [m, s, 3] [m] of both parts of pairs of one kind, in their frame."""
+        first, second = self._pairs.first[pairs], self._pairs.second[pairs]
+        cloud, other = self._clouds[first[0]], self._clouds[second[0]]
+        centers = cloud_centers(poses, at, self._parts.body[second], other)
+        body = self._parts.body[first]
+        if not self._pairs.inner[pairs[0]]:
+            return cloud_centers(poses, at, body, cloud), centers
         inside = (centers - poses.positions[at, body][:, None]) @ poses.rotations[at, body]
-        return np.broadcast_to(self._clouds[first].centers, (len(at), *self._clouds[first].centers.shape)), inside
+        return np.broadcast_to(cloud.centers, (len(at), *cloud.centers.shape)), inside
 
 
 class SphereSolids(BoundingSphereSolids):
@@ -56,23 +65,32 @@ class SphereSolids(BoundingSphereSolids):
     def __init__(self, model: CellModel, parts: RigidParts, clouds: tuple[LinkSpheres, ...]) -> None:
         super().__init__(model, parts)
         self._clouds = clouds
+        self._kinds = same_clouds(clouds)[self.part] * len(model.cell.solids) + self.solid
 
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
         """Returns bounds from every sphere."""
         lower, at_start, at_end = np.empty((3, len(items)))
         deviations = self.deviations(items)
-        for pair, chosen in by_pair(items):
-            cloud = self._clouds[self.part[pair]]
-            body = int(self._parts.body[self.part[pair]])
+        for _, chosen in by_value(self._kinds[items.pair]):
+            parts, pair = self.part[items.pair[chosen]], items.pair[chosen[0]]
+            cloud, body = self._clouds[parts[0]], self._parts.body[parts]
             ends = [cloud_centers(poses, which[chosen], body, cloud) for which in (items.start, items.end)]
             near = _ENOUGH * target + _ENOUGH_M + cloud.radii.max() + deviations[chosen].max()
-            parts = step_minimum(self._solids[self.solid[pair]], *ends, near=float(near))
-            lower[chosen], at_start[chosen], at_end[chosen] = ((part - cloud.radii).min(axis=1) for part in parts)
+            found = step_minimum(self._solids[self.solid[pair]], *ends, near=float(near))
+            lower[chosen], at_start[chosen], at_end[chosen] = ((part - cloud.radii).min(axis=1) for part in found)
         return Bounds.of(items, lower - deviations, at_start, at_end)
 
 
-def cloud_centers(poses: Poses, at: Int[np.ndarray, "m"], body: int, cloud: LinkSpheres) -> Float[np.ndarray, "m s 3"]:
-    """Returns the sphere centres [m] of a cloud on a body in the world, at some of the poses."""
+def same_clouds(clouds: Sequence[LinkSpheres]) -> Int[np.ndarray, "p"]:
+    """Returns a number for each cloud, the same for arms that share it."""
+    numbers: dict[int, int] = {}
+    return np.array([numbers.setdefault(id(cloud), len(numbers)) for cloud in clouds], dtype=int)
+
+
+def cloud_centers(
+    poses: Poses, at: Int[np.ndarray, "m"], body: int | Int[np.ndarray, "m"], cloud: LinkSpheres
+) -> Float[np.ndarray, "m s 3"]:
+    """Returns the sphere centres [m] of a cloud on a body (one, or one of each) in the world, at some of the poses."""
     return poses.positions[at, body][:, None] + cloud.centers @ poses.rotations[at, body].transpose(0, 2, 1)
 
 

@@ -19,8 +19,12 @@ MOST_MEASURED, MOST_PER_ITEM = 10_000, 10
 """Measurements after which a check gives up: this many, and this many for each pair that the broad phase leaves."""
 _BLOCK = 400_000
 """Pairs times steps in one block; bounds the memory of a check."""
+_FEWEST_STEPS = 32
+"""Steps in one block, at least."""
 _SEED_ITEMS = 128
 """Nearest pairs that each block measures first."""
+_CUTOFFS_M = (0.1, 0.4, 1.6, np.inf)
+"""Clearances [m] within which the first block looks for the nearest pairs, one after another."""
 _SLACK_M, _SLACK_SHARE = 1e-4, 0.02
 """Largest distance of the proved clearance from the one found: [m], and relative."""
 
@@ -73,6 +77,10 @@ class Sweep:
         here = self.clearances[rule]
         return max(here.enough, (1 - _SLACK_SHARE) * here.least - _SLACK_M)
 
+    def cutoff(self, rule: str) -> float:
+        """Returns the clearance [m] from which on nothing has to be measured."""
+        return max(self.target(rule), self.clearances[rule].least)
+
     @property
     def proved(self) -> float:
         """The least clearance [m] proved of any rule."""
@@ -94,7 +102,7 @@ def prove_apart(
     """
     state = Sweep(clearances={rule: Clearance(required=metres) for rule, metres in required.items()})
     places = trajectory.grid()
-    size = max(_BLOCK // max(sum(map(len, families)), 1), 1)
+    size = max(_BLOCK // max(sum(map(len, families)), 1), _FEWEST_STEPS)
     for first in range(0, len(places) - 1, size):
         track = PlacedTrajectory(model, trajectory, places[first : first + size + 1])
         _prove(families, track, state)
@@ -103,26 +111,42 @@ def prove_apart(
 
 
 def _prove(families: Sequence[Family], track: PlacedTrajectory, state: Sweep) -> None:
-    coarse = [family.coarse(track.poses, track.steps) for family in families]
-    # The closest few first: their clearance decides how many of the others must be measured.
-    for family, lower in zip(families, coarse, strict=True):
-        flat = lower.ravel()
-        nearest = np.argpartition(flat, _SEED_ITEMS)[:_SEED_ITEMS] if flat.size > _SEED_ITEMS else np.arange(flat.size)
-        nearest = nearest[~(flat[nearest] >= state.target(family.rule))]
-        if len(nearest):
-            _measure(family, track, _items(track, lower.shape, nearest), state)
+    coarse = [_seeded(family, track, state) for family in families]
     todo = []
-    for family, lower in zip(families, coarse, strict=True):
+    for family, (items, lower, cutoff) in zip(families, coarse, strict=True):
         clearance = state.clearances[family.rule]
-        done = lower.ravel() >= state.target(family.rule)
-        clearance.proved = min(clearance.proved, lower.ravel()[done].min(initial=np.inf))
-        todo.append(_items(track, lower.shape, np.flatnonzero(~done)))
+        done = lower >= state.target(family.rule)
+        clearance.proved = min(clearance.proved, cutoff, lower[done].min(initial=np.inf))
+        todo.append(items[~done])
     state.allowed += MOST_PER_ITEM * sum(map(len, todo))
     while count := sum(map(len, todo)):
         state.measured += count
         last = state.measured + 2 * count > state.allowed
         todo = [_narrow(family, track, items, state, last=last) for family, items in zip(families, todo, strict=True)]
         todo = _halve(track, todo)
+
+
+def _seeded(family: Family, track: PlacedTrajectory, state: Sweep) -> tuple[Items, np.ndarray, float]:
+    """Measures the closest few items: their clearance decides how many of the others must be measured.
+
+    Returns:
+        The items that may be closer than a cutoff, their lower bounds [m], and the cutoff [m], which all others keep.
+        It is at least the least clearance found, so that the proved one does not depend on it.
+    """
+    known = state.cutoff(family.rule)
+    guesses = iter([known] if np.isfinite(known) else _CUTOFFS_M)
+    cutoff = next(guesses)
+    items, lower = family.coarse(track.poses, track.steps, cutoff)
+    while len(items) < _SEED_ITEMS and (wider := next(guesses, None)) is not None:
+        cutoff = wider
+        items, lower = family.coarse(track.poses, track.steps, cutoff)
+    nearest = np.argpartition(lower, _SEED_ITEMS)[:_SEED_ITEMS] if len(lower) > _SEED_ITEMS else np.arange(len(lower))
+    nearest = nearest[~(lower[nearest] >= state.target(family.rule))]
+    if len(nearest):
+        _measure(family, track, items[nearest], state)
+    if (needed := state.cutoff(family.rule)) > cutoff:
+        return *family.coarse(track.poses, track.steps, needed), needed
+    return items, lower, cutoff
 
 
 def _halve(track: PlacedTrajectory, todo: list[Items]) -> list[Items]:
@@ -134,11 +158,6 @@ def _halve(track: PlacedTrajectory, todo: list[Items]) -> list[Items]:
         Items(steps=track.steps, step=np.concatenate([first, first + len(steps)]), pair=np.tile(items.pair, 2))
         for first, items in zip(places, todo, strict=True)
     ]
-
-
-def _items(track: PlacedTrajectory, shape: tuple[int, ...], flat: np.ndarray) -> Items:
-    step, pair = np.unravel_index(flat, shape)
-    return Items(steps=track.steps, step=step, pair=pair)
 
 
 def _narrow(family: Family, track: PlacedTrajectory, items: Items, state: Sweep, *, last: bool) -> Items:

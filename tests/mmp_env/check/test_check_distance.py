@@ -19,6 +19,7 @@ SHAPES = ("box", "sphere", "cylinder", "capsule")
 points = arrays(float, (20, 3), elements=st.floats(-1.0, 1.0))
 lengths = arrays(float, 3, elements=st.floats(0.05, 0.5))
 shares = np.linspace(0.0, 1.0, 101)
+ARM = np.array([0])
 
 
 def grid(*sides):
@@ -200,11 +201,11 @@ def test_a_point_deviates_from_the_chord_by_at_most_the_bound(robot, seed, lengt
     reach = model.reaches(second, point[None], np.zeros(1))[None]
     for path, common in ((world, np.zeros((1, dof), dtype=bool)), (inside, model.moves(first)[None])):
         chord = path[0] + shares[:, None] * (path[-1] - path[0])
-        bound = ChordDeviation(model, reach, common)
+        bound = ChordDeviation(model, ARM, reach, common)
         assert np.linalg.norm(path - chord, axis=1).max() <= bound.all(one_step(turn))[0, 0] + 1e-12
         only = np.array([0])
         assert bound.each(one_step(turn), only, only)[0] == pytest.approx(bound.all(one_step(turn))[0, 0])
-    assert bound.all(one_step(turn))[0, 0] <= ChordDeviation(model, reach).all(one_step(turn))[0, 0]
+    assert bound.all(one_step(turn))[0, 0] <= ChordDeviation(model, ARM, reach).all(one_step(turn))[0, 0]
 
 
 def test_the_bound_is_met_by_a_point_that_turns_about_one_axis():
@@ -214,5 +215,6 @@ def test_the_bound_is_met_by_a_point_that_turns_about_one_axis():
     poses = model.poses(np.arange(3.0), np.outer([0.0, 0.5, 1.0], turn))
     path = poses.positions[:, body] + poses.rotations[:, body] @ point
     stray = np.linalg.norm(path[1] - (path[0] + path[2]) / 2)
-    bound = ChordDeviation(model, model.reaches(body, point[None], np.zeros(1))[None]).all(one_step(turn))[0, 0]
+    reach = model.reaches(body, point[None], np.zeros(1))[None]
+    bound = ChordDeviation(model, ARM, reach).all(one_step(turn))[0, 0]
     assert stray == pytest.approx(bound, rel=1e-4)

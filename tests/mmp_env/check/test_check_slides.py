@@ -65,5 +65,5 @@ def test_a_point_deviates_from_its_chord_by_at_most_the_bound(model):
         none = np.zeros(reach.shape, dtype=bool)
         for path, common in ((world, none), (inside, model.moves(first)[None])):
             chord = path[0] + shares[:, None] * (path[-1] - path[0])
-            bound = ChordDeviation(model, reach, common).all(step)[0, 0]
+            bound = ChordDeviation(model, np.array([0]), reach, common).all(step)[0, 0]
             assert np.linalg.norm(path - chord, axis=1).max() <= bound + 1e-12

@@ -6,7 +6,7 @@ from support import tiny_plans
 from support.tiny_plans import UPRIGHT
 
 from mmp_env import check_plan
-from mmp_env.check.items import Bounds, Touch
+from mmp_env.check.items import Bounds, Items, Touch
 from mmp_env.check.model import CellModel
 from mmp_env.check.reading import read_cell
 from mmp_env.check.rules import MOST_TURN_RAD
@@ -30,8 +30,9 @@ class Undecided:
     def __len__(self):
         return 1
 
-    def coarse(self, poses, steps):
-        return np.full((len(steps.start), 1), -np.inf)
+    def coarse(self, poses, steps, cutoff):
+        count = len(steps.start)
+        return Items(steps=steps, step=np.arange(count), pair=np.zeros(count, dtype=int)), np.full(count, -np.inf)
 
     def narrow(self, poses, items, target):
         self.measured += len(items)

@@ -7,7 +7,7 @@ from typing import Any
 
 from mmp_env.check import CheckReport, Violation, check_document
 from mmp_env.errors import MmpError
-from mmp_env.files.plan_file import plan_to_dict
+from mmp_env.files.plan_file import plan_to_check
 from mmp_env.model.plan import Plan, how_to_plan, what_else
 
 
@@ -29,7 +29,7 @@ def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckR
         allowed = f"a Plan, or the content of a plan.json, an object{how_to_plan(plan)}"
         return _unreadable(f"the plan is {what_else(plan)}; it must be {allowed}")
     try:
-        return check_document(plan_to_dict(plan), exact=exact)
+        return check_document(plan_to_check(plan), exact=exact)
     except MmpError as error:
         return _unreadable(str(error))
 

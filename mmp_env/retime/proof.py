@@ -26,6 +26,9 @@ _STRAY_RAD, _MOST_PARTS = 5e-6, 64
 _PROOFS = 12
 """Largest number of proofs, each with narrower blends after a failure. Then the motion stops at every corner."""
 
+_ROWS_AT_ONCE = 1024
+"""Points of the followed curve computed at once; bounds the memory."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProvedMotion:
@@ -106,7 +109,8 @@ def _followed(motion: Plan, kept: Int[np.ndarray, "k"]) -> tuple[Plan, Float[np.
     rows = np.unique(np.clip(np.concatenate([kept - 1, kept, kept + 1]), 0, len(motion.times) - 1))
     bent = rows[:-1][np.diff(rows) == 1]
     row = np.unique(np.concatenate([rows, (bent[:, None] + np.arange(1, parts) / parts).ravel()]))
-    q = reference.at(row * period_s)[0]
+    blocks = np.array_split(row * period_s, len(row) // _ROWS_AT_ONCE + 1)
+    q = np.concatenate([reference.at(block)[0] for block in blocks])
     positions = {name: np.ascontiguousarray(part) for name, part in split(motion.problem.cell, q).items()}
     return Plan(problem=motion.problem, times=row * period_s, positions=positions), row
 

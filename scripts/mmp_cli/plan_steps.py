@@ -96,11 +96,11 @@ def _written(args: Namespace, outcome: Outcome) -> Outcome:
 
 def _checked(args: Namespace, outcome: Outcome) -> Outcome:
     from mmp_env.check import check_document
-    from mmp_env.files.plan_file import plan_to_dict
+    from mmp_env.files.plan_file import plan_to_check
 
     started = time.perf_counter()
     # The file's content rather than the object: the checker shall read the cell for itself.
-    report = check_document(plan_to_dict(_plan_of(outcome)))
+    report = check_document(plan_to_check(_plan_of(outcome)))
     return replace(outcome, check=report, check_time_s=time.perf_counter() - started)
 
 

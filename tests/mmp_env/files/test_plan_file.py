@@ -10,8 +10,8 @@ from support import bad_files
 
 from mmp_env import check_plan
 from mmp_env.errors import MmpError
-from mmp_env.files.plan_file import load_plan, plan_from_dict, plan_to_dict, save_plan
-from mmp_env.files.writing import json_text
+from mmp_env.files.plan_file import load_plan, plan_from_dict, plan_to_check, plan_to_dict, save_plan
+from mmp_env.files.writing import json_text, plain
 from mmp_env.model.margins import Margins
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem, velocity_limits
@@ -157,3 +157,15 @@ def test_a_plan_that_no_command_could_read_is_not_written(tmp_path, monkeypatch)
     with pytest.raises(MmpError, match="the most that is read"):
         save_plan(random_plan(np.arange(40.0), {"arm0": rows, "arm1": rows}), tmp_path / "plan.json")
     assert not (tmp_path / "plan.json").exists()
+
+
+@pytest.mark.parametrize("key", ["nothing", "positions", "times"])
+def test_the_checker_sees_the_content_of_the_file(key):
+    rows = np.linspace(0, 1, 12).reshape(2, 6)
+    plan = random_plan(np.array([0.0, 1.0]), {"arm0": rows, "arm1": -rows})
+    if key == "times":
+        plan = dataclasses.replace(plan, times=np.array([0.0, np.nan]))
+    if key == "positions":
+        plan = dataclasses.replace(plan, positions={"arm0": rows, "arm1": np.nan * rows})
+    assert plain(plan_to_check(plan)) == plan_to_dict(plan)
+    assert str(check_plan(plan)) == str(check_plan(plan_to_dict(plan)))

@@ -24,6 +24,8 @@ class PairCheck {
     const int last = std::max(a.last, b.last);
     instants.clear();
     undecided_.clear();
+    // The boxes hold all moving links at all steps and between them.
+    if (first_ == 1 && !a.whole.near(b.whole, std::max(levels.margin, levels.proof) + kRounding)) return;
     for (int k = 0; k <= last; k += width<V>) block(a, b, k, last, levels, instants);
     refine(a, b, levels, last, instants);
   }
@@ -176,6 +178,8 @@ class PairCheck {
       if (!results[s].free) instants.push_back(undecided_[s] + double(results[s].contact));
     std::sort(instants.begin(), instants.end());
   }
+
+  static constexpr T kRounding = T(1e-4);  // [m]
 
   Prover<V> prover_;
   size_t first_;

@@ -126,6 +126,7 @@ class ModifyMotion {
   bool comfortable(const Motion<V>& m, const std::vector<const Motion<V>*>& others) {
     const T wanted = T(settings_.comfort);
     for (const auto* o : others) {
+      if (!m.whole.near(o->whole, wanted * T(1.01))) continue;
       pairs_(m, *o, {wanted, wanted * T(0.6)}, instants_);
       if (!instants_.empty()) return false;
     }

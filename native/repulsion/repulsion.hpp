@@ -33,12 +33,13 @@ class Repulsion {
   void force(const Motion<V>& motion, const std::vector<const Motion<V>*>& others, std::vector<T>& out) {
     const int dof = motion.arm->dof;
     out.assign(static_cast<size_t>(motion.last + 1) * dof, T(0));
+    find_near_links(motion, others);
     Pose<V> pose(*motion.arm);
     for (int k = 0; k <= motion.last; k += width<V>) {
       Vec3<V> push[kMaxDof + 1], moment[kMaxDof + 1];
       for (int f = 0; f <= dof; ++f) push[f] = moment[f] = {V{}, V{}, V{}};
       bool any = false;
-      for (const auto* other : others) any |= push_from(motion, *other, k, push, moment);
+      for (const auto& pair : near_) any |= push_from(motion, pair, k, push, moment);
       if (any) transpose_jacobian(motion, pose, k, push, moment, out);
     }
     std::fill_n(out.begin(), dof, T(0));
@@ -46,23 +47,40 @@ class Repulsion {
   }
 
  private:
-  // Adds one other arm's forces to the frames of this one. Moments are about the world's origin.
-  bool push_from(const Motion<V>& m, const Motion<V>& o, int k, Vec3<V>* push, Vec3<V>* moment) {
-    const V d0 = splat<V>(T(settings_.d0));
-    bool any = false;
-    for (size_t i = 1; i < m.arm->links.size(); ++i) {
-      const auto& A = m.arm->links[i];
-      const auto ca = m.centers(m.links, static_cast<int>(i), k);
-      for (size_t j = 0; j < o.arm->links.size(); ++j) {
-        const auto& B = o.arm->links[j];
-        const auto cb = j == 0 ? fixed(B.bound) : o.centers(o.links, static_cast<int>(j), k);
-        if (!bits<V>(closer(ca, cb, d0 + (A.bound.r + B.bound.r)))) continue;
-        Visitor visitor{{}, settings_, m, o, j == 0, k, push[A.frame], moment[A.frame]};
-        visit_sphere_pairs(*m.arm, static_cast<int>(i), *o.arm, static_cast<int>(j), visitor);
-        any |= visitor.any;
-      }
+  // A moving link, and a link of another arm that is in range of it at some step.
+  struct NearLinks {
+    const Motion<V>* other;
+    int link, other_link;
+  };
+
+  // Lists the pairs of links whose boxes over all steps are in range; most arms of a large cell are far away.
+  void find_near_links(const Motion<V>& m, const std::vector<const Motion<V>*>& others) {
+    constexpr T rounding = T(1e-4);  // [m]
+    const T d0 = T(settings_.d0) + rounding;
+    near_.clear();
+    for (const auto* o : others) {
+      const auto& base = o->arm->links[0].bound;
+      const Box<T> foot{{base.x, base.y, base.z}, {base.x, base.y, base.z}};
+      if (!m.whole.near(o->whole, d0) && !m.whole.near(foot, d0 + base.r)) continue;
+      for (int i = 1; i < static_cast<int>(m.arm->links.size()); ++i)
+        for (int j = 0; j < static_cast<int>(o->arm->links.size()); ++j) {
+          const T reach = d0 + m.arm->links[i].bound.r + o->arm->links[j].bound.r;
+          if (m.boxes[i].near(j == 0 ? foot : o->boxes[j], reach)) near_.push_back({o, i, j});
+        }
     }
-    return any;
+  }
+
+  // Adds the forces of another arm's link to the frames of this arm. Moments are about the world's origin.
+  bool push_from(const Motion<V>& m, const NearLinks& pair, int k, Vec3<V>* push, Vec3<V>* moment) {
+    const auto& o = *pair.other;
+    const auto &A = m.arm->links[pair.link], &B = o.arm->links[pair.other_link];
+    const bool fixed_b = pair.other_link == 0;
+    const auto cb = fixed_b ? fixed(B.bound) : o.centers(o.links, pair.other_link, k);
+    const V reach = splat<V>(T(settings_.d0)) + (A.bound.r + B.bound.r);
+    if (!bits<V>(closer(m.centers(m.links, pair.link, k), cb, reach))) return false;
+    Visitor visitor{{}, settings_, m, o, fixed_b, k, push[A.frame], moment[A.frame]};
+    visit_sphere_pairs(*m.arm, pair.link, *o.arm, pair.other_link, visitor);
+    return visitor.any;
   }
 
   // Sums the forces of one arm's spheres on another arm's link. A base (`fixed_b`) does not move.
@@ -131,6 +149,7 @@ class Repulsion {
   static Vec3<V> fixed(const Sphere<T>& s) { return {splat<V>(s.x), splat<V>(s.y), splat<V>(s.z)}; }
 
   RepulsionSettings settings_;
+  std::vector<NearLinks> near_;
 };
 
 }  // namespace mmp

@@ -47,7 +47,7 @@ def trees(restarts, started):
 
 def test_a_restart_has_a_larger_budget_than_the_tree_before():
     expanded, context, kind, search = trees(restarts=True, started=3)
-    assert expanded == [20, 24, 28]
+    assert expanded == [8, 9, 11]
     assert search.counts.restarts == 3
     assert len(set(context.seeds)) == 3, "each tree has its own sub-seed"
     asked = [instant for _, _, instant in kind.asked]

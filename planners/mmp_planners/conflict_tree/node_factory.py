@@ -5,8 +5,9 @@ Numbers `l. n` are lines of Algorithm 1 of APF-ECBS as `docs/explanation/paper.m
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from mmp_env import core
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
@@ -34,23 +35,31 @@ class NodeFactory:
     emitter: EventEmitter
     seed: int = 0
 
-    def root(self, seed: int) -> Node | None:
-        """Returns a root with each arm planned alone and no repulsion, or None when an arm finds no path."""
+    def root(self, seed: int, kept: Mapping[int, tuple[Path, float]] = MappingProxyType({})) -> Node | None:
+        """Returns a root with each arm planned alone and no repulsion, or None when an arm finds no path.
+
+        Arms in `kept` have their path and bound from there.
+        """
         self.seed = seed
         self.context.reseed(seed)
         paths: list[Path] = []
+        bounds: list[float] = []
         for arm in range(len(self.context.names)):
-            path = self._replan(arm, (), (seed, 0, arm), None)
+            path, bound = kept.get(arm, (None, 0.0))
             if path is None:
-                return None
+                path = self._replan(arm, (), (seed, 0, arm), None)
+                if path is None:
+                    return None
+                bound = path.length
             paths.append(path)
+            bounds.append(bound)
         conflicts = self.context.conflicts(paths, self.context.pairs())
         node = Node(
             id=self.counts.next_node(),
             parent=None,
             paths=tuple(paths),
             constraints=tuple(() for _ in paths),
-            bounds=tuple(path.length for path in paths),
+            bounds=tuple(bounds),
             conflicts=conflicts,
         )
         if self.counts.root_conflicts is None:

@@ -23,7 +23,7 @@ from mmp_planners.conflict_tree.constraints import INSTANTS, ConstraintKind
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.conflict_tree.expansion import EagerExpansion, Expansion, Experience, FromScratch
 from mmp_planners.conflict_tree.fast_track import FastTrack, NoFastTrack
-from mmp_planners.conflict_tree.node import Node
+from mmp_planners.conflict_tree.node import Node, settled_paths
 from mmp_planners.conflict_tree.node_factory import NodeFactory
 from mmp_planners.conflict_tree.repulsion import Modification, NoModification
 from mmp_planners.conflict_tree.selection import Selection
@@ -33,15 +33,18 @@ from mmp_planners.seeds import sub_seeds
 
 ROOT_TRIES = 3
 """Number of trees in a row without a root before the search is exhausted."""
-RESTART_EXPANSIONS = 20
-"""Number of expansions before the first restart."""
+RESTART_EXPANSIONS = 8
+"""Number of expansions without fewer pairs of arms in conflict before the first restart."""
 RESTART_GROWTH = 1.2
-"""Growth of the number of expansions from one restart to the next."""
+"""Growth of that number from one restart to the next."""
 
 
 @dataclass(kw_only=True)
 class ConflictTree:
-    """One search. `best` is the cheapest certified solution so far, also after a watcher stops the search."""
+    """One search. After a restart arms without conflicts keep their paths from the last tree.
+
+    `best` is the cheapest certified solution so far, also after a watcher stops the search.
+    """
 
     context: PlanningContext
     selection: Selection
@@ -63,6 +66,7 @@ class ConflictTree:
     failed_trees: int = 0
 
     def __post_init__(self) -> None:
+        self._closest: Node | None = None
         self._factory = NodeFactory(
             context=self.context,
             modification=self.modification,
@@ -86,13 +90,13 @@ class ConflictTree:
 
     def steps(self, seed: int) -> Iterator[None]:
         """Yields after each expansion, until a solution is good enough, the search is exhausted, or time is up."""
-        budget, rootless = float(RESTART_EXPANSIONS), 0
+        budget, rootless, kept = float(RESTART_EXPANSIONS), 0, {}
         for restart, sub_seed in enumerate(sub_seeds(seed)):
             if self.context.clock.expired:
                 return
             self.emitter.search_started(restart, sub_seed)
             instant = INSTANTS[restart % len(INSTANTS)]
-            root = self._factory.root(sub_seed)
+            root = self._factory.root(sub_seed, kept)
             rootless = rootless + 1 if root is None else 0
             if rootless >= (ROOT_TRIES if self.restarts else 1):  # an arm finds no path even alone
                 self.exhausted = not self.context.clock.expired
@@ -101,16 +105,18 @@ class ConflictTree:
                 self.exhausted = self.best is None and not self.context.clock.expired
                 return
             self.failed_trees += 1
+            kept = {} if root is None else settled_paths(root, self._closest or root)
             yield
             self.counts.restarts += 1
             budget *= RESTART_GROWTH
 
     def _search(self, root: Node, instant: str, budget: int | None) -> Generator[None, None, bool]:
-        """Searches one tree, at most `budget` expansions without a solution, and yields after each.
+        """Searches one tree, and yields after each expansion, until `budget` expansions in a row brought no progress.
 
-        Returns whether the whole run is done.
+        Progress is a node with fewer pairs of arms in conflict than any before. Returns whether the whole run is done.
         """
-        open_nodes, bound, first = [root], root.lower_bound, self.counts.expanded_nodes  # l. 1-4
+        open_nodes, bound = [root], root.lower_bound  # l. 1-4
+        self._closest, self._progress = root, self.counts.expanded_nodes
         if not root.conflicts:
             open_nodes.clear()
             self._offer(root, open_nodes)  # returns to the open list if its plan cannot be proved
@@ -122,7 +128,7 @@ class ConflictTree:
                     return True
             if not open_nodes:
                 return budget is None
-            if self.best is None and budget is not None and self.counts.expanded_nodes - first >= budget:
+            if self.best is None and budget is not None and self.counts.expanded_nodes - self._progress >= budget:
                 return False
             node = self.selection(open_nodes, bound)  # l. 6
             if node.pending:  # lazy expansion: replanned now, and put back
@@ -154,6 +160,8 @@ class ConflictTree:
             return
         if child.conflicts:
             open_nodes.append(child)  # l. 24
+            if self._closest is not None and len(child.conflicts) < len(self._closest.conflicts):
+                self._closest, self._progress = child, self.counts.expanded_nodes
         else:
             self._offer(child, open_nodes)
 

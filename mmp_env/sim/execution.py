@@ -64,11 +64,13 @@ class ExecutionReport:
     def __repr__(self) -> str:
         goals = "every goal reached" if self.reached else "not every goal reached"
         contacts = counted(len(self.contacts), "contact") if self.contacts else "no contact"
-        torque = max(load.share for load in self.loads.values())
+        largest = max(load.share for load in self.loads.values())
+        # All torques are 0 only for joints that are placed on the plan, which have no actuator.
+        torque = f", torque at most {largest:.0%} of its rating" if largest > 0 else ""
         halts = f", {counted(len(self.halts), 'halt')}" if self.halts else ""
         return (
-            f"{goals}, {contacts}, tracking error at most {self.max_tracking_error_rad:.4f} rad,"
-            f" torque at most {torque:.0%} of its rating{halts}, {in_seconds(self.duration_s)}"
+            f"{goals}, {contacts}, tracking error at most {self.max_tracking_error_rad:.4f} rad"
+            f"{torque}{halts}, {in_seconds(self.duration_s)}"
         )
 
     @property

@@ -1,5 +1,7 @@
 """The report of an execution: torques, distances of bodies, and phases."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.straight_plans import FACING, LEVEL, elsewhere, everyone, straight
@@ -27,6 +29,14 @@ def test_the_report_has_the_largest_torque_of_each_arm_with_its_rating():
     # Torques include gravity: a UR5e at rest holds its shoulder up, and a start at full speed needs much more torque.
     assert 5 < standing.loads["arm0"].torque_nm < 150
     assert report.loads["arm0"].share > 3 > 1 > standing.loads["arm0"].share
+
+
+def test_the_report_of_placed_joints_tells_no_torque():
+    env = MultiArmCellEnv(cell=ring_cell(2))
+    report = env.execute(straight(env.cell, everyone(env.cell, "tucked"), elsewhere(env.cell)))
+    assert "torque at most" in str(report)
+    idle = {name: replace(load, torque_nm=0.0) for name, load in report.loads.items()}
+    assert "torque" not in str(replace(report, loads=idle))
 
 
 def test_a_retimed_plan_stays_within_the_rated_torques():

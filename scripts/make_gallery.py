@@ -2,7 +2,7 @@
 
 `search`: eight arms and the conflict tree that their plan comes from, an animation. `trees`: the tree of `ecbs` beside
 that of `apf-ecbs`. `cells`: some of the cells. `paths`: the tool paths of each planner on one instance.
-`branches`: all branches of one tool pose.
+`branches`: all branches of one tool pose. `many-arms`: a film of 48 arms.
 `demonstrations`: films of the five tasks of docs/reference/tasks.md on the mixed cell. `imported`: robots that are not
 built in; it is made only if it is named, by scripts/make_imported_picture.sh.
 The instances are chosen by the rules in gallery/instances.py; the same program gives the same pictures.
@@ -20,6 +20,7 @@ from gallery.comparison import save_comparison
 from gallery.demonstrations import save_demonstrations
 from gallery.film import save_search
 from gallery.imported import save_imported
+from gallery.many_arms import save_many_arms
 from gallery.tool_paths import save_tool_paths
 
 from mmp_cli.arguments import Parser
@@ -33,6 +34,7 @@ PARTS: dict[str, Callable[[Path], None]] = {
     "cells": lambda folder: save_cells(folder / "cells.webp"),
     "paths": lambda folder: save_tool_paths(folder),
     "branches": lambda folder: save_branches(folder / "branches.webp"),
+    "many-arms": lambda folder: save_many_arms(folder / "many-arms.webp"),
     "demonstrations": lambda folder: save_demonstrations(folder),
     "imported": lambda folder: save_imported(folder / "imported.webp"),
 }

@@ -170,3 +170,11 @@ def test_the_ring_of_imported_robots_stands_around_its_table_and_names_a_robot_t
         np.testing.assert_allclose(forward, -arm.position / np.linalg.norm(arm.position), atol=1e-9)
     with pytest.raises(MmpError, match="unknown robot 'no-such-arm'"):
         part("imported").ring_of(("no-such-arm",))
+
+
+def test_the_film_of_many_arms_shows_both_rows_and_is_small():
+    path = ROOT / "docs" / "images" / "gallery" / "many-arms.webp"
+    assert path.stat().st_size < 0.5e6
+    with Image.open(path) as film:
+        assert film.n_frames > 20
+        assert film.width > 5 * film.height

@@ -3,6 +3,7 @@
 `search`: eight arms and the conflict tree that their plan comes from, an animation. `trees`: the tree of `ecbs` beside
 that of `apf-ecbs`. `cells`: some of the cells. `paths`: the tool paths of each planner on one instance.
 `branches`: all branches of one tool pose. `many-arms`: a film of 48 arms.
+`curves`: how the plans of `auto` get better over time, from the lines of bench_anytime.py in docs/results.
 `demonstrations`: films of the five tasks of docs/reference/tasks.md on the mixed cell. `imported`: robots that are not
 built in; it is made only if it is named, by scripts/make_imported_picture.sh.
 The instances are chosen by the rules in gallery/instances.py; the same program gives the same pictures.
@@ -17,6 +18,7 @@ from pathlib import Path
 from gallery.branches import save_branches
 from gallery.cells import save_cells
 from gallery.comparison import save_comparison
+from gallery.curves import save_curves
 from gallery.demonstrations import save_demonstrations
 from gallery.film import save_search
 from gallery.imported import save_imported
@@ -34,6 +36,7 @@ PARTS: dict[str, Callable[[Path], None]] = {
     "cells": lambda folder: save_cells(folder / "cells.webp"),
     "paths": lambda folder: save_tool_paths(folder),
     "branches": lambda folder: save_branches(folder / "branches.webp"),
+    "curves": lambda folder: save_curves(folder / "curves.svg"),
     "many-arms": lambda folder: save_many_arms(folder / "many-arms.webp"),
     "demonstrations": lambda folder: save_demonstrations(folder),
     "imported": lambda folder: save_imported(folder / "imported.webp"),

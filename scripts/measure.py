@@ -52,7 +52,7 @@ BENCHES: dict[str, dict[str, list[str]]] = {
 }
 """Part -> folder -> arguments of `mmp bench`. 50 instances each, 20 of `kinds`."""
 COUNTS = {"kinds": 20}
-SMALL = ("import", "core", "env", "goals", "harness", "portfolio", "rerun", "retime", "tasks")
+SMALL = ("import", "core", "anytime", "env", "goals", "growth", "harness", "portfolio", "rerun", "retime", "tasks")
 """`bench_NAME.py`, which print lines for figures.jsonl."""
 PARTS = ("small", "paper", *BENCHES, "pages")
 __doc__ = __doc__.format(parts=", ".join(PARTS)) if __doc__ else None

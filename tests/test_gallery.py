@@ -178,3 +178,11 @@ def test_the_film_of_many_arms_shows_both_rows_and_is_small():
     with Image.open(path) as film:
         assert film.n_frames > 20
         assert film.width > 5 * film.height
+
+
+def test_the_curves_begin_with_the_plans_of_half_of_the_instances(part):
+    line = {"seconds": [0.01, 0.1, 1.0], "solved": [0.25, 0.5, 1.0], "cost": [None, 1.5, 1.1]}
+    drawn = part("curves").curves_picture({"ring-4": line, "line-64": line | {"cost": [None, None, 1.2]}})
+    assert ET.fromstring(drawn).tag.endswith("svg")
+    assert "ring-4" in drawn
+    assert "line-64" in drawn

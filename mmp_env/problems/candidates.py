@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -104,13 +104,15 @@ def are_free_alone(
     return free
 
 
-def what_blocks(cell: Cell, arm: Arm, q: Float[np.ndarray, "n dof"]) -> str:
-    """Returns words for what is nearest to the first of the configurations of an arm, were it alone in the cell."""
-    others = {other.name: other.robot.home for other in cell.arms}
-    near = cell.collision.nearest({**others, arm.name: q[0]})
-    worst = min((near[kind] for kind in KINDS if kind != "arms"), key=lambda each: each.clearance_m)
-    alone = float(cell.collision.static_clearance(arm.name, q[:1], precise=True)[0])
-    if worst.clearance_m > alone + 1e-6:  # the base of another arm is nearer
+def what_blocks(cell: Cell, arm: Arm, q: Float[np.ndarray, "n dof"], margins: Margins) -> str:
+    """Returns words for what is too near to an arm that is alone in the cell, in the best of its configurations."""
+    clearances = cell.collision.static_clearance(arm.name, q, precise=True)
+    best = int(np.argmax(clearances))
+    only = replace(cell, arms=(arm,), joints=None, keep={})
+    near = only.collision.nearest({arm.name: q[best]})
+    worst = near[min(("obstacles", "self"), key=lambda kind: near[kind].clearance_m - margins[kind])]
+    alone = float(clearances[best])
+    if min(near[kind].clearance_m for kind in KINDS) > alone + 1e-6:  # the base of another arm is nearer
         return f"the base of another arm, {how_far_apart(alone)}"
     return f"{worst.bodies}, {how_far_apart(worst.clearance_m)}"
 

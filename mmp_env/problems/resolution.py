@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from jaxtyping import Float
 from mmp_env.errors import InvalidInstanceError
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import Goal, JointGoal
-from mmp_env.model.margins import KINDS, MOST_SLACK_M, NO_MARGINS, Margins
+from mmp_env.model.margins import KINDS, MOST_SLACK_M, NO_MARGINS, Margins, millimetres
 from mmp_env.problems.candidates import (
     Candidates,
     are_free_alone,
@@ -25,6 +26,7 @@ from mmp_env.wording import how_far_apart
 
 _ROOM_M = MOST_SLACK_M / 0.9
 """Clearance [m] beyond the margins that candidates have if enough of them do: planners plan faster with their slack."""
+_HALVINGS = 16
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -94,8 +96,37 @@ def resolve(
                 and (tilts := cell.collision.tilt(arm.name, rows)).min() > cell.keep[arm.name].within
             ):
                 raise not_upright(words[arm.name], float(tilts.min()), cell.keep[arm.name])
-            raise in_collision(words[arm.name], len(rows), what_blocks(cell, arm, rows))
-    raise InvalidInstanceError(_why_not_together(cell, free, least.arms, which))
+            hint = _largest(required, lambda kept, arm=arm, rows=rows: are_free_alone(cell, arm, rows, kept, 0.0).any())
+            raise in_collision(words[arm.name], len(rows), what_blocks(cell, arm, rows, least) + hint)
+
+    def are_free_together(kept: Margins) -> bool:
+        free = {arm.name: found[arm.name] for arm in cell.arms}
+        for arm in cell.arms:
+            if not isinstance(asked[arm.name], JointGoal):
+                free[arm.name] = free[arm.name].take(are_free_alone(cell, arm, free[arm.name].q, kept, 0.0))
+        return all(map(len, free.values())) and Combinations(cell, free, kept.arms).first() is not None
+
+    raise InvalidInstanceError(_why_not_together(cell, free, least.arms, which) + _largest(required, are_free_together))
+
+
+def _largest(required: Mapping[str, float], works: Callable[[Margins], bool]) -> str:
+    """Returns words for the largest margins with which a test works, in proportion to those that were asked for.
+
+    The words are empty if no margins were asked for, or none would do.
+    """
+
+    def scaled(share: float) -> Margins:
+        return Margins(**{kind: share * required.get(kind, 0.0) for kind in KINDS})
+
+    if not any(required.values()) or not works(scaled(0.0)):
+        return ""
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if works(scaled(middle)) else (low, middle)
+    if len(set(required.values())) == 1:
+        return f"; the largest margin that would do is {millimetres(low * max(required.values()))} mm"
+    return f"; margins of {math.floor(100 * low)}% of those asked for would do"
 
 
 def keeping(

@@ -200,10 +200,13 @@ def add_source(parser: Parser) -> None:
     parser.add_argument(
         "--seed", type=seed, default=0, metavar="N", help="seed of the planner and of the instance; default: 0"
     )
-    help = "configurations '{\"left\": [0, ...], ...}' [rad], home, tucked or tool poses, or @FILE (JSON or YAML)"
-    parser.add_argument("--start", metavar="JSON", help=help)
+    help = (
+        "configurations '{\"left\": [0, ...], ...}' [rad], home, tucked or tool poses; 'left=[0, ...]', perhaps several"
+        " times; home or tucked for all arms; or @FILE (JSON or YAML)"
+    )
+    parser.add_argument("--start", action="append", metavar="JSON", help=help)
     help = "like --start, also stay and any of several; an arm that is left out stays at its start"
-    parser.add_argument("--goal", metavar="JSON", help=help)
+    parser.add_argument("--goal", action="append", metavar="JSON", help=help)
     help = "angles of configurations in --start and --goal are in degrees; slides stay in metres"
     parser.add_argument("--degrees", action="store_true", help=help)
     bound = """'left={"upright": {"axis": [0, 0, 1], "within": 0.2}}'"""

@@ -2,32 +2,44 @@
 
 from __future__ import annotations
 
+import json
 from argparse import Namespace
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from mmp_env.errors import MmpError
+from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.file_kinds import read_as
 from mmp_env.files.instance_file import goals_from_dict
 from mmp_env.files.reading import Location, NotJsonError, names_file, parse_json
 from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
-from mmp_env.model.goals import STAY, AnyOf, Goal, JointGoal
+from mmp_env.model.goals import NAMED, STAY, AnyOf, Goal, JointGoal
 from mmp_env.model.keep import Upright, as_keep
 
 AT = "@"
+_JSON_WORDS = ("null", "true", "false")
+NAMED_GOALS = (*NAMED, STAY)
 _KEEP = "--keep"
 
 
 def given_goals(args: Namespace, cell: Cell, which: str) -> dict[str, Goal]:
     """Returns what --start or --goal asks for, arm name -> goal. An arm that --goal leaves out stays.
 
-    Raises `MmpError`.
+    Each value of the option is an object of all arms, @FILE with one, `NAME=GOAL`, or a named configuration of all
+    arms. Raises `MmpError`.
     """
     option = f"--{which}"
-    data, place = _read(getattr(args, which), option, f"{option} takes a file of arm name -> configuration or goal")
-    if which == "goal" and isinstance(data, dict):
+    texts = [_of_all(text, cell) for text in getattr(args, which)]
+    entries = list(_entries(texts, option, "configuration or goal"))
+    data: dict[str, Any] = {}
+    for given, _ in entries:
+        if twice := data.keys() & given.keys():
+            raise MmpError(f"{option} gives arm '{min(twice)}' twice; give one configuration or goal")
+        data |= given
+    place = entries[0][1] if len(entries) == 1 else Location(option)
+    if which == "goal":
         data = dict.fromkeys(cell.arm_names, STAY) | data
     goals = goals_from_dict(cell, data, place)
     return {arm.name: _in_radians(arm, goals[arm.name]) for arm in cell.arms} if args.degrees else goals
@@ -41,20 +53,37 @@ def given_keep(args: Namespace, cell: Cell) -> dict[str, Upright] | None:
     if not args.keep:
         return None
     out: dict[str, Upright] = {}
-    for text in args.keep:
-        name, equals, bound = text.partition("=")
-        if equals and not text.lstrip().startswith(("{", AT)):
-            place = Location(f"{_KEEP} {name.strip()}")
-            data: Any = {name.strip(): _read(bound, str(place), f"{_KEEP} takes a file of a bound")[0]}
-        else:
-            data, place = _read(text, _KEEP, f"{_KEEP} takes a file of arm name -> bound")
-            if not isinstance(data, dict):
-                raise place.wrong(data, "an object of arm name -> bound")
-        for arm, each in as_keep(data, cell.arm_names, _KEEP if equals else str(place)).items():
+    for data, place in _entries(args.keep, _KEEP, "bound"):
+        for arm, each in as_keep(data, cell.arm_names, str(place)).items():
             if arm in out:
                 raise MmpError(f"{_KEEP} gives arm '{arm}' twice; give one bound")
             out[arm] = each
     return out
+
+
+def _entries(texts: Sequence[str], option: str, what: str) -> Iterator[tuple[dict[str, Any], Location]]:
+    """Yields the object of each value of an option, arm name -> `what`, and its place for messages."""
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if equals and not text.lstrip().startswith(("{", AT)):
+            value = f'"{value}"' if value in NAMED_GOALS else value
+            data, _ = _read(value, f"{option} {name.strip()}", f"{option} takes a file of a {what}")
+            yield {name.strip(): data}, Location(option)
+        else:
+            data, place = _read(text, option, f"{option} takes a file of arm name -> {what}")
+            if not isinstance(data, dict):
+                raise place.wrong(data, f"an object of arm name -> {what}")
+            yield data, place
+
+
+def _of_all(text: str, cell: Cell) -> str:
+    """Returns an object with a named configuration for all arms, where the text is just its name."""
+    name = text.strip().strip('"')
+    if not name.isalpha() or name in _JSON_WORDS:
+        return text
+    if name not in NAMED_GOALS:
+        raise UnknownNameError("named configuration", name, NAMED_GOALS)
+    return json.dumps(dict.fromkeys(cell.arm_names, name))
 
 
 def _in_radians(arm: Arm, goal: Goal) -> Goal:

@@ -91,8 +91,8 @@ def read_source(args: Namespace) -> InstanceSource:
 
 def files_read(args: Namespace) -> list[str]:
     """Returns the names of all files that `read_source` reads; SOURCE may also be a name that is no file."""
-    given = (getattr(args, which) or "" for which in ("start", "goal"))
-    return [args.source, *(text.removeprefix(AT) for text in (*given, *(args.keep or ())) if text.startswith(AT))]
+    given = (text for which in ("start", "goal", "keep") for text in getattr(args, which) or ())
+    return [args.source, *(text.removeprefix(AT) for text in given if text.startswith(AT))]
 
 
 def _from_cell(args: Namespace, cell: Cell, name: str) -> InstanceSource:
@@ -104,7 +104,7 @@ def _from_cell(args: Namespace, cell: Cell, name: str) -> InstanceSource:
         return InstanceSource(label=label, problem=lambda: _drawn(args, cell, label, keep))
     for given, other in (("start", "goal"), ("goal", "start")):
         if getattr(args, other) is None:
-            raise MmpError(f"--{other} is missing; --{given} is there, and the two go together")
+            raise MmpError(f"--{other} is missing; --{given} is there, and the two go together, such as --start home")
     if args.task is not None:
         raise MmpError(f"--task is '{args.task}' beside --start and --goal; an instance is drawn or given, not both")
     start, goal = given_goals(args, cell, "start"), given_goals(args, cell, "goal")

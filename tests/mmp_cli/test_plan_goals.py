@@ -2,12 +2,15 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
 from support.refusals import assert_refused
 
 HOLD = {"arm0": [0, -90, 90, -90, -90, 0], "arm1": [0, -90, 90, -90, -90, 0]}
+SPUN = [2.6052, -2.2, 2.5, -1.87, -1.5708, 0.5]
+"""`tucked` of a UR5e, its last joint turned."""
 UPRIGHT = {"upright": {"axis": [0, 0, -1], "within": 0.3}}
 
 
@@ -147,3 +150,30 @@ def test_a_quaternion_may_have_any_length(mmp, length):
     start = json.dumps(dict.fromkeys(HOLD, "tucked"))
     goal = pose([0.1, 0.15, 0.3], [0, length, 0, 0], free="z")
     assert mmp("plan", "MultiArmCell-2", "--start", start, "--goal", goal).code == 0
+
+
+def test_a_named_configuration_alone_is_that_of_all_arms(given):
+    _, plan = given("tucked", {"arm0": SPUN})
+    assert plan["problem"]["start"]["arm1"] == plan["problem"]["goal"]["arm1"] == pytest.approx([*SPUN[:5], 0])
+    ran, _ = given("hom", "stay")
+    assert_refused(ran, "unknown named configuration 'hom'. Did you mean 'home'?")
+
+
+def test_goals_of_arms_may_be_given_one_by_one(given):
+    ran, plan = given(HOLD, f"arm0={json.dumps(turned(30)['arm0'])}", "--goal", "arm1=stay", "--degrees")
+    assert ran.code == 0, ran.err
+    assert plan["problem"]["goal"]["arm0"][5] == pytest.approx(math.radians(30))
+    ran, _ = given(HOLD, "arm0=home", "--goal", "arm0=tucked", "--degrees")
+    assert_refused(ran, "--goal gives arm 'arm0' twice")
+
+
+def test_a_margin_that_no_candidate_keeps_is_refused_with_the_largest_that_would_do(given):
+    goal = {"arm0": SPUN}
+    ran, _ = given("tucked", goal, "--margin", "0.5")
+    found = re.search(r"the largest margin that would do is ([\d.]+) mm", ran.err)
+    assert found is not None, ran.err
+    most = float(found[1]) / 1e3
+    ran, _ = given("tucked", goal, "--margin", f"{most - 1e-5:.6f}")
+    assert ran.code == 0, ran.err
+    ran, _ = given("tucked", goal, "--margin", f"{most + 1e-4:.6f}")
+    assert_refused(ran, "the largest margin that would do")

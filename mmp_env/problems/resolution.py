@@ -96,7 +96,9 @@ def resolve(
                 and (tilts := cell.collision.tilt(arm.name, rows)).min() > cell.keep[arm.name].within
             ):
                 raise not_upright(words[arm.name], float(tilts.min()), cell.keep[arm.name])
-            hint = _largest(required, lambda kept, arm=arm, rows=rows: are_free_alone(cell, arm, rows, kept, 0.0).any())
+            hint = _largest(
+                required, lambda kept, arm=arm, rows=rows: bool(are_free_alone(cell, arm, rows, kept, 0.0).any())
+            )
             raise in_collision(words[arm.name], len(rows), what_blocks(cell, arm, rows, least) + hint)
 
     def are_free_together(kept: Margins) -> bool:

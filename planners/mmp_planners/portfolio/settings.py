@@ -16,7 +16,7 @@ class PortfolioSettings:
     work_before_tree: float = 200_000
     """Work of the composite search before the first tree of APF-ECBS begins, which is slow and finds the rest."""
     repair_share: float = 1.5
-    """Share of local repair in the work. A unit of its work takes about two thirds of the time of the others."""
+    """Share of local repair in the work. In crowded rings a unit of its work takes less time than one of the others."""
     tree_share: float = 0.25
     """Share of the trees, likewise."""
     usual_growth: float = 0.012

@@ -11,6 +11,7 @@ from mmp_cli.outcome import Outcome
 from mmp_cli.output import one_line, print_rows
 from mmp_env.model.keep import Upright
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KIND_WORDS, KINDS
+from mmp_env.model.model_joints import ModelJoints
 from mmp_env.model.problem import Problem
 from mmp_env.retime import RetimeReport
 from mmp_env.sim.clearance_audit import ClearanceAudit
@@ -27,6 +28,8 @@ def print_summary(outcome: Outcome) -> None:
 def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
     plan, problem = outcome.result.plan, outcome.problem
     yield "instance", outcome.instance
+    if problem and problem.cell.joints is not None:
+        yield from zip(chain(["joints"], repeat("")), _joints(problem.cell.joints), strict=False)
     yield "planner", f"{outcome.planner}, seed {outcome.seed}"
     yield "status", _status(outcome)
     if plan is None and not outcome.interrupted:
@@ -164,6 +167,14 @@ def _makespan(makespan_s: float, retimed: RetimeReport | None, unit: str) -> str
     stops = f", {retimed.stops} of {retimed.corners} corners are stops" if retimed.stops else ""
     smoothed = f"corners rounded by {retimed.deviation_rad:.3f} {unit} at most{stops}"
     return f"{in_seconds(makespan_s)} retimed, {in_seconds(retimed.given_s)} as planned; {velocities}; {smoothed}"
+
+
+def _joints(joints: ModelJoints) -> Iterator[str]:
+    """Yields which joints of a model each arm has, and that it holds the others."""
+    for arm, names in joints.names.items():
+        yield f"{arm}: {', '.join(names)}"
+    if len(joints.qpos) > sum(map(len, joints.addresses.values())):
+        yield "all other joints of the model are held at their value"
 
 
 def _execution(report: ExecutionReport, unit: str) -> str:

@@ -32,6 +32,17 @@ def test_a_plan_in_a_model_is_executed_in_it_and_checked(model, tmp_path, capsys
     )
 
 
+def test_the_summary_says_which_joints_the_arms_have_and_that_the_others_are_held(model, capsys):
+    held = "all other joints of the model are held at their value"
+    assert main(["plan", str(model), "--arms", "left=l_,right=r_", *ENDS]) == 0
+    told = capsys.readouterr().out
+    assert "left: l_joint1, " in told
+    assert "right: r_joint1, " in told
+    assert held not in told
+    assert main(["plan", str(model), "--arms", "left=l_", "--start", "home", "--goal", "stay"]) == 0
+    assert held in capsys.readouterr().out
+
+
 REFUSED = {
     "unknown prefix": (["--arms", "left=l_,right=x_"], "unknown joint prefix 'x_'"),
     "no pairs": (["--arms", "left"], "'left' is not of the form name=prefix,name=prefix"),

@@ -77,6 +77,12 @@ class Cell:
         """Names of the arms, in their order."""
         return tuple(arm.name for arm in self.arms)
 
+    @property
+    def largest_unit(self) -> str:
+        """Unit of the largest of some distances, one of each joint: `rad`, `m` or `rad or m`."""
+        slides = [slides for arm in self.arms for slides in arm.robot.slides]
+        return "m" if all(slides) else "rad or m" if any(slides) else "rad"
+
     def arm(self, name: str) -> Arm:
         """Returns the arm of that name. Raises `UnknownNameError`."""
         return self.arms[self.arm_index(name)]

@@ -38,6 +38,7 @@ class ExecutionReport:
         reached: whether every joint of every arm ended within `REACHED_RAD` of its goal.
         contacts: contacts of arms with each other, with obstacles and with themselves, earliest first.
         max_tracking_error_rad: largest distance of a joint from its reference [rad, of a slide m].
+        unit: unit of that distance: `rad`, `m` of slides, or `rad or m` if the cell has both.
         duration_s: simulated time, settling included [s].
         moved_to_start: whether the arms were elsewhere, and were put at the start of the plan first.
         loads: arm name -> the joint with the largest torque relative to its rating.
@@ -51,6 +52,7 @@ class ExecutionReport:
     reached: bool
     contacts: list[Contact]
     max_tracking_error_rad: float
+    unit: str
     duration_s: float
     moved_to_start: bool
     loads: Mapping[str, PeakTorque]
@@ -69,7 +71,7 @@ class ExecutionReport:
         torque = f", torque at most {largest:.0%} of its rating" if largest > 0 else ""
         halts = f", {counted(len(self.halts), 'halt')}" if self.halts else ""
         return (
-            f"{goals}, {contacts}, tracking error at most {self.max_tracking_error_rad:.4f} rad"
+            f"{goals}, {contacts}, tracking error at most {self.max_tracking_error_rad:.4f} {self.unit}"
             f"{torque}{halts}, {in_seconds(self.duration_s)}"
         )
 
@@ -131,6 +133,7 @@ def execute_plan(
         reached=all(np.abs(end[name] - plan.problem.goal[name]).max() <= REACHED_RAD for name in plan.positions),
         contacts=simulation.log.contacts,
         max_tracking_error_rad=max(played.error, rest_error),
+        unit=simulation.cell.largest_unit,
         duration_s=float(times[-1]),
         moved_to_start=bool(moved),
         loads=peak_torques(simulation),

@@ -40,7 +40,7 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
     yield "search", _search(outcome.result)
     if plan and problem:
         yield "cost", _cost(outcome.result, plan.cost_rad, problem)
-        yield "makespan", _makespan(plan.makespan_s, outcome.retimed, _largest_unit(problem))
+        yield "makespan", _makespan(plan.makespan_s, outcome.retimed, problem.cell.largest_unit)
     if problem:
         yield "margin", _margin(outcome, problem)
         bounds = (_bound(arm, bound) for arm, bound in problem.keep.items())
@@ -54,7 +54,7 @@ def _rows(outcome: Outcome) -> Iterator[tuple[str, str]]:
         yield "check", "left out, the run was interrupted; mmp check does it"
     yield from _not_done(outcome)
     if outcome.execution is not None and problem:
-        yield "execution", _execution(outcome.execution, _largest_unit(problem))
+        yield "execution", _execution(outcome.execution)
         if plan and plan.steps_in_velocity:
             yield "warning", "the executed plan is not retimed, no motor can follow its corners; leave out --no-retime"
     if outcome.plan_path is not None:
@@ -154,12 +154,6 @@ def _bound(arm: str, bound: Upright) -> str:
     return f"{arm} within {bound.within:g} rad of upright, axis [{axis}], at every instant"
 
 
-def _largest_unit(problem: Problem) -> str:
-    """Returns the unit of the largest of some distances, one of each joint."""
-    slides = [slides for arm in problem.cell.arms for slides in arm.robot.slides]
-    return "m" if all(slides) else "rad or m" if any(slides) else "rad"
-
-
 def _makespan(makespan_s: float, retimed: RetimeReport | None, unit: str) -> str:
     if retimed is None:
         return in_seconds(makespan_s)
@@ -177,10 +171,10 @@ def _joints(joints: ModelJoints) -> Iterator[str]:
         yield "all other joints of the model are held at their value"
 
 
-def _execution(report: ExecutionReport, unit: str) -> str:
+def _execution(report: ExecutionReport) -> str:
     goals = "every goal reached" if report.reached else "GOAL NOT REACHED"
     contacts = counted(len(report.contacts), "contact") if report.contacts else "no contact"
-    error = f"tracking error at most {report.max_tracking_error_rad:.4f} {unit}"
+    error = f"tracking error at most {report.max_tracking_error_rad:.4f} {report.unit}"
     arm, load = max(report.loads.items(), key=lambda item: item[1].share)
     torque = f"torque at most {load.share:.0%} of its rating ({arm}, joint {load.joint})"
     return f"{goals}, {contacts}, {error}, {torque}, {_nearness(report.nearness)}{report.duration_s:.2f} s"

@@ -70,6 +70,7 @@ def test_a_retimed_plan_is_executed_to_its_goal(plan):
     assert report.reached
     assert not report.contacts
     assert report.max_tracking_error_rad < 0.005
+    assert f"tracking error at most {report.max_tracking_error_rad:.4f} rad or m," in str(report)
     assert motion_of([smooth], "{arm}/{joint}").joined("positions").shape == (len(smooth.times), 6)
 
 

@@ -74,8 +74,8 @@ def _cell(name: str, cell: str) -> dict[str, Any]:
     from mmp_env.files.cell_source import find_cell, layout_names
 
     robots = [arm.robot.name for arm in find_cell(cell).arms]
-    out = {"name": name, "arms": len(robots)}
-    return out | {"robots": robots} if cell in layout_names() else out
+    out = {"name": name, "arms": len(robots), "layout": "line" if cell.startswith("line-") else "ring"}
+    return {"name": name, "arms": len(robots), "robots": robots} if cell in layout_names() else out
 
 
 def _task(name: str) -> dict[str, Any]:
@@ -127,6 +127,6 @@ def _words(kind: str, item: dict[str, Any]) -> str:
         return f"tool point at [{', '.join(f'{x:g}' for x in item['point'])}] m{states}"
     if kind == "cells":
         return f"{item['arms']} arms" + (
-            f": {', '.join(item['robots'])}" if "robots" in item else " in a ring, any robot"
+            f": {', '.join(item['robots'])}" if "robots" in item else f" in a {item['layout']}, any robot"
         )
     return item["summary"]

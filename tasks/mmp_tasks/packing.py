@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.errors import MmpError
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.task import State
@@ -26,6 +27,8 @@ _MIN_RADIUS_M = 0.10
 _SINGLE_ARM_REACH = 0.5
 """Distance from a single arm to its box, relative to the reach of the arm."""
 _BORDER_M = 0.06
+_CLEAR_M = 0.25
+"""Height above the middle of the box that obstacles leave free, because tools come straight down."""
 _RELEASE_HEIGHT_M = 0.03
 """Height of the objects above the bottom of the box in the goal."""
 
@@ -44,10 +47,33 @@ class Packing(DrawOptions):
     def deliver(self, cell: Cell, rng: np.random.Generator) -> grasping.Delivery:
         """Returns the same instance with the cells before and after it. Raises like `sample`."""
         grasping.require_empty_tools(cell)
+        _require_room(cell)
         first = len(_SPACINGS_M) // 2 if len(cell.arms) > _FEW_ARMS else 0
         spacings = _SPACINGS_M[first:] + _SPACINGS_M[:first]
         search = ConfigurationSearch(cell=cell, options=self, rng=rng)
         return draw_until_success(self, cell, lambda number: _draw(search, spacings[number % len(spacings)]))
+
+
+def _require_room(cell: Cell) -> None:
+    """Raises `MmpError` if an arm cannot reach a box in the middle of the bases, or an obstacle stands there."""
+    table = Table(cell)
+    rule = "task 'packing' puts all objects into one box in the middle of the bases"
+    allowed = "it needs a cell, such as a ring, in which every arm reaches a free middle"
+    widest = _circle(_SPACINGS_M[-1], len(cell.arms))
+    for arm in cell.arms:
+        away = float(np.linalg.norm(table.center - arm.position[:2]))
+        if away - widest > arm.robot.reach:
+            raise MmpError(
+                f"{rule}, which is {away:.2f} m from arm '{arm.name}' of cell '{cell.name}', beyond its reach of"
+                f" {arm.robot.reach:.2f} m; {allowed}"
+            )
+    if (name := table.obstacle_at(_middle(cell, table), _CLEAR_M)) is not None:
+        raise MmpError(f"{rule} of cell '{cell.name}', where obstacle '{name}' stands; {allowed}")
+
+
+def _circle(spacing: float, count: int) -> float:
+    """Returns the radius [m] of a circle of objects."""
+    return max(spacing / (2 * np.sin(np.pi / count)), _MIN_RADIUS_M) if count > 1 else 0.0
 
 
 def _draw(search: ConfigurationSearch, spacing: float) -> grasping.Delivery:
@@ -81,8 +107,8 @@ def _slots(
     """Returns a point in the box for each arm, on the smallest circle, in the order of the arms around it."""
     arms = search.cell.arms
     count = len(arms)
-    radius = max(spacing / (2 * np.sin(np.pi / count)), _MIN_RADIUS_M) if count > 1 else 0.0
-    inward = {arm.name: table.forward(arm) for arm in arms}
+    radius = _circle(spacing, count)
+    inward = {arm.name: table.towards(arm, table.center) for arm in arms}
     angles = {name: float(np.arctan2(-forward[1], -forward[0])) for name, forward in inward.items()}
     order = sorted(angles, key=lambda name: angles[name])
     even = {name: 2 * np.pi * k / count for k, name in enumerate(order)}

@@ -58,7 +58,7 @@ class Parallel(DrawOptions):
 def _draw(search: ConfigurationSearch, table: Table) -> tuple[State, State]:
     """Draws one move, and a start and goal with it for each arm. Raises `DrawFailed`."""
     turn, length, rise, height = search.rng.random(4)
-    shorter = min(1.0, np.sqrt(_FEW_ARMS / len(search.cell.arms)))
+    shorter = min(1.0, np.sqrt(_FEW_ARMS / max(len(table.meeting(arm)) for arm in search.cell.arms)))
     flat = (_LENGTH_M[0] + length * (_LENGTH_M[1] - _LENGTH_M[0])) * shorter
     angle = 2 * np.pi * turn
     move = np.array([flat * np.cos(angle), flat * np.sin(angle), (2 * rise - 1) * _RISE_M])
@@ -84,8 +84,8 @@ def _draw(search: ConfigurationSearch, table: Table) -> tuple[State, State]:
 
 def _tool_point(table: Table, arm: Arm, z: float, far: float, aside: float) -> Float[np.ndarray, " 3"]:
     """Returns the middle of the move of an arm [m]; `far` and `aside` are random numbers from 0 to 1."""
-    inward = float(np.linalg.norm(table.center - arm.position[:2]))
+    inward = float(np.linalg.norm(table.middle(arm) - arm.position[:2]))
     reach = (_REACH[0] + far * (_REACH[1] - _REACH[0])) * arm.robot.reach
-    reach = min(reach, max(inward - table.crowded_radius, _MIN_REACH * arm.robot.reach))
+    reach = min(reach, max(inward - table.crowded_radius(arm), _MIN_REACH * arm.robot.reach))
     forward = turned(table.forward(arm), (2 * aside - 1) * _ASIDE_RAD)
     return np.append(arm.position[:2] + reach * forward, z)

@@ -12,6 +12,7 @@ from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.transforms import matrix_from_quaternion
 from mmp_tasks.draw_options import DrawFailed
+from mmp_tasks.shared_space import neighbours
 
 SPACING_M = 0.17
 """Least distance between two spots, so that two tools have room above them."""
@@ -35,19 +36,42 @@ class Sector:
 
 
 class Table:
-    """The horizontal plane through the lowest base, at `height` [m]; `bases` [a, 2] and their mean `center` [2] [m]."""
+    """The horizontal plane through the lowest base, at `height` [m]; `bases` [a, 2] and their mean `center` [2] [m].
+
+    If every arm reaches the mean of the bases, all arms work towards it. In a wider cell, each arm works towards the
+    mean of its own base and those of its neighbours.
+    """
 
     def __init__(self, cell: Cell) -> None:
         self.bases = np.array([arm.position[:2] for arm in cell.arms])
         self.center = self.bases.mean(axis=0)
         self.height = float(min(arm.position[2] for arm in cell.arms))
-        self.crowded_radius = _CROWDED_RADIUS_M * len(cell.arms) if len(cell.arms) > 1 else -np.inf
-        """Radius of the circle about the middle [m] in which the tools of all arms have no room side by side."""
-        self._standing = [box for box in map(_bounding_box, cell.obstacles) if box[1, 2] > self.height + 1e-3]
+        self.far = next((arm for arm in cell.arms if not self._reaches_center(arm)), None)
+        """The first arm that does not reach the mean of the bases, or None."""
+        self._cell = cell
+        boxes = {obstacle.name: _bounding_box(obstacle) for obstacle in cell.obstacles}
+        self._standing = {name: box for name, box in boxes.items() if box[1, 2] > self.height + 1e-3}
+
+    def meeting(self, arm: Arm) -> list[Arm]:
+        """Returns the arms that work towards the same middle as `arm`, itself included."""
+        return list(self._cell.arms) if self.far is None else [arm, *neighbours(self._cell, arm)]
+
+    def middle(self, arm: Arm) -> Float[np.ndarray, " 2"]:
+        """Returns the point [m] towards which an arm works."""
+        return np.mean([other.position[:2] for other in self.meeting(arm)], axis=0)
+
+    def crowded_radius(self, arm: Arm) -> float:
+        """Returns the radius [m] about the middle of an arm in which the tools that meet have no room side by side."""
+        count = len(self.meeting(arm))
+        return _CROWDED_RADIUS_M * count if count > 1 else -np.inf
 
     def forward(self, arm: Arm) -> Float[np.ndarray, " 2"]:
-        """Returns the direction in which an arm works: to the middle; an arm in the middle works forwards."""
-        inward = self.center - arm.position[:2]
+        """Returns the direction in which an arm works: to its middle; an arm in the middle works forwards."""
+        return self.towards(arm, self.middle(arm))
+
+    def towards(self, arm: Arm, point: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " 2"]:
+        """Returns the direction from an arm to a point [m]; of an arm that stands there, the one it faces."""
+        inward = point - arm.position[:2]
         distance = float(np.linalg.norm(inward))
         return inward / distance if distance > 0.05 else arm.T_world_base[:2, 0]
 
@@ -78,6 +102,16 @@ class Table:
             raise DrawFailed.at(arm, ", which has no free spot on the table before it")
         return np.round(spots[free[0]], 4)
 
+    def obstacle_at(self, point: Float[np.ndarray, " 2"], height: float) -> str | None:
+        """Returns the name of an obstacle up to `height` [m] above the table at a point [m], or None."""
+        for name, (low, high) in self._standing.items():
+            if (low[:2] < point).all() and (point < high[:2]).all() and low[2] < self.height + height:
+                return name
+        return None
+
+    def _reaches_center(self, arm: Arm) -> bool:
+        return float(np.linalg.norm(self.center - arm.position[:2])) < arm.robot.reach
+
     def _free(
         self, spots: Float[np.ndarray, "n 2"], taken: Sequence[Float[np.ndarray, " 2"]], height: float
     ) -> Bool[np.ndarray, " n"]:
@@ -87,7 +121,7 @@ class Table:
             free &= _nearest(spots, np.array(taken)) >= SPACING_M
         low = np.column_stack([spots - SPACING_M / 2, np.full(len(spots), self.height)])
         high = np.column_stack([spots + SPACING_M / 2, np.full(len(spots), self.height + height)])
-        for box in self._standing:
+        for box in self._standing.values():
             free &= ~((box[0] < high) & (low < box[1])).all(axis=1)
         return free
 

@@ -16,11 +16,13 @@ from mmp_env.files.episode_file import Episode, episode_to_dict
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.held import covering_spheres
+from mmp_env.model.lines import line_cell
 from mmp_env.problems.making import make_problem
 from mmp_env.sim.episode_execution import execute_episode
 from mmp_tasks.grasping import OBJECT_M, tip
 from mmp_tasks.inverse_kinematics import kinematics
 from mmp_tasks.sequence import stages
+from mmp_tasks.table import Table
 
 CARRYING = ("place", "packing")
 FURNISHING = ("pick", *CARRYING)
@@ -50,6 +52,31 @@ def test_big_rings_have_room_too(task, cell):
     assert draw_problem(find_cell(cell), task, 0).margin == 0.002
 
 
+@pytest.mark.parametrize("task", ["crossing", "parallel", "pick", "place"])
+@pytest.mark.parametrize("robot", ["ur5e", "panda"])
+def test_tasks_work_in_lines_whose_arms_do_not_reach_the_middle(task, robot):
+    problem = draw_problem(line_cell(16, robot), task, 2)
+    assert problem.margin == 0.002
+
+
+def test_an_arm_of_a_line_works_towards_its_neighbours():
+    cell = line_cell(16)
+    table = Table(cell)
+    for k, arm in enumerate(cell.arms):
+        forward = table.forward(arm)
+        assert forward @ arm.T_world_base[:2, 0] > (0.9 if 4 <= k < 12 else 0.4)
+
+
+def test_packing_says_which_arm_does_not_reach_the_box_and_what_stands_there():
+    assert draw_problem(line_cell(8), "packing", 1).margin == 0.002
+    for cell, said in (
+        (line_cell(16), r"one box in the middle .* 2\.16 m from arm 'arm0' .* beyond its reach .* such as a ring"),
+        (find_cell("shelf-8-panda"), "where obstacle 'board0' stands; it needs a cell"),
+    ):
+        with pytest.raises(MmpError, match=said):
+            draw_problem(cell, "packing", 0)
+
+
 @pytest.mark.parametrize("task", ALL)
 def test_a_seed_gives_the_same_instance_again_and_another_seed_another(task):
     one, again, other = (draw_problem(find_cell("mixed-4"), task, seed) for seed in (3, 3, 4))
@@ -68,7 +95,7 @@ def test_every_task_is_registered_and_a_nonsense_option_is_named(task):
         mmp_tasks.make(task, draws=0)
 
 
-@pytest.mark.parametrize("task", ALL)
+@pytest.mark.parametrize("task", [name for name in ALL if name != "packing"])
 def test_a_cell_without_an_instance_is_an_error_that_names_task_cell_and_arm(task):
     filled = Obstacle(
         name="block",

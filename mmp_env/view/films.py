@@ -22,11 +22,11 @@ from mmp_env.sim.execution import ExecutionReport
 from mmp_env.view.animation import Encoder, GifEncoder, WebpEncoder
 from mmp_env.view.ffmpeg import Mp4Encoder, find_ffmpeg
 from mmp_env.view.offscreen_renderer import (
-    HEIGHT,
     WIDTH,
     OffscreenRenderer,
     State,
     configuration_at,
+    fitting_height,
     plan_outline,
     tool_path_lines,
 )
@@ -59,7 +59,7 @@ def save_film(
     *,
     fps: float | None = None,
     width: int = WIDTH,
-    height: int = HEIGHT,
+    height: int | None = None,
     fine: bool = True,
     goals: bool = True,
     tool_paths: bool = False,
@@ -74,7 +74,7 @@ def save_film(
         report: what `execute` returned; without it the film shows the plan itself.
         fps: frames per second; default: 25 for MP4, 10 for GIF and WebP.
         width: width [px], even for an MP4.
-        height: height [px], even for an MP4.
+        height: height [px], even for an MP4; by default 480, or less for a cell twice as wide as high.
         fine: whether the film has shadows and smooth edges.
         goals: whether the goals are shown as transparent arms.
         tool_paths: whether the tool paths are shown as lines.
@@ -88,8 +88,9 @@ def save_film(
     kind = _encoder(path)
     fps = kind.usual_fps if fps is None else fps
     times = frame_times(_duration(plan, report), fps)
-    kind.check_size(width, height)
     camera = as_camera_view(camera)
+    height = fitting_height(plan_outline(plan), width, camera) if height is None else height
+    kind.check_size(width, height)
     shown = frames(
         plan,
         report,
@@ -115,7 +116,7 @@ def frames(
     *,
     fps: float = 25.0,
     width: int = WIDTH,
-    height: int = HEIGHT,
+    height: int | None = None,
     fine: bool = True,
     goals: bool = True,
     tool_paths: bool = False,
@@ -129,6 +130,7 @@ def frames(
     """
     times = frame_times(_duration(plan, report), fps)
     shown = plan_outline(plan) if shown is None else shown
+    height = fitting_height(shown, width, camera) if height is None else height
     with OffscreenRenderer(plan.problem.cell, width, height, fine=fine, shown=shown, camera=camera) as renderer:
         for time_s, q in zip(times, _configurations(plan, report, times), strict=True):
             lines = tool_path_lines(plan, min(float(time_s), plan.makespan_s)) if tool_paths else ()

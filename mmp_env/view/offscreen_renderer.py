@@ -12,10 +12,14 @@ from mmp_env.model.plan import Plan
 from mmp_env.sim.arm_colors import arm_color
 from mmp_env.sim.camera_view import GivenView, as_camera_view
 from mmp_env.sim.rendering import Camera, Line
-from mmp_env.sim.scene_appearance import corners, is_ground
+from mmp_env.sim.scene_appearance import camera_pose, corners, is_ground
 from mmp_env.sim.simulation import Simulation
 
 WIDTH, HEIGHT = 640, 480
+WIDE = 2.0
+"""Least ratio of width to height of what a picture shows for which its height follows."""
+_LEAST_HEIGHT = 64
+"""Least height [px] of a picture of a wide cell."""
 _STEP_RAD = 0.05
 """Largest joint motion [rad] between two points of a tool path."""
 _NEAR_M = 0.004
@@ -72,6 +76,27 @@ class OffscreenRenderer:
         simulation = self._simulation
         simulation.place(simulation.joined(q))
         return self._camera.show(None if goal is None else simulation.joined(goal), lines)
+
+
+def fitting_height(shown: Float[np.ndarray, "p 3"], width: int, camera: GivenView = None) -> int:
+    """Returns the usual height [px] of a picture, or less if what it shows is more than `WIDE` times as wide as high.
+
+    Args:
+        shown: points [p, 3] that the picture must contain [m].
+        width: width of the picture [px].
+        camera: a view, its name or its numbers, see `as_camera_view`. With a distance the height is the usual one.
+
+    Raises:
+        MmpError: for a camera that is not allowed.
+    """
+    view = as_camera_view(camera)
+    if view is not None and view.distance is not None:
+        return HEIGHT
+    eye, axes = camera_pose(shown, axes=None if view is None else view.axes)
+    right, up, back = ((shown - eye) @ axes).T
+    ratio = float(np.ptp(right / -back) / max(np.ptp(up / -back), 1e-9))
+    even = 2 * round(width / ratio / 2)
+    return HEIGHT if ratio <= WIDE else int(np.clip(even, _LEAST_HEIGHT, HEIGHT))
 
 
 def configuration_at(plan: Plan, time_s: float) -> dict[str, Float[np.ndarray, "dof"]]:

@@ -22,10 +22,11 @@ from mmp_env.model.plan_fit import given_plan
 from mmp_env.opengl import offscreen_backend
 from mmp_env.sim.camera_view import GivenView
 from mmp_env.view.offscreen_renderer import (
-    HEIGHT,
+    WIDE,
     WIDTH,
     OffscreenRenderer,
     configuration_at,
+    fitting_height,
     plan_outline,
     tool_path_lines,
 )
@@ -47,7 +48,7 @@ class PictureOptions(TypedDict, total=False):
 
     width: int
     height: int
-    """Size of one picture [px]; default: 640 x 480."""
+    """Size of one picture [px]; default: 640 x 480, with less height if the motion is over twice as wide."""
     fine: bool
     """Shadows and smooth edges; default: on. Without a graphics card they take several times as long."""
     goals: bool
@@ -87,14 +88,20 @@ def picture(plan: Plan, moment: Moment = "middle", **options: Unpack[PictureOpti
 def pictures(
     plan: Plan, moments: Iterable[Moment] = tuple(MOMENTS), **options: Unpack[PictureOptions]
 ) -> UInt8[np.ndarray, "h W 3"]:
-    """Returns pictures of several moments side by side, each with its name and time. See `picture`."""
+    """Returns pictures of several moments side by side, each with its name and time. See `picture`.
+
+    Pictures that are more than `WIDE` times as wide as high stand below each other.
+    """
     plan, chosen = given_plan(plan, "show"), _listed(moments)
     times = _times(chosen, plan.makespan_s)
-    parts = []
-    for moment, time_s, shot in zip(chosen, times, _shots(plan, times, **options), strict=True):
+    shots, parts = _shots(plan, times, **options), []
+    height, width, _ = shots[0].shape
+    below = width > WIDE * height
+    gap = np.full((_GAP, width, 3) if below else (height, _GAP, 3), _PAPER, np.uint8)
+    for moment, time_s, shot in zip(chosen, times, shots, strict=True):
         name = f"{moment}, " if isinstance(moment, str) else ""
-        parts += [np.full((len(shot), _GAP, 3), _PAPER, np.uint8), labelled(shot, f"{name}{in_seconds(time_s, 1)}")]
-    return np.concatenate(parts[1:], axis=1)
+        parts += [gap, labelled(shot, f"{name}{in_seconds(time_s, 1)}")]
+    return np.concatenate(parts[1:], axis=0 if below else 1)
 
 
 def save_picture(
@@ -147,7 +154,7 @@ def _shots(
     times: Iterable[float],
     *,
     width: int = WIDTH,
-    height: int = HEIGHT,
+    height: int | None = None,
     fine: bool = True,
     goals: bool = True,
     tool_paths: bool = True,
@@ -155,6 +162,7 @@ def _shots(
 ) -> list[UInt8[np.ndarray, "h w 3"]]:
     """Returns a picture for each time [s]."""
     out, shown = [], plan_outline(plan)
+    height = fitting_height(shown, width, camera) if height is None else height
     with OffscreenRenderer(plan.problem.cell, width, height, fine=fine, shown=shown, camera=camera) as renderer:
         for time_s in times:
             ghosts = plan.problem.goal if goals and time_s < plan.makespan_s else None

@@ -7,12 +7,13 @@ from support import tiny_plans
 from support.picture_or_sentence import NONE_HERE, made, pixels_of_arm, without_libraries
 from support.unchecked import unchecked
 
-from mmp_env import ring_cell
+from mmp_env import line_cell, ring_cell
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.plan_file import plan_from_dict
+from mmp_env.sim.camera_view import CameraView
 from mmp_env.sim.scene_appearance import CAMERA, frame, outline
 from mmp_env.sim.simulation import Simulation
-from mmp_env.view.offscreen_renderer import OffscreenRenderer, tool_path_lines
+from mmp_env.view.offscreen_renderer import HEIGHT, OffscreenRenderer, fitting_height, tool_path_lines
 from mmp_env.view.pictures import check_picture, encoded, labelled, picture, pictures, save_picture
 
 SMALL = {"width": 160, "height": 120}
@@ -162,3 +163,21 @@ def test_a_label_is_in_the_corner_and_nowhere_else():
 def test_a_picture_that_is_too_wide_for_its_format_is_one_sentence(format, width):
     with pytest.raises(MmpError, match=f"{format} cannot hold a picture of {width} x 1 pixels"):
         encoded(np.zeros((1, width, 3), np.uint8), format)
+
+
+def test_the_height_of_a_picture_follows_a_wide_cell():
+    wide, ring = outline(line_cell(48)), outline(ring_cell(8))
+    assert fitting_height(ring, 640) == HEIGHT
+    height = fitting_height(wide, 640)
+    assert 64 < height < 240
+    assert height % 2 == 0
+    assert fitting_height(wide, 640, "left") == HEIGHT  # along the rows
+    assert fitting_height(wide, 640, "top") < height
+    assert fitting_height(wide, 640, CameraView(azimuth=90, elevation=-30, distance=3.0)) == HEIGHT
+
+
+def test_wide_pictures_stand_below_each_other(plan):
+    image = made(lambda: pictures(plan, width=160, height=60))
+    if image is None:
+        return
+    assert image.shape == (3 * 60 + 2 * 4, 160, 3)

@@ -382,11 +382,11 @@ def breaks_constraint(cell: Cell, motion: Motion, constraints: Sequence[Constrai
 class CompositeSettings:
     """Settings of `CompositeSearch`."""
 
-    def __init__(self, *, range: float = 2.0, step: float = 0.05) -> None: ...
+    def __init__(self, *, range: float = 2.0, step: float = 0.12) -> None: ...
 
     @property
     def range(self) -> float:
-        """Longest edge, L2 over all joints [rad]."""
+        """Longest move of an arm on an edge, L2 [rad]."""
 
     @property
     def step(self) -> float:
@@ -410,6 +410,10 @@ class CompositeSearch:
     @property
     def iterations(self) -> int:
         """Number of iterations so far."""
+
+    @property
+    def steps(self) -> int:
+        """Number of steps of all arms so far, with those that added no node."""
 
     @property
     def nodes(self) -> int:

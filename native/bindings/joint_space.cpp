@@ -30,7 +30,7 @@ void bind_joint_space(nb::module_& m) {
             new (self) CompositeSettings{checked_number(range), checked_number(step)};
           },
           nb::kw_only(), nb::arg("range") = defaults.range, nb::arg("step") = defaults.step)
-      .def_ro("range", &CompositeSettings::range, "Longest edge, L2 over all joints [rad].")
+      .def_ro("range", &CompositeSettings::range, "Longest move of an arm on an edge, L2 [rad].")
       .def_ro("step", &CompositeSettings::step, "Distance between samples of an edge, largest joint [rad].");
 
   nb::class_<Search>(m, "CompositeSearch",
@@ -78,6 +78,7 @@ void bind_joint_space(nb::module_& m) {
           nb::sig("def grow(self, iterations: int, clock: Clock) -> numpy.ndarray | None"),
           "Returns a path [n, all joints], proved at every instant, or None if `iterations` more do not find one.")
       .def_prop_ro("iterations", &Search::iterations, "Number of iterations so far.")
+      .def_prop_ro("steps", &Search::steps, "Number of steps of all arms so far, with those that added no node.")
       .def_prop_ro("nodes", &Search::nodes, "Number of nodes of both trees.");
 }
 

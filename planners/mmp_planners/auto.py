@@ -31,8 +31,8 @@ class Auto:
     """A portfolio: composite RRT-Connect, local repair and APF-ECBS take turns, and the plan is improved.
 
     The members fail on different instances, and crowding decides which of them is fast. Their work is counted, not
-    timed, so the same seed gives the same plan. Composite RRT-Connect begins. It gets less of the work where its trees
-    hardly grow, and every member gets less after attempts that failed.
+    timed, so the same seed gives the same plan. Composite RRT-Connect begins. It gets less of the work in cells of many
+    arms, and every member gets less after attempts that failed.
 
     While the plan costs more than `until` times the straight lines, up to `rounds` rounds improve it, and the watcher
     gets each better plan. A round shortens the plan on the common clock and replans arms with detours among the others
@@ -85,13 +85,14 @@ class Auto:
 
     def _find_first_plan(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> None:
         """Lets the members take turns until one finds a plan, time is up, or an arm finds no path even alone."""
+        composite_share = SETTINGS.composite_share(len(run.problem.start))
         members = [
-            Member(name="rrt-connect", turns=self._grow_composite(run)),
+            Member(name="rrt-connect", turns=self._grow_composite(run), share=composite_share),
             Member(
                 name="local-repair",
                 turns=LocalRepair(dt=self.dt).turns(run, counts, watch),
                 share=SETTINGS.repair_share,
-                waited=SETTINGS.work_before_repair,
+                waited=SETTINGS.work_before_repair * composite_share,
             ),
             Member(
                 name="apf-ecbs",
@@ -117,17 +118,16 @@ class Auto:
         composite, arms = Composite(), len(run.problem.start)
         iterations = max(SETTINGS.composite_turn // arms, 1)
         for sub_seed in sub_seeds(run.seed):
-            search, done = composite.search(run.problem, sub_seed), 0
-            roots = search.nodes
+            search, steps = composite.search(run.problem, sub_seed), 0
             while search.nodes < NODES:
                 if run.clock.expired:
                     return
                 plan = composite.grow(run.problem, search, iterations, run.clock)
                 if plan is not None and run.offer(plan):
                     return
-                done += iterations
-                share = SETTINGS.composite_share((search.nodes - roots) / done, arms)
-                yield Turn(iterations * arms, share, failed=search.nodes >= NODES)
+                work = SETTINGS.composite_work * arms * (search.steps - steps)
+                steps = search.steps
+                yield Turn(work, failed=search.nodes >= NODES)
             run.counts.restarts += 1
 
     def _grow_trees(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> Iterator[Turn]:

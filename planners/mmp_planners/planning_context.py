@@ -24,7 +24,7 @@ from mmp_planners.low_level import SiRrtStar
 MOST_GOALS = 32
 """Largest number of candidates of an arm that its single-arm planner knows."""
 WORK_PER_ITERATION, WORK_PER_PATH = 70, 1800
-"""Work of the single-arm planner, in iterations of the composite search for one arm, as measured."""
+"""Work of an iteration of the single-arm planner, about its microseconds."""
 PairConflicts = Mapping[tuple[int, int], Float[np.ndarray, "c"]]
 """(arm, arm) -> ascending instants of conflict [steps], at most one per step; only pairs in conflict."""
 
@@ -74,7 +74,7 @@ class PlanningContext:
         clock: deadline of the searches.
 
     Attributes:
-        work: work of the single-arm planners so far, in iterations of the composite search for one arm.
+        work: work of the single-arm planners so far, about its microseconds.
     """
 
     def __init__(self, problem: Problem, dt: float, low_level: SiRrtStar, clock: core.Clock) -> None:

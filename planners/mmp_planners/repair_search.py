@@ -36,7 +36,7 @@ PARKED_PROBABILITY = 0.5
 COUPLED_ITERATIONS = 1000
 """Largest number of iterations of a composite search."""
 WORK_PER_COUPLING = 5000
-"""Work of planning some arms together, in iterations of the composite search for one arm, as measured."""
+"""Work of planning some arms together, about its microseconds."""
 COUPLED_SHORTCUTS = 60
 """Number of attempts to shorten the paths of coupled arms."""
 

@@ -28,7 +28,7 @@ from mmp_planners.seeds import sub_seeds
 
 NODES = 200_000
 """Largest number of nodes of both trees before a restart."""
-SLICE = 2000
+SLICE = 200
 """Number of iterations between two checks of the number of nodes."""
 
 
@@ -36,8 +36,9 @@ SLICE = 2000
 class Composite:
     """Two trees over all joints of all arms that grow towards each other (`native/joint_space/composite_rrt.hpp`).
 
-    Edges have samples every `step` [rad] and are at most `range` [rad, L2] long. A path that joins the trees is proved
-    at every instant. Edges without a proof are removed, and the trees grow on. The tree of the goals has one root per
+    On an edge each arm moves by at most `range` [rad, L2], tested every `step` [rad]. Arms that would meet move one
+    after the other, and a blocked arm does not hold up the others. A path that joins the trees is proved at every
+    instant. Edges without a proof are removed, and the trees grow on. The tree of the goals has one root per
     combination of the arms' candidates (`goal_combinations`).
     """
 
@@ -76,9 +77,7 @@ class RrtConnect:
         guarantee="probabilistically complete, up to the margin and the step between samples; no bound on the cost",
     )
 
-    range: float = option(
-        Composite.range, "longest edge of the trees, L2 over all joints of all arms [rad]", least=0.01
-    )
+    range: float = option(Composite.range, "longest move of an arm on an edge of the trees, L2 [rad]", least=0.01)
     step: float = option(Composite.step, "distance between samples of an edge, largest joint [rad]", least=0.001)
     nodes: int = option(NODES, "nodes of both trees before a restart", positive=True)
     shorten: int = option(200, "attempts to shorten the plan on the common clock; 0: keep it as found", least=0)

@@ -54,13 +54,14 @@ def crowded(seed=3):
 
 
 @pytest.mark.parametrize("kind", [two_arms.passing, two_arms.parked_arm_between, crowded])
-def test_a_path_goes_from_start_to_goal_by_edges_no_longer_than_the_range(kind):
+def test_a_path_goes_from_start_to_goal_by_edges_on_which_no_arm_moves_farther_than_the_range(kind):
     problem = kind()
     path = search_of(problem).grow(1_000_000, forever())
     names = problem.cell.arm_names
     np.testing.assert_array_equal(path[0], np.concatenate([problem.start[n] for n in names]).astype(np.float32))
     np.testing.assert_array_equal(path[-1], np.concatenate([problem.goal[n] for n in names]).astype(np.float32))
-    assert np.linalg.norm(np.diff(path, axis=0), axis=1).max() <= RANGE_RAD * (1 + 1e-5)
+    for rows in np.split(path, len(names), axis=1):
+        assert np.linalg.norm(np.diff(rows, axis=0), axis=1).max() <= RANGE_RAD * (1 + 1e-5)
 
 
 def dense(path, samples=60):
@@ -144,12 +145,32 @@ def test_a_path_is_clear_of_obstacles_bases_and_the_arms_themselves_by_the_refer
         assert least >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - FLOAT_M
 
 
-def test_the_proof_removes_an_edge_that_coarse_samples_let_through_and_the_search_goes_on():
-    """With one sample per edge, its end, the straight line through the other hand becomes an edge first."""
+def test_arms_that_would_meet_go_one_after_the_other():
     problem = two_arms.passing()
-    fine, coarse = (search_of(problem, edge=4.0, step=step) for step in (STEP_RAD, 2.0))
-    assert fine.grow(1, forever()) is None
-    assert fine.nodes == 2, "the samples see the contact"
+    path = search_of(problem, edge=4.0).grow(1, forever())
+    assert len(path) == 3
+    moves = [[bool((a[part] != b[part]).any()) for part in (slice(6), slice(6, 12))] for a, b in pairwise(path)]
+    assert moves in ([[True, False], [False, True]], [[False, True], [True, False]])
+    assert_proved(problem, path)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_each_edge_of_a_path_moves_arms_that_are_clear_of_all_others_where_they_stand(seed):
+    problem = crowded(seed)
+    path = search_of(problem, seed).grow(1_000_000, forever())
+    standing = 0
+    for a, b in pairwise(np.split(row, len(problem.cell.arms)) for row in path):
+        moves = [bool((p != q).any()) for p, q in zip(a, b, strict=True)]
+        assert any(moves)
+        standing += moves.count(False)
+    assert standing > 0, "otherwise all arms move on every edge"
+    assert_proved(problem, path)
+
+
+def test_the_proof_removes_an_edge_that_coarse_samples_let_through_and_the_search_goes_on():
+    """With one sample per edge, its end, both hands move at once through each other on the first edge."""
+    problem = two_arms.passing()
+    coarse = search_of(problem, edge=4.0, step=2.0)
     assert coarse.grow(1, forever()) is None
     assert coarse.nodes == 3, "start, goal, and the goal again at the end of the straight edge"
     path = coarse.grow(1_000_000, forever())

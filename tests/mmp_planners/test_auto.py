@@ -1,6 +1,7 @@
 """The portfolio: the first plan of any member, its improvement, and turns by counts instead of times."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -136,9 +137,12 @@ def test_watchers_see_the_first_plan_and_the_best_one():
     result = mmp_planners.make("auto").plan(ring(6, 1), seed=0, watch=seen.append)
     nodes = [event for event in seen if isinstance(event, NodeCreated)]
     solutions = [event for event in seen if isinstance(event, SolutionFound)]
-    assert [n.node for n in nodes] == [s.node for s in solutions] == [0, 1]
-    assert nodes[1].parent == 0
-    assert nodes[0].cost_rad > nodes[1].cost_rad == result.plan.cost_rad
+    assert [n.node for n in nodes] == [s.node for s in solutions] == list(range(len(nodes)))
+    assert [n.parent for n in nodes] == [None, *range(len(nodes) - 1)]
+    costs = [n.cost_rad for n in nodes]
+    assert len(costs) > 1
+    assert all(later < earlier for earlier, later in pairwise(costs))
+    assert costs[-1] == result.plan.cost_rad
 
 
 def test_no_time_finds_nothing():

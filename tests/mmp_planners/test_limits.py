@@ -17,9 +17,9 @@ from mmp_planners.portfolio.shortcutting import on_grid
 every_planner = pytest.mark.parametrize("name", names())
 
 
-def with_speed(rad_s):
-    """Returns a problem in which both arms turn by 1.6 rad and pass each other, with this velocity limit."""
-    problem = two_arms.passing()
+def with_speed(rad_s, kind=two_arms.passing):
+    """Returns a problem with this velocity limit; by default both arms turn by 1.6 rad and pass each other."""
+    problem = kind()
     return make_problem(problem.cell, problem.start, problem.goal, max_velocity=rad_s)
 
 
@@ -82,7 +82,7 @@ def test_a_grid_that_is_too_fine_is_refused(name):
 
 
 def test_a_plan_that_lasts_for_hours_is_shortened_on_a_coarser_grid():
-    problem = with_speed(2 / MOST_STEPS / 0.1)
+    problem = with_speed(2 / MOST_STEPS / 0.1, two_arms.parked_arm_between)
     long = make("rrt-connect", shorten=0).plan(problem, seed=0, time_limit=60.0).plan
     result = make("rrt-connect", shorten=100).plan(problem, seed=0, time_limit=60.0)
     assert long.makespan_s > 0.1 * MOST_STEPS_OF_A_GRID

@@ -185,7 +185,7 @@ def test_a_grid_has_every_corner_of_the_plan():
 
 
 def test_an_arm_in_a_group_of_its_own_becomes_straight():
-    problem = two_arms.passing()
+    problem = two_arms.parked_arm_between()
     plan = mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan
     (among, _), (alone, kept) = (
         Shortcutting(attempts=300)(plan, 0, core.Clock(math.inf), groups=groups) for groups in (None, range(2))
@@ -219,7 +219,7 @@ def test_a_cancelled_clock_leaves_the_plan():
 def test_shortcuts_found_before_the_deadline_are_kept(monkeypatch):
     monkeypatch.setattr(run_module, "LEAST_PROOF_S", 1.5)  # enough time for the proof on a busy machine
     monkeypatch.setattr(run_module, "PROOF_SHARE", 0.5)
-    problem = two_arms.passing()
+    problem = two_arms.parked_arm_between()
     long = mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0)
     short = mmp_planners.make("rrt-connect", shorten=10**8).plan(problem, seed=0, time_limit=3.0)
     assert short.stats["deadline_hit"]

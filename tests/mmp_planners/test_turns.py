@@ -25,11 +25,6 @@ def test_each_member_gets_its_share_of_the_work():
     assert done["b"] == pytest.approx(3 * done["a"], abs=30)
 
 
-def test_a_member_that_makes_half_the_progress_gets_half_the_work():
-    done = worked({"a": member(Turn(10)), "b": member(Turn(10, 0.5))}, 300)
-    assert done["a"] == pytest.approx(2 * done["b"], abs=20)
-
-
 def test_a_member_that_begins_later_lets_others_work_first():
     members = {"a": member(Turn(10)), "b": member(Turn(10), waited=100)}
     assert worked(members, 10) == {"a": 100, "b": 0}
@@ -43,7 +38,6 @@ def test_a_failed_attempt_halves_the_share():
     assert done["b"] < 60
 
 
-def test_a_composite_search_gets_more_work_where_its_trees_grow_and_less_for_many_arms():
+def test_a_composite_search_gets_less_work_for_many_arms():
     share = SETTINGS.composite_share
-    assert share(0.0, 8) < share(0.005, 8) < share(0.02, 8) < share(0.2, 8) == share(0.2, 2)
-    assert share(0.02, 32) < share(0.02, 16) < share(0.02, 8)
+    assert share(64) < share(32) < share(16) == share(2) == 1

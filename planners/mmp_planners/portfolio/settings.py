@@ -9,23 +9,19 @@ from dataclasses import dataclass
 class PortfolioSettings:
     """Settings of `auto`: the turns of its members, and the rounds that improve the first plan."""
 
-    composite_turn: int = 2000
-    """Work of the composite search in one turn: iterations times arms."""
-    work_before_repair: float = 16_000
+    composite_turn: int = 80
+    """Iterations of the composite search in one turn, times arms."""
+    composite_work: float = 4.0
+    """Work of one step of one arm in the composite search."""
+    work_before_repair: float = 40_000
     """Work of the composite search before local repair begins."""
     work_before_tree: float = 200_000
     """Work of the composite search before the first tree of APF-ECBS begins, which is slow and finds the rest."""
-    repair_share: float = 1.5
-    """Share of local repair in the work. In crowded rings a unit of its work takes less time than one of the others."""
+    repair_share: float = 0.5
+    """Share of local repair in the work, relative to the composite search of few arms."""
     tree_share: float = 0.25
     """Share of the trees, likewise."""
-    usual_growth: float = 0.012
-    """Share of iterations that add a node to a tree of the composite search, with which its share in the work is 1."""
-    least_share: float = 0.02
-    """Least share of the composite search in the work."""
-    most_share: float = 3.0
-    """Largest share of the composite search in the work."""
-    most_composite: int = 8
+    most_composite: int = 16
     """Number of arms above which the composite search gets less of the work."""
     grid_coarsening: int = 2
     """Steps of the time grid per step of the improvement grid: half the work, and the final cost is the same."""
@@ -44,10 +40,6 @@ class PortfolioSettings:
     most_orders: int = 8
     """Largest number of orders of the arms that path recombination tries in one round."""
 
-    def composite_share(self, growth: float, arms: int) -> float:
-        """Returns the share of the composite search in the work, by the growth of its trees.
-
-        The trees of many arms may grow, but hardly ever meet.
-        """
-        many = max(arms / self.most_composite, 1.0) ** 2
-        return min(max((growth / self.usual_growth) ** 2, self.least_share), self.most_share) / many
+    def composite_share(self, arms: int) -> float:
+        """Returns the share of the composite search in the work. The trees of many arms grow, but hardly ever meet."""
+        return min(self.most_composite / arms, 1.0) ** 3

@@ -1,7 +1,6 @@
 """Turns of the members of a portfolio. Each gets a share of the work, and less of it while it achieves little.
 
-Work is counted and not timed, so that the same seed gives the same plan. Its unit is an iteration of the composite
-search for one arm, about a microsecond.
+Work is counted and not timed, so that the same seed gives the same plan. Its unit takes about a microsecond.
 """
 
 from __future__ import annotations
@@ -19,12 +18,10 @@ class Turn(NamedTuple):
 
     Attributes:
         work: its work.
-        progress: how well it goes: a factor of the member's share, above 0.
         failed: whether an attempt ended without a plan.
     """
 
     work: float
-    progress: float = 1.0
     failed: bool = False
 
 
@@ -46,6 +43,6 @@ class Member:
 
     def count(self, turn: Turn) -> None:
         """Counts a turn."""
-        self.waited += turn.work / (self.share * turn.progress)
+        self.waited += turn.work / self.share
         if turn.failed:
             self.share *= FAILED

@@ -15,9 +15,9 @@ class PortfolioSettings:
     """Work of one step of one arm in the composite search."""
     work_before_repair: float = 40_000
     """Work of the composite search before local repair begins."""
-    work_before_tree: float = 200_000
+    work_before_tree: float = 1_000_000
     """Work of the composite search before the first tree of APF-ECBS begins, which is slow and finds the rest."""
-    repair_share: float = 0.5
+    repair_share: float = 0.35
     """Share of local repair in the work, relative to the composite search of few arms."""
     tree_share: float = 0.25
     """Share of the trees, likewise."""
@@ -42,4 +42,4 @@ class PortfolioSettings:
 
     def composite_share(self, arms: int) -> float:
         """Returns the share of the composite search in the work. The trees of many arms grow, but hardly ever meet."""
-        return min(self.most_composite / arms, 1.0) ** 3
+        return min(self.most_composite / arms, 1.0) ** 5

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <deque>
@@ -48,8 +49,8 @@ class CompositeSteps {
     return true;
   }
 
-  // Moves arms from a free state towards a target, those first that come first after number `first`. Writes the state
-  // that is reached, and the slots. Returns whether any arm moves.
+  // Moves the arms from a free state towards a target. They look for a slot in the order of their numbers, beginning
+  // with `first`. Writes the state that is reached, and the slots. Returns whether any arm moves.
   bool operator()(const T* from, const T* target, int first, std::vector<T>& next, Slots& slots) {
     aim(from, target);
     next.assign(from, from + dof_);
@@ -57,14 +58,10 @@ class CompositeSteps {
     std::vector<int> waiting;
     for (int k = 0; k < count(); ++k)
       if (const int a = (first + k) % count(); arms_[a].moves && !alone_touches(a)) waiting.push_back(a);
-    for (uint16_t slot = 1; !waiting.empty(); ++slot) {
-      const auto goes = [&](int a) { return is_clear(a, slot, slots) && (slots[a] = slot) > 0; };
-      if (std::erase_if(waiting, goes) == 0) return slot > 1;
-      for (int a = 0; a < count(); ++a)
-        if (slots[a] == slot) std::copy_n(arms_[a].to.begin(), arms_[a].model->dof, next.begin() + arms_[a].offset);
-      if (waiting.empty()) return true;
+    const size_t movable = waiting.size();
+    for (uint16_t slot = 1; fill_slot(slot, waiting, next, slots); ++slot) {
     }
-    return false;
+    return waiting.size() < movable;
   }
 
  private:
@@ -120,6 +117,21 @@ class CompositeSteps {
     if (arm.upright(arm.to.data())) return true;
     arm.to = arm.from;
     return false;
+  }
+
+  // Puts waiting arms into a slot and moves them. Returns whether there were any.
+  bool fill_slot(uint16_t slot, std::vector<int>& waiting, std::vector<T>& next, Slots& slots) {
+    std::vector<int> left;
+    for (const int a : waiting) {
+      if (is_clear(a, slot, slots)) {
+        slots[a] = slot;
+        std::copy_n(arms_[a].to.begin(), arms_[a].model->dof, next.begin() + arms_[a].offset);
+      } else {
+        left.push_back(a);
+      }
+    }
+    std::swap(waiting, left);
+    return waiting.size() < left.size();
   }
 
   // Returns whether arm a can move in a slot: clear of the arms that move in it, and of all others where they stand.

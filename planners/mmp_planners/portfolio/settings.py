@@ -19,7 +19,7 @@ class PortfolioSettings:
     """Work of the composite search before the first tree of APF-ECBS begins, which is slow and finds the rest."""
     repair_share: float = 0.35
     """Share of local repair in the work, relative to the composite search of few arms."""
-    tree_share: float = 0.25
+    tree_share: float = 0.06
     """Share of the trees, likewise."""
     most_composite: int = 16
     """Number of arms above which the composite search gets less of the work."""

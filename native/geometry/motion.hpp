@@ -26,6 +26,29 @@ struct Box {
     }
     return gap2 < reach * reach;
   }
+
+  // Returns whether a point of some lane is closer to the box than `reach`.
+  template <class V>
+  bool near(const Vec3<V>& point, const V& reach) const {
+    const V* at[] = {&point.x, &point.y, &point.z};
+    V gap2{};
+    for (int x = 0; x < 3; ++x) {
+      const V gap = max(V{}, max(splat<V>(lo[x]) - *at[x], *at[x] - splat<V>(hi[x])));
+      gap2 += gap * gap;
+    }
+    return bits<V>(gap2 < reach * reach) != 0;
+  }
+
+  // Grows the box around balls, one per lane.
+  template <class V>
+  void include(const Vec3<V>& center, T radius) {
+    const V* at[] = {&center.x, &center.y, &center.z};
+    for (int x = 0; x < 3; ++x)
+      for (int lane = 0; lane < width<V>; ++lane) {
+        lo[x] = std::min(lo[x], (*at[x])[lane] - radius);
+        hi[x] = std::max(hi[x], (*at[x])[lane] + radius);
+      }
+  }
 };
 
 // Straight line of a point from one step to the next.

@@ -175,7 +175,7 @@ class CompositeSteps {
   bool poses_touch(Pose<V>& a, Pose<V>& b, const Box<T>& around_b) {
     Contacts<V> out;
     for (size_t i = a.arm->links.size(); i-- > 1;) {
-      if (!may_reach(a.link[i], a.arm->links[i].bound.r + levels_.margin, around_b)) continue;
+      if (!around_b.near(a.link[i], splat<V>(a.arm->links[i].bound.r + levels_.margin))) continue;
       for (size_t j = b.arm->links.size(); j-- > 1;) {
         contact(a, static_cast<int>(i), b, static_cast<int>(j), levels_.margin, V{}, out);
         if (bits<V>(out.touching)) return true;
@@ -183,16 +183,6 @@ class CompositeSteps {
     }
     return false;
   }
-  static bool may_reach(const Vec3<V>& center, T reach, const Box<T>& box) {
-    const V* at[] = {&center.x, &center.y, &center.z};
-    V gap2{};
-    for (int x = 0; x < 3; ++x) {
-      const V gap = max(V{}, max(splat<V>(box.lo[x]) - *at[x], *at[x] - splat<V>(box.hi[x])));
-      gap2 += gap * gap;
-    }
-    return bits<V>(gap2 < splat<V>(reach * reach)) != 0;
-  }
-
   // Returns the poses of a batch of samples. Each batch spreads its lanes over the whole line, so that the first one
   // finds most contacts.
   Pose<V>& moving(int a, int batch) {
@@ -232,16 +222,7 @@ class CompositeSteps {
     return arm.box[where];
   }
   static void enclose(const Pose<V>& pose, Box<T>& box) {
-    V lo[3], hi[3];
-    for (int x = 0; x < 3; ++x) lo[x] = splat<V>(box.lo[x]), hi[x] = splat<V>(box.hi[x]);
-    for (size_t l = 1; l < pose.arm->links.size(); ++l) {
-      const T r = pose.arm->links[l].bound.r;
-      const V* at[] = {&pose.link[l].x, &pose.link[l].y, &pose.link[l].z};
-      for (int x = 0; x < 3; ++x) lo[x] = min(lo[x], *at[x] - r), hi[x] = max(hi[x], *at[x] + r);
-    }
-    for (int x = 0; x < 3; ++x)
-      for (int lane = 0; lane < width<V>; ++lane)
-        box.lo[x] = std::min(box.lo[x], lo[x][lane]), box.hi[x] = std::max(box.hi[x], hi[x][lane]);
+    for (size_t l = 1; l < pose.arm->links.size(); ++l) box.include(pose.link[l], pose.arm->links[l].bound.r);
   }
 
   StaticWorld<V>* world_;

@@ -54,6 +54,7 @@ class Constraint {
     forward(joints, c.other_[0]);
     for (size_t l = 1; l < other.links.size(); ++l) c.other_[0].detail(static_cast<int>(l));
     c.size_ = shrink;
+    c.enclose();
     return c;
   }
 
@@ -76,6 +77,7 @@ class Constraint {
       sweep.set(parts.back().other_[0], at_middle, half);
       for (size_t l = 1; l < arm.links.size(); ++l)
         parts.back().sweep_[l] = sweep.reach(parts.back().other_[0], static_cast<int>(l))[0];
+      parts.back().enclose();
     }
     const Window rest{double(std::max(from, motion.last)), double(until)};
     if (rest.from < rest.until) parts.push_back(standing(arm, motion.at(motion.last), T(0), rest));
@@ -100,6 +102,8 @@ class Constraint {
       auto& other = other_[0];
       // The tip first: it touches most often, and a contact in every lane ends the test.
       for (size_t i = pose.arm->links.size(); i-- > 1;) {
+        const V far = max(reach[i] + (levels.proof - size_), splat<V>(levels.margin - size_));
+        if (!box_.near(pose.link[i], far + (pose.arm->links[i].bound.r + kRounding))) continue;
         for (size_t j = other.arm->links.size(); j-- > 1;)
           contact(pose, static_cast<int>(i), other, static_cast<int>(j), levels.margin - size_,
                   reach[i] + (levels.proof - size_ + sweep_[j]), out);
@@ -123,10 +127,21 @@ class Constraint {
   }
 
  private:
+  static constexpr T kRounding = T(1e-5);  // [m]; the box must never exclude what links would find
+
   explicit Constraint(Window when) : window(when) {}
+
+  // Puts the box around the links of the other arm and what they sweep.
+  void enclose() {
+    box_ = {};
+    for (size_t l = 1; l < other_[0].arm->links.size(); ++l)
+      box_.include(other_[0].link[l], other_[0].arm->links[l].bound.r + sweep_[l]);
+  }
+
   std::vector<T> center_;
   std::vector<Pose<V>> other_;        // none or one
   std::array<T, kMaxLinks> sweep_{};  // how far each of its links moves within the window
+  Box<T> box_;                        // around them
   T size_{};
   int first_link_ = 0;
 };

@@ -35,5 +35,8 @@ class Driven(Protocol):
     def place(self, q: Float[np.ndarray, "n"]) -> None: ...
     def begin_log(self) -> None: ...
     def follow(
-        self, reference: Float[np.ndarray, "t n"], velocity: Float[np.ndarray, "t n"]
+        self,
+        reference: Float[np.ndarray, "t n"],
+        velocity: Float[np.ndarray, "t n"],
+        end: Float[np.ndarray, "n"] | None = None,
     ) -> Float[np.ndarray, "t n"]: ...

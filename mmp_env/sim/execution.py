@@ -154,7 +154,7 @@ def _play(simulation: Driven, reference: Reference, show: Callable[[], None]) ->
     passed = np.empty((count, simulation.count))
     for first in range(0, count, SHOWN_STEPS):
         part = slice(first, min(first + SHOWN_STEPS, count))
-        passed[part] = simulation.follow(wanted[part], velocity[part])
+        passed[part] = simulation.follow(wanted[part], velocity[part], wanted[part.stop])
         show()
     error = float(np.abs(passed - wanted[1:]).max(initial=0.0))
     played = phases[1:].clip(0.0, reference.times[-1])

@@ -127,19 +127,25 @@ class ModelSimulation:
         self.log.note()
 
     def follow(
-        self, reference: Float[np.ndarray, "t n"], velocity: Float[np.ndarray, "t n"]
+        self,
+        reference: Float[np.ndarray, "t n"],
+        velocity: Float[np.ndarray, "t n"],
+        end: Float[np.ndarray, "n"] | None = None,
     ) -> Float[np.ndarray, "t n"]:
         """Drives the arms along a reference, and returns their positions after each physics step.
 
         Args:
             reference: row k is the reference at the begin of physics step k.
             velocity: its velocities.
+            end: the reference after the last step; by default its velocity goes on.
 
         Raises:
             MmpError: if the physics diverges.
         """
         model, data, passed = self.model, self.data, np.empty_like(reference)
-        for row, wanted, rate in zip(passed, reference, velocity, strict=True):
+        last = reference[-1] + self.timestep_s * velocity[-1] if end is None else end
+        after = np.vstack([reference[1:], last])
+        for row, wanted, rate, then in zip(passed, reference, velocity, after, strict=True):
             begin_s = data.time
             self._servos.command(wanted, rate)
             mujoco.mj_step(model, data)
@@ -149,7 +155,7 @@ class ModelSimulation:
                     f" at its time step of {self.timestep_s:g} s"
                 )
             np.maximum(self._largest_torques, np.abs(data.qfrc_actuator[self._dof]), out=self._largest_torques)
-            self._servos.place(wanted + self.timestep_s * rate, rate)
+            self._servos.place(then, rate)
             mujoco.mj_fwdPosition(model, data)  # contacts of the new state
             row[:] = data.qpos[self._qpos]
             self.log.note()

@@ -155,13 +155,17 @@ class Simulation:
                 self._touching = True
 
     def follow(
-        self, reference: Float[np.ndarray, "t n"], velocity: Float[np.ndarray, "t n"]
+        self,
+        reference: Float[np.ndarray, "t n"],
+        velocity: Float[np.ndarray, "t n"],
+        end: Float[np.ndarray, "n"] | None = None,
     ) -> Float[np.ndarray, "t n"]:
         """Drives the arms along a reference, and returns their positions after each step [t, n] [rad].
 
         Args:
             reference: row k is the reference at the begin of physics step k [rad].
             velocity: its velocities [rad/s].
+            end: the reference after the last step [rad].
 
         Raises:
             RuntimeError: if the physics diverges.

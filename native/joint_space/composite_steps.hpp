@@ -1,7 +1,7 @@
 // Steps of all arms towards a target. Where arms would meet, one goes after the other.
 //
 // A straight edge in the joints of all arms is blocked as soon as two arms meet anywhere on it, so in a crowded cell
-// nearly every edge is blocked. A step takes the straight line of each arm by itself and puts the arms into slots: the
+// nearly every edge is blocked. A step gives each arm its own straight line and a time slot: the
 // arms of a slot move together while all others stand, at the beginning of their lines or at the end. An arm that finds
 // no slot stays where it is. The length of a path is the same: it is the sum of the movement of all joints.
 #pragma once
@@ -67,7 +67,7 @@ class CompositeSteps {
  private:
   enum Where { kBefore, kAfter, kMoving, kWheres };
 
-  // What one step knows about an arm. Poses and boxes are computed when they are first asked for.
+  // An arm in one step. Poses and boxes are computed when they are first asked for.
   struct Arm {
     const ArmModel<T>* model;
     int offset;

@@ -70,12 +70,14 @@ def _plugin(describe: Callable[[str], dict[str, Any]], name: str, is_foreign: Ca
 
 
 def _cell(name: str, cell: str) -> dict[str, Any]:
-    """Describes a cell; `robots` is missing for a ring, which takes any robot."""
+    """Describes a cell; one that takes any robot has its `layout` instead of `robots`."""
     from mmp_env.files.cell_source import find_cell, layout_names
 
     robots = [arm.robot.name for arm in find_cell(cell).arms]
-    out = {"name": name, "arms": len(robots), "layout": "line" if cell.startswith("line-") else "ring"}
-    return {"name": name, "arms": len(robots), "robots": robots} if cell in layout_names() else out
+    out = {"name": name, "arms": len(robots)}
+    if cell in layout_names():
+        return out | {"robots": robots}
+    return out | {"layout": "line" if cell.startswith("line-") else "ring"}
 
 
 def _task(name: str) -> dict[str, Any]:

@@ -393,14 +393,16 @@ class CompositeSettings:
         """Distance between samples of an edge, largest joint [rad]."""
 
 class CompositeSearch:
-    """
-    RRT-Connect over all joints of all arms, or of some. The search can be continued.
-    """
+    """RRT-Connect over all joints of all arms. The search can be continued."""
 
-    def __init__(self, cell: Cell, *, start: numpy.ndarray, goals: numpy.ndarray, samples: Levels, edges: Levels, seed: int, settings: CompositeSettings = ..., arms: Sequence[int] | None = None) -> None:
+    def __init__(self, cell: Cell, *, start: numpy.ndarray, goals: numpy.ndarray, samples: Levels, edges: Levels, seed: int, settings: CompositeSettings = ...) -> None:
         """
-        `start` [all joints]; `goals` [n, all joints]: a path may end at any of them. `samples`: levels at the samples of an edge; `edges`: levels that are proved along a path. `arms`: ascending numbers of the arms that move, by default all; the others are there with their bases only.
+        `start` [all joints]; `goals` [n, all joints]: a path may end at any of them. `samples`: levels at the samples of an edge; `edges`: levels that are proved along a path.
         """
+
+    @property
+    def nodes(self) -> int:
+        """Number of nodes of both trees."""
 
     def grow(self, iterations: int, clock: Clock) -> numpy.ndarray | None:
         """
@@ -415,9 +417,26 @@ class CompositeSearch:
     def steps(self) -> int:
         """Number of steps of all arms so far, with those that added no node."""
 
+class GroupSearch:
+    """RRT-Connect for growing groups of arms. The search can be continued."""
+
+    def __init__(self, cell: Cell, *, start: numpy.ndarray, goal: numpy.ndarray, samples: Levels, edges: Levels, seed: int, settings: CompositeSettings = ..., most: int = ...) -> None:
+        """
+        `start` and `goal` [all joints]. `samples`: levels at the samples of an edge; `edges`: levels that are proved along a path. `most`: largest number of arms in a group.
+        """
+
+    def grow(self, iterations: int, clock: Clock) -> numpy.ndarray | None:
+        """
+        Returns a path [n, all joints], proved at every instant, or None if `iterations` more do not find one.
+        """
+
     @property
-    def nodes(self) -> int:
-        """Number of nodes of both trees."""
+    def iterations(self) -> int:
+        """Number of iterations so far."""
+
+    @property
+    def steps(self) -> int:
+        """Number of steps of all arms so far, with those that added no node."""
 
 class ShortcutSettings:
     """Settings of `shortcut`."""
@@ -434,9 +453,9 @@ class ShortcutSettings:
         Minimum relative saving of a round for another round; infinity, the default: one round.
         """
 
-def shortcut(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, goals: Sequence[numpy.ndarray], levels: Levels, groups: Sequence[int], settings: ShortcutSettings, seed: int, clock: Clock, arms: Sequence[int] | None = None) -> tuple[list[numpy.ndarray], int]:
+def shortcut(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, goals: Sequence[numpy.ndarray], levels: Levels, groups: Sequence[int], settings: ShortcutSettings, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
-    Shortens a safe plan q [steps + 1, dof] per arm on the common clock. `goals` [n, dof] per arm: where it may end. Returns the shorter plan and the number of replaced motion windows. `levels` are proved for every arm and every pair at every instant. Arms in different `groups` ignore each other. `arms`: ascending numbers of the arms that q has, by default all.
+    Shortens a safe plan q [steps + 1, dof] per arm on the common clock. `goals` [n, dof] per arm: where it may end. Returns the shorter plan and the number of replaced motion windows. `levels` are proved for every arm and every pair at every instant. Arms in different `groups` ignore each other.
     """
 
 def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, goals: Sequence[numpy.ndarray], levels: Levels, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:

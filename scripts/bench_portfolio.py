@@ -22,7 +22,7 @@ from mmp_env.model.problem import Problem
 from mmp_planners import Planner, make
 
 CELLS = ("ring-4", "ring-8", "ring-8-panda", "shelf-8-panda", "line-16", "line-32", "line-64")
-MEMBERS = {"rrt-connect": {"shorten": 0}, "local-repair": {}, "apf-ecbs": {}}
+MEMBERS = {"group-rrt": {"shorten": 0}, "rrt-connect": {"shorten": 0}, "apf-ecbs": {}}
 MOST_COMPOSITE = 16
 """Number of arms above which composite RRT-Connect alone is left out: it finds nothing within the time limit."""
 TIME_LIMIT_S = 10.0

@@ -31,9 +31,9 @@ PAGE = ROOT / "docs" / "reference" / "planners.md"
 TREE = "conflict tree"
 KINDS = {
     "auto": "portfolio and improvement",
+    "group-rrt": "composite planning of groups",
     "rrt-connect": "composite planning",
     "prioritized": "prioritized planning",
-    "local-repair": "prioritized planning",
     **dict.fromkeys(("apf-ecbs", "apf-ecbs-nf", "ecbs", "gen-ecbs", "xecbs", "cbs", "cbs-mp"), TREE),
 }
 """Kind of search of each planner, in the order of the page."""
@@ -60,9 +60,9 @@ another one.
 """
 
 CHOICES = {
-    "rrt-connect": "the fastest first plan (`shorten=0` returns it unshortened, and long)",
+    "group-rrt": "the fastest first plan, of any number of arms (`shorten=0` returns it unshortened, and long)",
+    "rrt-connect": "the baseline of composite planning",
     "prioritized": "short paths in crowded cells, without a conflict tree",
-    "local-repair": "a plan for a cell of many arms",
     "apf-ecbs": "the planner of the paper: few nodes, and a bound relative to its own path lengths",
     "ecbs": "the baseline of the paper: the same search without repulsion",
     "gen-ecbs": "several constraint kinds in one search",

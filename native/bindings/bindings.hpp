@@ -149,16 +149,12 @@ inline const ArmModel<double>& arm_of(const Cell& cell, int arm) {
   return cell.precise.arms[arm];
 }
 
-// Returns the numbers of the arms: those given, in ascending order, or all.
-inline std::vector<int> arms_of(const Cell& cell, const std::optional<std::vector<int>>& given) {
+// Returns the numbers of all arms.
+inline std::vector<int> all_arms(const Cell& cell) {
   require_frozen(cell);
   std::vector<int> all(cell.single.arms.size());
   for (size_t a = 0; a < all.size(); ++a) all[a] = static_cast<int>(a);
-  if (!given) return all;
-  require(!given->empty() && std::ranges::adjacent_find(*given, std::greater_equal{}) == given->end(),
-          "arms must be ascending numbers, one at least");
-  for (const int arm : *given) arm_of(cell, arm);
-  return *given;
+  return all;
 }
 
 inline void require_rows(const Cell& cell, int arm, const Matrix& q) {

@@ -8,23 +8,21 @@ namespace mmp {
 namespace {
 
 // Largest move of each joint of each arm in one step.
-std::vector<std::vector<float>> steps_of(const Cell& cell, const std::vector<int>& arms,
-                                         const std::vector<Vector>& steps) {
+std::vector<std::vector<float>> steps_of(const Cell& cell, const std::vector<Vector>& steps) {
   std::vector<std::vector<float>> out;
   for (size_t a = 0; a < steps.size(); ++a) {
-    require_steps(cell, arms[a], steps[a]);
+    require_steps(cell, static_cast<int>(a), steps[a]);
     out.push_back(as<float>(steps[a]));
   }
   return out;
 }
 
 // Goals of each arm.
-std::vector<std::vector<std::vector<float>>> goals_of(const Cell& cell, const std::vector<int>& arms,
-                                                      const std::vector<Matrix>& goals) {
-  require(goals.size() == arms.size(), "one array of goals per arm is needed");
+std::vector<std::vector<std::vector<float>>> goals_of(const Cell& cell, const std::vector<Matrix>& goals) {
+  require(goals.size() == cell.single.arms.size(), "one array of goals per arm is needed");
   std::vector<std::vector<std::vector<float>>> out;
   for (size_t a = 0; a < goals.size(); ++a) {
-    require_rows(cell, arms[a], goals[a]);
+    require_rows(cell, static_cast<int>(a), goals[a]);
     out.push_back(separate_rows<float>(goals[a]));
   }
   return out;
@@ -34,22 +32,23 @@ std::vector<std::vector<std::vector<float>>> goals_of(const Cell& cell, const st
 struct JointMotion {
   std::vector<std::vector<float>> rows, max_step;
 
-  JointMotion(const Cell& cell, const std::vector<int>& arms, const std::vector<Matrix>& q,
-              const std::vector<Vector>& steps) {
-    require(!arms.empty() && q.size() == arms.size() && steps.size() == arms.size(), "one array per arm is needed");
-    for (size_t a = 0; a < arms.size(); ++a) {
-      require_rows(cell, arms[a], q[a]);
+  JointMotion(const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& steps) {
+    require_frozen(cell);
+    const size_t arms = cell.single.arms.size();
+    require(arms > 0 && q.size() == arms && steps.size() == arms, "one array per arm is needed");
+    for (size_t a = 0; a < arms; ++a) {
+      require_rows(cell, static_cast<int>(a), q[a]);
       require(q[a].shape(0) == q[0].shape(0) && q[0].shape(0) > 0, "every arm needs the same number of rows");
       rows.emplace_back(q[a].data(), q[a].data() + q[a].size());
     }
-    max_step = steps_of(cell, arms, steps);
-    for (size_t a = 0; a < arms.size(); ++a)
+    max_step = steps_of(cell, steps);
+    for (size_t a = 0; a < arms; ++a)
       require_few_steps(q[a].data(), q[a].data() + q[a].size() - steps[a].size(), steps[a]);
   }
 
   // Returns the result of `improve`, [steps + 1][dof] per arm, and the number of improvements.
   template <class Improve>
-  static std::pair<nb::list, int> improved(const Cell& cell, const std::vector<int>& arms, const Improve& improve) {
+  static std::pair<nb::list, int> improved(const Cell& cell, const Improve& improve) {
     std::vector<std::vector<double>> found;
     int kept = 0;
     {
@@ -58,7 +57,7 @@ struct JointMotion {
     }
     nb::list out;
     for (size_t a = 0; a < found.size(); ++a) {
-      const size_t dof = static_cast<size_t>(cell.single.arms[arms[a]].dof), n = found[a].size() / dof;
+      const size_t dof = static_cast<size_t>(cell.single.arms[a].dof), n = found[a].size() / dof;
       out.append(to_numpy<Out2>(std::move(found[a]), n, dof));
     }
     return {out, kept};
@@ -86,14 +85,13 @@ void bind_improve(nb::module_& m) {
       "shortcut",
       [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step,
          const std::vector<Matrix>& goals, const Levels<double>& levels, const std::vector<int>& groups,
-         const Settings& settings, uint64_t seed, const Clock& clock, const std::optional<std::vector<int>>& arms) {
-        const auto chosen = arms_of(cell, arms);
-        const JointMotion motion(cell, chosen, q, max_step);
-        const auto ends = goals_of(cell, chosen, goals);
+         const Settings& settings, uint64_t seed, const Clock& clock) {
+        const JointMotion motion(cell, q, max_step);
+        const auto ends = goals_of(cell, goals);
         require(groups.size() == q.size(), "one group per arm is needed");
-        return motion.improved(cell, chosen, [&](std::vector<std::vector<double>>& found) {
-          Shortcutter<Floats> shortcutter(cell.world<Floats>(), chosen, motion.rows, ends, motion.max_step,
-                                          as_float(levels), groups);
+        return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
+          Shortcutter<Floats> shortcutter(cell.world<Floats>(), motion.rows, ends, motion.max_step, as_float(levels),
+                                          groups);
           Random random(seed);
           const int kept = shortcutter.run(settings, random, clock);
           for (size_t a = 0; a < q.size(); ++a) found.push_back(rows_of(shortcutter.rows(static_cast<int>(a))));
@@ -101,28 +99,26 @@ void bind_improve(nb::module_& m) {
         });
       },
       nb::arg("cell"), nb::arg("q"), nb::arg("max_step"), nb::kw_only(), nb::arg("goals"), nb::arg("levels"),
-      nb::arg("groups"), nb::arg("settings"), nb::arg("seed"), nb::arg("clock"), nb::arg("arms") = nb::none(),
-      nb::sig(
-          "def shortcut(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
-          "collections.abc.Sequence[numpy.ndarray], *, goals: collections.abc.Sequence[numpy.ndarray], levels: "
-          "Levels, groups: collections.abc.Sequence[int], settings: ShortcutSettings, seed: int, clock: Clock, arms: "
-          "collections.abc.Sequence[int] | None = None) -> tuple[list[numpy.ndarray], int]"),
+      nb::arg("groups"), nb::arg("settings"), nb::arg("seed"), nb::arg("clock"),
+      nb::sig("def shortcut(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_step: "
+              "collections.abc.Sequence[numpy.ndarray], *, goals: collections.abc.Sequence[numpy.ndarray], levels: "
+              "Levels, groups: collections.abc.Sequence[int], settings: ShortcutSettings, seed: int, clock: Clock) "
+              "-> tuple[list[numpy.ndarray], int]"),
       "Shortens a safe plan q [steps + 1, dof] per arm on the common clock. `goals` [n, dof] per arm: where it may "
       "end. "
       "Returns the shorter plan and the number of replaced motion windows. `levels` are proved for every arm and every "
       "pair at every instant. Arms in different "
-      "`groups` ignore each other. `arms`: ascending numbers of the arms that q has, by default all.");
+      "`groups` ignore each other.");
 
   m.def(
       "replan",
       [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_step,
          const std::vector<Matrix>& goals, const Levels<double>& levels, int attempts, uint64_t seed,
          const Clock& clock) {
-        const auto all = arms_of(cell, std::nullopt);
-        const JointMotion motion(cell, all, q, max_step);
-        const auto ends = goals_of(cell, all, goals);
+        const JointMotion motion(cell, q, max_step);
+        const auto ends = goals_of(cell, goals);
         checked_count(attempts);
-        return motion.improved(cell, all, [&](std::vector<std::vector<double>>& found) {
+        return motion.improved(cell, [&](std::vector<std::vector<double>>& found) {
           Replanner<Floats> replanner(*cell.world_planning, motion.rows, ends, motion.max_step, as_float(levels));
           Random random(seed);
           const int kept = replanner.run(attempts, random, clock);
@@ -148,8 +144,7 @@ void bind_improve(nb::module_& m) {
           [](Pool* self, const Cell& cell, const std::vector<Vector>& max_step, const Levels<double>& levels) {
             require_frozen(cell);
             require(max_step.size() == cell.single.arms.size() && !max_step.empty(), "one array per arm is needed");
-            new (self)
-                Pool(*cell.world_planning, steps_of(cell, arms_of(cell, std::nullopt), max_step), as_float(levels));
+            new (self) Pool(*cell.world_planning, steps_of(cell, max_step), as_float(levels));
           },
           nb::arg("cell"), nb::arg("max_step"), nb::arg("levels"), nb::keep_alive<1, 2>(),
           nb::sig("def __init__(self, cell: Cell, max_step: collections.abc.Sequence[numpy.ndarray], "

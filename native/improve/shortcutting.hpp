@@ -24,22 +24,20 @@ template <class V>
 class Shortcutter {
  public:
   using T = Scalar<V>;
-  // rows: [steps + 1][dof] of a safe plan, for each of `arms`. goals: where each may end; may be empty: where it does.
-  // Arms in different `groups` ignore each other.
-  Shortcutter(StaticWorld<V>& world, std::vector<int> arms, const std::vector<std::vector<T>>& rows,
-              std::vector<std::vector<Config<T>>> goals, std::vector<std::vector<T>> max_step, Levels<T> levels,
-              const std::vector<int>& groups)
+  // rows: [steps + 1][dof] of a safe plan, per arm. goals: where each may end; may be empty: where it does. Arms in
+  // different `groups` ignore each other.
+  Shortcutter(StaticWorld<V>& world, const std::vector<std::vector<T>>& rows, std::vector<std::vector<Config<T>>> goals,
+              std::vector<std::vector<T>> max_step, Levels<T> levels, const std::vector<int>& groups)
       : cell_(world.cell),
         prover_(world),
         check_(world),
         levels_(levels),
-        arms_(std::move(arms)),
         goals_(std::move(goals)),
         windows_(rows.size()) {
     for (size_t a = 0; a < rows.size(); ++a) {
-      motions_.emplace_back(*cell_, arms_[a], rows[a]);
+      motions_.emplace_back(*cell_, static_cast<int>(a), rows[a]);
       limits_.push_back({std::move(max_step[a])});
-      upright_.emplace_back(cell_->arms[arms_[a]]);
+      upright_.emplace_back(cell_->arms[a]);
       others_.emplace_back();
       for (size_t b = 0; b < rows.size(); ++b)
         if (b != a && groups[a] == groups[b]) others_[a].push_back(static_cast<int>(b));
@@ -131,7 +129,7 @@ class Shortcutter {
   template <class Ends>
   bool free_alone(int a, int count, Ends&& at) {
     results_.assign(count, {});
-    prover_.alone(arms_[a], count, at, levels_, Stop::at_first_contact, results_.data(), clock_);
+    prover_.alone(a, count, at, levels_, Stop::at_first_contact, results_.data(), clock_);
     return std::all_of(results_.begin(), results_.end(), [](const auto& r) { return r.free; });
   }
   bool straight_is_free(int a, const T* p, const T* q) {
@@ -239,7 +237,7 @@ class Shortcutter {
   }
 
   MotionWindow<V>& window(int a, int n) {
-    while (static_cast<int>(windows_[a].size()) <= n) windows_[a].emplace_back(*cell_, arms_[a]);
+    while (static_cast<int>(windows_[a].size()) <= n) windows_[a].emplace_back(*cell_, a);
     return windows_[a][n];
   }
 
@@ -280,7 +278,7 @@ class Shortcutter {
     std::vector<T> rows(old.begin(), old.begin() + static_cast<ptrdiff_t>(i) * dof(a));
     rows.insert(rows.end(), part.begin(), part.end());
     rows.insert(rows.end(), old.begin() + static_cast<ptrdiff_t>(j + 1) * dof(a), old.end());
-    motions_[a] = Motion<V>(*cell_, arms_[a], std::move(rows));
+    motions_[a] = Motion<V>(*cell_, a, std::move(rows));
   }
 
   const CellModel<T>* cell_;
@@ -288,7 +286,6 @@ class Shortcutter {
   PairCheck<V> check_;
   Levels<T> levels_;
   std::vector<StepLimits<T>> limits_;
-  std::vector<int> arms_;
   std::vector<std::vector<Config<T>>> goals_;
   std::vector<UprightProjection<V>> upright_;
   std::vector<Motion<V>> motions_;

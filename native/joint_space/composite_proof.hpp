@@ -4,39 +4,66 @@
 #include <algorithm>
 #include <vector>
 
-#include "proof/segments.hpp"
+#include "joint_space/composite_steps.hpp"
+#include "proof/near_arms.hpp"
 
 namespace mmp {
 
-// Proves edges between configurations of some arms: each arm alone and every pair, where one of them moves. The other
-// arms of the cell are only there with their bases.
+// Proves edges between configurations of some arms: each arm alone and every pair, where one of them moves. Parked arms
+// stand, and all others are only there with their bases.
 template <class V>
 class CompositeProof {
  public:
   using T = Scalar<V>;
-  CompositeProof(StaticWorld<V>& world, std::vector<int> arms, Levels<T> levels)
-      : cell_(world.cell), prover_(world), arms_(std::move(arms)), levels_(levels) {}
+  CompositeProof(StaticWorld<V>& world, std::vector<int> arms, std::vector<Parked<T>> parked, Levels<T> levels)
+      : cell_(world.cell), prover_(world), arms_(std::move(arms)), parked_(std::move(parked)), levels_(levels) {}
 
   // Returns which edges path[k] -> path[k + 1] keep `levels.proof` at every instant.
   std::vector<bool> operator()(const std::vector<const T*>& path, const Clock& clock) {
     std::vector<bool> proved(path.size() - 1, true);
     const auto moves = moving_edges(path);
-    for (size_t a = 0; a < arms_.size(); ++a) {
-      test(path, moves[a], proved, [&](int count, auto&& of, SegmentResult<T>* results) {
-        prover_.alone(arms_[a], count, of(offsets_[a]), levels_, Stop::at_first_contact_of_segment, results, &clock);
+    for (size_t a = 0; a < arms_.size(); ++a)
+      test(moves[a], proved, [&](const std::vector<int>& edges, SegmentResult<T>* results) {
+        const auto at = [&](int s) { return ends(path, static_cast<int>(a), edges[s]); };
+        prover_.alone(arms_[a], static_cast<int>(edges.size()), at, levels_, Stop::at_first_contact_of_segment, results,
+                      &clock);
       });
-      for (size_t b = a + 1; b < arms_.size(); ++b) {
-        std::vector<int> either;
+    std::vector<const ArmModel<T>*> models;
+    std::vector<int> numbers = arms_;
+    for (const auto& parked : parked_) numbers.push_back(parked.arm);
+    for (const int arm : numbers) models.push_back(&cell_->arms[arm]);
+    NearArms<V> near(
+        models, static_cast<int>(proved.size()),
+        [&](int a) { return [&path, a, this](int s) { return ends(path, a, s); }; }, clock);
+    near.find(std::max(levels_.margin, levels_.proof));
+    std::vector<int> either, edges_near;
+    for (size_t a = 0; a < arms_.size(); ++a)
+      near.others(static_cast<int>(a), [&](int b, const std::vector<int>& close) {
+        either.clear();
+        edges_near.clear();
         std::ranges::set_union(moves[a], moves[b], std::back_inserter(either));
-        test(path, either, proved, [&](int count, auto&& of, SegmentResult<T>* results) {
-          prover_.pair(arms_[a], arms_[b], count, of(offsets_[a]), of(offsets_[b]), levels_, false, results, &clock);
+        std::ranges::set_intersection(either, close, std::back_inserter(edges_near));
+        test(edges_near, proved, [&](const std::vector<int>& edges, SegmentResult<T>* results) {
+          const auto at_a = [&](int s) { return ends(path, static_cast<int>(a), edges[s]); };
+          const auto at_b = [&](int s) { return ends(path, b, edges[s]); };
+          prover_.pair(numbers[a], numbers[b], static_cast<int>(edges.size()), at_a, at_b, levels_, false, results,
+                       &clock);
         });
-      }
-    }
+        return true;
+      });
     return proved;
   }
 
  private:
+  using Ends = std::pair<const T*, const T*>;
+
+  // Returns the ends of an edge for arm number `a` of the moving arms, or of the parked arms behind them.
+  Ends ends(const std::vector<const T*>& path, int a, int edge) const {
+    if (a < static_cast<int>(arms_.size())) return {path[edge] + offsets_[a], path[edge + 1] + offsets_[a]};
+    const T* q = parked_[a - arms_.size()].q.data();
+    return {q, q};
+  }
+
   // Returns the numbers of the edges on which each arm moves, and fills the arms' offsets.
   std::vector<std::vector<int>> moving_edges(const std::vector<const T*>& path) {
     std::vector<std::vector<int>> out;
@@ -50,20 +77,15 @@ class CompositeProof {
       offsets_.push_back(offset);
       offset = end;
     }
+    out.resize(arms_.size() + parked_.size());
     return out;
   }
 
   // Runs a proof of some edges, and notes those that fail.
   template <class Proof>
-  void test(const std::vector<const T*>& path, const std::vector<int>& edges, std::vector<bool>& proved,
-            Proof&& proof) {
+  void test(const std::vector<int>& edges, std::vector<bool>& proved, Proof&& proof) {
     results_.assign(edges.size(), {});
-    const auto of = [&](int offset) {
-      return [&path, &edges, offset](int s) {
-        return std::pair<const T*, const T*>(path[edges[s]] + offset, path[edges[s] + 1] + offset);
-      };
-    };
-    proof(static_cast<int>(edges.size()), of, results_.data());
+    proof(edges, results_.data());
     for (size_t s = 0; s < edges.size(); ++s)
       if (!results_[s].free) proved[edges[s]] = false;
   }
@@ -71,6 +93,7 @@ class CompositeProof {
   const CellModel<T>* cell_;
   Prover<V> prover_;
   std::vector<int> arms_, offsets_;
+  std::vector<Parked<T>> parked_;
   Levels<T> levels_;
   std::vector<SegmentResult<T>> results_;
 };

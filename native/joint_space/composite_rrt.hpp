@@ -20,15 +20,17 @@ struct CompositeSettings {
 // An edge must come nearer to its target by this share of what is left, or of 1 rad if more is left.
 inline constexpr double kLeastGain = 0.2;
 
-// Two trees that grow towards each other. The search can be continued.
+// Two trees that grow towards each other. The search can be continued. Parked arms stand, and the other arms of the
+// cell are there with their bases only.
 template <class V>
 class CompositeSearch {
  public:
   using T = Scalar<V>;
   CompositeSearch(StaticWorld<V>& world, std::vector<int> arms, std::vector<T> start, std::vector<std::vector<T>> goals,
-                  Levels<T> looked, Levels<T> proof, const CompositeSettings& settings, uint64_t seed)
-      : steps_(world, arms, looked, T(settings.range), T(settings.step)),
-        proof_(world, std::move(arms), proof),
+                  Levels<T> looked, Levels<T> proof, const CompositeSettings& settings, uint64_t seed,
+                  const std::vector<Parked<T>>& parked = {})
+      : steps_(world, arms, parked, looked, T(settings.range), T(settings.step)),
+        proof_(world, std::move(arms), parked, proof),
         random_(seed),
         start_(std::move(start)),
         goals_(std::move(goals)),
@@ -42,6 +44,11 @@ class CompositeSearch {
   int iterations() const { return iteration_; }
   int nodes() const { return forward_.size() + backward_.size(); }
   int steps() const { return turn_; }
+
+  // Returns the parked arm that was most often in the way, -1 if none was.
+  int most_in_the_way() const { return steps_.most_in_the_way(); }
+  // Returns the parked arms that touch the others in a state.
+  std::vector<int> parked_at(const std::vector<T>& q) { return steps_.parked_at(q.data()); }
 
   // Returns proved configurations from the start to one of the goals, valid until the next call; empty if `iterations`
   // more do not find a path.

@@ -22,13 +22,22 @@ namespace mmp {
 // Slot of each arm on an edge: 0 if it stands, otherwise 1, 2, ... in the order of their motion.
 using Slots = std::vector<uint16_t>;
 
+// An arm that stands while others move.
+template <class T>
+struct Parked {
+  int arm;
+  std::vector<T> q;
+};
+
 template <class V>
 class CompositeSteps {
  public:
   using T = Scalar<V>;
   // A step moves each arm by at most `range` (L2), and is tested at samples `step` apart (largest joint) [rad].
-  CompositeSteps(StaticWorld<V>& world, std::vector<int> arms, Levels<T> levels, T range, T step)
+  CompositeSteps(StaticWorld<V>& world, std::vector<int> arms, const std::vector<Parked<T>>& parked, Levels<T> levels,
+                 T range, T step)
       : world_(&world), levels_(levels), range_(range), step_(step), numbers_(std::move(arms)) {
+    for (const auto& [arm, q] : parked) parked_.emplace_back(arm, world.cell->arms[arm], q);
     for (const int a : numbers_) {
       const auto& model = world.cell->arms[a];
       arms_.emplace_back(model, dof_);
@@ -41,6 +50,27 @@ class CompositeSteps {
   int count() const { return static_cast<int>(arms_.size()); }
   int offset(int a) const { return arms_[a].offset; }
   const ArmModel<T>& arm(int a) const { return *arms_[a].model; }
+
+  // Returns the parked arm that was most often in the way, -1 if none was.
+  int most_in_the_way() const {
+    const auto most = std::ranges::max_element(parked_, {}, &ParkedArm::blocked);
+    return most == parked_.end() || most->blocked == 0 ? -1 : most->number;
+  }
+  // Returns the parked arms that touch the others in a state.
+  std::vector<int> parked_at(const T* q) {
+    std::vector<int> out;
+    aim(q, q);
+    for (auto& parked : parked_) {
+      const auto touches = [&](int a) {
+        return box(a, kBefore).near(parked.box, levels_.margin) &&
+               poses_touch(standing(a, kBefore), parked.pose, parked.box);
+      };
+      int a = 0;
+      while (a < count() && !touches(a)) ++a;
+      if (a < count()) out.push_back(parked.number);
+    }
+    return out;
+  }
 
   // Moves a configuration of all joints inside the bounds of upright tools. Returns false if that fails.
   bool project(std::vector<T>& q) {
@@ -82,6 +112,20 @@ class CompositeSteps {
     std::vector<std::array<int8_t, kWheres>> known;  // [other arm]: whether they touch, -1 if that is not known
 
     Arm(const ArmModel<T>& arm, int at) : model(&arm), offset(at), upright(arm), from(arm.dof), to(arm.dof) {}
+  };
+
+  struct ParkedArm {
+    int number;
+    Pose<V> pose;
+    Box<T> box;
+    int blocked = 0;  // how often it was in the way
+
+    ParkedArm(int a, const ArmModel<T>& arm, const std::vector<T>& at) : number(a), pose(arm) {
+      V q[kMaxDof];
+      for (int j = 0; j < arm.dof; ++j) q[j] = splat<V>(at[j]);
+      forward(q, pose);
+      enclose(pose, box);
+    }
   };
 
   // Sets the ends of every arm's line, and the number of samples.
@@ -157,7 +201,7 @@ class CompositeSteps {
     return false;
   }
 
-  // Returns whether the arm touches itself or static bodies on its line.
+  // Returns whether the arm touches itself, static bodies or parked arms on its line.
   bool alone_touches(int a) {
     const auto none = [](int) { return V{}; };
     const auto touch = [](const Contacts<V>& c) { return bits<V>(c.touching) != 0; };
@@ -167,6 +211,17 @@ class CompositeSteps {
       Contacts<V> out;
       world_->contacts(numbers_[a], pose, levels_, none, none, touch, out);
       if (touch(out)) return true;
+    }
+    return parked_touch(a);
+  }
+  bool parked_touch(int a) {
+    for (auto& parked : parked_) {
+      if (!box(a, kMoving).near(parked.box, levels_.margin)) continue;
+      for (int k = 0; k < batches_; ++k) {
+        if (!poses_touch(moving(a, k), parked.pose, parked.box)) continue;
+        ++parked.blocked;
+        return true;
+      }
     }
     return false;
   }
@@ -230,6 +285,7 @@ class CompositeSteps {
   T range_, step_;
   std::vector<int> numbers_;
   std::deque<Arm> arms_;
+  std::deque<ParkedArm> parked_;
   int dof_ = 0, batches_ = 1, samples_ = 1;
 };
 

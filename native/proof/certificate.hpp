@@ -52,8 +52,6 @@ class Certifier {
   int dof(int a) const { return world_->cell->arms[a].dof; }
   int arms() const { return static_cast<int>(positions_.size()); }
 
-  static constexpr T kBoxSlack = T(1e-3);  // arms whose boxes are farther apart than that and the clearance are apart
-
   // Samples the clearance at the given times and halfway between them.
   Proof sample() {
     Proof out;
@@ -79,7 +77,7 @@ class Certifier {
             [&](int, int axis, T low, T high) { boxes[a].include(axis, low, high); });
         near[a].clear();
       }
-      sweep(boxes.data(), arms(), T(out.clearance) + kBoxSlack, [&](int a, int b) { near[a].push_back(b); });
+      sweep(boxes.data(), arms(), T(out.clearance) + kBoxSlack<T>, [&](int a, int b) { near[a].push_back(b); });
       for (int a = 0; a < arms(); ++a) {
         V best = splat<V>(T(out.clearance));
         world_->lower(a, poses[a], required_, best);
@@ -90,7 +88,7 @@ class Certifier {
         note(best, a, -1, h, out);
         std::sort(near[a].begin(), near[a].end());
         for (const int b : near[a]) {
-          if (!boxes[a].near(boxes[b], T(out.clearance) + kBoxSlack)) continue;
+          if (!boxes[a].near(boxes[b], T(out.clearance) + kBoxSlack<T>)) continue;
           best = splat<V>(T(out.clearance));
           lower_pair_clearance(poses[a], poses[b], false, best);
           note(best, a, b, h, out);
@@ -119,9 +117,13 @@ class Certifier {
         return std::pair<const T*, const T*>(p, p + dof(a));
       };
     };
-    if (!near_) near_.emplace(*world_->cell, segments, of, clock);
+    if (!near_) {
+      std::vector<const ArmModel<T>*> models;
+      for (const auto& arm : world_->cell->arms) models.push_back(&arm);
+      near_.emplace(models, segments, of, clock);
+    }
     if (clock.expired()) return false;
-    near_->find(target + kBoxSlack);
+    near_->find(target);
     for (int a = 0; a < arms(); ++a) {
       results.assign(segments, {});
       prover_.alone(a, segments, of(a), levels, Stop::at_first_contact, results.data(), &clock);

@@ -9,6 +9,10 @@
 
 namespace mmp {
 
+// Arms whose boxes are farther apart than a gap and this are farther apart than the gap, with rounding errors [m].
+template <class T>
+inline constexpr T kBoxSlack = T(1e-3);
+
 // A box around an arm, along the axes of the world.
 template <class T>
 struct ArmBox {
@@ -81,8 +85,8 @@ class NearArms {
   // `at(a)(s)` returns the ends of segment s of arm a. Stops when the clock has expired; then the boxes are not
   // complete.
   template <class At>
-  NearArms(const CellModel<T>& cell, int segments, const At& at, const Clock& clock)
-      : arms_(static_cast<int>(cell.arms.size())),
+  NearArms(const std::vector<const ArmModel<T>*>& arms, int segments, const At& at, const Clock& clock)
+      : arms_(static_cast<int>(arms.size())),
         segments_(segments),
         length_(std::max(1, (segments + kMostIntervals - 1) / kMostIntervals)),
         boxes_(static_cast<size_t>(intervals()) * arms_) {
@@ -90,8 +94,8 @@ class NearArms {
     PieceBatch<V> batch;
     Sweep<V> sweep;
     for (int a = 0; a < arms_ && !clock.expired(); ++a) {
-      const int dof = cell.arms[a].dof;
-      Pose<V> pose(cell.arms[a]);
+      const int dof = arms[a]->dof;
+      Pose<V> pose(*arms[a]);
       pieces.clear();
       split(pieces, segments, dof, at(a));
       for (size_t k = 0; k < pieces.size(); k += width<V>) {
@@ -112,7 +116,8 @@ class NearArms {
   void find(T gap) {
     near_.assign(arms_, {});
     for (int i = 0; i < intervals(); ++i)
-      sweep_(&boxes_[static_cast<size_t>(i) * arms_], arms_, gap, [&](int a, int b) { near_[a].push_back({b, i}); });
+      sweep_(&boxes_[static_cast<size_t>(i) * arms_], arms_, gap + kBoxSlack<T>,
+             [&](int a, int b) { near_[a].push_back({b, i}); });
     for (auto& others : near_) std::sort(others.begin(), others.end());
   }
 

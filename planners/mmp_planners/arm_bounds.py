@@ -1,4 +1,4 @@
-"""Bounds of an arm: how far its joints can move a point of it, and how far it reaches."""
+"""Bounds of how far the joints of an arm can move a point of it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.model.arm import Arm
-from mmp_env.model.held import covering_spheres
 from mmp_env.model.robot import Robot, Tool
 
 
@@ -43,27 +42,3 @@ def _moves_by(robot: Robot, joint: int, link: int, center: Float[np.ndarray, "3"
     off_axis = pieces[0] - (pieces[0] @ axis) * axis
     travel = sum(max(abs(robot.lower[k]), abs(robot.upper[k])) for k in range(joint + 1, link) if robot.slides[k])
     return float(np.linalg.norm(off_axis) + sum(np.linalg.norm(piece) for piece in pieces[1:]) + travel)
-
-
-def farthest_point(arm: Arm, sphere_set: str) -> float:
-    """Returns an upper bound of the distance [m] of any point of the arm from the base frame: its stretched chain."""
-    robot, reach, out = arm.robot, 0.0, 0.0
-    spheres, tool = robot.spheres[sphere_set], arm.tool
-    for link in range(robot.dof + 1):
-        if link > 0:
-            reach += float(np.linalg.norm(robot.origins[link - 1][:3, 3]))
-            reach += max(abs(robot.lower[link - 1]), abs(robot.upper[link - 1])) if robot.slides[link - 1] else 0.0
-        mine = spheres.links == link
-        out = max(out, reach + _extent(spheres.centers[mine], spheres.radii[mine]))
-    reach += float(np.linalg.norm(robot.flange[:3, 3]))
-    if tool is not None:
-        reach += float(np.linalg.norm(tool.mount[:3, 3]))
-        out = max(out, reach + _extent(tool.spheres[sphere_set].centers, tool.spheres[sphere_set].radii))
-    if arm.held is not None:
-        out = max(out, reach + _extent(*covering_spheres(arm.held)))
-    return out
-
-
-def _extent(centers: Float[np.ndarray, "n 3"], radii: Float[np.ndarray, " n"]) -> float:
-    """Returns the distance [m] of the farthest point of spheres from the origin."""
-    return float((np.linalg.norm(centers, axis=1) + radii).max(initial=0.0))

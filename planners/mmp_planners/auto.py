@@ -13,26 +13,23 @@ from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.model.problem import Problem
 from mmp_planners.apf_ecbs import ApfEcbs
 from mmp_planners.counts import PortfolioCounts
-from mmp_planners.local_repair import LocalRepair
+from mmp_planners.group_rrt import GroupRrt
 from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.portfolio.improve import ImprovementRounds
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.settings import PortfolioSettings
 from mmp_planners.portfolio.turns import Member, Turn
-from mmp_planners.rrt_connect import NODES, Composite
-from mmp_planners.seeds import sub_seeds
 
 SETTINGS = PortfolioSettings()
 
 
 @dataclass(frozen=True, kw_only=True)
 class Auto:
-    """A portfolio: composite RRT-Connect, local repair and APF-ECBS take turns, and the plan is improved.
+    """A portfolio: RRT-Connect for groups of arms, then also APF-ECBS in turns with it; and the plan is improved.
 
-    The members fail on different instances, and crowding decides which of them is fast. Their work is counted, not
-    timed, so the same seed gives the same plan. Composite RRT-Connect begins. It gets less of the work in cells of many
-    arms, and every member gets less after attempts that failed.
+    The members fail on different instances. Their work is counted, not timed, so the same seed gives the same plan. A
+    member gets less of the work after attempts that failed.
 
     While the plan costs more than `until` times the straight lines, up to `rounds` rounds improve it, and the watcher
     gets each better plan. A round shortens the plan on the common clock and replans arms with detours among the others
@@ -40,7 +37,7 @@ class Auto:
     """
 
     about: ClassVar[About] = About(
-        paper="portfolio of `rrt-connect`, `local-repair` and `apf-ecbs`; then shortcuts, MAPF-LNS (Li et al. 2021) "
+        paper="portfolio of `group-rrt` and `apf-ecbs`; then shortcuts, MAPF-LNS (Li et al. 2021) "
         "and path recombination by coordination diagrams (O'Donnell, Lozano-Perez 1989) with independence detection "
         "(Standley 2010)",
         guarantee="not complete: it gives up if an arm finds no path even alone; no bound on the cost",
@@ -85,15 +82,8 @@ class Auto:
 
     def _find_first_plan(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> None:
         """Lets the members take turns until one finds a plan, time is up, or an arm finds no path even alone."""
-        composite_share = SETTINGS.composite_share(len(run.problem.start))
         members = [
-            Member(name="rrt-connect", turns=self._grow_composite(run), share=composite_share),
-            Member(
-                name="local-repair",
-                turns=LocalRepair(dt=self.dt).turns(run, counts, watch),
-                share=SETTINGS.repair_share,
-                waited=SETTINGS.work_before_repair * composite_share,
-            ),
+            Member(name="group-rrt", turns=GroupRrt().turns(run)),
             Member(
                 name="apf-ecbs",
                 turns=self._grow_trees(run, counts, watch),
@@ -101,7 +91,7 @@ class Auto:
                 waited=SETTINGS.work_before_tree,
             ),
         ]
-        while len(members) > 1 and not run.clock.expired:  # the composite search never ends without a plan
+        while len(members) > 1 and not run.clock.expired:  # the search for groups never ends without a plan
             member = min(members, key=lambda member: member.waited)
             try:
                 turn = next(member.turns, None)
@@ -113,22 +103,6 @@ class Auto:
                 members.remove(member)
             else:
                 member.count(turn)
-
-    def _grow_composite(self, run: Run) -> Iterator[Turn]:
-        composite, arms = Composite(), len(run.problem.start)
-        iterations = max(SETTINGS.composite_turn // arms, 1)
-        for sub_seed in sub_seeds(run.seed):
-            search, steps = composite.search(run.problem, sub_seed), 0
-            while search.nodes < NODES:
-                if run.clock.expired:
-                    return
-                plan = composite.grow(run.problem, search, iterations, run.clock)
-                if plan is not None and run.offer(plan):
-                    return
-                work = SETTINGS.composite_work * arms * (search.steps - steps)
-                steps = search.steps
-                yield Turn(work, failed=search.nodes >= NODES)
-            run.counts.restarts += 1
 
     def _grow_trees(self, run: Run, counts: PortfolioCounts, watch: Watcher) -> Iterator[Turn]:
         tree, done, failed = ApfEcbs(dt=self.dt).grow(run, counts, watch), 0, 0

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from mmp_env.model.problem import Problem
+from mmp_planners.composite_space import all_joints
 from mmp_planners.goal_choice import few
 
 MOST_COMBINATIONS = 32
@@ -27,7 +28,7 @@ def goal_combinations(problem: Problem, seed: int) -> Float[np.ndarray, "n all_d
 
     The first one is the goal of the problem, or one that is cheaper. The same seed gives the same combinations.
     """
-    chosen = np.concatenate([problem.goal[name] for name in problem.cell.arm_names])
+    chosen = all_joints(problem, problem.goal)
     if all(len(rows) == 1 for rows in problem.goals.values()):
         return chosen[None]
     candidates = _Candidates(problem)
@@ -35,7 +36,7 @@ def goal_combinations(problem: Problem, seed: int) -> Float[np.ndarray, "n all_d
     drawn = candidates.drawn(MOST_COMBINATIONS - len(cheapest) - 1, np.random.default_rng(seed))
     found = [candidates.joints(choice) for choice in dict.fromkeys([*cheapest, *drawn])]
     rows = np.array(found if any(np.array_equal(q, chosen) for q in found) else [*found, chosen])
-    start = np.concatenate([problem.start[name] for name in problem.cell.arm_names])
+    start = all_joints(problem, problem.start)
     return np.ascontiguousarray(rows[np.abs(rows - start).sum(axis=1).argsort(kind="stable")])
 
 

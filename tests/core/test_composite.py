@@ -1,6 +1,5 @@
 """RRT-Connect over all arms: its paths, and continued searches."""
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 from reference import clearance
 from support import two_arms
 
-from mmp_env import core, draw_problem, line_cell
+from mmp_env import core
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
@@ -250,38 +249,3 @@ def test_a_start_or_goal_that_is_not_finite_is_refused(value):
     for ends in ((free, broken), (broken, free)):
         with pytest.raises(ValueError, match="finite"):
             composite_search(problem, *ends)
-
-
-def test_a_search_of_some_arms_is_that_of_a_cell_without_the_others_as_far_as_their_bases_stay_clear():
-    """The others are farther away than the pair can reach, so they make no difference."""
-    cell = line_cell(16)
-    problem = draw_problem(cell, seed=3)
-    arms = (0, 1)
-    two = replace(cell, arms=cell.arms[:2])
-    start, goal = (np.concatenate([q[f"arm{k}"] for k in arms]) for q in (problem.start, problem.goal))
-    margins = {"samples": LEVELS, "edges": LEVELS, "seed": 5}
-    part = core.CompositeSearch(cell.collision.core, start=start, goals=goal[None], arms=list(arms), **margins)
-    whole = core.CompositeSearch(two.collision.core, start=start, goals=goal[None], **margins)
-    found, expected = part.grow(5000, forever()), whole.grow(5000, forever())
-    assert len(found) > 2
-    gap = clearance.clearance_of_motions(cell, "arm0", found[:, :6], "arm1", found[:, 6:])
-    assert gap >= LEVELS.proof - FLOAT_M
-    np.testing.assert_array_equal(found, expected)
-
-
-def test_a_search_of_some_arms_keeps_clear_of_the_bases_of_the_others():
-    problem = crowded()
-    for k in range(6):
-        name = f"arm{k}"
-        search = core.CompositeSearch(
-            problem.cell.collision.core,
-            start=problem.start[name],
-            goals=problem.goal[name][None],
-            samples=LEVELS,
-            edges=LEVELS,
-            seed=0,
-            arms=[k],
-        )
-        path = search.grow(5000, forever())
-        dense = np.vstack([a + np.linspace(0, 1, 50)[:, None] * (b - a) for a, b in pairwise(path)])
-        assert problem.cell.collision.static_clearance(name, dense).min() > 0

@@ -268,33 +268,3 @@ def test_steps_of_no_length_are_refused():
                 seed=0,
                 clock=core.Clock(math.inf),
             )
-
-
-def test_some_arms_are_shortened_as_if_the_others_were_not_there():
-    cell = ring_cell(4, "panda")
-    problem = make_problem(cell, *draw_instance(cell, seed=1))
-    rows = on_grid(mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan, DT_S)
-    speeds = [problem.max_velocity[name] * DT_S for name in cell.arm_names]
-    given = {"levels": core.Levels(1e-3, 1e-3), "settings": core.ShortcutSettings(attempts=100), "seed": 2}
-
-    def short(numbers, groups, **more):
-        some = [rows[a] for a in numbers]
-        return core.shortcut(
-            cell.collision.core,
-            some,
-            [speeds[a] for a in numbers],
-            goals=[q[:0] for q in some],
-            groups=groups,
-            clock=core.Clock(math.inf),
-            **given,
-            **more,
-        )
-
-    found, kept = short([1, 3], [0, 0], arms=[1, 3])
-    assert kept > 0
-    gap = clearance.clearance_of_motions(cell, "arm1", found[0], "arm3", found[1])
-    assert gap >= 1e-3 - 1e-5
-    for name, q in zip(("arm1", "arm3"), found, strict=True):
-        assert cell.collision.static_clearance(name, q).min() > 0
-    with pytest.raises(ValueError, match="ascending"):
-        short([3, 1], [0, 0], arms=[3, 1])

@@ -106,7 +106,10 @@ def test_upright_tools_agree_to_the_last_bit(monkeypatch):
         composite = core.CompositeSearch(
             model.core, start=start, goals=goal[None], samples=core.Levels(*levels), edges=core.Levels(*levels), seed=3
         )
-        return [*out, composite.grow(300, core.Clock(600.0))]
+        groups = core.GroupSearch(
+            model.core, start=start, goal=goal, samples=core.Levels(*levels), edges=core.Levels(*levels), seed=3
+        )
+        return [*out, *(search.grow(300, core.Clock(600.0)) for search in (composite, groups))]
 
     assert_same_bits(by_every_variant(monkeypatch, cell, ask))
 

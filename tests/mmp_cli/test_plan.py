@@ -336,7 +336,7 @@ def test_a_portfolio_names_the_planner_of_the_first_plan(mmp):
     done = mmp("plan", "MultiArmCell-4", "--seed", "3", "--planner", "auto")
     assert done.code == 0
     search = next(line for line in done.out.splitlines() if line.startswith("search"))
-    assert "first plan by rrt-connect after" in search
+    assert "first plan by group-rrt after" in search
     assert "shortcuts" in search
     assert "nodes" not in search  # no tree was grown
 

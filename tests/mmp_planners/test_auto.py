@@ -9,13 +9,13 @@ from support import two_arms
 
 import mmp_planners
 from mmp_env import check_plan, core
-from mmp_env.events import NodeCreated, SolutionFound
+from mmp_env.events import NodeCreated, SolutionFound, ignore
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.rings import ring_cell
 from mmp_env.problems.making import make_problem
 from mmp_planners import Status, StopPlanning, auto
-from mmp_planners.local_repair import LocalRepair
+from mmp_planners.group_rrt import GroupRrt
 from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
 from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
 from mmp_planners.portfolio.turns import Turn
@@ -30,7 +30,7 @@ def test_the_plan_is_much_shorter_than_the_first_plan():
     problem = ring(6, 1)
     first = mmp_planners.make("auto", shorten=0, rounds=0).plan(problem, seed=0)
     best = mmp_planners.make("auto").plan(problem, seed=0)
-    assert best.stats["found_by"] == first.stats["found_by"] == "rrt-connect"
+    assert best.stats["found_by"] == first.stats["found_by"] == "group-rrt"
     assert best.stats["cost_ratio"] < 1.06 < first.stats["cost_ratio"]
     assert check_plan(best.plan).valid
 
@@ -56,32 +56,28 @@ def test_a_watcher_gets_each_better_plan():
     assert nodes[last].parent == last - 1
 
 
-def leave_out(monkeypatch, *members):
-    """Replaces members by planners that never find a plan."""
+def leave_out_groups(monkeypatch):
+    """Replaces the search for groups by one that never finds a plan."""
 
-    def never(self, run):
+    def never(self, run, watch=ignore):
         while not run.clock.expired:
             yield Turn(100)
 
-    if "rrt-connect" in members:
-        monkeypatch.setattr(auto.Auto, "_grow_composite", never)
-    if "local-repair" in members:
-        monkeypatch.setattr(LocalRepair, "turns", lambda *_: iter(()))
+    monkeypatch.setattr(GroupRrt, "turns", never)
 
 
-@pytest.mark.parametrize("left_out", [("rrt-connect",), ("rrt-connect", "local-repair")])
-def test_the_next_member_finds_a_plan_where_one_finds_none(monkeypatch, left_out):
-    leave_out(monkeypatch, *left_out)
+def test_the_tree_finds_a_plan_where_the_search_for_groups_finds_none(monkeypatch):
+    leave_out_groups(monkeypatch)
     result = mmp_planners.make("auto").plan(ring(4, 5), seed=0)
     assert result.status is Status.SOLVED
-    assert result.stats["found_by"] == ("local-repair" if len(left_out) == 1 else "apf-ecbs")
+    assert result.stats["found_by"] == "apf-ecbs"
     assert result.stats["bound_met"] is None
     assert 0 < result.stats["first_plan_s"] <= result.stats["planning_time_s"]
     assert check_plan(result.plan).valid
 
 
 def test_a_watcher_that_stops_on_the_plan_of_the_tree_gets_that_plan(monkeypatch):
-    leave_out(monkeypatch, "rrt-connect", "local-repair")
+    leave_out_groups(monkeypatch)
     emitted = []
 
     def watch(event):
@@ -101,12 +97,12 @@ def test_a_watcher_that_stops_on_the_plan_of_the_tree_gets_that_plan(monkeypatch
 
 def test_there_are_no_counts_of_a_tree_where_no_tree_was_grown():
     stats = mmp_planners.make("auto").plan(ring(6, 1), seed=0, watch=[].append).stats
-    assert stats["found_by"] == "rrt-connect"
+    assert stats["found_by"] == "group-rrt"
     assert (stats["expanded_nodes"], stats["generated_nodes"], stats["fast_track_tries"]) == (None, None, None)
 
 
 def test_the_numbers_of_the_plans_come_after_those_of_the_nodes_of_the_tree(monkeypatch):
-    leave_out(monkeypatch, "rrt-connect", "local-repair")
+    leave_out_groups(monkeypatch)
     emitted = []
     result = mmp_planners.make("auto").plan(ring(4, 5), seed=0, watch=emitted.append)
     nodes = [event.node for event in emitted if isinstance(event, NodeCreated)]

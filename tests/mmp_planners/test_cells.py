@@ -12,7 +12,7 @@ from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.problems.making import make_problem
 from mmp_planners import Status, make
 
-PLANNERS = ("auto", "rrt-connect", "prioritized", "gen-ecbs")
+PLANNERS = ("auto", "group-rrt", "rrt-connect", "prioritized", "gen-ecbs")
 STRAIGHT = quaternion_from_yaw(0.0)
 BACK = quaternion_from_yaw(np.pi)
 

@@ -2,7 +2,6 @@
 
 import pytest
 
-from mmp_planners.auto import SETTINGS
 from mmp_planners.portfolio.turns import Member, Turn
 
 
@@ -36,8 +35,3 @@ def test_a_failed_attempt_halves_the_share():
     done = worked({"a": member(Turn(10)), "b": failing}, 20)
     assert failing.share == 0.5 ** (done["b"] / 10)
     assert done["b"] < 60
-
-
-def test_a_composite_search_gets_less_work_for_many_arms():
-    share = SETTINGS.composite_share
-    assert share(64) < share(32) < share(16) == share(2) == 1

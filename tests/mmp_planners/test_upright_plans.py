@@ -31,7 +31,7 @@ def largest_tilt(plan, step_s=0.01):
     return worst
 
 
-@pytest.mark.parametrize("planner", ["auto", "apf-ecbs", "prioritized", "rrt-connect"])
+@pytest.mark.parametrize("planner", ["auto", "apf-ecbs", "prioritized", "rrt-connect", "group-rrt"])
 def test_a_planner_keeps_tools_upright(planner):
     problem = upright_problem(ring_cell(4), 1)
     plan = mmp_planners.make(planner).plan(problem, seed=1, time_limit=60).plan

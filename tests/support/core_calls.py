@@ -110,6 +110,11 @@ def composite() -> core.CompositeSearch:
     return core.CompositeSearch(CELL, start=start, goals=goal[None], samples=MARGINS, edges=MARGINS, seed=1)
 
 
+def groups() -> core.GroupSearch:
+    start, goal = (np.concatenate([q, q]) for q in (FIRST, LAST))
+    return core.GroupSearch(CELL, start=start, goal=goal, samples=MARGINS, edges=MARGINS, seed=1)
+
+
 def pool() -> core.PathRecombination:
     paths = core.PathRecombination(CELL, [STEPS, STEPS], MARGINS)
     paths.add([ROWS, ROWS])
@@ -548,9 +553,19 @@ CALLS = {
         edges=(MARGINS, "levels"),
         **SEED,
         settings=(core.CompositeSettings(), "composite settings"),
-        arms=([0, 1], "arms"),
     ),
     "CompositeSearch.grow": call(lambda **given: composite().grow(**given), iterations=(10, "count"), **TIMED),
+    "GroupSearch.__init__": in_cell(
+        core.GroupSearch,
+        start=(np.zeros(4), "all joints"),
+        goal=(np.ones(4), "all joints"),
+        samples=(MARGINS, "levels"),
+        edges=(MARGINS, "levels"),
+        **SEED,
+        settings=(core.CompositeSettings(), "composite settings"),
+        most=(2, "positive count"),
+    ),
+    "GroupSearch.grow": call(lambda **given: groups().grow(**given), iterations=(10, "count"), **TIMED),
     "shortcut": in_cell(
         core.shortcut,
         q=TWO_ROWS,
@@ -561,7 +576,6 @@ CALLS = {
         settings=(core.ShortcutSettings(attempts=10), "shortcut settings"),
         **SEED,
         **TIMED,
-        arms=([0, 1], "arms"),
     ),
     "replan": in_cell(
         core.replan, q=TWO_ROWS, max_step=TWO_STEPS, goals=TWO_GOALS, **LEVELS, attempts=(3, "count"), **SEED, **TIMED

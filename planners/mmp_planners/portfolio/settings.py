@@ -9,20 +9,10 @@ from dataclasses import dataclass
 class PortfolioSettings:
     """Settings of `auto`: the turns of its members, and the rounds that improve the first plan."""
 
-    composite_turn: int = 80
-    """Iterations of the composite search in one turn, times arms."""
-    composite_work: float = 4.0
-    """Work of one step of one arm in the composite search."""
-    work_before_repair: float = 40_000
-    """Work of the composite search before local repair begins."""
     work_before_tree: float = 1_000_000
-    """Work of the composite search before the first tree of APF-ECBS begins, which is slow and finds the rest."""
-    repair_share: float = 0.35
-    """Share of local repair in the work, relative to the composite search of few arms."""
+    """Work of the search for groups before the first tree of APF-ECBS begins, which is slow and finds the rest."""
     tree_share: float = 0.06
-    """Share of the trees, likewise."""
-    most_composite: int = 16
-    """Number of arms above which the composite search gets less of the work."""
+    """Share of the trees in the work, relative to the search for groups."""
     grid_coarsening: int = 2
     """Steps of the time grid per step of the improvement grid: half the work, and the final cost is the same."""
     repeat_gain: float = 3e-3
@@ -39,7 +29,3 @@ class PortfolioSettings:
     """Failed rounds in a row before `auto` stops."""
     most_orders: int = 8
     """Largest number of orders of the arms that path recombination tries in one round."""
-
-    def composite_share(self, arms: int) -> float:
-        """Returns the share of the composite search in the work. The trees of many arms grow, but hardly ever meet."""
-        return min(self.most_composite / arms, 1.0) ** 5

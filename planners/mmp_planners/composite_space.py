@@ -1,0 +1,33 @@
+"""Problems and paths in the composite space, all joints of all arms, and the levels of searches in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem
+from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
+
+
+def all_joints(problem: Problem, q: Mapping[str, Float[np.ndarray, "_dof"]]) -> Float[np.ndarray, "all_dof"]:
+    """Returns the joints of all arms [rad, of slides m], in the order of the cell."""
+    return np.concatenate([q[name] for name in problem.cell.arm_names])
+
+
+def search_levels(problem: Problem) -> dict[str, Any]:
+    """Returns the levels at the samples of an edge, and those that are proved along a path."""
+    return {
+        "samples": problem.levels(SEARCH_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR),
+        "edges": problem.levels(PLAN_MARGIN_FACTOR, KEEP_MARGIN_FACTOR),
+    }
+
+
+def fastest_plan(problem: Problem, path: Float[np.ndarray, "n all_dof"]) -> Plan:
+    """Returns a plan along a path, as fast as the velocity limits allow, not certified yet."""
+    ends = np.cumsum([arm.dof for arm in problem.cell.arms])[:-1]
+    return retime_to_velocity_limits(problem, np.split(path, ends, axis=1))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from os import PathLike
 from typing import Any
 
@@ -68,7 +69,7 @@ class Plan(ReadOnly):
         """Whether the plan moves and is not retimed: its velocity jumps, which no motor can follow."""
         return not self.retimed and self.cost_rad > 0
 
-    @property
+    @cached_property
     def cost_rad(self) -> float:
         """Cost [rad]: the sum of |dq| over arms, joints and steps. A metre of a slide counts as a radian."""
         return float(sum(np.abs(np.diff(q, axis=0)).sum() for q in self.positions.values()))

@@ -44,7 +44,7 @@ class Layers {
  private:
   struct Move {
     int arm;
-    ArmBox<T> box;
+    Box<T> box;
   };
 
   std::vector<Move> moves_on(const std::vector<T>& from, const std::vector<T>& to) {
@@ -58,8 +58,8 @@ class Layers {
     return out;
   }
 
-  ArmBox<T> box(const ArmModel<T>& arm, const T* p, const T* q) {
-    ArmBox<T> out;
+  Box<T> box(const ArmModel<T>& arm, const T* p, const T* q) {
+    Box<T> out;
     const auto at = [&](int) { return std::pair(p, q); };
     pieces_.clear();
     split(pieces_, 1, arm.dof, at);

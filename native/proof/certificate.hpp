@@ -58,9 +58,9 @@ class Certifier {
     out.clearance = 1e9;
     std::vector<Pose<V>> poses;
     for (const auto& arm : world_->cell->arms) poses.emplace_back(arm);
-    std::vector<ArmBox<T>> boxes(arms());
+    std::vector<Box<T>> boxes(arms());
     std::vector<std::vector<int>> near(arms());
-    ArmBoxSweep<T> sweep;
+    BoxSweep<T> sweep;
     const int halves = 2 * n_ - 1;
     for (int h = 0; h < halves; h += width<V>) {
       for (int a = 0; a < arms(); ++a) {

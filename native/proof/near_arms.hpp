@@ -2,9 +2,9 @@
 #pragma once
 
 #include <algorithm>
-#include <limits>
 #include <vector>
 
+#include "geometry/box.hpp"
 #include "proof/segments.hpp"
 
 namespace mmp {
@@ -12,23 +12,6 @@ namespace mmp {
 // Arms whose boxes are farther apart than a gap and this are farther apart than the gap, with rounding errors [m].
 template <class T>
 inline constexpr T kBoxSlack = T(1e-3);
-
-// A box around an arm, along the axes of the world.
-template <class T>
-struct ArmBox {
-  T lo[3] = {std::numeric_limits<T>::max(), std::numeric_limits<T>::max(), std::numeric_limits<T>::max()};
-  T hi[3] = {std::numeric_limits<T>::lowest(), std::numeric_limits<T>::lowest(), std::numeric_limits<T>::lowest()};
-
-  void include(int axis, T low, T high) {
-    lo[axis] = std::min(lo[axis], low);
-    hi[axis] = std::max(hi[axis], high);
-  }
-  bool near(const ArmBox& other, T gap) const {
-    bool out = true;
-    for (int k = 0; k < 3; ++k) out &= lo[k] <= other.hi[k] + gap && other.lo[k] <= hi[k] + gap;
-    return out;
-  }
-};
 
 // Calls `include(lane, axis, low, high)` for the bounds of all moving links, grown by `reach(link)`.
 template <class V, class Reach, class Include>
@@ -45,24 +28,24 @@ void visit_bounds(const Pose<V>& pose, int lanes, const Reach& reach, const Incl
 
 // Finds the pairs of boxes that are no farther apart than a gap, by a sweep along the axis on which they spread most.
 template <class T>
-class ArmBoxSweep {
+class BoxSweep {
  public:
   template <class Visit>  // Visit(a, b) with a < b, in any order
-  void operator()(const ArmBox<T>* boxes, int count, T gap, const Visit& visit) {
+  void operator()(const Box<T>* boxes, int count, T gap, const Visit& visit) {
     const int axis = widest_axis(boxes, count);
     order_.resize(count);
     for (int k = 0; k < count; ++k) order_[k] = k;
     std::sort(order_.begin(), order_.end(), [&](int a, int b) { return boxes[a].lo[axis] < boxes[b].lo[axis]; });
     for (int i = 0; i < count; ++i) {
-      const ArmBox<T>& box = boxes[order_[i]];
+      const Box<T>& box = boxes[order_[i]];
       for (int k = i + 1; k < count && boxes[order_[k]].lo[axis] <= box.hi[axis] + gap; ++k)
         if (box.near(boxes[order_[k]], gap)) visit(std::min(order_[i], order_[k]), std::max(order_[i], order_[k]));
     }
   }
 
  private:
-  static int widest_axis(const ArmBox<T>* boxes, int count) {
-    ArmBox<T> lows;
+  static int widest_axis(const Box<T>* boxes, int count) {
+    Box<T> lows;
     for (int a = 0; a < count; ++a)
       for (int k = 0; k < 3; ++k) lows.include(k, boxes[a].lo[k], boxes[a].lo[k]);
     int out = 0;
@@ -145,9 +128,9 @@ class NearArms {
   int intervals() const { return (segments_ + length_ - 1) / length_; }
 
   int arms_, segments_, length_;
-  std::vector<ArmBox<T>> boxes_;                        // [interval][arm]
+  std::vector<Box<T>> boxes_;                           // [interval][arm]
   std::vector<std::vector<std::pair<int, int>>> near_;  // per arm: another arm behind it, and an interval
-  ArmBoxSweep<T> sweep_;
+  BoxSweep<T> sweep_;
 };
 
 }  // namespace mmp

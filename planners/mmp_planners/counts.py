@@ -19,7 +19,7 @@ class RunCounts:
 
     def stats(self) -> dict[str, Any]:
         """Returns the counts as statistics of a result; None where nothing of the kind took place."""
-        return dataclasses.asdict(self)
+        return dict(vars(self))
 
 
 @dataclass(kw_only=True)

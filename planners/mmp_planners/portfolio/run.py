@@ -173,7 +173,7 @@ class Run:
                 "min_clearance_m": best.clearance,
                 "bound_met": best.bound_met,
             }
-            planner = {"name": self.name, "options": dataclasses.asdict(self.options), "seed": self.seed}
+            planner = {"name": self.name, "options": dict(vars(self.options)), "seed": self.seed}
             plan = dataclasses.replace(best.plan, planner=planner, stats=dict(stats))
         status = Status.SOLVED if plan else Status.EXHAUSTED if exhausted else Status.TIMEOUT
         stats["first_plan_s"] = self.found_s

@@ -213,6 +213,11 @@ def conflict_instants(cell: Cell, motions: Sequence[Motion], pairs: numpy.ndarra
     Returns the instants of conflict of each pair of motions, in steps, ascending. An integer: surfaces are closer than `margin` at that step. A fraction: a contact between two steps. Elsewhere `proof` is proved at every instant. A motion stays at its last step forever. `bases` also tests moving links against the other's base.
     """
 
+def swept_conflicts(first: Motion, second: Motion, distance: float) -> numpy.ndarray:
+    """
+    Returns which steps of two motions [steps of the first, steps of the second] may come closer than `distance` [m], whenever the arms do them. The motions may be of two cells, such as with and without a held object. Spheres decide, also where arms have hulls. A motion of one configuration counts as one step.
+    """
+
 class Constraint:
     """
     Region that one arm must avoid in the open window (start, end) of steps; at one instant if both are equal.
@@ -461,6 +466,11 @@ def shortcut(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.nd
 def replan(cell: Cell, q: Sequence[numpy.ndarray], max_step: Sequence[numpy.ndarray], *, goals: Sequence[numpy.ndarray], levels: Levels, attempts: int, seed: int, clock: Clock) -> tuple[list[numpy.ndarray], int]:
     """
     Large-neighbourhood search: replans one arm of a safe plan q [steps + 1, dof] per arm, or two if another must make room. `goals` [n, dof] per arm: where it may end. Returns the shorter plan and the number of successful attempts. `levels` are proved for every new path.
+    """
+
+def remove_waits(cell: Cell, q: Sequence[numpy.ndarray], max_velocity: Sequence[numpy.ndarray], *, distance: float, clock: Clock) -> list[numpy.ndarray] | None:
+    """
+    Lets every arm of a plan q [n, dof] move as soon as those that pass before it let it. Paths and order stay. Steps whose swept volumes keep `distance` [m] may take place at any times. Returns the configurations [m, dof] of each arm at new common times; None without time.
     """
 
 class PathRecombination:

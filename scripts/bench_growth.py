@@ -1,9 +1,10 @@
 """Growth of time and memory with the number of arms at constant density: a JSON line per figure.
 
 Usage: bench_growth.py [--arms 8 16 32 64] [--count 5]. Every size is a line cell in a process of its own, with one
-thread. A time is the median processor time over instances of task `reach`: the first plan of `auto`, its certificate,
-its check, as the first one of the cell and once more, its retiming, the check of the retimed plan, and the summary of
-`mmp plan`. An exponent is the slope of a straight line through the logarithms of arms and times.
+thread. A time is the median processor time over instances of task `reach`: the first plan of `auto`, the removal of
+its waits, its certificate, its check, as the first one of the cell and once more, its retiming, the check of the
+retimed plan, and the summary of `mmp plan`. An exponent is the slope of a straight line through the logarithms of arms
+and times.
 """
 
 from __future__ import annotations
@@ -37,9 +38,10 @@ from mmp_env.files.plan_file import plan_to_check
 from mmp_env.model.certificate import certify
 from mmp_env.retime import retime_with_report
 from mmp_planners import make
+from mmp_planners.portfolio.wait_removal import without_waits
 
 ARMS = (8, 16, 32, 64)
-STEPS = ("first_plan", "certificate", "first_check", "check", "retiming", "retimed_check", "summary")
+STEPS = ("first_plan", "wait_removal", "certificate", "first_check", "check", "retiming", "retimed_check", "summary")
 TIME_LIMIT_S = 60.0
 T = TypeVar("T")
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -92,12 +94,13 @@ def measured_instance(arms: int, seed: int) -> dict[str, float] | None:
     problem = draw_problem(find_cell(f"line-{arms}"), seed=seed)
     _ = problem.slack
     times: dict[str, float] = {}
-    planner = make("auto", rounds=0)
+    planner = make("auto", rounds=0, waits="kept")
     result = spent(times, "first_plan", lambda: planner.plan(problem, seed=seed, time_limit=TIME_LIMIT_S))
-    plan = result.plan
-    if plan is None:
+    if result.plan is None:
         return None
-    proof = spent(times, "certificate", lambda: certify(plan, core.Clock(TIME_LIMIT_S)))
+    found, clock = result.plan, core.Clock(TIME_LIMIT_S)
+    plan = spent(times, "wait_removal", lambda: without_waits(found, clock)) or found
+    proof = spent(times, "certificate", lambda: certify(plan, clock))
     document = plan_to_check(plan)
     if seed == 0:  # the checker keeps the cells that it has read
         spent(times, "first_check", lambda: check_document(document))

@@ -39,6 +39,7 @@ using Out2 = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
 using Out3 = nb::ndarray<nb::numpy, double, nb::ndim<3>>;
 using Booleans = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Flags = nb::ndarray<nb::numpy, bool, nb::ndim<1>>;
+using Flags2 = nb::ndarray<nb::numpy, bool, nb::ndim<2>>;
 using Windows = nb::ndarray<nb::numpy, int32_t, nb::ndim<2>>;
 
 template <class Array, class From, class... Shape>

@@ -2,6 +2,7 @@
 #include "improve/path_recombination.hpp"
 #include "improve/replanner.hpp"
 #include "improve/shortcutting.hpp"
+#include "improve/wait_removal.hpp"
 
 namespace mmp {
 
@@ -134,6 +135,42 @@ void bind_improve(nb::module_& m) {
       "Large-neighbourhood search: replans one arm of a safe plan q [steps + 1, dof] per arm, or two if another must "
       "make room. `goals` [n, dof] per arm: where it may end. Returns the shorter plan and the number of successful "
       "attempts. `levels` are proved for every new path.");
+
+  m.def(
+      "remove_waits",
+      [](const Cell& cell, const std::vector<Matrix>& q, const std::vector<Vector>& max_velocity, double distance,
+         const Clock& clock) -> nb::object {
+        require_frozen(cell);
+        const size_t arms = cell.single.arms.size();
+        require(arms > 0 && q.size() == arms && max_velocity.size() == arms, "one array per arm is needed");
+        WaitRemoval<Floats>::Rows rows, velocities, found;
+        for (size_t a = 0; a < arms; ++a) {
+          require_rows(cell, static_cast<int>(a), q[a]);
+          require_steps(cell, static_cast<int>(a), max_velocity[a]);
+          require(q[a].shape(0) == q[0].shape(0) && q[0].shape(0) > 0, "every arm needs the same number of rows");
+          rows.emplace_back(q[a].data(), q[a].data() + q[a].size());
+          velocities.emplace_back(max_velocity[a].data(), max_velocity[a].data() + max_velocity[a].size());
+        }
+        const auto least = static_cast<float>(checked_number(distance));
+        {
+          nb::gil_scoped_release release;
+          found = WaitRemoval<Floats>(cell.single, rows, velocities, least).run(clock);
+        }
+        if (found.empty()) return nb::none();
+        nb::list out;
+        for (size_t a = 0; a < arms; ++a) {
+          const size_t dof = static_cast<size_t>(cell.single.arms[a].dof), n = found[a].size() / dof;
+          out.append(to_numpy<Out2>(std::move(found[a]), n, dof));
+        }
+        return out;
+      },
+      nb::arg("cell"), nb::arg("q"), nb::arg("max_velocity"), nb::kw_only(), nb::arg("distance"), nb::arg("clock"),
+      nb::sig("def remove_waits(cell: Cell, q: collections.abc.Sequence[numpy.ndarray], max_velocity: "
+              "collections.abc.Sequence[numpy.ndarray], *, distance: float, clock: Clock) -> list[numpy.ndarray] | "
+              "None"),
+      "Lets every arm of a plan q [n, dof] move as soon as those that pass before it let it. Paths and order stay. "
+      "Steps whose swept volumes keep `distance` [m] may take place at any times. Returns the configurations [m, dof] "
+      "of each arm at new common times; None without time.");
 
   using Pool = PathRecombination<Floats>;
   nb::class_<Pool>(

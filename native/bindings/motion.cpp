@@ -1,4 +1,5 @@
 #include "bindings/bindings.hpp"
+#include "proof/swept_conflicts.hpp"
 
 namespace mmp {
 
@@ -48,6 +49,30 @@ void bind_motion(nb::module_& m) {
       "Returns the instants of conflict of each pair of motions, in steps, ascending. An integer: surfaces are closer "
       "than `margin` at that step. A fraction: a contact between two steps. Elsewhere `proof` is proved at every "
       "instant. A motion stays at its last step forever. `bases` also tests moving links against the other's base.");
+
+  m.def(
+      "swept_conflicts",
+      [](nb::handle_t<SearchMotion> first, nb::handle_t<SearchMotion> second, double distance) {
+        const Held<SearchMotion> held(nb::make_tuple(first, second), "two Motions are needed");
+        const SearchMotion &a = *held.items()[0], &b = *held.items()[1];
+        require(a.arm_index != b.arm_index, "a pair needs motions of two arms");
+        checked_number(distance);
+        std::vector<uint8_t> found;
+        SweptConflicts<Floats> conflicts(a, b, float(distance));
+        const size_t rows = conflicts.rows(), columns = conflicts.columns();
+        require(rows <= kMaxRows / columns, "too many steps");
+        {
+          nb::gil_scoped_release release;
+          found = conflicts.matrix();
+        }
+        return to_numpy<Flags2>(std::move(found), rows, columns);
+      },
+      nb::arg("first"), nb::arg("second"), nb::arg("distance"),
+      nb::sig("def swept_conflicts(first: Motion, second: Motion, distance: float) -> numpy.ndarray"),
+      "Returns which steps of two motions [steps of the first, steps of the second] may come closer than `distance` "
+      "[m], whenever the arms do them. The motions may be of two cells, such as with and without a held object. "
+      "Spheres "
+      "decide, also where arms have hulls. A motion of one configuration counts as one step.");
 
   nb::class_<SearchConstraint>(
       m, "Constraint",

@@ -20,6 +20,7 @@ from mmp_planners.portfolio.improve import ImprovementRounds
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.settings import PortfolioSettings
 from mmp_planners.portfolio.turns import Member, Turn
+from mmp_planners.portfolio.wait_removal import waits_option
 
 SETTINGS = PortfolioSettings()
 
@@ -33,7 +34,8 @@ class Auto:
 
     While the plan costs more than `until` times the straight lines, up to `rounds` rounds improve it, and the watcher
     gets each better plan. A round shortens the plan on the common clock and replans arms with detours among the others
-    (LNS). Later rounds first recombine the known paths of all arms.
+    (LNS). Later rounds first recombine the known paths of all arms. At the end, waits that the order of the arms does
+    not need are removed.
     """
 
     about: ClassVar[About] = About(
@@ -47,6 +49,7 @@ class Auto:
     rounds: int = option(40, "largest number of rounds that improve the plan", least=0)
     shorten: int = option(300, "attempts to shorten the plan in each round", least=0)
     replan: int = option(10, "attempts to replan arms with detours in each round", least=0)
+    waits: str = waits_option()
     dt: float = option(GRID_STEP_S, "length of a step of the time grid [s]", positive=True)
 
     def __post_init__(self) -> None:
@@ -75,7 +78,9 @@ class Auto:
             exhausted = counts.found_by is None and not run.clock.expired
             first = counts.generated_nodes  # nodes of the tree have the numbers before
             run.emit_plan(watch, node=first, parent=None, dt=self.dt)
-            improve(run, counts, watch, first)
+            last = improve(run, counts, watch, first)
+            if run.removes_waits and run.remove_waits():
+                run.emit_plan(watch, node=last + 1, parent=last, dt=self.dt)
         except StopPlanning:
             pass
         return run.result(exhausted=exhausted)

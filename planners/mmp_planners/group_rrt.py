@@ -22,6 +22,7 @@ from mmp_planners.planner import About, PlanResult, StopPlanning
 from mmp_planners.portfolio.improve import emit_and_shorten
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.turns import Turn
+from mmp_planners.portfolio.wait_removal import waits_option
 from mmp_planners.rrt_connect import SETTINGS
 from mmp_planners.seeds import sub_seeds
 
@@ -52,6 +53,7 @@ class GroupRrt:
     step: float = option(SETTINGS.step, "distance between samples of an edge, largest joint [rad]", least=0.001)
     most: int = option(8, "largest number of arms in a group", least=1)
     shorten: int = option(200, "attempts to shorten the plan on the common clock; 0: keep it as found", least=0)
+    waits: str = waits_option()
     dt: float = option(GRID_STEP_S, "step of the time grid of the shortcuts [s]", positive=True)
 
     def __post_init__(self) -> None:

@@ -135,10 +135,16 @@ def test_watchers_see_the_first_plan_and_the_best_one():
     solutions = [event for event in seen if isinstance(event, SolutionFound)]
     assert [n.node for n in nodes] == [s.node for s in solutions] == list(range(len(nodes)))
     assert [n.parent for n in nodes] == [None, *range(len(nodes) - 1)]
-    costs = [n.cost_rad for n in nodes]
+    *costs, last = [n.cost_rad for n in nodes]
     assert len(costs) > 1
     assert all(later < earlier for earlier, later in pairwise(costs))
-    assert costs[-1] == result.plan.cost_rad
+    assert last == result.plan.cost_rad == pytest.approx(costs[-1], abs=1e-4)
+
+
+def test_waits_are_removed_from_the_last_plan_unless_they_are_kept():
+    kept, removed = (mmp_planners.make("auto", waits=waits).plan(ring(6, 1), seed=0) for waits in ("kept", "removed"))
+    assert removed.stats["cost_rad"] == pytest.approx(kept.stats["cost_rad"], abs=1e-4)
+    assert removed.stats["makespan_s"] < 0.9 * kept.stats["makespan_s"]
 
 
 def test_no_time_finds_nothing():

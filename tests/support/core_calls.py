@@ -482,6 +482,12 @@ CALLS = {
         **LEVELS,
         bases=(True, "flag"),
     ),
+    "swept_conflicts": call(
+        core.swept_conflicts,
+        first=(MOTION, "any motion"),
+        second=(OTHER, "any motion"),
+        distance=(0.01, "number"),
+    ),
     "Constraint.ball": call(core.Constraint.ball, center=(FIRST, "center"), radius=(0.1, "not negative"), **WINDOW),
     "Constraint.standing": in_cell(core.Constraint.standing, **ARM, q=(FIRST, "q"), shrink=(0.0, "number"), **WINDOW),
     "Constraint.moving": call(
@@ -580,6 +586,7 @@ CALLS = {
     "replan": in_cell(
         core.replan, q=TWO_ROWS, max_step=TWO_STEPS, goals=TWO_GOALS, **LEVELS, attempts=(3, "count"), **SEED, **TIMED
     ),
+    "remove_waits": in_cell(core.remove_waits, q=TWO_ROWS, max_velocity=TWO_STEPS, distance=(0.01, "number"), **TIMED),
     "PathRecombination.__init__": in_cell(core.PathRecombination, max_step=TWO_STEPS, **LEVELS),
     "PathRecombination.add": call(lambda **given: pool().add(**given), q=([ROWS, ROWS], "path of each")),
     "PathRecombination.has": call(lambda **given: pool().has(**given), path_ids=([0, 1], "any path ids")),

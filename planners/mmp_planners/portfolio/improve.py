@@ -59,10 +59,14 @@ def shorten(run: Run, attempts: int, dt: float) -> bool:
 
 
 def emit_and_shorten(run: Run, watch: Watcher, attempts: int, dt: float) -> None:
-    """Emits the best plan of a planner without a tree, shortens it, and emits the shorter plan."""
+    """Emits the best plan of a planner without a tree, and emits it again when it is shorter, or without waits."""
     run.emit_plan(watch, node=0, parent=None, dt=dt)
+    node = 0
     if shorten(run, attempts, dt):
         run.emit_plan(watch, node=1, parent=0, dt=dt)
+        node = 1
+    if run.removes_waits and run.remove_waits():
+        run.emit_plan(watch, node=node + 1, parent=node, dt=dt)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +91,7 @@ class ImprovementRounds:
     dt: float
     settings: PortfolioSettings
 
-    def __call__(self, run: Run, counts: PortfolioCounts, watch: Watcher, node: int) -> None:
+    def __call__(self, run: Run, counts: PortfolioCounts, watch: Watcher, node: int) -> int:
         """Improves the best plan of the run, and emits each better one.
 
         Args:
@@ -95,9 +99,12 @@ class ImprovementRounds:
             counts: counts of the run.
             watch: watcher that gets the plans.
             node: number of the node of the best plan; better ones have the numbers after it.
+
+        Returns:
+            The number of the node of the last plan.
         """
         if run.best is None:
-            return
+            return node
         settings, dt = self.settings, self.settings.grid_coarsening * self.dt
         good_cost = self.until * run.problem.cost_lower_bound_rad
         shortcuts = Shortcutting(attempts=self.shorten, dt=dt, repeat_gain=settings.repeat_gain)
@@ -109,7 +116,7 @@ class ImprovementRounds:
         failures = 0
         for number in range(self.rounds):
             before, recombined = run.best.cost, None
-            if before <= good_cost or failures == settings.failures_before_stop or run.clock.expired:
+            if before <= good_cost or failures == settings.failures_before_stop or run.out_of_time:
                 break
             if number > 0:
                 recombine = recombine or PathRecombination(run, run.best.plan, self.dt, shortcuts, independent)
@@ -126,3 +133,4 @@ class ImprovementRounds:
             if run.best.cost < before:
                 run.emit_plan(watch, node=node + 1, parent=node, dt=self.dt)
                 node += 1
+        return node

@@ -18,6 +18,7 @@ from mmp_planners.counts import Incumbent, RunCounts
 from mmp_planners.options import check_run
 from mmp_planners.planner import PlanResult, Status, StopPlanning
 from mmp_planners.portfolio.shortcutting import on_grid
+from mmp_planners.portfolio.wait_removal import without_waits
 from mmp_planners.result_validation import NUMBERS
 
 PROOF_SHARE = 0.1
@@ -26,8 +27,14 @@ LEAST_PROOF_SHARE_S = 0.02
 """Least time that this share reserves [s]."""
 PROOFS = 8
 """Number of longest proofs so far that fit into the reserved time; shortcuts add corners, so proofs take longer."""
+WAIT_REMOVAL_PROOFS = 15
+"""Number of longest proofs so far that wait removal may take."""
+WAIT_REMOVAL_SHARE = 0.05
+"""Largest share of the remaining time that is reserved for wait removal: a lower cost comes first."""
 LEAST_PROOF_S = 0.005
 """Least time that is reserved for certification [s]."""
+LEAST_SAVING = 1e-3
+"""Relative saving of makespan below which a plan keeps its waits."""
 
 
 @dataclass(kw_only=True)
@@ -42,6 +49,7 @@ class Run:
         clock: deadline of the run.
         counts: counts of the run, for its statistics.
         best: the best solution so far.
+        without_waits: the best solution so far and the same one without waits, if they were removed.
         cut_short: whether an early clock has expired; the statistics then say `deadline_hit`.
         proof_s: duration of the longest certification [s].
         began: start of the run by `time.perf_counter()` [s].
@@ -55,6 +63,7 @@ class Run:
     clock: core.Clock
     counts: RunCounts = field(default_factory=RunCounts)
     best: Incumbent | None = None
+    without_waits: tuple[Incumbent, Incumbent] | None = None
     cut_short: bool = False
     proof_s: float = 0.0
     began: float = field(default_factory=time.perf_counter)
@@ -80,6 +89,11 @@ class Run:
     @property
     def elapsed_s(self) -> float:
         return time.perf_counter() - self.began
+
+    @property
+    def out_of_time(self) -> bool:
+        """Whether time is up but for what is reserved."""
+        return self.cut_short or self.clock.expired
 
     def prove(self, plan: Plan, clock: core.Clock) -> Certificate:
         """Certifies a plan, and remembers how long the longest proof took."""
@@ -108,20 +122,50 @@ class Run:
         if best is not None and found_s is not None:
             self.best, self.found_s = best, found_s
 
+    @property
+    def final(self) -> Incumbent | None:
+        """The best solution, without waits if they were removed."""
+        if self.without_waits is not None and self.without_waits[0] is self.best:
+            return self.without_waits[1]
+        return self.best
+
+    @property
+    def removes_waits(self) -> bool:
+        """Whether the planner has the option to remove waits, and it is set."""
+        return getattr(self.options, "waits", None) == "removed"
+
+    def remove_waits(self) -> bool:
+        """Removes the waits of the best plan, if time is left. Returns whether its makespan became shorter."""
+        if self.best is None:
+            return False
+        plan = without_waits(self.best.plan, self.clock)
+        if plan is None or plan.makespan_s > (1 - LEAST_SAVING) * self.best.plan.makespan_s:
+            return False
+        certificate = self.prove(plan, self.clock)
+        if not certificate.valid:
+            self.counts.failed_certificates += not self.clock.expired
+            return False
+        early = dataclasses.replace(self.best, plan=plan, cost=plan.cost_rad, clearance=certificate.clearance)
+        self.without_waits = self.best, early
+        return True
+
     @contextlib.contextmanager
     def early_clock(self) -> Iterator[core.Clock]:
-        """Gives a clock that expires early enough to certify what was found until then."""
+        """Gives a clock that expires early enough to certify what was found until then, without waits if asked."""
         remaining = min(self.clock.remaining, 1e10)
         reserved = max(PROOF_SHARE * remaining, LEAST_PROOF_SHARE_S)
         if self.proof_s > 0:
             reserved = min(reserved, max(PROOFS * self.proof_s, LEAST_PROOF_S))
+        if self.removes_waits:
+            reserved += min(WAIT_REMOVAL_PROOFS * self.proof_s, WAIT_REMOVAL_SHARE * remaining)
         clock = core.Clock(max(0.0, remaining - reserved))
         yield clock
         self.cut_short |= clock.expired
 
     def emit_plan(self, watch: Watcher, node: int, parent: int | None, dt: float) -> None:
         """Emits the best plan as a node, on a grid of `dt` [s], and as a solution. For planners without a tree."""
-        if self.best is None or watch is ignore:
+        best = self.final
+        if best is None or watch is ignore:
             return
         names = self.problem.cell.arm_names
         watch(
@@ -131,17 +175,15 @@ class Run:
                 parent=parent,
                 arm=None,
                 constraint=None,
-                paths=dict(zip(names, on_grid(self.best.plan, dt), strict=True)),
-                cost_rad=self.best.cost,
+                paths=dict(zip(names, on_grid(best.plan, dt), strict=True)),
+                cost_rad=best.cost,
                 lower_bound_rad=self.problem.cost_lower_bound_rad,
                 conflicts=0,
                 conflicting_pairs=0,
                 dt_s=dt,
             )
         )
-        watch(
-            SolutionFound(elapsed_s=self.elapsed_s, node=node, cost_rad=self.best.cost, clearance_m=self.best.clearance)
-        )
+        watch(SolutionFound(elapsed_s=self.elapsed_s, node=node, cost_rad=best.cost, clearance_m=best.clearance))
 
     def result(self, *, exhausted: bool = False) -> PlanResult:
         """Returns the result of the run. `exhausted`: the search ended without a plan before its time."""
@@ -152,7 +194,7 @@ class Run:
                 continue
 
     def _result(self, exhausted: bool) -> PlanResult:
-        best, straight = self.best, self.problem.cost_lower_bound_rad
+        best, straight = self.final, self.problem.cost_lower_bound_rad
         stats: dict[str, Any] = {
             **dict.fromkeys(NUMBERS),  # None: the planner has no such count
             **self.counts.stats(),

@@ -22,7 +22,15 @@ class Certifier {
   using T = Scalar<V>;
   // positions[arm]: [n][dof] at n common times. `required.proof` is the clearance to prove.
   Certifier(StaticWorld<V>& world, std::vector<const T*> positions, int n, Levels<T> required)
-      : world_(&world), prover_(world), positions_(std::move(positions)), n_(n), required_(required) {}
+      : world_(&world), prover_(world), positions_(std::move(positions)), n_(n), required_(required) {
+    for (int a = 0; a < arms(); ++a) {
+      auto& moves = moves_.emplace_back(n > 1 ? n - 1 : 0);
+      for (int s = 0; s + 1 < n; ++s) {
+        const auto [from, to] = segment(a, s);
+        moves[s] = !std::equal(from, from + dof(a), to);
+      }
+    }
+  }
 
   // Proves the required clearance at least, and all but a `share` of what the sampled minimum has beyond it. Clearances
   // are those between arms; `required` shifts the others.
@@ -51,8 +59,17 @@ class Certifier {
  private:
   int dof(int a) const { return world_->cell->arms[a].dof; }
   int arms() const { return static_cast<int>(positions_.size()); }
+  std::pair<const T*, const T*> segment(int a, int s) const {
+    const T* p = positions_[a] + static_cast<size_t>(s) * dof(a);
+    return {p, p + dof(a)};
+  }
+  // Returns whether an arm moves in any segment from `first` to `last`.
+  bool moves_in(int a, int first, int last) const {
+    const auto& moves = moves_[a];
+    return std::any_of(moves.begin() + first, moves.begin() + std::min(last + 1, n_ - 1), [](bool m) { return m; });
+  }
 
-  // Samples the clearance at the given times and halfway between them.
+  // Samples the clearance at the given times and halfway between them. Where arms stand, their first sample is enough.
   Proof sample() {
     Proof out;
     out.clearance = 1e9;
@@ -61,9 +78,14 @@ class Certifier {
     std::vector<Box<T>> boxes(arms());
     std::vector<std::vector<int>> near(arms());
     BoxSweep<T> sweep;
+    std::vector<bool> stands(arms());
     const int halves = 2 * n_ - 1;
     for (int h = 0; h < halves; h += width<V>) {
       for (int a = 0; a < arms(); ++a) {
+        near[a].clear();
+        const bool stood = stands[a];  // then all lanes of its pose are the same
+        stands[a] = h > 0 && !moves_in(a, (h - 1) / 2, (h + width<V> - 1) / 2);
+        if (stands[a] && stood) continue;
         V q[kMaxDof];
         for (int lane = 0; lane < width<V>; ++lane) {
           const int k = std::min(h + lane, halves - 1);
@@ -75,19 +97,21 @@ class Certifier {
         visit_bounds<V>(
             poses[a], width<V>, [](int) { return V{}; },
             [&](int, int axis, T low, T high) { boxes[a].include(axis, low, high); });
-        near[a].clear();
       }
       sweep(boxes.data(), arms(), T(out.clearance) + kBoxSlack<T>, [&](int a, int b) { near[a].push_back(b); });
       for (int a = 0; a < arms(); ++a) {
         V best = splat<V>(T(out.clearance));
-        world_->lower(a, poses[a], required_, best);
-        if (poses[a].arm->upright) {
-          const V room = upright_room(poses[a]) - required_.upright;
-          best = select<V>(room < splat<V>(required_.proof), min(best, room), best);
+        if (!stands[a]) {
+          world_->lower(a, poses[a], required_, best);
+          if (poses[a].arm->upright) {
+            const V room = upright_room(poses[a]) - required_.upright;
+            best = select<V>(room < splat<V>(required_.proof), min(best, room), best);
+          }
+          note(best, a, -1, h, out);
         }
-        note(best, a, -1, h, out);
         std::sort(near[a].begin(), near[a].end());
         for (const int b : near[a]) {
+          if (stands[a] && stands[b]) continue;
           if (!boxes[a].near(boxes[b], T(out.clearance) + kBoxSlack<T>)) continue;
           best = splat<V>(T(out.clearance));
           lower_pair_clearance(poses[a], poses[b], false, best);
@@ -110,12 +134,18 @@ class Certifier {
     const Levels<T> levels{target, target, required_.obstacles, required_.self,
                            required_.proof - target + required_.upright};
     const int segments = n_ - 1;
-    std::vector<SegmentResult<T>> results(segments);
-    const auto of = [&](int a) {
-      return [this, a](int s) {
-        const T* p = positions_[a] + static_cast<size_t>(s) * dof(a);
-        return std::pair<const T*, const T*>(p, p + dof(a));
-      };
+    std::vector<int> at;
+    std::vector<SegmentResult<T>> results;
+    const auto of = [&](int a) { return [this, a](int s) { return segment(a, s); }; };
+    const auto part = [&](int a) { return [&at, a, this](int k) { return segment(a, at[k]); }; };
+    // Reports the first segment of `at` that is not free.
+    const auto all_free = [&](int a, int b) {
+      for (size_t k = 0; k < at.size(); ++k)
+        if (!results[k].free) {
+          found = {false, target, a, b, at[k], double(results[k].contact)};
+          return false;
+        }
+      return true;
     };
     if (!near_) {
       std::vector<const ArmModel<T>*> models;
@@ -124,25 +154,21 @@ class Certifier {
     }
     if (clock.expired()) return false;
     near_->find(target);
+    // An arm that stands in a segment is where it was at the end of the segment before.
     for (int a = 0; a < arms(); ++a) {
-      results.assign(segments, {});
-      prover_.alone(a, segments, of(a), levels, Stop::at_first_contact, results.data(), &clock);
+      at.clear();
       for (int s = 0; s < segments; ++s)
-        if (!results[s].free) {
-          found = {false, target, a, -1, s, double(results[s].contact)};
-          return false;
-        }
-      const bool free = near_->others(a, [&](int b, const std::vector<int>& at) {
-        const auto part = [&](int arm) { return [&at, whole = of(arm)](int k) { return whole(at[k]); }; };
-        const int count = static_cast<int>(at.size());
-        results.assign(count, {});
-        prover_.pair(a, b, count, part(a), part(b), levels, false, results.data(), &clock);
-        for (int k = 0; k < count; ++k)
-          if (!results[k].free) {
-            found = {false, target, a, b, at[k], double(results[k].contact)};
-            return false;
-          }
-        return true;
+        if (s == 0 || moves_[a][s]) at.push_back(s);
+      results.assign(at.size(), {});
+      prover_.alone(a, static_cast<int>(at.size()), part(a), levels, Stop::at_first_contact, results.data(), &clock);
+      if (!all_free(a, -1)) return false;
+      const bool free = near_->others(a, [&](int b, const std::vector<int>& close) {
+        at.clear();
+        for (const int s : close)
+          if (s == 0 || moves_[a][s] || moves_[b][s]) at.push_back(s);
+        results.assign(at.size(), {});
+        prover_.pair(a, b, static_cast<int>(at.size()), part(a), part(b), levels, false, results.data(), &clock);
+        return all_free(a, b);
       });
       if (!free) return false;
     }
@@ -153,6 +179,7 @@ class Certifier {
   Prover<V> prover_;
   std::optional<NearArms<V>> near_;
   std::vector<const T*> positions_;
+  std::vector<std::vector<bool>> moves_;  // [arm][segment]
   int n_;
   Levels<T> required_;
 };

@@ -47,11 +47,17 @@ if TYPE_CHECKING:
     from mmp_env.sim.execution import ExecutionReport
     from mmp_env.sim.monitor import Monitor
     from mmp_env.sim.play import play
+    from mmp_env.sim.schedule_execution import execute_schedule
     from mmp_env.version import __version__
     from mmp_env.view.films import save_film
     from mmp_env.view.notebook import PlanView
     from mmp_env.view.pictures import save_picture
     from mmp_env.view.search_tree import SearchTree
+    from mmp_env.work.jobs import Job, Jobs, Move, Wait
+    from mmp_env.work.jobs_file import load_jobs
+    from mmp_env.work.schedule import Schedule
+    from mmp_env.work.schedule_check import check_schedule
+    from mmp_env.work.schedule_file import load_schedule, save_schedule
 
 _HOMES = {
     "model.arm": ("Arm", "Obstacle", "place_arm"),
@@ -86,6 +92,12 @@ _HOMES = {
     "model.robot": ("Robot", "Tool", "load_robot", "load_tool", "robot_names", "tool_names"),
     "view.search_tree": ("SearchTree",),
     "version": ("__version__",),
+    "work.jobs": ("Job", "Jobs", "Move", "Wait"),
+    "work.jobs_file": ("load_jobs",),
+    "work.schedule": ("Schedule",),
+    "work.schedule_check": ("check_schedule",),
+    "work.schedule_file": ("load_schedule", "save_schedule"),
+    "sim.schedule_execution": ("execute_schedule",),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
@@ -99,9 +111,12 @@ __all__ = [
     "Contact",
     "ExecutionReport",
     "InvalidInstanceError",
+    "Job",
+    "Jobs",
     "JointGoal",
     "MmpError",
     "Monitor",
+    "Move",
     "MovedBodyWarning",
     "MultiArmCellEnv",
     "NamedGoal",
@@ -111,23 +126,29 @@ __all__ = [
     "PoseGoal",
     "Problem",
     "Robot",
+    "Schedule",
     "SearchTree",
     "Stay",
     "Tool",
     "UnknownNameError",
     "UnretimedPlanWarning",
     "Upright",
+    "Wait",
     "__version__",
     "cell_from_mujoco",
     "check_plan",
+    "check_schedule",
     "draw_instance",
     "draw_problem",
+    "execute_schedule",
     "find_cell",
     "line_cell",
     "load_cell",
     "load_instances",
+    "load_jobs",
     "load_plan",
     "load_robot",
+    "load_schedule",
     "load_tool",
     "make_problem",
     "place_arm",
@@ -137,6 +158,7 @@ __all__ = [
     "save_film",
     "save_picture",
     "save_plan",
+    "save_schedule",
     "straight_line",
     "tool_names",
 ]

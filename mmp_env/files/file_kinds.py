@@ -13,9 +13,12 @@ from mmp_env.files.reading import NotJsonError, read_document
 from mmp_env.files.regular_files import TooLargeError
 
 INSTANCES, PLAN, EPISODE, CELL = "an instance file", "a plan", "an episode", "a cell file"
+JOBS, SCHEDULE = "a file of jobs", "a schedule"
 _TRAJECTORY = "a ROS 2 trajectory"
 _RESULT_FIELD, _TRAJECTORY_FIELD = "planning_time_s", "joint_names"
 _BY_FIELD = {
+    "trajectories": SCHEDULE,
+    "jobs": JOBS,
     "instances": INSTANCES,
     "positions": PLAN,
     "plans": EPISODE,
@@ -23,7 +26,7 @@ _BY_FIELD = {
     _RESULT_FIELD: "a file of results",
     _TRAJECTORY_FIELD: _TRAJECTORY,
 }
-"""Field -> the only kind of file that has it."""
+"""Field -> the kind of file that has it, the first that fits."""
 
 
 def read_as(path: str | PathLike[str], kinds: tuple[str, ...], takes: str) -> Any:
@@ -63,7 +66,7 @@ def check_replaceable(path: str | PathLike[str], option: str) -> None:
         kind = _kind(read_document(path))
     except MmpError:  # no reader takes it
         return
-    if kind in (INSTANCES, PLAN, EPISODE, CELL):
+    if kind in (INSTANCES, PLAN, EPISODE, CELL, JOBS, SCHEDULE):
         raise MmpError(f"{option} would overwrite {path}, which is {kind}; give another name, or remove it first")
 
 

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 from mmp_env.events import Event, Watcher, ignore
 from mmp_planners.planner import Planner, PlanResult, Status, StopPlanning
 from mmp_planners.registry import describe, make, names
+from mmp_planners.work.scheduling import ScheduleResult, schedule
 
 if TYPE_CHECKING:
     from mmp_env.version import __version__
@@ -13,6 +14,7 @@ __all__ = [
     "Event",
     "PlanResult",
     "Planner",
+    "ScheduleResult",
     "Status",
     "StopPlanning",
     "Watcher",
@@ -21,6 +23,7 @@ __all__ = [
     "ignore",
     "make",
     "names",
+    "schedule",
 ]
 
 

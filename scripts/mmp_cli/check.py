@@ -1,4 +1,4 @@
-"""`mmp check PLAN...`: checks plan files, without planner or native core."""
+"""`mmp check PLAN...`: checks plan and schedule files, without planner or native core."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mmp_cli.arguments import Parser
 from mmp_env.errors import MmpError
-from mmp_env.files.file_kinds import EPISODE, PLAN, read_as
+from mmp_env.files.file_kinds import EPISODE, PLAN, SCHEDULE, read_as
 from mmp_env.wording import counted
 
 if TYPE_CHECKING:
@@ -19,7 +19,10 @@ def parser() -> Parser:
     """Returns the parser of the command."""
     out = Parser("mmp check", "Checks plans again. Exit 0: all are valid; 1: one is not; 2: one cannot be read.")
     out.add_argument(
-        "plans", nargs="+", metavar="PLAN", help="plan files (schema mmp-plan/1), or episodes of them (mmp-episode/1)"
+        "plans",
+        nargs="+",
+        metavar="PLAN",
+        help="plan files (schema mmp-plan/1), episodes of them (mmp-episode/1), or schedules (mmp-schedule/1)",
     )
     out.add_argument("--exact", action="store_true", help="with the MuJoCo geoms instead of the spheres")
     out.add_argument("--json", action="store_true", help="print one JSON object per plan")
@@ -35,16 +38,22 @@ def _check(path: str, args: Namespace) -> int:
     from mmp_cli.output import complain, say
     from mmp_env.check import CheckReport, check_document
     from mmp_env.check.episode import check_episode
+    from mmp_env.check.schedule import check_schedule_document
     from mmp_env.files.episode_file import Episode, plans_from_dict
+    from mmp_env.work.schedule_file import SCHEDULE_SCHEMA, schedule_from_dict
 
     try:
-        data = read_as(path, (PLAN, EPISODE), "`mmp check` takes plans and episodes")
-        in_a_row = isinstance(plans_from_dict(data, path), Episode)
+        data = read_as(path, (PLAN, EPISODE, SCHEDULE), "`mmp check` takes plans, episodes and schedules")
+        if isinstance(data, dict) and data.get("schema") == SCHEDULE_SCHEMA:
+            schedule_from_dict(data, path)
+            checker = check_schedule_document
+        else:
+            checker = check_episode if isinstance(plans_from_dict(data, path), Episode) else check_document
     except MmpError as error:
         complain(error)
         return 2
     # Its content, not the plan that was made of it: the checker shall read the cell for itself.
-    report = (check_episode if in_a_row else check_document)(data, exact=args.exact)
+    report = checker(data, exact=args.exact)
     if args.json:
         print(json.dumps({"plan": path, "exact": args.exact} | report.as_dict()))
     elif not report.valid:

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 COMMANDS = {
     "plan": "plan one instance, check the plan and print a summary",
-    "check": "check plan files again, on their own",
+    "run": "plan many jobs, each arm in its own time, and check the schedule",
+    "check": "check plan and schedule files again, on their own",
     "export": "write a plan in another format",
     "show": "open a recording, a plan or a benchmark folder",
     "report": "table and figures of a benchmark folder",

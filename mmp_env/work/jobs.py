@@ -1,0 +1,160 @@
+"""Jobs: steps that one arm does in their order, and what each job has to wait for."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from mmp_env.argument_checks import number, refused, text
+from mmp_env.brief import brief
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.model.cell import Cell, given_cell
+from mmp_env.model.goals import AnyOf, Goal, NamedGoal, Stay, goal_to_data
+from mmp_env.model.names import NAMES, is_name
+from mmp_env.model.read_only import ReadOnly
+from mmp_env.wording import counted, shown
+
+MOST_JOBS = 10_000
+"""Largest number of jobs."""
+LONGEST_WAIT_S = 3600.0
+"""Longest wait of a step [s]."""
+
+
+@dataclass(frozen=True)
+class Move:
+    """A step that moves an arm to a goal. The planner chooses the way; `stay` is where the arm is then."""
+
+    goal: Goal
+
+
+@dataclass(frozen=True)
+class Wait:
+    """A step in which an arm stands still for some time [s]."""
+
+    seconds: float
+
+    def __post_init__(self) -> None:
+        allowed = f"a number of seconds above 0, {LONGEST_WAIT_S:g} at most"
+        if number("the time of a wait", self.seconds, allowed) > LONGEST_WAIT_S:
+            raise MmpError(f"a wait takes {self.seconds:g} s; it must be {allowed}")
+
+
+Step: TypeAlias = Move | Wait
+"""One step of a job."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Job:
+    """Steps that one arm does, one after another.
+
+    Attributes:
+        name: name of the job.
+        steps: at least one.
+        arm: arm that does the job; None lets the scheduler choose.
+        after: names of the jobs that are done before this one begins.
+    """
+
+    name: str
+    steps: tuple[Step, ...]
+    arm: str | None = None
+    after: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if not is_name(text("name of a job", self.name)):
+            raise MmpError(f"a job is named {shown(self.name)}; a name must be {NAMES}")
+        object.__setattr__(self, "steps", tuple(self.steps))
+        object.__setattr__(self, "after", tuple(dict.fromkeys(self.after)))
+        if not self.steps:
+            raise MmpError(f"job '{self.name}' has no steps; it needs at least one")
+        for step in self.steps:
+            if not isinstance(step, Move | Wait):
+                raise refused(f"a step of job '{self.name}'", step, "a Move or a Wait")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Jobs(ReadOnly):
+    """The work of a cell.
+
+    Attributes:
+        name: name of the work.
+        cell: arms and obstacles.
+        jobs: at least one.
+        start: arm name -> where the arm stands at first; by default every arm is `tucked`.
+
+    Raises:
+        MmpError: for unknown arms and jobs, repeated names, and jobs that wait for each other.
+    """
+
+    name: str
+    cell: Cell
+    jobs: tuple[Job, ...]
+    start: Mapping[str, Goal] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        names = given_cell(self.cell).arm_names
+        object.__setattr__(self, "jobs", tuple(self.jobs))
+        for arm in self.start:
+            if arm not in names:
+                raise MmpError(f"start: {UnknownNameError('arm', arm, names)}")
+        home = {arm: self.start.get(arm, NamedGoal("tucked")) for arm in names}
+        for arm, goal in home.items():
+            if isinstance(goal, Stay | AnyOf):
+                raise MmpError(
+                    f"start of arm '{arm}' must be one configuration or pose; 'stay' and 'any' are for goals"
+                )
+        object.__setattr__(self, "start", home)
+        _check(self.jobs, names)
+        super().__post_init__()
+
+    @brief
+    def __repr__(self) -> str:
+        steps = sum(len(job.steps) for job in self.jobs)
+        return f"{self.name}: {counted(len(self.jobs), 'job')} of {counted(steps, 'step')} in cell {self.cell.name}"
+
+
+def step_to_data(step: Step) -> dict[str, Any]:
+    """Returns the form of JSON of a step."""
+    return {"move": goal_to_data(step.goal)} if isinstance(step, Move) else {"wait": step.seconds}
+
+
+def job_to_data(job: Job) -> dict[str, Any]:
+    """Returns the form of JSON of a job."""
+    arm = {} if job.arm is None else {"arm": job.arm}
+    after = {"after": list(job.after)} if job.after else {}
+    return {"name": job.name, **arm, "steps": [step_to_data(step) for step in job.steps], **after}
+
+
+def _check(jobs: Sequence[Job], arms: Sequence[str]) -> None:
+    """Raises `MmpError` unless the jobs fit together."""
+    if not 1 <= len(jobs) <= MOST_JOBS:
+        raise MmpError(f"the work has {counted(len(jobs), 'job')}; it needs at least one, and {MOST_JOBS} at most")
+    twice = [name for name, count in Counter(job.name for job in jobs).items() if count > 1]
+    if twice:
+        raise MmpError(f"two jobs are named '{twice[0]}'; names must differ")
+    names = [job.name for job in jobs]
+    for job in jobs:
+        if job.arm is not None and job.arm not in arms:
+            raise MmpError(f"job '{job.name}': {UnknownNameError('arm', job.arm, arms)}")
+        for before in job.after:
+            if before not in names:
+                raise MmpError(f"after of job '{job.name}': {UnknownNameError('job', before, names)}")
+    if cycle := _cycle({job.name: job.after for job in jobs}):
+        raise MmpError(f"these jobs wait for each other, so that none can begin: {' after '.join(cycle)}")
+
+
+def _cycle(after: Mapping[str, Sequence[str]]) -> list[str]:
+    """Returns names of jobs of which each waits for the next, the first again at the end; empty without a cycle."""
+    left = dict(after)
+    while free := [name for name, before in left.items() if not any(other in left for other in before)]:
+        for name in free:
+            del left[name]
+    if not left:
+        return []
+    seen = [next(iter(left))]
+    while True:
+        following = next(other for other in left[seen[-1]] if other in left)
+        if following in seen:
+            return [*seen[seen.index(following) :], following]
+        seen.append(following)

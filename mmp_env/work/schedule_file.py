@@ -1,0 +1,195 @@
+"""Schedule files, schema `mmp-schedule/1`: self-contained, the same bytes for the same schedule."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from mmp_env.argument_checks import given
+from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict, check_name
+from mmp_env.files.file_kinds import SCHEDULE, read_for
+from mmp_env.files.instance_file import check_arms, configurations_from_dict
+from mmp_env.files.reading import MAX_JSON_BYTES, Location, check_schema, decode, named, numbers
+from mmp_env.files.writing import json_text, plain, write_text
+from mmp_env.model.cell import Cell
+from mmp_env.model.goals import JointGoal
+from mmp_env.model.margins import KINDS, Margins
+from mmp_env.model.problem import Problem, velocity_limits
+from mmp_env.model.robot import frozen_array
+from mmp_env.work.jobs import Jobs, job_to_data
+from mmp_env.work.jobs_file import job_from_data
+from mmp_env.work.schedule import KINDS_OF_EVENTS, Schedule, Trajectory, WorkEvent
+
+SCHEDULE_SCHEMA = "mmp-schedule/1"
+
+
+class MarginsData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    arms: float | None
+    obstacles: float | None
+    self_: float | None = msgspec.field(name="self")
+
+
+class TrajectoryData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    times: list[Any]
+    positions: list[Any]
+
+
+class EventData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    time: float
+    until: float
+    arm: str
+    kind: str
+    object: str | None = None
+    job: str | None = None
+    step: int | None = None
+
+
+class ScheduleData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    schema: str
+    name: str
+    cell: CellData
+    start: dict[str, Any]
+    max_velocity: dict[str, Any]
+    margins: MarginsData
+    jobs: list[dict[str, Any]]
+    trajectories: dict[str, TrajectoryData]
+    events: list[EventData]
+    proof: MarginsData
+    order: list[tuple[tuple[str, int], tuple[str, int]]] = []
+    planner: dict[str, Any] = {}
+    stats: dict[str, Any] = {}
+
+
+def schedule_to_dict(schedule: Schedule) -> dict[str, Any]:
+    """Returns the schedule in the form of `mmp-schedule/1`, in dicts, lists and scalars."""
+    problem, names = schedule.problem, schedule.problem.cell.arm_names
+    return plain(
+        {
+            "schema": SCHEDULE_SCHEMA,
+            "name": schedule.jobs.name,
+            "cell": cell_to_dict(problem.cell),
+            "start": {name: problem.start[name] for name in names},
+            "max_velocity": {name: problem.max_velocity[name] for name in names},
+            "margins": dict(problem.margins),
+            "jobs": [job_to_data(job) for job in schedule.jobs.jobs],
+            "trajectories": {
+                name: {"times": schedule.trajectories[name].times, "positions": schedule.trajectories[name].positions}
+                for name in names
+            },
+            "events": [_event_to_data(event) for event in schedule.events],
+            "order": [[list(motion) for motion in pair] for pair in schedule.order],
+            "proof": dict(schedule.proof),
+            "planner": schedule.planner,
+            "stats": schedule.stats,
+        }
+    )
+
+
+def schedule_from_dict(data: Any, where: str | Location = "schedule") -> Schedule:
+    """Returns the schedule in a file's `data`. The checker, not this function, tests that the schedule is right.
+
+    Raises:
+        MmpError: for malformed data, with field and value.
+    """
+    place = where if isinstance(where, Location) else Location(where)
+    check_schema(data, SCHEDULE_SCHEMA, place)
+    decoded = decode(data, ScheduleData, place)
+    check_name(decoded.name, place / "name")
+    cell = cell_from_data(decoded.cell, place / "cell", name=decoded.name)
+    start = configurations_from_dict(cell, decoded.start, place / "start")
+    jobs = tuple(job_from_data(job, place / "jobs" / k) for k, job in enumerate(decoded.jobs))
+    with named(place):
+        work = Jobs(name=decoded.name, cell=cell, jobs=jobs, start={name: JointGoal(q) for name, q in start.items()})
+    limits = configurations_from_dict(cell, decoded.max_velocity, place / "max_velocity")
+    trajectories = _trajectories(cell, decoded.trajectories, place / "trajectories")
+    with named(place / "margins"):
+        problem = Problem(
+            cell=cell,
+            start=start,
+            goal={name: trajectory.positions[-1] for name, trajectory in trajectories.items()},
+            max_velocity=velocity_limits(cell, limits),
+            margins=_margins(decoded.margins),
+            name=decoded.name,
+        )
+    return Schedule(
+        jobs=work,
+        problem=problem,
+        trajectories=trajectories,
+        events=tuple(_event(cell, event, place / "events" / k) for k, event in enumerate(decoded.events)),
+        order=tuple(decoded.order),
+        proof=_margins(decoded.proof),
+        planner=decoded.planner,
+        stats=decoded.stats,
+    )
+
+
+def save_schedule(schedule: Schedule, path: str | PathLike[str]) -> None:
+    """Writes a schedule file, the whole file or nothing. The same schedule gives the same bytes.
+
+    Args:
+        schedule: the schedule.
+        path: the file; a file that is there is replaced.
+
+    Raises:
+        MmpError: for another object, a schedule larger than 64 MB, and a file that cannot be written.
+    """
+    text = json_text(schedule_to_dict(given("schedule", schedule, Schedule, "the .schedule of a result of schedule()")))
+    if len(text) > MAX_JSON_BYTES:
+        size, most = len(text) / 2**20, MAX_JSON_BYTES / 2**20
+        raise MmpError(f"{path}: the schedule takes {size:.0f} MB as a file; {most:.0f} MB is the most that is read")
+    write_text(path, text)
+
+
+def load_schedule(path: str | PathLike[str]) -> Schedule:
+    """Reads a schedule file, schema `mmp-schedule/1`. The schedule may still be wrong; `mmp check` tests it.
+
+    Args:
+        path: a JSON file.
+
+    Raises:
+        MmpError: for a file that cannot be read, or malformed data, with file, field and value.
+    """
+    return schedule_from_dict(read_for("load_schedule", path, SCHEDULE), str(path))
+
+
+def _event_to_data(event: WorkEvent) -> dict[str, Any]:
+    what = {} if event.job is None else {"job": event.job, "step": event.step}
+    return {"time": event.begin_s, "until": event.end_s, "arm": event.arm, "kind": event.kind, **what}
+
+
+def _event(cell: Cell, data: EventData, place: Location) -> WorkEvent:
+    if data.arm not in cell.arm_names:
+        raise MmpError(f"{place}: {UnknownNameError('arm', data.arm, cell.arm_names)}")
+    if data.kind not in KINDS_OF_EVENTS:
+        raise MmpError(f"{place}: {UnknownNameError('kind of event', data.kind, KINDS_OF_EVENTS)}")
+    return WorkEvent(begin_s=data.time, end_s=data.until, arm=data.arm, kind=data.kind, job=data.job, step=data.step)
+
+
+def _margins(data: MarginsData) -> Margins:
+    """Returns the clearances [m]; null, infinity, where there is nothing of the kind."""
+    by_kind = zip(KINDS, (data.arms, data.obstacles, data.self_), strict=True)
+    return Margins(**{kind: float("inf") if value is None else value for kind, value in by_kind})
+
+
+def _trajectories(cell: Cell, data: Mapping[str, TrajectoryData], place: Location) -> dict[str, Trajectory]:
+    check_arms(cell, data, place)
+    out = {}
+    for arm in cell.arms:
+        here, given = place / arm.name, data[arm.name]
+        count = len(given.times)
+        if not count or count != len(given.positions):
+            raise MmpError(
+                f"{here} has {count} times and {len(given.positions)} positions; it must have as many, at least one"
+            )
+        of = f"joint of a {arm.robot.name}"
+        rows = [numbers(row, arm.dof, here / "positions" / k, of) for k, row in enumerate(given.positions)]
+        times = np.array(numbers(given.times, count, here / "times", "time"), dtype=float)
+        if (np.diff(times) <= 0).any():
+            raise MmpError(f"{here / 'times'} do not ascend")
+        out[arm.name] = Trajectory(times=frozen_array(times), positions=frozen_array(np.array(rows, dtype=float)))
+    return out

@@ -1,0 +1,96 @@
+"""Which arm does what next: jobs by arm, by order in the file, and by what they come after."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from mmp_env.work.jobs import Job, Jobs, Step
+
+
+@dataclass(kw_only=True, eq=False)
+class JobState:
+    """How far a job is: the number of the arm that does it, the next step, and when it was done [grid steps]."""
+
+    job: Job
+    number: int
+    arm: int | None = None
+    step: int = 0
+    done: int | None = None
+
+    @property
+    def next_step(self) -> Step:
+        return self.job.steps[self.step]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Option:
+    """The next step of an arm, which can begin at `begin` [grid steps]."""
+
+    begin: int
+    arm: int
+    state: JobState
+
+
+class Dispatch:
+    """The jobs that are left, and the arms that can go on with them.
+
+    Args:
+        jobs: the work.
+        finish: returns when an arm would be done with a job that begins no earlier than a grid step, or infinity for a
+            job that it cannot do [grid steps].
+        end: returns when an arm comes to rest [grid steps].
+    """
+
+    def __init__(self, jobs: Jobs, finish: Callable[[JobState, int, int], float], end: Callable[[int], int]) -> None:
+        arms = jobs.cell.arm_names
+        self._finish, self._end, self._count = finish, end, len(arms)
+        self.states = [
+            JobState(job=job, number=k, arm=None if job.arm is None else arms.index(job.arm))
+            for k, job in enumerate(jobs.jobs)
+        ]
+        self._by_name = {state.job.name: state for state in self.states}
+        self._current: dict[int, JobState] = {}
+
+    def options(self) -> list[Option]:
+        """Returns the next step of every arm that has one, the earliest first; none when all jobs are done."""
+        found = [Option(begin=self._end(arm), arm=arm, state=state) for arm, state in self._current.items()]
+        taken = set(self._current)
+        for state in self.states:
+            if state.done is not None or state in self._current.values():
+                continue
+            ready = self._ready(state)
+            if ready is None:
+                continue
+            arm = self._best(state, ready) if state.arm is None else state.arm
+            if arm not in taken:
+                taken.add(arm)
+                found.append(Option(begin=max(ready, self._end(arm)), arm=arm, state=state))
+        return sorted(found, key=lambda option: (option.begin, option.state.number))
+
+    def advance(self, option: Option) -> None:
+        """Notes that an arm has done the step of an option; its motion is on the timeline."""
+        state = option.state
+        state.arm, state.step = option.arm, state.step + 1
+        if state.step == len(state.job.steps):
+            state.done = self._end(option.arm)
+            self._current.pop(option.arm, None)
+        else:
+            self._current[option.arm] = state
+
+    def _ready(self, state: JobState) -> int | None:
+        """Returns when all that a job comes after is done; None if some of it is not planned yet."""
+        done = [self._by_name[name].done for name in state.job.after]
+        return None if None in done else max((step for step in done if step is not None), default=0)
+
+    def _best(self, state: JobState, ready: int) -> int:
+        """Returns the arm that would be done first."""
+
+        def finish(arm: int) -> float:
+            begin, current = float(max(ready, self._end(arm))), self._current.get(arm)
+            if current is not None:
+                begin = max(ready, self._finish(current, arm, self._end(arm)))
+            return self._finish(state, arm, math.ceil(begin)) if math.isfinite(begin) else math.inf
+
+        return min(range(self._count), key=lambda arm: (finish(arm), arm))

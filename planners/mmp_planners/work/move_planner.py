@@ -1,0 +1,114 @@
+"""Plans the next motion of one arm against the motions that the other arms are bound to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env import core
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
+from mmp_env.model.goals import Goal, Stay
+from mmp_env.model.problem import Problem
+from mmp_env.problems.candidates import are_free_alone, candidates, in_collision, what_blocks
+from mmp_planners.goal_choice import few, nearest
+from mmp_planners.low_level import SiRrtStar
+from mmp_planners.planning_context import MOST_GOALS
+from mmp_planners.seeds import quick_seed_of
+
+
+class MovePlanner:
+    """The single-arm planner SI-RRT* from where an arm stands, in a cell in which others are on their way.
+
+    Args:
+        problem: cell, velocity limits and margins.
+        dt: step of the time grid [s].
+        low_level: single-arm planner.
+        seed: seed of all calls.
+        clock: deadline.
+
+    Attributes:
+        calls: number of calls so far.
+    """
+
+    def __init__(self, problem: Problem, dt: float, low_level: SiRrtStar, seed: int, clock: core.Clock) -> None:
+        self.problem, self.clock, self.calls = problem, clock, 0
+        self._names, self._dt, self._low_level, self._seed = problem.cell.arm_names, dt, low_level, seed
+        self._levels = problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR)
+
+    def goals(self, arm: int, goal: Goal, near: Float[np.ndarray, "dof"], where: str) -> Float[np.ndarray, "n dof"]:
+        """Returns the configurations of a goal that are free alone, the nearest first.
+
+        Args:
+            arm: number of the arm.
+            goal: what is asked for.
+            near: where the arm stands [rad].
+            where: begin of the messages, such as `job 'a', step 1`.
+
+        Raises:
+            InvalidInstanceError: if there are none.
+        """
+        if isinstance(goal, Stay):
+            return np.array(near)[None]
+        cell, margins = self.problem.cell, self.problem.margins
+        rows = candidates(cell.arms[arm], goal, near, where).q
+        free = self.free_alone(arm, rows)
+        if not len(free):
+            raise in_collision(where, len(rows), what_blocks(cell, cell.arms[arm], rows, margins))
+        return free
+
+    def free_alone(self, arm: int, rows: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "m dof"]:
+        """Returns the configurations that keep the margins, and room to plan in, without the other arms."""
+        cell, problem = self.problem.cell, self.problem
+        return rows[are_free_alone(cell, cell.arms[arm], rows, problem.margins, problem.slack)]
+
+    def plan(
+        self,
+        arm: int,
+        start: Float[np.ndarray, "dof"],
+        goals: Float[np.ndarray, "n dof"],
+        others: Sequence[core.Motion],
+        budget: float = 1.0,
+    ) -> Float[np.ndarray, "k dof"] | None:
+        """Returns configurations [k, dof] [rad] on the grid from a start to a goal, clear of others; or None.
+
+        The motions of the others begin when this one does. The arm may stay at its end for good.
+        """
+        self.calls += 1
+        seed = quick_seed_of(self._seed, self.calls)
+        some = few(goals, MOST_GOALS)
+        single = core.SingleArm(
+            self.problem.cell.collision.core,
+            arm,
+            start=np.ascontiguousarray(start),
+            goals=some,
+            max_step=self.problem.max_velocity[self._names[arm]] * self._dt,
+            levels=self._levels,
+            seed=seed,
+            eta=self._low_level.eta,
+        )
+        rows, _ = self._low_level(single, (), seed, budget, self.clock, others=others)
+        return None if rows is None else self._with_exact_ends(arm, rows, start, some)
+
+    def in_the_way(self, arm: int, rows: Float[np.ndarray, "k dof"], others: Sequence[core.Motion]) -> list[int]:
+        """Returns the arms whose motions a path of an arm is not clear of."""
+        motions = [self.problem.cell.collision.motion(self._names[arm], rows), *others]
+        pairs = [(0, k) for k in range(1, len(motions))]
+        levels = self.problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
+        found = self.problem.cell.collision.conflict_instants(motions, pairs, levels) if pairs else []
+        return [motion.arm for motion, instants in zip(others, found, strict=True) if len(instants)]
+
+    def _with_exact_ends(
+        self,
+        arm: int,
+        rows: Float[np.ndarray, "k dof"],
+        start: Float[np.ndarray, "dof"],
+        goals: Float[np.ndarray, "n dof"],
+    ) -> Float[np.ndarray, "k dof"]:
+        goal, robot = nearest(goals, rows[-1]), self.problem.cell.arms[arm].robot
+        out = np.clip(rows, robot.lower, robot.upper)
+        if len(out) == 1 and (start != goal).any():  # so near that the core takes no step for it
+            out = np.repeat(out, 2, axis=0)
+        out[0], out[-1] = start, goal
+        return out

@@ -1,0 +1,207 @@
+"""Asynchronous scheduling: the arm that becomes free first plans its next motion against all committed motions.
+
+Motions with the rests after them are clear of each other, so an arm that finds no path waits without harm until others
+have moved on. When no arm can go on, arms in the way yield; if that does not help, all arms are planned together from
+rest. Either ends a step of a job, so the scheduler ends: there is no livelock.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.errors import InvalidInstanceError
+from mmp_env.work.jobs import Jobs, Move, Wait
+from mmp_env.work.schedule import EventKind
+from mmp_planners.seeds import quick_seed_of
+from mmp_planners.work.dispatch import Dispatch, JobState, Option
+from mmp_planners.work.group import Together
+from mmp_planners.work.move_planner import MovePlanner
+from mmp_planners.work.timeline import Timeline
+from mmp_planners.work.yielding import Yielding
+
+TRIES = 2
+"""Number of searches for a path of an arm before it waits for others to move on."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Done:
+    """What an arm does between two grid steps; `state` and `step` are None if it yields."""
+
+    begin: int
+    end: int
+    arm: int
+    kind: EventKind
+    state: JobState | None = None
+    step: int | None = None
+
+
+class Scheduler:
+    """One run.
+
+    Args:
+        jobs: the work.
+        mover: plans single arms.
+        timeline: takes the motions.
+        yielding: moves arms aside.
+        together: plans all arms.
+        seed: seed of the plans of groups.
+
+    Attributes:
+        done: what the arms do, in the order of planning.
+        yields: number of motions aside.
+        blocked: names of the arms that could not go on, in the end.
+    """
+
+    def __init__(
+        self, *, jobs: Jobs, mover: MovePlanner, timeline: Timeline, yielding: Yielding, together: Together, seed: int
+    ) -> None:
+        self._jobs, self._mover, self._timeline = jobs, mover, timeline
+        self._yielding, self._together, self._seed = yielding, together, seed
+        self._known: dict[tuple[int, int, int], Float[np.ndarray, "n dof"] | None] = {}
+        self._tried: dict[int, int] = {}
+        self.done: list[Done] = []
+        self.yields = 0
+        self.blocked: tuple[str, ...] = ()
+        self._dispatch = Dispatch(jobs, self._finish, timeline.end)
+        self._check()
+
+    def run(self) -> bool:
+        """Plans all jobs. Returns whether it could."""
+        while options := self._dispatch.options():
+            if self._mover.clock.expired:
+                return self._stuck(options)
+            open_ones = [option for option in options if self._tried.get(option.arm) != self._timeline.version]
+            if open_ones:
+                self._go_on(open_ones[0], options)
+            elif not (self._yield_for(options) or self._move_together(options)):
+                return self._stuck(options)
+        return True
+
+    def _go_on(self, option: Option, options: Sequence[Option]) -> None:
+        """Does the next step of an arm, or notes that it cannot at present. Arms without work yield at once."""
+        idle = set(range(len(self._timeline.names))) - {other.arm for other in options}
+        step = option.state.next_step
+        self._timeline.wait(option.arm, option.begin)
+        if isinstance(step, Wait):
+            self._timeline.wait(option.arm, option.begin + math.ceil(step.seconds / self._timeline.dt - 1e-9))
+            self._advance(option, "wait", option.begin)
+        elif not (self._moves(option) or (idle and self._make_way(option, idle))):
+            self._tried[option.arm] = self._timeline.version
+
+    def _moves(self, option: Option) -> bool:
+        """Moves an arm to the goal of its step, if there is a path among the committed motions."""
+        arm, timeline = option.arm, self._timeline
+        goals, begin = self._goals(option), timeline.end(option.arm)
+        for attempt in range(TRIES):
+            rows = self._mover.plan(arm, timeline.rest(arm), goals, timeline.motions(begin, [arm]), 1.0 + attempt)
+            if rows is not None:
+                timeline.append(arm, rows)
+                self._advance(option, "move", begin)
+                return True
+        return False
+
+    def _yield_for(self, options: Sequence[Option]) -> bool:
+        """Lets any arms yield for the first blocked arm that this helps."""
+        everyone = range(len(self._timeline.names))
+        return any(self._make_way(option, [b for b in everyone if b != option.arm]) for option in options)
+
+    def _make_way(self, option: Option, may_yield: Sequence[int] | set[int]) -> bool:
+        """Lets arms yield, and then moves the arm for which they do."""
+        asides = self._yielding.make_way(option.arm, self._goals(option), option.begin, sorted(may_yield))
+        for aside in asides:
+            self.yields += 1
+            self.done.append(Done(begin=aside.begin, end=aside.end, arm=aside.arm, kind="yield"))
+        return bool(asides) and self._moves(option)
+
+    def _move_together(self, options: Sequence[Option]) -> bool:
+        """Plans all arms together: all blocked arms to their goals, or else one of them."""
+        blocked = {option.arm: option for option in options}
+        groups = [blocked, *({arm: option} for arm, option in blocked.items())] if len(blocked) > 1 else [blocked]
+        return any(self._move_group(group) for group in groups)
+
+    def _move_group(self, group: dict[int, Option]) -> bool:
+        goals = {arm: step.goal for arm, option in group.items() if isinstance(step := option.state.next_step, Move)}
+        timeline, seed = self._timeline, quick_seed_of(self._seed, self._together.plans)
+        before = {arm: timeline.end(arm) for arm in range(len(timeline.names))}
+        begin = self._together.move(goals, seed, self._mover.clock.remaining)
+        if begin is None:
+            return False
+        for arm in before:
+            if arm in group:
+                self._advance(group[arm], "move", begin)
+            else:
+                self.done.append(Done(begin=begin, end=timeline.end(arm), arm=arm, kind="yield"))
+        return True
+
+    def _advance(self, option: Option, kind: EventKind, begin: int) -> None:
+        state, end = option.state, self._timeline.end(option.arm)
+        self.done.append(Done(begin=begin, end=end, arm=option.arm, kind=kind, state=state, step=state.step))
+        self._dispatch.advance(option)
+
+    def _stuck(self, options: Sequence[Option]) -> bool:
+        names = self._timeline.names
+        self.blocked = tuple(names[arm] for arm in sorted({option.arm for option in options}))
+        return False
+
+    def _goals(self, option: Option) -> Float[np.ndarray, "n dof"]:
+        step, state = option.state.next_step, option.state
+        assert isinstance(step, Move)
+        return self._mover.goals(option.arm, step.goal, self._timeline.rest(option.arm), _where(state, state.step))
+
+    def _known_goals(self, state: JobState, step: int, arm: int) -> Float[np.ndarray, "n dof"] | None:
+        """Returns the goals of a step as seen from the start; None if the arm has none."""
+        key = state.number, step, arm
+        if key not in self._known:
+            try:
+                self._known[key] = self._first_goals(state, step, arm)
+            except InvalidInstanceError:
+                self._known[key] = None
+        return self._known[key]
+
+    def _first_goals(self, state: JobState, step: int, arm: int) -> Float[np.ndarray, "n dof"]:
+        move, names = state.job.steps[step], self._timeline.names
+        assert isinstance(move, Move)
+        return self._mover.goals(arm, move.goal, self._mover.problem.start[names[arm]], _where(state, step))
+
+    def _finish(self, state: JobState, arm: int, begin: int) -> float:
+        """Returns about when an arm would be done with a job; infinity if it cannot do it [grid steps]."""
+        at, speed = self._timeline.rest(arm), self._mover.problem.max_velocity[self._timeline.names[arm]]
+        when = float(begin)
+        for k, step in list(enumerate(state.job.steps))[state.step :]:
+            if isinstance(step, Wait):
+                when += step.seconds / self._timeline.dt
+                continue
+            rows = self._known_goals(state, k, arm)
+            if rows is None:
+                return math.inf
+            durations = (np.abs(rows - at) / speed).max(axis=1)
+            when, at = when + float(durations.min()) / self._timeline.dt, rows[int(durations.argmin())]
+        return when
+
+    def _check(self) -> None:
+        """Raises `InvalidInstanceError` for a job that no arm, or not its arm, can do."""
+        for state in self._dispatch.states:
+            moves = [k for k, step in enumerate(state.job.steps) if isinstance(step, Move)]
+            arms = range(len(self._timeline.names)) if state.arm is None else [state.arm]
+            if any(all(self._known_goals(state, k, arm) is not None for k in moves) for arm in arms):
+                continue
+            reasons = list(self._reasons(state, moves, arms))
+            more = "" if state.arm is not None else "; no other arm can do the job either"
+            raise InvalidInstanceError(reasons[0] + more)
+
+    def _reasons(self, state: JobState, moves: Sequence[int], arms: Sequence[int]) -> Iterator[str]:
+        for arm in arms:
+            for step in moves:
+                try:
+                    self._first_goals(state, step, arm)
+                except InvalidInstanceError as error:
+                    yield str(error)
+
+
+def _where(state: JobState, step: int) -> str:
+    return f"step {step} of job '{state.job.name}'"

@@ -1,0 +1,165 @@
+"""`schedule`: plans all jobs of a cell, each arm in its own time, and proves the whole schedule."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from mmp_env import core
+from mmp_env.argument_checks import given, known_keywords, number, whole
+from mmp_env.brief import brief
+from mmp_env.files.writing import plain
+from mmp_env.model.certificate import certify
+from mmp_env.model.goals import Stay
+from mmp_env.model.margins import Margins
+from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
+from mmp_env.problems.making import make_problem
+from mmp_env.work.jobs import Jobs
+from mmp_env.work.schedule import Schedule, WorkEvent, plan_on, without_rest
+from mmp_planners import registry
+from mmp_planners.low_level import SiRrtStar
+from mmp_planners.options import GRID_STEP_S, LARGEST_SEED
+from mmp_planners.planner import Planner, Status, StopPlanning
+from mmp_planners.work.group import Together
+from mmp_planners.work.move_planner import MovePlanner
+from mmp_planners.work.scheduler import Scheduler
+from mmp_planners.work.timeline import Timeline
+from mmp_planners.work.yielding import Yielding
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ScheduleResult:
+    """Result of `schedule`.
+
+    Attributes:
+        status: how the run ended.
+        schedule: the proved schedule, or None unless the status is `solved`.
+        blocked: names of the arms that could not go on.
+        stats: counts and times [s] of the run.
+    """
+
+    status: Status
+    schedule: Schedule | None = None
+    blocked: tuple[str, ...] = ()
+    stats: Mapping[str, Any] = field(default_factory=dict)
+
+    @brief
+    def __repr__(self) -> str:
+        return f"{self.status}: {self.message if self.schedule is None else self.schedule}"
+
+    @property
+    def message(self) -> str:
+        """A sentence on why there is no schedule; empty if there is one."""
+        if self.schedule is not None:
+            return ""
+        if not self.blocked:
+            return "no schedule was proved in time"
+        word = "arm" if len(self.blocked) == 1 else "arms"
+        why = "in time" if self.status is Status.TIMEOUT else "; they are in each other's way"
+        return f"no motion was found for the next step of {word} {', '.join(self.blocked)}{' ' * (why[0] != ';')}{why}"
+
+
+@known_keywords
+def schedule(
+    jobs: Jobs,
+    *,
+    planner: str = "auto",
+    seed: int = 0,
+    time_limit: float = math.inf,
+    max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
+    margin: float | Mapping[str, float] | Margins | None = None,
+) -> ScheduleResult:
+    """Plans all jobs, each arm in its own time.
+
+    Args:
+        jobs: the work, such as `mmp_env.load_jobs` gives.
+        planner: name of the planner of all arms together, for where no single arm can go on.
+        seed: seed of all random numbers. The same seed gives the same schedule, unless the time limit is hit.
+        time_limit: time limit [s].
+        max_velocity: [rad/s] for all joints, or arm name -> [dof]; a robot's own limit holds as well.
+        margin: clearances [m], as in `make_problem`.
+
+    Raises:
+        MmpError: if an argument is not allowed.
+        InvalidInstanceError: for a start in collision, and a job that no arm can do.
+    """
+    given("jobs", jobs, Jobs, "Jobs, such as load_jobs gives")
+    seed = whole("seed", seed, 0, LARGEST_SEED)
+    limit = number("time_limit", time_limit, "a number of seconds, 0 or more, inf for none", zero=True, infinite=True)
+    of_group = registry.make(planner)
+    began = time.perf_counter()
+    clock = core.Clock(min(limit, 1e10))
+    stay = dict.fromkeys(jobs.cell.arm_names, Stay())
+    problem = make_problem(jobs.cell, jobs.start, stay, max_velocity=max_velocity, margin=margin, name=jobs.name)
+    scheduler, timeline, counts = _scheduler(jobs, problem, planner, of_group, seed, clock)
+    try:
+        complete = scheduler.run()
+    except StopPlanning:
+        complete = False
+    found = _proved(jobs, problem, scheduler, timeline, clock) if complete else None
+    stats: dict[str, Any] = counts() | {"planning_time_s": time.perf_counter() - began}
+    if found is None:
+        stopped = clock.expired or not scheduler.blocked
+        status = Status.TIMEOUT if stopped else Status.EXHAUSTED
+        return ScheduleResult(status=status, blocked=scheduler.blocked, stats=stats)
+    signature = {"name": planner, "options": _options(of_group), "seed": seed}
+    found = dataclasses.replace(found, planner=signature, stats=counts())
+    stats["makespan_s"] = found.makespan_s
+    return ScheduleResult(status=Status.SOLVED, schedule=found, stats=stats)
+
+
+def _scheduler(
+    jobs: Jobs, problem: Problem, name: str, planner: Planner, seed: int, clock: core.Clock
+) -> tuple[Scheduler, Timeline, Any]:
+    """Returns a scheduler about to begin, its timeline, and a function that returns its counts."""
+    mover = MovePlanner(problem, GRID_STEP_S, SiRrtStar(), seed, clock)
+    timeline = Timeline(problem, GRID_STEP_S)
+    yielding = Yielding(mover, timeline, seed)
+    together = Together(name, planner, timeline, yielding)
+    scheduler = Scheduler(jobs=jobs, mover=mover, timeline=timeline, yielding=yielding, together=together, seed=seed)
+
+    def counts() -> dict[str, Any]:
+        return {"low_level_calls": mover.calls, "yields": scheduler.yields, "group_plans": together.plans}
+
+    return scheduler, timeline, counts
+
+
+def _proved(
+    jobs: Jobs, problem: Problem, scheduler: Scheduler, timeline: Timeline, clock: core.Clock
+) -> Schedule | None:
+    """Returns the schedule with its proof, or None if the proof does not end in time."""
+    times, rows = timeline.sampled()
+    certificate = certify(plan_on(problem, times, rows), clock)
+    if not certificate.valid:
+        return None
+    events = [
+        WorkEvent(
+            begin_s=float(times[done.begin]),
+            end_s=float(times[done.end]),
+            arm=timeline.names[done.arm],
+            kind=done.kind,
+            job=None if done.state is None else done.state.job.name,
+            step=done.step,
+        )
+        for done in scheduler.done
+    ]
+    place = {name: k for k, name in enumerate(timeline.names)}
+    return Schedule(
+        jobs=jobs,
+        problem=dataclasses.replace(
+            problem, goal={name: each[-1] for name, each in rows.items()}, goals={}, goal_asked={}
+        ),
+        trajectories={name: without_rest(times, each) for name, each in rows.items()},
+        events=tuple(sorted(events, key=lambda event: (event.begin_s, place[event.arm], event.end_s))),
+        proof=certificate.proved,
+    )
+
+
+def _options(planner: Planner) -> dict[str, Any]:
+    return plain(dataclasses.asdict(planner)) if dataclasses.is_dataclass(planner) else {}

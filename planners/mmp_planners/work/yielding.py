@@ -1,0 +1,98 @@
+"""Lets arms that stand in the way of another move aside."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_planners.work.move_planner import MovePlanner
+from mmp_planners.work.timeline import Timeline
+
+RANDOM_PLACES = 200
+"""Number of random configurations among the places that an arm may yield to."""
+TRIED_PLACES = 16
+"""Largest number of places that the single-arm planner gets."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Aside:
+    """A motion of an arm out of the way: grid steps at which it begins and ends."""
+
+    arm: int
+    begin: int
+    end: int
+
+
+class Yielding:
+    """Finds places aside, and commits motions to them.
+
+    Args:
+        mover: plans single arms.
+        timeline: the committed motions.
+        seed: seed of the random places.
+    """
+
+    def __init__(self, mover: MovePlanner, timeline: Timeline, seed: int) -> None:
+        self._mover, self._timeline, self._rng = mover, timeline, np.random.default_rng(seed)
+
+    def make_way(
+        self, arm: int, goals: Float[np.ndarray, "n dof"], since: int, may_yield: Collection[int]
+    ) -> list[Aside]:
+        """Moves arms aside that stand in the way of an arm on its way to its goals; none if that does not help.
+
+        Args:
+            arm: number of the arm that wants to move.
+            goals: where it wants to.
+            since: grid step at which it could begin.
+            may_yield: arms that may be asked.
+        """
+        timeline = self._timeline
+        start = timeline.rest(arm)
+        alone = self._mover.plan(arm, start, goals, timeline.motions(since, [arm, *may_yield]))
+        if alone is None:
+            return []
+        standing = [timeline.motion(b, timeline.end(b)) for b in may_yield if b != arm]
+        moved = []
+        for other in self._mover.in_the_way(arm, alone, standing):
+            aside = self._move_aside(other, arm, alone)
+            if aside is None:
+                break
+            moved.append(aside)
+        return moved
+
+    def places(self, arm: int, count: int) -> Float[np.ndarray, "m dof"]:
+        """Returns configurations that are free alone, the nearest to where the arm stands first."""
+        problem, here = self._mover.problem, self._timeline.rest(arm)
+        of, name = problem.cell.arms[arm], problem.cell.arms[arm].name
+        lower, upper = np.maximum(of.robot.lower, here - np.pi), np.minimum(of.robot.upper, here + np.pi)
+        random = self._rng.uniform(lower, upper, (count, of.dof))
+        rows = np.concatenate([[of.robot.home, of.robot.tucked, problem.start[name]], random])
+        rows = rows[np.abs(rows - here).max(axis=1).argsort(kind="stable")]
+        return self._mover.free_alone(arm, rows)
+
+    def _move_aside(self, other: int, arm: int, path: Float[np.ndarray, "k dof"]) -> Aside | None:
+        """Moves an arm to the nearest places that the path of another leaves free."""
+        timeline = self._timeline
+        clear = self._clear(other, arm, path)
+        if not len(clear):
+            return None
+        begin = timeline.end(other)
+        rows = self._mover.plan(other, timeline.rest(other), clear, timeline.motions(begin, [other]))
+        if rows is None:
+            return None
+        timeline.append(other, rows)
+        return Aside(arm=other, begin=begin, end=timeline.end(other))
+
+    def _clear(self, other: int, arm: int, path: Float[np.ndarray, "k dof"]) -> Float[np.ndarray, "m dof"]:
+        """Returns places of an arm that a path of another leaves free."""
+        collision, name = self._mover.problem.cell.collision, self._timeline.names[other]
+        out: list[Float[np.ndarray, "dof"]] = []
+        for q in self.places(other, RANDOM_PLACES):
+            if len(out) == TRIED_PLACES:
+                break
+            if not self._mover.in_the_way(arm, path, [collision.motion(name, q[None])]):
+                out.append(q)
+        return np.array(out).reshape(len(out), -1)

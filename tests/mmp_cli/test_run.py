@@ -1,0 +1,46 @@
+"""`mmp run`: writes a schedule that `mmp check` takes, and says what is wrong."""
+
+from __future__ import annotations
+
+import json
+
+from mmp_cli.main import main
+from tests.support.small_jobs import in_a_ring, pose
+
+
+def test_a_schedule_is_written_executed_and_checked_again(tmp_path, capsys):
+    (tmp_path / "jobs.json").write_text(json.dumps(in_a_ring()))
+    out = tmp_path / "schedule.json"
+    assert main(["run", str(tmp_path / "jobs.json"), "--out", str(out), "--execute", "--json"]) == 0
+    line = json.loads(capsys.readouterr().out)
+    assert line["valid"]
+    assert line["status"] == "solved"
+    assert line["schedule"] == str(out)
+    assert line["execution"]["contacts"] == []
+    assert line["execution"]["reached"]
+    assert main(["check", str(out)]) == 0
+    assert "valid; clearance" in capsys.readouterr().out
+
+
+def test_the_summary_says_what_was_done(tmp_path, capsys):
+    (tmp_path / "jobs.json").write_text(json.dumps(in_a_ring()))
+    assert main(["run", str(tmp_path / "jobs.json")]) == 0
+    said = capsys.readouterr().out
+    assert "4 jobs, 4 arms in cell ring-4" in said
+    assert "valid; clearance" in said
+
+
+def test_bad_jobs_are_refused_with_one_sentence(tmp_path, capsys):
+    jobs = [{"name": "far", "arm": "arm0", "steps": [{"move": pose(9.0, 0.0, 0.5)}]}]
+    for data in (in_a_ring(jobs=jobs), in_a_ring(cell="rink-4")):
+        (tmp_path / "jobs.json").write_text(json.dumps(data))
+        assert main(["run", str(tmp_path / "jobs.json"), "--out", str(tmp_path / "s.json")]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+        assert not (tmp_path / "s.json").exists()
+
+
+def test_no_time_is_no_schedule(tmp_path, capsys):
+    (tmp_path / "jobs.json").write_text(json.dumps(in_a_ring()))
+    assert main(["run", str(tmp_path / "jobs.json"), "--out", str(tmp_path / "s.json"), "--time-limit", "1e-6"]) == 1
+    assert "no motion was found" in capsys.readouterr().err
+    assert not (tmp_path / "s.json").exists()

@@ -1,0 +1,55 @@
+"""Schedules: proved, checked, the same for the same seed, and every arm in its own time."""
+
+from __future__ import annotations
+
+import pytest
+
+from mmp_env import InvalidInstanceError, MmpError, check_schedule
+from mmp_env.work.schedule_file import schedule_to_dict
+from mmp_planners import Status, schedule
+from tests.support.small_jobs import in_a_ring, jobs, planned, pose
+
+
+def test_all_jobs_are_done_and_the_checker_agrees():
+    result = schedule(jobs())
+    assert result.status is Status.SOLVED
+    assert result.schedule is not None
+    assert check_schedule(result.schedule).valid
+    assert set(result.schedule.arm_of) == {"a", "b", "c", "d"}
+    assert result.schedule.proof.arms >= result.schedule.problem.margins.arms
+
+
+def test_the_same_seed_gives_the_same_schedule():
+    result = schedule(jobs())
+    assert result.schedule is not None
+    assert schedule_to_dict(result.schedule) == planned()
+
+
+def test_an_arm_begins_its_next_step_while_others_are_on_their_way():
+    events = [event for event in planned()["events"] if event["kind"] == "move"]
+    assert any(a["time"] < b["time"] < a["until"] for a in events for b in events if a["arm"] != b["arm"])
+
+
+def test_a_job_begins_when_those_before_it_are_done():
+    events = planned()["events"]
+    done = max(event["until"] for event in events if event.get("job") == "a")
+    assert min(event["time"] for event in events if event.get("job") == "c") >= done
+
+
+def test_a_job_without_an_arm_goes_to_one_that_can_do_it():
+    data = in_a_ring(jobs=[{"name": "far", "steps": [{"move": pose(1.2, 0.0, 0.5)}]}])
+    result = schedule(jobs(data))
+    assert result.schedule is not None
+    assert result.schedule.arm_of["far"] == "arm0"
+
+
+@pytest.mark.parametrize("arm", [{}, {"arm": "arm0"}])
+def test_a_goal_out_of_reach_is_refused_before_planning(arm):
+    data = in_a_ring(jobs=[{"name": "far", **arm, "steps": [{"wait": 1}, {"move": pose(9.0, 0.0, 0.5)}]}])
+    with pytest.raises(InvalidInstanceError, match="step 1 of job 'far' is out of reach"):
+        schedule(jobs(data))
+
+
+def test_an_unknown_planner_is_refused():
+    with pytest.raises(MmpError, match="unknown planner 'auot'"):
+        schedule(jobs(), planner="auot")

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 
 from mmp_env.work.jobs import Job, Jobs, Step
 
+LOOKAHEAD = 16
+"""Largest number of jobs without an arm that are considered at once, the first in the file."""
+
 
 @dataclass(kw_only=True, eq=False)
 class JobState:
@@ -55,6 +58,7 @@ class Dispatch:
 
     def options(self) -> list[Option]:
         """Returns the next step of every arm that has one, the earliest first; none when all jobs are done."""
+        asked = 0
         found = [Option(begin=self._end(arm), arm=arm, state=state) for arm, state in self._current.items()]
         taken = set(self._current)
         for state in self.states:
@@ -63,6 +67,10 @@ class Dispatch:
             ready = self._ready(state)
             if ready is None:
                 continue
+            if state.arm is None:
+                asked += 1
+                if asked > LOOKAHEAD:
+                    continue
             arm = self._best(state, ready) if state.arm is None else state.arm
             if arm not in taken:
                 taken.add(arm)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import core
-from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
+from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR, levels_of
 from mmp_env.model.goals import Goal, Stay
 from mmp_env.model.problem import Problem
 from mmp_env.problems.candidates import are_free_alone, candidates, in_collision, what_blocks
@@ -23,6 +23,7 @@ class MovePlanner:
 
     Args:
         problem: cell, velocity limits and margins.
+        slack: what paths keep beyond the margins, so that the proof ends [m].
         dt: step of the time grid [s].
         low_level: single-arm planner.
         seed: seed of all calls.
@@ -32,10 +33,13 @@ class MovePlanner:
         calls: number of calls so far.
     """
 
-    def __init__(self, problem: Problem, dt: float, low_level: SiRrtStar, seed: int, clock: core.Clock) -> None:
+    def __init__(
+        self, problem: Problem, slack: float, dt: float, low_level: SiRrtStar, seed: int, clock: core.Clock
+    ) -> None:
         self.problem, self.clock, self.calls = problem, clock, 0
-        self._names, self._dt, self._low_level, self._seed = problem.cell.arm_names, dt, low_level, seed
-        self._levels = problem.levels(SEARCH_MARGIN_FACTOR, PLAN_MARGIN_FACTOR)
+        self._slack, self._dt, self._low_level, self._seed = slack, dt, low_level, seed
+        self._names = problem.cell.arm_names
+        self._levels = levels_of(problem.margins, SEARCH_MARGIN_FACTOR * slack, PLAN_MARGIN_FACTOR * slack)
 
     def goals(self, arm: int, goal: Goal, near: Float[np.ndarray, "dof"], where: str) -> Float[np.ndarray, "n dof"]:
         """Returns the configurations of a goal that are free alone, the nearest first.
@@ -61,7 +65,7 @@ class MovePlanner:
     def free_alone(self, arm: int, rows: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "m dof"]:
         """Returns the configurations that keep the margins, and room to plan in, without the other arms."""
         cell, problem = self.problem.cell, self.problem
-        return rows[are_free_alone(cell, cell.arms[arm], rows, problem.margins, problem.slack)]
+        return rows[are_free_alone(cell, cell.arms[arm], rows, problem.margins, self._slack)]
 
     def plan(
         self,
@@ -95,7 +99,7 @@ class MovePlanner:
         """Returns the arms whose motions a path of an arm is not clear of."""
         motions = [self.problem.cell.collision.motion(self._names[arm], rows), *others]
         pairs = [(0, k) for k in range(1, len(motions))]
-        levels = self.problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR)
+        levels = levels_of(self.problem.margins, SEARCH_MARGIN_FACTOR * self._slack, KEEP_MARGIN_FACTOR * self._slack)
         found = self.problem.cell.collision.conflict_instants(motions, pairs, levels) if pairs else []
         return [motion.arm for motion, instants in zip(others, found, strict=True) if len(instants)]
 

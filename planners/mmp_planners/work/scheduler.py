@@ -111,12 +111,15 @@ class Scheduler:
         return any(self._make_way(option, [b for b in everyone if b != option.arm]) for option in options)
 
     def _make_way(self, option: Option, may_yield: Sequence[int] | set[int]) -> bool:
-        """Lets arms yield, and then moves the arm for which they do."""
+        """Lets arms yield, and then moves the arm for which they do; otherwise takes that back."""
+        before = self._timeline.snapshot()
         asides = self._yielding.make_way(option.arm, self._goals(option), option.begin, sorted(may_yield))
-        for aside in asides:
-            self.yields += 1
-            self.done.append(Done(begin=aside.begin, end=aside.end, arm=aside.arm, kind="yield"))
-        return bool(asides) and self._moves(option)
+        if not asides or not self._moves(option):
+            self._timeline.restore(before)
+            return False
+        self.yields += len(asides)
+        self.done += [Done(begin=each.begin, end=each.end, arm=each.arm, kind="yield") for each in asides]
+        return True
 
     def _move_together(self, options: Sequence[Option]) -> bool:
         """Plans all arms together: all blocked arms to their goals, or else one of them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 import time
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 from mmp_env import core
 from mmp_env.argument_checks import given, known_keywords, number, whole
 from mmp_env.brief import brief
+from mmp_env.errors import InvalidInstanceError
 from mmp_env.files.writing import plain
 from mmp_env.model.certificate import certify
 from mmp_env.model.goals import Stay
@@ -31,6 +33,9 @@ from mmp_planners.work.move_planner import MovePlanner
 from mmp_planners.work.scheduler import Scheduler
 from mmp_planners.work.timeline import Timeline
 from mmp_planners.work.yielding import Yielding
+
+SLACK_SHARES = (1.0, 0.25, 0.05)
+"""Shares of the planning slack of the start that are tried, the next where goals of the jobs leave less room."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -97,7 +102,7 @@ def schedule(
     clock = core.Clock(min(limit, 1e10))
     stay = dict.fromkeys(jobs.cell.arm_names, Stay())
     problem = make_problem(jobs.cell, jobs.start, stay, max_velocity=max_velocity, margin=margin, name=jobs.name)
-    scheduler, timeline, counts = _scheduler(jobs, problem, planner, of_group, seed, clock)
+    scheduler, timeline, counts = _with_room(jobs, problem, planner, of_group, seed, clock)
     try:
         complete = scheduler.run()
     except StopPlanning:
@@ -114,11 +119,21 @@ def schedule(
     return ScheduleResult(status=Status.SOLVED, schedule=found, stats=stats)
 
 
-def _scheduler(
+def _with_room(
     jobs: Jobs, problem: Problem, name: str, planner: Planner, seed: int, clock: core.Clock
 ) -> tuple[Scheduler, Timeline, Any]:
+    """Returns `_scheduler` with as much slack as the goals of the jobs leave. Raises `InvalidInstanceError`."""
+    for share in SLACK_SHARES[:-1]:
+        with contextlib.suppress(InvalidInstanceError):  # a goal is tight
+            return _scheduler(jobs, problem, share * problem.slack, name, planner, seed, clock)
+    return _scheduler(jobs, problem, SLACK_SHARES[-1] * problem.slack, name, planner, seed, clock)
+
+
+def _scheduler(
+    jobs: Jobs, problem: Problem, slack: float, name: str, planner: Planner, seed: int, clock: core.Clock
+) -> tuple[Scheduler, Timeline, Any]:
     """Returns a scheduler about to begin, its timeline, and a function that returns its counts."""
-    mover = MovePlanner(problem, GRID_STEP_S, SiRrtStar(), seed, clock)
+    mover = MovePlanner(problem, slack, GRID_STEP_S, SiRrtStar(), seed, clock)
     timeline = Timeline(problem, GRID_STEP_S)
     yielding = Yielding(mover, timeline, seed)
     together = Together(name, planner, timeline, yielding)

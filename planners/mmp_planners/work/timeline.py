@@ -10,6 +10,9 @@ from jaxtyping import Float
 from mmp_env import core
 from mmp_env.model.problem import Problem
 
+Snapshot = tuple[list[Float[np.ndarray, "k _dof"]], dict[int, float], int]
+"""Motions, durations of steps that are not `dt`, and version."""
+
 
 class Timeline:
     """The committed motion of each arm. An arm stands at the end of its motion until it is given another.
@@ -67,6 +70,15 @@ class Timeline:
             self._rows[arm] = np.concatenate([self._rows[arm], rows[name][1:]])
         self._durations |= {last + k: float(step) for k, step in enumerate(np.diff(times))}
         self.version += 1
+
+    def snapshot(self) -> Snapshot:
+        """Returns the state of the timeline, for `restore`."""
+        return list(self._rows), dict(self._durations), self.version
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Takes back all that was committed after a snapshot."""
+        rows, durations, self.version = snapshot
+        self._rows, self._durations = list(rows), dict(durations)
 
     def sampled(self) -> tuple[Float[np.ndarray, "t"], dict[str, Float[np.ndarray, "t _dof"]]]:
         """Returns times [s] and positions of all arms. A step too fast for a joint is stretched for all arms."""

@@ -41,7 +41,10 @@ class Yielding:
     def make_way(
         self, arm: int, goals: Float[np.ndarray, "n dof"], since: int, may_yield: Collection[int]
     ) -> list[Aside]:
-        """Moves arms aside that stand in the way of an arm on its way to its goals; none if that does not help.
+        """Moves arms aside that stand in the way of an arm on its way to its goals.
+
+        Returns:
+            The motions, which are committed; none if not every arm in the way can yield.
 
         Args:
             arm: number of the arm that wants to move.
@@ -55,11 +58,12 @@ class Yielding:
         if alone is None:
             return []
         standing = [timeline.motion(b, timeline.end(b)) for b in may_yield if b != arm]
-        moved = []
+        moved, before = [], timeline.snapshot()
         for other in self._mover.in_the_way(arm, alone, standing):
             aside = self._move_aside(other, arm, alone)
             if aside is None:
-                break
+                timeline.restore(before)
+                return []
             moved.append(aside)
         return moved
 
@@ -88,11 +92,12 @@ class Yielding:
 
     def _clear(self, other: int, arm: int, path: Float[np.ndarray, "k dof"]) -> Float[np.ndarray, "m dof"]:
         """Returns places of an arm that a path of another leaves free."""
-        collision, name = self._mover.problem.cell.collision, self._timeline.names[other]
+        cell, name = self._mover.problem.cell, self._timeline.names[other]
+        collision, of = cell.collision, cell.arms[other]
         out: list[Float[np.ndarray, "dof"]] = []
         for q in self.places(other, RANDOM_PLACES):
             if len(out) == TRIED_PLACES:
                 break
             if not self._mover.in_the_way(arm, path, [collision.motion(name, q[None])]):
                 out.append(q)
-        return np.array(out).reshape(len(out), -1)
+        return np.array(out).reshape(len(out), of.dof)

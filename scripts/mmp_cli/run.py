@@ -8,7 +8,7 @@ from argparse import Namespace
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from mmp_cli.arguments import Parser, add_time_limit, check_spared, output, seed
+from mmp_cli.arguments import Parser, add_margin, add_time_limit, check_spared, output, positive, seed
 from mmp_cli.output import complain, print_rows
 from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.wording import counted, in_seconds
@@ -52,6 +52,8 @@ def parser() -> Parser:
     out.add_argument("--planner", default="auto", metavar="NAME", help=help)
     out.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of all random numbers; default: 0")
     add_time_limit(out, "planning")
+    add_margin(out)
+    out.add_argument("--max-velocity", type=positive, metavar="V", help="of all joints [rad/s]; default: 0.8")
     out.add_argument("--execute", action="store_true", help="play the schedule through the actuators in MuJoCo")
     out.add_argument("--json", action="store_true", help="print the result as one JSON object instead of the summary")
     return out
@@ -61,6 +63,7 @@ def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
     import mmp_planners
     from mmp_env.files.writing import check_writable
+    from mmp_env.model.problem import DEFAULT_MAX_VELOCITY
     from mmp_env.work.jobs_file import load_jobs
 
     jobs = load_jobs(args.jobs)
@@ -68,7 +71,14 @@ def run(args: Namespace) -> int:
         check_spared(args.jobs, "--out", args.out)
         check_writable(args.out)
     try:
-        result = mmp_planners.schedule(jobs, planner=args.planner, seed=args.seed, time_limit=args.time_limit)
+        result = mmp_planners.schedule(
+            jobs,
+            planner=args.planner,
+            seed=args.seed,
+            time_limit=args.time_limit,
+            max_velocity=DEFAULT_MAX_VELOCITY if args.max_velocity is None else args.max_velocity,
+            margin=args.margin,
+        )
     except InvalidInstanceError as error:
         raise InvalidInstanceError(f"{args.jobs}: {error}") from None
     done = Done(jobs=jobs, result=result)

@@ -44,3 +44,11 @@ def test_no_time_is_no_schedule(tmp_path, capsys):
     assert main(["run", str(tmp_path / "jobs.json"), "--out", str(tmp_path / "s.json"), "--time-limit", "1e-6"]) == 1
     assert "no motion was found" in capsys.readouterr().err
     assert not (tmp_path / "s.json").exists()
+
+
+def test_a_margin_that_is_asked_for_is_kept_or_refused(tmp_path, capsys):
+    (tmp_path / "jobs.json").write_text(json.dumps(in_a_ring()))
+    assert main(["run", str(tmp_path / "jobs.json"), "--margin", "arms=0.004", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["margins_proved"]["arms"] >= 0.004
+    assert main(["run", str(tmp_path / "jobs.json"), "--margin", "0.5"]) == 2
+    assert "the largest margin that would do" in capsys.readouterr().err

@@ -19,6 +19,10 @@ PLACES = 24
 """Number of random places that an arm without a goal may end at."""
 TIME_SHARE = 0.5
 """Largest share of the time left for one plan of the group."""
+LONGEST_S = 20.0
+"""Longest time for one plan of the group [s], so that a schedule without a time limit ends too."""
+OPTIONS = {"auto": {"rounds": 4}}
+"""Planner -> its options: a group moves rarely and not far, so few rounds of improvement pay."""
 
 
 class Together:
@@ -51,7 +55,9 @@ class Together:
         except InvalidInstanceError:
             return None
         self.plans += 1
-        result = run_planner(self._name, self._planner, together, seed=seed, time_limit=TIME_SHARE * time_limit)
+        result = run_planner(
+            self._name, self._planner, together, seed=seed, time_limit=min(LONGEST_S, TIME_SHARE * time_limit)
+        )
         if result.plan is None:
             return None
         begin = timeline.last()

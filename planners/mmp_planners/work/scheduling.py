@@ -28,7 +28,7 @@ from mmp_planners import registry
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import GRID_STEP_S, LARGEST_SEED
 from mmp_planners.planner import Planner, Status, StopPlanning
-from mmp_planners.work.group import Together
+from mmp_planners.work.group import OPTIONS, Together
 from mmp_planners.work.move_planner import MovePlanner
 from mmp_planners.work.scheduler import Scheduler
 from mmp_planners.work.timeline import Timeline
@@ -97,7 +97,7 @@ def schedule(
     given("jobs", jobs, Jobs, "Jobs, such as load_jobs gives")
     seed = whole("seed", seed, 0, LARGEST_SEED)
     limit = number("time_limit", time_limit, "a number of seconds, 0 or more, inf for none", zero=True, infinite=True)
-    of_group = registry.make(planner)
+    of_group = registry.make(planner, **OPTIONS.get(planner, {}))
     began = time.perf_counter()
     clock = core.Clock(min(limit, 1e10))
     stay = dict.fromkeys(jobs.cell.arm_names, Stay())

@@ -24,8 +24,10 @@ from mmp_planners.work.move_planner import MovePlanner
 from mmp_planners.work.timeline import Timeline
 from mmp_planners.work.yielding import Yielding
 
-TRIES = 2
-"""Number of searches for a path of an arm before it waits for others to move on."""
+BUDGETS = (0.1, 0.2)
+"""Iteration budgets of the searches for a path of an arm before it waits for others to move on."""
+LAST_BUDGETS = (1.0, 2.0)
+"""Iteration budgets of the searches when no arm can go on."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,7 +80,11 @@ class Scheduler:
             open_ones = [option for option in options if self._tried.get(option.arm) != self._timeline.version]
             if open_ones:
                 self._go_on(open_ones[0], options)
-            elif not (self._yield_for(options) or self._move_together(options)):
+            elif not (
+                any(self._moves(option, LAST_BUDGETS) for option in options)
+                or self._yield_for(options)
+                or self._move_together(options)
+            ):
                 return self._stuck(options)
         return True
 
@@ -93,12 +99,13 @@ class Scheduler:
         elif not (self._moves(option) or (idle and self._make_way(option, idle))):
             self._tried[option.arm] = self._timeline.version
 
-    def _moves(self, option: Option) -> bool:
+    def _moves(self, option: Option, budgets: Sequence[float] = BUDGETS) -> bool:
         """Moves an arm to the goal of its step, if there is a path among the committed motions."""
         arm, timeline = option.arm, self._timeline
         goals, begin = self._goals(option), timeline.end(option.arm)
-        for attempt in range(TRIES):
-            rows = self._mover.plan(arm, timeline.rest(arm), goals, timeline.motions(begin, [arm]), 1.0 + attempt)
+        others = timeline.motions(begin, [arm])
+        for budget in budgets:
+            rows = self._mover.plan(arm, timeline.rest(arm), goals, others, budget)
             if rows is not None:
                 timeline.append(arm, rows)
                 self._advance(option, "move", begin)

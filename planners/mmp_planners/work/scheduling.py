@@ -65,9 +65,9 @@ class ScheduleResult:
             return ""
         if not self.blocked:
             return "no schedule was proved in time"
-        word = "arm" if len(self.blocked) == 1 else "arms"
-        why = "in time" if self.status is Status.TIMEOUT else "; they are in each other's way"
-        return f"no motion was found for the next step of {word} {', '.join(self.blocked)}{' ' * (why[0] != ';')}{why}"
+        arms = f"{'arm' if len(self.blocked) == 1 else 'arms'} {', '.join(self.blocked)}"
+        why = " in time" if self.status is Status.TIMEOUT else ", although other arms were asked to make way"
+        return f"no motion was found for the next step of {arms}{why}"
 
 
 @known_keywords

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from mmp_env import core
 from mmp_env.model.problem import Problem
 
-Snapshot = tuple[list[Float[np.ndarray, "k _dof"]], dict[int, float], int]
+Snapshot = tuple[list[Float[np.ndarray, "_k _dof"]], dict[int, float], int]
 """Motions, durations of steps that are not `dt`, and version."""
 
 

@@ -6,6 +6,8 @@ import pytest
 
 from mmp_env import check_schedule
 from mmp_planners import Status, schedule
+from mmp_planners.work.group import Together
+from mmp_planners.work.yielding import Yielding
 from tests.support.small_jobs import jobs, pose
 
 MIDDLE = pose(0.0, 0.0, 0.5)
@@ -53,3 +55,23 @@ def test_a_blocked_arm_is_named_when_time_is_up():
     assert result.blocked
     assert set(result.blocked) <= {"arm0", "arm1"}
     assert all(arm in result.message for arm in result.blocked)
+
+
+def test_all_arms_are_planned_together_where_no_arm_can_yield_alone(monkeypatch):
+    monkeypatch.setattr(Yielding, "make_way", lambda *_: [])
+    result = schedule(_two({"arm0": [{"move": MIDDLE}], "arm1": [{"wait": 9.0}, {"move": MIDDLE}, {"move": "tucked"}]}))
+    assert result.schedule is not None
+    assert result.stats["group_plans"] == 1
+    assert check_schedule(result.schedule).valid
+
+
+def test_arms_that_nothing_helps_are_named(monkeypatch):
+    monkeypatch.setattr(Yielding, "make_way", lambda *_: [])
+    monkeypatch.setattr(Together, "move", lambda *_: None)
+    result = schedule(_two({"arm0": [{"move": MIDDLE}], "arm1": [{"wait": 9.0}, {"move": MIDDLE}]}))
+    assert result.status is Status.EXHAUSTED
+    assert result.blocked == ("arm1",)
+    assert (
+        result.message
+        == "no motion was found for the next step of arm arm1, although other arms were asked to make way"
+    )

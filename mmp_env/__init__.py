@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     from mmp_env.view.notebook import PlanView
     from mmp_env.view.pictures import save_picture
     from mmp_env.view.search_tree import SearchTree
-    from mmp_env.work.jobs import Job, Jobs, Move, Wait
+    from mmp_env.work.jobs import Job, Jobs, Line, Move, Wait
     from mmp_env.work.jobs_file import load_jobs
     from mmp_env.work.schedule import Schedule
     from mmp_env.work.schedule_check import check_schedule
@@ -92,7 +92,7 @@ _HOMES = {
     "model.robot": ("Robot", "Tool", "load_robot", "load_tool", "robot_names", "tool_names"),
     "view.search_tree": ("SearchTree",),
     "version": ("__version__",),
-    "work.jobs": ("Job", "Jobs", "Move", "Wait"),
+    "work.jobs": ("Job", "Jobs", "Line", "Move", "Wait"),
     "work.jobs_file": ("load_jobs",),
     "work.schedule": ("Schedule",),
     "work.schedule_check": ("check_schedule",),
@@ -114,6 +114,7 @@ __all__ = [
     "Job",
     "Jobs",
     "JointGoal",
+    "Line",
     "MmpError",
     "Monitor",
     "Move",

@@ -174,6 +174,8 @@ def sphere_parts(model: CellModel) -> tuple[RigidParts, tuple[LinkSpheres, ...]]
 
 
 def _clouds(model: CheckedModel, spheres: str) -> tuple[LinkSpheres, ...]:
+    if spheres == "exact" and spheres not in model.spheres:
+        spheres = "fine"  # it covers the hulls as well
     return tuple(_cloud(link, table) for link, table in model.sphere_set(spheres).items())
 
 

@@ -9,24 +9,35 @@ from typing import Any
 import numpy as np
 
 from mmp_env.check import check_document
-from mmp_env.check.fields import UnreadableError, known, listed, member, numbers, shown
+from mmp_env.check.fields import UnreadableError, known, listed, member, numbers, positive, shown
 from mmp_env.check.model import CellModel
+from mmp_env.check.order import Pair, broken_order
 from mmp_env.check.reading import read_cell
 from mmp_env.check.report import CheckReport
-from mmp_env.check.work import Motion, Work, broken_rules, read_events, read_jobs
+from mmp_env.check.schedule_motion import Motion, proof_times
+from mmp_env.check.sweep import ROUNDING_M
+from mmp_env.check.work import Work, broken_rules, read_events, read_jobs
 
 SCHEMA = "mmp-schedule/1"
+PERIOD_TOLERANCE = 1e-6
+"""Largest distance of a time from a multiple of the period [periods]."""
+MOST_PERIODS = 10_000_000
+"""Largest number of periods of a schedule."""
 _KEYS = (
     "schema",
     "name",
     "cell",
     "start",
     "max_velocity",
+    "max_acceleration",
+    "max_jerk",
+    "period_s",
     "margins",
     "jobs",
     "trajectories",
     "events",
     "order",
+    "order_past_s",
     "proof",
     "planner",
     "stats",
@@ -36,7 +47,7 @@ _KEYS = (
 def check_schedule_document(document: Mapping[str, Any], *, exact: bool = False) -> CheckReport:
     """Checks the content of a schedule file against every rule of plans, and against the rules of jobs.
 
-    The arms move on the union of their times; there each trajectory is what the file says, straight between its times.
+    The arms follow the splines of their samples, and that is what the rules of plans are tested on.
 
     Args:
         document: content of a schedule file, schema `mmp-schedule/1`.
@@ -53,13 +64,16 @@ def check_schedule_document(document: Mapping[str, Any], *, exact: bool = False)
         motions = _motions(document, {arm.name: arm.dof for arm in cell.arms})
         jobs = read_jobs(listed(document, "jobs", "the schedule"), cell)
         events = read_events(listed(document, "events", "the schedule"))
-        if listed(document, "order", "the schedule", optional=True):
-            raise UnreadableError("the schedule has an order, which this checker cannot test yet")
+        pairs = _pairs(document)
         report = check_document(_as_plan(document, motions), exact=exact)
         if any(violation.rule in ("schema", "shape", "finite", "times") for violation in report.violations):
             return report
         work = Work(model=CellModel(cell), motions=motions, jobs=jobs, events=events)
-        return dataclasses.replace(report, violations=(*report.violations, *broken_rules(work)))
+        distance = float(positive(document["margins"]["arms"], "margins.arms")) - ROUNDING_M
+        broken = [*broken_rules(work)]
+        if not any(fault.rule in ("events", "jobs") for fault in broken):
+            broken += broken_order(work, pairs, distance)
+        return dataclasses.replace(report, violations=(*report.violations, *broken))
     except UnreadableError as error:
         return CheckReport(violations=(error.violation,))
 
@@ -67,6 +81,7 @@ def check_schedule_document(document: Mapping[str, Any], *, exact: bool = False)
 def _motions(document: Mapping[str, Any], dofs: Mapping[str, int]) -> dict[str, Motion]:
     """Returns arm name -> its motion. Raises `UnreadableError`."""
     given = member(document, "trajectories", "the schedule")
+    period = float(positive(member(document, "period_s", "the schedule"), "period_s"))
     known(given, tuple(dofs), "trajectories")
     out = {}
     for name, dof in dofs.items():
@@ -76,15 +91,48 @@ def _motions(document: Mapping[str, Any], dofs: Mapping[str, int]) -> dict[str, 
         times = numbers(member(data, "times", where), (None,), f"times of {where}")
         if times.size == 0 or not np.isfinite(times).all() or (np.diff(times) <= 0).any() or times[0] != 0.0:
             raise UnreadableError(f"the times of {where} must be finite and ascend from 0", "times")
+        steps = times / period
+        if np.abs(steps - np.round(steps)).max() > PERIOD_TOLERANCE or steps[-1] > MOST_PERIODS:
+            raise UnreadableError(
+                f"the times of {where} must be multiples of the period, {period:g} s, up to {MOST_PERIODS} of them",
+                "times",
+            )
         rows = numbers(member(data, "positions", where), (times.size, dof), f"positions of {where}")
-        out[name] = Motion(times=times, positions=rows)
+        out[name] = Motion(times=times, positions=rows, period=period)
     return out
+
+
+def _pairs(document: Mapping[str, Any]) -> list[Pair]:
+    """Returns the order. Raises `UnreadableError`."""
+    order = listed(document, "order", "the schedule", optional=True)
+    past = numbers(document.get("order_past_s", []), (len(order),), "order_past_s")
+    out = []
+    for k, pair in enumerate(order):
+        names = (
+            [_motion_name(name, f"pair {k} of the order") for name in pair] if isinstance(pair, list | tuple) else []
+        )
+        if len(names) != 2:
+            raise UnreadableError(f"pair {k} of the order is {shown(pair)}; it must be two motions")
+        out.append(Pair(first=names[0], second=names[1], past=float(past[k])))
+    return out
+
+
+def _motion_name(data: Any, where: str) -> tuple[str, int]:
+    if not isinstance(data, list | tuple) or len(data) != 2:
+        raise UnreadableError(f"{where} names {shown(data)}; a motion is an arm and a number")
+    arm, index = data
+    if not isinstance(arm, str) or isinstance(index, bool) or not isinstance(index, int):
+        raise UnreadableError(f"{where} names {shown(data)}; a motion is an arm and a number")
+    return arm, index
 
 
 def _as_plan(document: Mapping[str, Any], motions: Mapping[str, Motion]) -> dict[str, Any]:
     """Returns the motion of all arms as the content of a plan file that ends where it ends."""
     margins = member(document, "margins", "the schedule")
-    times = np.unique(np.concatenate([motion.times for motion in motions.values()]))
+    times = proof_times(list(motions.values()))
+    rows = {name: motion.at(times) for name, motion in motions.items()}
+    moves = np.any([(np.diff(each, axis=0) != 0).any(axis=1) for each in rows.values()], axis=0)
+    kept = np.concatenate([[True], moves]) | np.concatenate([moves, [True]])
     return {
         "schema": "mmp-plan/1",
         "problem": {
@@ -92,10 +140,10 @@ def _as_plan(document: Mapping[str, Any], motions: Mapping[str, Motion]) -> dict
             "cell": document["cell"],
             "start": member(document, "start", "the schedule"),
             "goal": {name: motion.positions[-1] for name, motion in motions.items()},
-            "max_velocity": member(document, "max_velocity", "the schedule"),
+            **{key: member(document, key, "the schedule") for key in ("max_velocity", "max_acceleration", "max_jerk")},
             "margin": member(margins, "arms", "margins"),
             "margins": margins,
         },
-        "times": times,
-        "positions": {name: motion.at(times) for name, motion in motions.items()},
+        "times": times[kept],
+        "positions": {name: each[kept] for name, each in rows.items()},
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -14,42 +15,33 @@ from mmp_env.check.asked import Asked, AskedPose, read_asked
 from mmp_env.check.checked import CheckedArm, CheckedCell
 from mmp_env.check.fields import UnreadableError, known, listed, member, numbers, positive, shown, text
 from mmp_env.check.goals import JOINT_TOLERANCE, POSE_TOLERANCE_M, POSE_TOLERANCE_RAD
+from mmp_env.check.lines import off_line, tool_pose
 from mmp_env.check.model import CellModel
 from mmp_env.check.report import Violation
+from mmp_env.check.schedule_motion import Motion
 
 TIME_TOLERANCE_S = 1e-6
 """Tolerance [s] of begins, ends and waits, for the rounding of sums."""
-REST_TOLERANCE = 1e-9
-"""Largest move of a joint [rad or m] of an arm at rest."""
-RULES = ("jobs", "events", "goal")
+RULES = ("jobs", "events", "goal", "line", "order")
 """Rules of schedules beyond those of plans."""
-_KINDS = ("move", "wait", "yield")
+_KINDS = ("move", "line", "wait", "yield")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Motion:
-    """The motion of one arm: `positions` [t, dof] [rad or m] at `times` [t] [s], straight in between."""
+class Step:
+    """A step of a job: its kind, and what it asks for: a goal, a displacement [3] [m], or a time [s]."""
 
-    times: Float[np.ndarray, "t"]
-    positions: Float[np.ndarray, "t dof"]
-
-    def at(self, times: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n dof"]:
-        return np.column_stack([np.interp(times, self.times, column) for column in self.positions.T])
-
-    def moves(self, begin: float, end: float) -> bool:
-        """Returns whether the arm moves between two times [s]."""
-        inside = self.times[(self.times > begin) & (self.times < end)]
-        rows = self.at(np.concatenate([[begin], inside, [end]]))
-        return bool(np.ptp(rows, axis=0).max() > REST_TOLERANCE)
+    kind: str
+    value: Any
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Job:
-    """A job: each step is the content of `move`, or a wait [s]. `arm` is None if any may do it."""
+    """A job: `arm` is None if any may do it; `after` names jobs that are done before."""
 
     name: str
     arm: str | None
-    steps: Sequence[float | Any]
+    steps: Sequence[Step]
     after: Sequence[str]
 
 
@@ -63,6 +55,7 @@ class Event:
     kind: str
     job: str | None
     step: int | None
+    group: int | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,9 +71,16 @@ class Work:
     def cell(self) -> CheckedCell:
         return self.model.cell
 
+    @cached_property
+    def _by_arm(self) -> Mapping[str, list[Event]]:
+        out: dict[str, list[Event]] = {}
+        for event in sorted(self.events, key=lambda e: (e.begin, e.end)):
+            out.setdefault(event.arm, []).append(event)
+        return out
+
     def of_arm(self, arm: str) -> list[Event]:
         """Returns the events of an arm in their order."""
-        return sorted((e for e in self.events if e.arm == arm), key=lambda e: (e.begin, e.end))
+        return self._by_arm.get(arm, [])
 
     def of_job(self, job: str) -> list[Event]:
         """Returns the events of a job in the order of their steps."""
@@ -172,18 +172,22 @@ def _steps(work: Work, job: Job) -> Iterator[Violation]:
         where = f"step {event.step} of job '{job.name}'"
         if event.arm not in work.motions:
             continue
-        motion, is_wait = work.motions[event.arm], isinstance(step, float)
-        if event.kind != ("wait" if is_wait else "move"):
+        motion = work.motions[event.arm]
+        if event.kind != step.kind:
             yield _fault("jobs", f"{where} is done by a {event.kind}", event)
-        elif is_wait:
-            if event.end - event.begin < step - TIME_TOLERANCE_S:
-                yield _fault("jobs", f"{where} waits for {event.end - event.begin:g} s; asked: {step:g}", event)
+        elif step.kind == "wait":
+            if event.end - event.begin < step.value - TIME_TOLERANCE_S:
+                yield _fault("jobs", f"{where} waits for {event.end - event.begin:g} s; asked: {step.value:g}", event)
             if motion.moves(event.begin, event.end):
                 yield _fault("jobs", f"arm '{event.arm}' moves during {where}, a wait", event)
+        elif step.kind == "line":
+            off = off_line(work.model, event.arm, motion, (event.begin, event.end), step.value)
+            if off is not None:
+                yield _fault("line", f"the tool leaves the line of {where}: {off}", event)
         else:
             arm = next(arm for arm in work.cell.arms if arm.name == event.arm)
             begin, end = motion.at(np.array([event.begin, event.end]))
-            off = _nearest(work, arm, _asked(arm, step, begin, where), event.end, end)
+            off = _nearest(work, arm, _asked(arm, step.value, begin, where), event.end, end)
             if off is not None:
                 yield _fault("goal", f"{where} ends at nothing that was asked for; {off}", event)
 
@@ -202,9 +206,7 @@ def _asked(arm: CheckedArm, goal: Any, begin: Float[np.ndarray, "dof"], where: s
 def _nearest(work: Work, arm: CheckedArm, asked: Asked, time: float, end: Float[np.ndarray, "dof"]) -> str | None:
     """Returns words for how far off the nearest goal is; None if a goal is met."""
     whole = np.concatenate([work.motions[other.name].at(np.array([time]))[0] for other in work.cell.arms])
-    data = work.model.place(whole)
-    frame = data.body(f"{arm.name}/{arm.tool.name}") if arm.tool else data.site(f"{arm.name}/flange")
-    position, turn = np.array(frame.xpos), frame.xmat.reshape(3, 3)
+    position, turn = tool_pose(work.model, arm, whole)
     words = []
     for each in asked:
         if isinstance(each, AskedPose):
@@ -231,23 +233,30 @@ def _job(data: Any, arms: Sequence[str], where: str) -> Job:
     return Job(name=name, arm=arm, steps=steps, after=listed(data, "after", where, optional=True))
 
 
-def _step(data: Any, where: str) -> float | Any:
-    known(data, ("move", "wait"), where)
+def _step(data: Any, where: str) -> Step:
+    known(data, ("move", "line", "wait"), where)
     if len(data) != 1:
-        raise UnreadableError(f"{where} is {shown(data)}; it must be one of move, wait")
-    return float(positive(data["wait"], f"wait of {where}")) if "wait" in data else data["move"]
+        raise UnreadableError(f"{where} is {shown(data)}; it must be one of move, line, wait")
+    [(kind, value)] = data.items()
+    if kind == "line":
+        value = numbers(value, (3,), f"line of {where}")
+    elif kind == "wait":
+        value = float(positive(value, f"wait of {where}"))
+    return Step(kind=kind, value=value)
 
 
 def _event(data: Any, where: str) -> Event:
-    known(data, ("time", "until", "arm", "kind", "object", "job", "step"), where)
+    known(data, ("time", "until", "arm", "kind", "object", "job", "step", "group"), where)
     begin, end = (float(numbers(member(data, key, where), (), f"{key} of {where}")) for key in ("time", "until"))
     kind, step = text(data, "kind", where, _KINDS), data.get("step")
     job = None if data.get("job") is None else text(data, "job", where)
     if (kind == "yield") != (job is None) or (job is None) != (step is None):
         raise UnreadableError(f"{where}, a {kind}, must have a job and a step, or none if the arm yields")
-    if step is not None and (isinstance(step, bool) or not isinstance(step, int)):
-        raise UnreadableError(f"step of {where} is {shown(step)}; it must be a whole number")
-    return Event(begin=begin, end=end, arm=text(data, "arm", where), kind=kind, job=job, step=step)
+    group = data.get("group")
+    for name, value in (("step", step), ("group", group)):
+        if value is not None and (isinstance(value, bool) or not isinstance(value, int)):
+            raise UnreadableError(f"{name} of {where} is {shown(value)}; it must be a whole number")
+    return Event(begin=begin, end=end, arm=text(data, "arm", where), kind=kind, job=job, step=step, group=group)
 
 
 def _fault(rule: str, message: str, event: Event | None = None) -> Violation:

@@ -123,14 +123,33 @@ def _followed(
     """Returns the configurations of an arm along its line. Raises `InvalidInstanceError` if it cannot follow it."""
     arm, q = problem.cell.arm(name), problem.start[name]
     chain = chain_of(arm.robot, arm.tool)
-    line = _line(arm, chain, q, asked, frame)
+    return _whole(arm, chain, q, _line(arm, chain, q, asked, frame), tolerance)
+
+
+def along_line(arm: Arm, q: Float[np.ndarray, "dof"], by: Float[np.ndarray, "3"], tolerance: float) -> FollowedLine:
+    """Returns configurations along a straight line of a tool, which does not turn.
+
+    Args:
+        arm: the arm.
+        q: where it begins [rad, of slides m].
+        by: displacement of the tool in the world [m].
+        tolerance: largest distance of the tool from the line [m], and of its rotation [rad].
+
+    Raises:
+        InvalidInstanceError: if the arm cannot follow the whole line.
+    """
+    chain = chain_of(arm.robot, arm.tool)
+    return _whole(arm, chain, q, _line(arm, chain, q, by, "world"), tolerance)
+
+
+def _whole(arm: Arm, chain: SerialChain, q: Float[np.ndarray, "dof"], line: ToolLine, tolerance: float) -> FollowedLine:
     box = JointBox(lower=arm.robot.lower, upper=arm.robot.upper, hinges=~np.array(arm.robot.slides))
     found = follow(chain, box, q, line, tolerance)
     if not found.whole:
         length = float(np.linalg.norm(line.end[:3, 3] - line.begin[:3, 3]))
         done = float(found.shares[-1])
         raise InvalidInstanceError(
-            f"the tool of arm '{name}' can follow {done:.0%} of its line ({done * length * 1e3:.1f} of"
+            f"the tool of arm '{arm.name}' can follow {done:.0%} of its line ({done * length * 1e3:.1f} of"
             f" {length * 1e3:.1f} mm); there {_why_not_farther(arm, found)}"
         )
     return found

@@ -7,7 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
-from mmp_env.argument_checks import number, refused, text
+import numpy as np
+
+from mmp_env.argument_checks import as_numbers, number, refused, text
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.cell import Cell, given_cell
@@ -20,6 +22,10 @@ MOST_JOBS = 10_000
 """Largest number of jobs."""
 LONGEST_WAIT_S = 3600.0
 """Longest wait of a step [s]."""
+SHORTEST_LINE_M, LONGEST_LINE_M = 1e-4, 10.0
+"""Bounds of the length of a line [m]."""
+LINE_TOLERANCE = 1e-3
+"""Largest distance of a tool from its line [m], and of its rotation from that at the begin [rad]."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +47,25 @@ class Wait:
             raise MmpError(f"a wait takes {self.seconds:g} s; it must be {allowed}")
 
 
-Step: TypeAlias = Move | Wait
+@dataclass(frozen=True)
+class Line:
+    """A step that moves the tool straight by a displacement in the world [m]. The tool does not turn."""
+
+    by: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        by = as_numbers(self.by)
+        if by is None or by.shape != (3,) or not np.isfinite(by).all():
+            raise refused("the displacement of a line", self.by, "3 finite numbers [m]")
+        length = float(np.linalg.norm(by))
+        if not SHORTEST_LINE_M <= length <= LONGEST_LINE_M:
+            raise MmpError(
+                f"a line is {length:g} m long; it must be from {SHORTEST_LINE_M:g} to {LONGEST_LINE_M:g} m long"
+            )
+        object.__setattr__(self, "by", tuple(by.tolist()))
+
+
+Step: TypeAlias = Move | Line | Wait
 """One step of a job."""
 
 
@@ -69,8 +93,8 @@ class Job:
         if not self.steps:
             raise MmpError(f"job '{self.name}' has no steps; it needs at least one")
         for step in self.steps:
-            if not isinstance(step, Move | Wait):
-                raise refused(f"a step of job '{self.name}'", step, "a Move or a Wait")
+            if not isinstance(step, Move | Line | Wait):
+                raise refused(f"a step of job '{self.name}'", step, "a Move, a Line or a Wait")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -116,7 +140,9 @@ class Jobs(ReadOnly):
 
 def step_to_data(step: Step) -> dict[str, Any]:
     """Returns the form of JSON of a step."""
-    return {"move": goal_to_data(step.goal)} if isinstance(step, Move) else {"wait": step.seconds}
+    if isinstance(step, Move):
+        return {"move": goal_to_data(step.goal)}
+    return {"line": list(step.by)} if isinstance(step, Line) else {"wait": step.seconds}
 
 
 def job_to_data(job: Job) -> dict[str, Any]:

@@ -16,10 +16,10 @@ from mmp_env.files.reading import Location, check_schema, decode, named, names_f
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import as_goal
 from mmp_env.wording import shown
-from mmp_env.work.jobs import Job, Jobs, Move, Step, Wait
+from mmp_env.work.jobs import Job, Jobs, Line, Move, Step, Wait
 
 JOBS_SCHEMA = "mmp-jobs/1"
-STEPS = ("move", "wait")
+STEPS = ("move", "line", "wait")
 """Kinds of steps."""
 
 
@@ -101,4 +101,4 @@ def _step(data: dict[str, Any], place: Location) -> Step:
     if kind == "move":
         return Move(as_goal(value, str(place / "move")))
     with named(place):
-        return Wait(value)
+        return Line(value) if kind == "line" else Wait(value)

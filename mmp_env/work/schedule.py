@@ -17,28 +17,14 @@ from mmp_env.model.problem import Problem
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.wording import counted, in_seconds
 from mmp_env.work.jobs import Jobs
+from mmp_env.work.trajectory import Trajectory
 
-KINDS_OF_EVENTS = ("move", "wait", "yield")
+KINDS_OF_EVENTS = ("move", "line", "wait", "yield")
 """Kinds of events."""
-EventKind = Literal["move", "wait", "yield"]
+EventKind = Literal["move", "line", "wait", "yield"]
 """Kind of an event: a step of a job, or a motion out of the way of another arm."""
 MotionId = tuple[str, int]
 """An arm, and the number of one of its events, from 0."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Trajectory(ReadOnly):
-    """The motion of one arm from the first job to the last: `positions` [t, dof] [rad] at `times` [t] [s].
-
-    The arm moves straight between two times, and stands still after the last.
-    """
-
-    times: Float[np.ndarray, "t"]
-    positions: Float[np.ndarray, "t dof"]
-
-    def at(self, times: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n dof"]:
-        """Returns the configurations [n, dof] [rad] at `times` [n] [s]."""
-        return np.column_stack([np.interp(times, self.times, column) for column in self.positions.T])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,9 +35,10 @@ class WorkEvent:
         begin_s: when it begins [s].
         end_s: when it ends [s].
         arm: the arm.
-        kind: `move` and `wait` are steps of a job; an arm yields to let another pass.
+        kind: `move`, `line` and `wait` are steps of a job; an arm yields to let another pass.
         job: the job; None if the arm yields.
         step: number of the step in the job, from 0; None if the arm yields.
+        group: number of the group, if several arms were planned together; they begin at once, on one clock.
     """
 
     begin_s: float
@@ -60,6 +47,22 @@ class WorkEvent:
     kind: EventKind
     job: str | None = None
     step: int | None = None
+    group: int | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrderPair:
+    """Two motions that keep their order: the second begins when the first is past a point, or later.
+
+    Attributes:
+        first: the motion that is ahead.
+        second: the motion of another arm that waits.
+        past_s: time since the begin of the first motion [s] that it must be past.
+    """
+
+    first: MotionId
+    second: MotionId
+    past_s: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,6 +72,8 @@ class Schedule(ReadOnly):
     Attributes:
         jobs: the work.
         problem: cell, start, velocity limits and margins; its goal is where the arms stand in the end.
+        max_acceleration: arm name -> [dof] [rad/s^2], limits of the motions.
+        max_jerk: arm name -> [dof] [rad/s^3], limits of the motions.
         trajectories: arm name -> its motion.
         events: the events, by begin and then by arm. Outside its events an arm stands still.
         order: pairs of motions that must keep their order.
@@ -79,10 +84,12 @@ class Schedule(ReadOnly):
 
     jobs: Jobs
     problem: Problem
+    max_acceleration: Mapping[str, Float[np.ndarray, "dof"]]
+    max_jerk: Mapping[str, Float[np.ndarray, "dof"]]
     trajectories: Mapping[str, Trajectory]
     events: tuple[WorkEvent, ...]
     proof: Margins
-    order: tuple[tuple[MotionId, MotionId], ...] = ()
+    order: tuple[OrderPair, ...] = ()
     planner: Mapping[str, Any] = field(default_factory=dict)
     stats: Mapping[str, Any] = field(default_factory=dict)
 
@@ -103,23 +110,24 @@ class Schedule(ReadOnly):
 
     @cached_property
     def plan(self) -> Plan:
-        """The motion of all arms on their common times."""
-        times = np.unique(np.concatenate([trajectory.times for trajectory in self.trajectories.values()]))
-        return plan_on(self.problem, times, {name: each.at(times) for name, each in self.trajectories.items()})
+        """The motion of all arms, straight between times so close that the curves stray by `STRAY_RAD` at most."""
+        return plan_of(self.problem, self.trajectories)
 
 
-def plan_on(
-    problem: Problem, times: Float[np.ndarray, "t"], positions: Mapping[str, Float[np.ndarray, "t _dof"]]
-) -> Plan:
-    """Returns a plan whose goal is its own end."""
-    end = {name: rows[-1] for name, rows in positions.items()}
+def plan_of(problem: Problem, trajectories: Mapping[str, Trajectory]) -> Plan:
+    """Returns the motion of all arms as a plan that ends where it ends, without times at which no arm moves."""
+    period_s = next(iter(trajectories.values())).period_s
+    steps = max(len(each.samples) for each in trajectories.values()) - 1
+    parts = np.zeros(steps, dtype=int)
+    for each in trajectories.values():
+        parts[: len(each.samples) - 1] = np.maximum(parts[: len(each.samples) - 1], each.parts())
+    begins = np.repeat(np.arange(steps), parts)
+    nth = np.arange(len(begins)) - np.repeat(np.cumsum(parts) - parts, parts)
+    times = period_s * np.append(begins + nth / np.repeat(parts, parts), steps)
+    rows = {name: each.at(times) for name, each in trajectories.items()}
+    moves = np.any([(np.diff(each, axis=0) != 0).any(axis=1) for each in rows.values()], axis=0)
+    kept = np.concatenate([[True], moves]) | np.concatenate([moves, [True]])
+    rows = {name: each[kept] for name, each in rows.items()}
+    end = {name: each[-1] for name, each in rows.items()}
     ending = replace(problem, goal=end, goals={}, goal_asked={})
-    return Plan(problem=ending, times=times, positions=positions)
-
-
-def without_rest(times: Float[np.ndarray, "t"], positions: Float[np.ndarray, "t dof"]) -> Trajectory:
-    """Returns the trajectory without the samples inside the times at which the arm stands still."""
-    moves = (np.diff(positions, axis=0) != 0).any(axis=1)
-    keep = np.concatenate([[True], moves]) | np.concatenate([moves, [False]])
-    keep[-1] = True
-    return Trajectory(times=times[keep], positions=positions[keep])
+    return Plan(problem=ending, times=times[kept], positions=rows)

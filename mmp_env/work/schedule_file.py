@@ -21,11 +21,17 @@ from mmp_env.model.goals import JointGoal
 from mmp_env.model.margins import KINDS, Margins
 from mmp_env.model.problem import Problem, velocity_limits
 from mmp_env.model.robot import frozen_array
+from mmp_env.wording import counted
 from mmp_env.work.jobs import Jobs, job_to_data
 from mmp_env.work.jobs_file import job_from_data
-from mmp_env.work.schedule import KINDS_OF_EVENTS, Schedule, Trajectory, WorkEvent
+from mmp_env.work.schedule import KINDS_OF_EVENTS, OrderPair, Schedule, WorkEvent
+from mmp_env.work.trajectory import Trajectory
 
 SCHEDULE_SCHEMA = "mmp-schedule/1"
+SHORTEST_PERIOD_S, LONGEST_PERIOD_S = 1e-4, 1.0
+"""Bounds of the period of a schedule [s]."""
+PERIOD_TOLERANCE = 1e-6
+"""Largest distance of a time from a multiple of the period [periods]."""
 
 
 class MarginsData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
@@ -47,6 +53,7 @@ class EventData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     object: str | None = None
     job: str | None = None
     step: int | None = None
+    group: int | None = None
 
 
 class ScheduleData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
@@ -55,12 +62,16 @@ class ScheduleData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     cell: CellData
     start: dict[str, Any]
     max_velocity: dict[str, Any]
+    max_acceleration: dict[str, Any]
+    max_jerk: dict[str, Any]
+    period_s: float
     margins: MarginsData
     jobs: list[dict[str, Any]]
     trajectories: dict[str, TrajectoryData]
     events: list[EventData]
     proof: MarginsData
     order: list[tuple[tuple[str, int], tuple[str, int]]] = []
+    order_past_s: list[float] = []
     planner: dict[str, Any] = {}
     stats: dict[str, Any] = {}
 
@@ -75,6 +86,9 @@ def schedule_to_dict(schedule: Schedule) -> dict[str, Any]:
             "cell": cell_to_dict(problem.cell),
             "start": {name: problem.start[name] for name in names},
             "max_velocity": {name: problem.max_velocity[name] for name in names},
+            "max_acceleration": {name: schedule.max_acceleration[name] for name in names},
+            "max_jerk": {name: schedule.max_jerk[name] for name in names},
+            "period_s": schedule.trajectories[names[0]].period_s,
             "margins": dict(problem.margins),
             "jobs": [job_to_data(job) for job in schedule.jobs.jobs],
             "trajectories": {
@@ -82,7 +96,8 @@ def schedule_to_dict(schedule: Schedule) -> dict[str, Any]:
                 for name in names
             },
             "events": [_event_to_data(event) for event in schedule.events],
-            "order": [[list(motion) for motion in pair] for pair in schedule.order],
+            "order": [[list(pair.first), list(pair.second)] for pair in schedule.order],
+            "order_past_s": [pair.past_s for pair in schedule.order],
             "proof": dict(schedule.proof),
             "planner": schedule.planner,
             "stats": schedule.stats,
@@ -106,7 +121,7 @@ def schedule_from_dict(data: Any, where: str | Location = "schedule") -> Schedul
     with named(place):
         work = Jobs(name=decoded.name, cell=cell, jobs=jobs, start={name: JointGoal(q) for name, q in start.items()})
     limits = configurations_from_dict(cell, decoded.max_velocity, place / "max_velocity")
-    trajectories = _trajectories(cell, decoded.trajectories, place / "trajectories")
+    trajectories = _trajectories(cell, decoded.trajectories, decoded.period_s, place / "trajectories")
     with named(place / "margins"):
         problem = Problem(
             cell=cell,
@@ -119,9 +134,11 @@ def schedule_from_dict(data: Any, where: str | Location = "schedule") -> Schedul
     return Schedule(
         jobs=work,
         problem=problem,
+        max_acceleration=configurations_from_dict(cell, decoded.max_acceleration, place / "max_acceleration"),
+        max_jerk=configurations_from_dict(cell, decoded.max_jerk, place / "max_jerk"),
         trajectories=trajectories,
         events=tuple(_event(cell, event, place / "events" / k) for k, event in enumerate(decoded.events)),
-        order=tuple(decoded.order),
+        order=_order(decoded, place / "order"),
         proof=_margins(decoded.proof),
         planner=decoded.planner,
         stats=decoded.stats,
@@ -159,7 +176,8 @@ def load_schedule(path: str | PathLike[str]) -> Schedule:
 
 def _event_to_data(event: WorkEvent) -> dict[str, Any]:
     what = {} if event.job is None else {"job": event.job, "step": event.step}
-    return {"time": event.begin_s, "until": event.end_s, "arm": event.arm, "kind": event.kind, **what}
+    group = {} if event.group is None else {"group": event.group}
+    return {"time": event.begin_s, "until": event.end_s, "arm": event.arm, "kind": event.kind, **what, **group}
 
 
 def _event(cell: Cell, data: EventData, place: Location) -> WorkEvent:
@@ -167,7 +185,25 @@ def _event(cell: Cell, data: EventData, place: Location) -> WorkEvent:
         raise MmpError(f"{place}: {UnknownNameError('arm', data.arm, cell.arm_names)}")
     if data.kind not in KINDS_OF_EVENTS:
         raise MmpError(f"{place}: {UnknownNameError('kind of event', data.kind, KINDS_OF_EVENTS)}")
-    return WorkEvent(begin_s=data.time, end_s=data.until, arm=data.arm, kind=data.kind, job=data.job, step=data.step)
+    return WorkEvent(
+        begin_s=data.time,
+        end_s=data.until,
+        arm=data.arm,
+        kind=data.kind,
+        job=data.job,
+        step=data.step,
+        group=data.group,
+    )
+
+
+def _order(data: ScheduleData, place: Location) -> tuple[OrderPair, ...]:
+    if len(data.order) != len(data.order_past_s):
+        raise MmpError(
+            f"{place} has {counted(len(data.order), 'pair')}, and order_past_s has {len(data.order_past_s)} times;"
+            " they must be as many"
+        )
+    pairs = zip(data.order, data.order_past_s, strict=True)
+    return tuple(OrderPair(first=first, second=second, past_s=past) for (first, second), past in pairs)
 
 
 def _margins(data: MarginsData) -> Margins:
@@ -176,8 +212,14 @@ def _margins(data: MarginsData) -> Margins:
     return Margins(**{kind: float("inf") if value is None else value for kind, value in by_kind})
 
 
-def _trajectories(cell: Cell, data: Mapping[str, TrajectoryData], place: Location) -> dict[str, Trajectory]:
+def _trajectories(
+    cell: Cell, data: Mapping[str, TrajectoryData], period_s: float, place: Location
+) -> dict[str, Trajectory]:
     check_arms(cell, data, place)
+    if not SHORTEST_PERIOD_S <= period_s <= LONGEST_PERIOD_S:
+        raise MmpError(
+            f"{place}: period_s is {period_s:g} s; it must be from {SHORTEST_PERIOD_S:g} to {LONGEST_PERIOD_S:g} s"
+        )
     out = {}
     for arm in cell.arms:
         here, given = place / arm.name, data[arm.name]
@@ -189,7 +231,9 @@ def _trajectories(cell: Cell, data: Mapping[str, TrajectoryData], place: Locatio
         of = f"joint of a {arm.robot.name}"
         rows = [numbers(row, arm.dof, here / "positions" / k, of) for k, row in enumerate(given.positions)]
         times = np.array(numbers(given.times, count, here / "times", "time"), dtype=float)
-        if (np.diff(times) <= 0).any():
-            raise MmpError(f"{here / 'times'} do not ascend")
-        out[arm.name] = Trajectory(times=frozen_array(times), positions=frozen_array(np.array(rows, dtype=float)))
+        steps = times / period_s
+        if (np.diff(times) <= 0).any() or np.abs(steps - np.round(steps)).max() > PERIOD_TOLERANCE:
+            raise MmpError(f"{here / 'times'} must be ascending multiples of the period, {period_s:g} s")
+        positions = frozen_array(np.array(rows, dtype=float))
+        out[arm.name] = Trajectory(times=frozen_array(times), positions=positions, period_s=period_s)
     return out

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from mmp_env.work.jobs import Job, Jobs, Step
+from mmp_env.work.jobs import Job, Jobs, Line, Step, Wait
 
 LOOKAHEAD = 16
 """Largest number of jobs without an arm that are considered at once, the first in the file."""
@@ -14,7 +14,7 @@ LOOKAHEAD = 16
 
 @dataclass(kw_only=True, eq=False)
 class JobState:
-    """How far a job is: the number of the arm that does it, the next step, and when it was done [grid steps]."""
+    """How far a job is: the number of the arm that does it, the next step, and when it was done [periods]."""
 
     job: Job
     number: int
@@ -26,10 +26,21 @@ class JobState:
     def next_step(self) -> Step:
         return self.job.steps[self.step]
 
+    @property
+    def left(self) -> tuple[Step, ...]:
+        """The steps that are left, from the next one on."""
+        return self.job.steps[self.step :]
+
+    @property
+    def is_pinned(self) -> bool:
+        """Whether the arm must stay where it is between its steps: a line begins there."""
+        ahead = next((step for step in self.left if not isinstance(step, Wait)), None)
+        return isinstance(ahead, Line)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Option:
-    """The next step of an arm, which can begin at `begin` [grid steps]."""
+    """The next step of an arm, which can begin at `begin` [periods]."""
 
     begin: int
     arm: int
@@ -41,9 +52,9 @@ class Dispatch:
 
     Args:
         jobs: the work.
-        finish: returns when an arm would be done with a job that begins no earlier than a grid step, or infinity for a
-            job that it cannot do [grid steps].
-        end: returns when an arm comes to rest [grid steps].
+        finish: returns when an arm would be done with a job that begins no earlier than a period, or infinity for a
+            job that it cannot do [periods].
+        end: returns when an arm comes to rest [periods].
     """
 
     def __init__(self, jobs: Jobs, finish: Callable[[JobState, int, int], float], end: Callable[[int], int]) -> None:
@@ -76,6 +87,11 @@ class Dispatch:
                 taken.add(arm)
                 found.append(Option(begin=max(ready, self._end(arm)), arm=arm, state=state))
         return sorted(found, key=lambda option: (option.begin, option.state.number))
+
+    @property
+    def pinned(self) -> set[int]:
+        """Arms in the middle of a job that must stay where they are until their next step."""
+        return {arm for arm, state in self._current.items() if state.is_pinned}
 
     def advance(self, option: Option) -> None:
         """Notes that an arm has done the step of an option; its motion is on the timeline."""

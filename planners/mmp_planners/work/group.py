@@ -13,6 +13,7 @@ from mmp_env.problems.making import make_problem
 from mmp_planners.planner import Planner
 from mmp_planners.safe_plan import run_planner
 from mmp_planners.work.timeline import Timeline
+from mmp_planners.work.timing import Timing
 from mmp_planners.work.yielding import Yielding
 
 PLACES = 24
@@ -32,18 +33,23 @@ class Together:
         name: name of the planner.
         planner: the planner.
         timeline: the committed motions.
+        timing: times the motions.
         yielding: knows places for arms without a goal.
+
+    Attributes:
+        plans: number of plans so far.
     """
 
-    def __init__(self, name: str, planner: Planner, timeline: Timeline, yielding: Yielding) -> None:
-        self._name, self._planner, self._timeline, self._yielding = name, planner, timeline, yielding
+    def __init__(self, name: str, planner: Planner, timeline: Timeline, timing: Timing, yielding: Yielding) -> None:
+        self._name, self._planner, self._timeline = name, planner, timeline
+        self._timing, self._yielding = timing, yielding
         self.plans = 0
 
     def move(self, goals: Mapping[int, Goal], seed: int, time_limit: float) -> int | None:
-        """Moves some arms to their goals and the others where they leave room, all from rest.
+        """Moves some arms to their goals and the others where they leave room, all from rest and on one clock.
 
         Returns:
-            The grid step at which all begin; None if no plan was found.
+            The period at which all begin; None if no plan was found.
         """
         timeline, problem = self._timeline, self._timeline.problem
         start = {name: timeline.rest(arm) for arm, name in enumerate(timeline.names)}
@@ -60,9 +66,8 @@ class Together:
         )
         if result.plan is None:
             return None
-        begin = timeline.last()
-        timeline.append_together(result.plan.times, result.plan.positions)
-        return begin
+        samples = self._timing.together(result.plan.times, result.plan.positions)
+        return None if samples is None else timeline.append_together(samples)
 
     def _aside(self, arm: int) -> Goal:
         places: Float[np.ndarray, "m dof"] = self._yielding.places(arm, PLACES)

@@ -1,11 +1,11 @@
-"""Plans the next motion of one arm against the motions that the other arms are bound to."""
+"""Plans the path of one arm among other arms that stand still."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from mmp_env import core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, PLAN_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR, levels_of
@@ -19,12 +19,12 @@ from mmp_planners.seeds import quick_seed_of
 
 
 class MovePlanner:
-    """The single-arm planner SI-RRT* from where an arm stands, in a cell in which others are on their way.
+    """The single-arm planner SI-RRT* from where an arm stands, among other arms that stand still.
 
     Args:
         problem: cell, velocity limits and margins.
         slack: what paths keep beyond the margins, so that the proof ends [m].
-        dt: step of the time grid [s].
+        dt: time of a step of the path at full speed [s].
         low_level: single-arm planner.
         seed: seed of all calls.
         clock: deadline.
@@ -75,10 +75,7 @@ class MovePlanner:
         others: Sequence[core.Motion],
         budget: float = 1.0,
     ) -> Float[np.ndarray, "k dof"] | None:
-        """Returns configurations [k, dof] [rad] on the grid from a start to a goal, clear of others; or None.
-
-        The motions of the others begin when this one does. The arm may stay at its end for good.
-        """
+        """Returns configurations [k, dof] [rad] of a path from a start to a goal, clear of others; or None."""
         self.calls += 1
         seed = quick_seed_of(self._seed, self.calls)
         some = few(goals, MOST_GOALS)
@@ -95,8 +92,18 @@ class MovePlanner:
         rows, _ = self._low_level(single, (), seed, budget, self.clock, others=others)
         return None if rows is None else self._with_exact_ends(arm, rows, start, some)
 
+    def edges_free(self, arm: int, path: Float[np.ndarray, "k dof"]) -> Bool[np.ndarray, "s"]:
+        """Returns which lines of a path keep the margins, and room for their proof, without the other arms."""
+        start, end = np.ascontiguousarray(path[:-1]), np.ascontiguousarray(path[1:])
+        return core.edges_free(self.problem.cell.collision.core, arm, start, end, self._levels)
+
+    def blocked_by(self, arm: int, q: Float[np.ndarray, "dof"]) -> str:
+        """Returns words for what an arm is too close to, without the other arms."""
+        cell, problem = self.problem.cell, self.problem
+        return what_blocks(cell, cell.arms[arm], q[None], problem.margins)
+
     def in_the_way(self, arm: int, rows: Float[np.ndarray, "k dof"], others: Sequence[core.Motion]) -> list[int]:
-        """Returns the arms whose motions a path of an arm is not clear of."""
+        """Returns the arms that stand where a path of an arm is not clear of them."""
         motions = [self.problem.cell.collision.motion(self._names[arm], rows), *others]
         pairs = [(0, k) for k in range(1, len(motions))]
         levels = levels_of(self.problem.margins, SEARCH_MARGIN_FACTOR * self._slack, KEEP_MARGIN_FACTOR * self._slack)

@@ -8,31 +8,39 @@ rest. Either ends a step of a job, so the scheduler ends: there is no livelock.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from mmp_env.errors import InvalidInstanceError
-from mmp_env.work.jobs import Jobs, Move, Wait
+from mmp_env.model.goals import AnyOf, Goal, JointGoal, Stay
+from mmp_env.work.jobs import Jobs, Line, Move, Wait
 from mmp_env.work.schedule import EventKind
 from mmp_planners.seeds import quick_seed_of
+from mmp_planners.work.commitment import Commitment
 from mmp_planners.work.dispatch import Dispatch, JobState, Option
 from mmp_planners.work.group import Together
 from mmp_planners.work.move_planner import MovePlanner
+from mmp_planners.work.step_paths import StepPaths, lines_after
 from mmp_planners.work.timeline import Timeline
+from mmp_planners.work.timing import TOLERANCE_RAD
 from mmp_planners.work.yielding import Yielding
 
 BUDGETS = (0.1, 0.2)
 """Iteration budgets of the searches for a path of an arm before it waits for others to move on."""
 LAST_BUDGETS = (1.0, 2.0)
 """Iteration budgets of the searches when no arm can go on."""
+LINE_ROUNDING_RAD = 1e-3
+"""Largest distance of a joint from the path of a line at its rounded corners [rad, of slides m]."""
+LINE_SPEED = 0.3
+"""Speed of a line for estimates of who is done first [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Done:
-    """What an arm does between two grid steps; `state` and `step` are None if it yields."""
+    """What an arm does between two periods; `state` and `step` are None if it yields. `group`: number of its group."""
 
     begin: int
     end: int
@@ -40,6 +48,7 @@ class Done:
     kind: EventKind
     state: JobState | None = None
     step: int | None = None
+    group: int | None = None
 
 
 class Scheduler:
@@ -48,7 +57,8 @@ class Scheduler:
     Args:
         jobs: the work.
         mover: plans single arms.
-        timeline: takes the motions.
+        timeline: the committed motions.
+        commitment: commits motions.
         yielding: moves arms aside.
         together: plans all arms.
         seed: seed of the plans of groups.
@@ -60,9 +70,18 @@ class Scheduler:
     """
 
     def __init__(
-        self, *, jobs: Jobs, mover: MovePlanner, timeline: Timeline, yielding: Yielding, together: Together, seed: int
+        self,
+        *,
+        jobs: Jobs,
+        mover: MovePlanner,
+        timeline: Timeline,
+        commitment: Commitment,
+        yielding: Yielding,
+        together: Together,
+        seed: int,
     ) -> None:
-        self._jobs, self._mover, self._timeline = jobs, mover, timeline
+        self._jobs, self._mover, self._timeline, self._commitment = jobs, mover, timeline, commitment
+        self._paths = StepPaths(mover)
         self._yielding, self._together, self._seed = yielding, together, seed
         self._known: dict[tuple[int, int, int], Float[np.ndarray, "n dof"] | None] = {}
         self._tried: dict[int, int] = {}
@@ -94,33 +113,50 @@ class Scheduler:
         step = option.state.next_step
         self._timeline.wait(option.arm, option.begin)
         if isinstance(step, Wait):
-            self._timeline.wait(option.arm, option.begin + math.ceil(step.seconds / self._timeline.dt - 1e-9))
+            self._timeline.wait(option.arm, option.begin + math.ceil(step.seconds / self._timeline.period_s - 1e-9))
             self._advance(option, "wait", option.begin)
         elif not (self._moves(option) or (idle and self._make_way(option, idle))):
             self._tried[option.arm] = self._timeline.version
 
     def _moves(self, option: Option, budgets: Sequence[float] = BUDGETS) -> bool:
-        """Moves an arm to the goal of its step, if there is a path among the committed motions."""
-        arm, timeline = option.arm, self._timeline
-        goals, begin = self._goals(option), timeline.end(option.arm)
-        others = timeline.motions(begin, [arm])
-        for budget in budgets:
-            rows = self._mover.plan(arm, timeline.rest(arm), goals, others, budget)
-            if rows is not None:
-                timeline.append(arm, rows)
-                self._advance(option, "move", begin)
+        """Does the move or line of an arm, if there is a path among the places where the others stand in the end."""
+        step = option.state.next_step
+        for budget in budgets if isinstance(step, Move) else budgets[:1]:
+            path = self._path(option, [], budget)
+            if path is None:
+                continue
+            tolerance = LINE_ROUNDING_RAD if isinstance(step, Line) else TOLERANCE_RAD
+            begin = self._commitment.commit(option.arm, path, tolerance)
+            if begin is not None:
+                self._advance(option, "line" if isinstance(step, Line) else "move", begin)
                 return True
         return False
+
+    def _path(self, option: Option, may_yield: Collection[int], budget: float) -> Float[np.ndarray, "k dof"] | None:
+        """Returns a path of the next step of an arm, clear of where all others stand in the end but some; or None."""
+        arm, state, start = option.arm, option.state, self._timeline.rest(option.arm)
+        others, where = self._timeline.rests([arm, *may_yield]), _where(state, state.step)
+        if isinstance(state.next_step, Line):
+            path = self._paths.line(arm, start, state.next_step, where)
+            return None if self._mover.in_the_way(arm, path, others) else path
+        ends = self._paths.ends(arm, state.left, start, where)
+        clear = self._paths.clear_of(arm, ends, state.left, others)
+        return self._mover.plan(arm, start, clear, others, budget) if len(clear) else None
 
     def _yield_for(self, options: Sequence[Option]) -> bool:
         """Lets any arms yield for the first blocked arm that this helps."""
         everyone = range(len(self._timeline.names))
         return any(self._make_way(option, [b for b in everyone if b != option.arm]) for option in options)
 
-    def _make_way(self, option: Option, may_yield: Sequence[int] | set[int]) -> bool:
+    def _make_way(self, option: Option, may_yield: Collection[int]) -> bool:
         """Lets arms yield, and then moves the arm for which they do; otherwise takes that back."""
-        before = self._timeline.snapshot()
-        asides = self._yielding.make_way(option.arm, self._goals(option), option.begin, sorted(may_yield))
+        arm, before = option.arm, self._timeline.snapshot()
+        asked = sorted(set(may_yield) - self._dispatch.pinned)
+        path = self._path(option, asked, 1.0) if asked else None
+        if path is None:
+            return False
+        whole = self._paths.along_lines(arm, path[-1], lines_after(option.state.left), "")
+        asides = self._yielding.make_way(arm, np.concatenate([path, whole[1:]]), asked)
         if not asides or not self._moves(option):
             self._timeline.restore(before)
             return False
@@ -130,38 +166,38 @@ class Scheduler:
 
     def _move_together(self, options: Sequence[Option]) -> bool:
         """Plans all arms together: all blocked arms to their goals, or else one of them."""
-        blocked = {option.arm: option for option in options}
+        blocked = {option.arm: option for option in options if isinstance(option.state.next_step, Move)}
         groups = [blocked, *({arm: option} for arm, option in blocked.items())] if len(blocked) > 1 else [blocked]
-        return any(self._move_group(group) for group in groups)
+        return any(self._move_group(group) for group in groups if group)
 
     def _move_group(self, group: dict[int, Option]) -> bool:
-        goals = {arm: step.goal for arm, option in group.items() if isinstance(step := option.state.next_step, Move)}
         timeline, seed = self._timeline, quick_seed_of(self._seed, self._together.plans)
-        before = {arm: timeline.end(arm) for arm in range(len(timeline.names))}
+        goals: dict[int, Goal] = {arm: Stay() for arm in self._dispatch.pinned}
+        for arm, option in group.items():
+            steps, where = option.state.left, _where(option.state, option.state.step)
+            ends = self._paths.ends(arm, steps, timeline.rest(arm), where)
+            goals[arm] = AnyOf([JointGoal(q) for q in ends])
         begin = self._together.move(goals, seed, self._mover.clock.remaining)
         if begin is None:
             return False
-        for arm in before:
+        number = self._together.plans
+        for arm in range(len(timeline.names)):
             if arm in group:
-                self._advance(group[arm], "move", begin)
+                self._advance(group[arm], "move", begin, number)
             else:
-                self.done.append(Done(begin=begin, end=timeline.end(arm), arm=arm, kind="yield"))
+                self.done.append(Done(begin=begin, end=timeline.end(arm), arm=arm, kind="yield", group=number))
         return True
 
-    def _advance(self, option: Option, kind: EventKind, begin: int) -> None:
+    def _advance(self, option: Option, kind: EventKind, begin: int, group: int | None = None) -> None:
         state, end = option.state, self._timeline.end(option.arm)
-        self.done.append(Done(begin=begin, end=end, arm=option.arm, kind=kind, state=state, step=state.step))
+        done = Done(begin=begin, end=end, arm=option.arm, kind=kind, state=state, step=state.step, group=group)
+        self.done.append(done)
         self._dispatch.advance(option)
 
     def _stuck(self, options: Sequence[Option]) -> bool:
         names = self._timeline.names
         self.blocked = tuple(names[arm] for arm in sorted({option.arm for option in options}))
         return False
-
-    def _goals(self, option: Option) -> Float[np.ndarray, "n dof"]:
-        step, state = option.state.next_step, option.state
-        assert isinstance(step, Move)
-        return self._mover.goals(option.arm, step.goal, self._timeline.rest(option.arm), _where(state, state.step))
 
     def _known_goals(self, state: JobState, step: int, arm: int) -> Float[np.ndarray, "n dof"] | None:
         """Returns the goals of a step as seen from the start; None if the arm has none."""
@@ -174,23 +210,23 @@ class Scheduler:
         return self._known[key]
 
     def _first_goals(self, state: JobState, step: int, arm: int) -> Float[np.ndarray, "n dof"]:
-        move, names = state.job.steps[step], self._timeline.names
-        assert isinstance(move, Move)
-        return self._mover.goals(arm, move.goal, self._mover.problem.start[names[arm]], _where(state, step))
+        start = self._mover.problem.start[self._timeline.names[arm]]
+        return self._paths.ends(arm, state.job.steps[step:], start, _where(state, step))
 
     def _finish(self, state: JobState, arm: int, begin: int) -> float:
-        """Returns about when an arm would be done with a job; infinity if it cannot do it [grid steps]."""
+        """Returns about when an arm would be done with a job; infinity if it cannot do it [periods]."""
         at, speed = self._timeline.rest(arm), self._mover.problem.max_velocity[self._timeline.names[arm]]
         when = float(begin)
         for k, step in list(enumerate(state.job.steps))[state.step :]:
-            if isinstance(step, Wait):
-                when += step.seconds / self._timeline.dt
+            if not isinstance(step, Move):
+                lasting = step.seconds if isinstance(step, Wait) else float(np.linalg.norm(step.by)) / LINE_SPEED
+                when += lasting / self._timeline.period_s
                 continue
             rows = self._known_goals(state, k, arm)
             if rows is None:
                 return math.inf
             durations = (np.abs(rows - at) / speed).max(axis=1)
-            when, at = when + float(durations.min()) / self._timeline.dt, rows[int(durations.argmin())]
+            when, at = when + float(durations.min()) / self._timeline.period_s, rows[int(durations.argmin())]
         return when
 
     def _check(self) -> None:

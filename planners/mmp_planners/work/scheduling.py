@@ -22,16 +22,21 @@ from mmp_env.model.goals import Stay
 from mmp_env.model.margins import Margins
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
 from mmp_env.problems.making import make_problem
+from mmp_env.retime.limits import JointLimits, arm_limits
 from mmp_env.work.jobs import Jobs
-from mmp_env.work.schedule import Schedule, WorkEvent, plan_on, without_rest
+from mmp_env.work.order import order_of
+from mmp_env.work.schedule import Schedule, WorkEvent, plan_of
+from mmp_env.work.trajectory import PERIOD_S
 from mmp_planners import registry
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import GRID_STEP_S, LARGEST_SEED
 from mmp_planners.planner import Planner, Status, StopPlanning
+from mmp_planners.work.commitment import Commitment
 from mmp_planners.work.group import OPTIONS, Together
 from mmp_planners.work.move_planner import MovePlanner
-from mmp_planners.work.scheduler import Scheduler
+from mmp_planners.work.scheduler import Done, Scheduler
 from mmp_planners.work.timeline import Timeline
+from mmp_planners.work.timing import Timing
 from mmp_planners.work.yielding import Yielding
 
 SLACK_SHARES = (1.0, 0.25, 0.05)
@@ -79,6 +84,8 @@ def schedule(
     time_limit: float = math.inf,
     max_velocity: float | Mapping[str, ArrayLike] = DEFAULT_MAX_VELOCITY,
     margin: float | Mapping[str, float] | Margins | None = None,
+    max_acceleration: JointLimits = None,
+    max_jerk: JointLimits = None,
 ) -> ScheduleResult:
     """Plans all jobs, each arm in its own time.
 
@@ -89,6 +96,8 @@ def schedule(
         time_limit: time limit [s].
         max_velocity: [rad/s] for all joints, or arm name -> [dof]; a robot's own limit holds as well.
         margin: clearances [m], as in `make_problem`.
+        max_acceleration: [rad/s^2] for all joints, or arm name -> [dof]; None for the robots' own limits.
+        max_jerk: [rad/s^3], like `max_acceleration`.
 
     Raises:
         MmpError: if an argument is not allowed.
@@ -102,12 +111,17 @@ def schedule(
     clock = core.Clock(min(limit, 1e10))
     stay = dict.fromkeys(jobs.cell.arm_names, Stay())
     problem = make_problem(jobs.cell, jobs.start, stay, max_velocity=max_velocity, margin=margin, name=jobs.name)
-    scheduler, timeline, counts = _with_room(jobs, problem, planner, of_group, seed, clock)
+    limits = {
+        "max_acceleration": arm_limits(jobs.cell, max_acceleration, "acceleration"),
+        "max_jerk": arm_limits(jobs.cell, max_jerk, "jerk"),
+    }
+    timing = Timing(problem, PERIOD_S, **limits)
+    scheduler, timeline, counts = _with_room(jobs, problem, planner, of_group, timing, seed, clock)
     try:
         complete = scheduler.run()
     except StopPlanning:
         complete = False
-    found = _proved(jobs, problem, scheduler, timeline, clock) if complete else None
+    found = _proved(jobs, problem, limits, scheduler, timeline, clock) if complete else None
     stats: dict[str, Any] = counts() | {"planning_time_s": time.perf_counter() - began}
     if found is None:
         stopped = clock.expired or not scheduler.blocked
@@ -120,24 +134,40 @@ def schedule(
 
 
 def _with_room(
-    jobs: Jobs, problem: Problem, name: str, planner: Planner, seed: int, clock: core.Clock
+    jobs: Jobs, problem: Problem, name: str, planner: Planner, timing: Timing, seed: int, clock: core.Clock
 ) -> tuple[Scheduler, Timeline, Any]:
     """Returns `_scheduler` with as much slack as the goals of the jobs leave. Raises `InvalidInstanceError`."""
     for share in SLACK_SHARES[:-1]:
         with contextlib.suppress(InvalidInstanceError):  # a goal is tight
-            return _scheduler(jobs, problem, share * problem.slack, name, planner, seed, clock)
-    return _scheduler(jobs, problem, SLACK_SHARES[-1] * problem.slack, name, planner, seed, clock)
+            return _scheduler(jobs, problem, share * problem.slack, name, planner, timing, seed, clock)
+    return _scheduler(jobs, problem, SLACK_SHARES[-1] * problem.slack, name, planner, timing, seed, clock)
 
 
 def _scheduler(
-    jobs: Jobs, problem: Problem, slack: float, name: str, planner: Planner, seed: int, clock: core.Clock
+    jobs: Jobs,
+    problem: Problem,
+    slack: float,
+    name: str,
+    planner: Planner,
+    timing: Timing,
+    seed: int,
+    clock: core.Clock,
 ) -> tuple[Scheduler, Timeline, Any]:
     """Returns a scheduler about to begin, its timeline, and a function that returns its counts."""
     mover = MovePlanner(problem, slack, GRID_STEP_S, SiRrtStar(), seed, clock)
-    timeline = Timeline(problem, GRID_STEP_S)
-    yielding = Yielding(mover, timeline, seed)
-    together = Together(name, planner, timeline, yielding)
-    scheduler = Scheduler(jobs=jobs, mover=mover, timeline=timeline, yielding=yielding, together=together, seed=seed)
+    timeline = Timeline(problem, problem.margins.arms, PERIOD_S)
+    commitment = Commitment(timeline, timing)
+    yielding = Yielding(mover, timeline, commitment, seed)
+    together = Together(name, planner, timeline, timing, yielding)
+    scheduler = Scheduler(
+        jobs=jobs,
+        mover=mover,
+        timeline=timeline,
+        commitment=commitment,
+        yielding=yielding,
+        together=together,
+        seed=seed,
+    )
 
     def counts() -> dict[str, Any]:
         return {"low_level_calls": mover.calls, "yields": scheduler.yields, "group_plans": together.plans}
@@ -146,33 +176,44 @@ def _scheduler(
 
 
 def _proved(
-    jobs: Jobs, problem: Problem, scheduler: Scheduler, timeline: Timeline, clock: core.Clock
+    jobs: Jobs,
+    problem: Problem,
+    limits: Mapping[str, Mapping[str, Any]],
+    scheduler: Scheduler,
+    timeline: Timeline,
+    clock: core.Clock,
 ) -> Schedule | None:
     """Returns the schedule with its proof, or None if the proof does not end in time."""
-    times, rows = timeline.sampled()
-    certificate = certify(plan_on(problem, times, rows), clock)
+    trajectories = timeline.trajectories()
+    plan = plan_of(problem, trajectories)
+    certificate = certify(plan, clock)
     if not certificate.valid:
         return None
-    events = [
-        WorkEvent(
-            begin_s=float(times[done.begin]),
-            end_s=float(times[done.end]),
-            arm=timeline.names[done.arm],
-            kind=done.kind,
-            job=None if done.state is None else done.state.job.name,
-            step=done.step,
-        )
-        for done in scheduler.done
-    ]
     place = {name: k for k, name in enumerate(timeline.names)}
+    events = sorted(
+        (_event(done, timeline) for done in scheduler.done),
+        key=lambda event: (event.begin_s, place[event.arm], event.end_s),
+    )
     return Schedule(
         jobs=jobs,
-        problem=dataclasses.replace(
-            problem, goal={name: each[-1] for name, each in rows.items()}, goals={}, goal_asked={}
-        ),
-        trajectories={name: without_rest(times, each) for name, each in rows.items()},
-        events=tuple(sorted(events, key=lambda event: (event.begin_s, place[event.arm], event.end_s))),
+        problem=plan.problem,
+        **limits,
+        trajectories=trajectories,
+        events=tuple(events),
+        order=order_of(problem.cell, jobs, trajectories, events, problem.margins.arms),
         proof=certificate.proved,
+    )
+
+
+def _event(done: Done, timeline: Timeline) -> WorkEvent:
+    return WorkEvent(
+        begin_s=done.begin * timeline.period_s,
+        end_s=done.end * timeline.period_s,
+        arm=timeline.names[done.arm],
+        kind=done.kind,
+        job=None if done.state is None else done.state.job.name,
+        step=done.step,
+        group=done.group,
     )
 
 

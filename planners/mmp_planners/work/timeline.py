@@ -1,94 +1,141 @@
-"""The motions that the arms are bound to, on one time grid."""
+"""The motions that the arms are bound to, on one grid of periods."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
 from mmp_env import core
 from mmp_env.model.problem import Problem
+from mmp_env.work.swept_volumes import SweptMotion, SweptVolumes
+from mmp_env.work.trajectory import Trajectory, thinned
 
-Snapshot = tuple[list[Float[np.ndarray, "_k _dof"]], dict[int, float], int]
-"""Motions, durations of steps that are not `dt`, and version."""
+Snapshot = tuple[list[list["Committed"]], list[int], int]
+"""Motions, periods at which arms are free, and version."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Committed:
+    """A motion of an arm that begins at a period and rests at its end."""
+
+    begin: int
+    swept: SweptMotion
+
+    @property
+    def end(self) -> int:
+        return self.begin + len(self.swept.samples) - 1
 
 
 class Timeline:
-    """The committed motion of each arm. An arm stands at the end of its motion until it is given another.
+    """The committed motions of each arm. An arm stands at the end of its last motion until it is given another.
 
-    Any two motions, with the rest after them, are proved clear of each other. So every arm may stay where it is for
-    good, at any time after its last motion.
+    When a motion begins, its whole volume is clear of all that the other arms have not done yet, and the same holds for
+    motions that begin later. So delays cause no contact (docs/explanation/schedules.md), and an arm may stay at the end
+    of its last motion for good.
 
     Args:
-        problem: cell, start and velocity limits.
-        dt: step of the grid [s].
+        problem: cell and start.
+        distance: clearance between arms [m].
+        period_s: length of a period [s].
     """
 
-    def __init__(self, problem: Problem, dt: float) -> None:
-        self.problem, self.dt, self.names = problem, dt, problem.cell.arm_names
-        self._rows = [np.array(problem.start[name])[None] for name in self.names]
-        self._durations: dict[int, float] = {}
+    def __init__(self, problem: Problem, distance: float, period_s: float) -> None:
+        self.problem, self.period_s, self.names = problem, period_s, problem.cell.arm_names
+        self._distance, self._volumes = distance, SweptVolumes(problem.cell)
+        starts = [self._volumes.of(arm, np.array(problem.start[name])[None]) for arm, name in enumerate(self.names)]
+        self._motions = [[Committed(begin=-1, swept=swept)] for swept in starts]
+        self._free = [0] * len(self.names)
         self.version = 0
 
     def end(self, arm: int) -> int:
-        """Returns the step at which an arm comes to rest."""
-        return len(self._rows[arm]) - 1
+        """Returns the period from which on an arm is free."""
+        return self._free[arm]
 
     def last(self) -> int:
-        """Returns the step at which the last arm comes to rest."""
-        return max(map(self.end, range(len(self.names))))
+        """Returns the period from which on all arms are free."""
+        return max(self._free)
 
     def rest(self, arm: int) -> Float[np.ndarray, "dof"]:
-        """Returns where an arm stands in the end [rad]."""
-        return self._rows[arm][-1]
+        """Returns where an arm stands in the end [rad, of slides m]."""
+        return self._motions[arm][-1].swept.samples[-1]
 
-    def motion(self, arm: int, since: int) -> core.Motion:
-        """Returns the motion of an arm from a step on."""
-        return self.problem.cell.collision.motion(self.names[arm], self._rows[arm][min(since, self.end(arm)) :])
+    def rests(self, but: Sequence[int]) -> list[core.Motion]:
+        """Returns all arms but some where they stand in the end."""
+        collision = self.problem.cell.collision
+        return [collision.motion(name, self.rest(arm)[None]) for arm, name in enumerate(self.names) if arm not in but]
 
-    def motions(self, since: int, but: Sequence[int]) -> list[core.Motion]:
-        """Returns the motions of all arms but some from a step on."""
-        return [self.motion(arm, since) for arm in range(len(self.names)) if arm not in but]
+    def earliest(self, arm: int, samples: Float[np.ndarray, "k dof"]) -> int | None:
+        """Returns the first period at which a motion of an arm may begin; None if another arm stands in its way."""
+        swept, begin = self._volumes.of(arm, samples), self.end(arm)
+        others = [motions for other, motions in enumerate(self._motions) if other != arm]
+        known: dict[Committed, tuple[int, int]] = {}
+        while True:
+            later = [self._begin_after(begin, swept, motions, known) for motions in others]
+            if None in later:
+                return None
+            latest = max((period for period in later if period is not None), default=begin)
+            if latest == begin:
+                return begin
+            begin = latest
 
-    def append(self, arm: int, rows: Float[np.ndarray, "k dof"]) -> None:
-        """Lets an arm move through `rows` [k, dof] [rad] from its rest, which is the first of them."""
-        self._rows[arm] = np.concatenate([self._rows[arm], rows[1:]])
+    def append(self, arm: int, begin: int, samples: Float[np.ndarray, "k dof"]) -> None:
+        """Lets an arm move through samples, one per period. The first two and the last two are equal."""
+        self._motions[arm].append(Committed(begin=begin, swept=self._volumes.of(arm, samples)))
+        self._free[arm] = self._motions[arm][-1].end
         self.version += 1
 
     def wait(self, arm: int, until: int) -> None:
-        """Lets an arm stand until a step, if that is later than its end."""
-        more = until - self.end(arm)
-        if more > 0:
-            self._rows[arm] = np.concatenate([self._rows[arm], np.repeat(self._rows[arm][-1:], more, axis=0)])
+        """Lets an arm stand until a period, if that is later than its end."""
+        self._free[arm] = max(self._free[arm], until)
 
-    def append_together(self, times: Float[np.ndarray, "t"], rows: Mapping[str, Float[np.ndarray, "t _dof"]]) -> None:
-        """Lets all arms move on common times [s] from the step at which the last of them is at rest."""
-        last = self.last()
+    def append_together(self, samples: Mapping[str, Float[np.ndarray, "k _dof"]]) -> int:
+        """Lets all arms move from the period at which the last of them is at rest. Returns that period."""
+        begin = self.last()
         for arm, name in enumerate(self.names):
-            self.wait(arm, last)
-            self._rows[arm] = np.concatenate([self._rows[arm], rows[name][1:]])
-        self._durations |= {last + k: float(step) for k, step in enumerate(np.diff(times))}
-        self.version += 1
+            self.append(arm, begin, samples[name])
+        return begin
 
     def snapshot(self) -> Snapshot:
         """Returns the state of the timeline, for `restore`."""
-        return list(self._rows), dict(self._durations), self.version
+        return [list(motions) for motions in self._motions], list(self._free), self.version
 
     def restore(self, snapshot: Snapshot) -> None:
         """Takes back all that was committed after a snapshot."""
-        rows, durations, self.version = snapshot
-        self._rows, self._durations = list(rows), dict(durations)
+        motions, free, self.version = snapshot
+        self._motions, self._free = [list(each) for each in motions], list(free)
 
-    def sampled(self) -> tuple[Float[np.ndarray, "t"], dict[str, Float[np.ndarray, "t _dof"]]]:
-        """Returns times [s] and positions of all arms. A step too fast for a joint is stretched for all arms."""
-        last = self.last()
-        rows = {
-            name: np.concatenate([each, np.repeat(each[-1:], last + 1 - len(each), axis=0)])
-            for name, each in zip(self.names, self._rows, strict=True)
+    def trajectories(self) -> dict[str, Trajectory]:
+        """Returns arm name -> its motion from the first to the last."""
+        return {
+            name: self._trajectory(motions, free)
+            for name, motions, free in zip(self.names, self._motions, self._free, strict=True)
         }
-        steps = np.array([self._durations.get(k, self.dt) for k in range(last)])
-        for name, each in rows.items():
-            fastest = (np.abs(np.diff(each, axis=0)) / self.problem.max_velocity[name]).max(axis=1, initial=0.0)
-            steps = np.maximum(steps, fastest)
-        return np.concatenate([[0.0], np.cumsum(steps)]), rows
+
+    def _trajectory(self, motions: Sequence[Committed], free: int) -> Trajectory:
+        rows = np.repeat(motions[0].swept.samples[:1], free + 1, axis=0)
+        for motion in motions[1:]:
+            rows[motion.begin : motion.end + 1] = motion.swept.samples
+            rows[motion.end + 1 :] = motion.swept.samples[-1]
+        return thinned(rows, self.period_s)
+
+    def _begin_after(
+        self, begin: int, swept: SweptMotion, motions: Sequence[Committed], known: dict[Committed, tuple[int, int]]
+    ) -> int | None:
+        """Returns the period from which on another arm lets a motion begin, as far as one look tells."""
+        present = max(k for k, motion in enumerate(motions) if motion.begin <= begin)
+        for k, motion in enumerate(motions[present:], present):
+            if motion not in known:
+                known[motion] = self._volumes.last_conflicts(motion.swept, swept, self._distance)
+            theirs, own = known[motion]
+            following = motions[k + 1].begin if k + 1 < len(motions) else None
+            # The last period of a motion is its rest, which lasts.
+            if k > present and own >= 0 and (own == swept.last or begin + own + 1 > motion.begin):
+                return motion.begin
+            if k == present and theirs >= 0:
+                past = following if theirs == motion.swept.last else motion.begin + theirs + 1
+                if past is None or past > begin:
+                    return past
+        return begin

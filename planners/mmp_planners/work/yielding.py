@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from mmp_planners.work.commitment import Commitment
 from mmp_planners.work.move_planner import MovePlanner
 from mmp_planners.work.timeline import Timeline
 
@@ -19,7 +20,7 @@ TRIED_PLACES = 16
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Aside:
-    """A motion of an arm out of the way: grid steps at which it begins and ends."""
+    """A motion of an arm out of the way: periods at which it begins and ends."""
 
     arm: int
     begin: int
@@ -32,35 +33,30 @@ class Yielding:
     Args:
         mover: plans single arms.
         timeline: the committed motions.
+        commitment: commits motions.
         seed: seed of the random places.
     """
 
-    def __init__(self, mover: MovePlanner, timeline: Timeline, seed: int) -> None:
-        self._mover, self._timeline, self._rng = mover, timeline, np.random.default_rng(seed)
+    def __init__(self, mover: MovePlanner, timeline: Timeline, commitment: Commitment, seed: int) -> None:
+        self._mover, self._timeline, self._commitment = mover, timeline, commitment
+        self._rng = np.random.default_rng(seed)
 
-    def make_way(
-        self, arm: int, goals: Float[np.ndarray, "n dof"], since: int, may_yield: Collection[int]
-    ) -> list[Aside]:
-        """Moves arms aside that stand in the way of an arm on its way to its goals.
-
-        Returns:
-            The motions, which are committed; none if not every arm in the way can yield.
+    def make_way(self, arm: int, path: Float[np.ndarray, "k dof"], may_yield: Collection[int]) -> list[Aside]:
+        """Moves arms aside that stand in the way of an arm.
 
         Args:
             arm: number of the arm that wants to move.
-            goals: where it wants to.
-            since: grid step at which it could begin.
+            path: the path that it wants to take, clear of all arms that may not yield.
             may_yield: arms that may be asked.
+
+        Returns:
+            The motions, which are committed; none if not every arm in the way can yield.
         """
-        timeline = self._timeline
-        start = timeline.rest(arm)
-        alone = self._mover.plan(arm, start, goals, timeline.motions(since, [arm, *may_yield]))
-        if alone is None:
-            return []
-        standing = [timeline.motion(b, timeline.end(b)) for b in may_yield if b != arm]
+        timeline, collision = self._timeline, self._mover.problem.cell.collision
+        standing = [collision.motion(timeline.names[b], timeline.rest(b)[None]) for b in may_yield if b != arm]
         moved, before = [], timeline.snapshot()
-        for other in self._mover.in_the_way(arm, alone, standing):
-            aside = self._move_aside(other, arm, alone)
+        for other in self._mover.in_the_way(arm, path, standing):
+            aside = self._move_aside(other, arm, path)
             if aside is None:
                 timeline.restore(before)
                 return []
@@ -83,12 +79,9 @@ class Yielding:
         clear = self._clear(other, arm, path)
         if not len(clear):
             return None
-        begin = timeline.end(other)
-        rows = self._mover.plan(other, timeline.rest(other), clear, timeline.motions(begin, [other]))
-        if rows is None:
-            return None
-        timeline.append(other, rows)
-        return Aside(arm=other, begin=begin, end=timeline.end(other))
+        rows = self._mover.plan(other, timeline.rest(other), clear, timeline.rests([other]))
+        begin = None if rows is None else self._commitment.commit(other, rows)
+        return None if begin is None else Aside(arm=other, begin=begin, end=timeline.end(other))
 
     def _clear(self, other: int, arm: int, path: Float[np.ndarray, "k dof"]) -> Float[np.ndarray, "m dof"]:
         """Returns places of an arm that a path of another leaves free."""

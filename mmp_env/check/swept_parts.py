@@ -1,0 +1,157 @@
+"""The volumes that rigid parts of arms sweep in windows of a schedule, and the clearance of two of them.
+
+In each period a sphere moves along its chord, but for a deviation that `ChordDeviation` bounds. The clearance of two
+windows is that of all chords of one from all chords of the other, less radii and deviations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from mmp_env.check.items import MotionSteps
+from mmp_env.check.model import CellModel, sphere_parts
+from mmp_env.check.pairs import ChordDeviation
+from mmp_env.check.schedule_motion import Motion
+
+_BATCH = 200_000
+"""Pairs of chords that are measured at once; bounds the memory of a check."""
+
+_BEFORE = 1
+"""Periods before the schedule, in which the arms rest."""
+
+Window = tuple[str, int, int]
+"""An arm, and the instants [periods] between which it moves. A window of one instant gets the period before it."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Balls:
+    """Balls [m] around parts [p] in periods `steps` [u], and a box around those of each part."""
+
+    parts: Int[np.ndarray, "p"]
+    steps: Int[np.ndarray, "u"]
+    centers: Float[np.ndarray, "p u 3"]
+    radii: Float[np.ndarray, "p u"]
+    low: Float[np.ndarray, "p 3"]
+    high: Float[np.ndarray, "p 3"]
+
+
+class SweptParts:
+    """Parts of all arms at all periods of a schedule.
+
+    Args:
+        model: the cell.
+        motions: arm name -> its motion.
+    """
+
+    def __init__(self, model: CellModel, motions: Mapping[str, Motion]) -> None:
+        self.period = next(iter(motions.values())).period
+        self._parts, self._clouds = sphere_parts(model)
+        names = [arm.name for arm in model.cell.arms]
+        count = max(len(motion.controls) for motion in motions.values()) + 1
+        times = self.period * (np.arange(count) - _BEFORE)
+        self._poses = model.poses(times, np.concatenate([motions[name].at(times) for name in names], axis=1))
+        bends = [np.pad(motions[name].bend(), ((_BEFORE, count), (0, 0)))[: count - 1] for name in names]
+        move = np.abs(np.diff(self._poses.q, axis=0))
+        first = np.arange(count - 1)
+        steps = MotionSteps(start=first, end=first + 1, move=move, bend=np.concatenate(bends, axis=1))
+        self._deviation = ChordDeviation(model, self._parts.arm, self._parts.reach).all(steps)
+        moving = self._parts.moves.any(axis=1)
+        self._known: dict[Window, _Balls] = {}
+        self._of_arm = {name: np.flatnonzero((self._parts.arm == k) & moving) for k, name in enumerate(names)}
+
+    def clearance(self, one: Window, other: Window, enough: float) -> float:
+        """Returns a lower bound on the clearance of two windows of two arms [m]; `enough` [m] if it is larger."""
+        least, (a, b) = enough, (self._balls(window) for window in (one, other))
+        gaps = np.maximum(np.maximum(a.low[:, None] - b.high, b.low - a.high[:, None]), 0)
+        for p, q in np.argwhere(np.linalg.norm(gaps, axis=2) < enough):
+            apart = np.linalg.norm(a.centers[p][:, None] - b.centers[q], axis=2)
+            near = np.argwhere(apart - a.radii[p][:, None] - b.radii[q] < least)
+            if len(near):
+                steps = np.stack([a.steps[near[:, 0]], b.steps[near[:, 1]]], axis=1)
+                least = min(least, self._measured(int(a.parts[p]), int(b.parts[q]), steps, least))
+        return least
+
+    def _balls(self, window: Window) -> _Balls:
+        """Returns balls around the parts of an arm in each period of a window."""
+        if window in self._known:
+            return self._known[window]
+        arm, begin, end = window
+        parts, poses = self._of_arm[arm], self._poses
+        steps = np.arange(min(begin, end - 1), end + 1) + _BEFORE
+        body = self._parts.body[parts]
+        turned = np.einsum("upij,pj->upi", poses.rotations[steps[:, None], body], self._parts.center[parts])
+        at = poses.positions[steps[:, None], body] + turned
+        # No point of a part is farther from its place in the middle of a period than half its own chord.
+        chords = [np.diff(self._centers(int(part), steps), axis=0) for part in parts]
+        half = np.array([np.linalg.norm(chord, axis=2).max(axis=1) / 2 for chord in chords])
+        centers = ((at[1:] + at[:-1]) / 2).transpose(1, 0, 2)
+        radii = self._parts.radius[parts][:, None] + half + self._deviation[steps[:-1]][:, parts].T
+        out = _Balls(
+            parts=parts,
+            steps=steps[:-1],
+            centers=centers,
+            radii=radii,
+            low=(centers - radii[..., None]).min(axis=1),
+            high=(centers + radii[..., None]).max(axis=1),
+        )
+        self._known[window] = out
+        return out
+
+    def _centers(self, part: int, steps: Int[np.ndarray, "m"]) -> Float[np.ndarray, "m s 3"]:
+        body, points = self._parts.body[part], self._clouds[part].centers
+        return self._poses.positions[steps, body][:, None] + points @ self._poses.rotations[steps, body].transpose(
+            0, 2, 1
+        )
+
+    def _measured(self, first: int, second: int, steps: Int[np.ndarray, "n 2"], enough: float) -> float:
+        """Returns the least clearance of two parts in pairs of periods [m]."""
+        radii = self._clouds[first].radii[:, None] + self._clouds[second].radii
+        deviation = self._deviation[steps[:, 0], first] + self._deviation[steps[:, 1], second]
+        size, least = max(_BATCH // radii.size, 1), enough
+        for k in range(0, len(steps), size):
+            some = steps[k : k + size]
+            a, b = (self._centers(part, some[:, n]) for n, part in enumerate((first, second)))
+            a_end, b_end = (self._centers(part, some[:, n] + 1) for n, part in enumerate((first, second)))
+            apart = chord_distances(a[:, :, None], a_end[:, :, None], b[:, None], b_end[:, None]) - radii
+            least = min(least, float((apart.min(axis=(1, 2)) - deviation[k : k + size]).min()))
+        return least
+
+
+def chord_distances(
+    a: Float[np.ndarray, "*#n 3"],
+    a_end: Float[np.ndarray, "*#n 3"],
+    b: Float[np.ndarray, "*#n 3"],
+    b_end: Float[np.ndarray, "*#n 3"],
+) -> Float[np.ndarray, "..."]:
+    """Returns the distances of two straight chords each: at an end of one of them, or between two inner points."""
+    along, other, between = a_end - a, b_end - b, a - b
+    ends = [_from_chord(p, q, r) for p, q, r in ((a, b, b_end), (a_end, b, b_end), (b, a, a_end), (b_end, a, a_end))]
+    least = np.minimum.reduce(ends)
+    uu, uv, vv = _dot(along, along), _dot(along, other), _dot(other, other)
+    uw, vw = _dot(along, between), _dot(other, between)
+    square = uu * vv - uv * uv
+    inner = square > 0
+    safe = np.where(inner, square, 1.0)
+    s, t = (uv * vw - vv * uw) / safe, (uu * vw - uv * uw) / safe
+    inner &= (s > 0) & (s < 1) & (t > 0) & (t < 1)
+    gap = np.linalg.norm(between + s[..., None] * along - t[..., None] * other, axis=-1)
+    return np.where(inner, np.minimum(least, gap), least)
+
+
+def _from_chord(
+    point: Float[np.ndarray, "*#n 3"], begin: Float[np.ndarray, "*#n 3"], end: Float[np.ndarray, "*#n 3"]
+) -> Float[np.ndarray, "..."]:
+    along, off = end - begin, point - begin
+    length = _dot(along, along)
+    share = np.clip(
+        np.divide(_dot(off, along), length, out=np.zeros_like(length + off[..., 0]), where=length > 0), 0, 1
+    )
+    return np.linalg.norm(off - share[..., None] * along, axis=-1)
+
+
+def _dot(a: Float[np.ndarray, "*#n 3"], b: Float[np.ndarray, "*#n 3"]) -> Float[np.ndarray, "..."]:
+    return np.einsum("...i,...i->...", *np.broadcast_arrays(a, b))

@@ -1,0 +1,89 @@
+"""Motions as the volumes that arms sweep: which parts of two motions conflict, whenever the arms do them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from mmp_env import core
+from mmp_env.ik.chain import chain_of
+from mmp_env.model.arm import Arm
+from mmp_env.model.cell import Cell
+from mmp_env.work.trajectory import spline
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SweptMotion:
+    """A motion of one arm, from rest to rest.
+
+    Attributes:
+        arm: number of the arm.
+        samples: of its curve [k, dof] [rad, of slides m], one per period.
+        motion: straight lines between the points of the curve, one line per period.
+        stray_m: distance of the bodies on the curve from those on the lines [m], an upper bound.
+    """
+
+    arm: int
+    samples: Float[np.ndarray, "k dof"]
+    motion: core.Motion
+    stray_m: float
+
+    @property
+    def last(self) -> int:
+        """Number of the last period, whose end is the rest after the motion."""
+        return max(len(self.samples) - 2, 0)
+
+
+class SweptVolumes:
+    """Makes swept motions of the arms of a cell, and compares them.
+
+    Args:
+        cell: the cell.
+    """
+
+    def __init__(self, cell: Cell) -> None:
+        self._cell = cell
+        self._reaches = [_reach(cell, arm) for arm in cell.arms]
+
+    def of(self, arm: int, samples: Float[np.ndarray, "k dof"]) -> SweptMotion:
+        """Returns the motion of an arm through samples; one sample is an arm at rest."""
+        rows = samples if len(samples) > 1 else np.repeat(samples, 2, axis=0)
+        # A curve is at most an eighth of its largest second derivative from its chord.
+        bend = np.abs(np.diff(np.pad(rows, ((1, 1), (0, 0)), mode="edge"), n=2, axis=0)) / 8
+        return SweptMotion(
+            arm=arm,
+            samples=rows,
+            motion=self._cell.collision.motion(
+                self._cell.arm_names[arm], spline(rows, np.arange(len(rows), dtype=float))
+            ),
+            stray_m=self._reaches[arm] * float(bend.sum(axis=1).max()),
+        )
+
+    def conflicts(self, a: SweptMotion, b: SweptMotion, distance: float) -> Bool[np.ndarray, "s t"]:
+        """Returns which periods [of a, of b] may come closer than a distance [m], whenever the arms do them."""
+        if a.arm > b.arm:  # so that both orders of arguments have the same result
+            return self.conflicts(b, a, distance).T
+        wanted = distance + a.stray_m + b.stray_m
+        return core.swept_conflicts(self._cell.collision.core, a.motion, b.motion, wanted)
+
+    def last_conflicts(self, a: SweptMotion, b: SweptMotion, distance: float) -> tuple[int, int]:
+        """Returns the last period of each motion that may come too close to any of the other; -1 if none does."""
+        found = self.conflicts(a, b, distance)
+        first, second = np.nonzero(found)
+        return (int(first.max()), int(second.max())) if len(first) else (-1, -1)
+
+
+def _reach(cell: Cell, arm: Arm) -> float:
+    """Returns an upper bound of how far a point of an arm moves per unit of a joint [m]."""
+    chain, collision = chain_of(arm.robot, arm.tool), cell.collision
+    base = arm.T_world_base
+    points = chain.frames(arm.robot.home[None]).points[0] @ base[:3, :3].T + base[:3, 3]
+    centers, radii = collision.spheres(arm.name, arm.robot.home[None])
+    moving = ~collision.is_base(arm.name)
+    to_joints = np.linalg.norm(centers[0, moving, None] - points, axis=2)
+    travel = np.maximum(np.abs(arm.robot.lower), np.abs(arm.robot.upper))[chain.slides].sum()
+    # A body is carried by one of the joints, so it is as far from the farthest of them as at home, at most.
+    size = float((to_joints.max(axis=1) + radii[moving]).max())
+    return max(chain.length + float(travel) + size, 1.0)

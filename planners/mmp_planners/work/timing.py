@@ -1,0 +1,82 @@
+"""Times paths within velocity, acceleration and jerk limits, from rest to rest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from mmp_env.errors import MmpError
+from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem
+from mmp_env.retime import retime
+from mmp_env.retime.limits import JointLimits
+
+TOLERANCE_RAD = 0.05
+"""Largest distance of a joint from a path at its rounded corners [rad, of slides m]."""
+
+
+class Timing:
+    """Samples of motions along paths.
+
+    Args:
+        problem: cell and velocity limits.
+        period_s: time between two samples [s].
+        max_acceleration: [rad/s^2], as in `mmp_env.retime.retime`.
+        max_jerk: [rad/s^3], likewise.
+    """
+
+    def __init__(
+        self, problem: Problem, period_s: float, max_acceleration: JointLimits = None, max_jerk: JointLimits = None
+    ) -> None:
+        self._problem, self.period_s = problem, period_s
+        self._max_acceleration, self._max_jerk = max_acceleration, max_jerk
+
+    def of_arm(
+        self,
+        name: str,
+        path: Float[np.ndarray, "k dof"],
+        rests: Mapping[str, Float[np.ndarray, "_dof"]],
+        tolerance: float = TOLERANCE_RAD,
+    ) -> Float[np.ndarray, "n dof"] | None:
+        """Returns the samples of a motion of one arm along a path; None if its rounded path cannot be proved.
+
+        Args:
+            name: the arm.
+            path: configurations, straight in between [rad, of slides m].
+            rests: arm name -> where each arm stands [dof].
+            tolerance: largest distance of a joint from the path [rad, of slides m].
+        """
+        rows = {other: path if other == name else np.repeat(q[None], len(path), axis=0) for other, q in rests.items()}
+        samples = self.together(np.arange(len(path), dtype=float), rows, tolerance)
+        return None if samples is None else samples[name]
+
+    def together(
+        self,
+        times: Float[np.ndarray, "t"],
+        paths: Mapping[str, Float[np.ndarray, "t _dof"]],
+        tolerance: float = TOLERANCE_RAD,
+    ) -> dict[str, Float[np.ndarray, "n _dof"]] | None:
+        """Returns the samples of a motion of all arms on one clock; None if it cannot be proved."""
+        ends = replace(
+            self._problem,
+            start={name: rows[0] for name, rows in paths.items()},
+            goal={name: rows[-1] for name, rows in paths.items()},
+            goals={},
+            goal_asked={},
+        )
+        plan = Plan(problem=ends, times=times, positions=paths)
+        try:
+            motion = retime(
+                plan,
+                rate=1.0 / self.period_s,
+                tolerance=tolerance,
+                max_acceleration=self._max_acceleration,
+                max_jerk=self._max_jerk,
+            )
+        except MmpError:
+            return None
+        # At rest for a period at both ends, the curve through the samples begins and ends at rest.
+        return {name: np.pad(rows, ((1, 1), (0, 0)), mode="edge") for name, rows in motion.positions.items()}

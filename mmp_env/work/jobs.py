@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from mmp_env.argument_checks import as_numbers, number, refused, text
 from mmp_env.brief import brief
@@ -47,22 +48,26 @@ class Wait:
             raise MmpError(f"a wait takes {self.seconds:g} s; it must be {allowed}")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Line:
-    """A step that moves the tool straight by a displacement in the world [m]. The tool does not turn."""
+    """A step that moves the tool straight, and does not turn it.
 
-    by: tuple[float, float, float]
+    Attributes:
+        by: displacement of the tool in the world [3] [m].
+    """
 
-    def __post_init__(self) -> None:
-        by = as_numbers(self.by)
-        if by is None or by.shape != (3,) or not np.isfinite(by).all():
-            raise refused("the displacement of a line", self.by, "3 finite numbers [m]")
-        length = float(np.linalg.norm(by))
+    by: tuple[float, ...]
+
+    def __init__(self, by: ArrayLike) -> None:
+        numbers = as_numbers(by)
+        if numbers is None or numbers.shape != (3,) or not np.isfinite(numbers).all():
+            raise refused("the displacement of a line", by, "3 finite numbers [m]")
+        length = float(np.linalg.norm(numbers))
         if not SHORTEST_LINE_M <= length <= LONGEST_LINE_M:
             raise MmpError(
                 f"a line is {length:g} m long; it must be from {SHORTEST_LINE_M:g} to {LONGEST_LINE_M:g} m long"
             )
-        object.__setattr__(self, "by", tuple(by.tolist()))
+        object.__setattr__(self, "by", tuple(numbers.tolist()))
 
 
 Step: TypeAlias = Move | Line | Wait

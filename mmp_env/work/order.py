@@ -12,7 +12,7 @@ from mmp_env.model.cell import Cell
 from mmp_env.work.jobs import Jobs
 from mmp_env.work.schedule import MotionId, OrderPair, WorkEvent
 from mmp_env.work.swept_volumes import SweptMotion, SweptVolumes
-from mmp_env.work.trajectory import Trajectory
+from mmp_env.work.trajectory import Trajectory, time_of
 
 AHEAD = 8
 """Number of earlier motions of another arm that a motion is compared with. It waits for the end of the one before."""
@@ -56,7 +56,7 @@ def order_of(
             if a == b:
                 continue
             for first, second, past in _kept(volumes, motions[b], motions[a], distance):
-                out.append(OrderPair(first=(other, first), second=(name, second), past_s=past * period_s))
+                out.append(OrderPair(first=(other, first), second=(name, second), past_s=time_of(past, period_s)))
     return tuple(sorted(set(out), key=lambda pair: (pair.second, pair.first, pair.past_s)))
 
 
@@ -129,6 +129,6 @@ def _after_jobs(jobs: Jobs, events: Sequence[WorkEvent]) -> list[OrderPair]:
         for name in job.after:
             first = of_job[name][-1]
             if first[0] != second[0]:
-                past = by_id[first].end_s - by_id[first].begin_s
+                past = round(by_id[first].end_s - by_id[first].begin_s, 9)
                 out.append(OrderPair(first=first, second=second, past_s=past))
     return out

@@ -83,4 +83,10 @@ def thinned(samples: Float[np.ndarray, "k dof"], period_s: float = PERIOD_S) -> 
     """Returns the trajectory of samples, without those inside times at which the arm stands still."""
     moves = (np.diff(samples, axis=0) != 0).any(axis=1)
     keep = np.concatenate([[True], moves]) | np.concatenate([moves, [True]])
-    return Trajectory(times=period_s * np.flatnonzero(keep), positions=samples[keep], period_s=period_s)
+    times = np.array([time_of(int(k), period_s) for k in np.flatnonzero(keep)])
+    return Trajectory(times=times, positions=samples[keep], period_s=period_s)
+
+
+def time_of(period: int, period_s: float = PERIOD_S) -> float:
+    """Returns the time after a number of periods [s], without the rounding error of their product."""
+    return round(period * period_s, 9)

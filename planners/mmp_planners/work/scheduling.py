@@ -26,7 +26,7 @@ from mmp_env.retime.limits import JointLimits, arm_limits
 from mmp_env.work.jobs import Jobs
 from mmp_env.work.order import order_of
 from mmp_env.work.schedule import Schedule, WorkEvent, plan_of
-from mmp_env.work.trajectory import PERIOD_S
+from mmp_env.work.trajectory import PERIOD_S, time_of
 from mmp_planners import registry
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import GRID_STEP_S, LARGEST_SEED
@@ -207,8 +207,8 @@ def _proved(
 
 def _event(done: Done, timeline: Timeline) -> WorkEvent:
     return WorkEvent(
-        begin_s=done.begin * timeline.period_s,
-        end_s=done.end * timeline.period_s,
+        begin_s=time_of(done.begin, timeline.period_s),
+        end_s=time_of(done.end, timeline.period_s),
         arm=timeline.names[done.arm],
         kind=done.kind,
         job=None if done.state is None else done.state.job.name,

@@ -18,7 +18,9 @@ from mmp_planners.work.move_planner import MovePlanner
 LINE_PATH_TOLERANCE = 2e-4
 """Largest distance of a tool from its line on the path of a line [m], and of its rotation [rad]."""
 MOST_ENDS = 8
-"""Largest number of ends of a move from which the lines after it are followed."""
+"""Largest number of ends of a move that a search gets, if lines follow."""
+MOST_TRIED = 24
+"""Largest number of ends of a move, the nearest ones, from which the lines after it are tried."""
 
 
 class StepPaths:
@@ -53,7 +55,7 @@ class StepPaths:
             return goals
         out: list[Float[np.ndarray, "dof"]] = []
         reason = ""
-        for q in goals:
+        for q in goals[:MOST_TRIED]:
             try:
                 self.along_lines(arm, q, lines, where)
             except InvalidInstanceError as error:

@@ -54,7 +54,11 @@ def parser() -> Parser:
     add_time_limit(out, "planning")
     add_margin(out)
     out.add_argument("--max-velocity", type=positive, metavar="V", help="of all joints [rad/s]; default: 0.8")
+    out.add_argument("--max-acceleration", type=positive, metavar="A", help="[rad/s^2]; default: the robots' own")
+    out.add_argument("--max-jerk", type=positive, metavar="J", help="[rad/s^3]; default: the robots' own")
     out.add_argument("--execute", action="store_true", help="play the schedule through the actuators in MuJoCo")
+    help = "execute with random delays of up to S seconds for each motion; implies --execute"
+    out.add_argument("--delays", type=positive, metavar="S", help=help)
     out.add_argument("--json", action="store_true", help="print the result as one JSON object instead of the summary")
     return out
 
@@ -78,6 +82,8 @@ def run(args: Namespace) -> int:
             time_limit=args.time_limit,
             max_velocity=DEFAULT_MAX_VELOCITY if args.max_velocity is None else args.max_velocity,
             margin=args.margin,
+            max_acceleration=args.max_acceleration,
+            max_jerk=args.max_jerk,
         )
     except InvalidInstanceError as error:
         raise InvalidInstanceError(f"{args.jobs}: {error}") from None
@@ -112,14 +118,20 @@ def _checked(done: Done) -> Done:
 
 
 def _executed(args: Namespace, done: Done) -> Done:
-    if not args.execute or done.result.schedule is None:
+    if not _executes(args) or done.result.schedule is None:
         return done
     from mmp_env.sim.schedule_execution import execute_schedule
 
     try:
-        return replace(done, execution=execute_schedule(done.result.schedule))
+        return replace(
+            done, execution=execute_schedule(done.result.schedule, delays=args.delays or 0.0, seed=args.seed)
+        )
     except MmpError as error:
         return replace(done, failure=f"--execute: {error}")
+
+
+def _executes(args: Namespace) -> bool:
+    return args.execute or args.delays is not None
 
 
 def _report(args: Namespace, done: Done) -> None:
@@ -149,11 +161,13 @@ def _rows(args: Namespace, done: Done) -> list[tuple[str, str]]:
     if schedule is None:
         return rows
     helped = f"{counted(stats['yields'], 'yield')}, {counted(stats['group_plans'], 'plan')} of all arms together"
-    rows += [("makespan", in_seconds(schedule.makespan_s)), ("help", helped)]
+    pairs = f"{counted(len(schedule.order), 'pair')} of motions"
+    rows += [("makespan", in_seconds(schedule.makespan_s)), ("help", helped), ("order", pairs)]
     if done.check is not None:
         rows.append(("check", str(done.check)))
     if done.execution is not None:
-        rows.append(("execution", _words(done.execution)))
+        delayed = f", each motion delayed by up to {in_seconds(args.delays)}" if args.delays is not None else ""
+        rows.append(("execution", _words(done.execution) + delayed))
     return [*rows, *([("schedule", done.path)] if done.path is not None else [])]
 
 
@@ -172,6 +186,7 @@ def _line(args: Namespace, done: Done) -> dict[str, Any]:
         "blocked": list(done.result.blocked),
         "message": done.result.message or None,
         "makespan_s": None if schedule is None else schedule.makespan_s,
+        "order_pairs": None if schedule is None else len(schedule.order),
         **done.result.stats,
         "valid": None if check is None else check.valid,
         "check_time_s": done.check_time_s,
@@ -180,8 +195,9 @@ def _line(args: Namespace, done: Done) -> dict[str, Any]:
         "version": version(),
         "machine": machine(),
     }
-    if args.execute:
+    if _executes(args):
         out["execution"] = None if done.execution is None else execution_fields(done.execution)
+        out["delays_s"] = args.delays or 0.0
     return plain(out)
 
 
@@ -189,4 +205,5 @@ def _words(execution: ExecutionReport) -> str:
     goals = "every goal reached" if execution.reached else "not every goal reached"
     contacts = counted(len(execution.contacts), "contact") if execution.contacts else "no contact"
     error = f"tracking error at most {execution.max_tracking_error_rad:.4f} {execution.unit}"
-    return f"{goals}, {contacts}, {error}, {in_seconds(execution.duration_s)}"
+    torque = f"torque at most {max(load.share for load in execution.loads.values()):.0%} of its rating"
+    return f"{goals}, {contacts}, {error}, {torque}, {in_seconds(execution.duration_s)}"

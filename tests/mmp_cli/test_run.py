@@ -30,6 +30,26 @@ def test_the_summary_says_what_was_done(tmp_path, capsys):
     assert "valid; clearance" in said
 
 
+def test_delays_are_executed_without_contact(tmp_path, capsys):
+    (tmp_path / "jobs.json").write_text(json.dumps(in_a_ring()))
+    assert main(["run", str(tmp_path / "jobs.json"), "--delays", "2", "--json"]) == 0
+    line = json.loads(capsys.readouterr().out)
+    assert line["delays_s"] == 2.0
+    assert line["execution"]["contacts"] == []
+    assert line["execution"]["duration_s"] > line["makespan_s"] + 1.0
+
+
+def test_limits_that_are_asked_for_are_kept(tmp_path, capsys):
+    (tmp_path / "jobs.json").write_text(json.dumps(in_a_ring()))
+    out = tmp_path / "schedule.json"
+    limits = ["--max-acceleration", "2", "--max-jerk", "50"]
+    assert main(["run", str(tmp_path / "jobs.json"), "--out", str(out), *limits, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["valid"]
+    written = json.loads(out.read_text())
+    assert written["max_acceleration"]["arm0"] == [2.0] * 6
+    assert written["max_jerk"]["arm0"] == [50.0] * 6
+
+
 def test_bad_jobs_are_refused_with_one_sentence(tmp_path, capsys):
     jobs = [{"name": "far", "arm": "arm0", "steps": [{"move": pose(9.0, 0.0, 0.5)}]}]
     for data in (in_a_ring(jobs=jobs), in_a_ring(cell="rink-4")):

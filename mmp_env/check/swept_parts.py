@@ -20,6 +20,8 @@ from mmp_env.check.schedule_motion import Motion
 _BATCH = 200_000
 """Pairs of chords that are measured at once; bounds the memory of a check."""
 
+_ROUNDING_M2 = 1e-9
+"""Rounding error of squared distances [m^2] that are computed from products."""
 _BEFORE = 1
 """Periods before the schedule, in which the arms rest."""
 
@@ -61,6 +63,7 @@ class SweptParts:
         self._deviation = ChordDeviation(model, self._parts.arm, self._parts.reach).all(steps)
         moving = self._parts.moves.any(axis=1)
         self._known: dict[Window, _Balls] = {}
+        self._moved: dict[int, tuple[Float[np.ndarray, "k s 3"], Float[np.ndarray, "u s"]]] = {}
         self._of_arm = {name: np.flatnonzero((self._parts.arm == k) & moving) for k, name in enumerate(names)}
 
     def clearance(self, one: Window, other: Window, enough: float) -> float:
@@ -101,6 +104,16 @@ class SweptParts:
         self._known[window] = out
         return out
 
+    def _chords(
+        self, part: int, steps: Int[np.ndarray, "m"]
+    ) -> tuple[Float[np.ndarray, "m s 3"], Float[np.ndarray, "m s 3"], Float[np.ndarray, "m s"]]:
+        """Returns the centres of the spheres of a part at the begin and at the end of periods, and half their moves."""
+        if part not in self._moved:
+            centers = self._centers(part, np.arange(len(self._poses.times)))
+            self._moved[part] = centers, np.linalg.norm(np.diff(centers, axis=0), axis=2) / 2
+        centers, half = self._moved[part]
+        return centers[steps], centers[steps + 1], half[steps]
+
     def _centers(self, part: int, steps: Int[np.ndarray, "m"]) -> Float[np.ndarray, "m s 3"]:
         body, points = self._parts.body[part], self._clouds[part].centers
         return self._poses.positions[steps, body][:, None] + points @ self._poses.rotations[steps, body].transpose(
@@ -108,16 +121,21 @@ class SweptParts:
         )
 
     def _measured(self, first: int, second: int, steps: Int[np.ndarray, "n 2"], enough: float) -> float:
-        """Returns the least clearance of two parts in pairs of periods [m]."""
+        """Returns the least clearance of two parts in pairs of periods [m]; `enough` if it is larger."""
         radii = self._clouds[first].radii[:, None] + self._clouds[second].radii
-        deviation = self._deviation[steps[:, 0], first] + self._deviation[steps[:, 1], second]
         size, least = max(_BATCH // radii.size, 1), enough
         for k in range(0, len(steps), size):
             some = steps[k : k + size]
-            a, b = (self._centers(part, some[:, n]) for n, part in enumerate((first, second)))
-            a_end, b_end = (self._centers(part, some[:, n] + 1) for n, part in enumerate((first, second)))
-            apart = chord_distances(a[:, :, None], a_end[:, :, None], b[:, None], b_end[:, None]) - radii
-            least = min(least, float((apart.min(axis=(1, 2)) - deviation[k : k + size]).min()))
+            wanted = radii + (self._deviation[some[:, 0], first] + self._deviation[some[:, 1], second])[:, None, None]
+            (a, a_end, half), (b, b_end, half_b) = (
+                self._chords(part, some[:, n]) for n, part in enumerate((first, second))
+            )
+            reach = np.maximum(wanted + half[:, :, None] + half_b[:, None] + least, 0.0)
+            near = _squares((a + a_end) / 2, (b + b_end) / 2) < reach * reach + _ROUNDING_M2
+            step, i, j = np.nonzero(near)
+            if len(step):
+                apart = chord_distances(a[step, i], a_end[step, i], b[step, j], b_end[step, j]) - wanted[near]
+                least = min(least, float(apart.min()))
         return least
 
 
@@ -140,6 +158,12 @@ def chord_distances(
     inner &= (s > 0) & (s < 1) & (t > 0) & (t < 1)
     gap = np.linalg.norm(between + s[..., None] * along - t[..., None] * other, axis=-1)
     return np.where(inner, np.minimum(least, gap), least)
+
+
+def _squares(a: Float[np.ndarray, "n s 3"], b: Float[np.ndarray, "n t 3"]) -> Float[np.ndarray, "n s t"]:
+    """Returns the squared distances of all points of two clouds [m^2], up to `_ROUNDING_M2`."""
+    own, other = (np.einsum("nik,nik->ni", points, points) for points in (a, b))
+    return own[:, :, None] + other[:, None] - 2 * a @ b.transpose(0, 2, 1)
 
 
 def _from_chord(

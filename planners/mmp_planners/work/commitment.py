@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float
 
@@ -12,8 +14,25 @@ LESS_ROUNDING = 0.1
 """Share of the tolerance at corners with which a path is timed again, if its rounded corners are not clear."""
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Proposal:
+    """A motion of an arm that may be committed: it begins at a period and goes through samples [k, dof].
+
+    Without samples the arm stays where it is.
+    """
+
+    arm: int
+    begin: int
+    samples: Float[np.ndarray, "k dof"]
+
+    @property
+    def end(self) -> int:
+        """The period at which it ends."""
+        return self.begin + max(len(self.samples) - 1, 0)
+
+
 class Commitment:
-    """Commits motions of single arms.
+    """Proposes and commits motions of single arms.
 
     Args:
         timeline: takes the motions.
@@ -23,8 +42,8 @@ class Commitment:
     def __init__(self, timeline: Timeline, timing: Timing) -> None:
         self._timeline, self._timing = timeline, timing
 
-    def commit(self, arm: int, path: Float[np.ndarray, "k dof"], tolerance: float = TOLERANCE_RAD) -> int | None:
-        """Lets an arm move along a path that is clear of where the others stand in the end.
+    def propose(self, arm: int, path: Float[np.ndarray, "k dof"], tolerance: float = TOLERANCE_RAD) -> Proposal | None:
+        """Returns the motion of an arm along a path that is clear of where the others stand in the end.
 
         Args:
             arm: number of the arm.
@@ -32,16 +51,20 @@ class Commitment:
             tolerance: largest distance of a joint from the path at its corners [rad, of slides m].
 
         Returns:
-            The period at which the motion begins; None if the motion is not clear.
+            The motion, as early as the others let it begin; None if it is not clear.
         """
         timeline = self._timeline
         if (path == path[0]).all():
-            return timeline.end(arm)
+            return Proposal(arm=arm, begin=timeline.end(arm), samples=path[:0])
         for rounding in (tolerance, LESS_ROUNDING * tolerance):
             rests = {name: timeline.rest(other) for other, name in enumerate(timeline.names)}
             samples = self._timing.of_arm(timeline.names[arm], path, rests, rounding)
             begin = None if samples is None else timeline.earliest(arm, samples)
             if samples is not None and begin is not None:
-                timeline.append(arm, begin, samples)
-                return begin
+                return Proposal(arm=arm, begin=begin, samples=samples)
         return None
+
+    def commit(self, proposal: Proposal) -> None:
+        """Lets an arm do a motion."""
+        if len(proposal.samples):
+            self._timeline.append(proposal.arm, proposal.begin, proposal.samples)

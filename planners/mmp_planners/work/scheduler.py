@@ -14,24 +14,28 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env import core
 from mmp_env.errors import InvalidInstanceError
 from mmp_env.model.goals import AnyOf, Goal, JointGoal, Stay
 from mmp_env.work.jobs import Jobs, Line, Move, Wait
 from mmp_env.work.schedule import EventKind
 from mmp_planners.seeds import quick_seed_of
-from mmp_planners.work.commitment import Commitment
+from mmp_planners.work.commitment import Commitment, Proposal
 from mmp_planners.work.dispatch import Dispatch, JobState, Option
 from mmp_planners.work.group import Together
 from mmp_planners.work.move_planner import MovePlanner
 from mmp_planners.work.step_paths import StepPaths, lines_after
 from mmp_planners.work.timeline import Timeline
-from mmp_planners.work.timing import TOLERANCE_RAD
 from mmp_planners.work.yielding import Yielding
 
 BUDGETS = (0.1, 0.2)
 """Iteration budgets of the searches for a path of an arm before it waits for others to move on."""
 LAST_BUDGETS = (1.0, 2.0)
 """Iteration budgets of the searches when no arm can go on."""
+WORTH_A_DETOUR = 10
+"""Wait of an arm [periods] from which on a path around all that the others have still to do is tried."""
+DETOUR_BUDGET = 0.1
+"""Iteration budget of such a search."""
 LINE_ROUNDING_RAD = 1e-3
 """Largest distance of a joint from the path of a line at its rounded corners [rad, of slides m]."""
 LINE_SPEED = 0.3
@@ -120,22 +124,36 @@ class Scheduler:
 
     def _moves(self, option: Option, budgets: Sequence[float] = BUDGETS) -> bool:
         """Does the move or line of an arm, if there is a path among the places where the others stand in the end."""
-        step = option.state.next_step
-        for budget in budgets if isinstance(step, Move) else budgets[:1]:
-            path = self._path(option, [], budget)
-            if path is None:
-                continue
-            tolerance = LINE_ROUNDING_RAD if isinstance(step, Line) else TOLERANCE_RAD
-            begin = self._commitment.commit(option.arm, path, tolerance)
-            if begin is not None:
-                self._advance(option, "line" if isinstance(step, Line) else "move", begin)
-                return True
-        return False
+        motion = self._motion(option, budgets)
+        if motion is None:
+            return False
+        self._commitment.commit(motion)
+        self._advance(option, "line" if isinstance(option.state.next_step, Line) else "move", motion.begin)
+        return True
 
-    def _path(self, option: Option, may_yield: Collection[int], budget: float) -> Float[np.ndarray, "k dof"] | None:
-        """Returns a path of the next step of an arm, clear of where all others stand in the end but some; or None."""
+    def _motion(self, option: Option, budgets: Sequence[float]) -> Proposal | None:
+        arm, timeline = option.arm, self._timeline
+        rests = timeline.rests([arm])
+        if isinstance(option.state.next_step, Line):
+            path = self._path(option, rests, 1.0)
+            return None if path is None else self._commitment.propose(arm, path, LINE_ROUNDING_RAD)
+        for budget in budgets:
+            path = self._path(option, rests, budget)
+            motion = None if path is None else self._commitment.propose(arm, path)
+            if motion is None:
+                continue
+            if motion.begin - timeline.end(arm) >= WORTH_A_DETOUR:
+                path = self._path(option, timeline.volumes([arm]), DETOUR_BUDGET)
+                detour = None if path is None else self._commitment.propose(arm, path)
+                if detour is not None and detour.end < motion.end:
+                    return detour
+            return motion
+        return None
+
+    def _path(self, option: Option, others: Sequence[core.Motion], budget: float) -> Float[np.ndarray, "k dof"] | None:
+        """Returns a path of the next step of an arm, clear of other arms that stand still; or None."""
         arm, state, start = option.arm, option.state, self._timeline.rest(option.arm)
-        others, where = self._timeline.rests([arm, *may_yield]), _where(state, state.step)
+        where = _where(state, state.step)
         if isinstance(state.next_step, Line):
             path = self._paths.line(arm, start, state.next_step, where)
             return None if self._mover.in_the_way(arm, path, others) else path
@@ -152,7 +170,7 @@ class Scheduler:
         """Lets arms yield, and then moves the arm for which they do; otherwise takes that back."""
         arm, before = option.arm, self._timeline.snapshot()
         asked = sorted(set(may_yield) - self._dispatch.pinned)
-        path = self._path(option, asked, 1.0) if asked else None
+        path = self._path(option, self._timeline.rests([arm, *asked]), 1.0) if asked else None
         if path is None:
             return False
         whole = self._paths.along_lines(arm, path[-1], lines_after(option.state.left), "")
@@ -211,7 +229,7 @@ class Scheduler:
 
     def _first_goals(self, state: JobState, step: int, arm: int) -> Float[np.ndarray, "n dof"]:
         start = self._mover.problem.start[self._timeline.names[arm]]
-        return self._paths.ends(arm, state.job.steps[step:], start, _where(state, step))
+        return self._paths.ends(arm, state.job.steps[step:], start, _where(state, step), most=1)
 
     def _finish(self, state: JobState, arm: int, begin: int) -> float:
         """Returns about when an arm would be done with a job; infinity if it cannot do it [periods]."""

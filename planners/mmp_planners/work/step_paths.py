@@ -17,8 +17,8 @@ from mmp_planners.work.move_planner import MovePlanner
 
 LINE_PATH_TOLERANCE = 2e-4
 """Largest distance of a tool from its line on the path of a line [m], and of its rotation [rad]."""
-MOST_ENDS = 8
-"""Largest number of ends of a move that a search gets, if lines follow."""
+MOST_ENDS = 4
+"""Largest number of ends of a move that a search gets if lines follow."""
 MOST_TRIED = 24
 """Largest number of ends of a move, the nearest ones, from which the lines after it are tried."""
 
@@ -32,10 +32,11 @@ class StepPaths:
 
     def __init__(self, mover: MovePlanner) -> None:
         self._mover = mover
+        self._ends: dict[tuple[int, str, int, bytes], Float[np.ndarray, "n dof"]] = {}
         self._lines: dict[tuple[int, Line, bytes], Float[np.ndarray, "k dof"] | str] = {}
 
     def ends(
-        self, arm: int, steps: Sequence[Step], near: Float[np.ndarray, "dof"], where: str
+        self, arm: int, steps: Sequence[Step], near: Float[np.ndarray, "dof"], where: str, most: int = MOST_ENDS
     ) -> Float[np.ndarray, "n dof"]:
         """Returns where the first of some steps, a move, may end: free alone, and so are the lines up to the next move.
 
@@ -44,10 +45,19 @@ class StepPaths:
             steps: the move, and the steps after it.
             near: where the arm stands [rad, of slides m]; the nearest ends come first.
             where: begin of the messages, such as `step 1 of job 'a'`.
+            most: largest number of ends if lines follow.
 
         Raises:
             InvalidInstanceError: if there are none.
         """
+        key = arm, where, most, np.asarray(near, dtype=float).tobytes()
+        if key not in self._ends:
+            self._ends[key] = self._found_ends(arm, steps, near, where, most)
+        return self._ends[key]
+
+    def _found_ends(
+        self, arm: int, steps: Sequence[Step], near: Float[np.ndarray, "dof"], where: str, most: int
+    ) -> Float[np.ndarray, "n dof"]:
         move, lines = steps[0], lines_after(steps)
         assert isinstance(move, Move)
         goals = self._mover.goals(arm, move.goal, near, where)
@@ -62,7 +72,7 @@ class StepPaths:
                 reason = reason or str(error)
                 continue
             out.append(q)
-            if len(out) == MOST_ENDS:
+            if len(out) == most:
                 break
         if not out:
             raise InvalidInstanceError(f"{reason}; no other end of the move allows the line either")

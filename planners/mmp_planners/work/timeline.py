@@ -13,6 +13,9 @@ from mmp_env.model.problem import Problem
 from mmp_env.work.swept_volumes import SweptMotion, SweptVolumes
 from mmp_env.work.trajectory import Trajectory, thinned
 
+PLACES_APART_RAD = 0.1
+"""Distance of places in a motion that stand for its volume when a path is planned [rad, of slides m]."""
+
 Snapshot = tuple[list[list["Committed"]], list[int], int]
 """Motions, periods at which arms are free, and version."""
 
@@ -66,6 +69,24 @@ class Timeline:
         """Returns all arms but some where they stand in the end."""
         collision = self.problem.cell.collision
         return [collision.motion(name, self.rest(arm)[None]) for arm, name in enumerate(self.names) if arm not in but]
+
+    def volumes(self, but: Sequence[int]) -> list[core.Motion]:
+        """Returns all that arms but some have still to do when the first of these is free, as arms that stand still.
+
+        They stand at points of their motions, close to each other.
+        """
+        collision, since = self.problem.cell.collision, min(self.end(arm) for arm in but)
+        out = []
+        for arm, name in enumerate(self.names):
+            if arm not in but:
+                rows = [
+                    motion.swept.samples[max(since - motion.begin, 0) :]
+                    for motion in self._motions[arm]
+                    if motion.end > since
+                ]
+                places = _apart(np.concatenate([*rows, self.rest(arm)[None]]), PLACES_APART_RAD)
+                out += [collision.motion(name, q[None]) for q in places]
+        return out
 
     def earliest(self, arm: int, samples: Float[np.ndarray, "k dof"]) -> int | None:
         """Returns the first period at which a motion of an arm may begin; None if another arm stands in its way."""
@@ -139,3 +160,10 @@ class Timeline:
                 if past is None or past > begin:
                     return past
         return begin
+
+
+def _apart(rows: Float[np.ndarray, "k dof"], distance: float) -> Float[np.ndarray, "m dof"]:
+    """Returns rows of a motion, each about a distance from the one before [rad, of slides m], and the last one."""
+    moved = np.concatenate([[0.0], np.abs(np.diff(rows, axis=0)).max(axis=1).cumsum()])
+    chosen = np.unique(np.searchsorted(moved, np.arange(0.0, moved[-1], distance)))
+    return rows[np.append(chosen, len(rows) - 1)]

@@ -80,8 +80,11 @@ class Yielding:
         if not len(clear):
             return None
         rows = self._mover.plan(other, timeline.rest(other), clear, timeline.rests([other]))
-        begin = None if rows is None else self._commitment.commit(other, rows)
-        return None if begin is None else Aside(arm=other, begin=begin, end=timeline.end(other))
+        motion = None if rows is None else self._commitment.propose(other, rows)
+        if motion is None:
+            return None
+        self._commitment.commit(motion)
+        return Aside(arm=other, begin=motion.begin, end=timeline.end(other))
 
     def _clear(self, other: int, arm: int, path: Float[np.ndarray, "k dof"]) -> Float[np.ndarray, "m dof"]:
         """Returns places of an arm that a path of another leaves free."""

@@ -13,6 +13,9 @@ from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
 from mmp_env.work.trajectory import spline
 
+PARTS = 2
+"""Number of straight lines that stand for the curve in each period."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SweptMotion:
@@ -21,7 +24,7 @@ class SweptMotion:
     Attributes:
         arm: number of the arm.
         samples: of its curve [k, dof] [rad, of slides m], one per period.
-        motion: straight lines between the points of the curve, one line per period.
+        motion: straight lines between points of the curve, `PARTS` lines per period.
         stray_m: distance of the bodies on the curve from those on the lines [m], an upper bound.
     """
 
@@ -51,18 +54,17 @@ class SweptVolumes:
         """Returns the motion of an arm through samples; one sample is an arm at rest."""
         rows = samples if len(samples) > 1 else np.repeat(samples, 2, axis=0)
         # A curve is at most an eighth of its largest second derivative from its chord.
-        bend = np.abs(np.diff(np.pad(rows, ((1, 1), (0, 0)), mode="edge"), n=2, axis=0)) / 8
+        bend = np.abs(np.diff(np.pad(rows, ((1, 1), (0, 0)), mode="edge"), n=2, axis=0)) / (8 * PARTS**2)
+        points = spline(rows, np.arange(PARTS * (len(rows) - 1) + 1) / PARTS)
         return SweptMotion(
             arm=arm,
             samples=rows,
-            motion=self._cell.collision.motion(
-                self._cell.arm_names[arm], spline(rows, np.arange(len(rows), dtype=float))
-            ),
+            motion=self._cell.collision.motion(self._cell.arm_names[arm], points),
             stray_m=self._reaches[arm] * float(bend.sum(axis=1).max()),
         )
 
     def conflicts(self, a: SweptMotion, b: SweptMotion, distance: float) -> Bool[np.ndarray, "s t"]:
-        """Returns which periods [of a, of b] may come closer than a distance [m], whenever the arms do them."""
+        """Returns which parts of periods [of a, of b] may come closer than a distance [m], at any two times."""
         if a.arm > b.arm:  # so that both orders of arguments have the same result
             return self.conflicts(b, a, distance).T
         wanted = distance + a.stray_m + b.stray_m
@@ -72,7 +74,7 @@ class SweptVolumes:
         """Returns the last period of each motion that may come too close to any of the other; -1 if none does."""
         found = self.conflicts(a, b, distance)
         first, second = np.nonzero(found)
-        return (int(first.max()), int(second.max())) if len(first) else (-1, -1)
+        return (int(first.max()) // PARTS, int(second.max()) // PARTS) if len(first) else (-1, -1)
 
 
 def _reach(cell: Cell, arm: Arm) -> float:

@@ -85,6 +85,10 @@ class ObstacleData(SolidData, forbid_unknown_fields=True, kw_only=True):
     may_touch: list[str] = []
 
 
+class ObjectData(SolidData, forbid_unknown_fields=True, kw_only=True):
+    name: str
+
+
 class ArmData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     name: str
     robot: str
@@ -158,7 +162,7 @@ def cell_from_data(data: CellData, place: Location, *, name: str) -> Cell:
     name = name_or_stem(data.name, name, place / "name")
     carried = read_carried(data.robots, data.tools, place)
     arms = tuple(_arm(arm, carried, place / "arms" / k) for k, arm in enumerate(data.arms))
-    obstacles = tuple(_solid(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))
+    obstacles = tuple(solid_from_data(item, place / "obstacles" / k) for k, item in enumerate(data.obstacles))
     spheres = _sphere_set(data.spheres, arms, place / "spheres")
     with named(place):
         joints = _joints(data.joints, arms, place / "joints") if data.joints else None
@@ -196,10 +200,10 @@ def cell_to_dict(cell: Cell) -> dict[str, Any]:
                     "position": arm.position.tolist(),
                     "quaternion": arm.quaternion.tolist(),
                 }
-                | ({"held": _solid_to_dict(arm.held)} if arm.held else {})
+                | ({"held": solid_to_dict(arm.held)} if arm.held else {})
                 for arm in cell.arms
             ],
-            "obstacles": [_solid_to_dict(obstacle) for obstacle in cell.obstacles],
+            "obstacles": [solid_to_dict(obstacle) for obstacle in cell.obstacles],
         }
         | {key: models for key, models in carried.items() if models}
         | (_joints_to_dict(cell.joints) if cell.joints else {})
@@ -211,7 +215,8 @@ def _joints_to_dict(joints: ModelJoints) -> dict[str, Any]:
     return {"joints": {"names": names, "addresses": addresses, "qpos": joints.qpos.tolist()}}
 
 
-def _solid_to_dict(solid: Obstacle) -> dict[str, Any]:
+def solid_to_dict(solid: Obstacle) -> dict[str, Any]:
+    """Returns a solid as files have it. Reading it gives the same solid."""
     return (
         {
             "name": solid.name,
@@ -296,10 +301,11 @@ def _tool(data: ArmData, robot: Robot, carried: CarriedModels, place: Location) 
 def _held(data: HeldData, place: Location) -> Obstacle:
     if data.shape == "mesh":
         raise MmpError(f"{place / 'shape'} is 'mesh'; an arm holds a {', '.join(SHAPES[:-2])} or {SHAPES[-2]}")
-    return _solid(data, place)
+    return solid_from_data(data, place)
 
 
-def _solid(data: ObstacleData | HeldData, place: Location) -> Obstacle:
+def solid_from_data(data: ObstacleData | HeldData | ObjectData, place: Location) -> Obstacle:
+    """Returns the solid in decoded data. Raises `MmpError` for a fault, with field and value."""
     check_name(data.name, place / "name")
     if data.shape not in SHAPES:
         check_name(data.shape, place / "shape")

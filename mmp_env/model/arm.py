@@ -60,6 +60,11 @@ class Arm(ReadOnly):
         return self.robot.dof
 
     @property
+    def opening(self) -> float | None:
+        """How far the gripper opens [m]; None if the arm has no tool, or its tool does not say."""
+        return self.tool.opening if self.tool else None
+
+    @property
     def T_world_base(self) -> Float[np.ndarray, "4 4"]:
         """Pose of the base frame in the world."""
         return transform(matrix_from_quaternion(self.quaternion), self.position)
@@ -78,7 +83,8 @@ class Obstacle(ReadOnly):
         radius: of the other shapes [m].
         length: of a cylinder, or of a capsule without its caps [m].
         pieces: vertices [v, 3] [m] of the convex hulls that a mesh consists of, in its frame; empty otherwise.
-        may_touch: moving links, such as `arm0/shoulder`, that no query tests against an obstacle of a cell.
+        may_touch: moving links, tools and held objects, such as `arm0/shoulder` and `arm0/held`, that no query tests
+            against an obstacle of a cell.
     """
 
     name: str

@@ -14,6 +14,7 @@ from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.collision import CollisionModel
+from mmp_env.model.joint_chain import part_names
 from mmp_env.model.keep import Upright, as_keep
 from mmp_env.model.model_joints import ModelJoints
 from mmp_env.model.names import NAMES, is_name
@@ -65,10 +66,10 @@ class Cell:
             if twice:
                 raise MmpError(f"cell '{self.name}' has two {kind} named '{twice[0]}'; names must differ")
         object.__setattr__(self, "keep", read_only(as_keep(self.keep, self.arm_names)))
-        moving = {f"{arm.name}/{link}" for arm in self.arms for link in arm.robot.link_names[1:]}
+        moving = {f"{arm.name}/{part}" for arm in self.arms for part in part_names(arm)[1:]}
         for obstacle in self.obstacles:
             if strange := sorted(obstacle.may_touch - moving):
-                raise UnknownNameError(f"moving link in may_touch of obstacle '{obstacle.name}':", strange[0], moving)
+                raise UnknownNameError(f"moving part in may_touch of obstacle '{obstacle.name}':", strange[0], moving)
         if "obstacle" in self.arm_names:  # their geoms are called obstacle/NAME, an arm's ARM/NAME
             raise MmpError(f"cell '{self.name}' has an arm named 'obstacle'; that name is kept for obstacles")
 

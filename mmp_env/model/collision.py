@@ -118,11 +118,11 @@ class CollisionModel:
         return 1
 
     def _let_touch(self, obstacle: Obstacle, pieces: range) -> None:
-        """Lets links touch an obstacle, whose pieces have these numbers in the core."""
+        """Lets parts of arms touch an obstacle, whose pieces have these numbers in the core."""
         for name in sorted(obstacle.may_touch):
-            arm, _, link = name.partition("/")
+            arm, _, part = name.partition("/")
             number = self._numbers[arm]
-            index = self.cell.arms[number].robot.link_names.index(link)
+            index = part_names(self.cell.arms[number]).index(part)
             for piece in pieces:
                 self.core.let_touch(obstacle=piece, arm=number, link=index)
 

@@ -77,6 +77,8 @@ def describe_tool(name: str, files: Mapping[str, str], where: str = "") -> Descr
     place = f"{where}{TOOL_FILE}: "
     _pose(_member(out.data, "mount", place), f"{place}mount")
     _row(_member(out.data, "point", place), 3, f"{place}point", _LARGEST_M)
+    if "opening" in out.data:
+        _positive(out.data["opening"], f"{place}opening")
     _test_ignored(out.data, _text, place)
     _test_cover(out.data, place)
     for key, rows in _sphere_sets(out.spheres, f"{where}{SPHERES_FILE}: ").items():

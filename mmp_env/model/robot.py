@@ -78,6 +78,7 @@ class Tool(ReadOnly):
         hulls: convex hulls in the tool frame; may be empty.
         protrusion: largest distance [m] of a point of the spheres of set `exact` from the hulls.
         mjcf: text of the MuJoCo model.
+        opening: largest distance of its fingers [m], or None if tool.json does not say.
         files: file -> text of the JSON files of a tool that is not built in, which travel with plans; otherwise empty.
     """
 
@@ -89,6 +90,7 @@ class Tool(ReadOnly):
     mjcf: str
     hulls: tuple[Hull, ...] = ()
     protrusion: float = UNKNOWN_PROTRUSION_M
+    opening: float | None = None
     files: Mapping[str, str] = field(default_factory=dict)
 
     @brief
@@ -339,6 +341,7 @@ def tool_from_files(name: str, files: Mapping[str, str], where: str = "") -> Too
         mjcf=described.mjcf,
         hulls=exact.hulls,
         protrusion=exact.protrusion,
+        opening=None if data.get("opening") is None else float(data["opening"]),
         files=described.texts,
     )
 

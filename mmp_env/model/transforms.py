@@ -19,6 +19,23 @@ def matrix_from_quaternion(wxyz: ArrayLike) -> Float[np.ndarray, "3 3"]:
     )
 
 
+def quaternion_from_matrix(rotation: ArrayLike) -> Float[np.ndarray, "4"]:
+    """Returns the quaternion (wxyz, w not negative) of a rotation matrix."""
+    m = np.asarray(rotation, dtype=float)
+    # Squares of w, x, y and z times 4; the largest is the one to divide by.
+    squares = 1 + np.array([np.trace(m), *(2 * np.diag(m) - np.trace(m))])
+    k = int(squares.argmax())
+    skew = np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    if k == 0:
+        out = np.array([squares[0], *skew])
+    else:
+        both = m + m.T
+        out = np.array([skew[k - 1], *both[k - 1]])
+        out[k] = squares[k]
+    out /= np.linalg.norm(out)
+    return -out if out[0] < 0 else out
+
+
 def quaternion_from_yaw(yaw: float) -> Float[np.ndarray, "4"]:
     """Returns the quaternion (wxyz) of a rotation by `yaw` [rad] about +z."""
     return np.array([np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)])

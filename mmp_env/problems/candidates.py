@@ -108,7 +108,12 @@ def what_blocks(cell: Cell, arm: Arm, q: Float[np.ndarray, "n dof"], margins: Ma
     """Returns words for what is too near to an arm that is alone in the cell, in the best of its configurations."""
     clearances = cell.collision.static_clearance(arm.name, q, precise=True)
     best = int(np.argmax(clearances))
-    only = replace(cell, arms=(arm,), joints=None, keep={})
+    mine = f"{arm.name}/"
+    obstacles = tuple(
+        replace(each, may_touch=frozenset(part for part in each.may_touch if part.startswith(mine)))
+        for each in cell.obstacles
+    )
+    only = replace(cell, arms=(arm,), obstacles=obstacles, joints=None, keep={})
     near = only.collision.nearest({arm.name: q[best]})
     worst = near[min(("obstacles", "self"), key=lambda kind: near[kind].clearance_m - margins[kind])]
     alone = float(clearances[best])

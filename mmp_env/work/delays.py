@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.argument_checks import given, number, whole
-from mmp_env.work.order import numbered
-from mmp_env.work.schedule import MotionId, OrderPair, Schedule, WorkEvent
+from mmp_env.work.schedule import MotionId, OrderPair, Schedule, WorkEvent, numbered
 
 LONGEST_DELAY_S = 3600.0
 """Longest delay of a motion [s]."""

@@ -13,11 +13,13 @@ from numpy.typing import ArrayLike
 from mmp_env.argument_checks import as_numbers, number, refused, text
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell, given_cell
 from mmp_env.model.goals import AnyOf, Goal, NamedGoal, Stay, goal_to_data
 from mmp_env.model.names import NAMES, is_name
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.wording import counted, shown
+from mmp_env.work.object_steps import Grasp, Release, check_objects
 
 MOST_JOBS = 10_000
 """Largest number of jobs."""
@@ -70,7 +72,7 @@ class Line:
         object.__setattr__(self, "by", tuple(numbers.tolist()))
 
 
-Step: TypeAlias = Move | Line | Wait
+Step: TypeAlias = Move | Line | Wait | Grasp | Release
 """One step of a job."""
 
 
@@ -98,8 +100,8 @@ class Job:
         if not self.steps:
             raise MmpError(f"job '{self.name}' has no steps; it needs at least one")
         for step in self.steps:
-            if not isinstance(step, Move | Line | Wait):
-                raise refused(f"a step of job '{self.name}'", step, "a Move, a Line or a Wait")
+            if not isinstance(step, Move | Line | Wait | Grasp | Release):
+                raise refused(f"a step of job '{self.name}'", step, "a Move, Line, Wait, Grasp or Release")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -111,19 +113,23 @@ class Jobs(ReadOnly):
         cell: arms and obstacles.
         jobs: at least one.
         start: arm name -> where the arm stands at first; by default every arm is `tucked`.
+        objects: what the arms can grasp, where it lies at first.
 
     Raises:
-        MmpError: for unknown arms and jobs, repeated names, and jobs that wait for each other.
+        MmpError: for unknown arms, jobs and objects, repeated names, jobs that wait for each other, and objects that
+            are not grasped and released in turn.
     """
 
     name: str
     cell: Cell
     jobs: tuple[Job, ...]
     start: Mapping[str, Goal] = field(default_factory=dict)
+    objects: tuple[Obstacle, ...] = ()
 
     def __post_init__(self) -> None:
         names = given_cell(self.cell).arm_names
         object.__setattr__(self, "jobs", tuple(self.jobs))
+        object.__setattr__(self, "objects", tuple(self.objects))
         for arm in self.start:
             if arm not in names:
                 raise MmpError(f"start: {UnknownNameError('arm', arm, names)}")
@@ -135,6 +141,7 @@ class Jobs(ReadOnly):
                 )
         object.__setattr__(self, "start", home)
         _check(self.jobs, names)
+        check_objects(self.cell, self.objects, self.jobs)
         super().__post_init__()
 
     @brief
@@ -147,6 +154,8 @@ def step_to_data(step: Step) -> dict[str, Any]:
     """Returns the form of JSON of a step."""
     if isinstance(step, Move):
         return {"move": goal_to_data(step.goal)}
+    if isinstance(step, Grasp | Release):
+        return {"grasp" if isinstance(step, Grasp) else "release": step.object}
     return {"line": list(step.by)} if isinstance(step, Line) else {"wait": step.seconds}
 
 

@@ -17,10 +17,13 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.goals import as_goal
 from mmp_env.wording import shown
 from mmp_env.work.jobs import Job, Jobs, Line, Move, Step, Wait
+from mmp_env.work.object_steps import Grasp, Release
+from mmp_env.work.objects_file import objects_from_data
 
 JOBS_SCHEMA = "mmp-jobs/1"
-STEPS = ("move", "line", "wait")
+STEPS = ("move", "line", "grasp", "release", "wait")
 """Kinds of steps."""
+_KINDS = {"line": Line, "grasp": Grasp, "release": Release, "wait": Wait}
 
 
 class JobData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
@@ -36,6 +39,7 @@ class JobsData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     jobs: list[JobData]
     name: str | None = None
     start: dict[str, Any] = {}
+    objects: list[dict[str, Any]] = []
 
 
 def load_jobs(path: str | PathLike[str]) -> Jobs:
@@ -70,8 +74,9 @@ def jobs_from_dict(data: Any, where: str | Location, *, folder: Path = Path(), n
     cell = _cell(decoded.cell, place / "cell", folder, name)
     start = {arm: as_goal(given, str(place / "start" / arm)) for arm, given in decoded.start.items()}
     jobs = tuple(_job(item, place / "jobs" / k) for k, item in enumerate(decoded.jobs))
+    objects = objects_from_data(decoded.objects, place / "objects")
     with named(place):
-        return Jobs(name=name, cell=cell, jobs=jobs, start=start)
+        return Jobs(name=name, cell=cell, jobs=jobs, start=start, objects=objects)
 
 
 def job_from_data(data: Any, place: Location) -> Job:
@@ -101,4 +106,4 @@ def _step(data: dict[str, Any], place: Location) -> Step:
     if kind == "move":
         return Move(as_goal(value, str(place / "move")))
     with named(place):
-        return Line(value) if kind == "line" else Wait(value)
+        return _KINDS[kind](value)

@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.work.jobs import Jobs
-from mmp_env.work.schedule import MotionId, OrderPair, WorkEvent
+from mmp_env.work.replay import Replay
+from mmp_env.work.schedule import MotionId, OrderPair, WorkEvent, numbered
 from mmp_env.work.swept_volumes import SweptMotion, SweptVolumes
 from mmp_env.work.trajectory import Trajectory, time_of
 
@@ -35,6 +37,7 @@ def order_of(
     trajectories: Mapping[str, Trajectory],
     events: Sequence[WorkEvent],
     distance: float,
+    found: Replay,
 ) -> tuple[OrderPair, ...]:
     """Returns the pairs of motions that must keep their order.
 
@@ -44,13 +47,14 @@ def order_of(
         trajectories: arm name -> its motion.
         events: the events of all arms.
         distance: clearance between arms [m].
+        found: what happens to the objects.
     """
     volumes, period_s = SweptVolumes(cell), next(iter(trajectories.values())).period_s
     motions = [
-        _motions(volumes, number, trajectories[name], [event for event in events if event.arm == name])
+        _motions(volumes, number, trajectories[name], [event for event in events if event.arm == name], found.held)
         for number, name in enumerate(cell.arm_names)
     ]
-    out = _after_jobs(jobs, events)
+    out = [*_after_jobs(jobs, events), *_around_objects(events, found)]
     for a, name in enumerate(cell.arm_names):
         for b, other in enumerate(cell.arm_names):
             if a == b:
@@ -60,24 +64,21 @@ def order_of(
     return tuple(sorted(set(out), key=lambda pair: (pair.second, pair.first, pair.past_s)))
 
 
-def numbered(events: Sequence[WorkEvent]) -> dict[MotionId, WorkEvent]:
-    """Returns the events by arm and number, those of an arm in their order."""
-    out: dict[MotionId, WorkEvent] = {}
-    counts: dict[str, int] = {}
-    for event in sorted(events, key=lambda event: (event.begin_s, event.end_s)):
-        counts[event.arm] = counts.get(event.arm, -1) + 1
-        out[event.arm, counts[event.arm]] = event
-    return out
-
-
-def _motions(volumes: SweptVolumes, arm: int, trajectory: Trajectory, events: Sequence[WorkEvent]) -> list[_Placed]:
-    """Returns the events of an arm in which it moves."""
+def _motions(
+    volumes: SweptVolumes,
+    arm: int,
+    trajectory: Trajectory,
+    events: Sequence[WorkEvent],
+    held: Mapping[MotionId, Obstacle],
+) -> list[_Placed]:
+    """Returns the events of an arm in which it moves, or takes or puts down an object."""
     out = []
-    for (_, index), event in numbered(events).items():
+    for number, event in numbered(events).items():
         begin, end = (round(time / trajectory.period_s) for time in (event.begin_s, event.end_s))
         rows = trajectory.samples[begin : end + 1]
-        if len(rows) and (rows != rows[0]).any():
-            out.append(_Placed(index=index, begin=begin, end=end, group=event.group, swept=volumes.of(arm, rows)))
+        if event.solid is not None or (len(rows) and (rows != rows[0]).any()):
+            swept = volumes.of(arm, rows, held.get(number))
+            out.append(_Placed(index=number[1], begin=begin, end=end, group=event.group, swept=swept))
     return out
 
 
@@ -131,4 +132,17 @@ def _after_jobs(jobs: Jobs, events: Sequence[WorkEvent]) -> list[OrderPair]:
             if first[0] != second[0]:
                 past = round(by_id[first].end_s - by_id[first].begin_s, 9)
                 out.append(OrderPair(first=first, second=second, past_s=past))
+    return out
+
+
+def _around_objects(events: Sequence[WorkEvent], found: Replay) -> list[OrderPair]:
+    """Returns the pairs that keep grasps and releases of an object, and of what stands on it, in their order."""
+    by_id, latest = numbered(events), dict[str, MotionId]()
+    out = []
+    for second, names in found.uses:
+        for first in {latest[name] for name in names if name in latest}:
+            if first[0] != second[0]:
+                past = round(by_id[first].end_s - by_id[first].begin_s, 9)
+                out.append(OrderPair(first=first, second=second, past_s=past))
+        latest |= dict.fromkeys(names, second)
     return out

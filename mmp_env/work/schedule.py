@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.brief import brief
+from mmp_env.model.arm import Obstacle
 from mmp_env.model.margins import Margins
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem
@@ -19,9 +20,9 @@ from mmp_env.wording import counted, in_seconds
 from mmp_env.work.jobs import Jobs
 from mmp_env.work.trajectory import Trajectory
 
-KINDS_OF_EVENTS = ("move", "line", "wait", "yield")
+KINDS_OF_EVENTS = ("move", "line", "grasp", "release", "wait", "yield")
 """Kinds of events."""
-EventKind = Literal["move", "line", "wait", "yield"]
+EventKind = Literal["move", "line", "grasp", "release", "wait", "yield"]
 """Kind of an event: a step of a job, or a motion out of the way of another arm."""
 MotionId = tuple[str, int]
 """An arm, and the number of one of its events, from 0."""
@@ -35,10 +36,11 @@ class WorkEvent:
         begin_s: when it begins [s].
         end_s: when it ends [s].
         arm: the arm.
-        kind: `move`, `line` and `wait` are steps of a job; an arm yields to let another pass.
+        kind: an arm yields to let another pass; all other kinds are steps of a job.
         job: the job; None if the arm yields.
         step: number of the step in the job, from 0; None if the arm yields.
         group: number of the group, if several arms were planned together; they begin at once, on one clock.
+        solid: the object that is grasped or released, where it is then; otherwise None.
     """
 
     begin_s: float
@@ -48,6 +50,7 @@ class WorkEvent:
     job: str | None = None
     step: int | None = None
     group: int | None = None
+    solid: Obstacle | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,3 +134,13 @@ def plan_of(problem: Problem, trajectories: Mapping[str, Trajectory]) -> Plan:
     end = {name: each[-1] for name, each in rows.items()}
     ending = replace(problem, goal=end, goals={}, goal_asked={})
     return Plan(problem=ending, times=times[kept], positions=rows)
+
+
+def numbered(events: Sequence[WorkEvent]) -> dict[MotionId, WorkEvent]:
+    """Returns the events by arm and number, those of an arm in their order."""
+    out: dict[MotionId, WorkEvent] = {}
+    counts: dict[str, int] = {}
+    for event in sorted(events, key=lambda event: (event.begin_s, event.end_s)):
+        counts[event.arm] = counts.get(event.arm, -1) + 1
+        out[event.arm, counts[event.arm]] = event
+    return out

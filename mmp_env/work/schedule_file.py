@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from os import PathLike
 from typing import Any
 
@@ -16,6 +17,7 @@ from mmp_env.files.file_kinds import SCHEDULE, read_for
 from mmp_env.files.instance_file import check_arms, configurations_from_dict
 from mmp_env.files.reading import MAX_JSON_BYTES, Location, check_schema, decode, named, numbers
 from mmp_env.files.writing import json_text, plain, write_text
+from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import JointGoal
 from mmp_env.model.margins import KINDS, Margins
@@ -24,6 +26,7 @@ from mmp_env.model.robot import frozen_array
 from mmp_env.wording import counted
 from mmp_env.work.jobs import Jobs, job_to_data
 from mmp_env.work.jobs_file import job_from_data
+from mmp_env.work.objects_file import objects_from_data, objects_to_data, pose_from_data
 from mmp_env.work.schedule import KINDS_OF_EVENTS, OrderPair, Schedule, WorkEvent
 from mmp_env.work.trajectory import Trajectory
 
@@ -51,6 +54,7 @@ class EventData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     arm: str
     kind: str
     object: str | None = None
+    pose: dict[str, Any] | None = None
     job: str | None = None
     step: int | None = None
     group: int | None = None
@@ -70,6 +74,7 @@ class ScheduleData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     trajectories: dict[str, TrajectoryData]
     events: list[EventData]
     proof: MarginsData
+    objects: list[dict[str, Any]] = []
     order: list[tuple[tuple[str, int], tuple[str, int]]] = []
     order_past_s: list[float] = []
     planner: dict[str, Any] = {}
@@ -90,6 +95,7 @@ def schedule_to_dict(schedule: Schedule) -> dict[str, Any]:
             "max_jerk": {name: schedule.max_jerk[name] for name in names},
             "period_s": schedule.trajectories[names[0]].period_s,
             "margins": dict(problem.margins),
+            **({"objects": objects_to_data(schedule.jobs.objects)} if schedule.jobs.objects else {}),
             "jobs": [job_to_data(job) for job in schedule.jobs.jobs],
             "trajectories": {
                 name: {"times": schedule.trajectories[name].times, "positions": schedule.trajectories[name].positions}
@@ -118,8 +124,10 @@ def schedule_from_dict(data: Any, where: str | Location = "schedule") -> Schedul
     cell = cell_from_data(decoded.cell, place / "cell", name=decoded.name)
     start = configurations_from_dict(cell, decoded.start, place / "start")
     jobs = tuple(job_from_data(job, place / "jobs" / k) for k, job in enumerate(decoded.jobs))
+    objects = objects_from_data(decoded.objects, place / "objects")
+    first = {name: JointGoal(q) for name, q in start.items()}
     with named(place):
-        work = Jobs(name=decoded.name, cell=cell, jobs=jobs, start={name: JointGoal(q) for name, q in start.items()})
+        work = Jobs(name=decoded.name, cell=cell, jobs=jobs, start=first, objects=objects)
     limits = configurations_from_dict(cell, decoded.max_velocity, place / "max_velocity")
     trajectories = _trajectories(cell, decoded.trajectories, decoded.period_s, place / "trajectories")
     with named(place / "margins"):
@@ -137,7 +145,7 @@ def schedule_from_dict(data: Any, where: str | Location = "schedule") -> Schedul
         max_acceleration=configurations_from_dict(cell, decoded.max_acceleration, place / "max_acceleration"),
         max_jerk=configurations_from_dict(cell, decoded.max_jerk, place / "max_jerk"),
         trajectories=trajectories,
-        events=tuple(_event(cell, event, place / "events" / k) for k, event in enumerate(decoded.events)),
+        events=tuple(_event(work, event, place / "events" / k) for k, event in enumerate(decoded.events)),
         order=_order(decoded, place / "order"),
         proof=_margins(decoded.proof),
         planner=decoded.planner,
@@ -177,12 +185,16 @@ def load_schedule(path: str | PathLike[str]) -> Schedule:
 def _event_to_data(event: WorkEvent) -> dict[str, Any]:
     what = {} if event.job is None else {"job": event.job, "step": event.step}
     group = {} if event.group is None else {"group": event.group}
-    return {"time": event.begin_s, "until": event.end_s, "arm": event.arm, "kind": event.kind, **what, **group}
+    solid = {}
+    if event.solid is not None:
+        pose = {"position": event.solid.position.tolist(), "quaternion": event.solid.quaternion.tolist()}
+        solid = {"object": event.solid.name, "pose": pose}
+    return {"time": event.begin_s, "until": event.end_s, "arm": event.arm, "kind": event.kind, **solid, **what, **group}
 
 
-def _event(cell: Cell, data: EventData, place: Location) -> WorkEvent:
-    if data.arm not in cell.arm_names:
-        raise MmpError(f"{place}: {UnknownNameError('arm', data.arm, cell.arm_names)}")
+def _event(jobs: Jobs, data: EventData, place: Location) -> WorkEvent:
+    if data.arm not in jobs.cell.arm_names:
+        raise MmpError(f"{place}: {UnknownNameError('arm', data.arm, jobs.cell.arm_names)}")
     if data.kind not in KINDS_OF_EVENTS:
         raise MmpError(f"{place}: {UnknownNameError('kind of event', data.kind, KINDS_OF_EVENTS)}")
     return WorkEvent(
@@ -193,7 +205,21 @@ def _event(cell: Cell, data: EventData, place: Location) -> WorkEvent:
         job=data.job,
         step=data.step,
         group=data.group,
+        solid=_solid(jobs, data, place),
     )
+
+
+def _solid(jobs: Jobs, data: EventData, place: Location) -> Obstacle | None:
+    """Returns the object of an event, where it is then; None for an event without one."""
+    if data.kind not in ("grasp", "release"):
+        if data.object is not None or data.pose is not None:
+            raise MmpError(f"{place} is a {data.kind}; only a grasp or a release has an object and a pose")
+        return None
+    names = {each.name: each for each in jobs.objects}
+    if data.object not in names:
+        raise MmpError(f"{place / 'object'}: {UnknownNameError('object', data.object, names)}")
+    position, quaternion = pose_from_data(data.pose, place / "pose")
+    return replace(names[data.object], position=position, quaternion=quaternion)
 
 
 def _order(data: ScheduleData, place: Location) -> tuple[OrderPair, ...]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from mmp_env import core
 from mmp_env.ik.chain import chain_of
-from mmp_env.model.arm import Arm
+from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.work.trajectory import spline
 
@@ -48,10 +48,11 @@ class SweptVolumes:
 
     def __init__(self, cell: Cell) -> None:
         self._cell = cell
-        self._reaches = [_reach(cell, arm) for arm in cell.arms]
+        self._holding: dict[tuple[int, Obstacle | None], tuple[Cell, float]] = {}
 
-    def of(self, arm: int, samples: Float[np.ndarray, "k dof"]) -> SweptMotion:
-        """Returns the motion of an arm through samples; one sample is an arm at rest."""
+    def of(self, arm: int, samples: Float[np.ndarray, "k dof"], held: Obstacle | None = None) -> SweptMotion:
+        """Returns the motion of an arm through samples, with what it holds; one sample is an arm at rest."""
+        cell, reach = self._with(arm, held)
         rows = samples if len(samples) > 1 else np.repeat(samples, 2, axis=0)
         # A curve is at most an eighth of its largest second derivative from its chord.
         bend = np.abs(np.diff(np.pad(rows, ((1, 1), (0, 0)), mode="edge"), n=2, axis=0)) / (8 * PARTS**2)
@@ -59,8 +60,8 @@ class SweptVolumes:
         return SweptMotion(
             arm=arm,
             samples=rows,
-            motion=self._cell.collision.motion(self._cell.arm_names[arm], points),
-            stray_m=self._reaches[arm] * float(bend.sum(axis=1).max()),
+            motion=cell.collision.motion(cell.arm_names[arm], points),
+            stray_m=reach * float(bend.sum(axis=1).max()),
         )
 
     def conflicts(self, a: SweptMotion, b: SweptMotion, distance: float) -> Bool[np.ndarray, "s t"]:
@@ -68,13 +69,23 @@ class SweptVolumes:
         if a.arm > b.arm:  # so that both orders of arguments have the same result
             return self.conflicts(b, a, distance).T
         wanted = distance + a.stray_m + b.stray_m
-        return core.swept_conflicts(self._cell.collision.core, a.motion, b.motion, wanted)
+        return core.swept_conflicts(a.motion, b.motion, wanted)
 
     def last_conflicts(self, a: SweptMotion, b: SweptMotion, distance: float) -> tuple[int, int]:
         """Returns the last period of each motion that may come too close to any of the other; -1 if none does."""
         found = self.conflicts(a, b, distance)
         first, second = np.nonzero(found)
         return (int(first.max()) // PARTS, int(second.max()) // PARTS) if len(first) else (-1, -1)
+
+    def _with(self, arm: int, held: Obstacle | None) -> tuple[Cell, float]:
+        """Returns the arms, one of which holds something, and the reach of that arm [m]."""
+        if (arm, held) not in self._holding:
+            cell = self._cell
+            if held is not None:
+                arms = [replace(each, held=held) if k == arm else each for k, each in enumerate(cell.arms)]
+                cell = replace(cell, arms=tuple(arms), obstacles=())
+            self._holding[arm, held] = cell, _reach(cell, cell.arms[arm])
+        return self._holding[arm, held]
 
 
 def _reach(cell: Cell, arm: Arm) -> float:

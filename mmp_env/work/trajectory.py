@@ -51,6 +51,12 @@ class Trajectory(ReadOnly):
         """Returns the velocities [n, dof] [rad/s, of slides m/s] at `times` [n] [s]."""
         return spline_slope(self.samples, np.asarray(times, dtype=float) / self.period_s) / self.period_s
 
+    def moves(self, begin_s: float, end_s: float) -> bool:
+        """Returns whether the arm moves between two multiples of the period [s]."""
+        begin, end = round(begin_s / self.period_s), round(end_s / self.period_s)
+        rows = self.samples[begin : end + 1]
+        return bool(len(rows) and (rows != rows[0]).any())
+
     def parts(self) -> Int[np.ndarray, "p"]:
         """Returns in how many parts a proof cuts each period, so that the curve strays by `STRAY_RAD` at most."""
         bend = np.abs(np.diff(np.pad(self.samples, ((1, 1), (0, 0)), mode="edge"), n=2, axis=0)).max(axis=1)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from mmp_env.work.jobs import Job, Jobs, Line, Step, Wait
+from mmp_env.work.object_steps import Grasp, Release
 
 LOOKAHEAD = 16
 """Largest number of jobs without an arm that are considered at once, the first in the file."""
@@ -27,15 +28,20 @@ class JobState:
         return self.job.steps[self.step]
 
     @property
+    def handles(self) -> bool:
+        """Whether the next step grasps or releases an object."""
+        return isinstance(self.next_step, Grasp | Release)
+
+    @property
     def left(self) -> tuple[Step, ...]:
         """The steps that are left, from the next one on."""
         return self.job.steps[self.step :]
 
     @property
     def is_pinned(self) -> bool:
-        """Whether the arm must stay where it is between its steps: a line begins there."""
+        """Whether the arm must stay where it is between its steps: a line begins there, or it handles an object."""
         ahead = next((step for step in self.left if not isinstance(step, Wait)), None)
-        return isinstance(ahead, Line)
+        return isinstance(ahead, Line | Grasp | Release)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,11 +61,18 @@ class Dispatch:
         finish: returns when an arm would be done with a job that begins no earlier than a period, or infinity for a
             job that it cannot do [periods].
         end: returns when an arm comes to rest [periods].
+        may_begin: returns whether an arm may begin a job: it may not if it holds an object and the job grasps another.
     """
 
-    def __init__(self, jobs: Jobs, finish: Callable[[JobState, int, int], float], end: Callable[[int], int]) -> None:
+    def __init__(
+        self,
+        jobs: Jobs,
+        finish: Callable[[JobState, int, int], float],
+        end: Callable[[int], int],
+        may_begin: Callable[[JobState, int], bool],
+    ) -> None:
         arms = jobs.cell.arm_names
-        self._finish, self._end, self._count = finish, end, len(arms)
+        self._finish, self._end, self._may_begin, self._count = finish, end, may_begin, len(arms)
         self.states = [
             JobState(job=job, number=k, arm=None if job.arm is None else arms.index(job.arm))
             for k, job in enumerate(jobs.jobs)
@@ -83,7 +96,7 @@ class Dispatch:
                 if asked > LOOKAHEAD:
                     continue
             arm = self._best(state, ready) if state.arm is None else state.arm
-            if arm not in taken:
+            if arm is not None and arm not in taken and self._may_begin(state, arm):
                 taken.add(arm)
                 found.append(Option(begin=max(ready, self._end(arm)), arm=arm, state=state))
         return sorted(found, key=lambda option: (option.begin, option.state.number))
@@ -108,8 +121,13 @@ class Dispatch:
         done = [self._by_name[name].done for name in state.job.after]
         return None if None in done else max((step for step in done if step is not None), default=0)
 
-    def _best(self, state: JobState, ready: int) -> int:
-        """Returns the arm that would be done first."""
+    @property
+    def left(self) -> list[JobState]:
+        """The jobs that are not done."""
+        return [state for state in self.states if state.done is None]
+
+    def _best(self, state: JobState, ready: int) -> int | None:
+        """Returns the arm that would be done first; None if none can begin the job at present."""
 
         def finish(arm: int) -> float:
             begin, current = float(max(ready, self._end(arm))), self._current.get(arm)
@@ -117,4 +135,5 @@ class Dispatch:
                 begin = max(ready, self._finish(current, arm, self._end(arm)))
             return self._finish(state, arm, math.ceil(begin)) if math.isfinite(begin) else math.inf
 
-        return min(range(self._count), key=lambda arm: (finish(arm), arm))
+        able = [arm for arm in range(self._count) if self._may_begin(state, arm)]
+        return min(able, key=lambda arm: (finish(arm), arm), default=None)

@@ -16,13 +16,14 @@ from mmp_planners.goal_choice import few, nearest
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import MOST_GOALS
 from mmp_planners.seeds import quick_seed_of
+from mmp_planners.work.handling import Handling
 
 
 class MovePlanner:
     """The single-arm planner SI-RRT* from where an arm stands, among other arms that stand still.
 
     Args:
-        problem: cell, velocity limits and margins.
+        handling: the objects; its `problem` is the one to plan in.
         slack: what paths keep beyond the margins, so that the proof ends [m].
         dt: time of a step of the path at full speed [s].
         low_level: single-arm planner.
@@ -34,12 +35,17 @@ class MovePlanner:
     """
 
     def __init__(
-        self, problem: Problem, slack: float, dt: float, low_level: SiRrtStar, seed: int, clock: core.Clock
+        self, handling: Handling, slack: float, dt: float, low_level: SiRrtStar, seed: int, clock: core.Clock
     ) -> None:
-        self.problem, self.clock, self.calls = problem, clock, 0
+        self._handling, self.clock, self.calls = handling, clock, 0
         self._slack, self._dt, self._low_level, self._seed = slack, dt, low_level, seed
-        self._names = problem.cell.arm_names
-        self._levels = levels_of(problem.margins, SEARCH_MARGIN_FACTOR * slack, PLAN_MARGIN_FACTOR * slack)
+        self._names = handling.bare.cell.arm_names
+        self._levels = levels_of(handling.bare.margins, SEARCH_MARGIN_FACTOR * slack, PLAN_MARGIN_FACTOR * slack)
+
+    @property
+    def problem(self) -> Problem:
+        """The problem to plan in: cell with objects, velocity limits and margins."""
+        return self._handling.problem
 
     def goals(self, arm: int, goal: Goal, near: Float[np.ndarray, "dof"], where: str) -> Float[np.ndarray, "n dof"]:
         """Returns the configurations of a goal that are free alone, the nearest first.
@@ -53,13 +59,22 @@ class MovePlanner:
         Raises:
             InvalidInstanceError: if there are none.
         """
+        return self.free_of(arm, self.configurations(arm, goal, near, where), goal, where)
+
+    def configurations(
+        self, arm: int, goal: Goal, near: Float[np.ndarray, "dof"], where: str
+    ) -> Float[np.ndarray, "n dof"]:
+        """Returns all configurations of a goal, the nearest first; see `goals`."""
         if isinstance(goal, Stay):
             return np.array(near)[None]
-        cell, margins = self.problem.cell, self.problem.margins
-        rows = candidates(cell.arms[arm], goal, near, where).q
-        free = self.free_alone(arm, rows)
+        return candidates(self.problem.cell.arms[arm], goal, near, where).q
+
+    def free_of(self, arm: int, rows: Float[np.ndarray, "n dof"], goal: Goal, where: str) -> Float[np.ndarray, "m dof"]:
+        """Returns the configurations of a goal that are free alone. Raises `InvalidInstanceError` if none is."""
+        cell = self.problem.cell
+        free = rows if isinstance(goal, Stay) else self.free_alone(arm, rows)
         if not len(free):
-            raise in_collision(where, len(rows), what_blocks(cell, cell.arms[arm], rows, margins))
+            raise in_collision(where, len(rows), what_blocks(cell, cell.arms[arm], rows, self.problem.margins))
         return free
 
     def free_alone(self, arm: int, rows: Float[np.ndarray, "n dof"]) -> Float[np.ndarray, "m dof"]:
@@ -92,22 +107,24 @@ class MovePlanner:
         rows, _ = self._low_level(single, (), seed, budget, self.clock, others=others)
         return None if rows is None else self._with_exact_ends(arm, rows, start, some)
 
-    def edges_free(self, arm: int, path: Float[np.ndarray, "k dof"]) -> Bool[np.ndarray, "s"]:
+    def edges_free(self, arm: int, path: Float[np.ndarray, "k dof"], problem: Problem) -> Bool[np.ndarray, "s"]:
         """Returns which lines of a path keep the margins, and room for their proof, without the other arms."""
         start, end = np.ascontiguousarray(path[:-1]), np.ascontiguousarray(path[1:])
-        return core.edges_free(self.problem.cell.collision.core, arm, start, end, self._levels)
+        return core.edges_free(problem.cell.collision.core, arm, start, end, self._levels)
 
-    def blocked_by(self, arm: int, q: Float[np.ndarray, "dof"]) -> str:
+    def blocked_by(self, arm: int, q: Float[np.ndarray, "dof"], problem: Problem) -> str:
         """Returns words for what an arm is too close to, without the other arms."""
-        cell, problem = self.problem.cell, self.problem
-        return what_blocks(cell, cell.arms[arm], q[None], problem.margins)
+        return what_blocks(problem.cell, problem.cell.arms[arm], q[None], problem.margins)
 
-    def in_the_way(self, arm: int, rows: Float[np.ndarray, "k dof"], others: Sequence[core.Motion]) -> list[int]:
-        """Returns the arms that stand where a path of an arm is not clear of them."""
-        motions = [self.problem.cell.collision.motion(self._names[arm], rows), *others]
+    def in_the_way(
+        self, arm: int, rows: Float[np.ndarray, "k dof"], others: Sequence[core.Motion], problem: Problem | None = None
+    ) -> list[int]:
+        """Returns the arms that stand where a path of an arm is not clear of them. `problem`: that of the motions."""
+        collision = (self.problem if problem is None else problem).cell.collision
+        motions = [collision.motion(self._names[arm], rows), *others]
         pairs = [(0, k) for k in range(1, len(motions))]
         levels = levels_of(self.problem.margins, SEARCH_MARGIN_FACTOR * self._slack, KEEP_MARGIN_FACTOR * self._slack)
-        found = self.problem.cell.collision.conflict_instants(motions, pairs, levels) if pairs else []
+        found = collision.conflict_instants(motions, pairs, levels) if pairs else []
         return [motion.arm for motion, instants in zip(others, found, strict=True) if len(instants)]
 
     def _with_exact_ends(

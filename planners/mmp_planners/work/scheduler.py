@@ -10,22 +10,26 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env import core
 from mmp_env.errors import InvalidInstanceError
+from mmp_env.model.arm import Obstacle
 from mmp_env.model.goals import AnyOf, Goal, JointGoal, Stay
-from mmp_env.work.jobs import Jobs, Line, Move, Wait
+from mmp_env.work.jobs import Jobs, Line, Move, Step, Wait
+from mmp_env.work.object_steps import Grasp, Release
 from mmp_env.work.schedule import EventKind
 from mmp_planners.seeds import quick_seed_of
 from mmp_planners.work.commitment import Commitment, Proposal
 from mmp_planners.work.dispatch import Dispatch, JobState, Option
 from mmp_planners.work.group import Together
+from mmp_planners.work.handling import Handling, Stop, first_object_step, stop_at
 from mmp_planners.work.move_planner import MovePlanner
-from mmp_planners.work.step_paths import StepPaths, lines_after
+from mmp_planners.work.step_paths import End, Others, StepPaths, refuse_sinking, where_of
 from mmp_planners.work.timeline import Timeline
+from mmp_planners.work.timing import TOLERANCE_RAD
 from mmp_planners.work.yielding import Yielding
 
 BUDGETS = (0.1, 0.2)
@@ -53,6 +57,21 @@ class Done:
     state: JobState | None = None
     step: int | None = None
     group: int | None = None
+    solid: Obstacle | None = None
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StepPath:
+    """The path of a step [k, dof], the stop at its end, and the paths of the lines after it."""
+
+    path: Float[np.ndarray, "k dof"]
+    stop: Stop
+    lines: tuple[Float[np.ndarray, "_ dof"], ...] = ()
+
+    @property
+    def whole(self) -> Float[np.ndarray, "k dof"]:
+        """The path with those of the lines."""
+        return np.concatenate([self.path, *(line[1:] for line in self.lines)])
 
 
 class Scheduler:
@@ -61,6 +80,7 @@ class Scheduler:
     Args:
         jobs: the work.
         mover: plans single arms.
+        handling: the objects.
         timeline: the committed motions.
         commitment: commits motions.
         yielding: moves arms aside.
@@ -78,6 +98,7 @@ class Scheduler:
         *,
         jobs: Jobs,
         mover: MovePlanner,
+        handling: Handling,
         timeline: Timeline,
         commitment: Commitment,
         yielding: Yielding,
@@ -85,14 +106,15 @@ class Scheduler:
         seed: int,
     ) -> None:
         self._jobs, self._mover, self._timeline, self._commitment = jobs, mover, timeline, commitment
-        self._paths = StepPaths(mover)
+        self._handling, self._paths = handling, StepPaths(mover, handling)
         self._yielding, self._together, self._seed = yielding, together, seed
         self._known: dict[tuple[int, int, int], Float[np.ndarray, "n dof"] | None] = {}
         self._tried: dict[int, int] = {}
+        self._why: dict[int, str] = {}
         self.done: list[Done] = []
         self.yields = 0
         self.blocked: tuple[str, ...] = ()
-        self._dispatch = Dispatch(jobs, self._finish, timeline.end)
+        self._dispatch = Dispatch(jobs, self._finish, timeline.end, self._may_begin)
         self._check()
 
     def run(self) -> bool:
@@ -108,7 +130,9 @@ class Scheduler:
                 or self._yield_for(options)
                 or self._move_together(options)
             ):
+                self._refuse_impossible(options)
                 return self._stuck(options)
+        self._refuse_full_gripper()
         return True
 
     def _go_on(self, option: Option, options: Sequence[Option]) -> None:
@@ -119,47 +143,98 @@ class Scheduler:
         if isinstance(step, Wait):
             self._timeline.wait(option.arm, option.begin + math.ceil(step.seconds / self._timeline.period_s - 1e-9))
             self._advance(option, "wait", option.begin)
+        elif isinstance(step, Grasp | Release):
+            if not self._handle(option):
+                self._tried[option.arm] = self._timeline.version
         elif not (self._moves(option) or (idle and self._make_way(option, idle))):
             self._tried[option.arm] = self._timeline.version
 
+    def _handle(self, option: Option) -> bool:
+        """Grasps or releases an object, if that is possible after what is committed."""
+        arm, state = option.arm, option.state
+        of, job, step = self._jobs.cell.arms[arm], state.job, state.next_step
+        assert isinstance(step, Grasp | Release)
+        self._handling.look()
+        try:
+            stop = stop_at(self._handling.world, of, self._timeline.rest(arm), job, state.step, most=1)
+        except InvalidInstanceError as error:
+            self._why[arm] = str(error)
+            return False
+        names = (step.object, *stop.world.supports[step.object])
+        self._timeline.wait(arm, self._handling.used_until(names))
+        begin = self._timeline.hand(arm, stop.world.held.get(of.name))
+        if begin is None:
+            return False
+        grasps = isinstance(step, Grasp)
+        solid = self._handling.world.lying[step.object] if grasps else stop.world.lying[step.object]
+        self._handling.handled(of, stop, names, self._timeline.end(arm))
+        self._advance(option, "grasp" if grasps else "release", begin, solid=solid)
+        return True
+
     def _moves(self, option: Option, budgets: Sequence[float] = BUDGETS) -> bool:
         """Does the move or line of an arm, if there is a path among the places where the others stand in the end."""
-        motion = self._motion(option, budgets)
-        if motion is None:
+        found = None if option.state.handles else self._motion(option, budgets)
+        if found is None:
             return False
+        path, motion = found
         self._commitment.commit(motion)
+        if len(motion.samples):
+            self._handling.arrived(self._jobs.cell.arms[option.arm], path.stop.before)
         self._advance(option, "line" if isinstance(option.state.next_step, Line) else "move", motion.begin)
         return True
 
-    def _motion(self, option: Option, budgets: Sequence[float]) -> Proposal | None:
+    def _motion(self, option: Option, budgets: Sequence[float]) -> tuple[StepPath, Proposal] | None:
+        """Returns a path of the next step of an arm, and the motion along it; None if there is none."""
         arm, timeline = option.arm, self._timeline
-        rests = timeline.rests([arm])
-        if isinstance(option.state.next_step, Line):
-            path = self._path(option, rests, 1.0)
-            return None if path is None else self._commitment.propose(arm, path, LINE_ROUNDING_RAD)
-        for budget in budgets:
-            path = self._path(option, rests, budget)
-            motion = None if path is None else self._commitment.propose(arm, path)
-            if motion is None:
+        for budget in budgets[:1] if isinstance(option.state.next_step, Line) else budgets:
+            found = self._proposal(option, partial(timeline.rests, [arm]), budget)
+            if found is None:
                 continue
-            if motion.begin - timeline.end(arm) >= WORTH_A_DETOUR:
-                path = self._path(option, timeline.volumes([arm]), DETOUR_BUDGET)
-                detour = None if path is None else self._commitment.propose(arm, path)
-                if detour is not None and detour.end < motion.end:
+            begin, end = found[1].begin, found[1].end
+            if begin - timeline.end(arm) >= WORTH_A_DETOUR and isinstance(option.state.next_step, Move):
+                detour = self._proposal(option, partial(timeline.volumes, [arm]), DETOUR_BUDGET)
+                if detour is not None and detour[1].end < end:
                     return detour
-            return motion
+            return found
         return None
 
-    def _path(self, option: Option, others: Sequence[core.Motion], budget: float) -> Float[np.ndarray, "k dof"] | None:
+    def _proposal(self, option: Option, others: Others, budget: float) -> tuple[StepPath, Proposal] | None:
+        path = self._path(option, others, budget)
+        if path is None:
+            return None
+        self._handling.look({option.arm: path.stop.before})
+        tolerance = LINE_ROUNDING_RAD if isinstance(option.state.next_step, Line) else TOLERANCE_RAD
+        motion = self._commitment.propose(option.arm, path.path, tolerance)
+        return None if motion is None else (path, motion)
+
+    def _path(self, option: Option, others: Others, budget: float) -> StepPath | None:
         """Returns a path of the next step of an arm, clear of other arms that stand still; or None."""
+        try:
+            return self._found(option, others, budget)
+        except InvalidInstanceError as error:
+            self._why[option.arm] = str(error)
+            return None
+
+    def _found(self, option: Option, others: Others, budget: float) -> StepPath | None:
         arm, state, start = option.arm, option.state, self._timeline.rest(option.arm)
-        where = _where(state, state.step)
+        job, of = state.job, self._jobs.cell.arms[arm]
+        self._handling.look()
         if isinstance(state.next_step, Line):
-            path = self._paths.line(arm, start, state.next_step, where)
-            return None if self._mover.in_the_way(arm, path, others) else path
-        ends = self._paths.ends(arm, state.left, start, where)
-        clear = self._paths.clear_of(arm, ends, state.left, others)
-        return self._mover.plan(arm, start, clear, others, budget) if len(clear) else None
+            resting = self._handling.resting(of)
+            line = self._paths.line(arm, start, job, state.step, self._handling.world, resting)
+            clear = self._paths.is_clear(arm, line, others)
+            return StepPath(path=line.path, stop=line.stop) if clear else None
+        ends = self._paths.ends(arm, job, state.step, start)
+        ends = self._paths.clear_of(arm, ends, others)
+        if not ends:
+            return None
+        self._handling.look({arm: frozenset().union(*(end.stop.before for end in ends))})
+        path = self._mover.plan(arm, start, np.array([end.q for end in ends]), others(), budget)
+        if path is None:
+            return None
+        end = min(ends, key=lambda end: float(np.abs(end.q - path[-1]).max()))
+        refuse_sinking(self._handling.world, of, path, self._handling.resting(of), end.stop, where_of(job, state.step))
+        return StepPath(path=path, stop=end.stop, lines=tuple(line.path for line in end.lines))
 
     def _yield_for(self, options: Sequence[Option]) -> bool:
         """Lets any arms yield for the first blocked arm that this helps."""
@@ -169,12 +244,12 @@ class Scheduler:
     def _make_way(self, option: Option, may_yield: Collection[int]) -> bool:
         """Lets arms yield, and then moves the arm for which they do; otherwise takes that back."""
         arm, before = option.arm, self._timeline.snapshot()
-        asked = sorted(set(may_yield) - self._dispatch.pinned)
-        path = self._path(option, self._timeline.rests([arm, *asked]), 1.0) if asked else None
-        if path is None:
+        asked = sorted(set(may_yield) - self._pinned)
+        others = partial(self._timeline.rests, [arm, *asked])
+        found = self._path(option, others, 1.0) if asked and not option.state.handles else None
+        if found is None:
             return False
-        whole = self._paths.along_lines(arm, path[-1], lines_after(option.state.left), "")
-        asides = self._yielding.make_way(arm, np.concatenate([path, whole[1:]]), asked)
+        asides = self._yielding.make_way(arm, found.whole, asked)
         if not asides or not self._moves(option):
             self._timeline.restore(before)
             return False
@@ -190,11 +265,20 @@ class Scheduler:
 
     def _move_group(self, group: dict[int, Option]) -> bool:
         timeline, seed = self._timeline, quick_seed_of(self._seed, self._together.plans)
-        goals: dict[int, Goal] = {arm: Stay() for arm in self._dispatch.pinned}
+        goals: dict[int, Goal] = {arm: Stay() for arm in self._pinned}
+        stops: dict[int, list[End]] = {}
         for arm, option in group.items():
-            steps, where = option.state.left, _where(option.state, option.state.step)
-            ends = self._paths.ends(arm, steps, timeline.rest(arm), where)
-            goals[arm] = AnyOf([JointGoal(q) for q in ends])
+            self._handling.look()
+            try:
+                stops[arm] = self._paths.ends(arm, option.state.job, option.state.step, timeline.rest(arm))
+            except InvalidInstanceError as error:
+                self._why[arm] = str(error)
+                return False
+            goals[arm] = AnyOf([JointGoal(end.q) for end in stops[arm]])
+        before = {arm: frozenset().union(*(end.stop.before for end in ends)) for arm, ends in stops.items()}
+        if self._handling.touching & set(group) or any(before.values()):
+            return False  # the rules of objects that are taken or put down are those of single arms
+        self._handling.look()
         begin = self._together.move(goals, seed, self._mover.clock.remaining)
         if begin is None:
             return False
@@ -206,11 +290,38 @@ class Scheduler:
                 self.done.append(Done(begin=begin, end=timeline.end(arm), arm=arm, kind="yield", group=number))
         return True
 
-    def _advance(self, option: Option, kind: EventKind, begin: int, group: int | None = None) -> None:
-        state, end = option.state, self._timeline.end(option.arm)
-        done = Done(begin=begin, end=end, arm=option.arm, kind=kind, state=state, step=state.step, group=group)
+    def _advance(
+        self, option: Option, kind: EventKind, begin: int, group: int | None = None, solid: Obstacle | None = None
+    ) -> None:
+        state, arm, end = option.state, option.arm, self._timeline.end(option.arm)
+        done = Done(begin=begin, end=end, arm=arm, kind=kind, state=state, step=state.step, group=group, solid=solid)
         self.done.append(done)
         self._dispatch.advance(option)
+
+    @property
+    def _pinned(self) -> set[int]:
+        """Arms that must stay where they are until their next step, also because they touch an object."""
+        return self._dispatch.pinned | self._handling.touching
+
+    def _may_begin(self, state: JobState, arm: int) -> bool:
+        first = first_object_step(state.job)
+        return not isinstance(first, Grasp) or self._handling.held(self._jobs.cell.arms[arm]) is None
+
+    def _refuse_impossible(self, options: Sequence[Option]) -> None:
+        """Raises `InvalidInstanceError` if no arm can go on because of what a job asks for."""
+        if all(option.arm in self._why for option in options):
+            raise InvalidInstanceError(self._why[options[0].arm])
+
+    def _refuse_full_gripper(self) -> None:
+        """Raises `InvalidInstanceError` if jobs are left that grasp an object, and their arms hold others for good."""
+        for state in self._dispatch.left:
+            first = first_object_step(state.job)
+            assert first is not None
+            held = next((held for held in self._handling.world.held.values()), None)
+            raise InvalidInstanceError(
+                f"job '{state.job.name}' grasps '{first.object}', but the gripper of its arm is full: it holds"
+                f" '{held.name if held else ''}'"
+            )
 
     def _stuck(self, options: Sequence[Option]) -> bool:
         names = self._timeline.names
@@ -228,8 +339,9 @@ class Scheduler:
         return self._known[key]
 
     def _first_goals(self, state: JobState, step: int, arm: int) -> Float[np.ndarray, "n dof"]:
+        self._handling.look_bare()
         start = self._mover.problem.start[self._timeline.names[arm]]
-        return self._paths.ends(arm, state.job.steps[step:], start, _where(state, step), most=1)
+        return self._paths.ends_alone(arm, state.job, step, start)
 
     def _finish(self, state: JobState, arm: int, begin: int) -> float:
         """Returns about when an arm would be done with a job; infinity if it cannot do it [periods]."""
@@ -237,8 +349,7 @@ class Scheduler:
         when = float(begin)
         for k, step in list(enumerate(state.job.steps))[state.step :]:
             if not isinstance(step, Move):
-                lasting = step.seconds if isinstance(step, Wait) else float(np.linalg.norm(step.by)) / LINE_SPEED
-                when += lasting / self._timeline.period_s
+                when += self._lasting(step) / self._timeline.period_s
                 continue
             rows = self._known_goals(state, k, arm)
             if rows is None:
@@ -246,6 +357,12 @@ class Scheduler:
             durations = (np.abs(rows - at) / speed).max(axis=1)
             when, at = when + float(durations.min()) / self._timeline.period_s, rows[int(durations.argmin())]
         return when
+
+    def _lasting(self, step: Step) -> float:
+        """Returns about how long a step takes that is no move [s]."""
+        if isinstance(step, Wait):
+            return step.seconds
+        return float(np.linalg.norm(step.by)) / LINE_SPEED if isinstance(step, Line) else self._timeline.period_s
 
     def _check(self) -> None:
         """Raises `InvalidInstanceError` for a job that no arm, or not its arm, can do."""
@@ -265,7 +382,3 @@ class Scheduler:
                     self._first_goals(state, step, arm)
                 except InvalidInstanceError as error:
                     yield str(error)
-
-
-def _where(state: JobState, step: int) -> str:
-    return f"step {step} of job '{state.job.name}'"

@@ -19,20 +19,24 @@ from mmp_env.errors import InvalidInstanceError
 from mmp_env.files.writing import plain
 from mmp_env.model.certificate import certify
 from mmp_env.model.goals import Stay
-from mmp_env.model.margins import Margins
+from mmp_env.model.margins import KINDS, Margins
+from mmp_env.model.plan import Plan
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem
 from mmp_env.problems.making import make_problem
 from mmp_env.retime.limits import JointLimits, arm_limits
 from mmp_env.work.jobs import Jobs
 from mmp_env.work.order import order_of
+from mmp_env.work.replay import Replay, replay, windows_of
 from mmp_env.work.schedule import Schedule, WorkEvent, plan_of
 from mmp_env.work.trajectory import PERIOD_S, time_of
+from mmp_env.work.world import first_world
 from mmp_planners import registry
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import GRID_STEP_S, LARGEST_SEED
 from mmp_planners.planner import Planner, Status, StopPlanning
 from mmp_planners.work.commitment import Commitment
 from mmp_planners.work.group import OPTIONS, Together
+from mmp_planners.work.handling import Handling
 from mmp_planners.work.move_planner import MovePlanner
 from mmp_planners.work.scheduler import Done, Scheduler
 from mmp_planners.work.timeline import Timeline
@@ -110,13 +114,16 @@ def schedule(
     began = time.perf_counter()
     clock = core.Clock(min(limit, 1e10))
     stay = dict.fromkeys(jobs.cell.arm_names, Stay())
-    problem = make_problem(jobs.cell, jobs.start, stay, max_velocity=max_velocity, margin=margin, name=jobs.name)
+    world = first_world(jobs.cell, jobs.objects)
+    problem = make_problem(world.filled, jobs.start, stay, max_velocity=max_velocity, margin=margin, name=jobs.name)
+    slack, problem = problem.slack, dataclasses.replace(problem, cell=jobs.cell)
+    handling = Handling(problem, world, jobs.jobs)
     limits = {
         "max_acceleration": arm_limits(jobs.cell, max_acceleration, "acceleration"),
         "max_jerk": arm_limits(jobs.cell, max_jerk, "jerk"),
     }
-    timing = Timing(problem, PERIOD_S, **limits)
-    scheduler, timeline, counts = _with_room(jobs, problem, planner, of_group, timing, seed, clock)
+    timing = Timing(handling, PERIOD_S, **limits)
+    scheduler, timeline, counts = _with_room(jobs, handling, slack, planner, of_group, timing, seed, clock)
     try:
         complete = scheduler.run()
     except StopPlanning:
@@ -134,18 +141,25 @@ def schedule(
 
 
 def _with_room(
-    jobs: Jobs, problem: Problem, name: str, planner: Planner, timing: Timing, seed: int, clock: core.Clock
+    jobs: Jobs,
+    handling: Handling,
+    slack: float,
+    name: str,
+    planner: Planner,
+    timing: Timing,
+    seed: int,
+    clock: core.Clock,
 ) -> tuple[Scheduler, Timeline, Any]:
     """Returns `_scheduler` with as much slack as the goals of the jobs leave. Raises `InvalidInstanceError`."""
     for share in SLACK_SHARES[:-1]:
         with contextlib.suppress(InvalidInstanceError):  # a goal is tight
-            return _scheduler(jobs, problem, share * problem.slack, name, planner, timing, seed, clock)
-    return _scheduler(jobs, problem, SLACK_SHARES[-1] * problem.slack, name, planner, timing, seed, clock)
+            return _scheduler(jobs, handling, share * slack, name, planner, timing, seed, clock)
+    return _scheduler(jobs, handling, SLACK_SHARES[-1] * slack, name, planner, timing, seed, clock)
 
 
 def _scheduler(
     jobs: Jobs,
-    problem: Problem,
+    handling: Handling,
     slack: float,
     name: str,
     planner: Planner,
@@ -154,14 +168,15 @@ def _scheduler(
     clock: core.Clock,
 ) -> tuple[Scheduler, Timeline, Any]:
     """Returns a scheduler about to begin, its timeline, and a function that returns its counts."""
-    mover = MovePlanner(problem, slack, GRID_STEP_S, SiRrtStar(), seed, clock)
-    timeline = Timeline(problem, problem.margins.arms, PERIOD_S)
+    mover = MovePlanner(handling, slack, GRID_STEP_S, SiRrtStar(), seed, clock)
+    timeline = Timeline(handling, _distance(jobs, handling.bare), PERIOD_S)
     commitment = Commitment(timeline, timing)
     yielding = Yielding(mover, timeline, commitment, seed)
     together = Together(name, planner, timeline, timing, yielding)
     scheduler = Scheduler(
         jobs=jobs,
         mover=mover,
+        handling=handling,
         timeline=timeline,
         commitment=commitment,
         yielding=yielding,
@@ -186,23 +201,38 @@ def _proved(
     """Returns the schedule with its proof, or None if the proof does not end in time."""
     trajectories = timeline.trajectories()
     plan = plan_of(problem, trajectories)
-    certificate = certify(plan, clock)
-    if not certificate.valid:
-        return None
     place = {name: k for k, name in enumerate(timeline.names)}
     events = sorted(
         (_event(done, timeline) for done in scheduler.done),
         key=lambda event: (event.begin_s, place[event.arm], event.end_s),
     )
+    found = replay(problem.cell, jobs, trajectories, events)
+    proof = _proof(plan, found, clock)
+    if proof is None:
+        return None
     return Schedule(
         jobs=jobs,
         problem=plan.problem,
         **limits,
         trajectories=trajectories,
         events=tuple(events),
-        order=order_of(problem.cell, jobs, trajectories, events, problem.margins.arms),
-        proof=certificate.proved,
+        order=order_of(problem.cell, jobs, trajectories, events, _distance(jobs, problem), found),
+        proof=proof,
     )
+
+
+def _proof(plan: Plan, found: Replay, clock: core.Clock) -> Margins | None:
+    """Returns the clearances that are proved in all windows, with the objects of each; None if a proof fails."""
+    proofs = [certify(part, clock) for part in windows_of(plan, found)]
+    if not all(proof.valid for proof in proofs):
+        return None
+    return Margins(**{kind: min(proof.proved[kind] for proof in proofs) for kind in KINDS})
+
+
+def _distance(jobs: Jobs, problem: Problem) -> float:
+    """Returns the clearance between arms at any times [m]; also that to obstacles, since objects are both."""
+    margins = problem.margins
+    return max(margins.arms, margins.obstacles) if jobs.objects else margins.arms
 
 
 def _event(done: Done, timeline: Timeline) -> WorkEvent:
@@ -214,6 +244,7 @@ def _event(done: Done, timeline: Timeline) -> WorkEvent:
         job=None if done.state is None else done.state.job.name,
         step=done.step,
         group=done.group,
+        solid=done.solid,
     )
 
 

@@ -9,9 +9,11 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env import core
+from mmp_env.model.arm import Obstacle
 from mmp_env.model.problem import Problem
 from mmp_env.work.swept_volumes import SweptMotion, SweptVolumes
 from mmp_env.work.trajectory import Trajectory, thinned
+from mmp_planners.work.handling import Handling
 
 PLACES_APART_RAD = 0.1
 """Distance of places in a motion that stand for its volume when a path is planned [rad, of slides m]."""
@@ -22,10 +24,14 @@ Snapshot = tuple[list[list["Committed"]], list[int], int]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Committed:
-    """A motion of an arm that begins at a period and rests at its end."""
+    """A motion of an arm that begins at a period and rests at its end.
+
+    `takes`: the arm stands and takes an object, which lies there until then.
+    """
 
     begin: int
     swept: SweptMotion
+    takes: bool = False
 
     @property
     def end(self) -> int:
@@ -40,18 +46,24 @@ class Timeline:
     of its last motion for good.
 
     Args:
-        problem: cell and start.
+        handling: the objects, and cell and start.
         distance: clearance between arms [m].
         period_s: length of a period [s].
     """
 
-    def __init__(self, problem: Problem, distance: float, period_s: float) -> None:
-        self.problem, self.period_s, self.names = problem, period_s, problem.cell.arm_names
+    def __init__(self, handling: Handling, distance: float, period_s: float) -> None:
+        problem = handling.bare
+        self._handling, self.period_s, self.names = handling, period_s, problem.cell.arm_names
         self._distance, self._volumes = distance, SweptVolumes(problem.cell)
         starts = [self._volumes.of(arm, np.array(problem.start[name])[None]) for arm, name in enumerate(self.names)]
         self._motions = [[Committed(begin=-1, swept=swept)] for swept in starts]
         self._free = [0] * len(self.names)
         self.version = 0
+
+    @property
+    def problem(self) -> Problem:
+        """The problem to plan in: cell with objects, velocity limits and margins."""
+        return self._handling.problem
 
     def end(self, arm: int) -> int:
         """Returns the period from which on an arm is free."""
@@ -65,17 +77,18 @@ class Timeline:
         """Returns where an arm stands in the end [rad, of slides m]."""
         return self._motions[arm][-1].swept.samples[-1]
 
-    def rests(self, but: Sequence[int]) -> list[core.Motion]:
-        """Returns all arms but some where they stand in the end."""
-        collision = self.problem.cell.collision
+    def rests(self, but: Sequence[int], problem: Problem | None = None) -> list[core.Motion]:
+        """Returns all arms but some where they stand in the end, for queries in a problem, by default `problem`."""
+        collision = (self.problem if problem is None else problem).cell.collision
         return [collision.motion(name, self.rest(arm)[None]) for arm, name in enumerate(self.names) if arm not in but]
 
-    def volumes(self, but: Sequence[int]) -> list[core.Motion]:
+    def volumes(self, but: Sequence[int], problem: Problem | None = None) -> list[core.Motion]:
         """Returns all that arms but some have still to do when the first of these is free, as arms that stand still.
 
         They stand at points of their motions, close to each other.
         """
-        collision, since = self.problem.cell.collision, min(self.end(arm) for arm in but)
+        collision = (self.problem if problem is None else problem).cell.collision
+        since = min(self.end(arm) for arm in but)
         out = []
         for arm, name in enumerate(self.names):
             if arm not in but:
@@ -90,7 +103,10 @@ class Timeline:
 
     def earliest(self, arm: int, samples: Float[np.ndarray, "k dof"]) -> int | None:
         """Returns the first period at which a motion of an arm may begin; None if another arm stands in its way."""
-        swept, begin = self._volumes.of(arm, samples), self.end(arm)
+        return self._earliest(arm, self._volumes.of(arm, samples, self._held(arm)))
+
+    def _earliest(self, arm: int, swept: SweptMotion) -> int | None:
+        begin = self.end(arm)
         others = [motions for other, motions in enumerate(self._motions) if other != arm]
         known: dict[Committed, tuple[int, int]] = {}
         while True:
@@ -104,9 +120,27 @@ class Timeline:
 
     def append(self, arm: int, begin: int, samples: Float[np.ndarray, "k dof"]) -> None:
         """Lets an arm move through samples, one per period. The first two and the last two are equal."""
-        self._motions[arm].append(Committed(begin=begin, swept=self._volumes.of(arm, samples)))
+        swept = self._volumes.of(arm, samples, self._held(arm))
+        self._motions[arm].append(Committed(begin=begin, swept=swept))
         self._free[arm] = self._motions[arm][-1].end
         self.version += 1
+
+    def hand(self, arm: int, held: Obstacle | None) -> int | None:
+        """Lets an arm take an object, or put one down (None), where it stands, and gives it a period to do so.
+
+        Returns:
+            The period at which it does so; None if another arm stands in the way.
+        """
+        swept = self._volumes.of(arm, self.rest(arm)[None], held)
+        begin = self._earliest(arm, swept)
+        if begin is not None:
+            self._motions[arm].append(Committed(begin=begin, swept=swept, takes=held is not None))
+            self._free[arm] = self._motions[arm][-1].end
+            self.version += 1
+        return begin
+
+    def _held(self, arm: int) -> Obstacle | None:
+        return self._handling.world.held.get(self.names[arm])
 
     def wait(self, arm: int, until: int) -> None:
         """Lets an arm stand until a period, if that is later than its end."""
@@ -153,7 +187,7 @@ class Timeline:
             theirs, own = known[motion]
             following = motions[k + 1].begin if k + 1 < len(motions) else None
             # The last period of a motion is its rest, which lasts.
-            if k > present and own >= 0 and (own == swept.last or begin + own + 1 > motion.begin):
+            if k > present and own >= 0 and (own == swept.last or begin + own + 1 > motion.begin or motion.takes):
                 return motion.begin
             if k == present and theirs >= 0:
                 past = following if theirs == motion.swept.last else motion.begin + theirs + 1

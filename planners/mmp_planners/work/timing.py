@@ -10,9 +10,9 @@ from jaxtyping import Float
 
 from mmp_env.errors import MmpError
 from mmp_env.model.plan import Plan
-from mmp_env.model.problem import Problem
 from mmp_env.retime import retime
 from mmp_env.retime.limits import JointLimits
+from mmp_planners.work.handling import Handling
 
 TOLERANCE_RAD = 0.05
 """Largest distance of a joint from a path at its rounded corners [rad, of slides m]."""
@@ -22,16 +22,16 @@ class Timing:
     """Samples of motions along paths.
 
     Args:
-        problem: cell and velocity limits.
+        handling: the objects, and cell and velocity limits.
         period_s: time between two samples [s].
         max_acceleration: [rad/s^2], as in `mmp_env.retime.retime`.
         max_jerk: [rad/s^3], likewise.
     """
 
     def __init__(
-        self, problem: Problem, period_s: float, max_acceleration: JointLimits = None, max_jerk: JointLimits = None
+        self, handling: Handling, period_s: float, max_acceleration: JointLimits = None, max_jerk: JointLimits = None
     ) -> None:
-        self._problem, self.period_s = problem, period_s
+        self._handling, self.period_s = handling, period_s
         self._max_acceleration, self._max_jerk = max_acceleration, max_jerk
 
     def of_arm(
@@ -61,7 +61,7 @@ class Timing:
     ) -> dict[str, Float[np.ndarray, "n _dof"]] | None:
         """Returns the samples of a motion of all arms on one clock; None if it cannot be proved."""
         ends = replace(
-            self._problem,
+            self._handling.problem,
             start={name: rows[0] for name, rows in paths.items()},
             goal={name: rows[-1] for name, rows in paths.items()},
             goals={},

@@ -55,7 +55,7 @@ def test_a_file_keeps_them():
 def test_an_unknown_link_is_answered_with_the_nearest():
     with pytest.raises(UnknownNameError, match="Did you mean 'arm/shoulder'"):
         cell("arm/shuolder")
-    with pytest.raises(UnknownNameError, match=r"unknown moving link in may_touch of obstacle 'sleeve': 'arm/base'"):
+    with pytest.raises(UnknownNameError, match=r"unknown moving part in may_touch of obstacle 'sleeve': 'arm/base'"):
         cell("arm/base")
 
 

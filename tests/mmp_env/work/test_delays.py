@@ -11,7 +11,7 @@ from mmp_env import MmpError, core
 from mmp_env.model.certificate import certify
 from mmp_env.sim.schedule_execution import delayed_plan
 from mmp_env.work.delays import actual_times, random_delays
-from mmp_env.work.order import numbered
+from mmp_env.work.schedule import numbered
 from tests.support.small_jobs import planned_schedule
 
 PATTERNS = 8

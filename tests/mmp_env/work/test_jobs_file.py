@@ -49,7 +49,10 @@ def _with_job(k, **fields):
         (_with_job(0, name="b"), "two jobs are named 'b'"),
         (_with_job(0, steps=[]), "job 'a' has no steps"),
         (_with_job(0, steps=[{"mvoe": "home"}]), "unknown kind of step 'mvoe'. Did you mean 'move'?"),
-        (_with_job(0, steps=[{"move": "home", "wait": 1}]), "it must be an object with one of move, line, wait"),
+        (
+            _with_job(0, steps=[{"move": "home", "wait": 1}]),
+            "it must be an object with one of move, line, grasp, release, wait",
+        ),
         (_with_job(0, steps=[{"move": "hoem"}]), "unknown named configuration 'hoem'. Did you mean 'home'?"),
         (_with_job(0, steps=[{"wait": -1}]), "it must be a number of seconds above 0"),
         (_with_job(0, steps=[{"wait": 1e9}]), "it must be a number of seconds above 0, 3600 at most"),

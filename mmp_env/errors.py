@@ -19,6 +19,10 @@ class MmpError(ValueError):
     """Misuse: a bad file, name, option or value. The message is one sentence for the user; `mmp` then exits with 2."""
 
 
+class UnprovedPlanError(MmpError):
+    """A plan cannot be proved clear of conflicts as it is, so it is not retimed."""
+
+
 class MovedBodyWarning(UserWarning):
     """A held joint or a free body of a MuJoCo model is elsewhere than in the cell that was made from the model."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env import core
-from mmp_env.errors import MmpError
+from mmp_env.errors import UnprovedPlanError
 from mmp_env.model.certificate import certify
 from mmp_env.model.plan import Plan
 from mmp_env.retime.blends import BlendedPath
@@ -61,7 +61,9 @@ def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, tolerance: 
         if certificate.valid:
             return ProvedMotion(path=path, motion=motion, clearance_m=certificate.clearance)
         if not (path.width > 0).any():
-            raise MmpError("the plan cannot be proved clear of conflicts as it is, so it is not retimed; see mmp check")
+            raise UnprovedPlanError(
+                "the plan cannot be proved clear of conflicts as it is, so it is not retimed; see mmp check"
+            )
         row = np.interp(certificate.instant, np.arange(len(row_of)), row_of)
         near = covering(path, np.interp([row], np.arange(len(clock.phase)), clock.phase))
         if near.any() and attempts < _PROOFS:

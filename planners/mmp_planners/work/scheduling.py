@@ -32,7 +32,7 @@ from mmp_env.work.trajectory import PERIOD_S, time_of
 from mmp_env.work.world import first_world
 from mmp_planners import registry
 from mmp_planners.low_level import SiRrtStar
-from mmp_planners.options import GRID_STEP_S, LARGEST_SEED
+from mmp_planners.options import GRID_STEP_S, LARGEST_SEED, check_steps
 from mmp_planners.planner import Planner, Status, StopPlanning
 from mmp_planners.work.commitment import Commitment
 from mmp_planners.work.group import OPTIONS, Together
@@ -116,6 +116,7 @@ def schedule(
     stay = dict.fromkeys(jobs.cell.arm_names, Stay())
     world = first_world(jobs.cell, jobs.objects)
     problem = make_problem(world.filled, jobs.start, stay, max_velocity=max_velocity, margin=margin, name=jobs.name)
+    check_steps(problem, GRID_STEP_S)
     slack, problem = problem.slack, dataclasses.replace(problem, cell=jobs.cell)
     handling = Handling(problem, world, jobs.jobs)
     limits = {

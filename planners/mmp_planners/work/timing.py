@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.errors import MmpError
+from mmp_env.errors import MmpError, UnprovedPlanError
 from mmp_env.model.plan import Plan
 from mmp_env.retime import retime
 from mmp_env.retime.limits import JointLimits
@@ -16,6 +16,8 @@ from mmp_planners.work.handling import Handling
 
 TOLERANCE_RAD = 0.05
 """Largest distance of a joint from a path at its rounded corners [rad, of slides m]."""
+LONGEST_MOTION_S = 80.0
+"""Longest motion of one step of a job [s]."""
 
 
 class Timing:
@@ -48,6 +50,9 @@ class Timing:
             path: configurations, straight in between [rad, of slides m].
             rests: arm name -> where each arm stands [dof].
             tolerance: largest distance of a joint from the path [rad, of slides m].
+
+        Raises:
+            MmpError: for limits that are too low for the length of the motion.
         """
         rows = {other: path if other == name else np.repeat(q[None], len(path), axis=0) for other, q in rests.items()}
         samples = self.together(np.arange(len(path), dtype=float), rows, tolerance)
@@ -59,7 +64,11 @@ class Timing:
         paths: Mapping[str, Float[np.ndarray, "t _dof"]],
         tolerance: float = TOLERANCE_RAD,
     ) -> dict[str, Float[np.ndarray, "n _dof"]] | None:
-        """Returns the samples of a motion of all arms on one clock; None if it cannot be proved."""
+        """Returns the samples of a motion of all arms on one clock; None if it cannot be proved.
+
+        Raises:
+            MmpError: for limits that are too low for the length of the motion.
+        """
         ends = replace(
             self._handling.problem,
             start={name: rows[0] for name, rows in paths.items()},
@@ -76,7 +85,12 @@ class Timing:
                 max_acceleration=self._max_acceleration,
                 max_jerk=self._max_jerk,
             )
-        except MmpError:
+        except UnprovedPlanError:
             return None
+        if motion.makespan_s > LONGEST_MOTION_S:
+            raise MmpError(
+                f"a motion would take {motion.makespan_s:.3g} s, and one step of a job takes {LONGEST_MOTION_S:g} s at"
+                " most; the limits of the joints are too low for it"
+            )
         # At rest for a period at both ends, the curve through the samples begins and ends at rest.
         return {name: np.pad(rows, ((1, 1), (0, 0)), mode="edge") for name, rows in motion.positions.items()}

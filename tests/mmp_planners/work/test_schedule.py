@@ -53,3 +53,18 @@ def test_a_goal_out_of_reach_is_refused_before_planning(arm):
 def test_an_unknown_planner_is_refused():
     with pytest.raises(MmpError, match="unknown planner 'auot'"):
         schedule(jobs(), planner="auot")
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        ({"max_acceleration": 1e-9}, "its limits are too low for its length"),
+        ({"max_jerk": 1e-6}, "the limits of the joints are too low for it"),
+        ({"max_velocity": 1e-7}, "max_velocity too low"),
+        ({"max_jerk": -1.0}, "max_jerk of arm 'arm0' must be a positive number"),
+        ({"max_acceleration": {"arm9": 1.0}}, "unknown arm 'arm9'"),
+    ],
+)
+def test_limits_that_no_schedule_can_keep_are_refused(limits, words):
+    with pytest.raises(MmpError, match=words):
+        schedule(jobs(), **limits)

@@ -40,20 +40,20 @@ def off_line(
     arm = next(arm for arm in model.cell.arms if arm.name == name)
     first = sum(other.dof for other in model.cell.arms[: [a.name for a in model.cell.arms].index(name)])
     q = np.zeros(len(model.slides))
-    rows = motion.at(_instants(motion, window))
+    rows = motion.at(instants(motion, window))
     positions, turns = [], []
     for row in rows:
         q[first : first + arm.dof] = row
         position, turn = tool_pose(model, arm, q)
         positions.append(position)
         turns.append(turn)
-    between = _between(model, arm, rows)
+    room = between(model, arm, rows)
     at = np.array(positions) - positions[0]
     share = np.clip(at @ by / (by @ by), 0.0, 1.0)
-    metres = float(np.linalg.norm(at - share[:, None] * by, axis=1).max()) + between
+    metres = float(np.linalg.norm(at - share[:, None] * by, axis=1).max()) + room
     # A rotation by an angle has a trace of 1 + 2 cos(angle); its distance from 1 is 2 sqrt(2) sin(angle / 2).
     apart = np.linalg.norm(np.array(turns) - turns[0], axis=(1, 2)).max() / (2 * np.sqrt(2))
-    angle = 2 * float(np.arcsin(min(apart, 1.0))) + between
+    angle = 2 * float(np.arcsin(min(apart, 1.0))) + room
     end = float(np.linalg.norm(at[-1] - by))
     if end > POSE_TOLERANCE_M:
         return f"it ends {end:.3g} m from the end of the line"
@@ -62,7 +62,7 @@ def off_line(
     return None
 
 
-def _instants(motion: Motion, window: tuple[float, float]) -> Float[np.ndarray, "n"]:
+def instants(motion: Motion, window: tuple[float, float]) -> Float[np.ndarray, "n"]:
     """Returns instants [s] between which the joints together move by about `_STEP` at most."""
     begin, end = (round(time / motion.period) for time in window)
     if end <= begin:
@@ -73,8 +73,10 @@ def _instants(motion: Motion, window: tuple[float, float]) -> Float[np.ndarray, 
     return np.concatenate([*inner, [motion.period * end]])
 
 
-def _between(model: CellModel, arm: CheckedArm, rows: Float[np.ndarray, "n dof"]) -> float:
+def between(model: CellModel, arm: CheckedArm, rows: Float[np.ndarray, "n dof"], beyond: float = 0.0) -> float:
     """Returns how much farther the tool may be from its line, or turned, between two instants [m or rad].
+
+    The same holds for a point that is up to `beyond` [m] from the frame of the tool, and how far it is from its chord.
 
     A function of an interval is at most an eighth of its largest second derivative from its chord. That of the tool's
     position is at most (sum of moves)^2 times the reach, or times 1 for a rotation and a slide.
@@ -84,6 +86,6 @@ def _between(model: CellModel, arm: CheckedArm, rows: Float[np.ndarray, "n dof"]
     else:
         site = model.mujoco.site(f"{arm.name}/flange")
         body, point = int(site.bodyid[0]), np.array(site.pos)[None]
-    reach = max(float(model.reaches(body, point, np.zeros(1)).max()), 1.0)
+    reach = max(float(model.reaches(body, point, np.full(1, beyond)).max()), 1.0)
     moved = float(np.abs(np.diff(rows, axis=0)).sum(axis=1).max(initial=0.0))
     return 2 * reach * moved * moved / 8 + STRAY * reach * arm.dof

@@ -157,8 +157,15 @@ class LinkSpheres:
     radius: float
 
 
-def sphere_parts(model: CellModel) -> tuple[RigidParts, tuple[LinkSpheres, ...]]:
-    """Returns a part and its cloud for every link or tool that has spheres, and for held objects."""
+def sphere_parts(
+    model: CellModel, holds: Sequence[tuple[int, Solid]] = ()
+) -> tuple[RigidParts, tuple[LinkSpheres, ...]]:
+    """Returns a part and its cloud for every link or tool that has spheres, and for held objects.
+
+    Args:
+        model: the cell.
+        holds: more objects that arms hold at some time: index of the arm, and the object. Their parts come last.
+    """
     rows, clouds = [], []
     models = {part for arm in model.cell.arms for part in (arm.robot, arm.tool) if part}
     by_model = {part: _clouds(part, model.cell.spheres) for part in models}
@@ -170,7 +177,23 @@ def sphere_parts(model: CellModel) -> tuple[RigidParts, tuple[LinkSpheres, ...]]
             reach = model.reaches(body, points, np.zeros(len(points)))
             rows.append((cloud.link, index, body, model.moves(body), cloud.center, cloud.radius, reach))
             clouds.append(cloud)
+    for index, solid in holds:
+        body, cloud = _held_cloud(model, model.cell.arms[index], solid)
+        points = np.vstack([cloud.centers, cloud.center])
+        reach = model.reaches(body, points, np.zeros(len(points)))
+        rows.append((cloud.link, index, body, model.moves(body), cloud.center, cloud.radius, reach))
+        clouds.append(cloud)
     return stack_parts(rows), tuple(clouds)
+
+
+def _held_cloud(model: CellModel, arm: CheckedArm, solid: Solid) -> tuple[int, LinkSpheres]:
+    """Returns the body that carries a held object, and its spheres in the frame of that body."""
+    table = held_spheres(solid)
+    if arm.tool:
+        return model.mujoco.body(f"{arm.name}/{arm.tool.name}").id, _cloud(BODY, table)
+    site = model.mujoco.site(f"{arm.name}/flange")
+    table[:, :3] = table[:, :3] @ rotation(np.array(site.quat)).T + np.array(site.pos)
+    return int(site.bodyid[0]), _cloud(BODY, table)
 
 
 def _clouds(model: CheckedModel, spheres: str) -> tuple[LinkSpheres, ...]:

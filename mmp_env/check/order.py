@@ -13,6 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
+from mmp_env.check.objects import Handled, Hold, Use
 from mmp_env.check.report import Violation
 from mmp_env.check.swept_parts import SweptParts
 from mmp_env.check.work import TIME_TOLERANCE_S, Event, Work
@@ -29,26 +30,35 @@ class Pair:
 
 @dataclass(frozen=True, kw_only=True)
 class _Stage:
-    """What an arm does, and the rest after it: number of the event (-1: the start), and its window [periods]."""
+    """What an arm does, and the rest after it: number of the event (-1: the start), and its window [periods].
+
+    `hold`: number of what the arm holds then.
+    """
 
     index: int
     begin: int
     end: int
     group: int | None
+    hold: int | None = None
 
 
-def broken_order(work: Work, pairs: Sequence[Pair], distance: float) -> Iterator[Violation]:
+def broken_order(
+    work: Work, pairs: Sequence[Pair], distance: float, handled: Handled | None = None
+) -> Iterator[Violation]:
     """Yields a violation for every pair that the times break, and for motions that may meet although pairs are kept.
 
     Args:
         work: the schedule.
         pairs: its order.
         distance: clearance between arms [m].
+        handled: what the grasps and releases do.
     """
+    handled = Handled(states=[]) if handled is None else handled
     faults = [*_wrong_pairs(work, pairs), *_wrong_groups(work), *_late_jobs(work, pairs)]
+    faults += _late_uses(work, pairs, handled)
     yield from faults
     if not faults:
-        yield from _meetings(work, pairs, distance)
+        yield from _meetings(work, pairs, distance, handled.holds)
 
 
 def _wrong_pairs(work: Work, pairs: Sequence[Pair]) -> Iterator[Violation]:
@@ -95,10 +105,26 @@ def _late_jobs(work: Work, pairs: Sequence[Pair]) -> Iterator[Violation]:
                 yield _fault(f"the order does not let job '{job.name}' wait for job '{name}'", own[0])
 
 
-def _meetings(work: Work, pairs: Sequence[Pair], distance: float) -> Iterator[Violation]:
+def _late_uses(work: Work, pairs: Sequence[Pair], handled: Handled) -> Iterator[Violation]:
+    """A grasp or release waits for the ones before it of the same object, and of what that object lies on."""
+    waits = _waits(work, pairs, next(iter(work.motions.values())).period)
+    latest: dict[str, Use] = {}
+    for use in handled.uses:
+        for before in {latest[name] for name in use.names if name in latest}:
+            arm, other = use.event.arm, before.event.arm
+            if arm != other and waits[arm, other][use.index][0] <= before.index - 1:
+                yield _fault(
+                    f"the order does not let the {use.event.kind} of '{use.event.object}' wait for the"
+                    f" {before.event.kind} of '{before.event.object}'",
+                    use.event,
+                )
+        latest |= dict.fromkeys(use.names, use)
+
+
+def _meetings(work: Work, pairs: Sequence[Pair], distance: float, holds: Sequence[Hold]) -> Iterator[Violation]:
     """All parts of two motions that the order does not exclude are clear of each other."""
-    volumes = SweptParts(work.model, work.motions)
-    stages = {arm: _stages(work, arm, volumes.period) for arm in work.motions}
+    volumes = SweptParts(work.model, work.motions, [(hold.arm, hold.solid) for hold in holds])
+    stages = {arm: _stages(work, arm, volumes.period, holds) for arm in work.motions}
     waits = _waits(work, pairs, volumes.period)
     for a, b in combinations(work.motions, 2):
         for one in stages[a]:
@@ -106,7 +132,7 @@ def _meetings(work: Work, pairs: Sequence[Pair], distance: float) -> Iterator[Vi
                 windows = _open(one, other, waits[a, b], waits[b, a])
                 if windows is None:
                     continue
-                clearance = volumes.clearance((a, *windows[0]), (b, *windows[1]), distance)
+                clearance = volumes.clearance((a, *windows[0], one.hold), (b, *windows[1], other.hold), distance)
                 if clearance < distance:
                     yield _fault(
                         f"a delay could let {_name(a, one)} and {_name(b, other)} meet: no pair of the order keeps them"
@@ -133,13 +159,18 @@ def _open(
     return (min(begin_back, one.end), one.end), (min(begin, other.end), other.end)
 
 
-def _stages(work: Work, arm: str, period: float) -> list[_Stage]:
-    """Returns the start of an arm and its motions. Waits belong to the rest after the motion before them."""
+def _stages(work: Work, arm: str, period: float, holds: Sequence[Hold]) -> list[_Stage]:
+    """Returns the start of an arm, its motions, and its grasps and releases.
+
+    Waits belong to the rest after the motion before them.
+    """
+    mine = [(k, hold) for k, hold in enumerate(holds) if hold.arm == arm]
     out = [_Stage(index=-1, begin=0, end=0, group=None)]
     for index, event in enumerate(work.of_arm(arm)):
-        if work.motions[arm].moves(event.begin, event.end) or event.group is not None:
+        if work.motions[arm].moves(event.begin, event.end) or event.group is not None or event.object is not None:
             begin, end = round(event.begin / period), round(event.end / period)
-            out.append(_Stage(index=index, begin=begin, end=end, group=event.group))
+            hold = next((k for k, h in mine if h.first <= index and (h.until is None or index < h.until)), None)
+            out.append(_Stage(index=index, begin=begin, end=end, group=event.group, hold=hold))
     return out
 
 

@@ -25,6 +25,7 @@ from mmp_env.check.fields import (
     shown,
     text,
 )
+from mmp_env.check.held import BODY
 from mmp_env.check.keep import read_keep
 from mmp_env.check.models import CarriedModels
 
@@ -105,11 +106,11 @@ def read_cell(data: Any) -> CheckedCell:
     for kind, names in (("arms", [arm.name for arm in arms]), ("obstacles", [pieces[0].name for pieces in obstacles])):
         if len(set(names)) < len(names):
             raise UnreadableError(f"two {kind} of the cell have the same name")
-    moving = {f"{arm.name}/{link}" for arm in arms for link in arm.robot.links[1:]}
+    moving = {f"{arm.name}/{link}" for arm in arms for link in (*arm.robot.links[1:], *_beyond_links(arm))}
     for solid in solids:
         if strange := sorted(solid.may_touch - moving):
             where = f"may_touch of obstacle '{solid.name}'"
-            raise UnreadableError(f"{where} names {shown(strange[0])}, which is no moving link of an arm of the cell")
+            raise UnreadableError(f"{where} names {shown(strange[0])}, which is no moving part of an arm of the cell")
     spheres = data.get("spheres")
     if spheres is None:
         bodies = [model for arm in arms for model in (arm.robot, arm.tool) if model]
@@ -118,6 +119,20 @@ def read_cell(data: Any) -> CheckedCell:
     if spheres not in ("28", "fine", "exact"):
         raise UnreadableError(f"spheres of the cell is '{spheres}'; known: 28, fine, exact")
     return CheckedCell(arms=arms, solids=solids, spheres=spheres)
+
+
+def _beyond_links(arm: CheckedArm) -> list[str]:
+    """Returns the names of the tool and of the held object of an arm."""
+    return [*([arm.tool.name] if arm.tool else []), *([BODY] if arm.held else [])]
+
+
+def read_objects(data: Any) -> list[Solid]:
+    """Returns objects, which are solids that arms can hold. Raises `UnreadableError`."""
+    solids = [_solid(entry, f"object {k}") for k, entry in enumerate(data)]
+    names = [solid.name for solid in solids]
+    if len(set(names)) < len(names):
+        raise UnreadableError("two objects have the same name")
+    return solids
 
 
 def _margins(data: Any, margin: float) -> dict[str, float]:

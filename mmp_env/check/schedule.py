@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from mmp_env.check import check_document
+from mmp_env.check.checked import Solid
 from mmp_env.check.fields import UnreadableError, known, listed, member, numbers, positive, shown
 from mmp_env.check.model import CellModel
+from mmp_env.check.object_clearances import check_windows, joined, sinking
+from mmp_env.check.objects import handle, windows
 from mmp_env.check.order import Pair, broken_order
-from mmp_env.check.reading import read_cell
+from mmp_env.check.reading import read_cell, read_objects
 from mmp_env.check.report import CheckReport
 from mmp_env.check.schedule_motion import Motion, proof_times
 from mmp_env.check.sweep import ROUNDING_M
@@ -33,6 +36,7 @@ _KEYS = (
     "max_jerk",
     "period_s",
     "margins",
+    "objects",
     "jobs",
     "trajectories",
     "events",
@@ -65,17 +69,33 @@ def check_schedule_document(document: Mapping[str, Any], *, exact: bool = False)
         jobs = read_jobs(listed(document, "jobs", "the schedule"), cell)
         events = read_events(listed(document, "events", "the schedule"))
         pairs = _pairs(document)
-        report = check_document(_as_plan(document, motions), exact=exact)
+        objects = read_objects(listed(document, "objects", "the schedule", optional=True))
+        plan = _as_plan(document, motions)
+        report = check_document(plan, exact=exact, bodies=not objects)
         if any(violation.rule in ("schema", "shape", "finite", "times") for violation in report.violations):
             return report
         work = Work(model=CellModel(cell), motions=motions, jobs=jobs, events=events)
-        distance = float(positive(document["margins"]["arms"], "margins.arms")) - ROUNDING_M
         broken = [*broken_rules(work)]
-        if not any(fault.rule in ("events", "jobs") for fault in broken):
-            broken += broken_order(work, pairs, distance)
+        if any(fault.rule in ("events", "jobs") for fault in broken):
+            return dataclasses.replace(report, violations=(*report.violations, *broken))
+        handled = handle(work, objects)
+        broken += handled.faults
+        if objects and not handled.faults:
+            found = windows(handled, max(motion.end for motion in motions.values()))
+            broken += sinking(work, found)
+            report = joined(report, check_windows(plan, work, found, exact=exact))
+        if not handled.faults:
+            broken += broken_order(work, pairs, _distance(document, objects), handled)
         return dataclasses.replace(report, violations=(*report.violations, *broken))
     except UnreadableError as error:
         return CheckReport(violations=(error.violation,))
+
+
+def _distance(document: Mapping[str, Any], objects: Sequence[Solid]) -> float:
+    """Returns the clearance [m] between arms at any times; also that to obstacles if there are objects."""
+    margins = document["margins"]
+    kinds = ("arms", "obstacles") if objects else ("arms",)
+    return max(float(positive(margins[kind], f"margins.{kind}")) for kind in kinds) - ROUNDING_M
 
 
 def _motions(document: Mapping[str, Any], dofs: Mapping[str, int]) -> dict[str, Motion]:

@@ -6,12 +6,13 @@ windows is that of all chords of one from all chords of the other, less radii an
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
 
+from mmp_env.check.checked import Solid
 from mmp_env.check.items import MotionSteps
 from mmp_env.check.model import CellModel, sphere_parts
 from mmp_env.check.pairs import ChordDeviation
@@ -25,8 +26,14 @@ _ROUNDING_M2 = 1e-9
 _BEFORE = 1
 """Periods before the schedule, in which the arms rest."""
 
-Window = tuple[str, int, int]
-"""An arm, and the instants [periods] between which it moves. A window of one instant gets the period before it."""
+_STEPS = 2000
+"""Periods whose deviations are computed at once; bounds the memory of a check."""
+
+Window = tuple[str, int, int, int | None]
+"""An arm, the instants [periods] between which it moves, and the number of what it holds; None for nothing more.
+
+A window of one instant gets the period before it.
+"""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,21 +54,30 @@ class SweptParts:
     Args:
         model: the cell.
         motions: arm name -> its motion.
+        holds: arms, and objects that they hold at some time.
     """
 
-    def __init__(self, model: CellModel, motions: Mapping[str, Motion]) -> None:
+    def __init__(
+        self, model: CellModel, motions: Mapping[str, Motion], holds: Sequence[tuple[str, Solid]] = ()
+    ) -> None:
         self.period = next(iter(motions.values())).period
-        self._parts, self._clouds = sphere_parts(model)
         names = [arm.name for arm in model.cell.arms]
+        self._parts, self._clouds = sphere_parts(model, [(names.index(arm), solid) for arm, solid in holds])
+        self._links = len(self._clouds) - len(holds)
         count = max(len(motion.controls) for motion in motions.values()) + 1
         times = self.period * (np.arange(count) - _BEFORE)
         self._poses = model.poses(times, np.concatenate([motions[name].at(times) for name in names], axis=1))
         bends = [np.pad(motions[name].bend(), ((_BEFORE, count), (0, 0)))[: count - 1] for name in names]
         move = np.abs(np.diff(self._poses.q, axis=0))
-        first = np.arange(count - 1)
-        steps = MotionSteps(start=first, end=first + 1, move=move, bend=np.concatenate(bends, axis=1))
-        self._deviation = ChordDeviation(model, self._parts.arm, self._parts.reach).all(steps)
-        moving = self._parts.moves.any(axis=1)
+        bend = np.concatenate(bends, axis=1)
+        bound = ChordDeviation(model, self._parts.arm, self._parts.reach)
+        some = [slice(k, min(k + _STEPS, count - 1)) for k in range(0, count - 1, _STEPS)]
+        numbers = np.arange(count)
+        self._deviation = np.concatenate(
+            [bound.all(MotionSteps(start=numbers[k], end=numbers[k] + 1, move=move[k], bend=bend[k])) for k in some]
+        )
+        # Held objects are added where they are held.
+        moving = self._parts.moves.any(axis=1) & (np.arange(len(self._clouds)) < self._links)
         self._known: dict[Window, _Balls] = {}
         self._moved: dict[int, tuple[Float[np.ndarray, "k s 3"], Float[np.ndarray, "u s"]]] = {}
         self._of_arm = {name: np.flatnonzero((self._parts.arm == k) & moving) for k, name in enumerate(names)}
@@ -82,8 +98,10 @@ class SweptParts:
         """Returns balls around the parts of an arm in each period of a window."""
         if window in self._known:
             return self._known[window]
-        arm, begin, end = window
+        arm, begin, end, hold = window
         parts, poses = self._of_arm[arm], self._poses
+        if hold is not None:
+            parts = np.append(parts, self._links + hold)
         steps = np.arange(min(begin, end - 1), end + 1) + _BEFORE
         body = self._parts.body[parts]
         turned = np.einsum("upij,pj->upi", poses.rotations[steps[:, None], body], self._parts.center[parts])
@@ -108,6 +126,9 @@ class SweptParts:
         self, part: int, steps: Int[np.ndarray, "m"]
     ) -> tuple[Float[np.ndarray, "m s 3"], Float[np.ndarray, "m s 3"], Float[np.ndarray, "m s"]]:
         """Returns the centres of the spheres of a part at the begin and at the end of periods, and half their moves."""
+        if part >= self._links:  # an object is held for a small part of the schedule
+            a, b = self._centers(part, steps), self._centers(part, steps + 1)
+            return a, b, np.linalg.norm(b - a, axis=2) / 2
         if part not in self._moved:
             centers = self._centers(part, np.arange(len(self._poses.times)))
             self._moved[part] = centers, np.linalg.norm(np.diff(centers, axis=0), axis=2) / 2

@@ -22,14 +22,14 @@ from mmp_env.check.schedule_motion import Motion
 
 TIME_TOLERANCE_S = 1e-6
 """Tolerance [s] of begins, ends and waits, for the rounding of sums."""
-RULES = ("jobs", "events", "goal", "line", "order")
+RULES = ("jobs", "events", "goal", "line", "order", "objects")
 """Rules of schedules beyond those of plans."""
-_KINDS = ("move", "line", "wait", "yield")
+_KINDS = ("move", "line", "grasp", "release", "wait", "yield")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Step:
-    """A step of a job: its kind, and what it asks for: a goal, a displacement [3] [m], or a time [s]."""
+    """A step of a job: its kind, and what it asks for: a goal, a displacement [3] [m], an object, or a time [s]."""
 
     kind: str
     value: Any
@@ -45,9 +45,12 @@ class Job:
     after: Sequence[str]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Event:
-    """What an arm does from `begin` to `end` [s]; `job` and `step` are None if it yields."""
+    """What an arm does from `begin` to `end` [s]; `job` and `step` are None if it yields.
+
+    A grasp or release has its object, and the `pose` of that: position [m] and quaternion (wxyz).
+    """
 
     begin: float
     end: float
@@ -56,6 +59,8 @@ class Event:
     job: str | None
     step: int | None
     group: int | None = None
+    object: str | None = None
+    pose: tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]] | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -180,6 +185,11 @@ def _steps(work: Work, job: Job) -> Iterator[Violation]:
                 yield _fault("jobs", f"{where} waits for {event.end - event.begin:g} s; asked: {step.value:g}", event)
             if motion.moves(event.begin, event.end):
                 yield _fault("jobs", f"arm '{event.arm}' moves during {where}, a wait", event)
+        elif step.kind in ("grasp", "release"):
+            if event.object != step.value:
+                yield _fault("jobs", f"{where} is about object '{event.object}'; asked: '{step.value}'", event)
+            if motion.moves(event.begin, event.end):
+                yield _fault("jobs", f"arm '{event.arm}' moves during {where}, a {step.kind}", event)
         elif step.kind == "line":
             off = off_line(work.model, event.arm, motion, (event.begin, event.end), step.value)
             if off is not None:
@@ -234,10 +244,12 @@ def _job(data: Any, arms: Sequence[str], where: str) -> Job:
 
 
 def _step(data: Any, where: str) -> Step:
-    known(data, ("move", "line", "wait"), where)
+    known(data, _KINDS[:-1], where)
     if len(data) != 1:
-        raise UnreadableError(f"{where} is {shown(data)}; it must be one of move, line, wait")
+        raise UnreadableError(f"{where} is {shown(data)}; it must be one of {', '.join(_KINDS[:-1])}")
     [(kind, value)] = data.items()
+    if kind in ("grasp", "release"):
+        value = text(data, kind, where)
     if kind == "line":
         value = numbers(value, (3,), f"line of {where}")
     elif kind == "wait":
@@ -246,7 +258,7 @@ def _step(data: Any, where: str) -> Step:
 
 
 def _event(data: Any, where: str) -> Event:
-    known(data, ("time", "until", "arm", "kind", "object", "job", "step", "group"), where)
+    known(data, ("time", "until", "arm", "kind", "object", "pose", "job", "step", "group"), where)
     begin, end = (float(numbers(member(data, key, where), (), f"{key} of {where}")) for key in ("time", "until"))
     kind, step = text(data, "kind", where, _KINDS), data.get("step")
     job = None if data.get("job") is None else text(data, "job", where)
@@ -256,7 +268,19 @@ def _event(data: Any, where: str) -> Event:
     for name, value in (("step", step), ("group", group)):
         if value is not None and (isinstance(value, bool) or not isinstance(value, int)):
             raise UnreadableError(f"{name} of {where} is {shown(value)}; it must be a whole number")
-    return Event(begin=begin, end=end, arm=text(data, "arm", where), kind=kind, job=job, step=step, group=group)
+    handled = text(data, "object", where) if kind in ("grasp", "release") else None
+    pose = None if handled is None else _pose(member(data, "pose", where), f"pose of {where}")
+    arm = text(data, "arm", where)
+    return Event(begin=begin, end=end, arm=arm, kind=kind, job=job, step=step, group=group, object=handled, pose=pose)
+
+
+def _pose(data: Any, where: str) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
+    known(data, ("position", "quaternion"), where)
+    position = numbers(member(data, "position", where), (3,), f"position of {where}")
+    quaternion = numbers(member(data, "quaternion", where), (4,), f"quaternion of {where}")
+    if not np.isfinite([*position, *quaternion]).all() or not quaternion.any():
+        raise UnreadableError(f"{where} is {shown(data)}; it must be finite, and its quaternion not all zero")
+    return position, quaternion
 
 
 def _fault(rule: str, message: str, event: Event | None = None) -> Violation:

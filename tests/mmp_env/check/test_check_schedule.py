@@ -110,7 +110,7 @@ FAULTS = {
     "no times": (lambda data: data["trajectories"]["arm0"].update(times=[]), {"times", "shape"}),
     "times that do not ascend": (lambda data: data["trajectories"]["arm0"]["times"].reverse(), {"times"}),
     "no arm": (lambda data: data["trajectories"].pop("arm0"), {"schema"}),
-    "an unknown field": (lambda data: data.update(objects=[]), {"schema"}),
+    "an unknown field": (lambda data: data.update(things=[]), {"schema"}),
     "a file of another kind": (lambda data: data.update(schema="mmp-plan/1"), {"schema"}),
 }
 

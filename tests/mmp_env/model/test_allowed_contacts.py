@@ -78,7 +78,7 @@ def test_the_checker_refuses_names_of_no_moving_link(strange):
     document = plan_to_dict(mmp_env.Plan(problem=problem, times=np.array([0.0]), positions={"arm": UPRIGHT}))
     document["problem"]["cell"]["obstacles"][0]["may_touch"] = [strange]
     (sentence,) = mmp_env.check_plan(document).sentences
-    told = f"may_touch of obstacle 'sleeve' names '{strange}', which is no moving link of an arm of the cell"
+    told = f"may_touch of obstacle 'sleeve' names '{strange}', which is no moving part of an arm of the cell"
     assert sentence == f"schema: {told}"
 
 

@@ -11,6 +11,9 @@ import numpy as np
 from mmp_env.brief import brief
 from mmp_env.model.cell import Cell
 
+PHASE = "/@"
+"""Text between the name of a body and a number, where several bodies stand for one at different times."""
+
 
 @dataclass(frozen=True)
 class Contact:
@@ -106,12 +109,13 @@ class ContactLog:
 def names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:
     """Returns the body name and the arm number of every geom.
 
-    A geom of the world has the name of its obstacle, and a number above those of all arms.
+    A geom of the world has the name of its obstacle, and a number above those of all arms. Bodies whose names differ
+    after `PHASE` stand for one body at different times, and have one name.
     """
     numbers = {name: k for k, name in enumerate(cell.arm_names)}
     names, owners = [], []
     for geom, body in enumerate(np.asarray(model.geom_bodyid).tolist()):
-        name = model.body(body).name if body else "/".join(model.geom(geom).name.split("/")[:2])
+        name = model.body(body).name.partition(PHASE)[0] if body else "/".join(model.geom(geom).name.split("/")[:2])
         names.append(name)
         owners.append(numbers.get(name.partition("/")[0], len(numbers)) if body else len(numbers))
     return names, owners

@@ -8,6 +8,7 @@ parts of one arm collide here only if the planners test them against each other.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from typing import Any
 
 import numpy as np
@@ -43,13 +44,21 @@ _SHAPES = {
 }
 
 
-def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
+def compile_scene(
+    cell: Cell,
+    *,
+    moving_setpoints: bool = False,
+    bodies: Collection[str] = (),
+    more: Callable[[Any], None] | None = None,
+) -> Any:
     """Returns the `mujoco.MjModel` of a cell, with floor, light and a camera `overview`, which touch nothing.
 
     Args:
         cell: the cell.
         moving_setpoints: False: `ctrl` holds the set points of the servos [rad]. True: the activations `act` hold them,
             and `ctrl` is their velocity [rad/s] (MuJoCo's `intvelocity`), so a straight reference needs one command.
+        bodies: names of obstacles that are bodies of their own, so that contacts with them can be excluded.
+        more: adds to the spec before it is compiled.
 
     Raises:
         MmpError: if MuJoCo refuses the MJCF of a robot or tool, or the composed model.
@@ -62,7 +71,8 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
     # By default MuJoCo lets each body overlap its parent; a held object could then not touch the second to last link.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_FILTERPARENT)
     for obstacle in cell.obstacles:
-        _add_solid(spec, obstacle, obstacle_rgba(cell, obstacle))
+        own = bool(obstacle.may_touch) or obstacle.name in bodies
+        _add_solid(spec, obstacle, obstacle_rgba(cell, obstacle), own_body=own)
     for number, arm in enumerate(cell.arms):
         _add_arm(spec, arm, number, cell.spheres)
     for obstacle in cell.obstacles:
@@ -71,6 +81,8 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
     if moving_setpoints:
         for servo in spec.actuators:
             servo.dyntype = mujoco.mjtDyn.mjDYN_INTEGRATOR
+    if more is not None:
+        more(spec)
     set_stage(spec, cell)
     try:
         return spec.compile()
@@ -78,11 +90,11 @@ def compile_scene(cell: Cell, *, moving_setpoints: bool = False) -> Any:
         raise MmpError(f"MuJoCo cannot compile cell '{cell.name}': {error}") from error
 
 
-def _add_solid(spec: Any, obstacle: Obstacle, rgba: tuple[float, float, float, float]) -> None:
+def _add_solid(spec: Any, obstacle: Obstacle, rgba: tuple[float, float, float, float], *, own_body: bool) -> None:
     """Adds the geom `obstacle/<name>`, or `obstacle/<name>/<k>` for each piece of a mesh."""
     name = OBSTACLE_PREFIX + obstacle.name
     # MuJoCo excludes contacts of bodies, not of geoms.
-    body = spec.worldbody.add_body(name=name) if obstacle.may_touch else spec.worldbody
+    body = spec.worldbody.add_body(name=name) if own_body else spec.worldbody
     if not obstacle.pieces:
         _add_geom(body, name, obstacle, rgba)
     for k, piece in enumerate(obstacle.pieces):
@@ -109,9 +121,7 @@ def _add_arm(spec: Any, arm: Arm, number: int, sphere_set: str) -> None:
     if arm.tool is not None:
         spec.attach(_read_mjcf(arm.tool), site=spec.site(f"{prefix}flange"), prefix=prefix)
     if arm.held is not None:
-        tool = spec.body(f"{prefix}{arm.tool.name}").add_frame() if arm.tool else None
-        where = {"frame": tool} if tool else {"site": spec.site(f"{prefix}flange")}
-        spec.attach(_held_body(arm.held), prefix=prefix, **where)
+        add_held(spec, arm, arm.held, HELD)
     if sphere_set == EXACT:
         _collide_by_hulls(spec, arm)
     free = untested_pairs(arm, sphere_set) | {frozenset(arm.robot.link_names[:2])}
@@ -151,12 +161,20 @@ def _add_hull(spec: Any, body: Any, name: str, hull: Hull) -> None:
     body.add_geom(type=shape, size=[hull.radius, length / 2, 0.0], pos=ends.mean(axis=0), quat=turn, **look)
 
 
-def _held_body(held: Obstacle) -> Any:
-    """Returns a spec with the body `held`, whose weight the gravity compensation of the arm carries."""
-    spec = mujoco.MjSpec()
-    body = spec.worldbody.add_body(name=HELD, gravcomp=1.0)
-    _add_geom(body, HELD, held, OBJECT_RGBA).density = HELD_DENSITY
-    return spec
+def add_held(spec: Any, arm: Arm, held: Obstacle, name: str) -> None:
+    """Adds the body and geom `<arm>/<name>` of a held object, whose weight the arm's gravity compensation carries."""
+    prefix = f"{arm.name}/"
+    tool = spec.body(f"{prefix}{arm.tool.name}").add_frame() if arm.tool else None
+    where = {"frame": tool} if tool else {"site": spec.site(f"{prefix}flange")}
+    part = mujoco.MjSpec()
+    body = part.worldbody.add_body(name=name, gravcomp=1.0)
+    _add_geom(body, name, held, OBJECT_RGBA).density = HELD_DENSITY
+    spec.attach(part, prefix=prefix, **where)
+
+
+def add_object(spec: Any, solid: Obstacle, name: str) -> None:
+    """Adds the body and geom `name` of an object that lies."""
+    _add_geom(spec.worldbody.add_body(name=name), name, solid, OBJECT_RGBA)
 
 
 def _read_mjcf(model: Robot | Tool) -> Any:

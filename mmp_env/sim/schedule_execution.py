@@ -9,8 +9,10 @@ from mmp_env.errors import MmpError
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import LONGEST_EXECUTION_S
 from mmp_env.sim.execution import ExecutionReport, execute_plan
+from mmp_env.sim.object_simulation import ObjectSimulation
 from mmp_env.sim.simulation import Simulation
 from mmp_env.work.delays import ActualTimes, actual_times, random_delays
+from mmp_env.work.replay import replay
 from mmp_env.work.schedule import Schedule
 
 
@@ -27,16 +29,27 @@ def execute_schedule(schedule: Schedule, *, delays: float = 0.0, seed: int = 0) 
         seed: seed of the delays.
 
     Returns:
-        The report. Its clearances are compared with what is proved of the motion that is executed.
+        The report. Contacts of objects are among its contacts, but for those that a grasp or a release allows. Its
+        clearances of arms are compared with what is proved of the motion that is executed.
 
     Raises:
         MmpError: for another object, a wrong number, or an execution longer than `LONGEST_EXECUTION_S`.
     """
     given("schedule", schedule, Schedule, "a Schedule, such as load_schedule gives")
-    simulation = Simulation(schedule.problem.cell)
-    plan = delayed_plan(schedule, actual_times(schedule, random_delays(schedule, delays, seed)), simulation.timestep_s)
+    times = actual_times(schedule, random_delays(schedule, delays, seed))
+    simulation = simulation_of(schedule, times)
+    plan = delayed_plan(schedule, times, simulation.timestep_s)
     simulation.place(simulation.joined(plan.problem.start))
     return execute_plan(simulation, plan)
+
+
+def simulation_of(schedule: Schedule, times: ActualTimes) -> Simulation:
+    """Returns a new simulation of the cell of a schedule, with its objects where they are at actual times."""
+    cell, jobs = schedule.problem.cell, schedule.jobs
+    if not jobs.objects:
+        return Simulation(cell)
+    found = replay(cell, jobs, schedule.trajectories, schedule.events, times.begins)
+    return ObjectSimulation(cell, found.windows)
 
 
 def delayed_plan(schedule: Schedule, times: ActualTimes, step_s: float) -> Plan:

@@ -45,26 +45,42 @@ class Replay:
     uses: tuple[tuple[MotionId, frozenset[str]], ...] = ()
 
 
-def replay(cell: Cell, jobs: Jobs, trajectories: Mapping[str, Trajectory], events: Sequence[WorkEvent]) -> Replay:
+def replay(
+    cell: Cell,
+    jobs: Jobs,
+    trajectories: Mapping[str, Trajectory],
+    events: Sequence[WorkEvent],
+    begins: Mapping[MotionId, float] | None = None,
+) -> Replay:
     """Returns what happens to the objects.
+
+    Args:
+        cell: the arms and obstacles.
+        jobs: the work.
+        trajectories: arm name -> its motion.
+        events: the events of all arms.
+        begins: when events really begin [s], by arm and number; None if they are on time.
 
     Raises:
         InvalidInstanceError: if an event cannot happen, such as a grasp of an object that is elsewhere.
     """
-    end = max(float(each.times[-1]) for each in trajectories.values())
     by_number = numbered(events)
-    changes = [(event.begin_s, number) for number, event in by_number.items() if event.kind in OBJECT_EVENTS]
+    spans = {name: (each.begin_s, each.end_s) for name, each in by_number.items()}
+    if begins is not None:
+        spans = {name: (begins[name], begins[name] + end - begin) for name, (begin, end) in spans.items()}
+    end = max([*(float(each.times[-1]) for each in trajectories.values()), *(until for _, until in spans.values())])
+    changes = [(spans[number][0], number) for number, event in by_number.items() if event.kind in OBJECT_EVENTS]
     worlds, changed = [(0.0, first_world(cell, jobs.objects))], {}
     permits: list[tuple[float, float, Touching]] = []
     uses = []
     for time, number in sorted(changes, key=lambda change: change[0]):
         event, before = by_number[number], worlds[-1][1]
-        after = happened(before, event, trajectories[event.arm].at(np.array([time]))[0])
+        after = happened(before, event, trajectories[event.arm].at(np.array([event.begin_s]))[0])
         worlds.append((time, after))
         changed[number] = after.held.get(event.arm)
         assert event.solid is not None
         uses.append((number, frozenset((event.solid.name, *after.supports[event.solid.name]))))
-        permits += _permits(before, after, number, by_number, trajectories[event.arm], end)
+        permits += _permits(before, after, number, by_number, spans, trajectories[event.arm], end)
     cuts = {0.0, end, *(time for time, _ in worlds), *(t for first, last, _ in permits for t in (first, last))}
     windows = []
     for first, last in pairwise(sorted(cuts)):
@@ -104,6 +120,7 @@ def _permits(
     after: World,
     number: MotionId,
     events: Mapping[MotionId, WorkEvent],
+    spans: Mapping[MotionId, tuple[float, float]],
     trajectory: Trajectory,
     end: float,
 ) -> Iterator[tuple[float, float, Touching]]:
@@ -114,13 +131,13 @@ def _permits(
     grasp = grasp_contacts(arm, name)
     support = support_contacts(arm, after.supports[name])
     first, second = (grasp, support) if event.kind == "grasp" else (support, grasp)
-    own = [each for (of, _), each in events.items() if of == event.arm]
-    place = own.index(event)
-    moves = [trajectory.moves(each.begin_s, each.end_s) for each in own]
-    begin = max((own[k].begin_s for k in range(place) if moves[k]), default=0.0)
-    until = min((own[k].end_s for k in range(place, len(own)) if moves[k]), default=end)
-    yield begin, event.begin_s, first
-    yield event.begin_s, until, second
+    own = [name for name in events if name[0] == event.arm]
+    place = own.index(number)
+    moves = [trajectory.moves(events[name].begin_s, events[name].end_s) for name in own]
+    begin = max((spans[own[k]][0] for k in range(place) if moves[k]), default=0.0)
+    until = min((spans[own[k]][1] for k in range(place, len(own)) if moves[k]), default=end)
+    yield begin, spans[number][0], first
+    yield spans[number][0], until, second
 
 
 def _held(

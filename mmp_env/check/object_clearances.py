@@ -43,12 +43,11 @@ def check_windows(
             "goal": {name: q[-1] for name, q in rows.items()},
         }
         problem |= {"cell": filled(problem["cell"], window), "max_acceleration": None, "max_jerk": None}
-        part = dict(plan) | {"problem": problem, "times": at - at[0], "positions": rows}
+        # The times stay those of the schedule, for the report, although a plan begins at 0.
+        part = dict(plan) | {"problem": problem, "times": at, "positions": rows}
         report = check_document(part, exact=exact)
-        faults = [fault for fault in report.violations if fault.rule in _GEOMETRY]
-        later = [f if f.time_s is None else replace(f, time_s=f.time_s + window.begin) for f in faults]
-        time = None if report.time_s is None else report.time_s + window.begin
-        out.append(replace(report, violations=tuple(later), time_s=time))
+        faults = tuple(fault for fault in report.violations if fault.rule in _GEOMETRY)
+        out.append(replace(report, violations=faults))
     return out
 
 

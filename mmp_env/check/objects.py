@@ -102,7 +102,8 @@ def handle(work: Work, objects: Sequence[Solid]) -> Handled:
         out.states.append((event.begin, after))
         index = work.of_arm(arm.name).index(event)
         assert event.object is not None
-        out.uses.append(Use(event=event, index=index, names=frozenset((event.object, *after.under[event.object]))))
+        below = (name for name in after.under[event.object] if name in after.under)
+        out.uses.append(Use(event=event, index=index, names=frozenset((event.object, *below))))
         out.permits += _permits(work, arm, event, index, after)
         if event.kind == "grasp":
             out.holds.append(Hold(arm=arm.name, first=index, until=None, solid=after.held[arm.name]))

@@ -105,5 +105,7 @@ def _step(data: dict[str, Any], place: Location) -> Step:
         raise MmpError(f"{place}: {UnknownNameError('kind of step', shown(kind)[1:-1], STEPS)}")
     if kind == "move":
         return Move(as_goal(value, str(place / "move")))
+    if kind in ("grasp", "release") and not isinstance(value, str):
+        raise (place / kind).wrong(value, "the name of an object")
     with named(place):
         return _KINDS[kind](value)

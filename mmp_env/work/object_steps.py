@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Protocol, runtime_checkable
 
-from mmp_env.argument_checks import text
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
@@ -25,18 +24,12 @@ class Grasp:
 
     object: str
 
-    def __post_init__(self) -> None:
-        text("the object of a grasp", self.object)
-
 
 @dataclass(frozen=True)
 class Release:
     """A step that puts down an object. From then on it lies where it is."""
 
     object: str
-
-    def __post_init__(self) -> None:
-        text("the object of a release", self.object)
 
 
 @runtime_checkable

@@ -54,13 +54,14 @@ def order_of(
         _motions(volumes, number, trajectories[name], [event for event in events if event.arm == name], found.held)
         for number, name in enumerate(cell.arm_names)
     ]
-    out = [*_after_jobs(jobs, events), *_around_objects(events, found)]
+    out = _after_jobs(jobs, events)
     for a, name in enumerate(cell.arm_names):
         for b, other in enumerate(cell.arm_names):
             if a == b:
                 continue
             for first, second, past in _kept(volumes, motions[b], motions[a], distance):
                 out.append(OrderPair(first=(other, first), second=(name, second), past_s=time_of(past, period_s)))
+    out += _around_objects(events, found, out)
     return tuple(sorted(set(out), key=lambda pair: (pair.second, pair.first, pair.past_s)))
 
 
@@ -135,14 +136,27 @@ def _after_jobs(jobs: Jobs, events: Sequence[WorkEvent]) -> list[OrderPair]:
     return out
 
 
-def _around_objects(events: Sequence[WorkEvent], found: Replay) -> list[OrderPair]:
-    """Returns the pairs that keep grasps and releases of an object, and of what stands on it, in their order."""
+def _around_objects(events: Sequence[WorkEvent], found: Replay, known: Sequence[OrderPair]) -> list[OrderPair]:
+    """Returns the pairs that keep grasps and releases of an object, and of what lies on it, in their order.
+
+    Args:
+        events: the events of all arms.
+        found: what happens to the objects.
+        known: pairs that hold anyway.
+    """
     by_id, latest = numbered(events), dict[str, MotionId]()
     out = []
     for second, names in found.uses:
-        for first in {latest[name] for name in names if name in latest}:
-            if first[0] != second[0]:
-                past = round(by_id[first].end_s - by_id[first].begin_s, 9)
-                out.append(OrderPair(first=first, second=second, past_s=past))
+        for first in sorted({latest[name] for name in names if name in latest}):
+            pair = OrderPair(first=first, second=second, past_s=round(by_id[first].end_s - by_id[first].begin_s, 9))
+            if first[0] != second[0] and not any(_implies(other, pair) for other in (*known, *out)):
+                out.append(pair)
         latest |= dict.fromkeys(names, second)
     return out
+
+
+def _implies(known: OrderPair, pair: OrderPair) -> bool:
+    """Returns whether a pair holds because an event before the second one has waited for as much."""
+    arms = known.first[0] == pair.first[0] and known.second[0] == pair.second[0]
+    later = (known.first[1], known.past_s) >= (pair.first[1], pair.past_s)
+    return arms and later and known.second[1] <= pair.second[1]

@@ -37,7 +37,7 @@ class Replay:
     Attributes:
         windows: in their order, without gaps.
         held: event, by arm and number -> what the arm holds in it and after it; nothing for those that are left out.
-        uses: grasps and releases in their order, each with its object and with what that object stands on.
+        uses: grasps and releases in their order, each with its object and with the objects below that.
     """
 
     windows: tuple[Window, ...]
@@ -79,7 +79,7 @@ def replay(
         worlds.append((time, after))
         changed[number] = after.held.get(event.arm)
         assert event.solid is not None
-        uses.append((number, frozenset((event.solid.name, *after.supports[event.solid.name]))))
+        uses.append((number, frozenset(after.concerned(event.solid.name))))
         permits += _permits(before, after, number, by_number, spans, trajectories[event.arm], end)
     cuts = {0.0, end, *(time for time, _ in worlds), *(t for first, last, _ in permits for t in (first, last))}
     windows = []

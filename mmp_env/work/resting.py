@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 
 import numpy as np
@@ -72,25 +73,30 @@ def _lowest(solid: Obstacle) -> Float[np.ndarray, "k 3"]:
     return points[points[:, 2] <= points[:, 2].min() + FLAT_M]
 
 
-def _tops(solid: Obstacle) -> list[Float[np.ndarray, "k 3"]]:
-    """Returns the corners of the tops of the pieces of a solid [m]."""
+@functools.lru_cache(maxsize=4096)
+def _tops(solid: Obstacle) -> list[tuple[float, Float[np.ndarray, "k 2"]]]:
+    """Returns for each piece of a solid the height of its top [m], and the corners of that, seen from above [m]."""
     out = []
     for vertices, radius in _hulls(solid):
-        points = vertices + np.array([0.0, 0.0, radius])
-        out.append(points[points[:, 2] >= points[:, 2].max() - FLAT_M])
+        heights = vertices[:, 2] + radius
+        out.append((float(heights.max()), _ring(vertices[heights >= heights.max() - FLAT_M, :2])))
     return out
 
 
 def _carried(bottom: Float[np.ndarray, "k 3"], other: Obstacle) -> Float[np.ndarray, "n 2"]:
     """Returns the corners of the area in which a solid carries an underside, seen from above [m]; maybe none."""
     out = [np.zeros((0, 2))]
-    for top in _tops(other):
-        if abs(float(bottom[:, 2].min() - top[:, 2].max())) > SUPPORT_TOLERANCE_M:
-            continue
-        area = _ring(top[:, :2])
-        if len(area) > 2:  # nothing stays on an edge or a ball
+    for height, area in _tops(other):
+        near = abs(float(bottom[:, 2].min()) - height) <= SUPPORT_TOLERANCE_M
+        if near and len(area) > 2 and _overlap(bottom[:, :2], area):  # nothing stays on an edge or a ball
             out.append(_clipped(_ring(bottom[:, :2]), area))
     return np.concatenate(out)
+
+
+def _overlap(one: Float[np.ndarray, "k 2"], other: Float[np.ndarray, "m 2"]) -> bool:
+    """Returns whether the boxes around two sets of points overlap."""
+    apart = np.maximum(one.min(axis=0) - other.max(axis=0), other.min(axis=0) - one.max(axis=0))
+    return bool(apart.max() <= 0)
 
 
 def _ring(points: Float[np.ndarray, "k 2"]) -> Float[np.ndarray, "m 2"]:

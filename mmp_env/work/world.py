@@ -68,6 +68,10 @@ class World(ReadOnly):
         wanted = frozenset(touching)
         return self if wanted == self.touching else replace(self, touching=wanted)
 
+    def concerned(self, name: str) -> list[str]:
+        """Returns an object, and the objects that it lies on, or from which it was taken last."""
+        return [name, *(other for other in self.supports[name] if other in self.supports)]
+
     def holder(self, name: str) -> str | None:
         """Returns the arm that holds an object; None if it lies."""
         return next((arm for arm, held in self.held.items() if held.name == name), None)

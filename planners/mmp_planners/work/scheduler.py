@@ -27,7 +27,7 @@ from mmp_planners.work.dispatch import Dispatch, JobState, Option
 from mmp_planners.work.group import Together
 from mmp_planners.work.handling import Handling, Stop, first_object_step, stop_at
 from mmp_planners.work.move_planner import MovePlanner
-from mmp_planners.work.step_paths import End, Others, StepPaths, refuse_sinking, where_of
+from mmp_planners.work.step_paths import FEW_ENDS, MOST_ENDS, End, Others, StepPaths, refuse_sinking, where_of
 from mmp_planners.work.timeline import Timeline
 from mmp_planners.work.timing import TOLERANCE_RAD
 from mmp_planners.work.yielding import Yielding
@@ -91,6 +91,7 @@ class Scheduler:
         done: what the arms do, in the order of planning.
         yields: number of motions aside.
         blocked: names of the arms that could not go on, in the end.
+        reason: why the first of them could not, if that is known.
     """
 
     def __init__(
@@ -114,6 +115,7 @@ class Scheduler:
         self.done: list[Done] = []
         self.yields = 0
         self.blocked: tuple[str, ...] = ()
+        self.reason = ""
         self._dispatch = Dispatch(jobs, self._finish, timeline.end, self._may_begin)
         self._check()
 
@@ -160,7 +162,7 @@ class Scheduler:
         except InvalidInstanceError as error:
             self._why[arm] = str(error)
             return False
-        names = (step.object, *stop.world.supports[step.object])
+        names = stop.world.concerned(step.object)
         self._timeline.wait(arm, self._handling.used_until(names))
         begin = self._timeline.hand(arm, stop.world.held.get(of.name))
         if begin is None:
@@ -224,7 +226,8 @@ class Scheduler:
             line = self._paths.line(arm, start, job, state.step, self._handling.world, resting)
             clear = self._paths.is_clear(arm, line, others)
             return StepPath(path=line.path, stop=line.stop) if clear else None
-        ends = self._paths.ends(arm, job, state.step, start)
+        most = FEW_ENDS if budget <= BUDGETS[0] else MOST_ENDS
+        ends = self._paths.ends(arm, job, state.step, start, most)
         ends = self._paths.clear_of(arm, ends, others)
         if not ends:
             return None
@@ -296,6 +299,7 @@ class Scheduler:
         state, arm, end = option.state, option.arm, self._timeline.end(option.arm)
         done = Done(begin=begin, end=end, arm=arm, kind=kind, state=state, step=state.step, group=group, solid=solid)
         self.done.append(done)
+        self._why.pop(arm, None)
         self._dispatch.advance(option)
 
     @property
@@ -326,6 +330,7 @@ class Scheduler:
     def _stuck(self, options: Sequence[Option]) -> bool:
         names = self._timeline.names
         self.blocked = tuple(names[arm] for arm in sorted({option.arm for option in options}))
+        self.reason = next((self._why[option.arm] for option in options if option.arm in self._why), "")
         return False
 
     def _known_goals(self, state: JobState, step: int, arm: int) -> Float[np.ndarray, "n dof"] | None:

@@ -55,12 +55,14 @@ class ScheduleResult:
         status: how the run ended.
         schedule: the proved schedule, or None unless the status is `solved`.
         blocked: names of the arms that could not go on.
+        reason: why one of them could not, if that is known.
         stats: counts and times [s] of the run.
     """
 
     status: Status
     schedule: Schedule | None = None
     blocked: tuple[str, ...] = ()
+    reason: str = ""
     stats: Mapping[str, Any] = field(default_factory=dict)
 
     @brief
@@ -76,7 +78,8 @@ class ScheduleResult:
             return "no schedule was proved in time"
         arms = f"{'arm' if len(self.blocked) == 1 else 'arms'} {', '.join(self.blocked)}"
         why = " in time" if self.status is Status.TIMEOUT else ", although other arms were asked to make way"
-        return f"no motion was found for the next step of {arms}{why}"
+        reason = f": {self.reason}" if self.reason else ""
+        return f"no motion was found for the next step of {arms}{why}{reason}"
 
 
 @known_keywords
@@ -134,7 +137,7 @@ def schedule(
     if found is None:
         stopped = clock.expired or not scheduler.blocked
         status = Status.TIMEOUT if stopped else Status.EXHAUSTED
-        return ScheduleResult(status=status, blocked=scheduler.blocked, stats=stats)
+        return ScheduleResult(status=status, blocked=scheduler.blocked, reason=scheduler.reason, stats=stats)
     signature = {"name": planner, "options": _options(of_group), "seed": seed}
     found = dataclasses.replace(found, planner=signature, stats=counts())
     stats["makespan_s"] = found.makespan_s

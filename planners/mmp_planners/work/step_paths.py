@@ -25,6 +25,8 @@ LINE_PATH_TOLERANCE = 2e-4
 """Largest distance of a tool from its line on the path of a line [m], and of its rotation [rad]."""
 MOST_ENDS = 4
 """Largest number of ends of a move that a search gets, if other steps follow."""
+FEW_ENDS = 2
+"""The same number for the first search for a path."""
 MOST_TRIED = 24
 """Largest number of ends of a move, the nearest ones, from which the steps after it are tried."""
 
@@ -64,10 +66,10 @@ class StepPaths:
 
     def __init__(self, mover: MovePlanner, handling: Handling) -> None:
         self._mover, self._handling = mover, handling
-        self._ends: dict[tuple[World, Touching, int, str, int, bytes], list[End] | InvalidInstanceError] = {}
+        self._ends: dict[tuple[World, Touching, int, str, int, int, bytes], list[End] | InvalidInstanceError] = {}
         self._kinematic: dict[tuple[int, Line, bytes], Float[np.ndarray, "k dof"] | str] = {}
 
-    def ends(self, arm: int, job: Job, step: int, near: Float[np.ndarray, "dof"]) -> list[End]:
+    def ends(self, arm: int, job: Job, step: int, near: Float[np.ndarray, "dof"], most: int = MOST_ENDS) -> list[End]:
         """Returns where a move may end, the nearest first: free alone, and so are the lines up to the next move.
 
         Args:
@@ -75,6 +77,7 @@ class StepPaths:
             job: the job.
             step: number of the move.
             near: where the arm stands [rad, of slides m].
+            most: largest number of ends if other steps follow.
 
         Raises:
             InvalidInstanceError: if there are none.
@@ -83,10 +86,10 @@ class StepPaths:
         state = self._handling.world, self._handling.resting(of) | self._handling.others_resting(of)
         if self._ends and next(iter(self._ends))[0] is not state[0]:
             self._ends.clear()
-        key = *state, arm, job.name, step, np.asarray(near, dtype=float).tobytes()
+        key = *state, arm, job.name, step, most, np.asarray(near, dtype=float).tobytes()
         if key not in self._ends:
             try:
-                self._ends[key] = self._found_ends(arm, job, step, near)
+                self._ends[key] = self._found_ends(arm, job, step, near, most)
             except InvalidInstanceError as error:
                 self._ends[key] = error
         found = self._ends[key]
@@ -94,7 +97,7 @@ class StepPaths:
             raise found
         return found
 
-    def _found_ends(self, arm: int, job: Job, step: int, near: Float[np.ndarray, "dof"]) -> list[End]:
+    def _found_ends(self, arm: int, job: Job, step: int, near: Float[np.ndarray, "dof"], most: int) -> list[End]:
         move, where = job.steps[step], where_of(job, step)
         assert isinstance(move, Move)
         of, world = self._mover.problem.cell.arms[arm], self._handling.world
@@ -113,7 +116,7 @@ class StepPaths:
                 out.append(End(q=q, stop=stop, lines=self.lines(arm, q, job, stop)))
             except InvalidInstanceError as error:
                 reason = reason or error
-            if len(out) == MOST_ENDS:
+            if len(out) == most:
                 break
         if not out:
             assert reason is not None

@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from mmp_env.view.search_tree import SearchTree
     from mmp_env.work.jobs import Job, Jobs, Line, Move, Wait
     from mmp_env.work.jobs_file import load_jobs
+    from mmp_env.work.object_steps import Grasp, Release
     from mmp_env.work.schedule import Schedule
     from mmp_env.work.schedule_check import check_schedule
     from mmp_env.work.schedule_file import load_schedule, save_schedule
@@ -94,6 +95,7 @@ _HOMES = {
     "version": ("__version__",),
     "work.jobs": ("Job", "Jobs", "Line", "Move", "Wait"),
     "work.jobs_file": ("load_jobs",),
+    "work.object_steps": ("Grasp", "Release"),
     "work.schedule": ("Schedule",),
     "work.schedule_check": ("check_schedule",),
     "work.schedule_file": ("load_schedule", "save_schedule"),
@@ -110,6 +112,7 @@ __all__ = [
     "Conflict",
     "Contact",
     "ExecutionReport",
+    "Grasp",
     "InvalidInstanceError",
     "Job",
     "Jobs",
@@ -126,6 +129,7 @@ __all__ = [
     "PlanView",
     "PoseGoal",
     "Problem",
+    "Release",
     "Robot",
     "Schedule",
     "SearchTree",

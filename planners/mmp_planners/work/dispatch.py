@@ -135,5 +135,6 @@ class Dispatch:
                 begin = max(ready, self._finish(current, arm, self._end(arm)))
             return self._finish(state, arm, math.ceil(begin)) if math.isfinite(begin) else math.inf
 
-        able = [arm for arm in range(self._count) if self._may_begin(state, arm)]
-        return min(able, key=lambda arm: (finish(arm), arm), default=None)
+        able = [arm for arm in range(self._count) if arm in self._current or self._may_begin(state, arm)]
+        found = {arm: finish(arm) for arm in able}
+        return min((arm for arm in able if math.isfinite(found[arm])), key=lambda arm: (found[arm], arm), default=None)

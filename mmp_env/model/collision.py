@@ -6,6 +6,7 @@ to 1e-5 m within 40 m of the origin. `precise=True` computes in double precision
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from operator import attrgetter
@@ -106,15 +107,13 @@ class CollisionModel:
 
     def _add(self, obstacle: Obstacle) -> int:
         """Adds an obstacle to the core. Returns the number of bodies there, one for each piece of a mesh."""
-        turn = matrix_from_quaternion(obstacle.quaternion)
         if obstacle.pieces:
+            turn = matrix_from_quaternion(obstacle.quaternion)
             for piece in obstacle.pieces:
                 placed = np.array([turn @ vertex + obstacle.position for vertex in piece])
                 self.core.add_hull_obstacle(vertices=placed, planes=supporting_planes(placed))
             return len(obstacle.pieces)
-        pose = transform(turn, obstacle.position)[:3].ravel()
-        size = np.ascontiguousarray(obstacle.half_size, dtype=float)
-        self.core.add_obstacle(SHAPES.index(obstacle.shape), pose, size)
+        self.core.add_obstacle(SHAPES.index(obstacle.shape), *_pose_and_size(obstacle))
         return 1
 
     def _let_touch(self, obstacle: Obstacle, pieces: range) -> None:
@@ -294,3 +293,10 @@ class CollisionModel:
         if not np.isfinite(rows).all():
             raise MmpError(f"configurations of arm '{arm}' hold {rows[~np.isfinite(rows)][0]}; they must be finite")
         return rows
+
+
+@functools.lru_cache(maxsize=4096)
+def _pose_and_size(obstacle: Obstacle) -> tuple[Float[np.ndarray, "12"], Float[np.ndarray, "3"]]:
+    """Returns pose and size of an obstacle as the core takes them."""
+    pose = transform(matrix_from_quaternion(obstacle.quaternion), obstacle.position)
+    return pose[:3].ravel(), np.ascontiguousarray(obstacle.half_size, dtype=float)

@@ -62,6 +62,7 @@ class _Moving:
     T_last_tool: Float[np.ndarray, "4 4"]
 
 
+@functools.lru_cache(maxsize=256)
 def joint_chain(arm: Arm, sphere_set: str) -> dict[str, np.ndarray]:
     """Returns the arguments of the core's `add_arm`."""
     robot = arm.robot

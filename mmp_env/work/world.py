@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -49,7 +50,7 @@ class World(ReadOnly):
         """The cell with all objects: those that lie are obstacles."""
         if not (self.lying or self.held):
             return self.cell
-        arms = tuple(replace(arm, held=self.held.get(arm.name, arm.held)) for arm in self.cell.arms)
+        arms = tuple(_holding(arm, self.held.get(arm.name, arm.held)) for arm in self.cell.arms)
         touching: dict[str, set[str]] = {}
         empty = {f"{arm.name}/{HELD}" for arm in arms if arm.held is None}
         for part, solid in self.touching:
@@ -201,6 +202,12 @@ def lowest_points(held: Obstacle, poses: Float[np.ndarray, "n 4 4"]) -> Float[np
 def grip_point(arm: Arm, grip: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "3"]:
     """Returns the tool point, or the origin of the flange, at a pose of the frame of the tool [m]."""
     return grip[:3, 3] + (grip[:3, :3] @ arm.tool.point if arm.tool else 0.0)
+
+
+@functools.lru_cache(maxsize=1024)
+def _holding(arm: Arm, held: Obstacle | None) -> Arm:
+    """Returns an arm that holds something. The same arm and object give the same one, whose queries are made once."""
+    return arm if held is arm.held else replace(arm, held=held)
 
 
 def _placed(solid: Obstacle, pose: Float[np.ndarray, "4 4"]) -> Obstacle:

@@ -110,6 +110,7 @@ class Scheduler:
         self._handling, self._paths = handling, StepPaths(mover, handling)
         self._yielding, self._together, self._seed = yielding, together, seed
         self._known: dict[tuple[int, int, int], Float[np.ndarray, "n dof"] | None] = {}
+        self._estimates: dict[tuple[int, int, int, bytes], float] = {}
         self._tried: dict[int, int] = {}
         self._why: dict[int, str] = {}
         self.done: list[Done] = []
@@ -350,18 +351,25 @@ class Scheduler:
 
     def _finish(self, state: JobState, arm: int, begin: int) -> float:
         """Returns about when an arm would be done with a job; infinity if it cannot do it [periods]."""
-        at, speed = self._timeline.rest(arm), self._mover.problem.max_velocity[self._timeline.names[arm]]
-        when = float(begin)
+        at = self._timeline.rest(arm)
+        key = state.number, state.step, arm, at.tobytes()
+        if key not in self._estimates:
+            self._estimates[key] = self._estimate(state, arm, at) / self._timeline.period_s
+        return begin + self._estimates[key]
+
+    def _estimate(self, state: JobState, arm: int, at: Float[np.ndarray, "dof"]) -> float:
+        """Returns about how long the rest of a job takes an arm [s]; infinity if it cannot do it."""
+        speed, total = self._mover.problem.max_velocity[self._timeline.names[arm]], 0.0
         for k, step in list(enumerate(state.job.steps))[state.step :]:
             if not isinstance(step, Move):
-                when += self._lasting(step) / self._timeline.period_s
+                total += self._lasting(step)
                 continue
             rows = self._known_goals(state, k, arm)
             if rows is None:
                 return math.inf
             durations = (np.abs(rows - at) / speed).max(axis=1)
-            when, at = when + float(durations.min()) / self._timeline.period_s, rows[int(durations.argmin())]
-        return when
+            total, at = total + float(durations.min()), rows[int(durations.argmin())]
+        return total
 
     def _lasting(self, step: Step) -> float:
         """Returns about how long a step takes that is no move [s]."""

@@ -8,7 +8,7 @@ rest. Either ends a step of a job, so the scheduler ends: there is no livelock.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,18 +18,20 @@ from jaxtyping import Float
 from mmp_env.errors import InvalidInstanceError
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.goals import AnyOf, Goal, JointGoal, Stay
-from mmp_env.work.jobs import Jobs, Line, Move, Step, Wait
+from mmp_env.work.jobs import Jobs, Line, Move, Wait
 from mmp_env.work.object_steps import Grasp, Release
 from mmp_env.work.schedule import EventKind
 from mmp_planners.seeds import quick_seed_of
 from mmp_planners.work.commitment import Commitment, Proposal
 from mmp_planners.work.dispatch import Dispatch, JobState, Option
+from mmp_planners.work.estimates import Estimates
 from mmp_planners.work.group import Together
 from mmp_planners.work.handling import Handling, Stop, first_object_step, stop_at
 from mmp_planners.work.move_planner import MovePlanner
 from mmp_planners.work.step_paths import FEW_ENDS, MOST_ENDS, End, Others, StepPaths, refuse_sinking, where_of
 from mmp_planners.work.timeline import Timeline
 from mmp_planners.work.timing import TOLERANCE_RAD
+from mmp_planners.work.turns import Turns
 from mmp_planners.work.yielding import Yielding
 
 BUDGETS = (0.1, 0.2)
@@ -42,8 +44,6 @@ DETOUR_BUDGET = 0.1
 """Iteration budget of such a search."""
 LINE_ROUNDING_RAD = 1e-3
 """Largest distance of a joint from the path of a line at its rounded corners [rad, of slides m]."""
-LINE_SPEED = 0.3
-"""Speed of a line for estimates of who is done first [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,6 +85,7 @@ class Scheduler:
         commitment: commits motions.
         yielding: moves arms aside.
         together: plans all arms.
+        turns: decides which arms may go on.
         seed: seed of the plans of groups.
 
     Attributes:
@@ -104,31 +105,32 @@ class Scheduler:
         commitment: Commitment,
         yielding: Yielding,
         together: Together,
+        turns: Turns,
         seed: int,
     ) -> None:
         self._jobs, self._mover, self._timeline, self._commitment = jobs, mover, timeline, commitment
         self._handling, self._paths = handling, StepPaths(mover, handling)
-        self._yielding, self._together, self._seed = yielding, together, seed
-        self._known: dict[tuple[int, int, int], Float[np.ndarray, "n dof"] | None] = {}
-        self._estimates: dict[tuple[int, int, int, bytes], float] = {}
+        self._yielding, self._together, self._turns, self._seed = yielding, together, turns, seed
         self._tried: dict[int, int] = {}
         self._why: dict[int, str] = {}
         self.done: list[Done] = []
         self.yields = 0
         self.blocked: tuple[str, ...] = ()
         self.reason = ""
-        self._dispatch = Dispatch(jobs, self._finish, timeline.end, self._may_begin)
-        self._check()
+        estimates = Estimates(mover, handling, self._paths, timeline)
+        self._dispatch = Dispatch(jobs, estimates.finish, timeline.end, self._may_begin)
+        estimates.check(self._dispatch.states)
 
     def run(self) -> bool:
         """Plans all jobs. Returns whether it could."""
         while options := self._dispatch.options():
             if self._mover.clock.expired:
                 return self._stuck(options)
-            open_ones = [option for option in options if self._tried.get(option.arm) != self._timeline.version]
+            admitted = self._turns.admitted(options)
+            open_ones = [option for option in admitted if self._tried.get(option.arm) != self._timeline.version]
             if open_ones:
                 self._go_on(open_ones[0], options)
-            elif not (
+            elif not self._turns.next_round() and not (
                 any(self._moves(option, LAST_BUDGETS) for option in options)
                 or self._yield_for(options)
                 or self._move_together(options)
@@ -301,6 +303,7 @@ class Scheduler:
         done = Done(begin=begin, end=end, arm=arm, kind=kind, state=state, step=state.step, group=group, solid=solid)
         self.done.append(done)
         self._why.pop(arm, None)
+        self._turns.taken(option)
         self._dispatch.advance(option)
 
     @property
@@ -333,65 +336,3 @@ class Scheduler:
         self.blocked = tuple(names[arm] for arm in sorted({option.arm for option in options}))
         self.reason = next((self._why[option.arm] for option in options if option.arm in self._why), "")
         return False
-
-    def _known_goals(self, state: JobState, step: int, arm: int) -> Float[np.ndarray, "n dof"] | None:
-        """Returns the goals of a step as seen from the start; None if the arm has none."""
-        key = state.number, step, arm
-        if key not in self._known:
-            try:
-                self._known[key] = self._first_goals(state, step, arm)
-            except InvalidInstanceError:
-                self._known[key] = None
-        return self._known[key]
-
-    def _first_goals(self, state: JobState, step: int, arm: int) -> Float[np.ndarray, "n dof"]:
-        self._handling.look_bare()
-        start = self._mover.problem.start[self._timeline.names[arm]]
-        return self._paths.ends_alone(arm, state.job, step, start)
-
-    def _finish(self, state: JobState, arm: int, begin: int) -> float:
-        """Returns about when an arm would be done with a job; infinity if it cannot do it [periods]."""
-        at = self._timeline.rest(arm)
-        key = state.number, state.step, arm, at.tobytes()
-        if key not in self._estimates:
-            self._estimates[key] = self._estimate(state, arm, at) / self._timeline.period_s
-        return begin + self._estimates[key]
-
-    def _estimate(self, state: JobState, arm: int, at: Float[np.ndarray, "dof"]) -> float:
-        """Returns about how long the rest of a job takes an arm [s]; infinity if it cannot do it."""
-        speed, total = self._mover.problem.max_velocity[self._timeline.names[arm]], 0.0
-        for k, step in list(enumerate(state.job.steps))[state.step :]:
-            if not isinstance(step, Move):
-                total += self._lasting(step)
-                continue
-            rows = self._known_goals(state, k, arm)
-            if rows is None:
-                return math.inf
-            durations = (np.abs(rows - at) / speed).max(axis=1)
-            total, at = total + float(durations.min()), rows[int(durations.argmin())]
-        return total
-
-    def _lasting(self, step: Step) -> float:
-        """Returns about how long a step takes that is no move [s]."""
-        if isinstance(step, Wait):
-            return step.seconds
-        return float(np.linalg.norm(step.by)) / LINE_SPEED if isinstance(step, Line) else self._timeline.period_s
-
-    def _check(self) -> None:
-        """Raises `InvalidInstanceError` for a job that no arm, or not its arm, can do."""
-        for state in self._dispatch.states:
-            moves = [k for k, step in enumerate(state.job.steps) if isinstance(step, Move)]
-            arms = range(len(self._timeline.names)) if state.arm is None else [state.arm]
-            if any(all(self._known_goals(state, k, arm) is not None for k in moves) for arm in arms):
-                continue
-            reasons = list(self._reasons(state, moves, arms))
-            more = "" if state.arm is not None else "; no other arm can do the job either"
-            raise InvalidInstanceError(reasons[0] + more)
-
-    def _reasons(self, state: JobState, moves: Sequence[int], arms: Sequence[int]) -> Iterator[str]:
-        for arm in arms:
-            for step in moves:
-                try:
-                    self._first_goals(state, step, arm)
-                except InvalidInstanceError as error:
-                    yield str(error)

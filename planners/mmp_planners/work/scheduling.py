@@ -41,6 +41,7 @@ from mmp_planners.work.move_planner import MovePlanner
 from mmp_planners.work.scheduler import Done, Scheduler
 from mmp_planners.work.timeline import Timeline
 from mmp_planners.work.timing import Timing
+from mmp_planners.work.turns import OwnTime, Rounds
 from mmp_planners.work.yielding import Yielding
 
 SLACK_SHARES = (1.0, 0.25, 0.05)
@@ -93,6 +94,7 @@ def schedule(
     margin: float | Mapping[str, float] | Margins | None = None,
     max_acceleration: JointLimits = None,
     max_jerk: JointLimits = None,
+    rounds: bool = False,
 ) -> ScheduleResult:
     """Plans all jobs, each arm in its own time.
 
@@ -105,6 +107,7 @@ def schedule(
         margin: clearances [m], as in `make_problem`.
         max_acceleration: [rad/s^2] for all joints, or arm name -> [dof]; None for the robots' own limits.
         max_jerk: [rad/s^3], like `max_acceleration`.
+        rounds: in each round every arm moves once, and the next round begins when all have arrived; for comparisons.
 
     Raises:
         MmpError: if an argument is not allowed.
@@ -127,7 +130,7 @@ def schedule(
         "max_jerk": arm_limits(jobs.cell, max_jerk, "jerk"),
     }
     timing = Timing(handling, PERIOD_S, **limits)
-    scheduler, timeline, counts = _with_room(jobs, handling, slack, planner, of_group, timing, seed, clock)
+    scheduler, timeline, counts = _with_room(jobs, handling, slack, planner, of_group, timing, seed, clock, rounds)
     try:
         complete = scheduler.run()
     except StopPlanning:
@@ -153,12 +156,13 @@ def _with_room(
     timing: Timing,
     seed: int,
     clock: core.Clock,
+    rounds: bool,
 ) -> tuple[Scheduler, Timeline, Any]:
     """Returns `_scheduler` with as much slack as the goals of the jobs leave. Raises `InvalidInstanceError`."""
     for share in SLACK_SHARES[:-1]:
         with contextlib.suppress(InvalidInstanceError):  # a goal is tight
-            return _scheduler(jobs, handling, share * slack, name, planner, timing, seed, clock)
-    return _scheduler(jobs, handling, SLACK_SHARES[-1] * slack, name, planner, timing, seed, clock)
+            return _scheduler(jobs, handling, share * slack, name, planner, timing, seed, clock, rounds)
+    return _scheduler(jobs, handling, SLACK_SHARES[-1] * slack, name, planner, timing, seed, clock, rounds)
 
 
 def _scheduler(
@@ -170,6 +174,7 @@ def _scheduler(
     timing: Timing,
     seed: int,
     clock: core.Clock,
+    rounds: bool,
 ) -> tuple[Scheduler, Timeline, Any]:
     """Returns a scheduler about to begin, its timeline, and a function that returns its counts."""
     mover = MovePlanner(handling, slack, GRID_STEP_S, SiRrtStar(), seed, clock)
@@ -185,6 +190,7 @@ def _scheduler(
         commitment=commitment,
         yielding=yielding,
         together=together,
+        turns=Rounds(timeline) if rounds else OwnTime(),
         seed=seed,
     )
 

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from mmp_env.errors import MmpError
 from mmp_env.work.jobs import Jobs
 from mmp_env.work.jobs_file import jobs_from_dict
 
-PARTS = 24
+MOST_PARTS = 24
+"""Largest number of parts."""
 PART_M = (0.05, 0.05, 0.08)
 ARM_M, BOX_M, CAMERA_M = (0.45, 0.5), (0.95, 0.5), (0.8, 0.2, 0.4)
 """An arm, the middle of its box, and the place before its camera; the other three mirror them."""
@@ -26,11 +28,16 @@ SHOWN = 0.5
 """Probability that the camera must see a part."""
 
 
-def feeders_to_boxes(seed: int) -> Jobs:
-    """Returns the jobs. The seed draws which parts the camera must see. The scheduler assigns the jobs to arms."""
+def feeders_to_boxes(seed: int, parts: int = MOST_PARTS) -> Jobs:
+    """Returns a job for each part. The seed draws which parts the camera must see. The scheduler chooses the arms.
+
+    Raises `MmpError` for more than `MOST_PARTS` parts.
+    """
+    if parts > MOST_PARTS:
+        raise MmpError(f"{parts} parts are too many; the feeders hold {MOST_PARTS}")
     rng = np.random.default_rng(seed)
     objects, jobs = [], []
-    for number in range(PARTS):
+    for number in range(parts):
         side, (column, row) = np.array([-1, 1])[[number % 2]], divmod(number // 2, 2)
         corner = np.array([side[0], (-1, 1)[row]])
         begin = corner * FEEDER_M + PITCH_M * np.array([side[0] * (column - 2.5), corner[1] / 2])

@@ -49,6 +49,8 @@ class PoseSolver:
 
     def solve(self, pose: Float[np.ndarray, "4 4"], free: Free | None) -> Float[np.ndarray, "n dof"]:
         """Returns configurations within the joint limits, each with the least turns that are."""
+        if np.linalg.norm(pose[:3, 3] - self._chain.offsets[0]) > self._reach:
+            return np.zeros((0, self._chain.dof))
         task = ToolTask(chain=self._chain, free=free)
         curves = self._chain.dof == task.rows + 1
         slack = np.inf if curves else _LIMIT_SLACK
@@ -59,6 +61,13 @@ class PoseSolver:
         if curves:
             q = on_curves(task, self.box, distinct(q, _SAME), pose, step=STEP_RAD if free is None else _FREE_STEP_RAD)
         return distinct(self.box.within(q), _SAME)
+
+    @cached_property
+    def _reach(self) -> float:
+        """Upper bound of the distance of the tool frame from the first joint [m], with room for rounding."""
+        slides = self._chain.slides
+        travel = np.maximum(np.abs(self.box.lower), np.abs(self.box.upper))[slides].sum()
+        return self._chain.length + float(travel) + 1e-6
 
     @cached_property
     def _numeric(self) -> NumericSolver:

@@ -112,6 +112,14 @@ class Schedule(ReadOnly):
         return {event.job: event.arm for event in self.events if event.job is not None}
 
     @cached_property
+    def assigned(self) -> Jobs:
+        """The jobs with the arms that do them, in the order in which they begin."""
+        names = list(dict.fromkeys(event.job for event in self.events if event.job is not None))
+        by_name = {job.name: job for job in self.jobs.jobs}
+        jobs = tuple(replace(by_name[name], arm=self.arm_of[name]) for name in names)
+        return replace(self.jobs, jobs=jobs)
+
+    @cached_property
     def plan(self) -> Plan:
         """The motion of all arms, straight between times so close that the curves stray by `STRAY_RAD` at most."""
         return plan_of(self.problem, self.trajectories)

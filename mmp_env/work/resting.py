@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env import core
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.held import solid_hull
 from mmp_env.model.transforms import matrix_from_quaternion
@@ -38,6 +40,18 @@ def supports(solid: Obstacle, others: Iterable[Obstacle]) -> tuple[list[str], st
     return found, ""
 
 
+def overlap(solid: Obstacle, other: Obstacle) -> bool:
+    """Returns whether an object is more than `SUPPORT_TOLERANCE_M` deep in another solid."""
+    if float(np.linalg.norm(solid.position - other.position)) > _farthest(solid) + _farthest(other):
+        return False
+    vertices, radius = solid_hull(_shrunk(solid))
+    still = np.tile(np.eye(3, 4).ravel(), (1, 2, 1))
+    return any(
+        np.isneginf(core.hull_distances(a=vertices, b=hull, poses=still, radius_a=radius, radius_b=grown)[0, 0])
+        for hull, grown in _hulls(other)
+    )
+
+
 def distance(solid: Obstacle, point: Float[np.ndarray, "3"]) -> float:
     """Returns the distance of a point from a solid that is no mesh [m]; 0 inside."""
     local = matrix_from_quaternion(solid.quaternion).T @ (point - solid.position)
@@ -57,6 +71,20 @@ def width_across(solid: Obstacle, axis: Float[np.ndarray, "3"]) -> float:
     angles = np.linspace(0.0, np.pi, 180, endpoint=False)
     directions = np.cos(angles)[:, None] * across[0] + np.sin(angles)[:, None] * across[1]
     return float(np.ptp(vertices @ directions.T, axis=0).min()) + 2 * radius
+
+
+def _farthest(solid: Obstacle) -> float:
+    """Returns an upper bound of the distance of a point of a solid from its position [m]."""
+    return max(float(np.linalg.norm(hull - solid.position, axis=1).max()) + radius for hull, radius in _hulls(solid))
+
+
+def _shrunk(solid: Obstacle) -> Obstacle:
+    """Returns a solid that is smaller by `SUPPORT_TOLERANCE_M` on all sides, as far as that leaves something."""
+    size = None if solid.size is None else np.maximum(solid.size - 2 * SUPPORT_TOLERANCE_M, 1e-6)
+    radius = None if solid.radius is None else max(solid.radius - SUPPORT_TOLERANCE_M, 1e-6)
+    cap = 2 * SUPPORT_TOLERANCE_M if solid.shape == "cylinder" else 0.0
+    length = None if solid.length is None else max(solid.length - cap, 1e-6)
+    return replace(solid, size=size, radius=radius, length=length)
 
 
 def _hulls(solid: Obstacle) -> list[tuple[Float[np.ndarray, "v 3"], float]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -18,7 +18,7 @@ from mmp_env.model.held import HELD, solid_hull
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.transforms import matrix_from_quaternion, quaternion_from_matrix, transform
-from mmp_env.work.resting import distance, supports, width_across
+from mmp_env.work.resting import distance, overlap, supports, width_across
 
 GRASP_TOLERANCE_M = 0.01
 """Largest distance of the tool point, or of the flange without a tool, from an object that is grasped [m]."""
@@ -152,8 +152,10 @@ def first_world(cell: Cell, objects: Iterable[Obstacle]) -> World:
     """Returns the world at the begin of some work.
 
     Raises:
-        InvalidInstanceError: for an object that nothing carries.
+        InvalidInstanceError: for an object that nothing carries, or that is in another solid.
     """
+    objects = tuple(objects)
+    _refuse_overlaps(cell, objects)
     lying = {each.name: each for each in objects}
     world, under = World(cell=cell, lying=lying), {}
     for name, solid in lying.items():
@@ -162,6 +164,16 @@ def first_world(cell: Cell, objects: Iterable[Obstacle]) -> World:
             raise InvalidInstanceError(f"object '{name}' does not stay where it is: {why}")
         under[name] = tuple(found)
     return replace(world, supports=under)
+
+
+def _refuse_overlaps(cell: Cell, objects: Sequence[Obstacle]) -> None:
+    for k, solid in enumerate(objects):
+        for other in objects[:k]:
+            if overlap(solid, other):
+                raise InvalidInstanceError(f"objects '{other.name}' and '{solid.name}' overlap at the begin")
+        for obstacle in cell.obstacles:
+            if overlap(solid, obstacle):
+                raise InvalidInstanceError(f"object '{solid.name}' is in obstacle '{obstacle.name}' at the begin")
 
 
 def holding_parts(arm: Arm) -> list[str]:

@@ -21,20 +21,22 @@ FILES = {
     "a cell file": ("pair.json", json.dumps(bad_files.good_cell())),
     "a plan": ("plan.json", json.dumps(bad_files.good_plan())),
     "an episode": ("episode.json", json.dumps({"schema": "mmp-episode/1", "plans": [bad_files.good_plan()]})),
+    "a file of jobs": ("jobs.json", json.dumps({"schema": "mmp-jobs/1", "jobs": []})),
+    "a schedule": ("schedule.json", json.dumps({"schema": "mmp-schedule/1", "trajectories": {}})),
     "a file of results": ("results.jsonl", f"{RESULT}\n{RESULT}\n"),
     "a ROS 2 trajectory": ("plan.yaml", TRAJECTORY),
 }
 TAKEN = {
     "plan": ("an instance file", "a cell file"),
     "bench": ("an instance file", "a cell file"),
-    "check": ("a plan", "an episode"),
+    "check": ("a plan", "an episode", "a schedule"),
     "export": ("a plan", "an episode"),
     "show": ("a plan", "an episode"),
 }
 WORDS = {
     "plan": "SOURCE is an environment id, an instance file or a cell file",
     "bench": "SOURCE is an environment id, an instance file or a cell file",
-    "check": "`mmp check` takes plans and episodes",
+    "check": "`mmp check` takes plans, episodes and schedules",
     "export": "`mmp export` takes plans and episodes",
     "show": "`mmp show` takes plans, episodes, recordings, benchmark folders, pages and pictures",
 }

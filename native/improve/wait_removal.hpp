@@ -65,7 +65,7 @@ class WaitRemoval {
   }
 
  private:
-  static constexpr double kStepRad = 0.2;    // longest step of any joint
+  static constexpr double kStepRad = 0.2;    // longest step of any joint [rad, of slides m]
   static constexpr int kMostSteps = 4096;    // of one segment
   static constexpr double kSameTime = 1e-7;  // [s]
   static constexpr double kOnLine = 1e-6;    // distance of a state from a straight line that counts as on it [rad]

@@ -35,6 +35,7 @@ class CompositeProof {
     NearArms<V> near(
         models, static_cast<int>(proved.size()),
         [&](int a) { return [&path, a, this](int s) { return ends(path, a, s); }; }, clock);
+    if (clock.expired()) return std::vector<bool>(proved.size(), false);  // its boxes are not complete
     near.find(std::max(levels_.margin, levels_.proof));
     std::vector<int> either, edges_near;
     for (size_t a = 0; a < arms_.size(); ++a)

@@ -26,7 +26,7 @@ class SweptConflicts {
     for (int i = static_cast<int>(a.boxes.size()); i-- > 1;)
       for (int j = static_cast<int>(b.boxes.size()); j-- > 1;)
         if (may_be_near(i, a.boxes[i], j, b.boxes[j])) near_links_.push_back({i, j});
-    if (any_near()) near_in_blocks_.resize(a.block_count() * b.block_count());
+    if (any_near()) near_in_blocks_.resize(a.block_count() * chunks());
   }
 
   int rows() const { return std::max(a_.last, 1); }
@@ -51,7 +51,7 @@ class SweptConflicts {
   unsigned test(int s, int t, unsigned asked) {
     if (s != row_) growth_.assign(a_.arm->links.size(), T(-1));
     row_ = s;
-    auto& near = near_links(a_.block_of(s), b_.block_of(t));
+    auto& near = near_links(a_.block_of(s), t / width<V>);
     unsigned found = 0;
     for (size_t n = 0; n < near.size() && found != asked; ++n) {
       const auto [i, j] = near[n];
@@ -73,14 +73,20 @@ class SweptConflicts {
 
   using Links = std::vector<std::pair<int, int>>;
 
-  // Returns the links that come close in two blocks of steps.
-  Links& near_links(int block_a, int block_b) {
-    auto& out = near_in_blocks_[block_a * b_.block_count() + block_b];
+  size_t chunks() const { return static_cast<size_t>((columns() + width<V> - 1) / width<V>); }
+
+  // Returns the links that come close in a block of steps of the first motion and the steps of the second in all lanes.
+  Links& near_links(int block_a, int chunk) {
+    auto& out = near_in_blocks_[block_a * chunks() + chunk];
     if (out) return *out;
     out.emplace();
+    const int first = b_.block_of(chunk * width<V>), last = b_.block_of((chunk + 1) * width<V> - 1);
     for (const auto& [i, j] : near_links_)
-      if (may_be_near(i, a_.blocks[i * a_.block_count() + block_a], j, b_.blocks[j * b_.block_count() + block_b]))
-        out->push_back({i, j});
+      for (int block = first; block <= last; ++block)
+        if (may_be_near(i, a_.blocks[i * a_.block_count() + block_a], j, b_.blocks[j * b_.block_count() + block])) {
+          out->push_back({i, j});
+          break;
+        }
     return *out;
   }
 

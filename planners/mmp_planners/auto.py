@@ -61,7 +61,7 @@ class Auto:
     ) -> PlanResult:
         """Plans a problem. Arguments and result are those of `Planner.plan`."""
         counts = PortfolioCounts()
-        run = Run.begin("auto", self, problem, seed, time_limit, counts=counts)
+        run = Run.begin("auto", self, problem, seed, time_limit, counts=counts, removes_waits=self.waits == "removed")
         check_steps(problem, self.dt)
         exhausted = False
         improve = ImprovementRounds(

@@ -32,6 +32,8 @@ TURN = 100
 """Number of iterations of one turn."""
 STEP_WORK = 15.0
 """Work of one step, about its microseconds."""
+ITERATION_WORK = 10.0
+"""Work of one iteration beside its steps."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +66,7 @@ class GroupRrt:
         self, problem: Problem, *, seed: int = 0, time_limit: float = math.inf, watch: Watcher = ignore
     ) -> PlanResult:
         """Plans a problem. Arguments and result are those of `Planner.plan`."""
-        run = Run.begin("group-rrt", self, problem, seed, time_limit)
+        run = Run.begin("group-rrt", self, problem, seed, time_limit, removes_waits=self.waits == "removed")
         check_steps(problem, self.dt)
         try:
             for _ in self.turns(run, watch):
@@ -89,14 +91,16 @@ class GroupRrt:
                 settings=core.CompositeSettings(range=self.range, step=self.step),
                 most=self.most,
             )
-            steps = 0
+            steps = iterations = 0
             while search.iterations < limit << attempt // 2:
                 path = search.grow(TURN, run.clock)
                 if run.clock.expired or (path is not None and run.offer(fastest_plan(problem, path))):
                     return
-                if path is not None:  # a path whose proof fails
+                # The proof of the path failed, or every arm that is left stands in the way of too many others.
+                if path is not None or search.steps == steps:
                     break
-                yield Turn(STEP_WORK * (search.steps - steps))
-                steps = search.steps
+                yield Turn(STEP_WORK * (search.steps - steps) + ITERATION_WORK * (search.iterations - iterations))
+                steps, iterations = search.steps, search.iterations
             run.counts.restarts += 1
-            yield Turn(STEP_WORK * (search.steps - steps), failed=True)
+            work = STEP_WORK * (search.steps - steps) + ITERATION_WORK * (search.iterations - iterations)
+            yield Turn(work, failed=True)

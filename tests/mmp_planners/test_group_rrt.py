@@ -1,5 +1,8 @@
 """RRT-Connect for groups of arms as a planner: many arms, restarts, candidates, seeds and stops."""
 
+import itertools
+import math
+
 import numpy as np
 import pytest
 from support import two_arms
@@ -54,6 +57,15 @@ def test_each_attempt_takes_the_next_combination_of_candidates(monkeypatch):
     make("group-rrt", shorten=0).plan(problem, seed=0)
     ends = {tuple(plan.positions["left"][-1].round(6)) for plan in offered}
     assert ends == {tuple(q.round(6)) for q in goals}
+
+
+def test_attempts_fail_soon_and_count_their_work_if_more_arms_block_each_other_than_a_group_may_have():
+    """The goal of each hand is where the other one starts. So other members of a portfolio get their turn."""
+    run = Run.begin("group-rrt", None, two_arms.passing(1.0), 0, math.inf)
+    turns = list(itertools.islice(group_rrt.GroupRrt(most=1).turns(run), 12))
+    assert run.best is None
+    assert sum(turn.failed for turn in turns) >= 6
+    assert sum(turn.work for turn in turns) > 6 * group_rrt.TURN
 
 
 def test_a_watcher_ends_the_run_before_there_is_a_plan():

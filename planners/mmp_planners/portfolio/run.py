@@ -47,6 +47,7 @@ class Run:
         problem: the problem to solve.
         seed: seed of the run.
         clock: deadline of the run.
+        removes_waits: whether the run ends with wait removal; time is reserved for it.
         counts: counts of the run, for its statistics.
         best: the best solution so far.
         without_waits: the best solution so far and the same one without waits, if they were removed.
@@ -61,6 +62,7 @@ class Run:
     problem: Problem
     seed: int
     clock: core.Clock
+    removes_waits: bool = False
     counts: RunCounts = field(default_factory=RunCounts)
     best: Incumbent | None = None
     without_waits: tuple[Incumbent, Incumbent] | None = None
@@ -79,12 +81,21 @@ class Run:
         time_limit: float,
         *,
         counts: RunCounts | None = None,
+        removes_waits: bool = False,
     ) -> Run:
         """Returns a run whose clock has started. Raises `MmpError` for a wrong problem, seed or time limit [s]."""
         seed, time_limit = check_run(problem, seed, time_limit)
         clock = core.Clock(min(time_limit, 1e10))
         counts = RunCounts() if counts is None else counts
-        return cls(name=name, options=options, problem=problem, seed=seed, clock=clock, counts=counts)
+        return cls(
+            name=name,
+            options=options,
+            problem=problem,
+            seed=seed,
+            clock=clock,
+            removes_waits=removes_waits,
+            counts=counts,
+        )
 
     @property
     def elapsed_s(self) -> float:
@@ -128,11 +139,6 @@ class Run:
         if self.without_waits is not None and self.without_waits[0] is self.best:
             return self.without_waits[1]
         return self.best
-
-    @property
-    def removes_waits(self) -> bool:
-        """Whether the planner has the option to remove waits, and it is set."""
-        return getattr(self.options, "waits", None) == "removed"
 
     def remove_waits(self) -> bool:
         """Removes the waits of the best plan, if time is left. Returns whether its makespan became shorter."""

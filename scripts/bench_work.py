@@ -1,8 +1,9 @@
 """Schedules of drawn jobs: planning, check, execution with random delays, and planted faults that the checker finds.
 
-Usage: bench_work.py [--arms 4] [--jobs 24] [--delays 1000] [--planted 200]. Each job moves above two places near its
-arm, goes down and up again along straight lines, and waits below. Delays are up to 3 s for every motion. Planted
-faults are in a schedule of one job for each arm.
+Usage: bench_work.py [--arms 4] [--jobs 24] [--packed 5] [--delays 1000] [--planted 200]. Each job moves above two
+places near its arm, goes down and up again along straight lines, and waits below. Delays are up to 3 s for every
+motion. Planted faults are in schedules of one job for each arm. `--packed` is the number of draws of the work of
+demo_work.sh. Each schedule is compared with the same jobs in rounds, and with lower bounds of its makespan.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from feeders_to_boxes import feeders_to_boxes
 from figure import print_figure
 
 import mmp_env
 import mmp_planners
-from mmp_cli.arguments import Parser, whole
+from mmp_cli.arguments import Parser, whole, whole_or_zero
 from mmp_cli.main import run_script
 from mmp_env.check.schedule import check_schedule_document
 from mmp_env.model.cell import Cell
@@ -35,6 +37,7 @@ APART_M = 0.3
 """Least distance of a place from any base."""
 SAMPLES = 100
 """Number of samples of a motion that tell whether a pair of the order is needed."""
+OBJECT_FAULTS = ("elsewhere", "left out", "another object", "no event", "another pose", "too high")
 FAULTS = ("missing pair", "early pair", "jump", "late line", "no event")
 
 
@@ -43,13 +46,17 @@ def main() -> None:
     parser = Parser("bench_work.py", __doc__)
     parser.add_argument("--arms", type=whole, default=4)
     parser.add_argument("--jobs", type=whole, default=24)
-    parser.add_argument("--delays", type=whole, default=1000)
-    parser.add_argument("--planted", type=whole, default=200)
+    parser.add_argument("--packed", type=whole_or_zero, default=5)
+    parser.add_argument("--delays", type=whole_or_zero, default=1000)
+    parser.add_argument("--planted", type=whole_or_zero, default=200)
     args = parser.parse()
     cell = mmp_env.ring_cell(args.arms)
+    for seed in range(args.packed):
+        print_planned(feeders_to_boxes(seed), f"_{seed}")
     schedule = print_planned(drawn_jobs(cell, args.jobs, seed=0))
     print_delayed(schedule, args.delays)
     print_planted(planned(drawn_jobs(cell, args.arms, seed=1)), args.planted)
+    print_planted_objects(planned(feeders_to_boxes(0, args.arms)), args.planted)
 
 
 def drawn_jobs(cell: Cell, count: int, seed: int) -> Jobs:
@@ -75,43 +82,41 @@ def planned(jobs: Jobs) -> Schedule:
     return result.schedule
 
 
-def print_planned(jobs: Jobs) -> Schedule:
-    """Prints the figures of planning and of the check, and returns the schedule."""
+def print_planned(jobs: Jobs, suffix: str = "") -> Schedule:
+    """Prints the figures of planning and of the check, and returns the schedule. `suffix`: of the names of figures."""
     began = time.process_time()
     schedule = planned(jobs)
     planning_s = time.process_time() - began
-    document = json.loads(json.dumps(schedule_to_dict(schedule)))
+    document = _document(schedule)
     began = time.process_time()
     report = check_schedule_document(document)
-    name = f"work_{len(jobs.cell.arms)}_{len(jobs.jobs)}"
-    busy_s = sum(event.end_s - event.begin_s for event in schedule.events)
+    name = f"work_{jobs.name}_{len(jobs.cell.arms)}{suffix}"
     print_figure(f"{name}_planning_s", planning_s, "s")
     print_figure(f"{name}_check_s", time.process_time() - began, "s")
     print_figure(f"{name}_makespan_s", schedule.makespan_s, "s")
     print_figure(f"{name}_planning_share", planning_s / schedule.makespan_s, "of the makespan")
-    print_figure(f"{name}_busy_share", busy_s / schedule.makespan_s / len(jobs.cell.arms), "of the makespan")
-    print_figure(f"{name}_in_rounds_s", rounds_s(schedule), "s")
+    for bound, words in ((schedule.busiest_s, "busiest arm"), (schedule.balanced_s, "work shared equally")):
+        ratio = schedule.makespan_s / bound
+        print_figure(f"{name}_{words.replace(' ', '_')}_s", bound, "s", ratio=ratio, ratio_to=f"makespan / {words}")
+    print_rounds(schedule, name)
     print_figure(f"{name}_order_pairs", len(schedule.order), "pairs")
     print_figure(f"{name}_valid", float(report.valid), "schedules")
     return schedule
 
 
-def rounds_s(schedule: Schedule) -> float:
-    """Returns the time of the same steps in rounds [s]: in each round every arm does its next step, without conflicts.
-
-    A round takes as long as its longest step, so no synchronous execution of these motions is shorter.
-    """
-    lasting: dict[str, list[float]] = {}
-    for event in schedule.events:
-        if event.job is not None:
-            lasting.setdefault(event.arm, []).append(event.end_s - event.begin_s)
-    count = max(map(len, lasting.values()))
-    return sum(max(each[k] for each in lasting.values() if k < len(each)) for k in range(count))
+def print_rounds(schedule: Schedule, name: str) -> None:
+    """Prints the makespan of the same jobs, arms and limits in rounds, in which all arms begin a motion together."""
+    result = mmp_planners.schedule(schedule.assigned, rounds=True)
+    if result.schedule is None:
+        raise mmp_env.MmpError(result.message)
+    in_rounds_s = result.schedule.makespan_s
+    ratio = schedule.makespan_s / in_rounds_s
+    print_figure(f"{name}_in_rounds_s", in_rounds_s, "s", ratio=ratio, ratio_to="own time / rounds")
 
 
 def print_delayed(schedule: Schedule, count: int) -> None:
     """Prints the figures of executions with random delays."""
-    name = f"work_{len(schedule.trajectories)}_{len(schedule.jobs.jobs)}_delayed"
+    name = f"work_{schedule.jobs.name}_{len(schedule.trajectories)}_delayed"
     contacts, missed, closer, torque, duration = 0, 0, 0.0, 0.0, 0.0
     for seed in range(count):
         report = mmp_env.execute_schedule(schedule, delays=DELAY_S, seed=seed)
@@ -129,8 +134,8 @@ def print_delayed(schedule: Schedule, count: int) -> None:
 
 
 def print_planted(schedule: Schedule, count: int) -> None:
-    """Prints how many planted faults the checker finds."""
-    document, rng = json.loads(json.dumps(schedule_to_dict(schedule))), np.random.default_rng(0)
+    """Prints how many planted faults of motions and of the order the checker finds."""
+    document, rng = _document(schedule), np.random.default_rng(0)
     needed = [k for k, pair in enumerate(schedule.order) if is_needed(schedule, pair)]
     found = 0
     for k in range(count):
@@ -139,6 +144,22 @@ def print_planted(schedule: Schedule, count: int) -> None:
         found += not check_schedule_document(faulty).valid
     print_figure("work_planted", count, "faults")
     print_figure("work_planted_found", found, "faults")
+
+
+def print_planted_objects(schedule: Schedule, count: int) -> None:
+    """Prints how many planted faults of objects the checker finds."""
+    document, rng = _document(schedule), np.random.default_rng(0)
+    found = 0
+    for k in range(count):
+        faulty = copy.deepcopy(document)
+        plant_object(faulty, OBJECT_FAULTS[k % len(OBJECT_FAULTS)], rng)
+        found += not check_schedule_document(faulty).valid
+    print_figure("work_planted_objects", count, "faults")
+    print_figure("work_planted_objects_found", found, "faults")
+
+
+def _document(schedule: Schedule) -> dict[str, Any]:
+    return json.loads(json.dumps(schedule_to_dict(schedule)))
 
 
 def is_needed(schedule: Schedule, pair: OrderPair) -> bool:
@@ -172,6 +193,27 @@ def plant(document: dict[str, Any], fault: str, needed: Sequence[int], rng: np.r
         track = document["trajectories"][event["arm"]]
         row = int(np.searchsorted(track["times"], event["until"] - 1e-6))
         track["positions"][row][int(rng.integers(len(track["positions"][row])))] += float(rng.uniform(0.005, 0.05))
+
+
+def plant_object(document: dict[str, Any], fault: str, rng: np.random.Generator) -> None:
+    """Plants a fault of objects in the content of a schedule file."""
+    events = [event for event in document["events"] if event["kind"] in ("grasp", "release")]
+    event = events[int(rng.integers(len(events)))]
+    objects = document["objects"]
+    solid = objects[int(rng.integers(len(objects)))]
+    if fault == "elsewhere":
+        solid["position"][int(rng.integers(2))] += float(rng.choice([-1, 1]) * rng.uniform(0.002, 0.05))
+    elif fault == "left out":
+        objects.remove(solid)
+    elif fault == "another object":
+        event["object"] = next(each["name"] for each in objects if each["name"] != event["object"])
+    elif fault == "no event":
+        document["events"].remove(event)
+    elif fault == "another pose":
+        event["pose"]["position"][int(rng.integers(3))] += float(rng.choice([-1, 1]) * rng.uniform(0.001, 0.05))
+    else:
+        index = int(np.argmax(solid["size"]))
+        solid["size"][index] += float(rng.uniform(0.005, 0.05))
 
 
 def _event(document: Mapping[str, Any], rng: np.random.Generator, kind: str) -> dict[str, Any]:

@@ -106,6 +106,20 @@ class Schedule(ReadOnly):
         """Time when the last job is done [s]."""
         return max(float(trajectory.times[-1]) for trajectory in self.trajectories.values())
 
+    @property
+    def busiest_s(self) -> float:
+        """Time of the steps of the busiest arm [s]: a lower bound of the makespan with these motions and arms."""
+        return max(self._busy_s().values(), default=0.0)
+
+    @property
+    def balanced_s(self) -> float:
+        """Time of all steps divided by the number of arms [s]: a lower bound with these motions, shared in any way."""
+        return sum(self._busy_s().values()) / len(self.trajectories)
+
+    def _busy_s(self) -> dict[str, float]:
+        steps = [event for event in self.events if event.job is not None]
+        return {arm: sum(e.end_s - e.begin_s for e in steps if e.arm == arm) for arm in self.trajectories}
+
     @cached_property
     def arm_of(self) -> Mapping[str, str]:
         """Name of a job -> the arm that does it."""

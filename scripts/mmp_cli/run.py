@@ -162,7 +162,8 @@ def _rows(args: Namespace, done: Done) -> list[tuple[str, str]]:
         return rows
     helped = f"{counted(stats['yields'], 'yield')}, {counted(stats['group_plans'], 'plan')} of all arms together"
     pairs = f"{counted(len(schedule.order), 'pair')} of motions"
-    rows += [("makespan", in_seconds(schedule.makespan_s)), ("help", helped), ("order", pairs)]
+    makespan = f"{in_seconds(schedule.makespan_s)}; the steps of the busiest arm take {in_seconds(schedule.busiest_s)}"
+    rows += [("makespan", makespan), ("help", helped), ("order", pairs)]
     if done.check is not None:
         rows.append(("check", str(done.check)))
     if done.execution is not None:
@@ -186,6 +187,7 @@ def _line(args: Namespace, done: Done) -> dict[str, Any]:
         "blocked": list(done.result.blocked),
         "message": done.result.message or None,
         "makespan_s": None if schedule is None else schedule.makespan_s,
+        "busiest_s": None if schedule is None else schedule.busiest_s,
         "order_pairs": None if schedule is None else len(schedule.order),
         **done.result.stats,
         "valid": None if check is None else check.valid,

@@ -57,7 +57,7 @@ def feeders_to_boxes(seed: int, parts: int = MOST_PARTS) -> Jobs:
 
 def _at(place: np.ndarray, step: dict[str, str]) -> list[dict[str, Any]]:
     """Returns the steps that grasp or release a part at a place on the table."""
-    down, up = ({"line": [0.0, 0.0, way * AWAY_M]} for way in (-1, 1))
+    down, up = ({"line": [0.0, 0.0, sign * AWAY_M]} for sign in (-1, 1))
     return [_move([*place.tolist(), PART_M[2] + GAP_M + AWAY_M]), down, step, {"wait": GRIP_S}, up]
 
 
@@ -92,8 +92,8 @@ def _walls(name: str, middle: np.ndarray) -> list[dict[str, Any]]:
     length, width = 2 * SLOTS_M[0] + WALL_M, 3 * SLOTS_M[1] + WALL_M
     out = []
     for k, (toward, size) in enumerate([([1, 0], [WALL_M, width]), ([0, 1], [length, WALL_M])]):
-        for n, way in enumerate((-1, 1)):
-            position = middle + way * np.array(toward) * (length / 2, width / 2)
+        for n, sign in enumerate((-1, 1)):
+            position = middle + sign * np.array(toward) * (length / 2, width / 2)
             out.append(
                 {
                     "name": f"{name}-wall{2 * k + n}",

@@ -1,4 +1,4 @@
-"""What was asked of each arm: poses and configurations of which any will do."""
+"""Reads the goals of each arm: poses and configurations, any of which will do."""
 
 from __future__ import annotations
 

@@ -70,7 +70,7 @@ class ObjectWindow:
 
 @dataclass(kw_only=True, eq=False)
 class Handled:
-    """What follows from all grasps and releases."""
+    """Holds the consequences of all grasps and releases."""
 
     states: list[tuple[float, State]]
     uses: list[Use] = field(default_factory=list)
@@ -151,9 +151,9 @@ def _grasped(work: Work, arm: CheckedArm, event: Event, state: State, out: Handl
     origins, turns = pose_at(work, arm, np.array([event.begin]))
     origin, turn = origins[0], turns[0]
     point = origin + (turn @ np.array(arm.tool.data["point"], dtype=float) if arm.tool else 0.0)
-    away = _distance(solid, point)
-    if away > GRASP_TOLERANCE_M + _ROOM_M:
-        return _refuse(out, event, f"{where} grasps '{name}', which is {away:.3g} m from the tool of arm '{arm.name}'")
+    gap_m = _distance(solid, point)
+    if gap_m > GRASP_TOLERANCE_M + _ROOM_M:
+        return _refuse(out, event, f"{where} grasps '{name}', which is {gap_m:.3g} m from the tool of arm '{arm.name}'")
     if above := [other for other, under in state.under.items() if name in under and other in state.lying]:
         return _refuse(out, event, f"{where} grasps '{name}', on which '{above[0]}' lies")
     if not _same(event, solid):

@@ -30,7 +30,7 @@ class Pair:
 
 @dataclass(frozen=True, kw_only=True)
 class _Stage:
-    """What an arm does, and the rest after it: number of the event (-1: the start), and its window [periods].
+    """An event of one arm, and the rest after it: number of the event (-1: the start), and its window [periods].
 
     `hold`: number of what the arm holds then.
     """

@@ -47,7 +47,7 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Event:
-    """What an arm does from `begin` to `end` [s]; `job` and `step` are None if it yields.
+    """An event of one arm from `begin` to `end` [s]; `job` and `step` are None if it yields.
 
     A grasp or release has its object, and the `pose` of that: position [m] and quaternion (wxyz).
     """

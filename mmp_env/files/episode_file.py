@@ -14,7 +14,7 @@ from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import name_or_stem
 from mmp_env.files.file_kinds import EPISODE, read_for
 from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
-from mmp_env.files.reading import Location, check_schema, decode
+from mmp_env.files.reading import Location, decode_file
 from mmp_env.files.writing import json_text, write_text
 from mmp_env.model.plan import Plan
 from mmp_env.wording import counted, in_seconds
@@ -69,9 +69,7 @@ def episode_from_dict(data: Any, where: str | Location = "episode", *, name: str
     Raises:
         MmpError: for malformed data, with field and value.
     """
-    place = where if isinstance(where, Location) else Location(where)
-    check_schema(data, EPISODE_SCHEMA, place)
-    decoded = decode(data, EpisodeData, place)
+    place, decoded = decode_file(data, EPISODE_SCHEMA, EpisodeData, where)
     name = name_or_stem(decoded.name, name, place / "name")
     if not decoded.plans:
         raise MmpError(f"{place / 'plans'} is empty; an episode needs at least one plan")

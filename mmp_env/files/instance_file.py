@@ -16,9 +16,9 @@ from numpy.typing import ArrayLike
 from mmp_env.argument_checks import given
 from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.files.cell_file import CellData, cell_from_data, check_name
+from mmp_env.files.cell_file import CellData, cell_from_data, check_name, name_or_stem
 from mmp_env.files.file_kinds import INSTANCES, read_for
-from mmp_env.files.reading import Location, check_schema, decode, named, numbers
+from mmp_env.files.reading import Location, decode_file, named, numbers
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import GOAL_FORMS, Goal, JointGoal, as_goal
 from mmp_env.model.keep import Upright, as_keep
@@ -161,12 +161,8 @@ def instances_from_dict(data: Any, where: str | Location, *, name: str = "instan
     Raises:
         MmpError: for a fault, with field and value.
     """
-    place = where if isinstance(where, Location) else Location(where)
-    check_schema(data, INSTANCES_SCHEMA, place)
-    decoded = decode(data, InstancesData, place)
-    if decoded.name is not None:
-        check_name(decoded.name, place / "name")
-        name = decoded.name
+    place, decoded = decode_file(data, INSTANCES_SCHEMA, InstancesData, where)
+    name = name_or_stem(decoded.name, name, place / "name")
     if not decoded.instances:
         raise MmpError(f"{place / 'instances'} is empty; it needs at least one instance")
     cell = cell_from_data(decoded.cell, place / "cell", name=name)

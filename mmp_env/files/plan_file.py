@@ -16,7 +16,7 @@ from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.files.file_kinds import PLAN, read_for
 from mmp_env.files.instance_file import check_arms, configurations_from_dict, goals_from_dict
-from mmp_env.files.reading import MAX_JSON_BYTES, Location, check_schema, decode, numbers
+from mmp_env.files.reading import MAX_JSON_BYTES, Location, decode_file, numbers
 from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import goal_to_data
@@ -119,9 +119,7 @@ def plan_from_dict(data: Any, where: str | Location = "plan") -> Plan:
     Raises:
         MmpError: for malformed data, with field and value.
     """
-    place = where if isinstance(where, Location) else Location(where)
-    check_schema(data, PLAN_SCHEMA, place)
-    decoded = decode(data, PlanData, place)
+    place, decoded = decode_file(data, PLAN_SCHEMA, PlanData, where)
     problem = _problem(decoded.problem, place / "problem")
     if not decoded.times:
         raise MmpError(f"{place / 'times'} is empty; a plan needs at least one time")

@@ -186,6 +186,23 @@ def decode(data: Any, kind: type[T], place: Location) -> T:
     raise place.wrong(value, words)
 
 
+def decode_file(data: Any, schema: str, kind: type[T], where: str | Location) -> tuple[Location, T]:
+    """Returns the place of a file's data, and the data as `kind`.
+
+    Args:
+        data: the content of the file.
+        schema: the schema that it must name.
+        kind: a struct with the fields of the schema.
+        where: the place, or the name of the file.
+
+    Raises:
+        MmpError: for another schema, and for malformed data, with field and value.
+    """
+    place = where if isinstance(where, Location) else Location(where)
+    check_schema(data, schema, place)
+    return place, decode(data, kind, place)
+
+
 def _beyond_floats(data: Any, place: Location) -> Iterator[tuple[Location, int]]:
     """Yields the whole numbers that no float can hold, with their places. Only Python code makes such data."""
     if isinstance(data, int) and abs(data) > sys.float_info.max:

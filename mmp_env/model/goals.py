@@ -115,7 +115,7 @@ class AnyOf:
 
 
 Goal: TypeAlias = JointGoal | PoseGoal | NamedGoal | Stay | AnyOf
-"""What an arm is asked for."""
+"""A goal of one arm."""
 GivenGoal: TypeAlias = Goal | ArrayLike | str | Mapping[str, Any]
 """A goal in any form that `as_goal` reads."""
 

@@ -15,7 +15,7 @@ State = Mapping[str, Float[np.ndarray, " _dof"]]
 """Configuration of every arm: arm name -> [dof] [rad]. `_dof`, because arms may have different numbers of joints."""
 
 Asked = Mapping[str, GivenGoal]
-"""What every arm is asked for: arm name -> a configuration [dof] [rad] or another goal, such as a `PoseGoal`."""
+"""The goal of every arm: arm name -> a configuration [dof] [rad] or another goal, such as a `PoseGoal`."""
 
 
 @runtime_checkable

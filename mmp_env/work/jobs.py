@@ -33,7 +33,7 @@ LINE_TOLERANCE = 1e-3
 
 @dataclass(frozen=True)
 class Move:
-    """A step that moves an arm to a goal. The planner chooses the way; `stay` is where the arm is then."""
+    """A step that moves an arm to a goal. The planner chooses the path. `stay` is where the arm is then."""
 
     goal: Goal
 

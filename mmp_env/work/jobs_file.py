@@ -9,10 +9,10 @@ from typing import Any
 import msgspec
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.files.cell_file import cell_from_dict, check_name
+from mmp_env.files.cell_file import cell_from_dict, name_or_stem
 from mmp_env.files.cell_source import find_cell
 from mmp_env.files.file_kinds import JOBS, read_for
-from mmp_env.files.reading import Location, check_schema, decode, named, names_file
+from mmp_env.files.reading import Location, decode, decode_file, named, names_file
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import as_goal
 from mmp_env.wording import shown
@@ -65,12 +65,8 @@ def jobs_from_dict(data: Any, where: str | Location, *, folder: Path = Path(), n
     Raises:
         MmpError: for a fault, with field and value.
     """
-    place = where if isinstance(where, Location) else Location(where)
-    check_schema(data, JOBS_SCHEMA, place)
-    decoded = decode(data, JobsData, place)
-    if decoded.name is not None:
-        check_name(decoded.name, place / "name")
-        name = decoded.name
+    place, decoded = decode_file(data, JOBS_SCHEMA, JobsData, where)
+    name = name_or_stem(decoded.name, name, place / "name")
     cell = _cell(decoded.cell, place / "cell", folder, name)
     start = {arm: as_goal(given, str(place / "start" / arm)) for arm, given in decoded.start.items()}
     jobs = tuple(_job(item, place / "jobs" / k) for k, item in enumerate(decoded.jobs))

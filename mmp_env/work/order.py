@@ -142,7 +142,7 @@ def _around_objects(events: Sequence[WorkEvent], found: Replay, known: Sequence[
     Args:
         events: the events of all arms.
         found: what happens to the objects.
-        known: pairs that hold anyway.
+        known: pairs that hold without being listed.
     """
     by_id, latest = numbered(events), dict[str, MotionId]()
     out = []

@@ -1,4 +1,4 @@
-"""What the events of a schedule do to the objects: windows of time in which the same things lie, hang and may touch."""
+"""Applies the events of a schedule to the objects: windows of time in which the same things lie, hang and may touch."""
 
 from __future__ import annotations
 

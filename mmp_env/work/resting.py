@@ -1,4 +1,4 @@
-"""What an object rests on: a flat top within `SUPPORT_TOLERANCE_M` of its underside, below its centre."""
+"""Finds the support of an object: a flat top within `SUPPORT_TOLERANCE_M` of its underside, below its centre."""
 
 from __future__ import annotations
 

@@ -23,14 +23,14 @@ from mmp_env.work.trajectory import Trajectory
 KINDS_OF_EVENTS = ("move", "line", "grasp", "release", "wait", "yield")
 """Kinds of events."""
 EventKind = Literal["move", "line", "grasp", "release", "wait", "yield"]
-"""Kind of an event: a step of a job, or a motion out of the way of another arm."""
+"""Kind of an event: a step of a job, or a yield, a motion that clears the path of another arm."""
 MotionId = tuple[str, int]
 """An arm, and the number of one of its events, from 0."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class WorkEvent:
-    """What an arm does from one time to another.
+    """A motion, a pause or a handling of an object by one arm, from one time to another.
 
     Attributes:
         begin_s: when it begins [s].
@@ -113,7 +113,7 @@ class Schedule(ReadOnly):
 
     @property
     def balanced_s(self) -> float:
-        """Time of all steps divided by the number of arms [s]: a lower bound with these motions, shared in any way."""
+        """Time of all steps divided by the number of arms [s]: a lower bound with these motions and any arms."""
         return sum(self._busy_s().values()) / len(self.trajectories)
 
     def _busy_s(self) -> dict[str, float]:

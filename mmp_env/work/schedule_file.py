@@ -15,7 +15,7 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict, check_name
 from mmp_env.files.file_kinds import SCHEDULE, read_for
 from mmp_env.files.instance_file import check_arms, configurations_from_dict
-from mmp_env.files.reading import MAX_JSON_BYTES, Location, check_schema, decode, named, numbers
+from mmp_env.files.reading import MAX_JSON_BYTES, Location, decode_file, named, numbers
 from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
@@ -117,9 +117,7 @@ def schedule_from_dict(data: Any, where: str | Location = "schedule") -> Schedul
     Raises:
         MmpError: for malformed data, with field and value.
     """
-    place = where if isinstance(where, Location) else Location(where)
-    check_schema(data, SCHEDULE_SCHEMA, place)
-    decoded = decode(data, ScheduleData, place)
+    place, decoded = decode_file(data, SCHEDULE_SCHEMA, ScheduleData, where)
     check_name(decoded.name, place / "name")
     cell = cell_from_data(decoded.cell, place / "cell", name=decoded.name)
     start = configurations_from_dict(cell, decoded.start, place / "start")

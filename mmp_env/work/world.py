@@ -103,10 +103,10 @@ class World(ReadOnly):
     def refuse_far(self, arm: Arm, name: str, q: Float[np.ndarray, "dof"], where: str) -> None:
         """Raises `InvalidInstanceError` if the tool is not at an object that lies, or cannot open so far."""
         solid, grip = self.lying[name], grip_pose(arm, q)
-        away = distance(solid, grip_point(arm, grip))
-        if away > GRASP_TOLERANCE_M:
+        gap_m = distance(solid, grip_point(arm, grip))
+        if gap_m > GRASP_TOLERANCE_M:
             raise InvalidInstanceError(
-                f"{where} grasps '{name}', which is out of reach: it is {away:.3f} m from the tool of arm"
+                f"{where} grasps '{name}', which is out of reach: it is {gap_m:.3f} m from the tool of arm"
                 f" '{arm.name}', and {GRASP_TOLERANCE_M:g} m is the most"
             )
         width = width_across(solid, grip[:3, 2])

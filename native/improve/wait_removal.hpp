@@ -185,7 +185,7 @@ class WaitRemoval {
   }
 
   // Ends a unit as late as the steps after it let it, so that an arm waits once and not many times. It never ends
-  // earlier than before: a test of two steps may say more the other way round.
+  // earlier than before: the conflict test is not symmetric, and may find more with the two steps exchanged.
   void end_late(const Unit& unit) {
     const double ended = tracks_[unit.steps[0].first].ends[unit.steps[0].second];
     double end = std::numeric_limits<double>::infinity();

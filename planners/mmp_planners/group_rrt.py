@@ -38,9 +38,9 @@ ITERATION_WORK = 10.0
 
 @dataclass(frozen=True, kw_only=True)
 class GroupRrt:
-    """Every arm goes straight if it can. The others are planned alone among standing arms, or with those in the way.
+    """Moves every arm straight if possible. Plans the others alone among standing arms, or with arms that block them.
 
-    Where the search for a group fails, the standing arm that was most often in the way joins it
+    Where the search for a group fails, the standing arm that blocked it most often joins it
     (`native/joint_space/group_search.hpp`). Each attempt takes the next combination of candidates as its goal.
     """
 
@@ -96,7 +96,7 @@ class GroupRrt:
                 path = search.grow(TURN, run.clock)
                 if run.clock.expired or (path is not None and run.offer(fastest_plan(problem, path))):
                     return
-                # The proof of the path failed, or every arm that is left stands in the way of too many others.
+                # The proof of the path failed, or every arm that is left blocks too many others.
                 if path is not None or search.steps == steps:
                     break
                 yield Turn(STEP_WORK * (search.steps - steps) + ITERATION_WORK * (search.iterations - iterations))

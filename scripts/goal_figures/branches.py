@@ -30,7 +30,7 @@ NAME = "arm"
 
 
 class Found(NamedTuple):
-    """What was measured at one pose: distances of restarts' solutions [rad], errors [m, rad], candidates, time [s]."""
+    """The measurements at one pose: distances of restarts' solutions [rad], errors [m, rad], candidates, time [s]."""
 
     distances: Float[np.ndarray, "n"]
     position: float

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Done:
-    """What one run has come to so far. Missing parts are None."""
+    """The results of one run so far. Missing parts are None."""
 
     jobs: Jobs
     result: ScheduleResult

@@ -14,7 +14,7 @@ FAILED = 0.5
 
 
 class Turn(NamedTuple):
-    """What a member did in one turn.
+    """The work of a member in one turn.
 
     Attributes:
         work: its work.

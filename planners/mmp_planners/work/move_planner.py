@@ -116,10 +116,10 @@ class MovePlanner:
         """Returns words for what an arm is too close to, without the other arms."""
         return what_blocks(problem.cell, problem.cell.arms[arm], q[None], problem.margins)
 
-    def in_the_way(
+    def blocking_arms(
         self, arm: int, rows: Float[np.ndarray, "k dof"], others: Sequence[core.Motion], problem: Problem | None = None
     ) -> list[int]:
-        """Returns the arms that stand where a path of an arm is not clear of them. `problem`: that of the motions."""
+        """Returns the standing arms that block a path of an arm. `problem`: that of the motions."""
         collision = (self.problem if problem is None else problem).cell.collision
         motions = [collision.motion(self._names[arm], rows), *others]
         pairs = [(0, k) for k in range(1, len(motions))]

@@ -1,8 +1,8 @@
 """Asynchronous scheduling: the arm that becomes free first plans its next motion against all committed motions.
 
 Motions with the rests after them are clear of each other, so an arm that finds no path waits without harm until others
-have moved on. When no arm can go on, arms in the way yield; if that does not help, all arms are planned together from
-rest. Either ends a step of a job, so the scheduler ends: there is no livelock.
+have moved on. When no arm can go on, arms that block others yield; if that does not help, all arms are planned together
+from rest. Either ends a step of a job, so the scheduler ends: there is no livelock.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ LINE_ROUNDING_RAD = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class Done:
-    """What an arm does between two periods; `state` and `step` are None if it yields. `group`: number of its group."""
+    """An event of an arm between two periods; `state` and `step` are None if it yields. `group`: its group."""
 
     begin: int
     end: int
@@ -151,7 +151,7 @@ class Scheduler:
         elif isinstance(step, Grasp | Release):
             if not self._handle(option):
                 self._tried[option.arm] = self._timeline.version
-        elif not (self._moves(option) or (idle and self._make_way(option, idle))):
+        elif not (self._moves(option) or (idle and self._let_yield(option, idle))):
             self._tried[option.arm] = self._timeline.version
 
     def _handle(self, option: Option) -> bool:
@@ -245,9 +245,9 @@ class Scheduler:
     def _yield_for(self, options: Sequence[Option]) -> bool:
         """Lets any arms yield for the first blocked arm that this helps."""
         everyone = range(len(self._timeline.names))
-        return any(self._make_way(option, [b for b in everyone if b != option.arm]) for option in options)
+        return any(self._let_yield(option, [b for b in everyone if b != option.arm]) for option in options)
 
-    def _make_way(self, option: Option, may_yield: Collection[int]) -> bool:
+    def _let_yield(self, option: Option, may_yield: Collection[int]) -> bool:
         """Lets arms yield, and then moves the arm for which they do; otherwise takes that back."""
         arm, before = option.arm, self._timeline.snapshot()
         asked = sorted(set(may_yield) - self._pinned)
@@ -255,7 +255,7 @@ class Scheduler:
         found = self._path(option, others, 1.0) if asked and not option.state.handles else None
         if found is None:
             return False
-        asides = self._yielding.make_way(arm, found.whole, asked)
+        asides = self._yielding.clear_path(arm, found.whole, asked)
         if not asides or not self._moves(option):
             self._timeline.restore(before)
             return False

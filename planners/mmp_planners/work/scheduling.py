@@ -6,7 +6,7 @@ import contextlib
 import dataclasses
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -78,7 +78,7 @@ class ScheduleResult:
         if not self.blocked:
             return "no schedule was proved in time"
         arms = f"{'arm' if len(self.blocked) == 1 else 'arms'} {', '.join(self.blocked)}"
-        why = " in time" if self.status is Status.TIMEOUT else ", although other arms were asked to make way"
+        why = " in time" if self.status is Status.TIMEOUT else ", although other arms were asked to yield"
         reason = f": {self.reason}" if self.reason else ""
         return f"no motion was found for the next step of {arms}{why}{reason}"
 
@@ -129,8 +129,17 @@ def schedule(
         "max_acceleration": arm_limits(jobs.cell, max_acceleration, "acceleration"),
         "max_jerk": arm_limits(jobs.cell, max_jerk, "jerk"),
     }
-    timing = Timing(handling, PERIOD_S, **limits)
-    scheduler, timeline, counts = _with_room(jobs, handling, slack, planner, of_group, timing, seed, clock, rounds)
+    setup = _Setup(
+        jobs=jobs,
+        handling=handling,
+        timing=Timing(handling, PERIOD_S, **limits),
+        planner_name=planner,
+        planner=of_group,
+        seed=seed,
+        clock=clock,
+        rounds=rounds,
+    )
+    scheduler, timeline, counts = setup.with_room(slack)
     try:
         complete = scheduler.run()
     except StopPlanning:
@@ -147,57 +156,49 @@ def schedule(
     return ScheduleResult(status=Status.SOLVED, schedule=found, stats=stats)
 
 
-def _with_room(
-    jobs: Jobs,
-    handling: Handling,
-    slack: float,
-    name: str,
-    planner: Planner,
-    timing: Timing,
-    seed: int,
-    clock: core.Clock,
-    rounds: bool,
-) -> tuple[Scheduler, Timeline, Any]:
-    """Returns `_scheduler` with as much slack as the goals of the jobs leave. Raises `InvalidInstanceError`."""
-    for share in SLACK_SHARES[:-1]:
-        with contextlib.suppress(InvalidInstanceError):  # a goal is tight
-            return _scheduler(jobs, handling, share * slack, name, planner, timing, seed, clock, rounds)
-    return _scheduler(jobs, handling, SLACK_SHARES[-1] * slack, name, planner, timing, seed, clock, rounds)
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Setup:
+    """The parts of a run that do not depend on the slack."""
 
+    jobs: Jobs
+    handling: Handling
+    timing: Timing
+    planner_name: str
+    planner: Planner
+    seed: int
+    clock: core.Clock
+    rounds: bool
 
-def _scheduler(
-    jobs: Jobs,
-    handling: Handling,
-    slack: float,
-    name: str,
-    planner: Planner,
-    timing: Timing,
-    seed: int,
-    clock: core.Clock,
-    rounds: bool,
-) -> tuple[Scheduler, Timeline, Any]:
-    """Returns a scheduler about to begin, its timeline, and a function that returns its counts."""
-    mover = MovePlanner(handling, slack, GRID_STEP_S, SiRrtStar(), seed, clock)
-    timeline = Timeline(handling, _distance(jobs, handling.bare), PERIOD_S)
-    commitment = Commitment(timeline, timing)
-    yielding = Yielding(mover, timeline, commitment, seed)
-    together = Together(name, planner, timeline, timing, yielding)
-    scheduler = Scheduler(
-        jobs=jobs,
-        mover=mover,
-        handling=handling,
-        timeline=timeline,
-        commitment=commitment,
-        yielding=yielding,
-        together=together,
-        turns=Rounds(timeline) if rounds else OwnTime(),
-        seed=seed,
-    )
+    def with_room(self, slack: float) -> tuple[Scheduler, Timeline, Callable[[], dict[str, Any]]]:
+        """Returns `begin` with as much slack as the goals of the jobs leave. Raises `InvalidInstanceError`."""
+        for share in SLACK_SHARES[:-1]:
+            with contextlib.suppress(InvalidInstanceError):  # a goal is tight
+                return self.begin(share * slack)
+        return self.begin(SLACK_SHARES[-1] * slack)
 
-    def counts() -> dict[str, Any]:
-        return {"low_level_calls": mover.calls, "yields": scheduler.yields, "group_plans": together.plans}
+    def begin(self, slack: float) -> tuple[Scheduler, Timeline, Callable[[], dict[str, Any]]]:
+        """Returns a scheduler about to begin, its timeline, and a function that returns its counts."""
+        mover = MovePlanner(self.handling, slack, GRID_STEP_S, SiRrtStar(), self.seed, self.clock)
+        timeline = Timeline(self.handling, _distance(self.jobs, self.handling.bare), PERIOD_S)
+        commitment = Commitment(timeline, self.timing)
+        yielding = Yielding(mover, timeline, commitment, self.seed)
+        together = Together(self.planner_name, self.planner, timeline, self.timing, yielding)
+        scheduler = Scheduler(
+            jobs=self.jobs,
+            mover=mover,
+            handling=self.handling,
+            timeline=timeline,
+            commitment=commitment,
+            yielding=yielding,
+            together=together,
+            turns=Rounds(timeline) if self.rounds else OwnTime(),
+            seed=self.seed,
+        )
 
-    return scheduler, timeline, counts
+        def counts() -> dict[str, Any]:
+            return {"low_level_calls": mover.calls, "yields": scheduler.yields, "group_plans": together.plans}
+
+        return scheduler, timeline, counts
 
 
 def _proved(

@@ -184,7 +184,7 @@ class StepPaths:
             touching: what may touch there.
 
         Raises:
-            InvalidInstanceError: if the arm cannot follow the line, a body is in its way, or the stop is impossible.
+            InvalidInstanceError: if the arm cannot follow the line, a body blocks it, or the stop is impossible.
         """
         line, where, of = job.steps[step], where_of(job, step), self._mover.problem.cell.arms[arm]
         assert isinstance(line, Line)
@@ -227,7 +227,7 @@ class StepPaths:
 
     def is_clear(self, arm: int, line: LinePath, others: Others) -> bool:
         """Returns whether a line is clear of other arms."""
-        return not self._mover.in_the_way(arm, line.path, others(line.problem), line.problem)
+        return not self._mover.blocking_arms(arm, line.path, others(line.problem), line.problem)
 
 
 def refuse_sinking(

@@ -102,7 +102,7 @@ class Timeline:
         return out
 
     def earliest(self, arm: int, samples: Float[np.ndarray, "k dof"]) -> int | None:
-        """Returns the first period at which a motion of an arm may begin; None if another arm stands in its way."""
+        """Returns the first period at which a motion of an arm may begin; None if an arm at rest blocks it."""
         return self._earliest(arm, self._volumes.of(arm, samples, self._held(arm)))
 
     def _earliest(self, arm: int, swept: SweptMotion) -> int | None:
@@ -129,7 +129,7 @@ class Timeline:
         """Lets an arm take an object, or put one down (None), where it stands, and gives it a period to do so.
 
         Returns:
-            The period at which it does so; None if another arm stands in the way.
+            The period at which it does so; None if an arm at rest blocks it.
         """
         swept = self._volumes.of(arm, self.rest(arm)[None], held)
         begin = self._earliest(arm, swept)

@@ -1,4 +1,4 @@
-"""Lets arms that stand in the way of another move aside."""
+"""Moves arms aside that block the path of another arm."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TRIED_PLACES = 16
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Aside:
-    """A motion of an arm out of the way: periods at which it begins and ends."""
+    """A motion of an arm off the path of another arm: periods at which it begins and ends."""
 
     arm: int
     begin: int
@@ -41,8 +41,8 @@ class Yielding:
         self._mover, self._timeline, self._commitment = mover, timeline, commitment
         self._rng = np.random.default_rng(seed)
 
-    def make_way(self, arm: int, path: Float[np.ndarray, "k dof"], may_yield: Collection[int]) -> list[Aside]:
-        """Moves arms aside that stand in the way of an arm.
+    def clear_path(self, arm: int, path: Float[np.ndarray, "k dof"], may_yield: Collection[int]) -> list[Aside]:
+        """Moves the arms aside that block the path of an arm.
 
         Args:
             arm: number of the arm that wants to move.
@@ -50,12 +50,12 @@ class Yielding:
             may_yield: arms that may be asked.
 
         Returns:
-            The motions, which are committed; none if not every arm in the way can yield.
+            The motions, which are committed; none if an arm that blocks the path cannot yield.
         """
         timeline, collision = self._timeline, self._mover.problem.cell.collision
         standing = [collision.motion(timeline.names[b], timeline.rest(b)[None]) for b in may_yield if b != arm]
         moved, before = [], timeline.snapshot()
-        for other in self._mover.in_the_way(arm, path, standing):
+        for other in self._mover.blocking_arms(arm, path, standing):
             aside = self._move_aside(other, arm, path)
             if aside is None:
                 timeline.restore(before)
@@ -94,6 +94,6 @@ class Yielding:
         for q in self.places(other, RANDOM_PLACES):
             if len(out) == TRIED_PLACES:
                 break
-            if not self._mover.in_the_way(arm, path, [collision.motion(name, q[None])]):
+            if not self._mover.blocking_arms(arm, path, [collision.motion(name, q[None])]):
                 out.append(q)
         return np.array(out).reshape(len(out), of.dof)

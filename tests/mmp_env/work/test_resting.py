@@ -1,4 +1,4 @@
-"""What objects rest on."""
+"""Tests the supports that objects rest on."""
 
 from __future__ import annotations
 

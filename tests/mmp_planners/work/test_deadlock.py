@@ -1,4 +1,4 @@
-"""Arms in each other's way: they wait, yield, or are planned together; otherwise the result names them."""
+"""Arms that block each other: they wait, yield, or are planned together; otherwise the result names them."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_blocked_arm_is_named_when_time_is_up():
 
 
 def test_all_arms_are_planned_together_where_no_arm_can_yield_alone(monkeypatch):
-    monkeypatch.setattr(Yielding, "make_way", lambda *_: [])
+    monkeypatch.setattr(Yielding, "clear_path", lambda *_: [])
     result = schedule(_two({"arm0": [{"move": MIDDLE}], "arm1": [{"wait": 9.0}, {"move": MIDDLE}, {"move": "tucked"}]}))
     assert result.schedule is not None
     assert result.stats["group_plans"] == 1
@@ -66,12 +66,11 @@ def test_all_arms_are_planned_together_where_no_arm_can_yield_alone(monkeypatch)
 
 
 def test_arms_that_nothing_helps_are_named(monkeypatch):
-    monkeypatch.setattr(Yielding, "make_way", lambda *_: [])
+    monkeypatch.setattr(Yielding, "clear_path", lambda *_: [])
     monkeypatch.setattr(Together, "move", lambda *_: None)
     result = schedule(_two({"arm0": [{"move": MIDDLE}], "arm1": [{"wait": 9.0}, {"move": MIDDLE}]}))
     assert result.status is Status.EXHAUSTED
     assert result.blocked == ("arm1",)
     assert (
-        result.message
-        == "no motion was found for the next step of arm arm1, although other arms were asked to make way"
+        result.message == "no motion was found for the next step of arm arm1, although other arms were asked to yield"
     )

@@ -17,6 +17,8 @@ from mmp_env.ik.turns import JointBox
 
 _ROTATION_ERROR = 1e-6
 """Largest error of a rotation matrix."""
+_MOST_KNOWN = 1024
+"""Number of poses whose configurations are kept."""
 
 
 def branches(
@@ -96,8 +98,15 @@ def _solved(
     goal = _checked_pose(pose)
     if free is not None and free not in FREE:
         raise refused("free", free, f"None, {' or '.join(map(repr, FREE))}")
-    solver = _solver(robot, tool)
-    return solver, solver.solve(goal, free)
+    return _solver(robot, tool), _solutions(robot, tool, np.array(goal, dtype=float).tobytes(), free)
+
+
+@functools.lru_cache(maxsize=_MOST_KNOWN)
+def _solutions(robot: ArmModel, tool: ToolModel | None, pose: bytes, free: Free | None) -> Float[np.ndarray, "n dof"]:
+    """Returns one configuration of every posture, read-only. `pose`: the bytes of a matrix of 4 x 4 numbers."""
+    out = _solver(robot, tool).solve(np.frombuffer(pose).reshape(4, 4), free)
+    out.setflags(write=False)
+    return out
 
 
 @functools.lru_cache(maxsize=64)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from mmp_planners.work.move_planner import MovePlanner
 from mmp_planners.work.timeline import Timeline
 from mmp_planners.work.timing import TOLERANCE_RAD, Timing
 
@@ -37,10 +38,11 @@ class Commitment:
     Args:
         timeline: takes the motions.
         timing: times them.
+        mover: tests them against obstacles.
     """
 
-    def __init__(self, timeline: Timeline, timing: Timing) -> None:
-        self._timeline, self._timing = timeline, timing
+    def __init__(self, timeline: Timeline, timing: Timing, mover: MovePlanner) -> None:
+        self._timeline, self._timing, self._mover = timeline, timing, mover
 
     def propose(self, arm: int, path: Float[np.ndarray, "k dof"], tolerance: float = TOLERANCE_RAD) -> Proposal | None:
         """Returns the motion of an arm along a path that is clear of where the others stand in the end.
@@ -56,6 +58,11 @@ class Commitment:
         timeline = self._timeline
         if (path == path[0]).all():
             return Proposal(arm=arm, begin=timeline.end(arm), samples=path[:0])
+        samples = self._timing.unproved(timeline.names[arm], path, tolerance)
+        if samples is not None and self._mover.keeps_margins(arm, samples):
+            begin = timeline.earliest(arm, samples)
+            if begin is not None:
+                return Proposal(arm=arm, begin=begin, samples=samples)
         for rounding in (tolerance, LESS_ROUNDING * tolerance):
             rests = {name: timeline.rest(other) for other, name in enumerate(timeline.names)}
             samples = self._timing.of_arm(timeline.names[arm], path, rests, rounding)

@@ -112,6 +112,12 @@ class MovePlanner:
         start, end = np.ascontiguousarray(path[:-1]), np.ascontiguousarray(path[1:])
         return core.edges_free(problem.cell.collision.core, arm, start, end, self._levels)
 
+    def keeps_margins(self, arm: int, rows: Float[np.ndarray, "k dof"]) -> bool:
+        """Returns whether a motion keeps the margins, and room for the proof of the schedule, without other arms."""
+        room, q = KEEP_MARGIN_FACTOR * self._slack, np.ascontiguousarray(rows)
+        levels = levels_of(self.problem.margins, room, room)
+        return bool(core.edges_free(self.problem.cell.collision.core, arm, q[:-1], q[1:], levels).all())
+
     def blocked_by(self, arm: int, q: Float[np.ndarray, "dof"], problem: Problem) -> str:
         """Returns words for what an arm is too close to, without the other arms."""
         return what_blocks(problem.cell, problem.cell.arms[arm], q[None], problem.margins)

@@ -180,7 +180,7 @@ class _Setup:
         """Returns a scheduler about to begin, its timeline, and a function that returns its counts."""
         mover = MovePlanner(self.handling, slack, GRID_STEP_S, SiRrtStar(), self.seed, self.clock)
         timeline = Timeline(self.handling, _distance(self.jobs, self.handling.bare), PERIOD_S)
-        commitment = Commitment(timeline, self.timing)
+        commitment = Commitment(timeline, self.timing, mover)
         yielding = Yielding(mover, timeline, commitment, self.seed)
         together = Together(self.planner_name, self.planner, timeline, self.timing, yielding)
         scheduler = Scheduler(

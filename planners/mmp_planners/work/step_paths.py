@@ -213,7 +213,10 @@ class StepPaths:
         key = arm, line, np.asarray(q, dtype=float).tobytes()
         if key not in self._kinematic:
             try:
-                self._kinematic[key] = along_line(of, q, np.array(line.by), LINE_PATH_TOLERANCE).q
+                path = along_line(of, q, np.array(line.by), LINE_PATH_TOLERANCE).q
+                self._kinematic[key] = path
+                back = Line([-each for each in line.by])
+                self._kinematic.setdefault((arm, back, path[-1].tobytes()), path[::-1])
             except InvalidInstanceError as error:
                 self._kinematic[key] = str(error)
         found = self._kinematic[key]

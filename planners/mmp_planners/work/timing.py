@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from mmp_env.errors import MmpError, UnprovedPlanError
 from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem
 from mmp_env.retime import retime
 from mmp_env.retime.limits import JointLimits
 from mmp_planners.work.handling import Handling
@@ -35,6 +36,35 @@ class Timing:
     ) -> None:
         self._handling, self.period_s = handling, period_s
         self._max_acceleration, self._max_jerk = max_acceleration, max_jerk
+        self._alone = {name: _alone(handling.bare, name) for name in handling.bare.cell.arm_names}
+        self._known: dict[tuple[str, float, bytes], Float[np.ndarray, "n _dof"]] = {}
+
+    def unproved(
+        self, name: str, path: Float[np.ndarray, "k dof"], tolerance: float = TOLERANCE_RAD
+    ) -> Float[np.ndarray, "n dof"] | None:
+        """Returns the samples of a motion of one arm along a path, as if nothing else were in the cell.
+
+        The samples of a path backwards are those of the path in reverse order: all limits are symmetric.
+
+        Args:
+            name: the arm.
+            path: configurations, straight in between [rad, of slides m].
+            tolerance: largest distance of a joint from the path [rad, of slides m].
+
+        Returns:
+            The samples, not tested against obstacles and other arms; None if the rounded path touches the arm itself.
+
+        Raises:
+            MmpError: for limits that are too low for the length of the motion.
+        """
+        key = name, tolerance, np.ascontiguousarray(path).tobytes()
+        if key not in self._known:
+            found = self._retimed(self._alone[name], np.arange(len(path), dtype=float), {name: path}, tolerance)
+            if found is None:
+                return None
+            self._known[key] = found[name]
+            self._known[name, tolerance, np.ascontiguousarray(path[::-1]).tobytes()] = found[name][::-1]
+        return self._known[key]
 
     def of_arm(
         self,
@@ -69,8 +99,17 @@ class Timing:
         Raises:
             MmpError: for limits that are too low for the length of the motion.
         """
+        return self._retimed(self._handling.problem, times, paths, tolerance)
+
+    def _retimed(
+        self,
+        problem: Problem,
+        times: Float[np.ndarray, "t"],
+        paths: Mapping[str, Float[np.ndarray, "t _dof"]],
+        tolerance: float,
+    ) -> dict[str, Float[np.ndarray, "n _dof"]] | None:
         ends = replace(
-            self._handling.problem,
+            problem,
             start={name: rows[0] for name, rows in paths.items()},
             goal={name: rows[-1] for name, rows in paths.items()},
             goals={},
@@ -82,8 +121,8 @@ class Timing:
                 plan,
                 rate=1.0 / self.period_s,
                 tolerance=tolerance,
-                max_acceleration=self._max_acceleration,
-                max_jerk=self._max_jerk,
+                max_acceleration=_of(paths, self._max_acceleration),
+                max_jerk=_of(paths, self._max_jerk),
             )
         except UnprovedPlanError:
             return None
@@ -94,3 +133,17 @@ class Timing:
             )
         # At rest for a period at both ends, the curve through the samples begins and ends at rest.
         return {name: np.pad(rows, ((1, 1), (0, 0)), mode="edge") for name, rows in motion.positions.items()}
+
+
+def _alone(problem: Problem, name: str) -> Problem:
+    """Returns a problem of one arm in a cell without anything else."""
+    cell = problem.cell
+    keep = {name: cell.keep[name]} if name in cell.keep else {}
+    alone = replace(cell, arms=(cell.arm(name),), obstacles=(), joints=None, keep=keep)
+    start, velocity = ({name: each[name]} for each in (problem.start, problem.max_velocity))
+    return replace(problem, cell=alone, start=start, goal=start, max_velocity=velocity, goals={}, goal_asked={})
+
+
+def _of(names: Iterable[str], limits: JointLimits) -> JointLimits:
+    """Returns the limits of some arms."""
+    return {name: limits[name] for name in names} if isinstance(limits, Mapping) else limits

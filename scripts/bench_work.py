@@ -12,6 +12,7 @@ import copy
 import json
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -51,10 +52,11 @@ def main() -> None:
     parser.add_argument("--planted", type=whole_or_zero, default=200)
     args = parser.parse()
     cell = mmp_env.ring_cell(args.arms)
-    for seed in range(args.packed):
-        print_planned(feeders_to_boxes(seed), f"_{seed}")
-    schedule = print_planned(drawn_jobs(cell, args.jobs, seed=0))
-    print_delayed(schedule, args.delays)
+    packed = [print_planned(feeders_to_boxes(seed), f"_{seed}") for seed in range(args.packed)]
+    if packed:
+        print_medians("work_feeders-to-boxes_4_median", packed)
+    drawn = print_planned(drawn_jobs(cell, args.jobs, seed=0))
+    print_delayed(drawn.schedule, args.delays)
     print_planted(planned(drawn_jobs(cell, args.arms, seed=1)), args.planted)
     print_planted_objects(planned(feeders_to_boxes(0, args.arms)), args.planted)
 
@@ -82,8 +84,18 @@ def planned(jobs: Jobs) -> Schedule:
     return result.schedule
 
 
-def print_planned(jobs: Jobs, suffix: str = "") -> Schedule:
-    """Prints the figures of planning and of the check, and returns the schedule. `suffix`: of the names of figures."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Measured:
+    """A schedule, its planning time [s], and its makespan relative to those of `print_rounds`."""
+
+    schedule: Schedule
+    planning_s: float
+    to_rounds: float
+    to_shortest_rounds: float
+
+
+def print_planned(jobs: Jobs, suffix: str = "") -> Measured:
+    """Prints and returns the figures of planning and of the check. `suffix`: of the names of figures."""
     began = time.process_time()
     schedule = planned(jobs)
     planning_s = time.process_time() - began
@@ -98,20 +110,50 @@ def print_planned(jobs: Jobs, suffix: str = "") -> Schedule:
     for bound, words in ((schedule.busiest_s, "busiest arm"), (schedule.balanced_s, "work shared equally")):
         ratio = schedule.makespan_s / bound
         print_figure(f"{name}_{words.replace(' ', '_')}_s", bound, "s", ratio=ratio, ratio_to=f"makespan / {words}")
-    print_rounds(schedule, name)
+    to_rounds, to_shortest = print_rounds(schedule, name)
     print_figure(f"{name}_order_pairs", len(schedule.order), "pairs")
     print_figure(f"{name}_valid", float(report.valid), "schedules")
-    return schedule
+    return Measured(schedule=schedule, planning_s=planning_s, to_rounds=to_rounds, to_shortest_rounds=to_shortest)
 
 
-def print_rounds(schedule: Schedule, name: str) -> None:
-    """Prints the makespan of the same jobs, arms and limits in rounds, in which all arms begin a motion together."""
+def print_rounds(schedule: Schedule, name: str) -> tuple[float, float]:
+    """Prints makespans of the same jobs, arms and limits in rounds. Returns the ratios of the makespan to them.
+
+    The second makespan is a lower bound: as if in each round all arms began together and none waited for another.
+    """
     result = mmp_planners.schedule(schedule.assigned, rounds=True)
     if result.schedule is None:
         raise mmp_env.MmpError(result.message)
-    in_rounds_s = result.schedule.makespan_s
-    ratio = schedule.makespan_s / in_rounds_s
-    print_figure(f"{name}_in_rounds_s", in_rounds_s, "s", ratio=ratio, ratio_to="own time / rounds")
+    out = []
+    for words, in_rounds_s in (
+        ("in_rounds", result.schedule.makespan_s),
+        ("in_shortest_rounds", shortest_rounds_s(result.schedule, result.stats["round_begins_s"])),
+    ):
+        out.append(schedule.makespan_s / in_rounds_s)
+        ratio_to = f"own time / {words[3:].replace('_', ' ')}"
+        print_figure(f"{name}_{words}_s", in_rounds_s, "s", ratio=out[-1], ratio_to=ratio_to)
+    return out[0], out[1]
+
+
+def shortest_rounds_s(schedule: Schedule, begins_s: Sequence[float]) -> float:
+    """Returns the sum over all rounds of the longest time that the steps of an arm take in the round [s]."""
+    total, ends_s = 0.0, [*begins_s[1:], np.inf]
+    for begin, end in zip(begins_s, ends_s, strict=True):
+        inside = [event for event in schedule.events if begin - 1e-6 <= event.begin_s < end - 1e-6]
+        busy = [sum(e.end_s - e.begin_s for e in inside if e.arm == arm) for arm in schedule.trajectories]
+        total += max(busy)
+    return total
+
+
+def print_medians(name: str, measured: Sequence[Measured]) -> None:
+    """Prints the medians over several schedules."""
+    shares = [each.planning_s / each.schedule.makespan_s for each in measured]
+    print_figure(f"{name}_planning_share", float(np.median(shares)), "of the makespan")
+    for words, ratios in (
+        ("rounds", [each.to_rounds for each in measured]),
+        ("shortest_rounds", [each.to_shortest_rounds for each in measured]),
+    ):
+        print_figure(f"{name}_own_time_to_{words}", float(np.median(ratios)), "of the makespan in rounds")
 
 
 def print_delayed(schedule: Schedule, count: int) -> None:

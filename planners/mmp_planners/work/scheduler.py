@@ -89,7 +89,8 @@ class Scheduler:
         seed: seed of the plans of groups.
 
     Attributes:
-        done: what the arms do, in the order of planning.
+        turns: see above.
+        done: the events of all arms, in the order of planning.
         yields: number of motions aside.
         blocked: names of the arms that could not go on, in the end.
         reason: why the first of them could not, if that is known.
@@ -110,7 +111,7 @@ class Scheduler:
     ) -> None:
         self._jobs, self._mover, self._timeline, self._commitment = jobs, mover, timeline, commitment
         self._handling, self._paths = handling, StepPaths(mover, handling)
-        self._yielding, self._together, self._turns, self._seed = yielding, together, turns, seed
+        self._yielding, self._together, self.turns, self._seed = yielding, together, turns, seed
         self._tried: dict[int, int] = {}
         self._why: dict[int, str] = {}
         self.done: list[Done] = []
@@ -126,11 +127,11 @@ class Scheduler:
         while options := self._dispatch.options():
             if self._mover.clock.expired:
                 return self._stuck(options)
-            admitted = self._turns.admitted(options)
+            admitted = self.turns.admitted(options)
             open_ones = [option for option in admitted if self._tried.get(option.arm) != self._timeline.version]
             if open_ones:
                 self._go_on(open_ones[0], options)
-            elif not self._turns.next_round() and not (
+            elif not self.turns.next_round() and not (
                 any(self._moves(option, LAST_BUDGETS) for option in options)
                 or self._yield_for(options)
                 or self._move_together(options)
@@ -303,7 +304,7 @@ class Scheduler:
         done = Done(begin=begin, end=end, arm=arm, kind=kind, state=state, step=state.step, group=group, solid=solid)
         self.done.append(done)
         self._why.pop(arm, None)
-        self._turns.taken(option)
+        self.turns.taken(option)
         self._dispatch.advance(option)
 
     @property

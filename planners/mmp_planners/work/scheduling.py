@@ -153,6 +153,8 @@ def schedule(
     signature = {"name": planner, "options": _options(of_group), "seed": seed}
     found = dataclasses.replace(found, planner=signature, stats=counts())
     stats["makespan_s"] = found.makespan_s
+    if isinstance(scheduler.turns, Rounds):
+        stats["round_begins_s"] = [time_of(begin, timeline.period_s) for begin in scheduler.turns.begins]
     return ScheduleResult(status=Status.SOLVED, schedule=found, stats=stats)
 
 

@@ -49,11 +49,15 @@ class Rounds:
 
     Args:
         timeline: the committed motions.
+
+    Attributes:
+        begins: periods at which rounds begin.
     """
 
     def __init__(self, timeline: Timeline) -> None:
         self._timeline = timeline
         self._moved: set[int] = set()
+        self.begins = [0]
 
     def admitted(self, options: Sequence[Option]) -> list[Option]:
         """See `Turns`."""
@@ -69,8 +73,9 @@ class Rounds:
         if not self._moved:
             return False
         self._moved.clear()
+        self.begins.append(self._timeline.last())
         for arm in range(len(self._timeline.names)):
-            self._timeline.wait(arm, self._timeline.last())
+            self._timeline.wait(arm, self.begins[-1])
         return True
 
 

@@ -8,8 +8,6 @@ demo_work.sh. Each schedule is compared with the same jobs in rounds, and with l
 
 from __future__ import annotations
 
-import copy
-import json
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,6 +16,7 @@ from typing import Any
 import numpy as np
 from feeders_to_boxes import feeders_to_boxes
 from figure import print_figure
+from work_faults import document_of, with_faults, with_object_faults
 
 import mmp_env
 import mmp_planners
@@ -27,19 +26,13 @@ from mmp_env.check.schedule import check_schedule_document
 from mmp_env.model.cell import Cell
 from mmp_env.work.jobs import Jobs
 from mmp_env.work.jobs_file import jobs_from_dict
-from mmp_env.work.order import numbered
-from mmp_env.work.schedule import OrderPair, Schedule
-from mmp_env.work.schedule_file import schedule_to_dict
+from mmp_env.work.schedule import Schedule
 
 DELAY_S = 3.0
 NEAR_M, FAR_M, HEIGHT_M, DOWN_M = 0.35, 0.6, 0.25, 0.08
 """Distances of places from the base of the arm, and their height; length of the lines."""
 APART_M = 0.3
 """Least distance of a place from any base."""
-SAMPLES = 100
-"""Number of samples of a motion that tell whether a pair of the order is needed."""
-OBJECT_FAULTS = ("elsewhere", "left out", "another object", "no event", "another pose", "too high")
-FAULTS = ("missing pair", "early pair", "jump", "late line", "no event")
 
 
 def main() -> None:
@@ -57,8 +50,9 @@ def main() -> None:
         print_medians("work_feeders-to-boxes_4_median", packed)
     drawn = print_planned(drawn_jobs(cell, args.jobs, seed=0))
     print_delayed(drawn.schedule, args.delays)
-    print_planted(planned(drawn_jobs(cell, args.arms, seed=1)), args.planted)
-    print_planted_objects(planned(feeders_to_boxes(0, args.arms)), args.planted)
+    if args.planted:
+        print_planted("work_planted", with_faults(planned(drawn_jobs(cell, args.arms, seed=1)), args.planted))
+        print_planted("work_planted_objects", with_object_faults(planned(feeders_to_boxes(0, args.arms)), args.planted))
 
 
 def drawn_jobs(cell: Cell, count: int, seed: int) -> Jobs:
@@ -99,7 +93,7 @@ def print_planned(jobs: Jobs, suffix: str = "") -> Measured:
     began = time.process_time()
     schedule = planned(jobs)
     planning_s = time.process_time() - began
-    document = _document(schedule)
+    document = document_of(schedule)
     began = time.process_time()
     report = check_schedule_document(document)
     name = f"work_{jobs.name}_{len(jobs.cell.arms)}{suffix}"
@@ -175,92 +169,11 @@ def print_delayed(schedule: Schedule, count: int) -> None:
     print_figure(f"{name}_longest_s", duration, "s")
 
 
-def print_planted(schedule: Schedule, count: int) -> None:
-    """Prints how many planted faults of motions and of the order the checker finds."""
-    document, rng = _document(schedule), np.random.default_rng(0)
-    needed = [k for k, pair in enumerate(schedule.order) if is_needed(schedule, pair)]
-    found = 0
-    for k in range(count):
-        faulty = copy.deepcopy(document)
-        plant(faulty, FAULTS[k % len(FAULTS)], needed, rng)
-        found += not check_schedule_document(faulty).valid
-    print_figure("work_planted", count, "faults")
-    print_figure("work_planted_found", found, "faults")
-
-
-def print_planted_objects(schedule: Schedule, count: int) -> None:
-    """Prints how many planted faults of objects the checker finds."""
-    document, rng = _document(schedule), np.random.default_rng(0)
-    found = 0
-    for k in range(count):
-        faulty = copy.deepcopy(document)
-        plant_object(faulty, OBJECT_FAULTS[k % len(OBJECT_FAULTS)], rng)
-        found += not check_schedule_document(faulty).valid
-    print_figure("work_planted_objects", count, "faults")
-    print_figure("work_planted_objects_found", found, "faults")
-
-
-def _document(schedule: Schedule) -> dict[str, Any]:
-    return json.loads(json.dumps(schedule_to_dict(schedule)))
-
-
-def is_needed(schedule: Schedule, pair: OrderPair) -> bool:
-    """Returns whether samples of two motions meet if they do not keep their order in the second half of the point."""
-    rows = []
-    for (arm, number), window in ((pair.first, (0.5 * pair.past_s, pair.past_s)), (pair.second, None)):
-        event = numbered(schedule.events)[arm, number]
-        first, last = window if window is not None else (0.0, event.end_s - event.begin_s)
-        rows.append(schedule.trajectories[arm].at(event.begin_s + np.linspace(first, last, SAMPLES)))
-    collision = schedule.problem.cell.collision
-    mine, other = np.repeat(rows[0], SAMPLES, axis=0), np.tile(rows[1], (SAMPLES, 1))
-    clear = collision.pair_clearance(pair.first[0], mine, pair.second[0], other)
-    return bool(clear.min() < schedule.problem.margins.arms)
-
-
-def plant(document: dict[str, Any], fault: str, needed: Sequence[int], rng: np.random.Generator) -> None:
-    """Plants a fault in the content of a schedule file, whose `needed` pairs of motions meet without their order."""
-    if fault in ("missing pair", "early pair"):
-        number = int(rng.choice(needed))
-        if fault == "early pair":
-            document["order_past_s"][number] *= float(rng.uniform(0.0, 0.5))
-        else:
-            del document["order"][number], document["order_past_s"][number]
-        return
-    event = _event(document, rng, "line" if fault == "late line" else "move")
-    if fault == "no event":
-        document["events"].remove(event)
-    elif fault == "late line":
-        event["time"] += 0.1
-    else:
-        track = document["trajectories"][event["arm"]]
-        row = int(np.searchsorted(track["times"], event["until"] - 1e-6))
-        track["positions"][row][int(rng.integers(len(track["positions"][row])))] += float(rng.uniform(0.005, 0.05))
-
-
-def plant_object(document: dict[str, Any], fault: str, rng: np.random.Generator) -> None:
-    """Plants a fault of objects in the content of a schedule file."""
-    events = [event for event in document["events"] if event["kind"] in ("grasp", "release")]
-    event = events[int(rng.integers(len(events)))]
-    objects = document["objects"]
-    solid = objects[int(rng.integers(len(objects)))]
-    if fault == "elsewhere":
-        solid["position"][int(rng.integers(2))] += float(rng.choice([-1, 1]) * rng.uniform(0.002, 0.05))
-    elif fault == "left out":
-        objects.remove(solid)
-    elif fault == "another object":
-        event["object"] = next(each["name"] for each in objects if each["name"] != event["object"])
-    elif fault == "no event":
-        document["events"].remove(event)
-    elif fault == "another pose":
-        event["pose"]["position"][int(rng.integers(3))] += float(rng.choice([-1, 1]) * rng.uniform(0.001, 0.05))
-    else:
-        index = int(np.argmax(solid["size"]))
-        solid["size"][index] += float(rng.uniform(0.005, 0.05))
-
-
-def _event(document: Mapping[str, Any], rng: np.random.Generator, kind: str) -> dict[str, Any]:
-    events = [event for event in document["events"] if event["kind"] == kind and event["until"] > event["time"]]
-    return events[int(rng.integers(len(events)))]
+def print_planted(name: str, faulty: Sequence[Mapping[str, Any]]) -> None:
+    """Prints how many schedules with planted faults the checker refutes."""
+    found = sum(not check_schedule_document(each).valid for each in faulty)
+    print_figure(name, len(faulty), "faults")
+    print_figure(f"{name}_found", found, "faults")
 
 
 def _place(rng: np.random.Generator, cell: Cell, base: np.ndarray) -> tuple[float, float]:

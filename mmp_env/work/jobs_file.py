@@ -1,4 +1,4 @@
-"""Files of jobs, schema `mmp-jobs/1` (docs/how-to/run-jobs.md)."""
+"""Files of jobs, schema `mmp-jobs/1` (docs/reference/files.md)."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class JobsData(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 def load_jobs(path: str | PathLike[str]) -> Jobs:
-    """Reads a file of jobs, schema `mmp-jobs/1`. docs/how-to/run-jobs.md describes the fields.
+    """Reads a file of jobs, schema `mmp-jobs/1`. docs/reference/files.md describes the fields.
 
     Args:
         path: a JSON or YAML file.

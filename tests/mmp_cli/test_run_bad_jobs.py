@@ -12,6 +12,7 @@ import time
 import pytest
 
 from mmp_cli.main import main
+from mmp_planners.work.scheduler import Scheduler
 from tests.support.object_jobs import DOWN, UP, above, box, carry, work
 
 TAKE = {"name": "take", "arm": "arm0", "steps": [above(0.1, 0.2), DOWN, {"grasp": "red"}, UP]}
@@ -96,3 +97,39 @@ def test_a_kill_leaves_no_half_file(tmp_path, seconds):
     process.send_signal(signal.SIGKILL)
     process.wait()
     assert out.read_text() == "older" or json.loads(out.read_text())["schema"] == "mmp-schedule/1"
+
+
+HALF_WRITTEN = """
+import os, pathlib, signal
+def write_half(path, text, **_):
+    with open(path, "w") as file:
+        file.write(text[: len(text) // 2])
+    os.kill(os.getpid(), signal.SIGKILL)
+pathlib.Path.write_text = write_half
+from mmp_cli.main import main
+main()
+"""
+
+
+def test_a_kill_during_the_write_leaves_the_older_file(tmp_path):
+    (tmp_path / "jobs.json").write_text(json.dumps(work(PUT_RED)))
+    out = tmp_path / "schedule.json"
+    out.write_text("older")
+    command = [sys.executable, "-c", HALF_WRITTEN, "run", "jobs.json", "--out", "schedule.json"]
+    assert subprocess.run(command, cwd=tmp_path, check=False).returncode == -signal.SIGKILL
+    assert out.read_text() == "older"
+
+
+def test_ctrl_c_during_planning_ends_the_program_without_a_file(tmp_path, capsys, monkeypatch):
+    (tmp_path / "jobs.json").write_text(json.dumps(work(PUT_RED)))
+    steps = []
+
+    def interrupted(*_):
+        steps.append("step")
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(Scheduler, "_go_on", interrupted)
+    assert main(["run", str(tmp_path / "jobs.json"), "--out", str(tmp_path / "schedule.json")]) == 130
+    assert capsys.readouterr().err == "mmp: interrupted\n"
+    assert steps == ["step"]
+    assert os.listdir(tmp_path) == ["jobs.json"]

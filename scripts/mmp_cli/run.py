@@ -52,6 +52,8 @@ def parser() -> Parser:
     out.add_argument("--planner", default="auto", metavar="NAME", help=help)
     out.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of all random numbers; default: 0")
     add_time_limit(out, "planning")
+    help = "go on for S seconds with other arms and other orders of the jobs, and keep the shortest schedule"
+    out.add_argument("--improve", type=positive, default=0.0, metavar="S", help=help)
     add_margin(out)
     out.add_argument("--max-velocity", type=positive, metavar="V", help="of all joints [rad/s]; default: 0.8")
     out.add_argument("--max-acceleration", type=positive, metavar="A", help="[rad/s^2]; default: the robots' own")
@@ -84,6 +86,7 @@ def run(args: Namespace) -> int:
             margin=args.margin,
             max_acceleration=args.max_acceleration,
             max_jerk=args.max_jerk,
+            improve=args.improve,
         )
     except InvalidInstanceError as error:
         raise InvalidInstanceError(f"{args.jobs}: {error}") from None
@@ -163,6 +166,10 @@ def _rows(args: Namespace, done: Done) -> list[tuple[str, str]]:
     helped = f"{counted(stats['yields'], 'yield')}, {counted(stats['group_plans'], 'plan')} of all arms together"
     pairs = f"{counted(len(schedule.order), 'pair')} of motions"
     makespan = f"{in_seconds(schedule.makespan_s)}; the steps of the busiest arm take {in_seconds(schedule.busiest_s)}"
+    if "attempts" in stats:
+        makespan += (
+            f"; {in_seconds(stats['first_makespan_s'])} before {counted(stats['attempts'], 'attempt')} to improve it"
+        )
     rows += [("makespan", makespan), ("help", helped), ("order", pairs)]
     if done.check is not None:
         rows.append(("check", str(done.check)))

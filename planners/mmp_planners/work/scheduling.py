@@ -29,7 +29,7 @@ from mmp_env.work.order import order_of
 from mmp_env.work.replay import Replay, replay, windows_of
 from mmp_env.work.schedule import Schedule, WorkEvent, plan_of
 from mmp_env.work.trajectory import PERIOD_S, time_of
-from mmp_env.work.world import first_world
+from mmp_env.work.world import World, first_world
 from mmp_planners import registry
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.options import GRID_STEP_S, LARGEST_SEED, check_steps
@@ -37,6 +37,7 @@ from mmp_planners.planner import Planner, Status, StopPlanning
 from mmp_planners.work.commitment import Commitment
 from mmp_planners.work.group import OPTIONS, Together
 from mmp_planners.work.handling import Handling
+from mmp_planners.work.improvement import improved
 from mmp_planners.work.move_planner import MovePlanner
 from mmp_planners.work.scheduler import Done, Scheduler
 from mmp_planners.work.timeline import Timeline
@@ -95,6 +96,7 @@ def schedule(
     max_acceleration: JointLimits = None,
     max_jerk: JointLimits = None,
     rounds: bool = False,
+    improve: float = 0.0,
 ) -> ScheduleResult:
     """Plans all jobs, each arm in its own time.
 
@@ -108,6 +110,8 @@ def schedule(
         max_acceleration: [rad/s^2] for all joints, or arm name -> [dof]; None for the robots' own limits.
         max_jerk: [rad/s^3], like `max_acceleration`.
         rounds: in each round every arm moves once, and the next round begins when all have arrived; for comparisons.
+        improve: time [s] for improving the first schedule, within `time_limit`: a few jobs get other arms, or come
+            earlier or later, and the schedule with the shortest makespan is kept.
 
     Raises:
         MmpError: if an argument is not allowed.
@@ -116,6 +120,7 @@ def schedule(
     given("jobs", jobs, Jobs, "Jobs, such as load_jobs gives")
     seed = whole("seed", seed, 0, LARGEST_SEED)
     limit = number("time_limit", time_limit, "a number of seconds, 0 or more, inf for none", zero=True, infinite=True)
+    improve = number("improve", improve, "a number of seconds, 0 or more", zero=True)
     of_group = registry.make(planner, **OPTIONS.get(planner, {}))
     began = time.perf_counter()
     clock = core.Clock(min(limit, 1e10))
@@ -124,71 +129,104 @@ def schedule(
     problem = make_problem(world.filled, jobs.start, stay, max_velocity=max_velocity, margin=margin, name=jobs.name)
     check_steps(problem, GRID_STEP_S)
     slack, problem = problem.slack, dataclasses.replace(problem, cell=jobs.cell)
-    handling = Handling(problem, world, jobs.jobs)
-    limits = {
-        "max_acceleration": arm_limits(jobs.cell, max_acceleration, "acceleration"),
-        "max_jerk": arm_limits(jobs.cell, max_jerk, "jerk"),
-    }
     setup = _Setup(
         jobs=jobs,
-        handling=handling,
-        timing=Timing(handling, PERIOD_S, **limits),
+        problem=problem,
+        world=world,
+        slack=slack,
+        limits={
+            "max_acceleration": arm_limits(jobs.cell, max_acceleration, "acceleration"),
+            "max_jerk": arm_limits(jobs.cell, max_jerk, "jerk"),
+        },
         planner_name=planner,
         planner=of_group,
         seed=seed,
-        clock=clock,
         rounds=rounds,
     )
-    scheduler, timeline, counts = setup.with_room(slack)
-    try:
-        complete = scheduler.run()
-    except StopPlanning:
-        complete = False
-    found = _proved(jobs, problem, limits, scheduler, timeline, clock) if complete else None
-    stats: dict[str, Any] = counts() | {"planning_time_s": time.perf_counter() - began}
+    first = setup.attempt(jobs, clock)
+    stats = first.stats | {"planning_time_s": time.perf_counter() - began}
+    found = first.schedule
     if found is None:
-        stopped = clock.expired or not scheduler.blocked
+        stopped = clock.expired or not first.blocked
         status = Status.TIMEOUT if stopped else Status.EXHAUSTED
-        return ScheduleResult(status=status, blocked=scheduler.blocked, reason=scheduler.reason, stats=stats)
-    signature = {"name": planner, "options": _options(of_group), "seed": seed}
-    found = dataclasses.replace(found, planner=signature, stats=counts())
+        return ScheduleResult(status=status, blocked=first.blocked, reason=first.reason, stats=stats)
+    if improve:
+        until = core.Clock(max(0.0, min(improve, limit - (time.perf_counter() - began))))
+        stats["first_makespan_s"] = found.makespan_s
+        found, stats["attempts"] = improved(jobs, found, lambda work: setup.attempt_or_none(work, until), seed, until)
     stats["makespan_s"] = found.makespan_s
-    if isinstance(scheduler.turns, Rounds):
-        stats["round_begins_s"] = [time_of(begin, timeline.period_s) for begin in scheduler.turns.begins]
     return ScheduleResult(status=Status.SOLVED, schedule=found, stats=stats)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class _Attempt:
+    """Result of planning jobs in one order: a proved schedule, or None and the names of blocked arms."""
+
+    schedule: Schedule | None
+    blocked: tuple[str, ...]
+    reason: str
+    stats: dict[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class _Setup:
-    """The parts of a run that do not depend on the slack."""
+    """All that does not depend on the order of the jobs."""
 
     jobs: Jobs
-    handling: Handling
-    timing: Timing
+    problem: Problem
+    world: World
+    slack: float
+    limits: Mapping[str, Mapping[str, Any]]
     planner_name: str
     planner: Planner
     seed: int
-    clock: core.Clock
     rounds: bool
 
-    def with_room(self, slack: float) -> tuple[Scheduler, Timeline, Callable[[], dict[str, Any]]]:
-        """Returns `begin` with as much slack as the goals of the jobs leave. Raises `InvalidInstanceError`."""
+    def attempt(self, work: Jobs, clock: core.Clock) -> _Attempt:
+        """Plans the jobs in the order of `work` and with its arms. Raises `InvalidInstanceError`."""
+        scheduler, timeline, counts = self._with_room(work, clock)
+        try:
+            complete = scheduler.run()
+        except StopPlanning:
+            complete = False
+        found = _proved(self.jobs, self.problem, self.limits, scheduler, timeline, clock) if complete else None
+        stats: dict[str, Any] = counts()
+        if found is not None:
+            signature = {"name": self.planner_name, "options": _options(self.planner), "seed": self.seed}
+            found = dataclasses.replace(found, planner=signature, stats=counts())
+        if isinstance(scheduler.turns, Rounds):
+            stats["round_begins_s"] = [time_of(begin, timeline.period_s) for begin in scheduler.turns.begins]
+        return _Attempt(schedule=found, blocked=scheduler.blocked, reason=scheduler.reason, stats=stats)
+
+    def attempt_or_none(self, work: Jobs, clock: core.Clock) -> Schedule | None:
+        """Returns the schedule of `attempt`; None if there is none, or if a job is impossible in that order."""
+        try:
+            return self.attempt(work, clock).schedule
+        except InvalidInstanceError:
+            return None
+
+    def _with_room(self, work: Jobs, clock: core.Clock) -> tuple[Scheduler, Timeline, Callable[[], dict[str, Any]]]:
+        """Returns `_begin` with as much slack as the goals of the jobs leave. Raises `InvalidInstanceError`."""
         for share in SLACK_SHARES[:-1]:
             with contextlib.suppress(InvalidInstanceError):  # a goal is tight
-                return self.begin(share * slack)
-        return self.begin(SLACK_SHARES[-1] * slack)
+                return self._begin(work, share * self.slack, clock)
+        return self._begin(work, SLACK_SHARES[-1] * self.slack, clock)
 
-    def begin(self, slack: float) -> tuple[Scheduler, Timeline, Callable[[], dict[str, Any]]]:
+    def _begin(
+        self, work: Jobs, slack: float, clock: core.Clock
+    ) -> tuple[Scheduler, Timeline, Callable[[], dict[str, Any]]]:
         """Returns a scheduler about to begin, its timeline, and a function that returns its counts."""
-        mover = MovePlanner(self.handling, slack, GRID_STEP_S, SiRrtStar(), self.seed, self.clock)
-        timeline = Timeline(self.handling, _distance(self.jobs, self.handling.bare), PERIOD_S)
-        commitment = Commitment(timeline, self.timing, mover)
+        handling = Handling(self.problem, self.world, work.jobs)
+        timing = Timing(handling, PERIOD_S, **self.limits)
+        mover = MovePlanner(handling, slack, GRID_STEP_S, SiRrtStar(), self.seed, clock)
+        timeline = Timeline(handling, _distance(work, self.problem), PERIOD_S)
+        commitment = Commitment(timeline, timing, mover)
         yielding = Yielding(mover, timeline, commitment, self.seed)
-        together = Together(self.planner_name, self.planner, timeline, self.timing, yielding)
+        together = Together(self.planner_name, self.planner, timeline, timing, yielding)
         scheduler = Scheduler(
-            jobs=self.jobs,
+            jobs=work,
             mover=mover,
-            handling=self.handling,
+            handling=handling,
             timeline=timeline,
             commitment=commitment,
             yielding=yielding,

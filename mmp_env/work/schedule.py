@@ -18,6 +18,7 @@ from mmp_env.model.problem import Problem
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.wording import counted, in_seconds
 from mmp_env.work.jobs import Jobs
+from mmp_env.work.lower_bound import makespan_lower_bound
 from mmp_env.work.trajectory import Trajectory
 
 KINDS_OF_EVENTS = ("move", "line", "grasp", "release", "wait", "yield")
@@ -115,6 +116,11 @@ class Schedule(ReadOnly):
     def balanced_s(self) -> float:
         """Time of all steps divided by the number of arms [s]: a lower bound with these motions and any arms."""
         return sum(self._busy_s().values()) / len(self.trajectories)
+
+    @cached_property
+    def lower_bound_s(self) -> float:
+        """A time that every schedule of these jobs takes at least [s], see `makespan_lower_bound`."""
+        return makespan_lower_bound(self.jobs, self.problem.max_velocity)
 
     def _busy_s(self) -> dict[str, float]:
         steps = [event for event in self.events if event.job is not None]

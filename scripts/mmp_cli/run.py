@@ -170,6 +170,7 @@ def _rows(args: Namespace, done: Done) -> list[tuple[str, str]]:
         makespan += (
             f"; {in_seconds(stats['first_makespan_s'])} before {counted(stats['attempts'], 'attempt')} to improve it"
         )
+    makespan += f"; no schedule takes less than {in_seconds(schedule.lower_bound_s)}"
     rows += [("makespan", makespan), ("help", helped), ("order", pairs)]
     if done.check is not None:
         rows.append(("check", str(done.check)))
@@ -195,6 +196,7 @@ def _line(args: Namespace, done: Done) -> dict[str, Any]:
         "message": done.result.message or None,
         "makespan_s": None if schedule is None else schedule.makespan_s,
         "busiest_s": None if schedule is None else schedule.busiest_s,
+        "lower_bound_s": None if schedule is None else schedule.lower_bound_s,
         "order_pairs": None if schedule is None else len(schedule.order),
         **done.result.stats,
         "valid": None if check is None else check.valid,

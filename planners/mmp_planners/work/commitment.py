@@ -38,10 +38,10 @@ class Commitment:
     Args:
         timeline: takes the motions.
         timing: times them.
-        mover: tests them against obstacles.
+        mover: tests motions that are timed alone against obstacles; None to prove each motion when it is timed.
     """
 
-    def __init__(self, timeline: Timeline, timing: Timing, mover: MovePlanner) -> None:
+    def __init__(self, timeline: Timeline, timing: Timing, mover: MovePlanner | None) -> None:
         self._timeline, self._timing, self._mover = timeline, timing, mover
 
     def propose(self, arm: int, path: Float[np.ndarray, "k dof"], tolerance: float = TOLERANCE_RAD) -> Proposal | None:
@@ -58,8 +58,8 @@ class Commitment:
         timeline = self._timeline
         if (path == path[0]).all():
             return Proposal(arm=arm, begin=timeline.end(arm), samples=path[:0])
-        samples = self._timing.unproved(timeline.names[arm], path, tolerance)
-        if samples is not None and self._mover.keeps_margins(arm, samples):
+        samples = None if self._mover is None else self._timing.unproved(timeline.names[arm], path, tolerance)
+        if self._mover is not None and samples is not None and self._mover.keeps_margins(arm, samples):
             begin = timeline.earliest(arm, samples)
             if begin is not None:
                 return Proposal(arm=arm, begin=begin, samples=samples)

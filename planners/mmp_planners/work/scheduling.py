@@ -183,8 +183,16 @@ class _Setup:
     rounds: bool
 
     def attempt(self, work: Jobs, clock: core.Clock) -> _Attempt:
-        """Plans the jobs in the order of `work` and with its arms. Raises `InvalidInstanceError`."""
-        scheduler, timeline, counts = self._with_room(work, clock)
+        """Plans the jobs in the order of `work` and with its arms. Raises `InvalidInstanceError`.
+
+        If the proof of the schedule fails, plans again and proves each motion when it is timed, which takes longer.
+        """
+        first = self._attempt(work, clock, prove_each=False)
+        failed = first.schedule is None and not first.blocked and not clock.expired
+        return self._attempt(work, clock, prove_each=True) if failed else first
+
+    def _attempt(self, work: Jobs, clock: core.Clock, *, prove_each: bool) -> _Attempt:
+        scheduler, timeline, counts = self._with_room(work, clock, prove_each)
         try:
             complete = scheduler.run()
         except StopPlanning:
@@ -205,22 +213,24 @@ class _Setup:
         except InvalidInstanceError:
             return None
 
-    def _with_room(self, work: Jobs, clock: core.Clock) -> tuple[Scheduler, Timeline, Callable[[], dict[str, Any]]]:
+    def _with_room(
+        self, work: Jobs, clock: core.Clock, prove_each: bool
+    ) -> tuple[Scheduler, Timeline, Callable[[], dict[str, Any]]]:
         """Returns `_begin` with as much slack as the goals of the jobs leave. Raises `InvalidInstanceError`."""
         for share in SLACK_SHARES[:-1]:
             with contextlib.suppress(InvalidInstanceError):  # a goal is tight
-                return self._begin(work, share * self.slack, clock)
-        return self._begin(work, SLACK_SHARES[-1] * self.slack, clock)
+                return self._begin(work, share * self.slack, clock, prove_each)
+        return self._begin(work, SLACK_SHARES[-1] * self.slack, clock, prove_each)
 
     def _begin(
-        self, work: Jobs, slack: float, clock: core.Clock
+        self, work: Jobs, slack: float, clock: core.Clock, prove_each: bool
     ) -> tuple[Scheduler, Timeline, Callable[[], dict[str, Any]]]:
         """Returns a scheduler about to begin, its timeline, and a function that returns its counts."""
         handling = Handling(self.problem, self.world, work.jobs)
         timing = Timing(handling, PERIOD_S, **self.limits)
         mover = MovePlanner(handling, slack, GRID_STEP_S, SiRrtStar(), self.seed, clock)
         timeline = Timeline(handling, _distance(work, self.problem), PERIOD_S)
-        commitment = Commitment(timeline, timing, mover)
+        commitment = Commitment(timeline, timing, None if prove_each else mover)
         yielding = Yielding(mover, timeline, commitment, self.seed)
         together = Together(self.planner_name, self.planner, timeline, timing, yielding)
         scheduler = Scheduler(

@@ -7,6 +7,7 @@ import pytest
 from mmp_env import InvalidInstanceError, MmpError, check_schedule
 from mmp_env.work.schedule_file import schedule_to_dict
 from mmp_planners import Status, schedule
+from mmp_planners.work import scheduling
 from tests.support.small_jobs import in_a_ring, jobs, planned, pose
 
 
@@ -25,7 +26,7 @@ def test_the_same_seed_gives_the_same_schedule():
     assert schedule_to_dict(result.schedule) == planned()
 
 
-def test_an_arm_begins_its_next_step_while_others_are_on_their_way():
+def test_an_arm_begins_its_next_step_while_others_move():
     events = [event for event in planned()["events"] if event["kind"] == "move"]
     assert any(a["time"] < b["time"] < a["until"] for a in events for b in events if a["arm"] != b["arm"])
 
@@ -68,3 +69,17 @@ def test_an_unknown_planner_is_refused():
 def test_limits_that_no_schedule_can_keep_are_refused(limits, words):
     with pytest.raises(MmpError, match=words):
         schedule(jobs(), **limits)
+
+
+def test_each_motion_is_proved_if_the_proof_of_the_schedule_fails(monkeypatch):
+    proof, proofs = scheduling._proof, []
+
+    def failing_once(*arguments):
+        proofs.append(None if not proofs else proof(*arguments))
+        return proofs[-1]
+
+    monkeypatch.setattr(scheduling, "_proof", failing_once)
+    result = schedule(jobs())
+    assert len(proofs) == 2
+    assert result.schedule is not None
+    assert check_schedule(result.schedule).valid

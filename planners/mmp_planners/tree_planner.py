@@ -54,6 +54,11 @@ class TreePlanner(abc.ABC):
 
     dt: float = option(GRID_STEP_S, "length of a step of the time grid [s]", positive=True)
     restarts: bool = option(True, "begin a new tree with another sub-seed when a tree makes no progress; off: one tree")
+    bound: str = option(
+        "paths",
+        "what w relates to: paths: the planner's own path lengths; straight: the straight lines, an absolute bound",
+        choices=("paths", "straight"),
+    )
     patience: int = option(20, "expansions after a solution in which a cheaper one may still be found", positive=True)
     eta: float = option(LOW_LEVEL.eta, "steering distance of the single-arm planner [rad]", least=0.01)
     iterations: int = option(
@@ -114,6 +119,7 @@ class TreePlanner(abc.ABC):
             began=run.began,
             restarts=self.restarts,
             patience=self.patience,
+            absolute_bound=run.problem.cost_lower_bound_rad if self.bound == "straight" else None,
             counts=counts,
             **{part.name: getattr(parts, part.name) for part in dataclasses.fields(parts)},
         )

@@ -1,12 +1,13 @@
 """Ends of a conflict-tree search: bound met, patience, exhaustion, restart, deadline and watcher."""
 
 from dataclasses import dataclass
-from itertools import accumulate, pairwise
+from itertools import pairwise
 
 import pytest
-from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, emitted, ended, endless, tree
+from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, Push, emitted, ended, endless, tree
 
 from mmp_env.events import NodeExpanded, SearchStarted
+from mmp_planners.conflict_tree.fast_track import RepulsiveFastTrack
 from mmp_planners.conflict_tree.search import TreeCounts
 from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import StopPlanning
@@ -62,7 +63,7 @@ def test_without_restarts_there_is_one_tree_however_long_it_takes():
     assert (search.counts.restarts, len(context.seeds)) == (0, 1)
 
 
-def test_the_bound_is_the_least_of_the_open_nodes_and_never_falls():
+def test_the_bound_is_the_least_of_the_open_nodes_also_when_it_falls():
     seen = []
 
     @dataclass(frozen=True, kw_only=True)
@@ -77,9 +78,34 @@ def test_the_bound_is_the_least_of_the_open_nodes_and_never_falls():
     context = ArmsOnALine(lambda count: (0, 1 + 7 * count % 5), lambda count: (0, 3 + 3 * count % 7))
     assert not ended(tree(context, selection=Seen(w=1.5)))
     bounds, least, most = zip(*seen, strict=True)
-    assert list(bounds) == list(accumulate(least, max))
+    assert bounds == least
     assert list(least) != sorted(least)
     assert any(high > bound for bound, high in zip(bounds, most, strict=True))
+
+
+def test_the_bound_counts_the_solution_itself():
+    """The root, of bound 4, gets a solution of cost 9 and is then branched. The bound of what is left is 20."""
+    places = ([(0, 1, 2), None], [(2, 1, 0), (2, 1, 9, 0)])
+    fast_track = RepulsiveFastTrack(modification=Push({0: (0, -2.5, 2)}))
+    search = tree(ArmsOnALine(*places), w=1.5, fast_track=fast_track)
+    search.run(0)
+    assert (search.best.cost, search.best.bound_met) == (9.0, False)
+
+
+def test_the_bound_counts_a_solution_that_is_no_better_than_another():
+    """Child of a: cost 14, bound 14. Child of b: cost 16, bound 5, because it was repelled. OPEN is empty then."""
+    places = ([(0, 1, 2), (0, 7, 2)], [(2, 1, 0), (2, 3.5, 0)])
+    push = Push({1: (2, 9, 0)})
+    search = tree(ArmsOnALine(*places), w=1.3, modification=push)
+    search.run(0)
+    assert search.best.cost == 14.0
+    assert not search.best.bound_met, "9 is less than 14 / 1.3"
+
+
+@pytest.mark.parametrize(("straight", "met"), [(4.0, True), (3.0, False)])
+def test_with_the_straight_lines_as_bound_w_holds_absolutely(straight, met):
+    search, _, _ = emitted(lambda watch: tree(ArmsOnALine(*CROSSING), w=4.0, watch=watch, absolute_bound=straight))
+    assert (search.best.cost, search.best.bound_met) == (14.0, met)
 
 
 def test_a_solution_within_w_times_the_bound_ends_the_search():

@@ -3,7 +3,7 @@
 import pytest
 from support.arms_on_a_line import ArmsOnALine, Push, node, refusal, tree
 
-from mmp_env.events import FastTracked, NodeCreated, NodeExpanded
+from mmp_env.events import FastTracked, NodeCreated, NodeExpanded, SolutionFound
 from mmp_planners.conflict_tree.fast_track import NoFastTrack, RepulsiveFastTrack
 
 TWO, THREE = ArmsOnALine((), ()), ArmsOnALine((), (), ())
@@ -35,22 +35,14 @@ def test_without_an_arm_in_every_pair_nothing_is_tried():
     assert tries(NoFastTrack(), node(0, *SWAP)) == []
 
 
-def test_a_sound_try_leaves_the_node_as_it_is():
+@pytest.mark.parametrize("literal", [False, True])
+def test_a_try_leaves_the_node_as_it_is(literal):
     n = node(0, *SWAP)
     before = n.paths, n.conflicts
-    (attempt,) = RepulsiveFastTrack(modification=Push({0: (0, -5, 2)}))(TWO, n)
+    (attempt,) = RepulsiveFastTrack(modification=Push({0: (0, -5, 2)}), literal=literal)(TWO, n)
     assert (n.paths, n.conflicts) == before
+    assert attempt.replaces == literal
     assert (attempt.node.cost, attempt.node.lower_bound, attempt.node.conflicts) == (14.0, 4.0, {})
-
-
-def test_a_literal_try_gives_the_node_the_path_of_the_first_common_arm_whatever_is_left():
-    push = Push({0: (0, 0.5, 1, 0, 2), 1: (2, 5, 0)})
-    n = node(0, (0, 1, 2, 2), (2, 1, 0, 0))
-    (attempt,) = RepulsiveFastTrack(modification=push, literal=True)(TWO, n)
-    assert (attempt.arm, attempt.solved) == (0, False)
-    assert n.paths[0].q[:, 0].tolist() == [0, 0.5, 1, 0, 2]
-    assert {pair: steps.tolist() for pair, steps in n.conflicts.items()} == {(0, 1): [3]}
-    assert (n.cost, n.lower_bound) == (6.0, 4.0)
 
 
 def searched(push, places, *, literal=False, w=1.0, **parts):
@@ -87,11 +79,48 @@ def test_after_a_sound_hit_that_costs_too_much_the_node_is_branched():
     assert search.best.cost == 9.0, "the child of b is cheaper than the hit"
 
 
-def test_after_a_literal_hit_there_is_nothing_to_branch_and_the_search_goes_on_without_the_node():
+def test_after_a_literal_hit_the_solution_takes_the_place_of_the_node_and_is_selected_like_any_other():
+    """Algorithm 1: N takes the modified paths, stays in OPEN and is evaluated again."""
     search, exhausted, events = searched({0: (0, -9, 2)}, PLACES, literal=True)
     assert not exhausted
     assert not [event for event in events if isinstance(event, NodeExpanded)]
     assert search.best.cost == 22.0
+
+
+class PushBesideDetour(Push):
+    """Moves an arm only if arm a has its detour by place 3."""
+
+    def __call__(self, context, paths, arm, constraints):
+        return super().__call__(context, paths, arm, constraints) if 3 in paths[0].q else None
+
+
+@pytest.mark.parametrize(("literal", "solutions"), [(False, [90.0, 12.0]), (True, [14.0])])
+def test_a_literal_hit_that_costs_too_much_is_no_solution_while_cheaper_nodes_are_open(literal, solutions):
+    """No arm is in both conflicts of the root. Where a has its detour, c can be moved, at a high cost.
+
+    With the literal fast track the cheaper solutions below that node are lost.
+    """
+    places = ([(0, 1, 2), (0, 3, 2)], [(2, 1, 0), (2, 4, 0)], [(10, 11, 12), (10, 13, 12)], [(12, 11, 10)])
+    fast_track = RepulsiveFastTrack(modification=PushBesideDetour({2: (10, -30, 12)}), literal=literal)
+    events = []
+    search = tree(ArmsOnALine(*places), w=1.9, watch=events.append, fast_track=fast_track, patience=10**6)
+    search.run(0)
+    assert [event.cost_rad for event in events if isinstance(event, SolutionFound)] == solutions
+    assert search.counts.fast_track_hits == 1
+
+
+@pytest.mark.parametrize("literal", [False, True])
+def test_a_miss_leaves_the_node_to_be_branched_with_its_own_paths(literal):
+    """Both arms are tried. The modified paths are discarded, though they leave fewer conflicts."""
+    push = {0: (0, 0.5, 1, 0, 2), 1: (2, 1, 0, 0)}
+    places = ([(0, 1, 2, 2), (0, 3, 2)], [(2, 1, 0, 0), None])
+    search, _, events = searched(push, places, literal=literal, w=9.0)
+    assert [(event.node, event.arm, event.solved) for event in events if isinstance(event, FastTracked)] == [
+        (0, "a", False),
+        (0, "b", False),
+    ]
+    assert [event.node for event in events if isinstance(event, NodeExpanded)] == [0]
+    assert search.best.cost == 6.0
 
 
 @pytest.mark.parametrize("literal", [False, True])

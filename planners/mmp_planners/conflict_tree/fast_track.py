@@ -13,10 +13,14 @@ from mmp_planners.planning_context import PlanningContext
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attempt:
-    """Node M: node N with the path of `arm` modified; `solved` if no conflict is left."""
+    """Node M: node N with the path of `arm` modified; `solved` if no conflict is left.
+
+    A solution is a candidate for the plan. If it `replaces` node N, it takes the place of N in OPEN instead.
+    """
 
     node: Node
     arm: int
+    replaces: bool = False
 
     @property
     def solved(self) -> bool:
@@ -42,31 +46,25 @@ class NoFastTrack:
 class RepulsiveFastTrack:
     """Repels each arm that is in every conflicting pair, in turn, until one attempt leaves no conflict.
 
-    `literal` is the paper-literal setting: it tries the first such arm only, and the node itself takes the modified
-    path whatever conflicts are left.
+    `literal` is the paper-literal setting: a solution replaces the node, so the node cannot be branched any more.
     """
 
     modification: Modification
     literal: bool = False
 
     def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]:
-        for arm in node.common_arms()[: 1 if self.literal else None]:
+        for arm in node.common_arms():
             modified = self.modification(context, node.paths, arm, node.constraints[arm])
             if modified is None:
                 continue
             paths, conflicts = node.replaced(context, arm, modified.path)
-            attempt = Attempt(
-                arm=arm,
-                node=Node(
-                    id=node.id,
-                    parent=node.parent,
-                    paths=paths,
-                    constraints=node.constraints,
-                    bounds=node.bounds,
-                    conflicts=conflicts,
-                    fast_tracked=True,
-                ),
+            modified_node = Node(
+                id=node.id,
+                parent=node.parent,
+                paths=paths,
+                constraints=node.constraints,
+                bounds=node.bounds,
+                conflicts=conflicts,
+                fast_tracked=True,
             )
-            if self.literal:
-                node.update(paths=paths, conflicts=conflicts)
-            yield attempt
+            yield Attempt(arm=arm, node=modified_node, replaces=self.literal)

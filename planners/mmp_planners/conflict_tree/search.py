@@ -6,13 +6,16 @@ conflict-based search algorithm, SoCS 2014). Its parts are handed in: selection,
 modification and fast track. Numbers `l. n` are lines of Algorithm 1 of APF-ECBS (Hong, Lee, Lee, Nam, arXiv 2509.13882,
 2025) as `docs/explanation/paper.md` gives them.
 
-Guarantee: every returned plan has a certificate. The bounds are the planner's own path lengths, not the least that
-exist. `exhausted` proves nothing with any constraint kind, because the low level samples.
+Guarantee: every returned plan has a certificate. LB is the least bound of all leaves of the tree: of OPEN and of the
+nodes without conflicts. The bounds are the planner's own path lengths, not the least that exist; with `absolute_bound`
+LB is that of the straight lines, which no plan is below. `exhausted` proves nothing with any constraint kind, because
+the low level samples.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -56,6 +59,8 @@ class ConflictTree:
     fast_track: FastTrack = field(default_factory=NoFastTrack)
     restarts: bool = True
     patience: int = 20
+    absolute_bound: float | None = None
+    """Length of the straight lines [rad], or None: LB is of the planner's own path lengths."""
     counts: TreeCounts = field(default_factory=TreeCounts)
     best: Incumbent | None = None
     began: float = field(default_factory=time.perf_counter)
@@ -67,6 +72,7 @@ class ConflictTree:
 
     def __post_init__(self) -> None:
         self._closest: Node | None = None
+        self._solved_bound = math.inf  # least bound of the nodes without conflicts
         self._factory = NodeFactory(
             context=self.context,
             modification=self.modification,
@@ -115,13 +121,13 @@ class ConflictTree:
 
         Progress is a node with fewer pairs of arms in conflict than any before. Returns whether the whole run is done.
         """
-        open_nodes, bound = [root], root.lower_bound  # l. 1-4
+        open_nodes, self._solved_bound = [root], math.inf  # l. 1-4
         self._closest, self._progress = root, self.counts.expanded_nodes
         if not root.conflicts:
             open_nodes.clear()
             self._offer(root, open_nodes)  # returns to the open list if its plan cannot be proved
         while not self.context.clock.expired:  # l. 5
-            bound = max(bound, min((n.lower_bound for n in open_nodes), default=bound))
+            bound = self._lower_bound(open_nodes)
             if self.best is not None:  # l. 7-8
                 self.best = dataclasses.replace(self.best, bound_met=self.best.cost <= self.selection.w * bound)
                 if self._is_good_enough(self.best, open_nodes):
@@ -131,6 +137,10 @@ class ConflictTree:
             if self.best is None and budget is not None and self.counts.expanded_nodes - self._progress >= budget:
                 return False
             node = self.selection(open_nodes, bound)  # l. 6
+            if not node.conflicts:  # a fast track replaced the node that it comes from
+                open_nodes.remove(node)
+                self._offer(node, open_nodes)
+                continue
             if node.pending:  # lazy expansion: replanned now, and put back
                 open_nodes.remove(node)
                 self._replan(node, open_nodes)
@@ -143,6 +153,12 @@ class ConflictTree:
             self._branch(node, instant, open_nodes)  # l. 15-24
             yield
         return True
+
+    def _lower_bound(self, open_nodes: Sequence[Node]) -> float:
+        """Returns LB [rad]: the least bound of all leaves, or that of the straight lines."""
+        if self.absolute_bound is not None:
+            return self.absolute_bound
+        return min([self._solved_bound, *(node.lower_bound for node in open_nodes)])
 
     def _is_good_enough(self, best: Incumbent, open_nodes: Sequence[Node]) -> bool:
         waited = self.counts.expanded_nodes - best.found_expansion >= self.patience
@@ -166,25 +182,33 @@ class ConflictTree:
             self._offer(child, open_nodes)
 
     def _try_fast_track(self, node: Node, open_nodes: list[Node]) -> bool:
-        """Returns whether it gave a solution. The node stays open, and is branched if that is not good enough."""
+        """Returns whether it gave a solution. If that replaces the node, it is open like any other.
+
+        Otherwise the node stays open, and is branched if the solution is not good enough.
+        """
         node.fast_tracked = True
         for attempt in self.fast_track(self.context, node):
             self.counts.fast_track_tries += 1
             self.emitter.fast_tracked(node, attempt)
             if attempt.solved:
                 self.counts.fast_track_hits += 1
-                if not node.conflicts:  # literal: the node is the solution itself
-                    open_nodes.remove(node)
                 attempt.node.id, attempt.node.parent = self.counts.next_node(), node.id
                 self.emitter.node_created(attempt.node, attempt.arm, None)
-                self._offer(attempt.node, open_nodes)
+                if attempt.replaces:
+                    open_nodes[open_nodes.index(node)] = attempt.node
+                else:
+                    self._offer(attempt.node, open_nodes)
                 return True
         return False
 
     def _offer(self, node: Node, open_nodes: list[Node]) -> None:
         """Makes a node without conflicts the incumbent, if it is cheaper and its plan can be certified."""
-        if self.best is not None and node.cost >= self.best.cost:
+        if (self.best is None or node.cost < self.best.cost) and not self._certified(node, open_nodes):
             return
+        self._solved_bound = min(self._solved_bound, node.lower_bound)
+
+    def _certified(self, node: Node, open_nodes: list[Node]) -> bool:
+        """Returns whether the plan of a node can be certified, and has made it the incumbent then."""
         plan = self.context.plan(node.paths)
         proof = self.context.certify(plan)
         if proof.valid:
@@ -204,3 +228,4 @@ class ConflictTree:
             if proof.arms[1] >= 0:
                 node.update(conflicts={proof.arms: np.array([proof.instant])})
                 open_nodes.append(node)
+        return proof.valid

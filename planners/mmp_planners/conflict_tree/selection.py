@@ -12,7 +12,7 @@ from mmp_planners.conflict_tree.node import Node
 
 @runtime_checkable
 class Selection(Protocol):
-    """Selects a node of OPEN. `lower_bound` is LB [rad], the largest value so far of the least bound in OPEN."""
+    """Selects a node of OPEN. `lower_bound` is LB [rad], the least bound of all leaves."""
 
     @property
     def w(self) -> float: ...

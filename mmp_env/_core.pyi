@@ -256,7 +256,7 @@ STEERING_RAD: float = 0.8
 class SingleArmSettings:
     """Settings of one call of `SingleArm.plan`."""
 
-    def __init__(self, *, max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, goal_bias: float = 0.1, neighbours: int = 6) -> None: ...
+    def __init__(self, *, max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, goal_bias: float = 0.1, neighbours: int = 6, direct: bool = True) -> None: ...
 
     @property
     def max_iterations(self) -> int:
@@ -277,6 +277,12 @@ class SingleArmSettings:
     @property
     def neighbours(self) -> int:
         """Largest number of neighbours that a sample is connected to."""
+
+    @property
+    def direct(self) -> bool:
+        """
+        Whether paths that need no sampling are tried first: straight lines, and the branch of the static tree.
+        """
 
 def safe_intervals(cell: Cell, arm: int, q: numpy.ndarray, constraints: Sequence[Constraint], levels: Levels, *, others: Sequence[Motion] = ()) -> numpy.ndarray:
     """
@@ -306,7 +312,7 @@ def search_tree(arm: SingleArm, *, others: Sequence[Motion], seed: int, clock: C
 class RepulsionSettings:
     """Settings of the repulsive force field, and of the descent along it."""
 
-    def __init__(self, *, k_rep: float = 0.05, d0: float = 0.1, centre_distance: bool = False, alpha: float = 1e-07, max_iterations: int = 50, normalised: bool = False, normalised_step: float = 0.02, max_step: float = 0.05, comfort: float = 0.02) -> None: ...
+    def __init__(self, *, k_rep: float = 0.05, d0: float = 0.1, centre_distance: bool = False, alpha: float = 1e-07, max_iterations: int = 50, normalised: bool = False, normalised_step: float = 0.02, floor: float = 0.01, max_step: float = 0.05, stretch: float = 3.0, comfort: float = 0.02) -> None: ...
 
     @property
     def k_rep(self) -> float:
@@ -339,8 +345,18 @@ class RepulsionSettings:
         """Largest step of a normalised iteration [rad]."""
 
     @property
+    def floor(self) -> float:
+        """Distance below which the force is constant [m]; 0: none."""
+
+    @property
     def max_step(self) -> float:
-        """Largest step of a joint in one iteration [rad]."""
+        """Largest step of a joint in one iteration [rad]; 0: any."""
+
+    @property
+    def stretch(self) -> float:
+        """
+        Longest move between two waypoints, relative to one step at full speed; 0: any.
+        """
 
     @property
     def comfort(self) -> float:

@@ -21,15 +21,17 @@ void bind_settings(nb::module_& m) {
       .def(
           "__init__",
           [](Settings* self, double k_rep, double d0, bool centre_distance, double alpha, int max_iterations,
-             bool normalised, double normalised_step, double max_step, double comfort) {
+             bool normalised, double normalised_step, double floor, double max_step, double stretch, double comfort) {
             new (self) Settings{checked_size(k_rep),           checked_positive(d0),          centre_distance,
                                 checked_number(alpha),         checked_count(max_iterations), normalised,
-                                checked_size(normalised_step), checked_size(max_step),        checked_number(comfort)};
+                                checked_size(normalised_step), checked_size(floor),           checked_size(max_step),
+                                checked_size(stretch),         checked_number(comfort)};
           },
           nb::kw_only(), nb::arg("k_rep") = defaults.k_rep, nb::arg("d0") = defaults.d0,
           nb::arg("centre_distance") = defaults.centre_distance, nb::arg("alpha") = defaults.alpha,
           nb::arg("max_iterations") = defaults.max_iterations, nb::arg("normalised") = defaults.normalised,
-          nb::arg("normalised_step") = defaults.normalised_step, nb::arg("max_step") = defaults.max_step,
+          nb::arg("normalised_step") = defaults.normalised_step, nb::arg("floor") = defaults.floor,
+          nb::arg("max_step") = defaults.max_step, nb::arg("stretch") = defaults.stretch,
           nb::arg("comfort") = defaults.comfort)
       .def_ro("k_rep", &Settings::k_rep, "Gain of the force.")
       .def_ro("d0", &Settings::d0, "Range of the force [m].")
@@ -39,7 +41,10 @@ void bind_settings(nb::module_& m) {
       .def_ro("max_iterations", &Settings::max_iterations, "Largest number of iterations.")
       .def_ro("normalised", &Settings::normalised, "Fixed largest step; forces are smoothed over time.")
       .def_ro("normalised_step", &Settings::normalised_step, "Largest step of a normalised iteration [rad].")
-      .def_ro("max_step", &Settings::max_step, "Largest step of a joint in one iteration [rad].")
+      .def_ro("floor", &Settings::floor, "Distance below which the force is constant [m]; 0: none.")
+      .def_ro("max_step", &Settings::max_step, "Largest step of a joint in one iteration [rad]; 0: any.")
+      .def_ro("stretch", &Settings::stretch,
+              "Longest move between two waypoints, relative to one step at full speed; 0: any.")
       .def_ro("comfort", &Settings::comfort, "Clearance that ends the descent [m]; negative: never.");
 }
 

@@ -74,7 +74,8 @@ class ModifyMotion {
       for (T& x : f) x *= T(settings_.alpha);
     }
     const T cap = T(settings_.max_step);
-    for (T& x : f) x = std::clamp(x, -cap, cap);
+    if (cap > 0)
+      for (T& x : f) x = std::clamp(x, -cap, cap);
   }
 
   // Gaussian over time, sigma = 3 steps; the ends stay. The weights exp(-d^2 / 18) are literals: exp() differs in the
@@ -95,10 +96,12 @@ class ModifyMotion {
       }
   }
 
-  static bool near_neighbours(const std::vector<T>& q, int last, int dof, const T* max_step) {
+  bool near_neighbours(const std::vector<T>& q, int last, int dof, const T* max_step) const {
+    if (settings_.stretch == 0) return true;
     for (int k = 0; k < last; ++k)
       for (int j = 0; j < dof; ++j)
-        if (std::abs(q[static_cast<size_t>(k + 1) * dof + j] - q[static_cast<size_t>(k) * dof + j]) > 3 * max_step[j])
+        if (std::abs(q[static_cast<size_t>(k + 1) * dof + j] - q[static_cast<size_t>(k) * dof + j]) >
+            T(settings_.stretch) * max_step[j])
           return false;
     return true;
   }

@@ -17,11 +17,11 @@ struct RepulsionSettings {
   int max_iterations = 50;
   bool normalised = false;        // fixed largest step, forces smoothed over time
   double normalised_step = 0.02;  // largest step of a normalised iteration [rad]
-  double max_step = 0.05;         // cap per joint and iteration [rad]
+  double floor = 0.01;            // distance below which the force is constant [m]; 0: none
+  double max_step = 0.05;         // cap per joint and iteration [rad]; 0: none
+  double stretch = 3;             // longest step between waypoints, relative to full speed; 0: any
   double comfort = 0.02;          // clearance that ends the descent [m]; negative: never
 };
-
-inline constexpr double kDistanceFloor = 0.01;  // distance below which the force is constant [m]
 
 template <class V>
 class Repulsion {
@@ -90,7 +90,7 @@ class Repulsion {
     bool fixed_b;
     int k;
     Vec3<V>&push, &moment;
-    T d0 = T(settings.d0), k_rep = T(settings.k_rep);
+    T d0 = T(settings.d0), k_rep = T(settings.k_rep), floor = std::max(T(settings.floor), T(1e-6));
     bool any = false, near_sphere = false;
     Vec3<V> sum{V{}, V{}, V{}};
 
@@ -112,7 +112,7 @@ class Repulsion {
       const Mask<V> in_range = d2 <= splat<V>((d0 + radii) * (d0 + radii));
       if (!bits<V>(in_range)) return;
       const V centres = max(sqrt<V>(d2), splat<V>(T(1e-6)));
-      const V d = max(centres - radii, splat<V>(T(kDistanceFloor)));
+      const V d = max(centres - radii, splat<V>(floor));
       const V inverse = T(1) / d;
       const V size = max(k_rep * (inverse - T(1) / d0) * inverse * inverse, V{});
       sum = sum + away * select<V>(in_range, size / centres, V{});

@@ -16,6 +16,7 @@ struct SingleArmSettings {
   int shortcuts = 40;          // attempts to shorten the path
   double goal_bias = 0.1;      // share of samples at the goal
   int neighbours = 6;          // that a sample is connected to, at most
+  bool direct = true;          // first tries paths that need no sampling
 };
 
 inline constexpr int kConnectIterations = 40000;  // for the static tree, which is grown once
@@ -64,8 +65,8 @@ class SiRrt {
     tree_.add_root(std::move(start));
     if (!experience.empty()) begin_with(experience, clock);
     // Paths that need no sampling: straight lines and the static tree's branch.
-    if (!best_.found()) offer_straight_lines(clock);
-    if (!best_.found()) best_.offer(along_goal_tree(task_.goal_tree.start), leave_start_by_);
+    if (settings_.direct && !best_.found()) offer_straight_lines(clock);
+    if (settings_.direct && !best_.found()) best_.offer(along_goal_tree(task_.goal_tree.start), leave_start_by_);
     int first = best_.found() ? 0 : -1;
     for (int it = 0; it < settings_.max_iterations; ++it) {
       if (best_.found() && it >= first + settings_.improve_iterations) break;

@@ -7,8 +7,9 @@ constraint.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from mmp_planners.conflict_tree.fast_track import RepulsiveFastTrack
 from mmp_planners.conflict_tree.repulsion import RepulsiveModification
@@ -25,9 +26,28 @@ ABOUT = About(
 )
 
 
+PAPER: dict[str, Any] = {
+    "constraint": "vertex",
+    "restarts": False,
+    "patience": 1,
+    "direct": False,
+    "improve": 200,
+    "shortcuts": 0,
+    "distance": "centre",
+    "step": "gradient",
+    "floor": 0.0,
+    "cap": 0.0,
+    "stretch": 0.0,
+    "early_stop": False,
+}
+"""Options of the preset `paper`: every departure from the paper that has an option is taken back."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class RepulsivePlanner(OneKindPlanner):
     """Options of repulsion, common to the planners that have it."""
+
+    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": PAPER}
 
     w: float = option(1.5, "suboptimality factor of the focal list", least=1.0)
     alpha: float = option(RepulsiveModification.alpha, "step size of the gradient descent", positive=True)
@@ -41,8 +61,25 @@ class RepulsivePlanner(OneKindPlanner):
     )
     step: str = option(
         RepulsiveModification.step,
-        "normalised: steps of 0.02 rad; gradient (paper-literal): alpha times the force",
+        "normalised: steps of `step_rad`, whatever alpha and k_rep are; gradient (paper-literal): alpha "
+        "times the force",
         choices=("gradient", "normalised"),
+    )
+    step_rad: float = option(
+        RepulsiveModification.step_rad,
+        "normalised: move of the joint that moves most, per iteration [rad]",
+        positive=True,
+    )
+    floor: float = option(
+        RepulsiveModification.floor, "distance below which the force is constant [m]; 0 (paper-literal): none", least=0
+    )
+    cap: float = option(
+        RepulsiveModification.cap, "largest move of a joint per iteration [rad]; 0 (paper-literal): any", least=0
+    )
+    stretch: float = option(
+        RepulsiveModification.stretch,
+        "the descent ends where a step would take longer than this many steps; 0 (paper-literal): nowhere",
+        least=0,
     )
     early_stop: bool = option(
         RepulsiveModification.early_stop, "stop at 2 cm of clearance; off (paper-literal): run all iterations"
@@ -58,6 +95,10 @@ class RepulsivePlanner(OneKindPlanner):
             max_iterations=self.max_iterations,
             distance=self.distance,
             step=self.step,
+            step_rad=self.step_rad,
+            floor=self.floor,
+            cap=self.cap,
+            stretch=self.stretch,
             early_stop=self.early_stop,
             trace=self.trace,
         )
@@ -80,6 +121,7 @@ class ApfEcbs(RepulsivePlanner):
 
     name: ClassVar[str] = "apf-ecbs"
     about: ClassVar[About] = ABOUT
+    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": {**PAPER, "fast_track": "literal"}}
 
     fast_track: str = option(
         "sound",

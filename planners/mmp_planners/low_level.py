@@ -17,12 +17,15 @@ class SiRrtStar:
     RRT* for scalable multi-robot path planning in continuous space, arXiv 2404.01752, 2024).
 
     `eta` [rad] is the steering distance, `iterations` the limit without a solution, `shortcuts` the number of attempts
-    to shorten the path. See `native/single_arm/si_rrt.hpp` for what we add.
+    to shorten the path. `improve` is the number of iterations after the first path, and `direct` says whether straight
+    lines and the branch of the static tree are tried first. See `native/single_arm/si_rrt.hpp` for what we add.
     """
 
     eta: float = core.STEERING_RAD
     iterations: int = core.SingleArmSettings().max_iterations
     shortcuts: int = core.SingleArmSettings().shortcuts
+    improve: int = core.SingleArmSettings().improve_iterations
+    direct: bool = core.SingleArmSettings().direct
 
     def __call__(
         self,
@@ -53,7 +56,12 @@ class SiRrtStar:
             constraints,
             seed,
             clock,
-            settings=core.SingleArmSettings(max_iterations=int(self.iterations * budget), shortcuts=self.shortcuts),
+            settings=core.SingleArmSettings(
+                max_iterations=int(self.iterations * budget),
+                improve_iterations=self.improve,
+                shortcuts=self.shortcuts,
+                direct=self.direct,
+            ),
             others=others,
             experience=None if experience is None else np.ascontiguousarray(experience, dtype=float),
         )

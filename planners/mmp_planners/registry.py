@@ -6,15 +6,20 @@ import dataclasses
 import difflib
 import inspect
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from mmp_env.errors import MmpError, in_words
+from mmp_env.errors import MmpError, UnknownNameError, in_words
 from mmp_env.events import ignore
 from mmp_env.plugins import PLANNERS
 from mmp_planners.planner import About, Planner
+
+PRESET = "preset"
+"""Option of planners that have presets."""
+OURS = "ours"
+"""Preset of the defaults."""
 
 _TYPES = {
     "bool": (bool, "true or false"),
@@ -101,6 +106,7 @@ def make(name: str, **options: Any) -> Planner:
         MmpError: if an option does not exist, its value is not allowed, or the planner does not load.
     """
     planner = load(name)
+    options = _with_preset(name, planner, options)
     known = {option.name: option for option in _description(name, planner).options}
     for key, value in options.items():
         if key not in known:
@@ -114,6 +120,20 @@ def make(name: str, **options: Any) -> Planner:
         raise
     except BaseException as error:
         raise MmpError(f"planner '{name}' cannot be made: {in_words(error)}") from error
+
+
+def _with_preset(name: str, planner: type, options: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the options of the preset that is asked for, if any, under those that are given."""
+    presets = getattr(planner, "presets", {})
+    given = dict(options)
+    if not presets or PRESET not in given:
+        return given
+    asked = given.pop(PRESET)
+    if asked == OURS:
+        return given
+    if asked not in presets:
+        raise UnknownNameError(f"value of option '{PRESET}' of planner '{name}'", asked, [OURS, *presets])
+    return {**presets[asked], **given}
 
 
 def describe(name: str) -> Description:
@@ -139,6 +159,10 @@ def _description(name: str, planner: type) -> Description:
 
 
 def _options(planner: type) -> Iterator[Option]:
+    presets = getattr(planner, "presets", {})
+    if presets:
+        doc = f"values of all options that are not given: {OURS}: the defaults; {', '.join(presets)}: as published"
+        yield Option(name=PRESET, type="str", default=OURS, doc=doc)
     try:
         hints = typing.get_type_hints(planner)
     except Exception:  # the types are imported for type checkers only

@@ -64,7 +64,12 @@ class TreePlanner(abc.ABC):
     iterations: int = option(
         LOW_LEVEL.iterations, "single-arm iterations without a path before a call fails", positive=True
     )
-    shortcuts: int = option(LOW_LEVEL.shortcuts, "attempts to shorten each single-arm path", positive=True)
+    shortcuts: int = option(LOW_LEVEL.shortcuts, "attempts to shorten each single-arm path", least=0)
+    improve: int = option(LOW_LEVEL.improve, "single-arm iterations after the first path", least=0)
+    direct: bool = option(
+        LOW_LEVEL.direct,
+        "single-arm paths without samples are tried first: straight lines, and the static tree's branch",
+    )
     shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: keep it as found", least=0)
     pad: float = option(0.25, "avoid-state: time that the constraint reaches beyond the conflict [s]", positive=True)
 
@@ -108,7 +113,13 @@ class TreePlanner(abc.ABC):
 
     def grow(self, run: Run, counts: TreeCounts, watch: Watcher) -> ConflictTree:
         """Returns the search of a run, about to begin; it counts in `counts`."""
-        low_level = SiRrtStar(eta=self.eta, iterations=self.iterations, shortcuts=self.shortcuts)
+        low_level = SiRrtStar(
+            eta=self.eta,
+            iterations=self.iterations,
+            shortcuts=self.shortcuts,
+            improve=self.improve,
+            direct=self.direct,
+        )
         context = PlanningContext(run.problem, self.dt, low_level, run.clock)
         parts = self.parts(run.seed)
         if wants_iterates(watch):

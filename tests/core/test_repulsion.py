@@ -52,6 +52,31 @@ def test_the_force_field_agrees_with_the_reference(robots, spheres, distance):
         np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-3 * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("distance", ["surface", "centre"])
+def test_the_force_is_minus_the_gradient_of_the_potential(distance):
+    """By finite differences of the potential, which share nothing with Jacobians and forces."""
+    rng = np.random.default_rng(66)
+    d0 = D0_M if distance == "surface" else 0.2
+    cell, paths = near_paths(rng, ("ur5e", "panda"))
+    paths = {name: np.repeat(path[:1], 3, axis=0) for name, path in paths.items()}
+    motion, others = motions_of(cell, paths)
+    settings = core.RepulsionSettings(k_rep=K_REP, d0=d0, centre_distance=distance == "centre")
+    found = core.repulsive_force(cell.collision.core, motion, others, settings)[1]
+    q, other_q, h = paths["arm0"][0], {"arm1": paths["arm1"][0]}, 1e-6
+    gradient = [
+        np.subtract(
+            *(
+                repulsion.state_potential(cell, "arm0", q + sign * h * e, other_q, d0=d0, distance=distance)
+                for sign in (1, -1)
+            )
+        )
+        / (2 * h)
+        for e in np.eye(len(q))
+    ]
+    assert np.abs(found).max() > 0.01
+    np.testing.assert_allclose(found, -np.array(gradient), rtol=2e-3, atol=2e-3 * np.abs(found).max())
+
+
 def test_the_ends_of_a_path_feel_nothing():
     rng = np.random.default_rng(62)
     cell, paths = near_paths(rng, ("ur5e", "ur5e"))

@@ -20,6 +20,25 @@ def sphere_force(p, r_p, others, k_rep, d0, distance):
     return ((size / between)[:, None] * away).sum(axis=0)
 
 
+def sphere_potential(p, r_p, others, k_rep, d0, distance):
+    """Returns the potential of a cloud at a sphere at p: k_rep / 2 (1/d - 1/d0)^2 per sphere, 0 beyond d0."""
+    between = np.linalg.norm(p - others.centers, axis=1)
+    d = between if distance == "centre" else between - r_p - others.radii
+    assert (d > FLOOR_M).all()
+    return np.where(d <= d0, k_rep / 2 * (1 / d - 1 / d0) ** 2, 0).sum()
+
+
+def state_potential(cell: Cell, arm_name, q, others, *, k_rep=0.05, d0=0.10, distance="surface"):
+    """Returns the potential of the others, arm name -> [dof], for the moving spheres of an arm at q."""
+    own = cloud(cell, cell.arm(arm_name), q)
+    return sum(
+        sphere_potential(p, r_p, cloud(cell, cell.arm(name), other_q), k_rep, d0, distance)
+        for name, other_q in others.items()
+        for part, p, r_p in zip(own.parts, own.centers, own.radii, strict=True)
+        if part > 0
+    )
+
+
 def state_force(cell: Cell, arm_name, q, others, *, k_rep=0.05, d0=0.10, distance="surface"):
     """Returns the joint-space force [dof] on an arm at q by the others, arm name -> [dof]."""
     arm = cell.arm(arm_name)

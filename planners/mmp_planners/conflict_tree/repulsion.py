@@ -57,10 +57,13 @@ class RepulsiveModification:
     q_{n+1} = q_n + alpha * force, at most `max_iterations` times, with fixed ends. The descent ends at an iterate in
     static or self collision. It passes through iterates that violate a constraint, but does not return them.
 
-    `alpha`, `k_rep`, `d0` [m] and `max_iterations` are the paper's. `distance`: d is measured between sphere surfaces
+    `alpha`, `k_rep`, `d0` [m] and `max_iterations` are the paper's. With normalised steps alpha and k_rep change
+    nothing: a step has the size `step_rad` [rad] along the force. `distance`: d is measured between sphere surfaces
     (`surface`), or between centres (`centre`, paper-literal; the paper's alpha then moves arms by 1e-4 rad only).
-    `step`: `gradient` (paper-literal), or `normalised` to 0.02 rad with forces smoothed over time. `early_stop` ends
-    the descent without conflicts and at 2 cm of clearance. `trace` keeps every iterate for watchers.
+    `step`: `gradient` (paper-literal), or `normalised` with forces smoothed over time. Below `floor` [m] the force is
+    constant, no joint moves more than `cap` [rad] per iteration, and the descent ends where two waypoints would be
+    farther apart than `stretch` steps at full speed; 0 takes each of these away (paper-literal). `early_stop` ends the
+    descent without conflicts and at 2 cm of clearance. `trace` keeps every iterate for watchers.
     """
 
     alpha: float = _DEFAULT.alpha
@@ -69,6 +72,10 @@ class RepulsiveModification:
     max_iterations: int = _DEFAULT.max_iterations
     distance: str = "surface"
     step: str = "normalised"
+    step_rad: float = _DEFAULT.normalised_step
+    floor: float = _DEFAULT.floor
+    cap: float = _DEFAULT.max_step
+    stretch: float = _DEFAULT.stretch
     early_stop: bool = True
     trace: bool = False
 
@@ -103,6 +110,10 @@ class RepulsiveModification:
             alpha=self.alpha,
             max_iterations=self.max_iterations,
             normalised=self.step == "normalised",
+            normalised_step=self.step_rad,
+            floor=self.floor,
+            max_step=self.cap,
+            stretch=self.stretch,
             **stop,
         )
 

@@ -131,7 +131,7 @@ def _with_preset(name: str, planner: type, options: Mapping[str, Any]) -> dict[s
     asked = given.pop(PRESET)
     if asked == OURS:
         return given
-    if asked not in presets:
+    if not isinstance(asked, str) or asked not in presets:
         raise UnknownNameError(f"value of option '{PRESET}' of planner '{name}'", asked, [OURS, *presets])
     return {**presets[asked], **given}
 

@@ -18,7 +18,7 @@ ONE_KIND = ("cbs", "ecbs", "xecbs", "apf-ecbs-nf", "apf-ecbs")
 
 
 def test_a_misspelled_option_is_answered_with_the_nearest():
-    with pytest.raises(MmpError, match=r"no option 'patients'\. Did you mean 'patience'\? Known: constraint, dt"):
+    with pytest.raises(MmpError, match=r"no option 'patients'\. Did you mean 'patience'\? Known: bound, constraint"):
         make("ecbs", patients=3)
 
 

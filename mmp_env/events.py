@@ -51,14 +51,14 @@ class NodeCreated(Event):
     Attributes:
         node: number of the node.
         parent: number of its parent, None for a root.
-        arm: arm that the branch constrains, None for a root.
+        arm: arm that the branch constrains or the fast track moves, None for a root and for several arms.
         constraint: description of what the branch forbids, None for a root.
         paths: arm -> configurations [k, dof] [rad] on a grid of `dt_s`.
         cost_rad: sum of the L1 lengths of the paths [rad].
         lower_bound_rad: lower bound of the cost [rad].
         conflicts: number of conflicts.
         conflicting_pairs: number of pairs of arms in conflict.
-        fast_track: whether repulsion of one arm made the node free of conflicts.
+        fast_track: whether the fast track made the node.
         dt_s: step of the grid [s].
     """
 
@@ -172,12 +172,12 @@ class FastTracked(Event):
 
     Attributes:
         node: number of the node.
-        arm: arm that is in every conflict.
-        solved: whether repulsion of this arm resolved all conflicts.
+        arms: the arms whose paths were modified.
+        solved: whether repulsion of these arms resolved all conflicts.
     """
 
     node: int
-    arm: str
+    arms: tuple[str, ...]
     solved: bool
 
 

@@ -97,7 +97,7 @@ class TreeRecord:
                 when = f"{event.start_s:.1f}" if event.start_s == event.end_s else _between(event.start_s, event.end_s)
                 self._of(event.node).conflict = f"{event.arm_a} and {event.arm_b} meet at {when} s"
             case FastTracked():
-                self._of(event.node).fast_tracks.append((event.arm, event.solved))
+                self._of(event.node).fast_tracks.append((", ".join(event.arms), event.solved))
             case SolutionFound():
                 self._solve(self._of(event.node), event)
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from mmp_planners.conflict_tree.fast_track import RepulsiveFastTrack
+from mmp_planners.conflict_tree.fast_track import RepulsionOfSeveralArms, RepulsiveFastTrack
 from mmp_planners.conflict_tree.repulsion import RepulsiveModification
 from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import About
@@ -41,6 +41,8 @@ PAPER: dict[str, Any] = {
     "early_stop": False,
 }
 """Options of the preset `paper`: every departure from the paper that has an option is taken back."""
+PAPER_FAST_TRACK: dict[str, Any] = {"fast_track": "literal", "critical_arms": "one", "misses": "discarded"}
+"""Options of the preset `paper` for the fast track."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,23 +119,44 @@ class ApfEcbsNf(RepulsivePlanner):
 
 @dataclass(frozen=True, kw_only=True)
 class ApfEcbs(RepulsivePlanner):
-    """APF-ECBS: repulsion after every replanning, and a fast track if one arm is in every conflict."""
+    """APF-ECBS: repulsion after every replanning, and a fast track that repels arms in conflict before branching."""
 
     name: ClassVar[str] = "apf-ecbs"
     about: ClassVar[About] = ABOUT
-    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": {**PAPER, "fast_track": "literal"}}
+    presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {"paper": {**PAPER, **PAPER_FAST_TRACK}}
 
     fast_track: str = option(
         "sound",
         "sound: the node stays branchable; literal (paper-literal): it takes the modified path",
         choices=("sound", "literal"),
     )
+    critical_arms: str = option(
+        "all",
+        "arms that the fast track moves, all: every arm in conflict; cover: the fewest arms that are in all conflicts; "
+        "one (paper-literal): one arm that is in every conflict",
+        choices=("one", "cover", "all"),
+    )
+    misses: str = option(
+        "kept",
+        "all and cover: if the fast track leaves fewer conflicts, but not none, kept: the node takes the new paths; "
+        "discarded (paper-literal): it keeps its own",
+        choices=("kept", "discarded"),
+    )
 
     def parts(self, seed: int) -> Parts:
-        repulsion = self.modification()
+        repulsion, literal = self.modification(), self.fast_track == "literal"
+        if self.critical_arms == "one":
+            fast_track = RepulsiveFastTrack(modification=repulsion, literal=literal)
+        else:
+            fast_track = RepulsionOfSeveralArms(
+                modification=repulsion,
+                literal=literal,
+                cover=self.critical_arms == "cover",
+                keep_misses=self.misses == "kept",
+            )
         return Parts(
             selection=Focal(w=self.w),
             branching=self.branching(),
             modification=repulsion,
-            fast_track=RepulsiveFastTrack(modification=repulsion, literal=self.fast_track == "literal"),
+            fast_track=fast_track,
         )

@@ -21,6 +21,7 @@ from mmp_env.files.writing import whole_file
 from mmp_env.model.conflict import Conflict, plan_conflicts
 from mmp_env.model.plan import Plan
 from mmp_env.view.offscreen_renderer import tool_path_lines
+from mmp_env.view.tree_drawing.node_text import branch_text, conflicts_text
 
 WIDTH, HEIGHT, PANEL, CAPTION = 840, 470, 306, 56
 _CUT = (14, 26, 36, 0)
@@ -82,7 +83,10 @@ def _searching(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> 
             if node.parent is None:
                 words = (f"{len(run.problem.cell.arms)} paths, each planned alone: {node.conflicts} conflicts", _ROOT)
             elif node.fast_track:
-                words = (f"Fast track: {node.arm} is pushed aside", "all conflicts were its own; none is left")
+                words = (
+                    branch_text(node).capitalize(),
+                    f"{conflicts_text(node)} is left" if node.conflicts == 0 else conflicts_text(node),
+                )
             else:
                 text = f"{node.constraint}: {node.conflicts} conflicts"
                 words = (text, "replanned with the constraint, then pushed away from the others")

@@ -109,6 +109,6 @@ class TreePanel:
 def _label(node: TreeNode) -> list[str]:
     """Returns the difference of a node from its parent in one or two lines."""
     if node.fast_track:
-        return ["fast track:", f"{node.arm} aside"]
+        return ["fast track:", f"{node.arm or 'several arms'} aside"]
     first, _, rest = (node.constraint or "").partition(" avoids ")
     return [f"{first} avoids", rest] if rest else [first]

@@ -9,7 +9,7 @@ from mmp_env.events import FastTracked, NodeExpanded, SearchStarted, SolutionFou
 def watch_a_search(line):
     line(SearchStarted(elapsed_s=0.0, restart=2, sub_seed=1))
     line(NodeExpanded(elapsed_s=0.1, node=3, open_nodes=5, expanded_nodes=12, conflicts=4))
-    line(FastTracked(elapsed_s=0.2, node=3, arm="arm0", solved=True))
+    line(FastTracked(elapsed_s=0.2, node=3, arms=("arm0",), solved=True))
     line(SolutionFound(elapsed_s=0.3, node=4, cost_rad=12.345, clearance_m=0.002))
 
 

@@ -4,7 +4,12 @@ import pytest
 from support.arms_on_a_line import ArmsOnALine, Push, node, refusal, tree
 
 from mmp_env.events import FastTracked, NodeCreated, NodeExpanded, SolutionFound
-from mmp_planners.conflict_tree.fast_track import NoFastTrack, RepulsiveFastTrack
+from mmp_planners.conflict_tree.fast_track import (
+    NoFastTrack,
+    RepulsionOfSeveralArms,
+    RepulsiveFastTrack,
+    vertex_cover,
+)
 
 TWO, THREE = ArmsOnALine((), ()), ArmsOnALine((), (), ())
 SWAP = [(0, 1, 2), (2, 1, 0)]
@@ -12,20 +17,20 @@ SWAP = [(0, 1, 2), (2, 1, 0)]
 
 def tries(fast_track, n):
     context = {2: TWO, 3: THREE}[len(n.paths)]
-    return [(attempt.arm, attempt.solved) for attempt in fast_track(context, n)]
+    return [(attempt.arms, attempt.solved) for attempt in fast_track(context, n)]
 
 
 def test_a_single_pair_is_tried_with_the_lower_arm_first():
     push = Push({0: (0, 1, 3, 2), 1: (2, 5, 0)})
-    assert tries(RepulsiveFastTrack(modification=push), node(0, *SWAP)) == [(0, False), (1, True)]
-    assert tries(RepulsiveFastTrack(modification=Push({1: (2, 5, 0)})), node(0, *SWAP)) == [(1, True)]
+    assert tries(RepulsiveFastTrack(modification=push), node(0, *SWAP)) == [((0,), False), ((1,), True)]
+    assert tries(RepulsiveFastTrack(modification=Push({1: (2, 5, 0)})), node(0, *SWAP)) == [((1,), True)]
 
 
 def test_the_arm_in_every_pair_is_tried_and_no_other():
     push = Push(dict.fromkeys(range(3), (7, 8, 9)))
     n = node(0, (0, 1, 2), (2, 1, 4), (2, 6, 7))
     assert set(n.conflicts) == {(0, 1), (1, 2)}
-    assert tries(RepulsiveFastTrack(modification=push), n) == [(1, True)]
+    assert tries(RepulsiveFastTrack(modification=push), n) == [((1,), True)]
 
 
 def test_without_an_arm_in_every_pair_nothing_is_tried():
@@ -67,8 +72,8 @@ def test_a_hit_within_w_times_the_bound_is_the_solution_without_any_expansion(li
     root, hit = (event for event in events if isinstance(event, NodeCreated))
     assert (hit.fast_track, hit.parent, hit.arm, hit.constraint, hit.conflicts) == (True, root.node, "a", None, 0)
     assert not root.fast_track
-    assert [(event.node, event.arm, event.solved) for event in events if isinstance(event, FastTracked)] == [
-        (root.node, "a", True)
+    assert [(event.node, event.arms, event.solved) for event in events if isinstance(event, FastTracked)] == [
+        (root.node, ("a",), True)
     ]
 
 
@@ -115,9 +120,9 @@ def test_a_miss_leaves_the_node_to_be_branched_with_its_own_paths(literal):
     push = {0: (0, 0.5, 1, 0, 2), 1: (2, 1, 0, 0)}
     places = ([(0, 1, 2, 2), (0, 3, 2)], [(2, 1, 0, 0), None])
     search, _, events = searched(push, places, literal=literal, w=9.0)
-    assert [(event.node, event.arm, event.solved) for event in events if isinstance(event, FastTracked)] == [
-        (0, "a", False),
-        (0, "b", False),
+    assert [(event.node, event.arms, event.solved) for event in events if isinstance(event, FastTracked)] == [
+        (0, ("a",), False),
+        (0, ("b",), False),
     ]
     assert [event.node for event in events if isinstance(event, NodeExpanded)] == [0]
     assert search.best.cost == 6.0
@@ -140,3 +145,51 @@ def test_a_miss_is_discarded_and_each_node_is_tried_once():
     assert [event.node for event in events if isinstance(event, FastTracked)] == [0, 2]
     assert [event.node for event in events if isinstance(event, NodeExpanded)] == [0, 2]
     assert search.best.cost == 9.0
+
+
+@pytest.mark.parametrize("cover", [False, True])
+def test_several_arms_are_repelled_each_from_the_new_paths_of_those_before(cover):
+    """No arm is in both pairs. Of each pair one arm moves, and then the other has no conflict left."""
+    n = node(0, (0, 1, 2), (2, 1, 0), (10, 11, 12), (12, 11, 10))
+    push = Push({0: (0, -1, 2), 2: (10, -11, 12)})
+    fast_track = RepulsionOfSeveralArms(modification=push, cover=cover)
+    (attempt,) = fast_track(ArmsOnALine((), (), (), ()), n)
+    assert (attempt.arms, attempt.solved, attempt.replaces) == ((0, 2), True, False)
+    assert attempt.node.bounds == n.bounds
+    assert attempt.node.cost == 4 + 2 + 44 + 2
+
+
+@pytest.mark.parametrize("keep_misses", [False, True])
+def test_a_miss_with_fewer_conflicts_replaces_the_node_if_misses_are_kept(keep_misses):
+    n = node(0, (0, 1, 2), (2, 1, 0), (10, 11, 12), (12, 11, 10))
+    fast_track = RepulsionOfSeveralArms(modification=Push({0: (0, -1, 2)}), keep_misses=keep_misses)
+    (attempt,) = fast_track(ArmsOnALine((), (), (), ()), n)
+    assert (attempt.arms, attempt.solved, attempt.replaces) == ((0,), False, keep_misses)
+    assert list(attempt.node.conflicts) == [(2, 3)]
+
+
+def test_a_modification_that_leaves_as_many_conflicts_is_no_attempt():
+    fast_track = RepulsionOfSeveralArms(modification=Push({0: (0, 1, 3, 2), 1: (2, 1, 0)}))
+    assert list(fast_track(TWO, node(0, *SWAP))) == []
+
+
+@pytest.mark.parametrize("keep_misses", [False, True])
+def test_a_kept_miss_is_branched_with_its_new_paths_and_a_discarded_one_with_its_own(keep_misses):
+    """Arm a can be pushed aside; c and d need a branch."""
+    places = ([(0, 1, 2), (0, 3, 2)], [(2, 1, 0)], [(10, 11, 12)], [(12, 11, 10), (12, 13, 10)])
+    push = Push({0: (0, -1, 2)})
+    fast_track = RepulsionOfSeveralArms(modification=push, keep_misses=keep_misses)
+    events = []
+    search = tree(ArmsOnALine(*places), w=9.0, watch=events.append, fast_track=fast_track)
+    search.run(0)
+    first = next(event for event in events if isinstance(event, NodeExpanded))
+    assert first.conflicts == (1 if keep_misses else 2)
+    assert search.best is not None
+
+
+def test_a_vertex_cover_has_an_arm_of_every_pair_and_no_smaller_one_exists():
+    assert vertex_cover([(0, 1), (0, 2), (3, 4)]) == [0, 3]
+    assert vertex_cover([]) == []
+    star = [(5, other) for other in range(20) if other != 5]
+    assert vertex_cover(star) == [5]
+    assert vertex_cover([*star, (20, 21)]) == [5, 20]

@@ -24,7 +24,7 @@ def branched(number):
 
 
 def fast_tracked(number, solved=True):
-    return FastTracked(elapsed_s=0.5, node=number, arm="left", solved=solved)
+    return FastTracked(elapsed_s=0.5, node=number, arms=("left",), solved=solved)
 
 
 def solved(number, cost_rad):

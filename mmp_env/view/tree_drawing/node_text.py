@@ -25,7 +25,7 @@ def cost_text(node: TreeNode) -> str:
 def branch_text(node: TreeNode) -> str:
     """Returns how a node differs from its parent."""
     if node.fast_track:
-        return f"fast track: {node.arm} is pushed aside"
+        return f"fast track: {node.arm} is pushed aside" if node.arm else "fast track: several arms are pushed aside"
     return node.constraint or ("" if node.parent is None else "made shorter")
 
 

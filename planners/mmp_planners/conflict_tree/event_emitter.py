@@ -27,7 +27,7 @@ class EventEmitter:
         if self._watch:
             self._watch(events.SearchStarted(elapsed_s=self._elapsed(), restart=restart, sub_seed=sub_seed))
 
-    def node_created(self, node: Node, arm: int | None, constraint: str | None) -> None:
+    def node_created(self, node: Node, arm: int | None, constraint: str | None, *, fast_track: bool = False) -> None:
         if self._watch:
             self._watch(
                 events.NodeCreated(
@@ -41,7 +41,7 @@ class EventEmitter:
                     lower_bound_rad=node.lower_bound,
                     conflicts=node.conflict_count,
                     conflicting_pairs=len(node.conflicts),
-                    fast_track=arm is not None and constraint is None,
+                    fast_track=fast_track,
                     dt_s=self._context.dt,
                 )
             )
@@ -102,7 +102,10 @@ class EventEmitter:
         if self._watch:
             self._watch(
                 events.FastTracked(
-                    elapsed_s=self._elapsed(), node=node.id, arm=self._context.names[attempt.arm], solved=attempt.solved
+                    elapsed_s=self._elapsed(),
+                    node=node.id,
+                    arms=tuple(self._context.names[arm] for arm in attempt.arms),
+                    solved=attempt.solved,
                 )
             )
 

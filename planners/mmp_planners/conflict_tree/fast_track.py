@@ -1,25 +1,29 @@
-"""The fast track of APF-ECBS: if one arm is in every conflict, repulsion of that arm may resolve all of them."""
+"""The fast track of APF-ECBS: before a node is branched, repulsion of its critical arms may resolve all conflicts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Protocol, runtime_checkable
 
 from mmp_planners.conflict_tree.node import Node
 from mmp_planners.conflict_tree.repulsion import Modification
 from mmp_planners.planning_context import PlanningContext
 
+EXACT_COVER_ARMS = 10
+"""Largest number of arms in conflict for which the minimum vertex cover is searched exactly."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Attempt:
-    """Node M: node N with the path of `arm` modified; `solved` if no conflict is left.
+    """Node M: node N with the paths of `arms` modified.
 
-    A solution is a candidate for the plan. If it `replaces` node N, it takes the place of N in OPEN instead.
+    If M has no conflicts, it is a candidate for the plan. If M `replaces` node N, it takes the place of N in OPEN.
     """
 
     node: Node
-    arm: int
+    arms: tuple[int, ...]
     replaces: bool = False
 
     @property
@@ -46,7 +50,8 @@ class NoFastTrack:
 class RepulsiveFastTrack:
     """Repels each arm that is in every conflicting pair, in turn, until one attempt leaves no conflict.
 
-    `literal` is the paper-literal setting: a solution replaces the node, so the node cannot be branched any more.
+    This is the fast track of the paper. `literal` is the paper-literal setting: a solution replaces the node, so the
+    node cannot be branched any more.
     """
 
     modification: Modification
@@ -54,17 +59,83 @@ class RepulsiveFastTrack:
 
     def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]:
         for arm in node.common_arms():
-            modified = self.modification(context, node.paths, arm, node.constraints[arm])
-            if modified is None:
-                continue
-            paths, conflicts = node.replaced(context, arm, modified.path)
-            modified_node = Node(
-                id=node.id,
-                parent=node.parent,
-                paths=paths,
-                constraints=node.constraints,
-                bounds=node.bounds,
-                conflicts=conflicts,
-                fast_tracked=True,
-            )
-            yield Attempt(arm=arm, node=modified_node, replaces=self.literal)
+            modified = _modified(self.modification, context, node, arm)
+            if modified is not None:
+                yield Attempt(arms=(arm,), node=modified, replaces=self.literal and not modified.conflicts)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RepulsionOfSeveralArms:
+    """Repels several arms one after the other, each from the modified paths of those before it.
+
+    The arms are those of a minimum vertex cover of the conflicting pairs (`cover`), or all arms in conflict. A modified
+    path is kept if it leaves fewer conflicts. Rounds go on while a round leaves fewer. With `keep_misses` an attempt
+    that leaves fewer conflicts than the node, but not none, replaces the node. A solution replaces it if `literal`.
+    """
+
+    modification: Modification
+    literal: bool = False
+    cover: bool = False
+    keep_misses: bool = True
+
+    def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]:
+        current, moved = node, set[int]()
+        before = node.conflict_count + 1
+        while current.conflicts and current.conflict_count < before and not context.clock.expired:
+            before = current.conflict_count
+            for arm in vertex_cover(current.conflicts) if self.cover else by_degree(current.conflicts):
+                modified = _modified(self.modification, context, current, arm)
+                if modified is not None and modified.conflict_count < current.conflict_count:
+                    current = modified
+                    moved.add(arm)
+                if not current.conflicts:
+                    break
+        if moved:
+            replaces = self.keep_misses if current.conflicts else self.literal
+            yield Attempt(arms=tuple(sorted(moved)), node=current, replaces=replaces)
+
+
+def _modified(modification: Modification, context: PlanningContext, node: Node, arm: int) -> Node | None:
+    """Returns the node with the path of one arm modified, or None if the modification moves nothing."""
+    modified = modification(context, node.paths, arm, node.constraints[arm])
+    if modified is None:
+        return None
+    paths, conflicts = node.replaced(context, arm, modified.path)
+    return Node(
+        id=node.id,
+        parent=node.parent,
+        paths=paths,
+        constraints=node.constraints,
+        bounds=node.bounds,
+        conflicts=conflicts,
+        fast_tracked=True,
+        kinds=node.kinds,
+    )
+
+
+def by_degree(pairs: Iterable[tuple[int, int]]) -> list[int]:
+    """Returns the arms of the pairs, the arm of most pairs first, then the lower id."""
+    pairs = list(pairs)
+    arms = sorted({arm for pair in pairs for arm in pair})
+    return sorted(arms, key=lambda arm: -sum(arm in pair for pair in pairs))
+
+
+def vertex_cover(pairs: Iterable[tuple[int, int]]) -> list[int]:
+    """Returns the fewest arms of which every pair has one, ordered as by `by_degree`.
+
+    With more than `EXACT_COVER_ARMS` arms, the arm of most pairs left is taken until no pair is left.
+    """
+    pairs = list(pairs)
+    arms = by_degree(pairs)
+    if len(arms) <= EXACT_COVER_ARMS:
+        return next(
+            list(chosen)
+            for size in range(len(arms) + 1)
+            for chosen in combinations(arms, size)
+            if all(a in chosen or b in chosen for a, b in pairs)
+        )
+    chosen = []
+    while pairs:
+        chosen.append(by_degree(pairs)[0])
+        pairs = [pair for pair in pairs if chosen[-1] not in pair]
+    return chosen

@@ -176,29 +176,36 @@ class ConflictTree:
             return
         if child.conflicts:
             open_nodes.append(child)  # l. 24
-            if self._closest is not None and len(child.conflicts) < len(self._closest.conflicts):
-                self._closest, self._progress = child, self.counts.expanded_nodes
+            self._note_progress(child)
         else:
             self._offer(child, open_nodes)
 
-    def _try_fast_track(self, node: Node, open_nodes: list[Node]) -> bool:
-        """Returns whether it gave a solution. If that replaces the node, it is open like any other.
+    def _note_progress(self, node: Node) -> None:
+        if node.conflicts and self._closest is not None and len(node.conflicts) < len(self._closest.conflicts):
+            self._closest, self._progress = node, self.counts.expanded_nodes
 
-        Otherwise the node stays open, and is branched if the solution is not good enough.
+    def _try_fast_track(self, node: Node, open_nodes: list[Node]) -> bool:
+        """Returns whether an attempt solved the node or replaced it by a node with fewer conflicts.
+
+        A node that takes the place of another is open like any other. Otherwise the node stays open, and is branched if
+        the solution is not good enough.
         """
         node.fast_tracked = True
         for attempt in self.fast_track(self.context, node):
             self.counts.fast_track_tries += 1
+            self.counts.fast_track_hits += attempt.solved
             self.emitter.fast_tracked(node, attempt)
-            if attempt.solved:
-                self.counts.fast_track_hits += 1
-                attempt.node.id, attempt.node.parent = self.counts.next_node(), node.id
-                self.emitter.node_created(attempt.node, attempt.arm, None)
-                if attempt.replaces:
-                    open_nodes[open_nodes.index(node)] = attempt.node
-                else:
-                    self._offer(attempt.node, open_nodes)
-                return True
+            if not attempt.solved and not attempt.replaces:
+                continue
+            attempt.node.id, attempt.node.parent = self.counts.next_node(), node.id
+            arm = attempt.arms[0] if len(attempt.arms) == 1 else None
+            self.emitter.node_created(attempt.node, arm, None, fast_track=True)
+            if attempt.replaces:
+                open_nodes[open_nodes.index(node)] = attempt.node
+                self._note_progress(attempt.node)
+            else:
+                self._offer(attempt.node, open_nodes)
+            return True
         return False
 
     def _offer(self, node: Node, open_nodes: list[Node]) -> None:

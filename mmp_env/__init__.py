@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from mmp_env.files.plan_file import load_plan, save_plan
     from mmp_env.gym.env import MultiArmCellEnv
     from mmp_env.gym.instances import draw_instance, draw_problem
+    from mmp_env.gym.parallel import parallel_env
     from mmp_env.importing.scene.model_cell import cell_from_mujoco
     from mmp_env.model.arm import Arm, Obstacle, place_arm
     from mmp_env.model.cell import Cell
@@ -75,6 +76,7 @@ _HOMES = {
     "view.films": ("save_film",),
     "files.instance_file": ("load_instances",),
     "gym.instances": ("draw_instance", "draw_problem"),
+    "gym.parallel": ("parallel_env",),
     "importing.scene.model_cell": ("cell_from_mujoco",),
     "sim.monitor": ("Monitor",),
     "sim.play": ("play",),
@@ -156,6 +158,7 @@ __all__ = [
     "load_schedule",
     "load_tool",
     "make_problem",
+    "parallel_env",
     "place_arm",
     "play",
     "ring_cell",

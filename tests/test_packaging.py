@@ -55,7 +55,7 @@ def test_the_installed_distribution_says_what_pyproject_says(project):
     assert data["Version"] == project["version"]
     assert data["License-Expression"] == "Apache-2.0"
     assert data["Requires-Python"] == ">=3.11"
-    assert set(data.get_all("Provides-Extra")) == {"dm", "rerun", "film", "ray", "robots", "docs", "dev"}
+    assert set(data.get_all("Provides-Extra")) == {"dm", "rerun", "film", "ray", "learning", "robots", "docs", "dev"}
 
 
 def test_the_version_is_that_of_the_project(project):

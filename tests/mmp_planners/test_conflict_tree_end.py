@@ -6,6 +6,7 @@ from itertools import pairwise
 import pytest
 from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, Push, emitted, ended, endless, tree
 
+from mmp_env import core
 from mmp_env.events import NodeExpanded, SearchStarted
 from mmp_planners.conflict_tree.fast_track import RepulsiveFastTrack
 from mmp_planners.conflict_tree.search import TreeCounts
@@ -152,3 +153,20 @@ def test_a_watcher_ends_the_search_with_the_best_so_far():
             search.run(0)
         assert (search.best and search.best.cost) == cost
         assert type(events[-1]).__name__ == name
+
+
+class TimeUpAfterOneArm(ArmsOnALine):
+    """Time is up as soon as an arm is planned."""
+
+    def low_level(self, arm, constraints, seed, budget=1.0, others=(), experience=None):
+        self.clock = core.Clock(0.0)
+        return super().low_level(arm, constraints, seed, budget, others, experience)
+
+
+def test_a_root_ends_between_two_arms_when_time_is_up():
+    context = TimeUpAfterOneArm(*CROSSING)
+    search = tree(context)
+    search.run(0)
+    assert [arm for arm, *_ in context.calls] == [0]
+    assert not search.exhausted
+    assert search.best is None

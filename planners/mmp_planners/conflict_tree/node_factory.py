@@ -36,7 +36,7 @@ class NodeFactory:
     seed: int = 0
 
     def root(self, seed: int, kept: Mapping[int, tuple[Path, float]] = MappingProxyType({})) -> Node | None:
-        """Returns a root with each arm planned alone and no repulsion, or None when an arm finds no path.
+        """Returns a root with each arm planned alone and no repulsion, or None when an arm finds no path or time is up.
 
         Arms in `kept` have their path and bound from there.
         """
@@ -45,6 +45,8 @@ class NodeFactory:
         paths: list[Path] = []
         bounds: list[float] = []
         for arm in range(len(self.context.names)):
+            if self.context.clock.expired:
+                return None
             path, bound = kept.get(arm, (None, 0.0))
             if path is None:
                 path = self._replan(arm, (), (seed, 0, arm), None)

@@ -1,0 +1,82 @@
+"""How late planners return after their time limit: JSON lines. Usage: bench_deadlines.py [PLANNER...]
+
+Each planner plans instances of eight Pandas in a ring with time limits from 1 ms on. `crowd` is a line of 64 arms with
+1,000 small boxes above it. Lateness is the wall-clock time beyond the limit, 0 if a run ends before; the lines have its
+99th percentile, its largest value, and the limit of the largest.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from dataclasses import replace
+
+import numpy as np
+from figure import print_figure, rounded
+
+from mmp_cli.arguments import Parser, seconds, whole
+from mmp_cli.main import run_script
+from mmp_env import Obstacle, draw_problem, find_cell, make_problem
+from mmp_env.errors import UnknownNameError
+from mmp_env.model.problem import Problem
+from mmp_planners import make, names
+
+CELL, CROWD = "ring-8-panda", "line-64"
+LIMITS_S = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
+BOXES, EDGE_M, HEIGHT_M = 1000, 0.02, 2.5
+
+
+def main() -> None:
+    """Prints the lateness of each planner on both cells."""
+    parser = Parser("bench_deadlines.py", __doc__, argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("planners", nargs="*", default=names(), metavar="PLANNER", help="default: all")
+    parser.add_argument("--count", type=whole, default=10, metavar="N", help="instances of a limit (default: 10)")
+    parser.add_argument("--most", type=seconds, default=1.0, metavar="S", help="largest limit [s] (default: 1)")
+    parser.add_argument("--crowd", type=whole, default=1, metavar="N", help="instances of the crowd (default: 1)")
+    args = parser.parse()
+    for name in args.planners:
+        if name not in names():
+            raise UnknownNameError("planner", name, names())
+    cell = find_cell(CELL)
+    problems = [draw_problem(cell, seed=seed) for seed in range(args.count)]
+    crowd = [crowded(draw_problem(find_cell(CROWD), seed=seed)) for seed in range(args.crowd)]
+    limits = [limit for limit in LIMITS_S if limit <= args.most]
+    for name in args.planners:
+        show(f"lateness_{CELL}_{name}", name, problems, limits)
+        show(f"lateness_crowd_{name}", name, crowd, limits)
+
+
+def crowded(problem: Problem) -> Problem:
+    """Returns the problem with a grid of small boxes above the arms, out of their way."""
+    side = int(np.ceil(np.sqrt(BOXES)))
+    boxes = tuple(
+        Obstacle(
+            name=f"box{k}",
+            shape="box",
+            position=np.array([0.1 * (k % side - side / 2), 0.1 * (k // side - side / 2), HEIGHT_M]),
+            quaternion=np.array([1.0, 0.0, 0.0, 0.0]),
+            size=np.full(3, EDGE_M),
+        )
+        for k in range(BOXES)
+    )
+    cell = replace(problem.cell, obstacles=(*problem.cell.obstacles, *boxes))
+    return make_problem(cell, problem.start, problem.goal)
+
+
+def show(name: str, planner: str, problems: list[Problem], limits: list[float]) -> None:
+    """Prints 99th percentile and largest lateness [ms] over all problems and limits."""
+    make(planner).plan(problems[0], seed=0, time_limit=limits[0])  # what the first call of a process loads
+    late: list[tuple[float, float]] = []
+    for limit in limits:
+        for seed, problem in enumerate(problems):
+            begin = time.perf_counter()
+            make(planner).plan(problem, seed=seed, time_limit=limit)
+            late.append((max(0.0, time.perf_counter() - begin - limit), limit))
+    worst, at = max(late)
+    p99 = float(np.quantile([seconds for seconds, _ in late], 0.99))
+    more = {"worst_ms": rounded(1e3 * worst), "worst_at_limit_s": at, "runs": len(late)}
+    print_figure(name, 1e3 * p99, "ms", **more)
+
+
+if __name__ == "__main__":
+    run_script(main)

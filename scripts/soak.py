@@ -1,0 +1,76 @@
+"""Memory of one process over many plans and episodes: two JSON lines. Usage: soak.py [--plans N] [--episodes N]
+
+Plans are of all planners in turn, on instances of `--cell`; episodes are of its environment, with random actions. The
+first tenth of each is the warm-up: growth is of the resident memory from its end to the end of all.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gc
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+from figure import print_figure
+
+from mmp_cli.arguments import Parser, seconds, whole
+from mmp_cli.main import run_script
+from mmp_env import draw_problem, find_cell
+from mmp_planners import make, names
+
+MEGABYTE = 1e6
+
+
+def main() -> None:
+    """Prints the growth of the resident memory over the plans, and over the episodes."""
+    parser = Parser("soak.py", __doc__, argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cell", default="ring-4", metavar="CELL", help="cell of both parts (default: ring-4)")
+    parser.add_argument("--plans", type=whole, default=10_000, metavar="N", help="plans (default: 10000)")
+    parser.add_argument("--episodes", type=whole, default=1000, metavar="N", help="episodes (default: 1000)")
+    parser.add_argument("--time-limit", type=seconds, default=1.0, metavar="S", help="of a plan [s] (default: 1)")
+    args = parser.parse()
+    cell, planners = find_cell(args.cell), names()
+
+    def plan(number: int) -> None:
+        problem = draw_problem(cell, seed=number)
+        make(planners[number % len(planners)]).plan(problem, seed=number, time_limit=args.time_limit)
+
+    show("soak_plans", "plans", plan, args.plans)
+    with gymnasium.make("MultiArmCell", cell=cell) as env:
+        actions = np.random.default_rng(0)
+
+        def episode(number: int) -> None:
+            env.reset(seed=number)
+            ended = False
+            while not ended:
+                action = actions.uniform(-1.0, 1.0, env.action_space.shape)
+                _, _, terminated, truncated, _ = env.step(action.astype(np.float32))
+                ended = terminated or truncated
+
+        show("soak_episodes", "episodes", episode, args.episodes)
+
+
+def show(name: str, what: str, once: Callable[[int], None], count: int) -> None:
+    """Repeats a call and prints how much the resident memory grew after the warm-up, in percent."""
+    warm_up = max(count // 10, 1)
+    for number in range(warm_up):
+        once(number)
+    before = resident_bytes()
+    for number in range(warm_up, count):
+        once(number)
+    after = resident_bytes()
+    figures = {"before_mb": round(before / MEGABYTE, 1), "after_mb": round(after / MEGABYTE, 1), what: count}
+    print_figure(f"{name}_growth", 100.0 * (after / before - 1.0), "%", **figures)
+
+
+def resident_bytes() -> int:
+    """Returns the resident memory of this process [bytes], without objects that only wait for collection."""
+    gc.collect()
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
+if __name__ == "__main__":
+    run_script(main)

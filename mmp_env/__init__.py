@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from mmp_env.model.problem import Problem
     from mmp_env.model.rings import ring_cell
     from mmp_env.model.robot import Robot, Tool, load_robot, load_tool, robot_names, tool_names
+    from mmp_env.online.online_planner import OnlinePlanner, OnlineStep
     from mmp_env.problems.making import make_problem
     from mmp_env.problems.straight_line import straight_line
     from mmp_env.sim.camera_view import CameraView
@@ -89,6 +90,7 @@ _HOMES = {
     "files.plan_file": ("load_plan", "save_plan"),
     "model.goals": ("AnyOf", "JointGoal", "NamedGoal", "PoseGoal", "Stay"),
     "model.problem": ("Problem",),
+    "online.online_planner": ("OnlinePlanner", "OnlineStep"),
     "problems.making": ("make_problem",),
     "problems.straight_line": ("straight_line",),
     "model.rings": ("ring_cell",),
@@ -127,6 +129,8 @@ __all__ = [
     "MultiArmCellEnv",
     "NamedGoal",
     "Obstacle",
+    "OnlinePlanner",
+    "OnlineStep",
     "Plan",
     "PlanView",
     "PoseGoal",

@@ -161,6 +161,11 @@ def static_clearance(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], 
 def pair_clearance(cell: Cell, a: int, qa: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], b: int, qb: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], *, precise: bool = False) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
     """Returns the clearance [n] [m] between two arms, bases included."""
 
+def swept_clearance(cell: Cell, arm: int, q: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], shape: int, pose: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], size: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], *, stray: float = 0.0) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
+    """
+    Returns lower bounds [n - 1] [m] of the clearance of the moving links of one arm from a body, at every instant of the straight segments between the rows of q [n, dof]. `stray`: the arm may be so far from them in every joint. The body is one as of `add_obstacle` that is not in the cell.
+    """
+
 def cell_clearance(cell: Cell, q: Sequence[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]], *, obstacles: bool = True) -> Annotated[NDArray[numpy.float64], dict(shape=(None,))]:
     """
     Returns the least clearance [n] [m] of whole states over all pairs of arms, and with `obstacles` over arms and obstacles.

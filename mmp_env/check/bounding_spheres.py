@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.boxes import box_gaps, near_boxes, ranges
 from mmp_env.check.checked import Solid
 from mmp_env.check.distance import chord_minimum, solid_distance, tangent_minimum
 from mmp_env.check.fields import rotation
-from mmp_env.check.items import Items, MotionSteps, Touch
+from mmp_env.check.items import Bounds, Items, MotionSteps, Touch
 from mmp_env.check.model import CellModel, Poses, RigidParts
 from mmp_env.check.pairs import ChordDeviation, Pairs
 from mmp_env.check.polyhedron import polyhedron
@@ -138,6 +138,8 @@ class BoundingSphereSolids:
         self.part = np.tile(moving, len(solids))
         self.solid = np.repeat(np.arange(len(solids)), len(moving))
         self._deviation = ChordDeviation(model, parts.arm, parts.reach)
+        self._speed = np.array([solid.speed for solid in solids])[self.solid]
+        self._joints = model.cell.columns
         self._allowed = [k for k in range(len(self.part)) if self.names(k).things[0] in solids[self.solid[k]].may_touch]
 
     def __len__(self) -> int:
@@ -156,8 +158,36 @@ class BoundingSphereSolids:
             least[:, k] = step_minimum(solid, balls[:-1], balls[1:])[0]
         deviation = self._deviation.all(steps)
         out = least.reshape(len(least), -1) - (self._parts.radius + deviation)[:, self.part]
+        if self._speed.any():
+            out -= self._speed * poses.times[1:, None] * self._arms_of(moving(steps))[:, self._parts.arm[self.part]]
         out[:, self._allowed] = np.inf
         return joined_items(steps, [closer_items(out, np.arange(len(self.part)), cutoff)])
+
+    def growths(self, poses: Poses, items: Items, at: Int[np.ndarray, "i"]) -> Float[np.ndarray, "i"]:
+        """Returns how far the solid of each item may have moved [m] at poses; 0 where the arm stands in the step."""
+        return self._speed[items.pair] * poses.times[at] * self._arm_moves(items, moving(items.steps))
+
+    def after_growth(self, poses: Poses, items: Items, bounds: Bounds) -> Bounds:
+        """Returns bounds to the places of solids as bounds to the solids, which may have moved.
+
+        A clearance is only found where the arm moves. It does so during a whole step in which it goes straight.
+        """
+        if not self._speed.any():
+            return bounds
+        straight = ~self._arm_moves(items, items.steps.bend != 0)
+        return Bounds(
+            lower=bounds.lower - self.growths(poses, items, items.end),
+            found=bounds.found - self.growths(poses, items, bounds.at) * straight,
+            at=bounds.at,
+        )
+
+    def _arm_moves(self, items: Items, moves: Bool[np.ndarray, "u n"]) -> Bool[np.ndarray, "i"]:
+        """Returns which items are of arms with joints that move in the step; `moves`: which joints do."""
+        return self._arms_of(moves)[items.step, self._parts.arm[self.part[items.pair]]]
+
+    def _arms_of(self, moves: Bool[np.ndarray, "u n"]) -> Bool[np.ndarray, "u a"]:
+        """Returns which arms have joints that move in each step."""
+        return np.stack([moves[:, joints].any(axis=1) for joints in self._joints], axis=1)
 
     def deviations(self, items: Items) -> Float[np.ndarray, "i"]:
         """Returns a bound on how far the points of each item deviate from chords [m]."""
@@ -169,6 +199,11 @@ class BoundingSphereSolids:
         arm = self._model.cell.arms[self._parts.arm[part]].name
         things = (f"{arm}/{self._parts.links[part]}", f"obstacle/{self._solids[self.solid[pair]].name}")
         return Touch(rule=self.rule, arms=(arm,), things=things)
+
+
+def moving(steps: MotionSteps) -> Bool[np.ndarray, "u n"]:
+    """Returns which joints move in each step."""
+    return (steps.move != 0) | (steps.bend != 0)
 
 
 def closer_items(

@@ -39,7 +39,8 @@ class Solid:
     `size` [m] follows MuJoCo: half edges, or radius and half length without caps. A `mesh` is piece number `piece` of
     its obstacle: the hull of `vertices` [v, 3] [m] in its frame.
 
-    `may_touch` names moving links, such as `arm0/shoulder`, that may touch an obstacle.
+    `may_touch` names moving links, such as `arm0/shoulder`, that may touch an obstacle. No point of it moves faster
+    than `speed` [m/s] from the time 0 on.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Solid:
     piece: int | None = None
     vertices: Float[np.ndarray, "v 3"] | None = None
     may_touch: frozenset[str] = frozenset()
+    speed: float = 0.0
 
     @property
     def geom(self) -> str:
@@ -69,6 +71,12 @@ class CheckedCell:
     def slides(self) -> Bool[np.ndarray, "n"]:
         """Which joints slide, in m, according to robot.json. The others turn, in rad."""
         return np.array([joint.get("type") == "slide" for arm in self.arms for joint in arm.robot.data["joints"]])
+
+    @property
+    def columns(self) -> tuple[slice, ...]:
+        """The joints of each arm among the joints of all arms."""
+        ends = np.cumsum([arm.dof for arm in self.arms]).tolist()
+        return tuple(slice(end - arm.dof, end) for arm, end in zip(self.arms, ends, strict=True))
 
     @property
     def may_touch(self) -> tuple[tuple[str, str], ...]:

@@ -15,6 +15,8 @@ GEOM_KINDS = SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX = tuple(
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{name}")) for name in ("SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX")
 )
 """MuJoCo's numbers of the shapes that `geom_support` knows."""
+_TINY_M = 1e-290
+"""Length [m] up to which a direction is not computed: below, quotients lose their accuracy."""
 MESH = int(mujoco.mjtGeom.mjGEOM_MESH)
 
 
@@ -42,7 +44,7 @@ def solid_distance(
         core[..., 2] = np.clip(points[..., 2], -size[1], size[1])
     away = points - core
     length = np.hypot.reduce(away, axis=-1)  # squares of tiny lengths would vanish
-    gradient = np.divide(away, length[..., None], out=np.zeros_like(away), where=length[..., None] > 0)
+    gradient = np.divide(away, length[..., None], out=np.zeros_like(away), where=length[..., None] > _TINY_M)
     return length - size[0], gradient
 
 
@@ -59,7 +61,7 @@ def _box(half: Float[Array, "d"], points: Float[Array, "*n d"]) -> tuple[Float[A
     outside = np.maximum(beyond, 0.0)
     length = np.hypot.reduce(outside, axis=-1)
     nearest_face = np.eye(half.size)[np.argmax(beyond, axis=-1)]
-    gradient = sign * np.divide(outside, length[..., None], out=nearest_face, where=length[..., None] > 0)
+    gradient = sign * np.divide(outside, length[..., None], out=nearest_face, where=length[..., None] > _TINY_M)
     return np.where(length > 0, length, beyond.max(axis=-1)), gradient
 
 

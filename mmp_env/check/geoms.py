@@ -134,6 +134,7 @@ class GeomSolids(SphereSolids):
 
     def narrow(self, poses: Poses, items: Items, target: float) -> Bounds:
         """Returns bounds from balls around geoms where they reach the target, otherwise from separating directions."""
+        target += float(self.growths(poses, items, items.end).max())
         near = GeomBounds(items, self.deviations(items), target)
         for pair, chosen in by_value(items.pair):
             part, solid = int(self.part[pair]), int(self.solid[pair])
@@ -141,7 +142,7 @@ class GeomSolids(SphereSolids):
             ends = [cloud_centers(poses, which[chosen], body, cloud) for which in (items.start, items.end)]
             balls = step_minimum(self._solids[solid], *ends)[0] - cloud.radii
             near.add(chosen, balls[:, :, None], (self._ids[part], self._solid_ids[solid]), inner=False)
-        return near.bounds(self._distance, poses)
+        return self.after_growth(poses, items, near.bounds(self._distance, poses))
 
 
 def colliding_pairs(model: CellModel, parts: RigidParts) -> Pairs:

@@ -166,8 +166,11 @@ def _obstacle(data: Any, where: str) -> list[Solid]:
     links = listed(data, "may_touch", where, optional=True)
     if not all(isinstance(link, str) for link in links):
         raise UnreadableError(f"may_touch of {where} is {shown(links)}; it must be a list of links")
-    solid = {key: value for key, value in data.items() if key != "may_touch"}
-    return [replace(piece, may_touch=frozenset(links)) for piece in _solids(solid, where)]
+    speed = float(numbers(data.get("speed", 0.0), (), f"speed of {where}"))
+    if not 0 <= speed < np.inf:
+        raise UnreadableError(f"speed of {where} is {speed:g}; it must be a number, 0 or more")
+    solid = {key: value for key, value in data.items() if key not in ("may_touch", "speed")}
+    return [replace(piece, may_touch=frozenset(links), speed=speed) for piece in _solids(solid, where)]
 
 
 def _solids(data: Any, where: str) -> list[Solid]:

@@ -71,6 +71,7 @@ class SphereSolids(BoundingSphereSolids):
         """Returns bounds from every sphere."""
         lower, at_start, at_end = np.empty((3, len(items)))
         deviations = self.deviations(items)
+        target += float(self.growths(poses, items, items.end).max())
         for _, chosen in by_value(self._kinds[items.pair]):
             parts, pair = self.part[items.pair[chosen]], items.pair[chosen[0]]
             cloud, body = self._clouds[parts[0]], self._parts.body[parts]
@@ -78,7 +79,7 @@ class SphereSolids(BoundingSphereSolids):
             near = _ENOUGH * target + _ENOUGH_M + cloud.radii.max() + deviations[chosen].max()
             found = step_minimum(self._solids[self.solid[pair]], *ends, near=float(near))
             lower[chosen], at_start[chosen], at_end[chosen] = ((part - cloud.radii).min(axis=1) for part in found)
-        return Bounds.of(items, lower - deviations, at_start, at_end)
+        return self.after_growth(poses, items, Bounds.of(items, lower - deviations, at_start, at_end))
 
 
 def same_clouds(clouds: Sequence[LinkSpheres]) -> Int[np.ndarray, "p"]:

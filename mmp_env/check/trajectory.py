@@ -46,7 +46,8 @@ class Trajectory:
     def bend(self, first: int, last: int) -> Float[np.ndarray, "n"]:
         """Returns an upper bound on each joint's distance [rad or m] from a straight line between two samples."""
         share = np.linspace(0.0, 1.0, last - first + 1)[:, None]
-        straight = self._q[first] * (1 - share) + self._q[last] * share
+        straight = self._q[first] + share * (self._q[last] - self._q[first])  # exact where nothing moves
+        straight[-1] = self._q[last]
         return np.abs(self._q[first : last + 1] - straight).max(axis=0)
 
 

@@ -83,6 +83,7 @@ class HeldData(SolidData, forbid_unknown_fields=True, kw_only=True):
 class ObstacleData(SolidData, forbid_unknown_fields=True, kw_only=True):
     name: str
     may_touch: list[str] = []
+    speed: float = 0.0
 
 
 class ObjectData(SolidData, forbid_unknown_fields=True, kw_only=True):
@@ -231,6 +232,7 @@ def solid_to_dict(solid: Obstacle) -> dict[str, Any]:
             for key in MEASURES[solid.shape]
         }
         | ({"may_touch": sorted(solid.may_touch)} if solid.may_touch else {})
+        | ({"speed": solid.speed} if solid.speed else {})
     )
 
 
@@ -323,6 +325,9 @@ def solid_from_data(data: ObstacleData | HeldData | ObjectData, place: Location)
         if key not in _MESH_FIELDS and not np.all((np.asarray(value) >= SMALLEST_M) & (np.asarray(value) <= LARGEST_M)):
             raise (place / key).wrong(value, f"from {SMALLEST_M} to {LARGEST_M:g} m")
     position, quaternion = _pose(data, place)
+    speed = data.speed if isinstance(data, ObstacleData) else 0.0
+    if not 0 <= speed < np.inf:
+        raise (place / "speed").wrong(speed, "a speed [m/s], 0 or more")
     return Obstacle(
         name=data.name,
         shape=data.shape,
@@ -333,6 +338,7 @@ def solid_from_data(data: ObstacleData | HeldData | ObjectData, place: Location)
         length=data.length,
         pieces=_pieces(data, place) if data.shape == "mesh" else (),
         may_touch=frozenset(data.may_touch if isinstance(data, ObstacleData) else ()),
+        speed=speed,
     )
 
 

@@ -72,7 +72,7 @@ class Arm(ReadOnly):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Obstacle(ReadOnly):
-    """A solid that stands still in a cell, or that an arm holds.
+    """A solid that stands still in a cell, moves with a bounded speed, or is held by an arm.
 
     Attributes:
         name: unique among the obstacles of a cell.
@@ -85,6 +85,8 @@ class Obstacle(ReadOnly):
         pieces: vertices [v, 3] [m] of the convex hulls that a mesh consists of, in its frame; empty otherwise.
         may_touch: moving links, tools and held objects, such as `arm0/shoulder` and `arm0/held`, that no query tests
             against an obstacle of a cell.
+        speed: largest speed [m/s] of any of its points from the time 0 on, when it is where it says; it may move
+            anywhere. 0 for a solid that stands still, and for a held one.
     """
 
     name: str
@@ -96,6 +98,7 @@ class Obstacle(ReadOnly):
     length: float | None = None
     pieces: tuple[Float[np.ndarray, "_ 3"], ...] = ()
     may_touch: frozenset[str] = frozenset()
+    speed: float = 0.0
 
     @brief
     def __repr__(self) -> str:

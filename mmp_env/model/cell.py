@@ -33,7 +33,7 @@ class Cell:
     Attributes:
         name: name of the cell.
         arms: at least one.
-        obstacles: static solids.
+        obstacles: solids that stand still; or that move, for what `OnlinePlanner` commits.
         spheres: name of the sphere set of all queries: `28` (28 spheres an arm), `fine`, or `exact` (convex hulls
             decide where spheres come close).
         joints: the joints in the MuJoCo model that `cell_from_mujoco` made the cell from; otherwise None.
@@ -68,6 +68,8 @@ class Cell:
         object.__setattr__(self, "keep", read_only(as_keep(self.keep, self.arm_names)))
         moving = {f"{arm.name}/{part}" for arm in self.arms for part in part_names(arm)[1:]}
         for obstacle in self.obstacles:
+            if obstacle.speed and obstacle.pieces:
+                raise MmpError(f"obstacle '{obstacle.name}' is a mesh; only one of another shape can move")
             if strange := sorted(obstacle.may_touch - moving):
                 raise UnknownNameError(f"moving part in may_touch of obstacle '{obstacle.name}':", strange[0], moving)
         if "obstacle" in self.arm_names:  # their geoms are called obstacle/NAME, an arm's ARM/NAME

@@ -223,6 +223,27 @@ class CollisionModel:
             raise MmpError(f"pair_clearance: {len(a)} rows of {arm_a} and {len(b)} of {arm_b}; two arms, equal rows")
         return core.pair_clearance(self.core, self.index(arm_a), a, self.index(arm_b), b, precise=precise)
 
+    def swept_clearance(self, arm: str, q: ArrayLike, body: Obstacle, *, stray: float = 0.0) -> Float[np.ndarray, "s"]:
+        """Returns lower bounds [n - 1] [m] of the clearance of an arm from a body along lines between configurations.
+
+        The bounds hold at every instant of the straight lines between the rows of `q` [n, dof], for all parts that
+        move. The body is none of the cell's obstacles.
+
+        Args:
+            arm: name of the arm.
+            q: configurations [n, dof] [rad], at least two.
+            body: any solid but a mesh.
+            stray: how far the arm may be from the lines, in every joint [rad, of slides m].
+
+        Raises:
+            MmpError: for a mesh, and for rows of the wrong shape.
+        """
+        rows = self._rows(arm, q)
+        if body.pieces or len(rows) < 2:
+            raise MmpError("swept_clearance: takes two configurations or more, and any body but a mesh")
+        shape = SHAPES.index(body.shape)
+        return core.swept_clearance(self.core, self.index(arm), rows, shape, *_pose_and_size(body), stray=stray)
+
     def clearance(self, q: Mapping[str, ArrayLike]) -> Float[np.ndarray, "n"]:
         """Returns the least clearances [n] [m] of whole states over pairs of arms, and of arms and obstacles.
 

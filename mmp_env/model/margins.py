@@ -125,5 +125,7 @@ def planning_slack(margins: Margins, clearances: Mapping[str, float], room: floa
 
 def millimetres(metres: float) -> str:
     """Returns a length in millimetres, rounded down, so that no margin looks larger than it is."""
+    if metres <= 0:
+        return f"{metres * 1e3:g}"
     digits = 2 if metres >= 1e-5 else 2 - math.floor(math.log10(metres * 1e3))
     return f"{math.floor(metres * 1e3 * 10**digits + 1e-6) / 10**digits:g}"

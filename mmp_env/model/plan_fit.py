@@ -89,6 +89,7 @@ def _measures(obstacle: Obstacle) -> dict[str, object]:
         "number of pieces": len(obstacle.pieces),
         "vertices": np.concatenate([piece.ravel() for piece in obstacle.pieces]) if obstacle.pieces else None,
         "allowed contacts": ", ".join(sorted(obstacle.may_touch)) or "none",
+        "speed": f"{obstacle.speed:g} m/s",
     }
 
 

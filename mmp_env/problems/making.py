@@ -70,6 +70,8 @@ def make_problem(
             the bound of a tool axis.
     """
     given_cell(cell)
+    if moving := [obstacle.name for obstacle in cell.obstacles if obstacle.speed]:
+        raise MmpError(f"obstacle '{moving[0]}' moves; OnlinePlanner plans among obstacles that move, others do not")
     if keep is not None:
         cell = replace(cell, keep=as_keep(keep, cell.arm_names))
     asked = asked_margins(margin)

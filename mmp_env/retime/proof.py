@@ -72,6 +72,11 @@ def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, tolerance: 
             path = path.narrower(np.zeros_like(widest))
 
 
+def unproved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, period_s: float) -> Plan:
+    """Returns the motion along `path` with a sample every `period_s` [s], without a proof."""
+    return _sampled(plan, path, _timed(path, limits, period_s))
+
+
 def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> PathTiming:
     if path.course.end > LEAST_ZONE_S:
         return run_clock(zones_of(path, limits), period_s)

@@ -19,7 +19,7 @@ from mmp_env.retime.course import course_of
 from mmp_env.retime.limits import JointLimits, rate_limits, split
 from mmp_env.retime.options import RetimeOptions
 from mmp_env.retime.pace import paced_path
-from mmp_env.retime.proof import ProvedMotion, proved_motion
+from mmp_env.retime.proof import ProvedMotion, proved_motion, unproved_motion
 from mmp_env.retime.smoothing import deviation
 
 _INWARD = 0.99
@@ -127,6 +127,24 @@ def retime_with_report(
         max_jerk=split(cell, full.jerk),
         stats={**plan.stats, "retimed": stats},
     ), report
+
+
+def retime_unproved(plan: Plan, options: RetimeOptions) -> Plan:
+    """Returns the motion that `retime` would prove first, for callers that prove it part by part.
+
+    Raises `MmpError` like `retime`, but not for a plan that cannot be proved.
+    """
+    _check(plan)
+    full = rate_limits(plan.problem, options.max_acceleration, options.max_jerk)
+    limits, period_s = full.reduced(options.share), 1.0 / options.rate
+    check_samples(course_of(plan, limits.velocity).end, period_s)
+    path = paced_path(plan, limits, _INWARD * options.tolerance)
+    cell = plan.problem.cell
+    return dataclasses.replace(
+        unproved_motion(plan, path, limits, period_s),
+        max_acceleration=split(cell, full.acceleration),
+        max_jerk=split(cell, full.jerk),
+    )
 
 
 def _check(plan: Plan) -> None:

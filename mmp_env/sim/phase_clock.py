@@ -9,6 +9,7 @@ ended. So every ramp can be completed within the limits, however often the targe
 
 from __future__ import annotations
 
+import copy
 import math
 
 import numpy as np
@@ -63,6 +64,12 @@ class PhaseClock:
     def over(self) -> bool:
         """Whether the plan is at its end."""
         return self.phase >= self._end_s - _TINY
+
+    def copy(self) -> PhaseClock:
+        """Returns a clock in the same state."""
+        other = copy.copy(self)
+        other._segments = list(self._segments)
+        return other
 
     def set_target(self, target: float) -> None:
         """Changes the speed to `target`, 0 or 1, as fast as the limits of the joints allow."""

@@ -74,6 +74,9 @@ inline void require_lengths(const double* values, size_t n) {
   require(all_within(values, n, kMaxLength), "poses and sizes must be finite, and within 1e6 m");
 }
 
+// Returns a body for queries in double precision, see `add_obstacle`.
+Obstacle<double> checked_obstacle(int shape, const Vector& pose, const Vector& size);
+
 inline std::vector<Point> checked_vertices(const Matrix& vertices, double radius) {
   require(vertices.shape(0) > 0 && vertices.shape(0) <= kMaxVertices && vertices.shape(1) == 3,
           "a hull has 1 to 4096 vertices of 3 numbers");

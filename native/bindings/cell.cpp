@@ -98,7 +98,7 @@ ConvexHull hull_of(Shape shape, const double* size) {
 }
 
 template <class T>
-void add_obstacle(CellModel<T>& cell, int shape, const Vector& pose, const Vector& size) {
+Obstacle<T> obstacle_of(int shape, const Vector& pose, const Vector& size) {
   Obstacle<T> o;
   o.shape = static_cast<Shape>(shape);
   for (int i = 0; i < 3; ++i) {
@@ -109,7 +109,16 @@ void add_obstacle(CellModel<T>& cell, int shape, const Vector& pose, const Vecto
   o.b = T(size.data()[1]);
   o.c = T(size.data()[2]);
   o.exact = {std::make_shared<ConvexHull>(hull_of(o.shape, size.data()))};
-  cell.obstacles.push_back(std::move(o));
+  return o;
+}
+
+void require_obstacle(int shape, const Vector& pose, const Vector& size) {
+  require(shape >= 0 && shape <= static_cast<int>(Shape::capsule), "no such shape");
+  require(pose.shape(0) == 12 && size.shape(0) == 3, "an obstacle has a pose of 12 numbers and a size of 3");
+  require_lengths(pose.data(), 12);
+  require_lengths(size.data(), 3);
+  require(std::all_of(size.data(), size.data() + 3, [](double x) { return x >= 0; }),
+          "the size of an obstacle must not be negative");
 }
 
 template <class T>
@@ -140,6 +149,11 @@ void let_touch(Obstacle<T>& obstacle, int arm, int link) {
 
 }  // namespace
 
+Obstacle<double> checked_obstacle(int shape, const Vector& pose, const Vector& size) {
+  require_obstacle(shape, pose, size);
+  return obstacle_of<double>(shape, pose, size);
+}
+
 void bind_cell(nb::module_& m) {
   nb::class_<Cell>(m, "Cell", "Arms and obstacles of a cell. Add all of them, then freeze it.")
       .def(nb::init<>())
@@ -164,14 +178,9 @@ void bind_cell(nb::module_& m) {
           "add_obstacle",
           [](Cell& self, int shape, Vector pose, Vector size) {
             require(!self.frozen, "the cell is frozen");
-            require(shape >= 0 && shape <= static_cast<int>(Shape::capsule), "no such shape");
-            require(pose.shape(0) == 12 && size.shape(0) == 3, "an obstacle has a pose of 12 numbers and a size of 3");
-            require_lengths(pose.data(), 12);
-            require_lengths(size.data(), 3);
-            require(std::all_of(size.data(), size.data() + 3, [](double x) { return x >= 0; }),
-                    "the size of an obstacle must not be negative");
-            add_obstacle(self.single, shape, pose, size);
-            add_obstacle(self.precise, shape, pose, size);
+            require_obstacle(shape, pose, size);
+            self.single.obstacles.push_back(obstacle_of<float>(shape, pose, size));
+            self.precise.obstacles.push_back(obstacle_of<double>(shape, pose, size));
           },
           nb::arg("shape"), nb::arg("pose"), nb::arg("size"),
           "Adds an obstacle. shape: 0 box, 1 sphere, 2 cylinder, 3 capsule. pose [12]: rows of T_world_obstacle. size "

@@ -1,6 +1,7 @@
 #include "bindings/bindings.hpp"
 #include "geometry/nearest_bodies.hpp"
 #include "proof/certificate.hpp"
+#include "proof/swept_clearance.hpp"
 
 namespace mmp {
 
@@ -120,6 +121,28 @@ void bind_queries(nb::module_& m) {
       },
       nb::arg("cell"), nb::arg("a"), nb::arg("qa"), nb::arg("b"), nb::arg("qb"), nb::kw_only(),
       nb::arg("precise") = false, "Returns the clearance [n] [m] between two arms, bases included.");
+
+  m.def(
+      "swept_clearance",
+      [](const Cell& cell, int arm, Matrix q, int shape, Vector pose, Vector size, double stray) {
+        require_rows(cell, arm, q);
+        require(q.shape(0) > 1, "a segment has two ends");
+        require(stray >= 0 && stray <= kMaxLength, "stray must be 0 to 1e6");
+        const auto body = checked_obstacle(shape, pose, size);
+        const size_t n = q.shape(0);
+        std::vector<double> out(n - 1);
+        {
+          nb::gil_scoped_release release;
+          swept_clearance(cell, arm, q.data(), n, body, stray, out.data());
+        }
+        return to_numpy<Out1>(std::move(out), n - 1);
+      },
+      nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::arg("shape"), nb::arg("pose"), nb::arg("size"), nb::kw_only(),
+      nb::arg("stray") = 0.0,
+      "Returns lower bounds [n - 1] [m] of the clearance of the moving links of one arm from a body, at every instant "
+      "of "
+      "the straight segments between the rows of q [n, dof]. `stray`: the arm may be so far from them in every joint. "
+      "The body is one as of `add_obstacle` that is not in the cell.");
 
   m.def(
       "cell_clearance",

@@ -204,6 +204,7 @@ WRONG: dict[str, list[Any]] = {
     "steps": [*vectors(2), *NOT_STEPS],
     "point": vectors(3),
     "rows": NOT_ROWS,
+    "rows of a line": [*NOT_ROWS, NO_ROWS, ROWS[:1]],
     "some rows": [*NOT_ROWS, NO_ROWS],
     "rows of each": lists_of(ROWS, [*NOT_ROWS, ROWS[:2]]),
     "rows of each goal": [None, 3, [], [ROWS], [ROWS, ROWS, ROWS], *([ROWS, bad] for bad in NOT_ROWS)],
@@ -459,6 +460,13 @@ CALLS = {
     "static_clearance": in_cell(core.static_clearance, **ARM, q=(ROWS, "rows"), precise=(True, "flag")),
     "pair_clearance": in_cell(
         core.pair_clearance, a=(0, "arm"), qa=(ROWS, "rows"), b=(1, "arm"), qb=(ROWS, "rows"), precise=(True, "flag")
+    ),
+    "swept_clearance": in_cell(
+        core.swept_clearance,
+        **ARM,
+        q=(ROWS, "rows of a line"),
+        **{name: (value, name) for name, value in obstacle().items()},
+        stray=(0.0, "not negative"),
     ),
     "cell_clearance": in_cell(core.cell_clearance, q=([ROWS, ROWS], "rows of each"), obstacles=(True, "flag")),
     "nearest_bodies": in_cell(core.nearest_bodies, q=([FIRST, FIRST], "q of each")),

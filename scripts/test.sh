@@ -52,6 +52,9 @@ with_oldest_mujoco() {
 
 clang_format() { git ls-files -z 'native/*.cpp' 'native/*.hpp' | xargs -0 clang-format --dry-run -Werror; }
 
+# Command lines have more time than in scripts/fuzz.sh, because the machine may be busy.
+fuzz_for_a_minute() { PYTHONPATH=$root/tests "$PYTHON" -m fuzz --minutes 1 --longest 60; }
+
 with_dm_control() { PYTHONPATH=$older pytest -n auto tests/dm; }
 
 step "python format" ruff format --check .
@@ -65,6 +68,7 @@ step "the installed package is under test" installed_from_the_wheel
 step "tests" pytest -n auto "$@"
 left_out=
 if [ "$#" -eq 0 ]; then
+  step "a minute of fuzzing" fuzz_for_a_minute
   step "older packages" fetch_older
   step "tests with mujoco 3.17" with_oldest_mujoco
   if [ -d "$older/dm_control" ]; then

@@ -158,7 +158,12 @@ class _Timer:
         given.current_position, given.target_position = [base], [last]
         given.current_velocity, given.target_velocity = [speed], [end_speed]
         given.max_velocity, given.max_acceleration, given.max_jerk = ([limit] for limit in limits)
-        result = self._ruckig.calculate(given, self._trajectory)
+        try:
+            result = self._ruckig.calculate(given, self._trajectory)
+        except ruckig.RuckigError as error:  # the numbers are too small for Ruckig
+            raise MmpError(
+                "the acceleration and jerk limits are too low: the motion would take longer than can be computed"
+            ) from error
         profile = self._trajectory.profiles[0][0] if result in _TIMED else None
         if profile is None or profile.brake.duration > 0:
             raise RuntimeError(f"Ruckig finds no profile from {speed} to {end_speed} in {last - base} s: {result}")

@@ -1,0 +1,101 @@
+"""Changes files and options, and calls the core with hostile arrays, until time is up. scripts/fuzz.sh runs it."""
+
+from __future__ import annotations
+
+import argparse
+import random
+import sys
+import tempfile
+import time
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from fuzz import inputs, samples
+from fuzz.process import LONGEST_S, Fault, Worker
+
+CALLS = 2000
+"""Calls of the core in one request."""
+CORE_SHARE = 0.15
+"""Share of the time for calls of the core."""
+
+
+class Fuzzing:
+    """What was tried and found so far. One thread for each worker process uses it."""
+
+    def __init__(self, seed: int, end_s: float, keep: Path, longest_s: float) -> None:
+        self.seed, self.end_s, self.keep, self.longest_s = seed, end_s, keep, longest_s
+        self.codes: Counter[tuple[str, int | None]] = Counter()
+        self.calls = self.returned = 0
+        self.found: list[str] = []
+
+    def run(self, number: int) -> None:
+        """Tries inputs in a worker process until time is up."""
+        with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
+            good = samples.write_all(Path(folder))
+        worker, count, in_core = Worker(self.longest_s), 0, 0.0
+        begin = time.monotonic()
+        while time.monotonic() < self.end_s:
+            count += 1
+            seed = f"{self.seed}/{number}/{count}"
+            if in_core <= CORE_SHARE * (time.monotonic() - begin):
+                started = time.monotonic()
+                self._call_core(worker, seed)
+                in_core += time.monotonic() - started
+            else:
+                self._try(worker, inputs.drawn(good, random.Random(seed)), seed)
+        worker.close()
+
+    def _try(self, worker: Worker, given: inputs.Input, seed: str) -> None:
+        code, faults = inputs.tried(given, worker)
+        self.codes[given.kind, code] += 1
+        if faults:
+            given = inputs.reduced(given, worker, faults)
+            path = self.keep / f"{seed.replace('/', '-')}.json"
+            path.write_text(given.to_json())
+            self._report(f"{'; '.join(faults)}\n  mmp {' '.join(given.line)}\n  kept as {path}")
+
+    def _call_core(self, worker: Worker, seed: str) -> None:
+        try:
+            answer = worker.ask({"seed": seed, "calls": CALLS}, allowed_s=20.0)
+            self.calls, self.returned = self.calls + answer["calls"], self.returned + answer["returned"]
+        except Fault as fault:
+            self._report(f"{fault}, in call {worker.number} of core seed {seed}; see core_arrays.attempt")
+
+    def _report(self, text: str) -> None:
+        self.found.append(text)
+        print(f"FAULT {text}", flush=True)
+
+
+def main() -> int:
+    """Returns 0 if no fault was found, 1 otherwise."""
+    parser = argparse.ArgumentParser(prog="fuzz.sh", description=__doc__)
+    parser.add_argument("--minutes", type=float, default=1.0, help="default: 1")
+    parser.add_argument("--workers", type=int, default=2, help="worker processes (default: 2)")
+    parser.add_argument("--seed", type=int, default=0, help="the same inputs for the same seed (default: 0)")
+    parser.add_argument("--keep", type=Path, help="folder for the inputs that failed (default: a new one)")
+    help = f"longest time for a command line (default: {LONGEST_S:g})"
+    parser.add_argument("--longest", type=float, default=LONGEST_S, metavar="S", help=help)
+    args = parser.parse_args()
+    keep = args.keep or Path(tempfile.mkdtemp(prefix="fuzz-kept-"))
+    keep.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
+        samples.write_all(Path(folder))  # once, before the threads
+    fuzzing = Fuzzing(args.seed, time.monotonic() + 60 * args.minutes, keep, args.longest)
+    with ThreadPoolExecutor(args.workers) as threads:
+        for done in [threads.submit(fuzzing.run, k) for k in range(args.workers)]:
+            done.result()
+    for kind in samples.LINES:
+        codes = {code: count for (name, code), count in fuzzing.codes.items() if name == kind}
+        refused = codes.get(2, 0)
+        print(f"{kind:15} {sum(codes.values()):7} command lines, {sum(codes.values()) - refused:6} accepted")
+    total = sum(fuzzing.codes.values())
+    accepted = total - sum(count for (_, code), count in fuzzing.codes.items() if code == 2)
+    print(f"{'together':15} {total:7} command lines, {accepted:6} accepted")
+    print(f"{'core':15} {fuzzing.calls:7} calls, {fuzzing.returned:6} returned")
+    print(f"{len(fuzzing.found)} faults")
+    return min(len(fuzzing.found), 1)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

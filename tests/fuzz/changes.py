@@ -1,0 +1,201 @@
+"""Changes of files and options: mostly one small change, so that many changed inputs are accepted, sometimes brutal."""
+
+from __future__ import annotations
+
+import copy
+import json
+import random
+import re
+from typing import Any
+
+HOSTILE = [
+    *(0, -1, 1e300, -1e300, 1e-300, 2**63, 10**400, float("nan"), float("inf"), -0.0, 0.5, True, False, None),
+    *(
+        "",
+        "x",
+        "NaN",
+        "\x00",
+        "\x1b[31m",
+        "a/b",
+        "../x",
+        "é\u202e",
+        "x" * 5000,
+        [],
+        {},
+        [[]],
+        [0],
+        {"a": 1},
+        [None] * 3,
+    ),
+]
+"""Values in place of any value."""
+ARGUMENTS = [
+    *(
+        "",
+        "0",
+        "-1",
+        "1e300",
+        "nan",
+        "inf",
+        "1e-300",
+        "x",
+        "@missing.json",
+        "@cell.json",
+        "{",
+        "[]",
+        "null",
+        "\u202e",
+        "a=b",
+    ),
+    *(
+        "ecbs",
+        "ecbs,ecbs",
+        "w=1.1",
+        "w=0",
+        "shortcuts=-1",
+        "1,2",
+        "left",
+        "left=home",
+        "arms=0.01",
+        "arms=-1",
+        "home",
+        "/",
+    ),
+]
+"""Values in place of any argument of an option."""
+OPTIONS = {
+    "plan": "--instance --robot --task --seed --start --goal --keep --margin --planner --set --time-limit"
+    " --max-velocity --max-acceleration --max-jerk --rate --tolerance --out --tree --moments --camera"
+    " --degrees --retime --json",
+    "run": "--planner --seed --time-limit --improve --margin --max-velocity --max-acceleration --max-jerk --delays"
+    " --json",
+    "check": "--exact --json",
+    "export": "--joint-names --retime --no-retime --max-acceleration --max-jerk --rate --tolerance",
+    "report": "--title --reference --against --against-note",
+    "robot": "--name --tip --package-dir",
+    "list": "--json",
+}
+"""Command -> options that are added."""
+BARE = ("--degrees", "--retime", "--no-retime", "--json", "--exact")
+
+
+def changed_file(content: bytes, rng: random.Random) -> bytes:
+    """Returns a changed file: JSON by its values, other files by their text."""
+    if rng.random() < 0.1:
+        return _changed_bytes(content, rng)
+    text = content.decode()
+    try:
+        document = json.loads(text)
+    except ValueError:
+        lines = text.splitlines(keepends=True)
+        if lines and lines[0].startswith("{"):  # JSON lines
+            k = rng.randrange(len(lines))
+            lines[k] = json.dumps(_changed(json.loads(lines[k]), rng)) + "\n"
+            return "".join(lines).encode()
+        return _changed_text(text, rng).encode()
+    for _ in range(1 if rng.random() < 0.8 else rng.randint(2, 6)):
+        document = _changed(document, rng)
+    return json.dumps(document).encode("utf-8", "surrogatepass")
+
+
+def changed_line(line: list[str], rng: random.Random) -> list[str]:
+    """Returns a changed command line."""
+    line = list(line)
+    places = [k for k in range(1, len(line) - 1) if line[k].startswith("--")]
+    if places and rng.random() < 0.4:
+        line[rng.choice(places) + 1] = rng.choice(ARGUMENTS)
+    else:
+        option = rng.choice(OPTIONS[line[0]].split())
+        line += [option] if option in BARE else [option, rng.choice(ARGUMENTS)]
+    return line
+
+
+def _places(value: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Returns the places of all values in a document."""
+    out = [at] if at else []
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        out += _places(item, (*at, key))
+    return out
+
+
+def _changed(document: Any, rng: random.Random) -> Any:
+    """Returns a document with one change."""
+    document = copy.deepcopy(document)
+    places = _places(document)
+    if not places:
+        return rng.choice(HOSTILE)
+    *path, last = rng.choice(places)
+    inner = document
+    for key in path:
+        inner = inner[key]
+    value, kind = inner[last], rng.random()
+    if kind < 0.5:
+        inner[last] = _nearby(value, rng)
+    elif kind < 0.75:
+        inner[last] = rng.choice(HOSTILE)
+    elif kind < 0.85:
+        del inner[last]
+    elif isinstance(inner, list):
+        inner.insert(last, copy.deepcopy(value))
+    elif kind < 0.95:
+        inner[rng.choice([f"{last}x", "may_touch", "speed", "held", "keep", "quaternion", "yaw"])] = value
+    else:
+        other = rng.choice(places)
+        target = document
+        for key in other[:-1]:
+            target = target[key] if isinstance(target, dict | list) else {}
+        if isinstance(target, dict):
+            target[other[-1]] = copy.deepcopy(value)
+    return document
+
+
+def _nearby(value: Any, rng: random.Random) -> Any:
+    """Returns a value like the given one."""
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, int):
+        return value + rng.choice([-1, 1, 2, 10])
+    if isinstance(value, float):
+        return rng.choice(
+            [-value, value * 1.001, value + rng.gauss(0, 0.1), value * 10, float(f"{value:.0f}"), value + 1e-6]
+        )
+    if isinstance(value, str):
+        return rng.choice([value + "x", value[:-1], value.upper(), f" {value}", value * 2])
+    if isinstance(value, list):
+        return rng.choice([value[:-1], value[::-1], value * 2, [*value, *value[:1]]])
+    if isinstance(value, dict):
+        return dict(rng.sample(list(value.items()), len(value)))
+    return rng.choice(HOSTILE)
+
+
+def _changed_text(text: str, rng: random.Random) -> str:
+    """Returns a text with another number, word or tag."""
+    kinds = [r"-?\d+\.?\d*", r"\"[^\"]*\"", r"<[^<>]*>", r"[A-Za-z_]+", r"[^\n]*\n"]
+    found = list(re.finditer(rng.choice(kinds[:2] if rng.random() < 0.7 else kinds), text))
+    if not found:
+        return text
+    match = rng.choice(found)
+    word = match.group()
+    if re.fullmatch(kinds[0], word):
+        number = float(word)
+        new = str(rng.choice([-number, number * 1.01, number * 10, number + 0.05, 0, "1e300", "nan", "x", ""]))
+    else:
+        new = rng.choice([word * 2, "", word[:-1], '""', '"0 0 0"', '"nan nan nan"', '"1e9"', word])
+    return text[: match.start()] + new + text[match.end() :]
+
+
+def _changed_bytes(content: bytes, rng: random.Random) -> bytes:
+    """Returns a file that is cut, doubled or has other bytes."""
+    at = rng.randrange(max(len(content), 1))
+    return rng.choice(
+        [
+            content[:at],
+            content + content,
+            content[:at] + bytes(rng.randrange(256) for _ in range(4)) + content[at:],
+            content[:at] + content[at + rng.randint(1, 20) :],
+            b"",
+            b"\xef\xbb\xbf" + content,
+            content.replace(b"\n", b"\r\n"),
+        ]
+    )

@@ -1,0 +1,48 @@
+"""Faults that tests plant into a worker: the fuzzer must find each."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+
+def raises(line: list[str]) -> None:
+    """Raises an exception that is not a refusal."""
+    raise KeyError(line[0])
+
+
+def hangs(line: list[str]) -> None:
+    """Does not return."""
+    time.sleep(3600)
+
+
+def crashes(line: list[str]) -> None:
+    """Ends the process by a signal."""
+    os.kill(os.getpid(), signal.SIGSEGV)
+
+
+def leaves_half_a_file(line: list[str]) -> None:
+    """Refuses the command line, and leaves a file."""
+    Path("out.json").write_text('{"half": ')
+    print("mmp: refused", file=sys.stderr)
+    raise SystemExit(2)
+
+
+def is_silent(line: list[str]) -> None:
+    """Refuses the command line without a sentence."""
+    raise SystemExit(2)
+
+
+def accepts_everything(line: list[str]) -> None:
+    """Accepts whatever the files say."""
+    raise SystemExit(0)
+
+
+def overwrites(line: list[str]) -> Any:
+    """Writes into an input file."""
+    Path("cell.json").write_text("{}")
+    raise SystemExit(0)

@@ -1,0 +1,118 @@
+"""Good files of every kind, and good command lines that read them."""
+
+from __future__ import annotations
+
+import functools
+import json
+from pathlib import Path
+from typing import Any
+
+from support import bad_files, report_folders, scenes, small_arms, small_jobs
+
+import mmp_planners
+from mmp_env.work.jobs_file import jobs_from_dict
+from mmp_env.work.schedule_file import schedule_to_dict
+
+LINES: dict[str, tuple[str, list[str]]] = {
+    "cell": (
+        "cell.json",
+        ["plan", "cell.json", "--start", "@ends.json", "--goal", "@goal.json", "--planner", "rrt-connect"],
+    ),
+    "cell yaml": (
+        "cell.yaml",
+        ["plan", "cell.yaml", "--start", "tucked", "--goal", "home", "--planner", "prioritized"],
+    ),
+    "instances": ("instances.json", ["plan", "instances.json", "--instance", "turn", "--planner", "auto"]),
+    "goals": ("goal.json", ["plan", "cell.json", "--start", "@ends.json", "--goal", "@goal.json", "--planner", "ecbs"]),
+    "scene": (
+        "scene.xml",
+        ["plan", "scene.xml", "--arms", "left=l_,right=r_", "--start", "home", "--goal", "tucked", "--planner", "auto"],
+    ),
+    "ring": ("", ["plan", "MultiArmCell-2", "--seed", "3", "--planner", "apf-ecbs", "--margin", "0.005", "--json"]),
+    "check plan": ("plan.json", ["check", "plan.json"]),
+    "check schedule": ("schedule.json", ["check", "schedule.json", "--json"]),
+    "export csv": ("plan.json", ["export", "plan.json", "--to", "out.csv"]),
+    "export ros": ("plan.json", ["export", "plan.json", "--to", "out.yaml", "--joint-names", "{arm}_{joint}"]),
+    "retime": ("plan.json", ["export", "plan.json", "--to", "out.csv", "--retime", "--rate", "100"]),
+    "jobs": ("jobs.json", ["run", "jobs.json", "--out", "out.json", "--seed", "1"]),
+    "robot": ("small.urdf", ["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]),
+    "report": ("results/results.jsonl", ["report", "results"]),
+    "settings": ("results/settings.json", ["report", "results", "--title", "x"]),
+    "list": ("", ["list", "--json"]),
+}
+"""Name -> the file that is changed, and a command line that is accepted."""
+TIMED = ("plan", "run")
+"""Commands that take a time limit."""
+TIME_LIMIT_S = 0.3
+
+
+@functools.cache
+def _texts() -> dict[str, str]:
+    cell, instances = bad_files.good_cell(), bad_files.good_instances()
+    instances["instances"] = instances["instances"][:1]
+    ends = instances["instances"][0]
+    jobs = {
+        "schema": "mmp-jobs/1",
+        "name": "two",
+        "cell": "ring-2",
+        "objects": [{"name": "part", "shape": "box", "size": [0.05, 0.05, 0.1], "position": [0.1, 0.6, 0.05]}],
+        "jobs": [
+            {"name": "a", "arm": "arm0", "steps": [{"move": small_jobs.pose(0.1, 0.15, 0.5)}, {"wait": 0.1}]},
+            {"name": "b", "steps": [{"move": "tucked"}], "after": ["a"]},
+        ],
+    }
+    documents: dict[str, Any] = {
+        "cell.json": cell,
+        "instances.json": instances,
+        "ends.json": ends["start"],
+        "goal.json": ends["goal"],
+        "plan.json": bad_files.good_plan(),
+        "schedule.json": _schedule(jobs),
+        "jobs.json": jobs,
+        "results/settings.json": report_folders.settings("ecbs", "auto"),
+    }
+    lines = [report_folders.line(f"ring/{k}", label) for k in range(5) for label in ("ecbs", "auto")]
+    return {name: json.dumps(document, indent=1) for name, document in documents.items()} | {
+        "cell.yaml": _yaml(cell),
+        "scene.xml": scenes.scene(),
+        "small.urdf": small_arms.urdf(),
+        "results/results.jsonl": "".join(json.dumps(line) + "\n" for line in lines),
+    }
+
+
+def write_all(folder: Path) -> dict[str, bytes]:
+    """Writes all good files into a folder. Returns name -> content."""
+    (folder / "results").mkdir(exist_ok=True)
+    out = {name: text.encode() for name, text in _texts().items()}
+    for name, content in out.items():
+        (folder / name).write_bytes(content)
+    return out
+
+
+def _schedule(jobs: dict[str, Any]) -> dict[str, Any]:
+    found = mmp_planners.schedule(jobs_from_dict(jobs, "jobs.json"), seed=0, time_limit=60.0).schedule
+    assert found is not None
+    return json.loads(json.dumps(schedule_to_dict(found)))
+
+
+def _yaml(value: Any, indent: int = 0) -> str:
+    """Returns a document as YAML in block style."""
+    pad = "  " * indent
+    if isinstance(value, dict) and value:
+        return "".join(
+            f"{pad}{key}:{_inline(item)}" if _is_flat(item) else f"{pad}{key}:\n{_yaml(item, indent + 1)}"
+            for key, item in value.items()
+        )
+    if isinstance(value, list) and value:
+        return "".join(
+            f"{pad}-{_inline(item)}" if _is_flat(item) else f"{pad}-\n{_yaml(item, indent + 1)}" for item in value
+        )
+    return f"{pad}{json.dumps(value)}\n"
+
+
+def _inline(value: Any) -> str:
+    return f" {json.dumps(value)}\n"
+
+
+def _is_flat(value: Any) -> bool:
+    return not isinstance(value, dict | list) or all(not isinstance(item, dict | list) for item in value)

@@ -212,7 +212,8 @@ def _repair_inertia(link: ET.Element) -> bool:
     if inertia is None:
         return False
     xx, yy, zz, xy, xz, yz = (_number(inertia, key) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
-    if np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).min() > _LEAST_INERTIA:
+    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if np.isfinite(matrix).all() and np.linalg.eigvalsh(matrix).min() > _LEAST_INERTIA:
         return False
     value = max(_number(mass, "value") * _GYRATION_M**2, 1e-9)
     inertia.attrib.update(dict.fromkeys(("ixy", "ixz", "iyz"), "0"))

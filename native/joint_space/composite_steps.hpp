@@ -16,6 +16,7 @@
 #include "geometry/collision.hpp"
 #include "geometry/motion.hpp"
 #include "geometry/upright_projection.hpp"
+#include "runtime/clock.hpp"
 
 namespace mmp {
 
@@ -80,18 +81,21 @@ class CompositeSteps {
   }
 
   // Moves the arms from a free state towards a target. They look for a slot in the order of their numbers, beginning
-  // with `first`. Writes the state that is reached, and the slots. Returns whether any arm moves.
-  bool operator()(const T* from, const T* target, int first, std::vector<T>& next, Slots& slots) {
+  // with `first`. Writes the state that is reached, and the slots. Returns whether any arm moves; none does if the
+  // clock ends the step.
+  bool operator()(const T* from, const T* target, int first, std::vector<T>& next, Slots& slots,
+                  const Clock* clock = nullptr) {
+    clock_ = clock;
     aim(from, target);
     next.assign(from, from + dof_);
     slots.assign(arms_.size(), 0);
     std::vector<int> waiting;
-    for (int k = 0; k < count(); ++k)
+    for (int k = 0; k < count() && !is_over(); ++k)
       if (const int a = (first + k) % count(); arms_[a].moves && !alone_touches(a)) waiting.push_back(a);
     const size_t movable = waiting.size();
     for (uint16_t slot = 1; fill_slot(slot, waiting, next, slots); ++slot) {
     }
-    return waiting.size() < movable;
+    return waiting.size() < movable && !is_over();
   }
 
  private:
@@ -127,6 +131,8 @@ class CompositeSteps {
       enclose(pose, box);
     }
   };
+
+  bool is_over() const { return clock_ != nullptr && clock_->expired(); }
 
   // Sets the ends of every arm's line, and the number of samples.
   void aim(const T* from, const T* target) {
@@ -167,6 +173,7 @@ class CompositeSteps {
   bool fill_slot(uint16_t slot, std::vector<int>& waiting, std::vector<T>& next, Slots& slots) {
     std::vector<int> left;
     for (const int a : waiting) {
+      if (is_over()) return false;
       if (is_clear(a, slot, slots)) {
         slots[a] = slot;
         std::copy_n(arms_[a].to.begin(), arms_[a].model->dof, next.begin() + arms_[a].offset);
@@ -281,6 +288,7 @@ class CompositeSteps {
   }
 
   StaticWorld<V>* world_;
+  const Clock* clock_ = nullptr;  // of the step that is made
   Levels<T> levels_;
   T range_, step_;
   std::vector<int> numbers_;

@@ -74,7 +74,7 @@ class PrioritySearch:
     experience: bool = False
 
     def plan_independently(self, seed: int) -> list[Path] | None:
-        """Returns a path of each arm as if it were the only one, or None when an arm finds no path."""
+        """Returns a path of each arm as if it were the only one, or None when an arm finds no path, or time is up."""
         for attempt in range(INDEPENDENT_TRIES):
             self.context.reseed(quick_seed_of(seed, attempt))
             paths: list[Path] = []
@@ -168,6 +168,8 @@ class PrioritySearch:
         seed: int,
         experience: Path | None = None,
     ) -> Path | None:
+        if self.context.clock.expired:
+            return None
         self.counts.low_level_calls += 1
         known = None if experience is None else experience.q
         path, iterations = self.context.low_level(arm, constraints, seed, budget, others=others, experience=known)

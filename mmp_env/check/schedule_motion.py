@@ -8,8 +8,12 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
+from mmp_env.check.fields import UnreadableError
+
 STRAY = 5e-6
 """Largest distance [rad or m] of a joint from straight lines between the times at which the motion is proved."""
+MOST_PARTS = 5e6
+"""Largest number of lines in a check."""
 REST_TOLERANCE = 1e-9
 """Largest move of a joint [rad or m] of an arm at rest."""
 _BASIS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
@@ -72,6 +76,8 @@ class Motion:
 def proof_times(motions: list[Motion]) -> Float[np.ndarray, "t"]:
     """Returns times [s] for all arms, between which every motion is straight but for `STRAY`."""
     count = max(len(motion.controls) for motion in motions) - 1
+    if not sum(np.sqrt(motion.bend().max(axis=1) / STRAY + 1).sum() for motion in motions) <= MOST_PARTS:
+        raise UnreadableError("the positions of an arm jump so far that the motion between them cannot be checked")
     parts = np.ones(count, dtype=int)
     for motion in motions:
         own = motion.parts()

@@ -173,8 +173,8 @@ def decode(data: Any, kind: type[T], place: Location) -> T:
     except msgspec.ValidationError as error:
         message, _, path = str(error).partition(" - at `$")
     value, owner = data, kind
-    for name, index in re.findall(r"\.(\w+)|\[(\d+)\]", path.rstrip("`")):
-        key = name or int(index)
+    for name, index, _ in re.findall(r"\.(\w+)|\[(\d+)\]|(\[\.\.\.\])", path.rstrip("`")):
+        key = name or (int(index) if index else _first_wrong(value, owner))
         place, value, owner = place / key, value[key], _inside(owner, name) if name else owner
     if unknown := re.match(r"Object contains unknown field `(.*)`", message, re.DOTALL):
         known = [f.encode_name for f in msgspec.structs.fields(owner)]
@@ -184,6 +184,16 @@ def decode(data: Any, kind: type[T], place: Location) -> T:
     allowed = re.match(r"Expected (.*?)(, got .*)?$", message)
     words = re.sub(r"`([^`]*)`", lambda found: _in_words(found[1]), allowed[1]) if allowed else "a number in range"
     raise place.wrong(value, words)
+
+
+def _first_wrong(mapping: dict[str, Any], kind: Any) -> str:
+    """Returns the first name in a mapping whose value is no `kind`."""
+    for name, value in mapping.items():
+        try:
+            msgspec.convert(value, kind)
+        except msgspec.ValidationError:
+            return name
+    raise ValueError(f"every value is a {kind}")
 
 
 def decode_file(data: Any, schema: str, kind: type[T], where: str | Location) -> tuple[Location, T]:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mmp_env.errors import MmpError
-from mmp_env.files.paths import exists, is_file, real_path
+from mmp_env.files.paths import exists, is_file, real_path, refusal
 from mmp_env.importing.source import one_line, without_log
 from mmp_env.mujoco_import import mujoco
 
@@ -24,6 +24,12 @@ def load_model(path: str | Path) -> Any:
     if not is_file(path):
         what = "it is not a file" if exists(path) else "there is no such file"
         raise MmpError(f"{path} cannot be read: {what}")
+    try:
+        real_path(Path(path)).read_bytes().decode()
+    except OSError as error:
+        raise refusal(Path(path), "read", error) from None
+    except UnicodeDecodeError as error:
+        raise MmpError(f"{path} is not UTF-8 text: byte {error.start + 1} begins no character") from None
     try:
         with without_log():
             return mujoco.MjModel.from_xml_path(str(real_path(Path(path))))

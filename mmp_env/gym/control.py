@@ -58,6 +58,17 @@ class ControlMode:
         begin, end = CONTROL_MODES[self.name](self, action, q, before)
         return begin, _clipped(end, self.lower, self.upper)
 
+    def action(self, end: Vector, q: Vector, before: Vector) -> Vector:
+        """Returns the action [n] in [-1, 1] whose reference ends at `end` [n] [rad], or as near as possible.
+
+        The other arguments are those of `reference`.
+        """
+        if self.name == "position":
+            wanted = 2 * (end - self.lower) / (self.upper - self.lower) - 1
+        else:
+            wanted = (end - (q if self.name == "delta" else before)) / self.reach
+        return _clipped(wanted, np.full_like(wanted, -1.0), np.ones_like(wanted))
+
 
 def _position(mode: ControlMode, action: Vector, q: Vector, before: Vector) -> tuple[Vector, Vector]:
     """Reads the action as a configuration from the lower (-1) to the upper limit (1), approached at full velocity."""

@@ -15,8 +15,9 @@ from typing import Any
 import gymnasium
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 
-from mmp_env.argument_checks import given, whole
+from mmp_env.argument_checks import as_numbers, given, refused, whole
 from mmp_env.errors import MmpError, UnknownNameError, UnretimedPlanWarning
 from mmp_env.files.cell_source import cell_names, find_cell
 from mmp_env.gym.cell_instance import CellInstance, InstanceSource, Margin
@@ -213,6 +214,21 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         observation, info = self._outcome(contacts)
         terminated = info["is_success"] or (self._terminate_on_contact and bool(contacts))
         return observation, reward, terminated, False, info
+
+    def action_towards(self, q: ArrayLike) -> np.ndarray:
+        """Returns the action [n] that moves the reference of the servos to a configuration, or as near as possible.
+
+        Args:
+            q: configuration of all joints [n] [rad], arm after arm.
+
+        Raises:
+            MmpError: for another number of joints, or numbers that are not finite.
+        """
+        self._present()
+        wanted, progress = as_numbers(q), self._progress
+        if wanted is None or wanted.shape != progress.q.shape or not np.isfinite(wanted).all():
+            raise refused("the configuration", q, f"{len(progress.q)} finite numbers")
+        return self._mode.action(wanted, self._simulation.positions, progress.reference).astype(np.float32)
 
     def execute(self, plan: Plan | None, *, monitor: Monitor | None = None) -> ExecutionReport:
         """Plays a plan through the actuators, see `execute_plan`. The arms stay where the plan ends.

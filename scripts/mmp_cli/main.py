@@ -22,6 +22,7 @@ COMMANDS = {
     "show": "open a recording, a plan or a benchmark folder",
     "report": "table and figures of a benchmark folder",
     "bench": "run many instances through several planners",
+    "dataset": "write expert episodes of the environment, for learning",
     "robot": "add a robot from URDF or MJCF, show it, or check it",
     "tool": "add a gripper from URDF or MJCF",
     "list": "list robots, tools, cells, tasks and planners with their options",

@@ -69,6 +69,7 @@ OPTIONS = {
     " --degrees --retime --json",
     "run": "--planner --seed --time-limit --improve --margin --max-velocity --max-acceleration --max-jerk --delays"
     " --json",
+    "dataset": "--count --format --planner --seed --robot --task --control-mode --margin --json",
     "check": "--exact --json",
     "export": "--joint-names --retime --no-retime --max-acceleration --max-jerk --rate --tolerance",
     "report": "--title --reference --against --against-note",

@@ -38,10 +38,11 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "robot": ("small.urdf", ["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]),
     "report": ("results/results.jsonl", ["report", "results"]),
     "settings": ("results/settings.json", ["report", "results", "--title", "x"]),
+    "dataset": ("cell.json", ["dataset", "cell.json", "--count", "1", "--out", "data"]),
     "list": ("", ["list", "--json"]),
 }
 """Name -> the file that is changed, and a command line that is accepted."""
-TIMED = ("plan", "run")
+TIMED = ("plan", "run", "dataset")
 """Commands that take a time limit."""
 TIME_LIMIT_S = 0.3
 

@@ -1,0 +1,128 @@
+"""`mmp dataset SOURCE --out DIR`: expert episodes of an environment, for learning."""
+
+from __future__ import annotations
+
+import json
+from argparse import Namespace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mmp_cli.arguments import Parser, add_margin, output, seconds, seed, whole
+from mmp_cli.output import complain, say
+from mmp_env.errors import InvalidInstanceError, MmpError
+from mmp_env.wording import counted
+
+if TYPE_CHECKING:
+    from mmp_cli.benchmark.sources import Instances
+    from mmp_cli.datasets.expert import Episode
+    from mmp_cli.datasets.folder import DatasetFolder
+    from mmp_env.gym.env import MultiArmCellEnv
+    from mmp_env.model.problem import Problem
+
+FORMATS = ("npz", "minari")
+
+
+def parser() -> Parser:
+    """Returns the parser of the command."""
+    out = Parser(
+        "mmp dataset",
+        "Writes expert episodes of the environment: plans instances, and follows the plans with actions.",
+    )
+    out.add_argument("source", metavar="SOURCE", help="environment id, instance file or cell file")
+    out.add_argument("--count", type=whole, default=10, metavar="N", help="number of instances; default: 10")
+    help = "folder of the dataset; one that was begun with the same settings is continued"
+    out.add_argument("--out", type=output, required=True, metavar="DIR", help=help)
+    help = "npz: a file of NumPy arrays for each episode; minari: a Minari dataset as well; default: npz"
+    out.add_argument("--format", choices=FORMATS, default="npz", help=help)
+    out.add_argument("--planner", default="auto", metavar="NAME", help="the expert; default: auto")
+    out.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of the first instance; default: 0")
+    help = "for planning one instance [s]; default: 10"
+    out.add_argument("--time-limit", type=seconds, default=10.0, metavar="S", help=help)
+    out.add_argument("--robot", metavar="NAME", help="exchanges the arms of a ring")
+    out.add_argument("--task", metavar="NAME", help="draws the instances; default: that of the environment")
+    help = "meaning of actions: position, velocity or delta; default: position"
+    out.add_argument("--control-mode", default="position", metavar="MODE", help=help)
+    add_margin(out)
+    out.add_argument("--json", action="store_true", help="print one JSON object instead of the summary")
+    return out
+
+
+def run(args: Namespace) -> int:
+    """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
+    import mmp_planners
+    from mmp_cli.benchmark.sources import read_sources
+    from mmp_cli.datasets import minari_format
+    from mmp_cli.datasets.folder import DatasetFolder
+    from mmp_env.errors import UnknownNameError
+    from mmp_env.gym.control import CONTROL_MODES
+
+    if args.control_mode not in CONTROL_MODES:
+        raise UnknownNameError("--control-mode", args.control_mode, CONTROL_MODES)
+    if args.format == "minari":
+        minari_format.require()
+    planner = mmp_planners.make(args.planner)
+    (source,) = read_sources(Namespace(**vars(args) | {"sources": [args.source]}))
+    folder = DatasetFolder(Path(args.out), _settings(args, source))
+    for k, item in enumerate(source.items):
+        if item.name in folder.done:
+            continue
+        outcome, episode = _episode(args, source, k, planner)
+        folder.add(item.name, item.seed, outcome, episode)
+        complain(f"{len(folder.lines)} of {len(source.items)}: {item.name}: {outcome}")
+    identity = None
+    if args.format == "minari" and folder.files:
+        identity = minari_format.write(folder, source.title.replace(" ", "-"), _env(args, source.problem(0)))
+    _report(args, folder, identity)
+    return 0 if folder.files else 1
+
+
+def _settings(args: Namespace, source: Instances) -> dict[str, object]:
+    from mmp_env.version import __version__
+
+    asked = {key: getattr(args, key) for key in ("planner", "time_limit", "control_mode", "task", "robot", "margin")}
+    return {"source": source.title, "cell": source.digest, "seed": args.seed, **asked, "version": __version__}
+
+
+def _episode(args: Namespace, source: Instances, k: int, planner: object) -> tuple[str, Episode | None]:
+    """Returns what came of an instance, and its episode if the expert reached the goal."""
+    from mmp_cli.datasets.expert import follow
+    from mmp_cli.datasets.folder import SUCCESS
+
+    try:
+        problem = source.problem(k)
+    except InvalidInstanceError as error:
+        return f"invalid: {error}", None
+    result = planner.plan(problem, seed=source.items[k].seed, time_limit=args.time_limit)  # pyright: ignore
+    if result.plan is None:
+        return f"no plan: {result.status}", None
+    env = _env(args, problem)
+    try:
+        episode = follow(env, problem, result.plan)
+    except MmpError as error:
+        return f"not retimed: {error}", None
+    finally:
+        env.close()
+    if episode.is_success:
+        return SUCCESS, episode
+    contact = "a contact" if episode.infos["contacts"].any() else "the goal was not reached"
+    return f"not followed: {contact}", None
+
+
+def _env(args: Namespace, problem: Problem) -> MultiArmCellEnv:
+    from mmp_env.gym.env import MultiArmCellEnv
+
+    return MultiArmCellEnv(cell=problem.cell, control_mode=args.control_mode)
+
+
+def _report(args: Namespace, folder: DatasetFolder, identity: str | None) -> None:
+    steps = sum(line.get("steps", 0) for line in folder.lines)
+    others = {outcome: count for outcome, count in folder.outcomes.items() if outcome != "success"}
+    if args.json:
+        result = {"out": str(folder.path), "instances": len(folder.lines), "episodes": len(folder.files)}
+        say(json.dumps(result | {"steps": steps, "left_out": others, "minari": identity}))
+        return
+    say(f"{counted(len(folder.files), 'episode')} with {counted(steps, 'step')} in {folder.path}")
+    for outcome, count in others.items():
+        say(f"left out: {counted(count, 'instance')}: {outcome}")
+    if identity is not None:
+        say(f"Minari dataset {identity}: MINARI_DATASETS_PATH={folder.path} minari show {identity}")

@@ -1,0 +1,1 @@
+"""Datasets of expert episodes: `expert` makes an episode, `folder` keeps them, `minari_format` converts them."""

@@ -1,0 +1,119 @@
+"""`mmp dataset`: expert episodes that the environment repeats, counted honestly, whole, and continued."""
+
+import json
+import os
+from unittest import mock
+
+import numpy as np
+import pytest
+
+from mmp_cli.datasets.folder import DatasetFolder
+from mmp_cli.main import main
+from mmp_env.errors import MmpError
+from mmp_env.gym.control import CONTROL_MODES
+from mmp_env.gym.env import MultiArmCellEnv
+
+
+def index_of(folder):
+    return json.loads((folder / "dataset.json").read_text())
+
+
+@pytest.mark.parametrize("mode", CONTROL_MODES)
+def test_the_actions_of_an_episode_give_its_observations_again(mode, tmp_path, capsys):
+    words = ["dataset", "MultiArmCell-2", "--count", "1", "--seed", "5", "--out", str(tmp_path / "a"), "--json"]
+    assert main([*words, "--control-mode", mode]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["instances"], said["episodes"], said["left_out"]) == (1, 1, {})
+    episode = np.load(tmp_path / "a" / "episodes" / "00000.npz")
+    steps = said["steps"]
+    assert episode["actions"].shape == (steps, 12)
+    assert np.abs(episode["actions"]).max() <= 1.0
+    assert len(episode["observations.joint_positions"]) == steps + 1
+    assert episode["terminations"].tolist() == [False] * (steps - 1) + [True]
+    assert not episode["truncations"].any()
+    env = MultiArmCellEnv(cell="ring-2", control_mode=mode)
+    env.reset(seed=5)
+    start = {name: np.array(q) for name, q in env.problem.start.items()}
+    goal = np.split(episode["observations.goal_positions"][0], 2)
+    observation, _ = env.reset(options={"start": start, "goal": dict(zip(env.cell.arm_names, goal, strict=True))})
+    for k in range(steps):
+        for name, value in observation.items():
+            np.testing.assert_array_equal(value, episode[f"observations.{name}"][k])
+        observation, reward, terminated, _, info = env.step(episode["actions"][k])
+        assert reward == episode["rewards"][k]
+        assert terminated == episode["terminations"][k]
+    assert info["is_success"]
+
+
+def test_a_dataset_is_continued_and_the_same_seed_gives_the_same_one(tmp_path):
+    words = ["dataset", "MultiArmCell-2", "--out"]
+    assert main([*words, str(tmp_path / "a"), "--count", "1"]) == 0
+    before = (tmp_path / "a" / "episodes" / "00000.npz").stat().st_mtime_ns
+    assert main([*words, str(tmp_path / "a"), "--count", "3"]) == 0
+    assert (tmp_path / "a" / "episodes" / "00000.npz").stat().st_mtime_ns == before
+    assert main([*words, str(tmp_path / "b"), "--count", "3"]) == 0
+    assert index_of(tmp_path / "a") == index_of(tmp_path / "b")
+    for k in range(3):
+        one, other = (np.load(tmp_path / name / "episodes" / f"{k:05}.npz") for name in ("a", "b"))
+        assert one.files == other.files
+        for name in one.files:
+            np.testing.assert_array_equal(one[name], other[name])
+
+
+def test_instances_without_an_episode_are_counted(tmp_path, capsys):
+    words = ["dataset", "MultiArmCell-8", "--planner", "cbs", "--time-limit", "0.001", "--count", "2", "--json"]
+    assert main([*words, "--out", str(tmp_path / "a")]) == 1
+    said = json.loads(capsys.readouterr().out)
+    assert (said["instances"], said["episodes"], said["left_out"]) == (2, 0, {"no plan: timeout": 2})
+    assert [line["outcome"] for line in index_of(tmp_path / "a")["instances"]] == ["no plan: timeout"] * 2
+
+
+def test_minari_loads_the_dataset(tmp_path, capsys):
+    minari = pytest.importorskip("minari")
+    words = ["dataset", "MultiArmCell-2", "--count", "2", "--out", str(tmp_path / "a"), "--format", "minari"]
+    assert main(words) == 0
+    with mock.patch.dict(os.environ, MINARI_DATASETS_PATH=str(tmp_path / "a")):
+        found = minari.load_dataset("MultiArmCell-2/expert-v0")
+    assert found.total_episodes == 2
+    episode = found[1]
+    kept = np.load(tmp_path / "a" / "episodes" / "00001.npz")
+    np.testing.assert_array_equal(episode.actions, kept["actions"])
+    np.testing.assert_array_equal(episode.observations["clearance"], kept["observations.clearance"])
+    assert found.observation_space == MultiArmCellEnv(cell="ring-2").observation_space
+
+
+def test_bad_input_is_one_sentence(tmp_path, capsys):
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "notes.txt").write_text("x")
+    (tmp_path / "file").write_text("x")
+    assert main(["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a")]) == 0
+    for words, said in (
+        (["MultiArmCell-3", "--out", str(tmp_path / "b")], "MultiArmCell-3"),
+        (["MultiArmCell-2", "--out", str(tmp_path / "b"), "--planner", "aut"], "auto"),
+        (["MultiArmCell-2", "--out", str(tmp_path / "b"), "--control-mode", "torque"], "position"),
+        (["MultiArmCell-2", "--out", str(tmp_path / "other")], "has other files"),
+        (["MultiArmCell-2", "--out", str(tmp_path / "file")], "is not a folder"),
+        (["MultiArmCell-2", "--out", str(tmp_path / "a"), "--planner", "ecbs"], "planner 'auto', not 'ecbs'"),
+    ):
+        capsys.readouterr()
+        assert main(["dataset", *words]) == 2
+        error = capsys.readouterr().err
+        assert said in error
+        assert "Traceback" not in error
+    assert not (tmp_path / "b").exists()
+
+
+def test_a_broken_index_is_refused(tmp_path):
+    (tmp_path / "dataset.json").write_text("[1]")
+    with pytest.raises(MmpError, match="is not the index of a dataset"):
+        DatasetFolder(tmp_path, {})
+
+
+def test_action_towards_reaches_a_configuration_and_refuses_others():
+    env = MultiArmCellEnv(cell="ring-2", control_mode="velocity")
+    env.reset(seed=0)
+    q = np.concatenate([env.problem.start[name] for name in env.cell.arm_names])
+    np.testing.assert_allclose(env.action_towards(q), 0.0, atol=1e-6)
+    assert env.action_towards(q + 1.0).tolist() == [1.0] * 12
+    with pytest.raises(MmpError, match="12 finite numbers"):
+        env.action_towards(q[:3])

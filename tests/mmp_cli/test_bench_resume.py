@@ -179,11 +179,10 @@ def test_a_torn_last_line_is_cut_off_and_done_again(copied, cut):
     [
         (["--time-limit", 5], ["time_limit_s is 60.0 there and 5.0 here"]),
         (["--seed", 5], ["seed is 4 there and 5 here"]),
-        (["--count", 2], ["count is null there and 2 here"]),
         (["--margin", "0.001"], ["margin is null there and"]),
         (["--save-plans", "--exact"], ["save_plans is false there and true here", "exact is false"]),
         (["--memory-limit", 100], ["memory_limit_mb is 4096 there and 100 here"]),
-        (["--planners", "quick,other=helpless"], ["quick, other=quick there", "quick, other=helpless here"]),
+        (["--planners", "quick,other=helpless"], ["other=quick there", "other=helpless here"]),
         (["--set", "quick.steps=6"], ["options of quick are w=2 there and w=2, steps=6 here"]),
     ],
     ids=lambda value: str(value[0])[:30],
@@ -198,11 +197,26 @@ def test_other_settings_are_refused_with_what_differs_and_how(copied, more, word
     assert (out / "results.jsonl").read_bytes() == before
 
 
-def test_another_source_and_another_version_are_other_settings(copied, tmp_path, monkeypatch):
+def test_more_planners_sources_and_instances_are_added_and_the_old_results_kept(copied, tmp_path):
+    out, source, _ = copied
+    before = (out / "results.jsonl").read_bytes()
+    words = ["--seed", 4, "--set", "quick.w=2", "--out", out]
+    assert (
+        bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "quick,third=quick", "--count", 2, *words).code == 0
+    )
+    after = (out / "results.jsonl").read_bytes()
+    assert after.startswith(before)
+    assert len(after.splitlines()) == len(before.splitlines()) + 4
+    settings = json.loads((out / "settings.json").read_text())
+    assert settings["sources"] == [str(source), "MultiArmCell-2"]
+    assert [planner["label"] for planner in settings["planners"]] == ["quick", "other", "third"]
+    assert bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "quick", "--count", 3, *words).code == 0
+    assert (out / "results.jsonl").read_bytes().startswith(after)
+    assert len((out / "results.jsonl").read_bytes().splitlines()) == len(after.splitlines()) + 1
+
+
+def test_another_version_is_another_setting(copied, tmp_path, monkeypatch):
     out, _, again = copied
-    ran = bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "quick", "--seed", 4, "--out", out)
-    assert ran.code == 2
-    assert "many.json there and MultiArmCell-2 here" in ran.err
     settings = json.loads((out / "settings.json").read_text())
     (out / "settings.json").write_text(json.dumps(settings | {"version": "0.0.1"}))
     assert "version is '0.0.1' there" in again().err

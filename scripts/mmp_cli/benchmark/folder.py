@@ -13,7 +13,7 @@ from typing import Any
 
 from mmp_cli.benchmark.job import Key, Unit
 from mmp_cli.benchmark.result_line import read_line
-from mmp_cli.benchmark.settings import check_same, load_settings, save_settings
+from mmp_cli.benchmark.settings import grown, load_settings, save_settings
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_folder, real_path
 from mmp_env.files.reading import Location, parse_json
@@ -29,8 +29,9 @@ MOST_BYTES = 2**28
 class ResultsFolder:
     """A folder that one run at a time writes to; a context manager.
 
-    Entering it makes the folder, or continues an earlier run: it cuts off a torn last line, and `lines` has the results
-    so far. Raises `MmpError` for a folder with other settings or other content, and for one that is in use.
+    Entering it makes the folder, or continues an earlier run, perhaps with more sources, planners or instances. It cuts
+    off a torn last line, and `lines` has the results so far of this run. Raises `MmpError` for a folder with other
+    settings or other content, and for one that is in use.
     """
 
     def __init__(self, path: Path, settings: Mapping[str, Any], keys: Collection[Key]) -> None:
@@ -50,7 +51,7 @@ class ResultsFolder:
             raise MmpError(f"{self.path} cannot be the folder of the results: {standing} is {what}")
         there = load_settings(self.path)
         if there is not None:
-            check_same(there, self._settings, self.path)
+            grown(there, self._settings, self.path)
         elif standing == target and (name := _foreign_file(target)):
             raise MmpError(
                 f"{self.path} is no benchmark folder and is not empty: {name} is in it; give an empty or a new folder "
@@ -115,14 +116,19 @@ class ResultsFolder:
                 raise MmpError(f"{self.results} exists without its settings.json; give another folder (--out)")
             save_settings(self._settings, self.path)
             return
-        check_same(there, self._settings, self.path)
+        together = grown(there, self._settings, self.path)
         whole = content.rfind(b"\n") + 1
-        self._read(content[:whole])
+        others = {planner["label"] for planner in together["planners"]} if together != self._settings else set[str]()
+        self._read(content[:whole], others)
+        if together != there:
+            save_settings(together, self.path)
         if whole < len(content):
             os.ftruncate(self._file, whole)
             os.fsync(self._file)
 
-    def _read(self, content: bytes) -> None:
+    def _read(self, content: bytes, others: Collection[str]) -> None:
+        """Reads the results so far. Those of earlier, other starts with the planners `others` are not in `lines`."""
+        known = set[Key]()
         for number, row in enumerate(content.split(b"\n")[:-1], 1):
             place = Location(f"{self.results} line {number}")
             try:
@@ -131,12 +137,14 @@ class ResultsFolder:
                 raise MmpError(f"{place} is not text in UTF-8; repair it, or give another folder") from None
             line = parse_json(text, place)
             key = _key(line)
-            if key is None or key not in self._keys:
+            if key is None or (key not in self._keys and key[1] not in others):
                 raise MmpError(f"{place} is not a result of this benchmark; remove it, or give another folder (--out)")
-            if key in self.lines:
+            if key in known:
                 raise MmpError(f"{place} has the result of {' '.join(map(str, key))} for the second time; remove it")
             read_line(text, place)
-            self.lines[key] = line
+            known.add(key)
+            if key in self._keys:
+                self.lines[key] = line
 
     def _close(self) -> None:
         if self._file >= 0:

@@ -1,4 +1,4 @@
-"""settings.json: the settings of a folder of results, which a second start must repeat."""
+"""settings.json: the settings of a folder of results, which a second start must repeat or enlarge."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from mmp_env.wording import shown
 
 SETTINGS = "settings.json"
 SCHEMA = "mmp-bench/1"
+_GROWING = ("sources", "planners", "count")
+"""Settings that a later start may enlarge."""
 
 
 def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
@@ -62,40 +64,63 @@ def save_settings(settings: Mapping[str, Any], folder: Path) -> None:
     write_text(folder / SETTINGS, json_text(settings))
 
 
-def check_same(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> None:
-    """Raises `MmpError` that names the settings that differ."""
-    differences = [*_sources(there, here), *_planners(there, here)]
+def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """Returns the settings of a folder together with those of another start, which may add sources, planners and count.
+
+    Raises:
+        MmpError: names the settings that differ, if results of both starts cannot be compared.
+    """
+    differences = [*_changed_sources(there, here), *_changed_planners(there, here)]
     for key in here:
-        if key not in ("sources", "digests", "planners") and there.get(key) != here[key]:
+        no_task = key == "task" and None in (there.get(key), here[key])  # no instance is drawn on one of the sides
+        if key not in (*_GROWING, "digests") and there.get(key) != here[key] and not no_task:
             differences.append(f"{key} is {shown(there.get(key))} there and {shown(here[key])} here")
     if differences:
         raise MmpError(
             f"{folder} holds a benchmark with other settings: {'; '.join(differences)}; "
             "give the same settings to continue it, or another folder (--out)"
         )
+    old, known = _objects(there.get("planners")), _texts(there.get("digests"))
+    labels = {planner.get("label") for planner in old}
+    new = [k for k, digest in enumerate(here["digests"]) if digest not in known]
+    counts: list[Any] = [there.get("count"), here["count"]]
+    return {
+        **there,
+        "sources": _texts(there.get("sources")) + [here["sources"][k] for k in new],
+        "digests": known + [here["digests"][k] for k in new],
+        "planners": [*old, *(planner for planner in here["planners"] if planner["label"] not in labels)],
+        "task": there.get("task") or here["task"],
+        "count": None if None in counts else max(counts),
+    }
 
 
-def _sources(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
-    """Compares sources by content: another path to the same file makes no difference."""
-    old, new = _texts(there.get("digests")), _texts(here["digests"])
-    if sorted(old) == sorted(new):
-        return []
-    names = _texts(there.get("sources"))
-    if sorted(names) != sorted(here["sources"]):
-        return [f"sources are {', '.join(names)} there and {', '.join(here['sources'])} here"]
-    changed = [name for name, digest in zip(here["sources"], new, strict=True) if digest not in old]
-    return [f"the cell or the instances of {', '.join(changed)} are not what they were"]
-
-
-def _planners(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
-    old, new = ({_word(one): one for one in _objects(side.get("planners"))} for side in (there, here))
-    if old.keys() != new.keys():
-        return [f"planners are {', '.join(old)} there and {', '.join(new)} here"]
-    return [
-        f"options of {word} are {_options(old[word])} there and {_options(new[word])} here"
-        for word in new
-        if old[word].get("options") != new[word].get("options")
+def _changed_sources(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
+    """Compares sources of the same name by their content."""
+    names, known = _texts(there.get("sources")), _texts(there.get("digests"))
+    changed = [
+        name
+        for name, digest in zip(here["sources"], here["digests"], strict=True)
+        if name in names and digest not in known
     ]
+    return [f"the cell or the instances of {', '.join(changed)} are not what they were"] if changed else []
+
+
+def _changed_planners(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
+    """Compares planners of the same label."""
+    old, new = ({one.get("label"): one for one in _objects(side.get("planners"))} for side in (there, here))
+    both = [label for label in new if label in old]
+    others = [label for label in both if old[label].get("name") != new[label].get("name")]
+    if others:
+        return [f"planners are {_words(old, others)} there and {_words(new, others)} here"]
+    return [
+        f"options of {_word(new[label])} are {_options(old[label])} there and {_options(new[label])} here"
+        for label in both
+        if old[label].get("options") != new[label].get("options")
+    ]
+
+
+def _words(planners: Mapping[Any, Mapping[str, Any]], labels: Sequence[Any]) -> str:
+    return ", ".join(_word(planners[label]) for label in labels)
 
 
 def _word(planner: Mapping[str, Any]) -> str:

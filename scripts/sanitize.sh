@@ -1,0 +1,57 @@
+#!/usr/bin/env bash
+# Builds the native core with sanitizers, and runs it under them. `address` also finds undefined behaviour: the tests of the core, a plan
+# by each planner, and a minute of hostile calls. `thread`: two threads that plan at once. Ends with an error at the first finding.
+# On a fresh machine it first makes .venv in the checkout. Usage: scripts/sanitize.sh [address] [thread]   (both by default)
+# shellcheck source=scripts/environment.sh
+source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
+
+prepare dev
+export PATH=$venv/bin:$PATH
+if [ "$#" -eq 0 ]; then set -- address thread; fi
+
+build() { # build <kind> <compiler options>: the core and a package around it in build/sanitize-<kind>
+  local folder=$root/build/sanitize-$1 package
+  say "Building the core with -fsanitize=$1"
+  cmake -S "$root/native" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DPython_EXECUTABLE="$venv/bin/python" \
+    -DCMAKE_CXX_COMPILER="$CXX" -DCMAKE_CXX_FLAGS="$2 -fno-omit-frame-pointer -O1" >"$folder.log" 2>&1 &&
+    cmake --build "$folder" --target _core_v1 >>"$folder.log" 2>&1 || die "the build failed; see $folder.log"
+  package=$folder/package
+  rm -rf -- "$package"
+  mkdir -p "$package"
+  cp -r "$root/mmp_env" "$root/planners" "$root/tasks" "$root/scripts" "$root/tests" "$package"
+  rm -f "$package"/mmp_env/_core_v*.so
+  cp "$folder"/_core_v1*.so "$package/mmp_env"
+}
+
+under() { # under <kind> <runtime libraries> <command...>
+  local package=$root/build/sanitize-$1/package libraries=() name
+  for name in $2; do libraries+=("$("$CXX" -print-file-name="$name")"); done
+  shift 2
+  say "$*"
+  (
+    cd "$package"
+    export PYTHONPATH=$package:$package/planners:$package/tasks:$package/scripts:$package/tests MMP_CORE=v1
+    export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 TSAN_OPTIONS=halt_on_error=1
+    LD_PRELOAD="${libraries[*]}" "$venv/bin/python" -P "$@"
+  )
+}
+
+mkdir -p "$root/build"
+find_compiler || die "no C++ compiler was found"
+for kind in "$@"; do
+  case $kind in
+    address)
+      build address "-fsanitize=address,undefined -fno-sanitize-recover=undefined"
+      libraries="libasan.so libubsan.so"
+      under address "$libraries" -m pytest --import-mode=importlib -q -p no:cacheprovider --rootdir=. tests/core
+      under address "$libraries" tests/support/under_sanitizers.py plans
+      under address "$libraries" tests/support/under_sanitizers.py hostile
+      ;;
+    thread)
+      build thread "-fsanitize=thread"
+      under thread libtsan.so tests/support/under_sanitizers.py threads
+      ;;
+    *) die "'$kind' is no sanitizer; choose address or thread" ;;
+  esac
+done
+say "No sanitizer found anything."

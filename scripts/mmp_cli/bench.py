@@ -23,8 +23,9 @@ _SHOWN_REASONS = 10
 _PROGRAM = "mmp bench"
 _ABOUT = """Runs many instances with several planners, each run in a worker process with one thread and its own
 deadline. A planner that crashes, hangs or exceeds the memory limit causes a result with status error; the other runs
-continue. Each run writes a line to OUT/results.jsonl. Started again with the same settings, an interrupted benchmark
-continues. Exit 0: complete; 2: bad usage, or a folder with other settings or other files; 130: interrupted."""
+continue. Each run writes a line to OUT/results.jsonl. Started again, an interrupted benchmark continues; more sources,
+planners and instances are added. Exit 0: complete; 2: bad usage, or a folder with other settings or other files; 130:
+interrupted."""
 
 
 def parser() -> Parser:

@@ -56,7 +56,7 @@ def test_a_file_that_is_no_yaml_object(mmp, tmp_path, case):
 @pytest.mark.parametrize(
     ("argv", "words"),
     [
-        (["plam"], ["unknown command 'plam'", "Did you mean 'plan'?", "check, export, list, plan"]),
+        (["plam"], ["unknown command 'plam'", "Did you mean 'plan'?", "check, dataset, export, list, plan"]),
         (["plan"], ["SOURCE"]),
         (["check"], ["PLAN"]),
         (["plan", "MultiArmCel-8"], ["'MultiArmCel-8'", "Did you mean 'MultiArmCell-8'?", "MultiArmCell-2"]),

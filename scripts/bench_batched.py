@@ -1,0 +1,58 @@
+"""Steps of eight environments in parallel, relative to one after the other: a JSON line. Usage: bench_batched.py [ID]
+
+Both are vector environments of Gymnasium with the same actions: `async` has a process for each environment, `sync`
+steps them one after the other. They run in turns.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import time
+
+import gymnasium
+import numpy as np
+from figure import print_figure, rounded
+
+from mmp_cli.arguments import Parser, whole
+from mmp_cli.main import run_script
+
+ID, COUNT = "MultiArmCell-4", 8
+
+
+def main() -> None:
+    """Prints the ratio of the medians over the rounds."""
+    parser = Parser("bench_batched.py", __doc__, argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("id", nargs="?", default=ID, metavar="ID", help=f"default: {ID}")
+    parser.add_argument("--steps", type=whole, default=100, metavar="N", help="steps in a round (default: 100)")
+    parser.add_argument("--rounds", type=whole, default=7, metavar="N", help="rounds of each kind (default: 7)")
+    args = parser.parse()
+    kinds = {
+        kind: gymnasium.make_vec(f"mmp_env:{args.id}", num_envs=COUNT, vectorization_mode=kind)
+        for kind in ("sync", "async")
+    }
+    rates: dict[str, list[float]] = {kind: [] for kind in kinds}
+    for seed in range(args.rounds):
+        for kind, envs in kinds.items():
+            envs.reset(seed=seed)
+            actions = np.random.default_rng(seed).uniform(-0.2, 0.2, (args.steps, *envs.action_space.shape))  # pyright: ignore
+            begin = time.perf_counter()
+            for action in actions.astype(np.float32):
+                envs.step(action)
+            rates[kind].append(COUNT * args.steps / (time.perf_counter() - begin))
+    for envs in kinds.values():
+        envs.close()
+    sync, parallel = (statistics.median(rates[kind]) for kind in ("sync", "async"))
+    print_figure(
+        f"batched_{args.id}",
+        parallel,
+        "steps/s",
+        ratio=parallel / sync,
+        ratio_to="the same environments one after the other",
+        one_after_the_other=rounded(sync),
+        environments=COUNT,
+    )
+
+
+if __name__ == "__main__":
+    run_script(main)

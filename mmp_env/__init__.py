@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from mmp_env.files.instance_file import load_instances
     from mmp_env.files.plan_check import check_plan
     from mmp_env.files.plan_file import load_plan, save_plan
+    from mmp_env.gym.batch import BatchedEnv, batched_env
     from mmp_env.gym.env import MultiArmCellEnv
     from mmp_env.gym.instances import draw_instance, draw_problem
     from mmp_env.gym.parallel import parallel_env
@@ -70,6 +71,7 @@ _HOMES = {
     "model.collision": ("CollisionModel",),
     "model.conflict": ("Conflict",),
     "sim.contacts": ("Contact",),
+    "gym.batch": ("BatchedEnv", "batched_env"),
     "gym.env": ("MultiArmCellEnv",),
     "errors": ("InvalidInstanceError", "MmpError", "MovedBodyWarning", "UnknownNameError", "UnretimedPlanWarning"),
     "sim.execution": ("ExecutionReport",),
@@ -110,6 +112,7 @@ _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 __all__ = [
     "AnyOf",
     "Arm",
+    "BatchedEnv",
     "CameraView",
     "Cell",
     "CollisionModel",
@@ -146,6 +149,7 @@ __all__ = [
     "Upright",
     "Wait",
     "__version__",
+    "batched_env",
     "cell_from_mujoco",
     "check_plan",
     "check_schedule",

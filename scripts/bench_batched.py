@@ -1,7 +1,6 @@
-"""Steps of eight environments in parallel, relative to one after the other: a JSON line. Usage: bench_batched.py [ID]
+"""Steps of eight environments in threads, relative to one after the other: a JSON line. Usage: bench_batched.py [ID]
 
-Both are vector environments of Gymnasium with the same actions: `async` has a process for each environment, `sync`
-steps them one after the other. They run in turns.
+Both are vector environments of Gymnasium with the same actions, and run in turns.
 """
 
 from __future__ import annotations
@@ -16,6 +15,7 @@ from figure import print_figure, rounded
 
 from mmp_cli.arguments import Parser, whole
 from mmp_cli.main import run_script
+from mmp_env import batched_env
 
 ID, COUNT = "MultiArmCell-4", 8
 
@@ -28,8 +28,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=whole, default=7, metavar="N", help="rounds of each kind (default: 7)")
     args = parser.parse()
     kinds = {
-        kind: gymnasium.make_vec(f"mmp_env:{args.id}", num_envs=COUNT, vectorization_mode=kind)
-        for kind in ("sync", "async")
+        "one after the other": gymnasium.make_vec(f"mmp_env:{args.id}", num_envs=COUNT, vectorization_mode="sync"),
+        "threads": batched_env(args.id, COUNT),
     }
     rates: dict[str, list[float]] = {kind: [] for kind in kinds}
     for seed in range(args.rounds):
@@ -42,7 +42,7 @@ def main() -> None:
             rates[kind].append(COUNT * args.steps / (time.perf_counter() - begin))
     for envs in kinds.values():
         envs.close()
-    sync, parallel = (statistics.median(rates[kind]) for kind in ("sync", "async"))
+    sync, parallel = (statistics.median(rates[kind]) for kind in kinds)
     print_figure(
         f"batched_{args.id}",
         parallel,

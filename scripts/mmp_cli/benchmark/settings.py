@@ -99,7 +99,7 @@ def _changed_sources(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[
     names, known = _texts(there.get("sources")), _texts(there.get("digests"))
     changed = [
         name
-        for name, digest in zip(here["sources"], here["digests"], strict=True)
+        for name, digest in zip(here["sources"], here["digests"], strict=False)
         if name in names and digest not in known
     ]
     return [f"the cell or the instances of {', '.join(changed)} are not what they were"] if changed else []

@@ -11,6 +11,7 @@ import pytest
 from support.picture_or_sentence import made
 from support.scenes import scene
 
+from mmp_cli.main import main
 from mmp_env.opengl import offscreen_backend
 
 FOLDER = Path(__file__).parents[1] / "docs" / "tutorials"
@@ -82,6 +83,19 @@ def test_the_programs_of_the_page_on_searches_run(tmp_path, monkeypatch, capsys)
     run_page("how-to/watch-a-search.md")
     assert ElementTree.parse(tmp_path / "tree.svg").getroot().get("viewBox")
     assert "arm2 and arm3 are in conflict at 1.9 s" in capsys.readouterr().out
+
+
+def test_the_program_of_planning_online_runs():
+    names = run_page("how-to/plan-while-moving.md")
+    assert names["step"].kind in ("continuation", "stop")
+    assert names["q"].keys() == set(names["cell"].arm_names)
+
+
+def test_the_program_of_learning_reads_a_dataset(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["dataset", "MultiArmCell-2", "--count", "2", "--out", "experts"]) == 0
+    names = run_page("how-to/learn-from-experts.md")
+    assert len(names["inputs"]) == len(names["targets"]) > 10
 
 
 def test_the_programs_of_the_page_on_pictures_run(tmp_path, monkeypatch):

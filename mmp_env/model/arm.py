@@ -100,6 +100,12 @@ class Obstacle(ReadOnly):
     may_touch: frozenset[str] = frozenset()
     speed: float = 0.0
 
+    def __post_init__(self) -> None:
+        for name in ("position", "quaternion", "size"):  # lists will do
+            if isinstance(getattr(self, name), list | tuple):
+                object.__setattr__(self, name, np.array(getattr(self, name), dtype=float))
+        super().__post_init__()
+
     @brief
     def __repr__(self) -> str:
         edges = [] if self.size is None else [" x ".join(f"{edge:g}" for edge in self.size) + " m"]

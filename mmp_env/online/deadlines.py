@@ -1,7 +1,7 @@
-"""Until when each part of a motion keeps the margin to bodies that may move: the proof of a course.
+"""Until when each part of a motion keeps the margin to bodies that may move: the proof of a timing of its phase.
 
 A body that was seen at the time t0 and moves at v at most is at the time t within a distance v (t - t0) of where it
-was. So an arm that keeps the clearance c from the place of the body keeps the margin m until t0 + (c - m) / v. A course
+was. So an arm that keeps the clearance c from the place of the body keeps the margin m until t0 + (c - m) / v. A timing
 is safe if the phase has left each part of the motion by then. An arm that stands may be met by a body that moves, but
 not by one that stands still.
 """
@@ -15,7 +15,7 @@ from jaxtyping import Float
 
 from mmp_env.model.cell import Cell
 from mmp_env.online.bodies import MovingBody
-from mmp_env.online.motion import PERIOD_S, Course, OnlineMotion
+from mmp_env.online.motion import PERIOD_S, OnlineMotion, PhaseTiming
 from mmp_env.retime.limits import split
 
 _BLOCK = 128
@@ -39,13 +39,13 @@ class Deadlines:
         self._motion, self._bodies, self._margin = motion, bodies, margin
         self._latest: dict[tuple[str, int], Float[np.ndarray, "b"]] = {}
 
-    def first_danger(self, course: Course) -> int | None:
-        """Returns the first period of a course in which it is not safe, None if there is none."""
+    def first_danger(self, timing: PhaseTiming) -> int | None:
+        """Returns the first period of a timing in which it is not safe, None if there is none."""
         if not self._bodies:
             return None
-        phases, first = course.phases, self._motion.first_s
+        phases, first = timing.phases, self._motion.first_s
         parts = np.floor((phases - first) / PERIOD_S + 1e-6).astype(int)
-        times = PERIOD_S * (self._motion.begin + course.first + np.arange(len(phases)))
+        times = PERIOD_S * (self._motion.begin + timing.first + np.arange(len(phases)))
         moving = np.append(np.diff(phases) > 0, False)
         leaves = np.append(times[1:], times[-1])
         for begin in range(0, len(phases), _BLOCK):

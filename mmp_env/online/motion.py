@@ -32,7 +32,7 @@ _TINY_S = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Course:
+class PhaseTiming:
     """A way to run through a motion: the phase at all multiples of the period from `first` on, until it rests.
 
     Attributes:
@@ -77,7 +77,7 @@ class OnlineMotion:
         self.first_s, self.end_s = self.reference.start_s, self.reference.end_s
         self.proved_s, self.whole = self.first_s, True
         self._part_s = _PART_S
-        self.course = Course(first=0, phases=np.array([self.first_s]), brakes=0)
+        self.timing = PhaseTiming(first=0, phases=np.array([self.first_s]), brakes=0)
         self._known = [_Known(0, clock, None)]
         pieces = self.reference.pieces()
         bend = np.abs(pieces.acceleration).max(axis=1) * pieces.step_s**2
@@ -88,22 +88,22 @@ class OnlineMotion:
     @property
     def end(self) -> int:
         """When the arms rest, in periods."""
-        return self.begin + self.course.first + len(self.course.phases) - 1
+        return self.begin + self.timing.first + len(self.timing.phases) - 1
 
     @property
     def arrives(self) -> bool:
         """Whether the committed part leads to the end of the motion."""
-        return bool(self.course.phases[-1] >= self.end_s - _TINY_S)
+        return bool(self.timing.phases[-1] >= self.end_s - _TINY_S)
 
     @property
     def moves(self) -> bool:
         """Whether the committed part moves at all."""
-        return bool(self.course.phases[-1] > self.first_s)
+        return bool(self.timing.phases[-1] > self.first_s)
 
     def phase(self, period: int) -> float:
         """Returns the phase [s] at a time in periods."""
-        at = np.clip(period - self.begin - self.course.first, 0, len(self.course.phases) - 1)
-        return float(self.course.phases[int(at)])
+        at = np.clip(period - self.begin - self.timing.first, 0, len(self.timing.phases) - 1)
+        return float(self.timing.phases[int(at)])
 
     def phases(self, periods: Float[np.ndarray, "n"]) -> Float[np.ndarray, "n"]:
         """Returns the exact phases [s] at ascending times in periods, which need not be whole."""
@@ -125,8 +125,8 @@ class OnlineMotion:
         """Returns the configurations of all joints at phases."""
         return self.reference.at(phases)[0]
 
-    def course_from(self, period: int, brakes: int | None) -> Course:
-        """Returns the course that leaves the committed one at a time.
+    def timing_from(self, period: int, brakes: int | None) -> PhaseTiming:
+        """Returns the timing that leaves the committed one at a time.
 
         Args:
             period: when, in periods.
@@ -151,25 +151,29 @@ class OnlineMotion:
             clock.advance(PERIOD_S)
             phases.append(clock.phase)
             k += 1
-        return Course(first=first, phases=np.maximum.accumulate(phases), brakes=stop)
+        return PhaseTiming(first=first, phases=np.maximum.accumulate(phases), brakes=stop)
 
-    def course_left(self, period: int) -> Course:
-        """Returns what is left of the committed course at a time in periods."""
-        at = int(np.clip(period - self.begin - self.course.first, 0, len(self.course.phases) - 1))
-        return Course(first=self.course.first + at, phases=self.course.phases[at:], brakes=self.course.brakes)
+    def timing_left(self, period: int) -> PhaseTiming:
+        """Returns what is left of the committed timing at a time in periods."""
+        at = int(np.clip(period - self.begin - self.timing.first, 0, len(self.timing.phases) - 1))
+        return PhaseTiming(first=self.timing.first + at, phases=self.timing.phases[at:], brakes=self.timing.brakes)
 
-    def commit(self, course: Course) -> None:
-        """Replaces what is committed from the begin of a course on."""
-        clock = self._clock_at(course.first)
-        clock.set_target(1.0 if course.brakes is None or course.brakes > course.first else 0.0)
-        self._known = [each for each in self._known if each.at < course.first]
-        self._known.append(_Known(course.first, clock, course.brakes))
-        known, count = self.course.phases, course.first - self.course.first
+    def is_proved(self, timing: PhaseTiming) -> bool:
+        """Returns whether the part of the curve that a timing runs through is proved."""
+        return bool(timing.phases[-1] <= self.proved_s + _TINY_S)
+
+    def commit(self, timing: PhaseTiming) -> None:
+        """Replaces what is committed from the begin of a timing on."""
+        clock = self._clock_at(timing.first)
+        clock.set_target(1.0 if timing.brakes is None or timing.brakes > timing.first else 0.0)
+        self._known = [each for each in self._known if each.at < timing.first]
+        self._known.append(_Known(timing.first, clock, timing.brakes))
+        known, count = self.timing.phases, timing.first - self.timing.first
         before = np.append(known[:count], np.repeat(known[-1:], max(count - len(known), 0)))  # at rest until then
-        self.course = Course(
-            first=self.course.first,
-            phases=np.append(before, course.phases),
-            brakes=course.brakes,
+        self.timing = PhaseTiming(
+            first=self.timing.first,
+            phases=np.append(before, timing.phases),
+            brakes=timing.brakes,
         )
 
     def forget(self, period: int) -> None:
@@ -177,10 +181,10 @@ class OnlineMotion:
         first = period - self.begin
         while len(self._known) > 1 and self._known[1].at <= first:
             del self._known[0]
-        if first > self.course.first:
-            drop = min(first - self.course.first, len(self.course.phases) - 1)
-            self.course = Course(
-                first=self.course.first + drop, phases=self.course.phases[drop:], brakes=self.course.brakes
+        if first > self.timing.first:
+            drop = min(first - self.timing.first, len(self.timing.phases) - 1)
+            self.timing = PhaseTiming(
+                first=self.timing.first + drop, phases=self.timing.phases[drop:], brakes=self.timing.brakes
             )
 
     def prove(self, clock: core.Clock) -> None:

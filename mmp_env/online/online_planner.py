@@ -23,7 +23,7 @@ from mmp_env.model.problem import DEFAULT_MAX_VELOCITY
 from mmp_env.model.robot import frozen_array
 from mmp_env.online.bodies import MovingBody, grown
 from mmp_env.online.deadlines import Deadlines
-from mmp_env.online.motion import PERIOD_S, Course, OnlineMotion
+from mmp_env.online.motion import PERIOD_S, OnlineMotion, PhaseTiming
 from mmp_env.online.planning import AHEAD_S, AT_GOAL, RATE_HZ, Budget, PathPlanner, State, Wanted
 from mmp_env.problems.making import make_problem
 from mmp_env.retime import RetimeOptions, retime
@@ -324,42 +324,39 @@ class OnlinePlanner:
     def _extend(self, motion: OnlineMotion, first: int, budget: Budget, *, whole: bool = False) -> None:
         """Commits the longest part of a motion that is proved; or, on request, only the whole motion."""
         motion.prove(core.Clock(max(budget.left_s - _COMMIT_S * len(self._cell.arms), 0.0)))
-        course = motion.course_from(first, None)
-        danger = self._guard(motion).first_danger(course)
-        if danger is None and self._is_proved(motion, course):
-            motion.commit(course)
+        timing = motion.timing_from(first, None)
+        danger = self._guard(motion).first_danger(timing)
+        if danger is None and motion.is_proved(timing):
+            motion.commit(timing)
             return
         if whole:
             return
-        last = len(course.phases) - 1 if danger is None else danger
-        last = min(last, int(np.searchsorted(course.phases, motion.proved_s, side="right")))
+        last = len(timing.phases) - 1 if danger is None else danger
+        last = min(last, int(np.searchsorted(timing.phases, motion.proved_s, side="right")))
         best = self._safe(motion, first, first)
         low, high = first, first + last
         while best is not None and high - low > 1:
             middle = (low + high) // 2
-            course = self._safe(motion, first, middle)
-            if course is None:
+            timing = self._safe(motion, first, middle)
+            if timing is None:
                 high = middle
             else:
-                low, best = middle, course
-        if best is None or best.phases[-1] <= motion.course.phases[-1]:
+                low, best = middle, timing
+        if best is None or best.phases[-1] <= motion.timing.phases[-1]:
             return
         if motion.end > first or best.phases[-1] - best.phases[0] >= _LEAST_S:
             motion.commit(best)
 
-    def _safe(self, motion: OnlineMotion, first: int, brakes: int) -> Course | None:
-        course = motion.course_from(first, brakes)
-        proved = self._is_proved(motion, course) and self._guard(motion).first_danger(course) is None
-        return course if proved else None
-
-    def _is_proved(self, motion: OnlineMotion, course: Course) -> bool:
-        return bool(course.phases[-1] <= motion.proved_s + 1e-9)
+    def _safe(self, motion: OnlineMotion, first: int, brakes: int) -> PhaseTiming | None:
+        timing = motion.timing_from(first, brakes)
+        proved = motion.is_proved(timing) and self._guard(motion).first_danger(timing) is None
+        return timing if proved else None
 
     def _brake(self, motion: OnlineMotion, first: int) -> None:
         """Lets a motion brake as soon as this is proved."""
-        course = self._safe(motion, first, first)
-        if course is not None and course.phases[-1] < motion.course.phases[-1]:
-            motion.commit(course)
+        timing = self._safe(motion, first, first)
+        if timing is not None and timing.phases[-1] < motion.timing.phases[-1]:
+            motion.commit(timing)
 
     def _see(self, solid: Obstacle, speed: float) -> bool:
         """Adds or replaces a body, and proves again what is committed."""
@@ -371,15 +368,15 @@ class OnlinePlanner:
         self._deadlines.clear()
         first = self._forget_past()
         for k, motion in enumerate(self._motions):
-            left = motion.course_left(first)
+            left = motion.timing_left(first)
             if motion.end <= first or self._guard(motion).first_danger(left) is None:
                 continue
             del self._motions[k + 1 :]
             if motion.begin >= first:
                 del self._motions[k]
                 return True
-            stop = motion.course_from(first, first)
-            if stop.phases[-1] < motion.course.phases[-1]:
+            stop = motion.timing_from(first, first)
+            if stop.phases[-1] < motion.timing.phases[-1]:
                 motion.commit(stop)
             return self._guard(motion).first_danger(stop) is None
         return True
@@ -437,5 +434,5 @@ class OnlinePlanner:
 
 def _end_of(motion: OnlineMotion) -> State:
     """Returns where the committed part of a motion ends."""
-    rows = split(motion.plan.problem.cell, motion.at(motion.course.phases[-1:]))
+    rows = split(motion.plan.problem.cell, motion.at(motion.timing.phases[-1:]))
     return {name: q[0] for name, q in rows.items()}

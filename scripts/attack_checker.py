@@ -21,6 +21,7 @@ from figure import print_figure
 from mmp_cli.arguments import Parser, whole
 from mmp_cli.main import run_script
 from mmp_env import Obstacle, check_plan, draw_problem, find_cell
+from mmp_env.errors import MmpError
 from mmp_env.files.plan_check import plan_to_check
 from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
@@ -177,7 +178,10 @@ def move_base(given: Document, rng: Rng) -> bool:
     """Moves the base of an arm."""
     arm = given["problem"]["cell"]["arms"][int(rng.integers(len(given["problem"]["cell"]["arms"])))]
     arm["position"] = (np.array(arm["position"]) + np.append(rng.normal(0, 0.2, 2), 0)).tolist()
-    return is_too_close(given)
+    try:
+        return is_too_close(given)
+    except MmpError:  # the bases overlap: no such cell
+        return False
 
 
 def add_obstacle(given: Document, rng: Rng) -> bool:

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Sourced by demo.sh, test.sh and docs.sh: `prepare [extra]` makes a virtual environment in the checkout, builds the
+# Sourced by the other scripts: `prepare [extra]` makes a virtual environment in the checkout, builds the
 # wheel of mmp-env and installs it there. What is up to date is kept. The settings of pip (PIP_*) and uv (UV_*) hold as they are.
 #   PYTHON    the interpreter to start from (default: python3, 3.11 or newer)
 #   MMP_VENV  where the environment goes (default: .venv in the checkout)
@@ -149,16 +149,18 @@ lend_pip_settings_to_uv() {
 # --- what is installed in it ---
 
 # Prints the requirements in pyproject.toml, one a line: those of the build, of the package, and of the named extras or all extras.
-requirements() { # requirements [extra... | --all]
+requirements() { # requirements [extra... | --all | --build]
   "$python" - "$root/pyproject.toml" "$@" <<'PYTHON'
 import sys, tomllib
 
 with open(sys.argv[1], "rb") as file:
     data = tomllib.load(file)
-lines = data["build-system"]["requires"] + data["project"]["dependencies"]
-extras = data["project"]["optional-dependencies"]
-for extra in extras if sys.argv[2:] == ["--all"] else sys.argv[2:]:
-    lines += extras[extra]
+lines = data["build-system"]["requires"]
+if sys.argv[2:] != ["--build"]:
+    lines += data["project"]["dependencies"]
+    extras = data["project"]["optional-dependencies"]
+    for extra in extras if sys.argv[2:] == ["--all"] else sys.argv[2:]:
+        lines += extras[extra]
 print("\n".join(lines))
 PYTHON
 }
@@ -177,6 +179,14 @@ record_requirements() { # record_requirements [extra...]
   printf '%s\n' "${lines[@]}" >"$venv/.mmp-requirements"
 }
 
+# cmake and ninja where the machine has none, or too old ones: the build backend knows.
+install_build_tools() {
+  local wanted
+  mapfile -t wanted < <(cd "$root" && "$venv/bin/python" -P -c \
+    'from scikit_build_core.build import get_requires_for_build_wheel as needs; print(*needs(), sep="\n")')
+  if [ -n "${wanted[*]}" ]; then quietly "Fetching build tools" "${install[@]}" "${wanted[@]}"; fi
+}
+
 install_requirements() { # install_requirements [extra...]
   local wanted started=$SECONDS
   if requirements_met "$@"; then return; fi
@@ -185,10 +195,7 @@ install_requirements() { # install_requirements [extra...]
   mapfile -t wanted < <(requirements "$@")
   quietly "Fetching packages (it needs a network; PIP_INDEX_URL or PIP_FIND_LINKS can name another source)" \
     "${install[@]}" "${wanted[@]}"
-  # cmake and ninja where the machine has none, or too old ones: the build backend knows.
-  mapfile -t wanted < <(cd "$root" && "$venv/bin/python" -P -c \
-    'from scikit_build_core.build import get_requires_for_build_wheel as needs; print(*needs(), sep="\n")')
-  if [ -n "${wanted[*]}" ]; then quietly "Fetching build tools" "${install[@]}" "${wanted[@]}"; fi
+  install_build_tools
   record_requirements "$@"
   say "... done, took $((SECONDS - started)) s"
 }
@@ -201,11 +208,17 @@ sources() {
 
 sources_installed() { [ "$(cat "$venv/.mmp-sources" 2>/dev/null)" = "$(sources)" ]; }
 
+# What was compiled before is taken from the cache of ccache, if it is there. Paths in the checkout are no part of what is compared.
+use_ccache() {
+  if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1; fi
+}
+
 install_package() {
   local built now started=$SECONDS
   if sources_installed; then return; fi
   say "Building mmp-env (a minute or two when the native core is new) ..."
   now=$(sources)
+  use_ccache
   rm -rf -- "$root/build/wheel"
   cd "$root"
   quietly "Building the wheel" "$venv/bin/python" -P -c \

@@ -6,7 +6,7 @@ namespace {
 
 using Poses = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 
-RigidPose pose_of(const double* rows) {
+RigidPose hull_pose(const double* rows) {
   RigidPose out;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) out.r[3 * i + j] = rows[4 * i + j];
@@ -32,7 +32,7 @@ void bind_hulls(nb::module_& m) {
           nb::gil_scoped_release release;
           for (size_t row = 0; row < n; ++row) {
             const auto posed = [&](const ConvexHull& hull, size_t number) {
-              return PosedHull{&hull, pose_of(poses.data() + (row * k + number) * 12)};
+              return PosedHull{&hull, hull_pose(poses.data() + (row * k + number) * 12)};
             };
             const auto found =
                 k == 2 ? convex_distance(posed(hull_a, 0), posed(hull_b, 1), limits)

@@ -21,7 +21,7 @@ ik::Rotation rotation_of(const double* p) {
 }
 
 // Reads a homogeneous matrix [4, 4].
-ik::ToolPose pose_of(const double* p) {
+ik::ToolPose tool_pose(const double* p) {
   return {{{p[0], p[1], p[2], p[4], p[5], p[6], p[8], p[9], p[10]}}, {p[3], p[7], p[11]}};
 }
 
@@ -71,7 +71,7 @@ void bind_inverse_kinematics(nb::module_& m) {
           nb::gil_scoped_release release;
           std::vector<ik::Six> found;
           for (size_t k = 0; k < n; ++k) {
-            const auto pose = pose_of(poses.data() + 16 * k);
+            const auto pose = tool_pose(poses.data() + 16 * k);
             ik::SixHinges arm{{}, {}, pose.rotation, pose.position};
             for (int j = 0; j < 6; ++j) arm.axes[j] = vec(axes.data() + 18 * k + 3 * j);
             for (int j = 0; j < 7; ++j) arm.offsets[j] = vec(offsets.data() + 21 * k + 3 * j);
@@ -111,7 +111,7 @@ void bind_inverse_kinematics(nb::module_& m) {
           std::vector<double> row(dof);
           for (size_t k = 0; k < n; ++k) {
             row.assign(q.data() + k * dof, q.data() + (k + 1) * dof);
-            if (!ik::refine(task, pose_of(poses.data() + 16 * k), settings, row.data())) continue;
+            if (!ik::refine(task, tool_pose(poses.data() + 16 * k), settings, row.data())) continue;
             refined.push_back(row);
             owners.push_back(static_cast<int>(k));
           }
@@ -143,7 +143,7 @@ void bind_inverse_kinematics(nb::module_& m) {
         }
         require(step >= 1e-3 && step <= 1, "a step must be from 1e-3 to 1 rad");
         const ik::ToolTask task{chain, rows};
-        ik::SelfMotion curves(task, pose_of(pose.data()), as<double>(lower), as<double>(upper), step);
+        ik::SelfMotion curves(task, tool_pose(pose.data()), as<double>(lower), as<double>(upper), step);
         {
           nb::gil_scoped_release release;
           for (const auto& row : separate_rows<double>(q)) curves.add(row);

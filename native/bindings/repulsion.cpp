@@ -14,7 +14,7 @@ struct ModifiedMotion {
   nb::list trace;
 };
 
-void bind_settings(nb::module_& m) {
+void bind_repulsion_settings(nb::module_& m) {
   using Settings = RepulsionSettings;
   const Settings defaults;
   nb::class_<Settings>(m, "RepulsionSettings", "Settings of the repulsive force field, and of the descent along it.")
@@ -51,7 +51,7 @@ void bind_settings(nb::module_& m) {
 }  // namespace
 
 void bind_repulsion(nb::module_& m) {
-  bind_settings(m);
+  bind_repulsion_settings(m);
 
   nb::class_<ModifiedMotion>(m, "ModifiedMotion", "Result of `modify_motion`.")
       .def_ro("positions", &ModifiedMotion::positions, nb::sig("def positions(self) -> numpy.ndarray"),

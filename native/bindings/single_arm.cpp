@@ -4,7 +4,7 @@ namespace mmp {
 
 namespace {
 
-void bind_settings(nb::module_& m) {
+void bind_search_settings(nb::module_& m) {
   using Settings = SingleArmSettings;
   const Settings defaults;
   nb::class_<Settings>(m, "SingleArmSettings", "Settings of one call of `SingleArm.plan`.")
@@ -34,7 +34,7 @@ void bind_settings(nb::module_& m) {
 
 void bind_single_arm(nb::module_& m) {
   m.attr("STEERING_RAD") = kSteering;
-  bind_settings(m);
+  bind_search_settings(m);
 
   m.def(
       "safe_intervals",

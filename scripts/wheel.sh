@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Builds the source distribution, from it a wheel for each PYTHON in a clean environment, and installs each wheel with its dependencies
+# into another clean environment, where it plans an instance. The files are in dist/. A wheel of Python 3.12 or newer is for all of them.
+# With ccache on the PATH, what was compiled before is taken from its cache. Usage: scripts/wheel.sh [PYTHON...]   (default: python3)
+# shellcheck source=scripts/environment.sh
+source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
+
+dist=$root/dist
+
+clean_environment() { # clean_environment <folder>: sets `venv` and `install`
+  venv=$1
+  rm -rf -- "$venv"
+  mkdir -p "$(dirname "$venv")"
+  open_venv
+  lend_pip_settings_to_uv
+}
+
+call_backend() { # call_backend <folder> <function>: prints the name of the file that it puts into dist/
+  (cd "$1" && "$venv/bin/python" -P -c \
+    "import sys, scikit_build_core.build as build; print(build.$2(sys.argv[1]))" "$dist") >"$log.name" 2>>"$log" ||
+    quietly "$2" false
+  tail -n 1 "$log.name"
+}
+
+build_and_try() { # build_and_try <python>
+  local started=$SECONDS home wanted sdist wheel
+  PYTHON=$1 find_tools
+  home=$root/build/wheels/$("$python" -c 'import sys; print(sys.implementation.cache_tag)')
+  clean_environment "$home/builder"
+  mapfile -t wanted < <(requirements --build)
+  use_ccache
+  quietly "Fetching what the build needs" "${install[@]}" "${wanted[@]}"
+  install_build_tools
+  export PATH=$venv/bin:$PATH
+  sdist=$(call_backend "$root" build_sdist)
+  say "dist/$sdist"
+  rm -rf -- "$home/source"
+  mkdir -p "$home/source"
+  tar -xzf "$dist/$sdist" -C "$home/source" --strip-components 1
+  wheel=$(call_backend "$home/source" build_wheel)
+  say "dist/$wheel, built after $((SECONDS - started)) s"
+  clean_environment "$home/user"
+  quietly "Installing the wheel" "${install[@]}" "$dist/$wheel"
+  (cd "$home" && quietly "Planning with the installed wheel" "$venv/bin/mmp" plan MultiArmCell-2 --seed 1)
+  say "dist/$wheel plans in an environment of its own; from nothing in $((SECONDS - started)) s"
+}
+
+mkdir -p "$root/build" "$dist"
+: >"$log"
+if [ "$#" -eq 0 ]; then set -- "${PYTHON:-python3}"; fi
+for each in "$@"; do build_and_try "$each"; done

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -113,6 +114,11 @@ class Obstacle(ReadOnly):
         named = {"radius": self.radius, "length": self.length}
         measures = edges + [f"{name} {value:g} m" for name, value in named.items() if value is not None]
         return f"{self.name}: {self.shape}, {', '.join(measures)}, at {point(self.position)}"
+
+    @cached_property
+    def pose(self) -> Float[np.ndarray, "4 4"]:
+        """Pose of its frame."""
+        return frozen_array(transform(matrix_from_quaternion(self.quaternion), self.position))
 
     @property
     def half_size(self) -> Float[np.ndarray, "3"]:

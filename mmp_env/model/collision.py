@@ -6,7 +6,6 @@ to 1e-5 m within 40 m of the origin. `precise=True` computes in double precision
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Mapping, Sequence
 from operator import attrgetter
@@ -26,7 +25,7 @@ from mmp_env.model.joint_chain import exact_hulls, joint_chain, part_names
 from mmp_env.model.keep import Upright
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins
 from mmp_env.model.robot import EXACT
-from mmp_env.model.transforms import matrix_from_quaternion, transform
+from mmp_env.model.transforms import matrix_from_quaternion
 from mmp_env.wording import counted
 
 SEARCH_MARGIN_FACTOR = 1.0
@@ -316,8 +315,6 @@ class CollisionModel:
         return rows
 
 
-@functools.lru_cache(maxsize=4096)
 def _pose_and_size(obstacle: Obstacle) -> tuple[Float[np.ndarray, "12"], Float[np.ndarray, "3"]]:
     """Returns pose and size of an obstacle as the core takes them."""
-    pose = transform(matrix_from_quaternion(obstacle.quaternion), obstacle.position)
-    return pose[:3].ravel(), np.ascontiguousarray(obstacle.half_size, dtype=float)
+    return obstacle.pose[:3].ravel(), np.ascontiguousarray(obstacle.half_size, dtype=float)

@@ -17,7 +17,7 @@ from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD, solid_hull
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.robot import frozen_array
-from mmp_env.model.transforms import matrix_from_quaternion, quaternion_from_matrix, transform
+from mmp_env.model.transforms import quaternion_from_matrix
 from mmp_env.work.resting import distance, overlap, supports, width_across
 
 GRASP_TOLERANCE_M = 0.01
@@ -96,7 +96,7 @@ class World(ReadOnly):
         if above := [other for other, under in self.supports.items() if name in under and other in self.lying]:
             raise InvalidInstanceError(f"{where} grasps '{name}' while '{above[0]}' stands on it")
         solid, grip = self.lying[name], grip_pose(arm, q)
-        pose = np.linalg.inv(grip) @ transform(matrix_from_quaternion(solid.quaternion), solid.position)
+        pose = np.linalg.inv(grip) @ solid.pose
         lying = {other: each for other, each in self.lying.items() if other != name}
         return replace(self, lying=lying, held=dict(self.held) | {arm.name: _placed(solid, pose)})
 
@@ -126,7 +126,7 @@ class World(ReadOnly):
         if held is None or held.name != name:
             instead = f"it holds '{held.name}'" if held is not None else "its gripper is empty"
             raise InvalidInstanceError(f"{where} releases '{name}', which arm '{arm.name}' does not hold; {instead}")
-        pose = grip_pose(arm, q) @ transform(matrix_from_quaternion(held.quaternion), held.position)
+        pose = grip_pose(arm, q) @ held.pose
         return _placed(held, pose)
 
     def released(self, arm: Arm, name: str, q: Float[np.ndarray, "dof"], where: str) -> World:

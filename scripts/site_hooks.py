@@ -19,9 +19,9 @@ from mkdocs.structure.files import File  # pyright: ignore[reportMissingImports]
 
 _HELP = re.compile(r"^<!-- help: (\w+) -->$", re.MULTILINE)
 _MARK = re.compile(r"<!-- (?:figure|table|checked|file|end)\b.*?-->", re.DOTALL)
-_PROGRAM = re.compile(r"(\]\([^)\s]*(?:plan_and_look|compare_trees))\.(?:ipynb|py)\)")
+_PROGRAM = re.compile(r"(\]\([^)\s]*(?:plan_and_look|compare_trees|clone_an_expert))\.(?:ipynb|py)\)")
 _CELL = re.compile(r"^# %%(.*)\n", re.MULTILINE)
-PROGRAMS = ("tutorials/plan_and_look.ipynb", "tutorials/compare_trees.py")
+PROGRAMS = ("tutorials/plan_and_look.ipynb", "tutorials/compare_trees.py", "tutorials/clone_an_expert.ipynb")
 """Tutorials that run: a notebook, and a script with cells."""
 
 

@@ -16,7 +16,7 @@ from mmp_cli.main import COMMANDS
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PACKAGES = ("mmp_env", "planners/mmp_planners", "tasks/mmp_tasks")
-PROGRAMS = {"tutorials/plan_and_look.md", "tutorials/compare_trees.md"}
+PROGRAMS = {"tutorials/plan_and_look.md", "tutorials/compare_trees.md", "tutorials/clone_an_expert.md"}
 """Pages that scripts/site_hooks.py makes from programs."""
 UNLISTED = {"mmp_env.mujoco_import"}
 """Modules with `__all__` that are not for users."""

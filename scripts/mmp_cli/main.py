@@ -1,8 +1,8 @@
 """The console script `mmp`: it runs a command and turns misuse into one sentence and an exit code.
 
 Exit codes: 0: done; 1: no plan in time, a violation, a goal not reached, a planner that failed; 2: bad usage or input,
-or output that cannot be written; 130: interrupted; 129 and 143: ended by SIGHUP and SIGTERM; 141: the reader of the
-output has gone. Any other exception is a fault of the program and keeps its traceback.
+output that cannot be written, or too little memory; 130: interrupted; 129 and 143: ended by SIGHUP and SIGTERM; 141:
+the reader of the output has gone. Any other exception is a fault of the program and keeps its traceback.
 """
 
 from __future__ import annotations
@@ -59,6 +59,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         print(f"mmp: {describe_interrupt(interrupt)}", file=sys.stderr, flush=True)
         return 128 + signal_of(interrupt)
+    except MemoryError:
+        print("mmp: there is not enough memory", file=sys.stderr, flush=True)
+        return 2
 
 
 def run_script(script: Callable[[], int | None]) -> NoReturn:

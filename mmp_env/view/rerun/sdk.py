@@ -118,7 +118,9 @@ class _Pipe:
             raise self._error
 
     def _copy(self) -> None:
-        while chunk := memoryview(os.read(self._source, _CHUNK_BYTES)):
+        room = memoryview(bytearray(_CHUNK_BYTES))  # made once: this thread must not end for lack of memory
+        while count := os.readv(self._source, [room]):
+            chunk = room[:count]
             while chunk and self._error is None:
                 try:
                     chunk = chunk[self._sink.write(chunk) :]

@@ -1,0 +1,55 @@
+"""The command lines whose calls fail, and how they are started."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+
+PLAN = ["plan", "instances.json", "--instance", "turn", "--planner", "ecbs"]
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command line of `mmp`.
+
+    Attributes:
+        line: its arguments.
+        adds: its files that keep what they had when the command runs once more.
+        renders: whether it calls OpenGL, whose drivers crash where there is no memory.
+        program: what runs the line.
+    """
+
+    line: list[str]
+    adds: tuple[str, ...] = ()
+    renders: bool = False
+    program: list[str] = field(
+        default_factory=lambda: [
+            sys.executable,
+            "-P",
+            "-c",
+            "import sys; from mmp_cli.main import main; sys.exit(main())",
+        ]
+    )
+
+
+COMMANDS = {
+    "plan": Command([*PLAN, "--out", "plan-out.json", "--tree", "tree.svg"]),
+    "json": Command([*PLAN, "--json"]),
+    "rerun": Command([*PLAN, "--rerun", "search.rrd"]),
+    "image": Command([*PLAN, "--image", "plan.png"], renders=True),
+    "video": Command([*PLAN, "--video", "film.mp4"], renders=True),
+    "gif": Command([*PLAN, "--video", "film.gif"], renders=True),
+    "bench": Command(
+        ["bench", "instances.json", "--planners", "ecbs,rrt-connect", "--workers", "1", "--out", "bench"],
+        adds=("bench/results.jsonl",),
+    ),
+    "report": Command(["report", "results"]),
+    "csv": Command(["export", "plan.json", "--to", "out.csv"]),
+    "npz": Command(["export", "plan.json", "--to", "out.npz"]),
+    "trajectory": Command(["export", "plan.json", "--to", "out.yaml"]),
+    "scene": Command(["export", "plan.json", "--to", "out.xml"]),
+    "run": Command(["run", "jobs.json", "--out", "schedule-out.json", "--seed", "1"]),
+    "dataset": Command(["dataset", "cell.json", "--count", "2", "--out", "data"], adds=("data/dataset.json",)),
+    "robot": Command(["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]),
+}
+"""Name -> command line. Its inputs are those of the fuzzer."""

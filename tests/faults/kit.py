@@ -1,0 +1,120 @@
+"""Runs a command with one call that fails."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import struct
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from fuzz import samples
+
+from faults.commands import Command
+
+KINDS = ("error", "full", "readonly", "pipe", "kill", "memory")
+LONGEST_S = 120.0
+LEAST_BYTES = 2**16
+"""Smallest allocation that fails [bytes]."""
+TEMPORARY = ".mmp-"
+HELPERS = ("cache", "tmp")
+"""Folders of the run that may hold files of other programs."""
+_SOURCE = Path(__file__).with_name("failing_calls.cpp")
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run did; `calls` is the number of calls that counted, `before` the files there before."""
+
+    command: Command
+    code: int
+    out: str
+    err: str
+    calls: int
+    folder: Path
+    before: dict[str, bytes]
+
+    @property
+    def was_killed(self) -> bool:
+        """Whether SIGKILL ended the process."""
+        return self.code == -signal.SIGKILL
+
+    @property
+    def crashed_in_driver(self) -> bool:
+        """Whether the process crashed, and may have done so in OpenGL."""
+        return self.command.renders and self.code in (-signal.SIGSEGV, -signal.SIGABRT)
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """Name -> path of every file in the folder, temporary ones and those of other programs left out."""
+        return {
+            name: path
+            for name, path in _files(self.folder).items()
+            if name.split("/")[0] not in HELPERS and TEMPORARY not in name
+        }
+
+    @property
+    def temporary(self) -> list[str]:
+        """Names of the temporary files that are left."""
+        return [name for name in _files(self.folder) if TEMPORARY in name]
+
+
+class Kit:
+    """Runs commands under the library of failing calls, which it compiles into the folder `home`."""
+
+    def __init__(self, home: Path) -> None:
+        self.home = home
+        self.library = home / "failing_calls.so"
+        compiler = os.environ.get("CXX") or shutil.which("g++") or "c++"
+        subprocess.run(
+            [compiler, "-std=c++20", "-shared", "-fPIC", "-O1", "-o", str(self.library), str(_SOURCE), "-ldl"],
+            check=True,
+        )
+
+    @contextmanager
+    def folder(self) -> Iterator[tuple[Path, dict[str, bytes]]]:
+        """Yields a new folder with all input files, and these."""
+        with tempfile.TemporaryDirectory(prefix="faults-", dir=self.home) as name:
+            folder = Path(name, "work")
+            for each in HELPERS:
+                (folder / each).mkdir(parents=True)
+            yield folder, samples.write_all(folder)
+
+    def run(self, command: Command, folder: Path, before: dict[str, bytes], kind: str = "count", at: int = -1) -> Run:
+        """Runs a command in a folder; call number `at` fails in the way `kind`."""
+        beside = folder.parent
+        count = beside / "count"
+        count.write_bytes(bytes(8))
+        env = dict(
+            os.environ,
+            LD_PRELOAD=str(self.library),
+            FAULT_KIND=kind,
+            FAULT_AT=str(at),
+            FAULT_ROOT=str(folder),
+            FAULT_STDOUT=str(beside / "stdout"),
+            FAULT_COUNT=str(count),
+            FAULT_BYTES=str(LEAST_BYTES),
+            TMPDIR=str(folder / "tmp"),
+            XDG_CACHE_HOME=str(folder / "cache"),
+            MPLCONFIGDIR=str(self.home / "matplotlib"),
+            OMP_NUM_THREADS="1",
+            OPENBLAS_NUM_THREADS="1",
+        )
+        with (beside / "stdout").open("w+b") as out, (beside / "stderr").open("w+b") as err:
+            line = [*command.program, *command.line]
+            try:
+                code = subprocess.run(line, cwd=folder, env=env, stdout=out, stderr=err, timeout=LONGEST_S).returncode
+            except subprocess.TimeoutExpired:
+                code = -signal.SIGALRM
+        calls = struct.unpack("q", count.read_bytes())[0]
+        texts = [(beside / name).read_text(encoding="utf-8", errors="replace") for name in ("stdout", "stderr")]
+        return Run(command, code, *texts, calls, folder, before)
+
+
+def _files(folder: Path) -> dict[str, Path]:
+    return {str(path.relative_to(folder)): path for path in sorted(folder.rglob("*")) if path.is_file()}

@@ -1,8 +1,7 @@
 """A box that is carried through a cell while the arms work: the world of bench_online.py and demo_online.py.
 
-Whoever carries the box goes from point to point, not faster than a bound, stops in front of an arm, and turns back
-after a while. The arms are told every 0.1 s where the box is. They get new goals when they have reached theirs, and
-sooner if they need too long.
+The box is the cart of `mmp_env.sim.cart`. The arms are told every 0.1 s where it is. They get new goals when they have
+reached theirs, and sooner if they need too long.
 """
 
 from __future__ import annotations
@@ -14,17 +13,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env import Obstacle, OnlinePlanner, OnlineStep, draw_problem
+from mmp_env import OnlinePlanner, OnlineStep, draw_problem
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
+from mmp_env.sim.cart import Cart, CartOptions
 
 CALLS_S = 0.1
 """Time between two calls of `replan` [s]."""
 SPEED, EDGE_M = 0.3, 0.15
 """Largest speed of the box [m/s], and its edges."""
 _STEP_S = 0.01
-_POLITE_M, _PATIENCE_S = 0.2, 2.0
-"""The box stops so far from an arm [m], and turns back after this time [s]."""
 _LONGEST_S = 30.0
 """Time after which the arms get other goals [s]."""
 _GOALS = 40
@@ -45,52 +43,14 @@ class Record:
     committed: Callable[[], Plan] | None = None
 
 
-class CarriedBox:
-    """The box and who carries it.
-
-    Args:
-        cell: the cell; the box stays within its arms' bases.
-        rng: draws the points to which it goes.
-    """
-
-    def __init__(self, cell: Cell, rng: np.random.Generator) -> None:
-        self._cell, self._rng = cell, rng
-        bases = np.array([arm.position[:2] for arm in cell.arms])
-        self._low, self._high = np.append(bases.min(axis=0), 0.3), np.append(bases.max(axis=0), 1.2)
-        self.place = np.append(self._high[:2] + 0.6, 0.5)
-        self._to, self._waited_s = self._draw(), 0.0
-
-    def obstacle(self) -> Obstacle:
-        """Returns the box where it is."""
-        return Obstacle(
-            name="box", shape="box", position=self.place, quaternion=np.array([1.0, 0, 0, 0]), size=np.full(3, EDGE_M)
-        )
-
-    def advance(self, centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]) -> None:
-        """Carries the box on for one step, if the arms leave room; `centers` and `radii` are those of their spheres."""
-        way = self._to - self.place
-        length = float(np.linalg.norm(way))
-        place = self.place + way * min(SPEED * _STEP_S / max(length, 1e-9), 1.0)
-        apart = np.linalg.norm(np.maximum(np.abs(centers - place) - EDGE_M / 2, 0.0), axis=1) - radii
-        before = np.linalg.norm(np.maximum(np.abs(centers - self.place) - EDGE_M / 2, 0.0), axis=1) - radii
-        if apart.min() < _POLITE_M and apart.min() < before.min():
-            self._waited_s += _STEP_S
-        else:
-            self.place, self._waited_s = place, 0.0
-        if length < SPEED * _STEP_S or self._waited_s > _PATIENCE_S:
-            self._to, self._waited_s = self._draw(), 0.0
-
-    def _draw(self) -> Float[np.ndarray, "3"]:
-        return self._rng.uniform(self._low, self._high)
-
-
 def run(cell: Cell, within: float, seed: int) -> Iterator[Record]:
     """Yields the record so far after every call of `replan`, without an end."""
     rng, record, now = np.random.default_rng(seed), Record(), [0.0]
     draws = [draw_problem(cell, "crossing", seed=_GOALS * seed + k) for k in range(_GOALS)]
-    box = CarriedBox(cell, rng)
+    box = Cart(cell, CartOptions(edge=EDGE_M, speed=SPEED))
+    box.begin(rng)
     online = OnlinePlanner(cell, draws[0].start, seed=seed, clock=lambda: now[0])
-    online.add_obstacle(box.obstacle(), speed=SPEED)
+    online.add_obstacle(box.obstacle("box"), speed=SPEED)
     goal, since = 0, 0.0
     for call in itertools.count():
         record.unproved += not online.move_obstacle("box", box.place, speed=SPEED)
@@ -104,7 +64,7 @@ def run(cell: Cell, within: float, seed: int) -> Iterator[Record]:
         centers, radii = np.concatenate([c for c, _ in spheres], axis=1), np.concatenate([r for _, r in spheres])
         for k in range(len(times)):
             record.box.append(box.place)
-            box.advance(centers[k], radii)
+            box.advance(centers[k], radii, _STEP_S)
         yield record
         now[0] = CALLS_S * (call + 1)
         arrived = step.arrives and step.ends_s <= now[0]

@@ -89,6 +89,8 @@ def test_the_program_of_planning_online_runs():
     names = run_page("how-to/plan-while-moving.md")
     assert names["step"].kind in ("continuation", "stop")
     assert names["q"].keys() == set(names["cell"].arm_names)
+    assert names["truncated"]
+    assert not names["info"]["contacts"]
 
 
 def test_the_program_of_learning_reads_a_dataset(tmp_path, monkeypatch, capsys):

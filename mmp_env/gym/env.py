@@ -24,20 +24,22 @@ from mmp_env.gym.cell_instance import CellInstance, InstanceSource, Margin
 from mmp_env.gym.control import CONTROL_RATE_HZ, ControlMode, checked_action, steps_per_action
 from mmp_env.gym.environment_options import check_options
 from mmp_env.gym.instances import DEFAULT_TASK
-from mmp_env.gym.observation import Observer, joint_limits
+from mmp_env.gym.observation import joint_limits
 from mmp_env.gym.registration import ANY_CELL
 from mmp_env.gym.reward import GoalProgress
+from mmp_env.gym.world_events import GivenEvents, WorldEvents, observer
+from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import check_fit, given_plan
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, keeps_margins
-from mmp_env.model.task import Task
+from mmp_env.model.task import State, Task
 from mmp_env.opengl import check_render_mode, possible_render_modes
+from mmp_env.sim.cart_simulation import CartSimulation
 from mmp_env.sim.contacts import Contact
 from mmp_env.sim.execution import SHOWN_STEPS, ExecutionReport, execute_plan
 from mmp_env.sim.monitor import Monitor
 from mmp_env.sim.rendering import Camera, Window
-from mmp_env.sim.simulation import Simulation
 
 Observation = dict[str, np.ndarray]
 _UNRETIMED = (
@@ -61,6 +63,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         margin: margin of `problem`, in the forms that `make_problem` takes. `reset` refuses an instance whose start or
             goal is closer.
         control_rate_hz: actions per second of simulated time.
+        events: what happens while the arms move: `cart`, `goals` or both, or a dict name -> options.
         render_mode: `human`, `rgb_array` or None.
         width: width of pictures in pixels.
         height: height of pictures in pixels.
@@ -87,6 +90,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         max_velocity: float = DEFAULT_MAX_VELOCITY,
         margin: Margin = None,
         control_rate_hz: int = CONTROL_RATE_HZ,
+        events: GivenEvents = None,
         render_mode: str | None = None,
         width: int = 640,
         height: int = 480,
@@ -120,11 +124,12 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self._terminate_on_contact = terminate_on_contact
         lower, upper = joint_limits(bare)
         self._self_contacts = self_contacts
-        self._simulation = Simulation(bare, self_contacts=self_contacts)
+        self._events = WorldEvents(events)
+        self._simulation = self._events.simulation(bare, self_contacts=self_contacts)
         self._steps = steps_per_action(control_rate_hz, self._simulation.timestep_s)
         reach = self._source.fastest / control_rate_hz
         self._mode = ControlMode(name=control_mode, lower=lower, upper=upper, reach=reach)
-        self._observer = Observer(self._simulation)
+        self._observer = observer(self._simulation)
         self.observation_space = self._observer.space
         self.action_space = gymnasium.spaces.Box(-1.0, 1.0, (self._simulation.count,), np.float32)
         self._instance: CellInstance | None = None
@@ -162,6 +167,22 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         """The present instance as a problem. Raises `ResetNeeded`, or `InvalidInstanceError` for a bad task."""
         return self._present().problem
 
+    @property
+    def goal(self) -> State:
+        """Arm name -> the present goal [dof] [rad], which the event `goals` changes. Raises `ResetNeeded`."""
+        return self._present().goal
+
+    @property
+    def cart(self) -> Obstacle:
+        """The cart of the event `cart` where it is now, with its largest speed.
+
+        Raises:
+            MmpError: if the environment has no cart.
+        """
+        if not isinstance(self._simulation, CartSimulation):
+            raise MmpError("the environment has no cart; make it with events='cart'")
+        return self._simulation.cart.obstacle()
+
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
@@ -183,12 +204,14 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         asked = self._source.asked({} if options is None else options)
         super().reset(seed=None if seed is None else whole("seed", seed, 0))
         instance = self._source.following(asked, self.np_random, self._label(seed))
+        self._events.check(instance, self._source)
         self._enter(instance.cell)
         self._instance = instance
+        self._events.begin(self.np_random, self._simulation)
         self._simulation.place(self._simulation.joined(instance.start))
         self._stand()
         self._show_window()
-        return self._outcome([])
+        return self._observation(), {**self._info([]), **self._events.info()}
 
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Moves the arms for one control period.
@@ -211,9 +234,10 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self._move(begin, end)
         contacts = simulation.log.contacts
         reward = self._progress.update(simulation.positions, end, contact=bool(contacts))
-        observation, info = self._outcome(contacts)
-        terminated = info["is_success"] or (self._terminate_on_contact and bool(contacts))
-        return observation, reward, terminated, False, info
+        info = self._info(contacts)
+        over = (info["is_success"] and self._events.ends_at_goal) or (self._terminate_on_contact and bool(contacts))
+        self._renew_goal(reached=info["is_success"])
+        return self._observation(), reward, over, False, {**info, **self._events.info()}
 
     def action_towards(self, q: ArrayLike) -> np.ndarray:
         """Returns the action [n] that moves the reference of the servos to a configuration, or as near as possible.
@@ -282,8 +306,8 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         if cell is self.cell:
             return
         self.close()
-        self._simulation = Simulation(cell, self_contacts=self._self_contacts)
-        self._observer = Observer(self._simulation)
+        self._simulation = self._events.simulation(cell, self_contacts=self._self_contacts)
+        self._observer = observer(self._simulation)
 
     def _present(self) -> CellInstance:
         if self._instance is None:
@@ -301,10 +325,21 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         source = self._source.cell.name if self.spec is None or self.spec.id == ANY_CELL else self.spec.id
         return f"{source}/{seed}"
 
-    def _outcome(self, contacts: list[Contact]) -> tuple[Observation, dict[str, Any]]:
+    def _renew_goal(self, *, reached: bool) -> None:
+        """Takes over the goals that the events give after a step, if any."""
+        here = self._simulation.split(self._progress.q)
+        period_s = self._steps * self._simulation.timestep_s
+        instance = self._events.next_instance(self._source, here, period_s, reached=reached)
+        if instance is not None:
+            self._instance = instance
+            self._progress.aim(self._simulation.joined(instance.goal))
+
+    def _observation(self) -> Observation:
+        return self._observer.observe(self._progress.q, self._progress.target)
+
+    def _info(self, contacts: list[Contact]) -> dict[str, Any]:
         progress = self._progress
-        info = {"is_success": progress.is_success, "contacts": contacts, "distance_rad": progress.distance_rad}
-        return self._observer.observe(progress.q, progress.target), info
+        return {"is_success": progress.is_success, "contacts": contacts, "distance_rad": progress.distance_rad}
 
     def _move(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"]) -> None:
         """Moves the arms for one control period, in several parts if a window shows the motion."""

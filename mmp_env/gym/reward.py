@@ -28,6 +28,11 @@ class GoalProgress:
         """Whether every joint has reached its goal."""
         return self.distance_rad <= REACHED_RAD
 
+    def aim(self, target: Float[np.ndarray, "n"]) -> None:
+        """Takes over another target [n] [rad]."""
+        self.target = target
+        self._measure()
+
     def update(self, q: Float[np.ndarray, "n"], reference: Float[np.ndarray, "n"], *, contact: bool) -> float:
         """Takes over the positions after an action, and returns its reward.
 

@@ -9,6 +9,7 @@ parts of one arm collide here only if the planners test them against each other.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -175,6 +176,13 @@ def add_held(spec: Any, arm: Arm, held: Obstacle, name: str) -> None:
 def add_object(spec: Any, solid: Obstacle, name: str) -> None:
     """Adds the body and geom `name` of an object that lies."""
     _add_geom(spec.worldbody.add_body(name=name), name, solid, OBJECT_RGBA)
+
+
+def add_carried(spec: Any, solid: Obstacle, name: str) -> None:
+    """Adds the body and geom `name` of an object that is carried: a mocap body, which moves only when it is placed."""
+    body = spec.worldbody.add_body(name=name, mocap=True, pos=solid.position, quat=solid.quaternion)
+    at_origin = replace(solid, position=np.zeros(3), quaternion=np.array([1.0, 0.0, 0.0, 0.0]))
+    _add_geom(body, name, at_origin, OBJECT_RGBA)
 
 
 def _read_mjcf(model: Robot | Tool) -> Any:

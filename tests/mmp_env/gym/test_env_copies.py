@@ -20,6 +20,7 @@ ENVIRONMENTS = [
     ("MultiArmCell-2", {"control_mode": "velocity"}),
     ("MultiArmCell-4", {"robot": "panda", "control_mode": "delta", "terminate_on_contact": False}),
     ("MultiArmCell-mixed-4", {"task": "packing"}),
+    ("MultiArmCell-2", {"events": {"cart": {}, "goals": {"every_s": 0.2}}}),
 ]
 
 

@@ -102,6 +102,7 @@ class PathPlanner:
             return None, AT_GOAL
         if budget.left_s < self._timing_s:
             self._found = wanted, plan
+            self._last_s *= _FADE  # a time that was measured once must not keep a path from being timed for ever
             return None, "no time to retime the plan"
         began = time.perf_counter()
         motion = retime_unproved(plan, self._options)

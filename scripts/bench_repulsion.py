@@ -1,7 +1,8 @@
 """Nodes, time and cost of `apf-ecbs` and `ecbs` on the same instances: JSON lines. Usage: bench_repulsion.py [CELL...]
 
-A run is one instance of task `reach`; its number is the seed of the planner too. Means of expanded nodes and of cost
-and medians of processor time are over the runs that both planners solve. Ratios above 1 are in favour of `apf-ecbs`.
+A run is one instance of task `reach` with one seed of the planner: the number of the instance, plus 1000 for each
+further seed. Means of expanded nodes and of cost and medians of processor time are over the runs that both planners
+solve. Ratios above 1 are in favour of `apf-ecbs`. The ratio of nodes of each seed is in `ratios`.
 """
 
 from __future__ import annotations
@@ -14,19 +15,23 @@ from typing import Any
 
 from figure import print_figure, rounded
 
-from mmp_cli.arguments import Parser, seed, whole
+from mmp_cli.arguments import Parser, seed, setting, whole
 from mmp_cli.main import run_script
 from mmp_env import draw_problem, find_cell
 from mmp_planners import make
+from mmp_planners.planner import Planner
 
 CELLS = ("ring-4", "ring-6", "ring-8")
 TIME_LIMIT_S = 30.0
+SEED_STEP = 1000
+BASE = "ecbs"
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
     """Expanded nodes, processor time [s] and cost [rad] of a run; the cost is None if there is no plan."""
 
+    repeat: int
     nodes: int
     seconds: float
     cost_rad: float | None
@@ -38,23 +43,30 @@ def main() -> None:
     parser.add_argument("cells", nargs="*", default=CELLS, metavar="CELL", help=f"default: {' '.join(CELLS)}")
     parser.add_argument("--count", type=whole, default=50, metavar="N", help="instances of a cell (default: 50)")
     parser.add_argument("--first", type=seed, default=0, metavar="SEED", help="seed of the first (default: 0)")
+    parser.add_argument("--seeds", type=whole, default=1, metavar="N", help="planner seeds per instance (default: 1)")
+    parser.add_argument("--planner", default="apf-ecbs", metavar="NAME", help="default: apf-ecbs")
+    parser.add_argument(
+        "--set", type=setting, action="append", default=[], metavar="OPTION=VALUE", help="option of this planner"
+    )
     args = parser.parse()
     for cell in args.cells:
-        compare(cell, range(args.first, args.first + args.count))
+        instances = range(args.first, args.first + args.count)
+        compare(cell, instances, args.seeds, make(args.planner, **dict(args.set)))
 
 
-def compare(cell: str, seeds: range) -> None:
+def compare(cell: str, instances: range, seeds: int, planner: Planner) -> None:
     """Prints nodes, time and cost of both planners, and how many runs each solves."""
-    rival, ours = outcomes("ecbs", cell, seeds), outcomes("apf-ecbs", cell, seeds)
+    rival, ours = outcomes(make(BASE), cell, instances, seeds), outcomes(planner, cell, instances, seeds)
     both = [pair for pair in zip(rival, ours, strict=True) if None not in (pair[0].cost_rad, pair[1].cost_rad)]
     counts: dict[str, Any] = {
-        "instances": len(seeds),
-        "first": seeds.start,
+        "instances": len(instances),
+        "first": instances.start,
+        "seeds": seeds,
         "solved": solved(ours),
         "solved_ecbs": solved(rival),
     }
     if not both:
-        print_figure(f"repulsion_solved_by_both_{cell}", 0, "instances", **counts)
+        print_figure(f"repulsion_solved_by_both_{cell}", 0, "runs", **counts)
         return
     for name, unit, values in (
         ("nodes", "nodes", [statistics.mean(run.nodes for run in runs) for runs in zip(*both, strict=True)]),
@@ -62,7 +74,18 @@ def compare(cell: str, seeds: range) -> None:
         ("cost", "rad", [statistics.mean(run.cost_rad or 0.0 for run in runs) for runs in zip(*both, strict=True)]),
     ):
         theirs, mine = values
-        show(f"repulsion_{name}_{cell}", unit, theirs, mine, counts)
+        more = {"ratios": node_ratios(both, seeds)} if name == "nodes" else {}
+        show(f"repulsion_{name}_{cell}", unit, theirs, mine, counts | more)
+
+
+def node_ratios(both: Iterable[tuple[Outcome, Outcome]], seeds: int) -> list[float | None]:
+    """Returns the ratio of nodes of each planner seed; None if a seed has no nodes of ours."""
+    out: list[float | None] = []
+    for repeat in range(seeds):
+        pairs = [(base.nodes, ours.nodes) for base, ours in both if base.repeat == repeat]
+        theirs, mine = sum(pair[0] for pair in pairs), sum(pair[1] for pair in pairs)
+        out.append(rounded(theirs / mine) if mine else None)
+    return out
 
 
 def show(name: str, unit: str, theirs: float, mine: float, counts: Mapping[str, Any]) -> None:
@@ -71,16 +94,17 @@ def show(name: str, unit: str, theirs: float, mine: float, counts: Mapping[str, 
     print_figure(name, float(mine), unit, ratio=ratio, ratio_to="ecbs / apf-ecbs", ecbs=rounded(theirs), **counts)
 
 
-def outcomes(planner: str, cell: str, seeds: Iterable[int]) -> list[Outcome]:
-    """Returns the outcome of the planner for each instance."""
+def outcomes(planner: Planner, cell: str, instances: Iterable[int], seeds: int) -> list[Outcome]:
+    """Returns the outcome of the planner for each instance and planner seed."""
     out = []
-    for number in seeds:
+    for number in instances:
         problem = draw_problem(find_cell(cell), seed=number)
-        begin = time.process_time()
-        result = make(planner).plan(problem, seed=number, time_limit=TIME_LIMIT_S)
-        seconds = time.process_time() - begin
-        cost = None if result.plan is None else result.plan.cost_rad
-        out.append(Outcome(nodes=result.stats["expanded_nodes"], seconds=seconds, cost_rad=cost))
+        for repeat in range(seeds):
+            begin = time.process_time()
+            result = planner.plan(problem, seed=number + SEED_STEP * repeat, time_limit=TIME_LIMIT_S)
+            seconds = time.process_time() - begin
+            cost = None if result.plan is None else result.plan.cost_rad
+            out.append(Outcome(repeat=repeat, nodes=result.stats["expanded_nodes"], seconds=seconds, cost_rad=cost))
     return out
 
 

@@ -161,6 +161,7 @@ def _work(args: Namespace, job: Job, folder: ResultsFolder, pool: Pool | RayPool
     from mmp_cli.benchmark.job import Failure, Result, Unit
     from mmp_cli.benchmark.progress import BenchProgress
     from mmp_cli.benchmark.result_line import line_of_failure
+    from mmp_cli.machine import load
 
     units = [unit for unit in job.units() if unit.key not in folder.lines]
     with BenchProgress(units, folder.lines.values(), pool.workers, Console(stderr=True)) as progress:
@@ -169,5 +170,5 @@ def _work(args: Namespace, job: Job, folder: ResultsFolder, pool: Pool | RayPool
             if isinstance(answer, Failure):
                 answer = Result(line=line_of_failure(job, unit, answer))
             assert isinstance(answer, Result)
-            folder.add(unit, answer.line, answer.plan)
+            folder.add(unit, answer.line | {"workers": pool.workers, "load": load()}, answer.plan)
             progress.done(unit, answer.line)

@@ -17,7 +17,7 @@ LINE = [
     *("instance", "planner", "seed", "status", "planning_time_s", "check_time_s", *COUNTS),
     *("cost_rad", "makespan_s", "root_conflicts", "cost_lower_bound_rad", "min_clearance_m"),
     *("margins_asked", "margins_proved"),
-    *("bound_met", "deadline_hit", "plan", "version", "machine", "cell", "arms", "message"),
+    *("bound_met", "deadline_hit", "plan", "version", "machine", "cell", "arms", "message", "workers", "load"),
 ]
 
 
@@ -41,6 +41,8 @@ def test_each_instance_and_planner_has_one_line_with_the_fields_of_the_contract(
         assert (line["seed"], line["cell"], line["arms"]) == (7, "pair", 2)
         assert line["version"]
         assert "cores" in line["machine"]
+        assert line["workers"] == 2
+        assert line["load"] >= 0
 
 
 def test_a_solved_instance_has_all_its_numbers(finished):

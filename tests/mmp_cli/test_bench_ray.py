@@ -13,7 +13,7 @@ import time
 import pytest
 from support import bench_runs
 
-NOT_COMPARED = ("planning_time_s", "check_time_s", "machine")
+NOT_COMPARED = ("planning_time_s", "check_time_s", "machine", "workers", "load")
 START = [sys.executable, "-m", "ray.scripts.scripts", "start", "--head", "--block", "--num-cpus=2"]
 LEAN = ["--include-dashboard=false", "--disable-usage-stats", "--object-store-memory=80000000"]
 

@@ -16,8 +16,10 @@ ODD = "_b|<i>$x$ `é` \u6f22"
 
 RING = [
     # Planner a solves 0, 1, 2 in 1, 2, 6 s with 2, 4, 6 nodes; b solves 1, 2, 3.
-    line("ring/0", "a", planning_time_s=1.0, expanded_nodes=2, cost_rad=11.0, makespan_s=2.0, root_conflicts=4),
-    line("ring/1", "a", planning_time_s=2.0, expanded_nodes=4, cost_rad=12.0, makespan_s=3.0, root_conflicts=0),
+    line("ring/0", "a", planning_time_s=1.0, expanded_nodes=2, cost_rad=11.0, makespan_s=2.0, root_conflicts=4,
+         workers=2, load=2.5),
+    line("ring/1", "a", planning_time_s=2.0, expanded_nodes=4, cost_rad=12.0, makespan_s=3.0, root_conflicts=0,
+         workers=1, load=1.5),
     line("ring/2", "a", planning_time_s=6.0, expanded_nodes=6, cost_rad=13.0, makespan_s=4.0, root_conflicts=8),
     line("ring/3", "a", "timeout", planning_time_s=10.0, deadline_hit=True, root_conflicts=20),
     line("ring/4", "a", "invalid", message="arm0 touches arm1 at the start"),
@@ -68,6 +70,10 @@ def words(page):
 
     Text().feed(re.sub(r"<(svg|style).*?</\1>", "", page, flags=re.DOTALL))
     return " ".join(" ".join(parts).split())
+
+
+def test_a_report_says_what_ran_at_the_same_time(table):
+    assert "Runs at a time: 1 or 2; load of the machine, median: 2.0, at most 2.5." in table
 
 
 def test_the_main_table_has_means_over_solved_and_success_over_valid_instances(table):

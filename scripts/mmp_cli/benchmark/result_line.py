@@ -34,6 +34,8 @@ class ByKind(msgspec.Struct, frozen=True, kw_only=True):
 class Line(msgspec.Struct, frozen=True, kw_only=True):
     """One line. Values that do not exist, or that the planner does not count, are None. `planner` is the label.
 
+    `workers` is the number of runs at a time, and `load` the load of the machine over the last minute of the run.
+
     A line without generated nodes has no conflict tree, and so no expanded nodes.
     """
 
@@ -61,6 +63,8 @@ class Line(msgspec.Struct, frozen=True, kw_only=True):
     message: str | None = None
     version: str | None = None
     machine: str | None = None
+    workers: float | None = None
+    load: float | None = None
 
     @property
     def source(self) -> str:

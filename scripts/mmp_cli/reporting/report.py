@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from mmp_cli.reporting.cactus_figure import cactus_figure, published_figure
@@ -186,7 +187,17 @@ def _facts(results: Results, settings: Settings | None) -> list[str]:
     margin = ", ".join(asked) or default
     out.append(f"Time limit: {limit} per instance, one core each; {drawn}; margin asked: {margin}.")
     out.append(f"Robot: {settings.robot or 'as the source says'}; task: {settings.task or 'as the source says'}.")
+    out.append(_company(results))
     return out
+
+
+def _company(results: Results) -> str:
+    """Returns the sentence on what ran beside each run: other runs of the benchmark, and other processes."""
+    workers = sorted({int(line.workers) for line in results.lines if line.workers is not None})
+    loads = [line.load for line in results.lines if line.load is not None]
+    at_once = " or ".join(map(str, workers)) or "not noted"
+    load = f"{median(loads):.1f}, at most {max(loads):.1f}" if loads else "not noted"
+    return f"Runs at a time: {at_once}; load of the machine, median: {load}."
 
 
 def _planner_table(settings: Settings) -> Table:

@@ -55,7 +55,8 @@ def broken_order(
     """
     handled = Handled(states=[]) if handled is None else handled
     faults = [*_wrong_pairs(work, pairs), *_wrong_groups(work), *_late_jobs(work, pairs)]
-    faults += _late_uses(work, pairs, handled)
+    if not faults:
+        faults += _late_uses(work, pairs, handled)  # counts periods, which needs pairs within their motions
     yield from faults
     if not faults:
         yield from _meetings(work, pairs, distance, handled.holds)

@@ -126,6 +126,8 @@ def _pairs(document: Mapping[str, Any]) -> list[Pair]:
     """Returns the order. Raises `UnreadableError`."""
     order = listed(document, "order", "the schedule", optional=True)
     past = numbers(document.get("order_past_s", []), (len(order),), "order_past_s")
+    if not np.isfinite(past).all():
+        raise UnreadableError("order_past_s holds a number that is not finite", "finite")
     out = []
     for k, pair in enumerate(order):
         names = (

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from gymnasium.vector import SyncVectorEnv
 from gymnasium.vector.utils import iterate
 
 from mmp_env.argument_checks import whole
@@ -28,12 +29,13 @@ class BatchedEnv(SyncVectorEnv):
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Steps all environments, those that are over reset instead. See `gymnasium.vector.VectorEnv.step`."""
-        waits = (
-            self._autoreset_envs if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
-        )
-        for env, action, resets in zip(self.envs, iterate(self.action_space, actions), waits, strict=True):
-            if not resets:
-                env.begin(action)  # pyright: ignore[reportAttributeAccessIssue]
+        begun: list[Any] = list(zip(self.envs, iterate(self.action_space, actions), self._autoreset_envs, strict=True))
+        # Resets take longest, so they begin first: the threads then end at about the same time.
+        for env, action, is_over in sorted(begun, key=lambda each: not each[2]):
+            if is_over:
+                env.begin_reset()
+            else:
+                env.begin_step(action)
         return super().step(actions)
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -43,21 +45,42 @@ class BatchedEnv(SyncVectorEnv):
 
 
 class _Ahead(gymnasium.Wrapper):
-    """An environment whose next step may have begun in another thread."""
+    """An environment whose next step or reset may have begun in another thread."""
 
     def __init__(self, env: gymnasium.Env, pool: ThreadPoolExecutor) -> None:
         super().__init__(env)
         self._pool = pool
         self._begun: Future[Any] | None = None
 
-    def begin(self, action: Any) -> None:
+    def begin_step(self, action: Any) -> None:
         """Begins the next step."""
-        self._begun = self._pool.submit(self.env.step, action)
+        self._begin(self.env.step, action)
+
+    def begin_reset(self) -> None:
+        """Begins the next reset, which continues the stream of instances."""
+        self._begin(self.env.reset)
 
     def step(self, action: Any) -> Any:
         """Returns the result of the step that has begun, or makes it."""
         begun, self._begun = self._begun, None
         return self.env.step(action) if begun is None else begun.result()
+
+    def reset(self, **kwargs: Any) -> Any:
+        """Returns the result of the reset that has begun. With arguments, or if none has begun, makes one."""
+        if kwargs:
+            self._abandon()
+        begun, self._begun = self._begun, None
+        return self.env.reset(**kwargs) if begun is None else begun.result()
+
+    def _begin(self, call: Callable[..., Any], *args: Any) -> None:
+        self._abandon()
+        self._begun = self._pool.submit(call, *args)
+
+    def _abandon(self) -> None:
+        """Waits for what has begun, and forgets it: nobody asked for it after another environment failed."""
+        if self._begun is not None:
+            wait([self._begun])
+        self._begun = None
 
 
 def batched_env(id: str, count: int, *, threads: int | None = None, **options: Any) -> BatchedEnv:

@@ -35,6 +35,19 @@ def test_an_exception_of_an_environment_reaches_the_caller():
     batch.close()
 
 
+def test_after_an_exception_a_reset_begins_afresh():
+    batch = mmp_env.batched_env(ID, 2)
+    wanted, _ = batch.reset(seed=3)
+    actions = np.zeros((2, 12), dtype=np.float32)
+    actions[0, 0] = np.nan  # the second environment steps, and nobody asks for the result
+    with pytest.raises(MmpError, match="finite"):
+        batch.step(actions)
+    found, _ = batch.reset(seed=3)
+    for name, rows in wanted.items():
+        np.testing.assert_array_equal(found[name], rows)
+    batch.close()
+
+
 def test_wrong_arguments():
     with pytest.raises(UnknownNameError, match="MultiArmCell-2"):
         mmp_env.batched_env("MultiArmCell-3", 2)

@@ -17,14 +17,15 @@ from fuzz.process import LONGEST_S, Fault, Worker
 CALLS = 2000
 """Calls of the core in one request."""
 CORE_SHARE = 0.15
-"""Share of the time for calls of the core."""
+"""Usual share of the time for calls of the core."""
 
 
 class Fuzzing:
     """What was tried and found so far. One thread for each worker process uses it."""
 
-    def __init__(self, seed: int, end_s: float, keep: Path, longest_s: float) -> None:
+    def __init__(self, seed: int, end_s: float, keep: Path, longest_s: float, core_share: float) -> None:
         self.seed, self.end_s, self.keep, self.longest_s = seed, end_s, keep, longest_s
+        self.core_share = core_share
         self.codes: Counter[tuple[str, int | None]] = Counter()
         self.calls = self.returned = 0
         self.found: list[str] = []
@@ -38,7 +39,7 @@ class Fuzzing:
         while time.monotonic() < self.end_s:
             count += 1
             seed = f"{self.seed}/{number}/{count}"
-            if in_core <= CORE_SHARE * (time.monotonic() - begin):
+            if in_core <= self.core_share * (time.monotonic() - begin):
                 started = time.monotonic()
                 self._call_core(worker, seed)
                 in_core += time.monotonic() - started
@@ -76,12 +77,14 @@ def main() -> int:
     parser.add_argument("--keep", type=Path, help="folder for the inputs that failed (default: a new one)")
     help = f"longest time for a command line (default: {LONGEST_S:g})"
     parser.add_argument("--longest", type=float, default=LONGEST_S, metavar="S", help=help)
+    help = f"share of the time for calls of the core (default: {CORE_SHARE:g})"
+    parser.add_argument("--core-share", type=float, default=CORE_SHARE, metavar="X", help=help)
     args = parser.parse_args()
     keep = args.keep or Path(tempfile.mkdtemp(prefix="fuzz-kept-"))
     keep.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
         samples.write_all(Path(folder))  # once, before the threads
-    fuzzing = Fuzzing(args.seed, time.monotonic() + 60 * args.minutes, keep, args.longest)
+    fuzzing = Fuzzing(args.seed, time.monotonic() + 60 * args.minutes, keep, args.longest, args.core_share)
     with ThreadPoolExecutor(args.workers) as threads:
         for done in [threads.submit(fuzzing.run, k) for k in range(args.workers)]:
             done.result()

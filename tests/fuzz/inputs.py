@@ -38,7 +38,8 @@ class Input:
 
 def drawn(good: dict[str, bytes], rng: random.Random, kinds: list[str] | None = None) -> Input:
     """Returns a changed input; `good` are the contents of all good files."""
-    kind = rng.choice(kinds or list(samples.LINES))
+    kinds = kinds or list(samples.LINES)
+    kind = rng.choices(kinds, [samples.RARELY.get(each, 1.0) for each in kinds])[0]
     name, line = samples.LINES[kind]
     line = with_limits(line)
     files = {name: changes.changed_file(good[name], rng)} if name and rng.random() < 0.8 else {}

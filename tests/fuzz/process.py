@@ -9,13 +9,16 @@ import struct
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
 TESTS = Path(__file__).parents[1]
 LONGEST_S = 10.0
-"""Longest time for an answer [s]; the first one of a process may take longer, since it imports everything."""
+"""Longest processor time for an answer [s]; the first one of a process may take longer, since it imports everything."""
 _FIRST_S = 60.0
+_PATIENCE = 6.0
+"""Longest wall-clock time for an answer, relative to the processor time: the machine may do other work."""
 
 
 class Fault(Exception):
@@ -43,7 +46,7 @@ class Worker:
             process.stdin.write(json.dumps(request) + "\n")
             process.stdin.flush()
             seconds = self._longest_s + allowed_s + (_FIRST_S if fresh else 0.0)
-            if not select.select([process.stdout], [], [], seconds)[0]:
+            if not _answers(process, seconds):
                 self._stop()
                 raise Fault(f"no answer within {self._longest_s:g} s")
             line = process.stdout.readline()
@@ -79,6 +82,27 @@ class Worker:
         return subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=env
         )
+
+
+def _answers(process: subprocess.Popen[str], seconds: float) -> bool:
+    """Waits until a process answers. Returns False if it has worked for `seconds` without, or slept for much longer."""
+    begin, begin_cpu = time.monotonic(), _processor_time(process)
+    step = seconds
+    while not select.select([process.stdout], [], [], step)[0]:
+        left = seconds - (_processor_time(process) - begin_cpu)
+        if left <= 0 or time.monotonic() - begin >= _PATIENCE * seconds:
+            return False
+        step = max(left, 0.1)
+    return True
+
+
+def _processor_time(process: subprocess.Popen[str]) -> float:
+    """Returns the processor time that a process has used [s], 0 once it has ended."""
+    try:
+        words = Path(f"/proc/{process.pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
+    except OSError:
+        return 0.0
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def _path() -> str:

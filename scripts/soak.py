@@ -1,12 +1,15 @@
 """Memory of one process over many plans and episodes: two JSON lines. Usage: soak.py [--plans N] [--episodes N]
 
-Plans are of all planners in turn, on instances of `--cell`; episodes are of its environment, with random actions. The
-first tenth of each is the warm-up: growth is of the resident memory from its end to the end of all.
+Plans are of all planners in turn, on instances of `--cell`; episodes are of its environment, with random actions. Half
+as many of each come before as warm-up: growth is of the resident memory from its end to the end of all. Before both,
+Python collects its garbage and the allocator gives back the pages that it keeps for later; `with_slack` is the growth
+with these pages.
 """
 
 from __future__ import annotations
 
 import argparse
+import ctypes
 import gc
 import os
 from collections.abc import Callable
@@ -14,7 +17,7 @@ from pathlib import Path
 
 import gymnasium
 import numpy as np
-from figure import print_figure
+from figure import print_figure, rounded
 
 from mmp_cli.arguments import Parser, seconds, whole
 from mmp_cli.main import run_script
@@ -30,7 +33,7 @@ def main() -> None:
     parser.add_argument("--cell", default="ring-4", metavar="CELL", help="cell of both parts (default: ring-4)")
     parser.add_argument("--plans", type=whole, default=10_000, metavar="N", help="plans (default: 10000)")
     parser.add_argument("--episodes", type=whole, default=1000, metavar="N", help="episodes (default: 1000)")
-    parser.add_argument("--time-limit", type=seconds, default=1.0, metavar="S", help="of a plan [s] (default: 1)")
+    parser.add_argument("--time-limit", type=seconds, default=0.1, metavar="S", help="of a plan [s] (default: 0.1)")
     args = parser.parse()
     cell, planners = find_cell(args.cell), names()
 
@@ -55,20 +58,27 @@ def main() -> None:
 
 def show(name: str, what: str, once: Callable[[int], None], count: int) -> None:
     """Repeats a call and prints how much the resident memory grew after the warm-up, in percent."""
-    warm_up = max(count // 10, 1)
+    warm_up = max(count // 2, 1)
     for number in range(warm_up):
         once(number)
-    before = resident_bytes()
-    for number in range(warm_up, count):
+    kept_before, before = resident_bytes(), resident_bytes(without_slack=True)
+    for number in range(warm_up, warm_up + count):
         once(number)
-    after = resident_bytes()
+    kept_after, after = resident_bytes(), resident_bytes(without_slack=True)
     figures = {"before_mb": round(before / MEGABYTE, 1), "after_mb": round(after / MEGABYTE, 1), what: count}
-    print_figure(f"{name}_growth", 100.0 * (after / before - 1.0), "%", **figures)
+    with_slack = rounded(100.0 * (kept_after / kept_before - 1.0))
+    print_figure(f"{name}_growth", 100.0 * (after / before - 1.0), "%", **figures, with_slack=with_slack)
 
 
-def resident_bytes() -> int:
-    """Returns the resident memory of this process [bytes], without objects that only wait for collection."""
+def resident_bytes(*, without_slack: bool = False) -> int:
+    """Returns the resident memory of this process [bytes], without objects that only wait for collection.
+
+    Args:
+        without_slack: whether the allocator of the C library gives back the pages that it keeps; only glibc can.
+    """
     gc.collect()
+    if without_slack and hasattr(ctypes.CDLL(None), "malloc_trim"):
+        ctypes.CDLL(None).malloc_trim(0)
     return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 

@@ -113,7 +113,7 @@ class Problem(ReadOnly):
         """Clearances [m] below which planners see a conflict: the margins and the slack."""
         return Margins(**{kind: self.margins[kind] + self.slack for kind in KINDS})
 
-    @property
+    @cached_property
     def cost_lower_bound_rad(self) -> float:
         """Lower bound of the cost of every plan: sum_i min_q |q - q_start|_1 [rad] over the candidates q of arm i."""
         return float(sum(np.abs(self.goals[a] - self.start[a]).sum(axis=1).min() for a in self.cell.arm_names))

@@ -9,8 +9,9 @@ kept.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,25 +101,35 @@ def retime_to_velocity_limits(problem: Problem, rows: Sequence[Rows]) -> Plan:
         problem: the problem of the plan.
         rows: configurations [k, dof] [rad] of each arm, with the same k.
     """
-    q: dict[str, Rows] = {}
-    problem = ending_at(problem, dict(zip(problem.cell.arm_names, rows, strict=True)))
-    for arm, given in zip(problem.cell.arms, rows, strict=True):
-        inside = np.clip(np.asarray(given, dtype=float), arm.robot.lower, arm.robot.upper)
-        q[arm.name] = np.repeat(inside, 2, axis=0) if len(inside) == 1 else inside
-        q[arm.name][0], q[arm.name][-1] = problem.start[arm.name], problem.goal[arm.name]
+    cell = problem.cell
+    problem = ending_at(problem, dict(zip(cell.arm_names, rows, strict=True)))
+    # All joints of all arms in one array, which is several times as fast as arm by arm in cells of many arms.
+    lower, upper = (np.concatenate([getattr(arm.robot, side) for arm in cell.arms]) for side in ("lower", "upper"))
+    start, goal, limits = (
+        np.concatenate([of_arm[name] for name in cell.arm_names])
+        for of_arm in (problem.start, problem.goal, problem.max_velocity)
+    )
+    q = np.minimum(np.maximum(np.concatenate(rows, axis=1), lower), upper)
+    if len(q) == 1:
+        q = np.repeat(q, 2, axis=0)
+    q[0], q[-1] = start, goal
     # Steps without motion are dropped: no arm waits for anything.
-    kept = np.concatenate([[True], _step_durations(problem, q) > 1e-9])
-    kept[-1] |= not kept[1:].any() and any((rows[0] != rows[-1]).any() for rows in q.values())
-    q = {name: rows[kept] for name, rows in q.items()}
-    for name, left in q.items():
-        left[-1] = problem.goal[name]
-    lasting = np.maximum(_step_durations(problem, q), 1e-9)
+    kept = np.concatenate([[True], _step_durations(q, limits) > 1e-9])
+    kept[-1] |= not kept[1:].any() and bool((start != goal).any())
+    q = q[kept]
+    q[-1] = goal
+    lasting = np.maximum(_step_durations(q, limits), 1e-9)
     # One rounding step more: late in a plan, rounded times would make a step of nanoseconds too short.
     times = np.concatenate([[0.0], np.cumsum(lasting + np.spacing(lasting.sum()))])
-    return Plan(problem=problem, times=times, positions=q)
+    ends = itertools.accumulate(arm.dof for arm in cell.arms)
+    parts = {
+        arm.name: np.ascontiguousarray(q[:, end - arm.dof : end]) for arm, end in zip(cell.arms, ends, strict=True)
+    }
+    return Plan(problem=problem, times=times, positions=parts)
 
 
-def _step_durations(problem: Problem, q: Mapping[str, Rows]) -> Float[np.ndarray, "steps"]:
+def _step_durations(
+    q: Float[np.ndarray, "k all_dof"], limits: Float[np.ndarray, "all_dof"]
+) -> Float[np.ndarray, "steps"]:
     """Returns how long the slowest joint of all arms takes for each step [s]."""
-    limits = np.concatenate([problem.max_velocity[name] for name in q])
-    return (np.abs(np.diff(np.hstack(list(q.values())), axis=0)) / limits).max(axis=1)
+    return (np.abs(q[1:] - q[:-1]) / limits).max(axis=1)

@@ -18,6 +18,8 @@ from mmp_env.check.rules import exceeded
 RATE_TOLERANCE = 1e-6
 """Relative tolerance of accelerations, jerks and stated rates."""
 _ROUNDING = 8 * np.finfo(float).eps
+_JOINTS_AT_ONCE = 32
+"""Number of joints whose differences are computed at once; bounds the memory."""
 
 
 def derivatives(plan: CheckedPlan) -> Iterator[Violation]:
@@ -71,9 +73,12 @@ def divided_differences(
     first, last = (times[1] - times[0], times[-1] - times[-2]) if len(times) > 1 else (1.0, 1.0)
     beyond = np.arange(1, order + 1)
     clock = np.concatenate([times[0] - first * beyond[::-1], times, times[-1] + last * beyond])
-    rate = np.pad(q, ((order, order), (0, 0)), mode="edge")
-    noise = _ROUNDING * np.maximum(np.abs(rate), 1.0)
-    for k in range(1, order + 1):
-        span = (clock[k:] - clock[:-k])[:, None] / k
-        rate, noise = np.diff(rate, axis=0) / span, (noise[1:] + noise[:-1]) / span
-    return np.maximum(np.abs(rate) - noise, 0.0), np.clip(clock[: len(rate)], 0.0, times[-1])
+    out = np.empty((len(times) + order, q.shape[1]))
+    for joints in np.array_split(np.arange(q.shape[1]), q.shape[1] // _JOINTS_AT_ONCE + 1):
+        rate = np.pad(q[:, joints], ((order, order), (0, 0)), mode="edge")
+        noise = _ROUNDING * np.maximum(np.abs(rate), 1.0)
+        for k in range(1, order + 1):
+            span = (clock[k:] - clock[:-k])[:, None] / k
+            rate, noise = np.diff(rate, axis=0) / span, (noise[1:] + noise[:-1]) / span
+        out[:, joints] = np.maximum(np.abs(rate) - noise, 0.0)
+    return out, np.clip(clock[: len(out)], 0.0, times[-1])

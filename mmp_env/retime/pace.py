@@ -7,7 +7,6 @@ best one closely.
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +17,7 @@ from mmp_env.retime.clock import rough_duration
 from mmp_env.retime.course import Course, course_of
 from mmp_env.retime.limits import RateLimits
 from mmp_env.retime.smoothing import first_blends, fitted, smooth
+from mmp_env.retime.steps import Steps
 from mmp_env.retime.zones import zones_of
 
 GOOD = 1.25
@@ -37,38 +37,47 @@ class _Candidate:
     is_smooth: bool
 
 
-def paced_path(plan: Plan, limits: RateLimits, tolerance: float) -> BlendedPath:
-    """Returns the fastest smoothed path of a few paces, within `tolerance` [rad] of the plan.
+def paced_path(plan: Plan, limits: RateLimits, tolerance: float) -> Steps[BlendedPath]:
+    """Returns, in steps, the fastest smoothed path of a few paces, within `tolerance` [rad] of the plan.
 
     Its clearance is tested only if there was a choice of paces; the proof of the result follows.
     """
-    candidates = _candidates(plan, limits, tolerance)
+    candidates = yield from _candidates(plan, limits, tolerance)
     if len(candidates) == 1:
         return candidates[0].path
     # A close test only makes a path slower, so the best tested path is the best of all.
     while not (best := min(candidates, key=lambda one: one.duration_s)).is_smooth:
-        path = smooth(plan.problem, best.path, tolerance)
+        path = yield from smooth(plan.problem, best.path, tolerance)
         candidates.remove(best)
-        candidates.append(_Candidate(path=path, duration_s=_duration(path, limits), is_smooth=True))
+        duration_s = yield from _duration(path, limits)
+        candidates.append(_Candidate(path=path, duration_s=duration_s, is_smooth=True))
     return best.path
 
 
-def _candidates(plan: Plan, limits: RateLimits, tolerance: float) -> list[_Candidate]:
+def _candidates(plan: Plan, limits: RateLimits, tolerance: float) -> Steps[list[_Candidate]]:
     """Returns paths for a few paces, without regard to obstacles and other arms."""
     course = course_of(plan, limits.velocity)
+    yield
     natural = _natural_pace(course, limits)
+    known: dict[float, _Candidate] = {}
 
-    @functools.cache
-    def at(pace: float) -> _Candidate:
-        at_pace = course if pace == 1.0 else course_of(plan, pace * limits.velocity)
-        path = fitted(plan.problem.cell, first_blends(at_pace, limits, tolerance), tolerance)
-        return _Candidate(path=path, duration_s=_duration(path, limits), is_smooth=False)
+    def at(pace: float) -> Steps[_Candidate]:
+        if pace not in known:
+            at_pace = course if pace == 1.0 else course_of(plan, pace * limits.velocity)
+            path = first_blends(at_pace, limits, tolerance)
+            yield
+            path = yield from fitted(plan.problem.cell, path, tolerance)
+            duration_s = yield from _duration(path, limits)
+            known[pace] = _Candidate(path=path, duration_s=duration_s, is_smooth=False)
+        return known[pace]
 
     fast, medium, between, slow = (min(1.0, factor * natural) for factor in (_FAST, _MEDIUM, _BETWEEN, _SLOW))
-    if at(fast).duration_s <= GOOD * course.end:
-        return [at(fast)]
-    third = slow if at(medium).duration_s <= at(fast).duration_s else between
-    return [at(pace) for pace in dict.fromkeys((fast, medium, third))]
+    fastest = yield from at(fast)
+    if fastest.duration_s <= GOOD * course.end:
+        return [fastest]
+    one = yield from at(medium)
+    third = yield from at(slow if one.duration_s <= fastest.duration_s else between)
+    return list(dict.fromkeys((fastest, one, third)))
 
 
 def _natural_pace(course: Course, limits: RateLimits) -> float:
@@ -79,5 +88,6 @@ def _natural_pace(course: Course, limits: RateLimits) -> float:
     return max(float(speeds @ lengths / max(course.end, 1e-12)), _LEAST_PACE)
 
 
-def _duration(path: BlendedPath, limits: RateLimits) -> float:
-    return rough_duration(zones_of(path, limits))
+def _duration(path: BlendedPath, limits: RateLimits) -> Steps[float]:
+    zones = yield from zones_of(path, limits)
+    return rough_duration(zones)

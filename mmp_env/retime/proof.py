@@ -16,6 +16,7 @@ from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.clock import PathTiming, run_clock
 from mmp_env.retime.limits import RateLimits, split
 from mmp_env.retime.smoothing import covering, narrowed, smooth
+from mmp_env.retime.steps import Steps, finished
 from mmp_env.retime.zones import LEAST_ZONE_S, zones_of
 from mmp_env.sim.servo_reference import Reference
 
@@ -47,8 +48,8 @@ def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, tolerance: 
     """
     widest, attempts = path.width, 0
     while True:
-        clock = _timed(path, limits, period_s)
-        motion, attempts = _sampled(plan, path, clock), attempts + 1
+        clock = finished(_timed(path, limits, period_s))
+        motion, attempts = finished(_sampled(plan, path, clock)), attempts + 1
         certificate, row_of = _certified(motion, _bending(path, clock.phase))
         if certificate.valid:
             return ProvedMotion(path=path, motion=motion, clearance_m=certificate.clearance)
@@ -59,7 +60,7 @@ def proved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, tolerance: 
         row = np.interp(certificate.instant, np.arange(len(row_of)), row_of)
         near = covering(path, np.interp([row], np.arange(len(clock.phase)), clock.phase))
         if near.any() and attempts < _PROOFS:
-            path = smooth(plan.problem, narrowed(path, near, widest), tolerance)
+            path = finished(smooth(plan.problem, narrowed(path, near, widest), tolerance))
         else:
             path = path.narrower(np.zeros_like(widest))
 
@@ -79,19 +80,23 @@ def _certified(motion: Plan, kept: Int[np.ndarray, "k"]) -> tuple[Certificate, F
     return certify(followed, core.Clock(_LONG_S), share=1.0), row_of
 
 
-def unproved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, period_s: float) -> Plan:
-    """Returns the motion along `path` with a sample every `period_s` [s], without a proof."""
-    return _sampled(plan, path, _timed(path, limits, period_s))
+def unproved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, period_s: float) -> Steps[Plan]:
+    """Returns, in steps, the motion along `path` with a sample every `period_s` [s], without a proof."""
+    clock = yield from _timed(path, limits, period_s)
+    yield
+    return (yield from _sampled(plan, path, clock))
 
 
-def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> PathTiming:
+def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> Steps[PathTiming]:
     if path.course.end > LEAST_ZONE_S:
-        return run_clock(zones_of(path, limits), period_s)
+        zones = yield from zones_of(path, limits)
+        yield
+        return run_clock(zones, period_s)
     still = np.zeros(2)  # nothing moves, or hardly
     return PathTiming(period_s=period_s, phase=still, speed=still, growth=still)
 
 
-def _sampled(plan: Plan, path: BlendedPath, clock: PathTiming) -> Plan:
+def _sampled(plan: Plan, path: BlendedPath, clock: PathTiming) -> Steps[Plan]:
     speed, growth, first = clock.speed[:, None], clock.growth[:, None], 0
     positions, velocities, accelerations = {}, {}, {}
     for arm in plan.problem.cell.arms:  # one at a time, within the processor's cache
@@ -102,6 +107,7 @@ def _sampled(plan: Plan, path: BlendedPath, clock: PathTiming) -> Plan:
             np.ascontiguousarray(part) for part in (q, slope * speed, curve * speed**2 + slope * growth)
         )
         first += arm.dof
+        yield
     return dataclasses.replace(
         plan,
         times=clock.period_s * np.arange(len(clock.phase)),

@@ -21,6 +21,7 @@ from mmp_env.retime.options import RetimeOptions
 from mmp_env.retime.pace import paced_path
 from mmp_env.retime.proof import ProvedMotion, proved_motion, unproved_motion
 from mmp_env.retime.smoothing import deviation
+from mmp_env.retime.steps import Steps, finished
 
 _INWARD = 0.99
 """Share of the tolerance that the smoothed path may use; the rest is for rounding."""
@@ -117,7 +118,7 @@ def retime_with_report(
     limits = full.reduced(options.share)
     check_samples(course_of(plan, limits.velocity).end, 1.0 / options.rate)
     inside = _INWARD * options.tolerance
-    done = proved_motion(plan, paced_path(plan, limits, inside), limits, inside, 1.0 / options.rate)
+    done = proved_motion(plan, finished(paced_path(plan, limits, inside)), limits, inside, 1.0 / options.rate)
     report = _report(plan, done, limits.velocity, options.tolerance, began)
     stats = {key: value for key, value in dataclasses.asdict(report).items() if key != "seconds"}
     cell = plan.problem.cell
@@ -129,8 +130,8 @@ def retime_with_report(
     ), report
 
 
-def retime_unproved(plan: Plan, options: RetimeOptions) -> Plan:
-    """Returns the motion that `retime` would prove first, for callers that prove it part by part.
+def retime_unproved(plan: Plan, options: RetimeOptions) -> Steps[Plan]:
+    """Returns, in steps, the motion that `retime` would prove first, for callers that prove it part by part.
 
     Raises `MmpError` like `retime`, but not for a plan that cannot be proved.
     """
@@ -138,10 +139,13 @@ def retime_unproved(plan: Plan, options: RetimeOptions) -> Plan:
     full = rate_limits(plan.problem, options.max_acceleration, options.max_jerk)
     limits, period_s = full.reduced(options.share), 1.0 / options.rate
     check_samples(course_of(plan, limits.velocity).end, period_s)
-    path = paced_path(plan, limits, _INWARD * options.tolerance)
+    yield
+    path = yield from paced_path(plan, limits, _INWARD * options.tolerance)
+    yield
+    motion = yield from unproved_motion(plan, path, limits, period_s)
     cell = plan.problem.cell
     return dataclasses.replace(
-        unproved_motion(plan, path, limits, period_s),
+        motion,
         max_acceleration=split(cell, full.acceleration),
         max_jerk=split(cell, full.jerk),
     )

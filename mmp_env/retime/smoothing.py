@@ -19,6 +19,7 @@ from mmp_env.model.problem import Problem
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.course import Course
 from mmp_env.retime.limits import RateLimits, split
+from mmp_env.retime.steps import Steps
 
 CLEAR = 0.1
 """Share of the planning slack that a blended path keeps beyond the margin, a little more than its proof needs."""
@@ -64,8 +65,8 @@ def _within_tolerance(path: BlendedPath, tolerance: float) -> Float[np.ndarray, 
     return np.maximum(wanted - path.edge**2 / (3 * width), 0.75 * wanted) / width
 
 
-def fitted(cell: Cell, path: BlendedPath, tolerance: float) -> BlendedPath:
-    """Narrows blends until the path is within `tolerance` [rad] of its course and within joint limits.
+def fitted(cell: Cell, path: BlendedPath, tolerance: float) -> Steps[BlendedPath]:
+    """Narrows blends, in steps, until the path is within `tolerance` [rad] of its course and within joint limits.
 
     The first few times every blend narrows in proportion to the deviation around it, then step by step.
     """
@@ -83,15 +84,17 @@ def fitted(cell: Cell, path: BlendedPath, tolerance: float) -> BlendedPath:
         else:
             look = covering(path, phase[(stray > tolerance) | beyond])
             path = narrowed(path, look, widest)
+        yield
     return path
 
 
-def smooth(problem: Problem, path: BlendedPath, tolerance: float) -> BlendedPath:
-    """Narrows blends until a quick test finds the path clear."""
+def smooth(problem: Problem, path: BlendedPath, tolerance: float) -> Steps[BlendedPath]:
+    """Narrows blends, in steps, until a quick test finds the path clear."""
     widest = path.width
     look = path.miss > _SLIGHT_RAD
     while look.any():
-        look = covering(path, troubles(problem, path, _around(path, look), tolerance))
+        found = yield from troubles(problem, path, _around(path, look), tolerance)
+        look = covering(path, found)
         path = narrowed(path, look, widest)
     return path
 
@@ -119,8 +122,8 @@ def deviation(path: BlendedPath, phase: Float[np.ndarray, "t"]) -> Float[np.ndar
 
 def troubles(
     problem: Problem, path: BlendedPath, runs: Sequence[Float[np.ndarray, "_"]], tolerance: float
-) -> Float[np.ndarray, "m"]:
-    """Returns the phases, within these runs, at which the path deviates too far, leaves limits or is not clear."""
+) -> Steps[Float[np.ndarray, "m"]]:
+    """Returns, in steps, the phases within these runs at which the path strays, leaves limits or is not clear."""
     phase = np.concatenate(runs)
     cell = problem.cell
     q, stray, beyond = _whereabouts(cell, path, phase)
@@ -128,6 +131,7 @@ def troubles(
     pairs = np.array(list(itertools.combinations(range(len(cell.arms)), 2)), np.int32).reshape(-1, 2)
     by_arm, first = list(split(cell, q).values()), 0
     for run in runs:
+        yield
         steps = _conflicts(problem, [rows[first : first + len(run)] for rows in by_arm], pairs)
         if len(steps):
             found.append(np.interp(steps, np.arange(len(run)), run))

@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 from mmp_env.retime.blends import BlendedPath
 from mmp_env.retime.limits import RateLimits
+from mmp_env.retime.steps import Steps
 
 CURVE_SHARE = 0.8
 """Share of the acceleration that a curve may use; the rest is for changes of speed."""
@@ -49,18 +50,21 @@ class Zones:
     stop: np.ndarray
 
 
-def zones_of(path: BlendedPath, limits: RateLimits) -> Zones:
-    """Returns zones of about equal length, which end at stops."""
+def zones_of(path: BlendedPath, limits: RateLimits) -> Steps[Zones]:
+    """Returns, in steps, zones of about equal length, which end at stops."""
     ramp_s = np.minimum(limits.acceleration / limits.jerk, np.sqrt(limits.velocity / limits.jerk)).max()
     length_s = max(ZONE_S, _ZONE_RAMPS * float(ramp_s), path.course.end / _MOST_ZONES)
     bounds, marks = _bounds(path, limits, length_s)
-    first, second, third = _largest(path, bounds)
+    yield
+    first, second, third = yield from _largest(path, bounds)
+    yield
     v, a, j = limits.velocity * _SAFETY, limits.acceleration * _SAFETY, limits.jerk * _SAFETY
     first, second, third = (np.maximum(part, _TINY) for part in (first, second, third))
     speed = np.minimum.reduce([v / first, np.sqrt(CURVE_SHARE * a / second), np.cbrt(CURVE_JERK * j / third)])
     speed = speed.min(axis=1, keepdims=True).clip(max=_FASTEST)
     growth = np.minimum((a - second * speed**2) / first, CROSS_JERK * j / (3 * second * speed))
     growth = growth.min(axis=1, keepdims=True).clip(max=_FASTEST)
+    yield
     jerk = ((j - third * speed**3 - 3 * second * speed * growth) / first).min(axis=1).clip(max=_FASTEST**2)
     return Zones(bounds=bounds, speed=speed[:, 0], growth=growth[:, 0], jerk=jerk, stop=np.isin(bounds, marks))
 
@@ -82,7 +86,7 @@ def _bounds(
     return np.interp(np.arange(count.sum() + 1), np.append(0, np.cumsum(count)), fixed), marks
 
 
-def _largest(path: BlendedPath, bounds: Float[np.ndarray, "b"]) -> list[Float[np.ndarray, "z n"]]:
+def _largest(path: BlendedPath, bounds: Float[np.ndarray, "b"]) -> Steps[list[Float[np.ndarray, "z n"]]]:
     """Returns the largest |q'|, |q''|, |q'''| in each zone.
 
     Between breaks q'' is linear and q''' constant, so their values at breaks suffice.
@@ -91,6 +95,7 @@ def _largest(path: BlendedPath, bounds: Float[np.ndarray, "b"]) -> list[Float[np
     before = np.nextafter(path.stops, 0.0)
     phase = np.unique(np.concatenate([path.breaks, bounds, before]))
     slope, curve, third = path.derivatives(phase, (1, 2, 3))
+    yield
     long = np.diff(phase, append=-np.inf) > _ROUNDING_S
     third[~long], long = 0.0, np.flatnonzero(long)
     # If q'' changes its sign between two of these, q' is largest in between.
@@ -98,6 +103,7 @@ def _largest(path: BlendedPath, bounds: Float[np.ndarray, "b"]) -> list[Float[np
     peak = np.abs(slope)
     over = np.abs(slope[turned] - curve[turned] ** 2 / np.where(third[turned] == 0, np.inf, 2 * third[turned]))
     peak[turned] = np.maximum(peak[turned], np.where(curve[turned] * curve[turned + 1] < 0, over, 0.0))
+    yield
     starts, ends = np.searchsorted(phase, bounds[:-1]), np.searchsorted(phase, bounds[1:])
     smooth = ~np.isin(bounds[1:], path.stops)
     out = []
@@ -105,4 +111,5 @@ def _largest(path: BlendedPath, bounds: Float[np.ndarray, "b"]) -> list[Float[np
         out.append(np.maximum.reduceat(values, starts, axis=0))
         if shared:  # the end of a zone belongs to it too
             out[-1][smooth] = np.maximum(out[-1][smooth], values[ends[smooth]])
+        yield
     return out

@@ -7,6 +7,7 @@ reached theirs, and sooner if they need too long.
 from __future__ import annotations
 
 import itertools
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
@@ -30,12 +31,13 @@ _GOALS = 40
 
 @dataclass
 class Record:
-    """What happened: the answers, and every 10 ms the configurations of all joints and the place of the box.
+    """What happened: the answers, the processor time of each [s], and every 10 ms the configurations and the box.
 
     `committed()` gives what was committed by the last answer.
     """
 
     steps: list[OnlineStep] = field(default_factory=list)
+    process_s: list[float] = field(default_factory=list)
     q: list[Float[np.ndarray, "n dofs"]] = field(default_factory=list)
     box: list[Float[np.ndarray, "3"]] = field(default_factory=list)
     reached: int = 0
@@ -54,7 +56,9 @@ def run(cell: Cell, within: float, seed: int) -> Iterator[Record]:
     goal, since = 0, 0.0
     for call in itertools.count():
         record.unproved += not online.move_obstacle("box", box.place, speed=SPEED)
+        began = time.process_time()
         step = online.replan(draws[goal].goal, within=within)
+        record.process_s.append(time.process_time() - began)
         record.steps.append(step)
         record.committed = online.committed
         times = now[0] + _STEP_S * np.arange(round(CALLS_S / _STEP_S))

@@ -15,6 +15,7 @@ from jaxtyping import Float
 
 from mmp_env.model.cell import Cell
 from mmp_env.online.bodies import MovingBody
+from mmp_env.online.budget import Budget
 from mmp_env.online.motion import PERIOD_S, OnlineMotion, PhaseTiming
 from mmp_env.retime.limits import split
 
@@ -39,8 +40,11 @@ class Deadlines:
         self._motion, self._bodies, self._margin = motion, bodies, margin
         self._latest: dict[tuple[str, int], Float[np.ndarray, "b"]] = {}
 
-    def first_danger(self, timing: PhaseTiming) -> int | None:
-        """Returns the first period of a timing in which it is not safe, None if there is none."""
+    def first_danger(self, timing: PhaseTiming, budget: Budget | None = None) -> int | None:
+        """Returns the first period of a timing in which it is not known to be safe, None if there is none.
+
+        A timing beyond its begin is not known to be safe if there is no time left to look at it.
+        """
         if not self._bodies:
             return None
         phases, first = timing.phases, self._motion.first_s
@@ -49,6 +53,8 @@ class Deadlines:
         moving = np.append(np.diff(phases) > 0, False)
         leaves = np.append(times[1:], times[-1])
         for begin in range(0, len(phases), _BLOCK):
+            if begin and budget is not None and not budget.left_s:
+                return begin
             rows = slice(begin, begin + _BLOCK)
             first_part, last = int(parts[begin]), int(parts[min(begin + _BLOCK, len(parts) - 1)])
             danger = np.zeros(len(parts[rows]), dtype=bool)
@@ -62,15 +68,21 @@ class Deadlines:
                 return begin + int(np.argmax(danger))
         return None
 
-    def blocked_by(self, phase_s: float, time_s: float, look_s: float) -> str | None:
-        """Returns a body that may be in the way at a time [s], from a phase [s] on, for `look_s` [s]; or None."""
+    def blocked_by(self, phase_s: float, time_s: float, look_s: float, budget: Budget) -> str | None:
+        """Returns a body that may be in the way at a time [s], from a phase [s] on, for `look_s` [s]; or None.
+
+        Looks less far ahead if there is no time left.
+        """
         motion = self._motion
         first = int((phase_s - motion.first_s) / PERIOD_S)
         last = int((min(motion.end_s, phase_s + look_s) - motion.first_s) / PERIOD_S)
-        for name, body in self._bodies.items():
-            latest = self._until(name, first, last)
-            if (latest < (time_s if body.speed else 0.0)).any():
-                return name
+        for begin in range(first, last + 1, _BLOCK):
+            if not budget.left_s:
+                break
+            for name, body in self._bodies.items():
+                latest = self._until(name, begin, min(begin + _BLOCK - 1, last))
+                if (latest < (time_s if body.speed else 0.0)).any():
+                    return name
         return None
 
     def _until(self, name: str, first: int, last: int) -> Float[np.ndarray, "n"]:

@@ -63,15 +63,15 @@ class OnlineMotion:
     Args:
         plan: the retimed plan.
         goal: what the motion leads to, as a user gave it.
-        begin: when it begins, in periods.
 
     Attributes:
+        begin: when it begins, in periods; may change as long as nothing is committed.
         proved_s: the curve is proved up to this phase [s].
         whole: whether the curve can be proved; False once the proof has failed at `proved_s`.
     """
 
-    def __init__(self, plan: Plan, goal: Mapping[str, GivenGoal], begin: int) -> None:
-        self.plan, self.goal, self.begin = plan, goal, begin
+    def __init__(self, plan: Plan, goal: Mapping[str, GivenGoal]) -> None:
+        self.plan, self.goal, self.begin = plan, goal, 0
         self.reference = Reference(plan, plan.problem.start)
         clock = PhaseClock(self.reference)
         self.first_s, self.end_s = self.reference.start_s, self.reference.end_s
@@ -189,6 +189,7 @@ class OnlineMotion:
 
     def prove(self, clock: core.Clock) -> None:
         """Proves more of the curve: that the arms keep all margins to each other, to the cell and to themselves."""
+        before_s = self.proved_s
         while self.whole and self.proved_s < self.end_s - _TINY_S and not clock.expired:
             times, q = self._points(self.proved_s, min(self.proved_s + self._part_s, self.end_s))
             rows = {name: np.ascontiguousarray(part) for name, part in split(self.plan.problem.cell, q).items()}
@@ -199,6 +200,8 @@ class OnlineMotion:
             elif not clock.expired:
                 self._part_s /= 2
                 self.whole = self._part_s >= self._step_s
+            elif self.proved_s == before_s:  # a call of this length has no time for such a part
+                self._part_s = max(self._part_s / 2, self._step_s)
 
     def _points(self, begin_s: float, end_s: float) -> tuple[Float[np.ndarray, "n"], Float[np.ndarray, "n dofs"]]:
         """Returns phases and configurations, so close that the curve strays from lines by `STRAY_RAD` at most."""

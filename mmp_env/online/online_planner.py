@@ -11,7 +11,6 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from mmp_env import core
 from mmp_env.argument_checks import as_numbers, given, known_keywords, number, refused
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.arm import Obstacle
@@ -22,23 +21,18 @@ from mmp_env.model.plan import Plan
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY
 from mmp_env.model.robot import frozen_array
 from mmp_env.online.bodies import MovingBody, grown
-from mmp_env.online.deadlines import Deadlines
-from mmp_env.online.motion import PERIOD_S, OnlineMotion, PhaseTiming
-from mmp_env.online.planning import AHEAD_S, AT_GOAL, RATE_HZ, Budget, PathPlanner, State, Wanted
+from mmp_env.online.budget import Budget, NoCollection
+from mmp_env.online.commitment import Commitment
+from mmp_env.online.motion import PERIOD_S, OnlineMotion
+from mmp_env.online.planning import AT_GOAL, RATE_HZ, PathPlanner, Wanted
 from mmp_env.problems.making import make_problem
 from mmp_env.retime import RetimeOptions, retime
-from mmp_env.retime.limits import JointLimits, split
+from mmp_env.retime.limits import JointLimits
 
 LONGEST_S = 3600.0
 """Largest time for one call [s]."""
 _SAME = 1e-6
 """Difference of times [periods] within which they are the same."""
-_LOOK_S = 5.0
-"""How far ahead on its motion an arm looks for bodies in the way [s]."""
-_LEAST_S = 0.05
-"""Shortest part of a motion for which arms at rest begin to move [s]."""
-_COMMIT_S = 0.0005
-"""Time that is left after a proof to choose what is committed, for each arm [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,17 +96,14 @@ class OnlinePlanner:
         moving = [obstacle for obstacle in given_cell(cell).obstacles if obstacle.speed]
         self._cell = replace(cell, obstacles=tuple(each for each in cell.obstacles if not each.speed))
         problem = make_problem(self._cell, start, start, max_velocity=max_velocity, margin=margin)
-        self._problem, self._margins = problem, problem.margins
+        self._problem = problem
         self._options = RetimeOptions(rate=RATE_HZ, max_acceleration=max_acceleration, max_jerk=max_jerk)
-        self._paths = PathPlanner(planner, seed, max_velocity, self._margins, self._options)
+        self._paths = PathPlanner(planner, seed, max_velocity, problem.margins, self._options)
         began = time.monotonic()
         self._clock = clock if clock is not None else lambda: time.monotonic() - began
-        self._standing: State = problem.start
-        self._motions: list[OnlineMotion] = []
-        self._bodies: dict[str, MovingBody] = {}
+        self._committed = Commitment(problem.start, problem.margins.obstacles)
         self._wanted: Wanted | None = None
         self._arrived: Wanted | None = None  # the goals at which the arms stand when no motion is left
-        self._deadlines: dict[int, Deadlines] = {}
         for obstacle in moving:
             self._see(obstacle, obstacle.speed)
 
@@ -124,12 +115,12 @@ class OnlinePlanner:
     @property
     def ends_s(self) -> float:
         """When the arms come to rest, if nothing else is committed [s]."""
-        return max([self.now, *(PERIOD_S * motion.end for motion in self._motions)])
+        return max([self.now, *(PERIOD_S * motion.end for motion in self._committed.motions)])
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
         """All obstacles: those of the cell, and the others where they were seen last."""
-        return (*self._cell.obstacles, *(body.solid for body in self._bodies.values()))
+        return (*self._cell.obstacles, *(body.solid for body in self._committed.bodies.values()))
 
     def state(self, time_s: float) -> dict[str, Float[np.ndarray, "_dof"]]:
         """Returns arm name -> the committed configuration [dof] at a time [s], not before the last call."""
@@ -137,14 +128,7 @@ class OnlinePlanner:
 
     def positions(self, times: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "n _dof"]]:
         """Returns arm name -> the committed configurations [n, dof] at ascending times [s]."""
-        periods = np.asarray(times, dtype=float) / PERIOD_S
-        rest = np.concatenate([self._standing[name] for name in self._cell.arm_names])
-        rows = np.tile(rest, (len(periods), 1))
-        for motion in self._motions:
-            after = periods > motion.begin
-            if after.any():
-                rows[after] = motion.at(motion.phases(periods[after]))
-        return split(self._cell, rows)
+        return self._committed.positions(self._cell, np.asarray(times, dtype=float) / PERIOD_S)
 
     def committed(self) -> Plan:
         """Returns the committed motion from now on as a plan, straight between times 10 ms apart.
@@ -155,7 +139,7 @@ class OnlinePlanner:
         left = max(self.ends_s - now, PERIOD_S)
         times = np.append(PERIOD_S * np.arange(math.ceil(left / PERIOD_S - _SAME)), left)
         rows = {name: np.ascontiguousarray(q) for name, q in self.positions(now + times).items()}
-        moving = (replace(grown(b.solid, b.growth(now)), speed=b.speed) for b in self._bodies.values())
+        moving = (replace(grown(b.solid, b.growth(now)), speed=b.speed) for b in self._committed.bodies.values())
         cell = replace(self._cell, obstacles=(*self._cell.obstacles, *moving))
         first, last = ({name: q[k] for name, q in rows.items()} for k in (0, -1))
         problem = replace(self._problem, cell=cell, start=first, goal=last, goals={})
@@ -176,16 +160,14 @@ class OnlinePlanner:
         began = time.perf_counter()
         plan = given("plan", plan, Plan, "a Plan")
         first = self._forget_past()
-        rest = self._rest()
-        for name, q in rest.items():
+        for name, q in self._committed.rest().items():
             if name not in plan.positions or not np.array_equal(plan.positions[name][0], q):
                 raise MmpError(f"the plan does not start where arm '{name}' comes to rest; replan leads there")
         if not plan.retimed:
             options = self._options
             plan = retime(plan, rate=options.rate, max_acceleration=options.max_acceleration, max_jerk=options.max_jerk)
         self._wanted = Wanted(goal=plan.problem.goal)
-        begin = max([first, *(motion.end for motion in self._motions)])
-        self._append(OnlineMotion(plan, self._wanted.goal, begin), Budget(LONGEST_S))
+        self._committed.append(OnlineMotion(plan, self._wanted.goal), first, Budget(LONGEST_S))
         return self._step(first, "the motion cannot be proved among the bodies", began)
 
     def add_obstacle(self, obstacle: Obstacle, *, speed: float = 0.0) -> bool:
@@ -243,7 +225,6 @@ class OnlinePlanner:
         if name not in known:
             raise UnknownNameError("obstacle", name, known)
         self._without(name)
-        self._deadlines.clear()
 
     @known_keywords
     def replan(self, goal: Mapping[str, GivenGoal], *, within: float) -> OnlineStep:
@@ -266,97 +247,56 @@ class OnlinePlanner:
         within = number("within", within, "a time above 0 [s]")
         if within > LONGEST_S:
             raise refused("within", within, f"a time of {LONGEST_S:g} s at most")
-        budget = Budget(within)
-        first = self._forget_past(within)
-        if self._wanted is None or not self._wanted.is_same(goal):
-            self._paths.check(self._cell, self._rest(), goal)
-            self._wanted = Wanted(goal=dict(goal))
-        reason = self._go_on(first, budget)
-        return self._step(first, reason, began)
+        with NoCollection():
+            budget = Budget(within)
+            first = self._forget_past(within)
+            if self._wanted is None or not self._wanted.is_same(goal):
+                self._paths.check(self._cell, self._committed.rest(), goal)
+                self._wanted = Wanted(goal=dict(goal))
+            return self._step(first, self._go_on(first, budget), began)
 
     def _go_on(self, first: int, budget: Budget) -> str:
         """Commits what leads to the goals. Returns why nothing does, or an empty text."""
-        wanted = self._wanted
+        wanted, now = self._wanted, self._committed
         assert wanted is not None
-        begun = [motion for motion in self._motions if motion.begin < first]
+        begun = [motion for motion in now.motions if motion.begin < first]
         active = begun[-1] if begun else None
         if active is not None and active.goal is wanted.goal:
-            self._extend(active, first, budget, whole=len(self._motions) > len(begun))
+            now.extend(active, first, budget, whole=len(now.motions) > len(begun))
             if active.arrives:
-                self._motions = begun
+                now.motions = begun
                 return ""
-            if len(self._motions) == len(begun) and active.whole:
-                body = self._guard(active).blocked_by(active.phase(first), self.now + AHEAD_S, _LOOK_S)
-                if body is None:
-                    return "" if active.end > first else "a body may come into the way"
+            is_last = len(now.motions) == len(begun)
+            if is_last and active.whole and not now.is_blocked(active, first, self.now, budget):
+                return "" if active.end > first else "a body may come into the way"
         else:
             if active is not None and active.end > first:
-                self._brake(active, first)
-            if self._motions and self._motions[-1].goal is not wanted.goal:
-                self._motions = begun
-        if len(self._motions) > len(begun):
-            last = self._motions[-1]
-            self._extend(last, max(first, last.begin), budget)
+                now.brake(active, first)
+            if now.motions and now.motions[-1].goal is not wanted.goal:
+                now.motions = begun
+        if len(now.motions) > len(begun):
+            last = now.motions[-1]
+            now.extend(last, max(first, last.begin), budget)
             return ""
-        if self._arrived is wanted and not self._motions:
+        if self._arrived is wanted and not now.motions:
             return ""
         return self._detour(first, wanted, budget)
 
     def _detour(self, first: int, wanted: Wanted, budget: Budget) -> str:
         """Plans from where the arms come to rest, and appends what is proved. Returns why nothing is, or nothing."""
-        plan, reason = self._paths.motion(self._cell, self._rest(), wanted, self._bodies.values(), budget)
-        if plan is None:
-            if reason == AT_GOAL and self._ends_before(first):
-                self._standing, self._motions, self._arrived = self._rest(), [], wanted
+        now = self._committed
+        motion, reason = self._paths.motion(self._cell, now.rest(), wanted, now.bodies.values(), budget)
+        if motion is None:
+            if reason == AT_GOAL and now.end(first) == first:
+                now.stand()
+                self._arrived = wanted
             return reason
-        begin = max([first, *(motion.end for motion in self._motions)])
-        if self._append(OnlineMotion(plan, wanted.goal, begin), budget):
+        if now.append(motion, first, budget):
             return ""
+        if motion.whole and motion.proved_s == motion.first_s:
+            self._paths.keep(motion)
+            return "no time to prove the motion"
         return "the motion cannot be proved among the bodies"
-
-    def _append(self, motion: OnlineMotion, budget: Budget) -> bool:
-        self._motions.append(motion)
-        self._extend(motion, motion.begin, budget)
-        if not motion.moves:
-            self._motions.pop()
-        return motion.moves
-
-    def _extend(self, motion: OnlineMotion, first: int, budget: Budget, *, whole: bool = False) -> None:
-        """Commits the longest part of a motion that is proved; or, on request, only the whole motion."""
-        motion.prove(core.Clock(max(budget.left_s - _COMMIT_S * len(self._cell.arms), 0.0)))
-        timing = motion.timing_from(first, None)
-        danger = self._guard(motion).first_danger(timing)
-        if danger is None and motion.is_proved(timing):
-            motion.commit(timing)
-            return
-        if whole:
-            return
-        last = len(timing.phases) - 1 if danger is None else danger
-        last = min(last, int(np.searchsorted(timing.phases, motion.proved_s, side="right")))
-        best = self._safe(motion, first, first)
-        low, high = first, first + last
-        while best is not None and high - low > 1:
-            middle = (low + high) // 2
-            timing = self._safe(motion, first, middle)
-            if timing is None:
-                high = middle
-            else:
-                low, best = middle, timing
-        if best is None or best.phases[-1] <= motion.timing.phases[-1]:
-            return
-        if motion.end > first or best.phases[-1] - best.phases[0] >= _LEAST_S:
-            motion.commit(best)
-
-    def _safe(self, motion: OnlineMotion, first: int, brakes: int) -> PhaseTiming | None:
-        timing = motion.timing_from(first, brakes)
-        proved = motion.is_proved(timing) and self._guard(motion).first_danger(timing) is None
-        return timing if proved else None
-
-    def _brake(self, motion: OnlineMotion, first: int) -> None:
-        """Lets a motion brake as soon as this is proved."""
-        timing = self._safe(motion, first, first)
-        if timing is not None and timing.phases[-1] < motion.timing.phases[-1]:
-            motion.commit(timing)
 
     def _see(self, solid: Obstacle, speed: float) -> bool:
         """Adds or replaces a body, and proves again what is committed."""
@@ -364,64 +304,28 @@ class OnlinePlanner:
             raise MmpError(f"obstacle '{solid.name}' is a mesh; a body that moves must be of another shape")
         speed = number("speed", speed, "a speed [m/s], 0 or more", zero=True)
         self._without(solid.name)
-        self._bodies[solid.name] = MovingBody(solid=replace(solid, speed=0.0), speed=speed, seen_s=self.now)
-        self._deadlines.clear()
-        first = self._forget_past()
-        for k, motion in enumerate(self._motions):
-            left = motion.timing_left(first)
-            if motion.end <= first or self._guard(motion).first_danger(left) is None:
-                continue
-            del self._motions[k + 1 :]
-            if motion.begin >= first:
-                del self._motions[k]
-                return True
-            stop = motion.timing_from(first, first)
-            if stop.phases[-1] < motion.timing.phases[-1]:
-                motion.commit(stop)
-            return self._guard(motion).first_danger(stop) is None
-        return True
+        body = MovingBody(solid=replace(solid, speed=0.0), speed=speed, seen_s=self.now)
+        return self._committed.see(body, self._forget_past())
 
     def _without(self, name: str) -> None:
-        self._bodies.pop(name, None)
-        if any(each.name == name for each in self._cell.obstacles):
+        if not self._committed.unsee(name) and any(each.name == name for each in self._cell.obstacles):
             others = tuple(each for each in self._cell.obstacles if each.name != name)
             self._cell = replace(self._cell, obstacles=others)
-
-    def _guard(self, motion: OnlineMotion) -> Deadlines:
-        if id(motion) not in self._deadlines:
-            self._deadlines[id(motion)] = Deadlines(motion, self._bodies, self._margins.obstacles)
-        return self._deadlines[id(motion)]
-
-    def _ends_before(self, period: int) -> bool:
-        return all(motion.end <= period for motion in self._motions)
-
-    def _rest(self) -> State:
-        """Returns where the arms come to rest."""
-        if not self._motions:
-            return self._standing
-        return _end_of(self._motions[-1])
 
     def _forget_past(self, within: float = 0.0) -> int:
         """Forgets what is over. Returns the first period that begins after `within` [s] from now."""
         now = self.now
-        period = math.floor(now / PERIOD_S)
-        while self._motions and self._motions[0].end <= period:
-            motion = self._motions[0]
-            if not motion.arrives and len(self._motions) == 1:
-                break  # the arms may go on with it
-            self._standing = _end_of(motion)
-            is_there = motion.arrives and self._wanted is not None and motion.goal is self._wanted.goal
+        over = self._committed.forget(math.floor(now / PERIOD_S))
+        if over is not None:
+            is_there = over.arrives and self._wanted is not None and over.goal is self._wanted.goal
             self._arrived = self._wanted if is_there else None
-            del self._motions[0]
-            self._deadlines.pop(id(motion), None)
-        for motion in self._motions:
-            motion.forget(period)
         return math.ceil((now + within) / PERIOD_S - _SAME) + 1
 
     def _step(self, first: int, reason: str, began: float) -> OnlineStep:
-        heads = bool(self._motions) and self._wanted is not None and self._motions[-1].goal is self._wanted.goal
-        moving = heads and self._motions[-1].end > first
-        there = (heads and self._motions[-1].arrives) or (not self._motions and self._arrived is self._wanted)
+        motions, wanted = self._committed.motions, self._wanted
+        heads = bool(motions) and wanted is not None and motions[-1].goal is wanted.goal
+        moving = heads and motions[-1].end > first
+        there = (heads and motions[-1].arrives) or (not motions and self._arrived is wanted)
         return OnlineStep(
             kind="continuation" if moving or there else "stop",
             begins_s=PERIOD_S * first,
@@ -430,9 +334,3 @@ class OnlinePlanner:
             reason="" if moving or there else reason,
             seconds=time.perf_counter() - began,
         )
-
-
-def _end_of(motion: OnlineMotion) -> State:
-    """Returns where the committed part of a motion ends."""
-    rows = split(motion.plan.problem.cell, motion.at(motion.timing.phases[-1:]))
-    return {name: q[0] for name, q in rows.items()}

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds the native core with sanitizers, and runs it under them. `address` also finds undefined behaviour: the tests of the core, a plan
-# by each planner, and a minute of hostile calls. `thread`: two threads that plan at once. Ends with an error at the first finding.
+# by each planner, the fuzzer's good inputs and those that once failed, and two minutes of its changed inputs and hostile calls. `thread`:
+# two threads that plan at once. Ends with an error at the first finding, which is in build/sanitize-<kind>/found.<process>.
 # On a fresh machine it first makes .venv in the checkout. Usage: scripts/sanitize.sh [address] [thread]   (both by default)
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
@@ -24,16 +25,18 @@ build() { # build <kind> <compiler options>: the core and a package around it in
 }
 
 under() { # under <kind> <runtime libraries> <command...>
-  local package=$root/build/sanitize-$1/package libraries=() name
+  local folder=$root/build/sanitize-$1 libraries=() name
+  local package=$folder/package
   for name in $2; do libraries+=("$("$CXX" -print-file-name="$name")"); done
   shift 2
   say "$*"
   (
     cd "$package"
     export PYTHONPATH=$package:$package/planners:$package/tasks:$package/scripts:$package/tests MMP_CORE=v1
-    export ASAN_OPTIONS=detect_leaks=0 UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1 TSAN_OPTIONS=halt_on_error=1
+    export ASAN_OPTIONS=detect_leaks=0:log_path=$folder/found TSAN_OPTIONS=halt_on_error=1:log_path=$folder/found
+    export UBSAN_OPTIONS=print_stacktrace=1:halt_on_error=1:log_path=$folder/found
     LD_PRELOAD="${libraries[*]}" "$venv/bin/python" -P "$@"
-  )
+  ) || die "$1 $2 ... failed; the report of the sanitizer is in $folder/found.*"
 }
 
 mkdir -p "$root/build"
@@ -45,7 +48,9 @@ for kind in "$@"; do
       libraries="libasan.so libubsan.so"
       under address "$libraries" -m pytest --import-mode=importlib -q -p no:cacheprovider --rootdir=. tests/core
       under address "$libraries" tests/support/under_sanitizers.py plans
-      under address "$libraries" tests/support/under_sanitizers.py hostile
+      under address "$libraries" -m pytest --import-mode=importlib -q -p no:cacheprovider --rootdir=. tests/test_fuzz.py \
+        -k "good_inputs or once_failed"
+      under address "$libraries" -m fuzz --minutes 2 --core-share 0.5 --longest 120
       ;;
     thread)
       build thread "-fsanitize=thread"

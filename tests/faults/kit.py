@@ -18,7 +18,7 @@ from fuzz import samples
 from faults.commands import Command
 
 KINDS = ("error", "full", "readonly", "pipe", "kill", "memory")
-LONGEST_S = 120.0
+LONGEST_S = 600.0
 LEAST_BYTES = 2**16
 """Smallest allocation that fails [bytes]."""
 TEMPORARY = ".mmp-"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import random
 import sys
 import tempfile
@@ -96,7 +97,8 @@ def main() -> int:
     accepted = total - sum(count for (_, code), count in fuzzing.codes.items() if code == 2)
     print(f"{'together':15} {total:7} command lines, {accepted:6} accepted")
     print(f"{'core':15} {fuzzing.calls:7} calls, {fuzzing.returned:6} returned")
-    print(f"{len(fuzzing.found)} faults")
+    more = {"accepted": accepted, "core_calls": fuzzing.calls, "faults": len(fuzzing.found)}
+    print(json.dumps({"name": "fuzz_command_lines", "value": total, "unit": "command lines", **more}))
     return min(len(fuzzing.found), 1)
 
 

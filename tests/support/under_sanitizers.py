@@ -1,20 +1,14 @@
-"""Runs the native core under a sanitizer, see scripts/sanitize.sh. Usage: under_sanitizers.py plans|hostile|threads"""
+"""Runs the native core under a sanitizer, see scripts/sanitize.sh. Usage: under_sanitizers.py plans|threads"""
 
 from __future__ import annotations
 
 import sys
-import tempfile
 import threading
-import time
-from pathlib import Path
-
-from fuzz import core_arrays
 
 from mmp_env import draw_problem, find_cell
 from mmp_env.model.problem import Problem
 from mmp_planners import make, names
 
-HOSTILE_S = 60.0
 TIME_LIMIT_S = 20.0
 
 
@@ -23,17 +17,6 @@ def plans() -> None:
     problem = draw_problem(find_cell("ring-4"), "crossing", 3)
     for name in names():
         print(f"{name}: {make(name).plan(problem, time_limit=TIME_LIMIT_S).status}", flush=True)
-
-
-def hostile() -> None:
-    """Calls the core with hostile arrays for a minute."""
-    place = Path(tempfile.mkdtemp()) / "number"
-    place.write_bytes(bytes(8))
-    end, calls, batch = time.monotonic() + HOSTILE_S, 0, 0
-    while time.monotonic() < end:
-        calls += core_arrays.run(batch, 2000, place)["calls"]
-        batch += 1
-    print(f"{calls} hostile calls")
 
 
 def threads() -> None:
@@ -56,4 +39,4 @@ def _plan(name: str, problem: Problem) -> None:
 
 
 if __name__ == "__main__":
-    {"plans": plans, "hostile": hostile, "threads": threads}[sys.argv[1]]()
+    {"plans": plans, "threads": threads}[sys.argv[1]]()

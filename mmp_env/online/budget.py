@@ -5,8 +5,8 @@ from __future__ import annotations
 import gc
 import time
 
-_RESERVE_S = 0.0015
-"""Time that is left at the end of a call for its last steps [s]."""
+_RESERVE_SHARE, _LEAST_RESERVE_S, _MOST_RESERVE_S = 0.15, 0.0015, 0.008
+"""Share of a call that is left for its last step, which cannot look at the clock, and its bounds [s]."""
 
 
 class Budget:
@@ -17,7 +17,8 @@ class Budget:
     """
 
     def __init__(self, seconds: float) -> None:
-        self._end = time.perf_counter() + seconds - _RESERVE_S
+        reserve = min(max(_RESERVE_SHARE * seconds, _LEAST_RESERVE_S), _MOST_RESERVE_S)
+        self._end = time.perf_counter() + seconds - reserve
 
     @property
     def left_s(self) -> float:

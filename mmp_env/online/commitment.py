@@ -59,6 +59,17 @@ class Commitment:
                 rows[after] = motion.at(motion.phases(periods[after]))
         return split(cell, rows)
 
+    def trapped(self, cell: Cell) -> frozenset[str]:
+        """Returns the arms that a body may reach soon where they rest."""
+        rest = self.rest()
+        rows = {name: np.ascontiguousarray(np.tile(q, (2, 1))) for name, q in rest.items()}
+        return frozenset(
+            name
+            for name in rest
+            for body in self.bodies.values()
+            if cell.collision.swept_clearance(name, rows[name], body.solid).min() - self._margin < body.speed * AHEAD_S
+        )
+
     def stand(self) -> None:
         """Forgets all motions, which are over: the arms stand where they end."""
         self.standing, self.motions = self.rest(), []
@@ -68,7 +79,7 @@ class Commitment:
         over = None
         while self.motions and self.motions[0].end <= period:
             motion = self.motions[0]
-            if not motion.arrives and len(self.motions) == 1:
+            if not motion.ends and len(self.motions) == 1:
                 break  # the arms may go on with it
             over, self.standing = motion, _end_of(motion)
             del self.motions[0]

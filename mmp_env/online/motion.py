@@ -63,6 +63,7 @@ class OnlineMotion:
     Args:
         plan: the retimed plan.
         goal: what the motion leads to, as a user gave it.
+        waiting: arms that stand meanwhile, and are not at their goals afterwards.
 
     Attributes:
         begin: when it begins, in periods; may change as long as nothing is committed.
@@ -70,8 +71,8 @@ class OnlineMotion:
         whole: whether the curve can be proved; False once the proof has failed at `proved_s`.
     """
 
-    def __init__(self, plan: Plan, goal: Mapping[str, GivenGoal]) -> None:
-        self.plan, self.goal, self.begin = plan, goal, 0
+    def __init__(self, plan: Plan, goal: Mapping[str, GivenGoal], waiting: frozenset[str] = frozenset()) -> None:
+        self.plan, self.goal, self.waiting, self.begin = plan, goal, waiting, 0
         self.reference = Reference(plan, plan.problem.start)
         clock = PhaseClock(self.reference)
         self.first_s, self.end_s = self.reference.start_s, self.reference.end_s
@@ -91,9 +92,14 @@ class OnlineMotion:
         return self.begin + self.timing.first + len(self.timing.phases) - 1
 
     @property
-    def arrives(self) -> bool:
+    def ends(self) -> bool:
         """Whether the committed part leads to the end of the motion."""
         return bool(self.timing.phases[-1] >= self.end_s - _TINY_S)
+
+    @property
+    def arrives(self) -> bool:
+        """Whether the committed part leads all arms to their goals."""
+        return self.ends and not self.waiting
 
     @property
     def moves(self) -> bool:

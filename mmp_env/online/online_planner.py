@@ -31,6 +31,7 @@ from mmp_env.retime.limits import JointLimits
 
 LONGEST_S = 3600.0
 """Largest time for one call [s]."""
+_BODY_NEAR = "a body may reach an arm before that can leave ({}); the other arms are at their goals"
 _SAME = 1e-6
 """Difference of times [periods] within which they are the same."""
 
@@ -103,6 +104,7 @@ class OnlinePlanner:
         self._clock = clock if clock is not None else lambda: time.monotonic() - began
         self._committed = Commitment(problem.start, problem.margins.obstacles)
         self._wanted: Wanted | None = None
+        self._waits = False  # whether arms with a body near them shall wait while the others move
         self._arrived: Wanted | None = None  # the goals at which the arms stand when no motion is left
         for obstacle in moving:
             self._see(obstacle, obstacle.speed)
@@ -267,7 +269,7 @@ class OnlinePlanner:
                 now.motions = begun
                 return ""
             is_last = len(now.motions) == len(begun)
-            if is_last and active.whole and not now.is_blocked(active, first, self.now, budget):
+            if is_last and active.whole and not active.ends and not now.is_blocked(active, first, self.now, budget):
                 return "" if active.end > first else "a body may come into the way"
         else:
             if active is not None and active.end > first:
@@ -285,17 +287,23 @@ class OnlinePlanner:
     def _detour(self, first: int, wanted: Wanted, budget: Budget) -> str:
         """Plans from where the arms come to rest, and appends what is proved. Returns why nothing is, or nothing."""
         now = self._committed
-        motion, reason = self._paths.motion(self._cell, now.rest(), wanted, now.bodies.values(), budget)
+        waiting = now.trapped(self._cell) if self._waits else frozenset()
+        motion, reason = self._paths.motion(self._cell, now.rest(), wanted, now.bodies.values(), budget, waiting)
         if motion is None:
+            if waiting:
+                self._waits = False
+                return _BODY_NEAR.format(", ".join(sorted(waiting))) if reason == AT_GOAL else reason
             if reason == AT_GOAL and now.end(first) == first:
                 now.stand()
                 self._arrived = wanted
             return reason
         if now.append(motion, first, budget):
+            self._waits = False
             return ""
         if motion.whole and motion.proved_s == motion.first_s:
             self._paths.keep(motion)
             return "no time to prove the motion"
+        self._waits = not motion.waiting
         return "the motion cannot be proved among the bodies"
 
     def _see(self, solid: Obstacle, speed: float) -> bool:

@@ -87,9 +87,15 @@ class PathPlanner:
         self._kept: OnlineMotion | None = None
 
     def motion(
-        self, cell: Cell, start: State, wanted: Wanted, bodies: Iterable[MovingBody], budget: Budget
+        self,
+        cell: Cell,
+        start: State,
+        wanted: Wanted,
+        bodies: Iterable[MovingBody],
+        budget: Budget,
+        waiting: frozenset[str] = frozenset(),
     ) -> tuple[OnlineMotion | None, str]:
-        """Returns a timed motion that is not proved, or None and the reason.
+        """Returns a timed motion that is not proved, in which the arms `waiting` stand, or None and the reason.
 
         A path that is not timed when the time is up is timed in the next call with the same start and goals.
         """
@@ -98,10 +104,11 @@ class PathPlanner:
             return kept, ""
         work = self._work
         if work is None or work.wanted is not wanted or not _starts_at(work.plan, start):
-            plan, reason = self._path(cell, start, wanted, tuple(bodies), budget)
+            goal = {**wanted.goal, **{name: start[name] for name in waiting}}
+            plan, reason = self._path(cell, start, goal, tuple(bodies), budget)
             if plan is None:
                 return None, reason
-            work = self._work = _Work(wanted, plan, self._steps(plan, wanted))
+            work = self._work = _Work(wanted, plan, self._steps(plan, wanted, waiting))
         motion = self._advanced(work, budget)
         return motion, "" if motion is not None else "no time to retime the plan"
 
@@ -114,10 +121,10 @@ class PathPlanner:
         make_problem(cell, start, goal, max_velocity=self.max_velocity, margin=self._margins)
 
     def _path(
-        self, cell: Cell, start: State, wanted: Wanted, bodies: tuple[MovingBody, ...], budget: Budget
+        self, cell: Cell, start: State, goal: Mapping[str, GivenGoal], bodies: tuple[MovingBody, ...], budget: Budget
     ) -> tuple[Plan | None, str]:
         """Returns a path to the goals, or None and the reason."""
-        problem, reason = self._problem(cell, start, wanted, bodies, budget)
+        problem, reason = self._problem(cell, start, goal, bodies, budget)
         if problem is None:
             return None, reason
         if budget.left_s < _LEAST_S:
@@ -130,7 +137,7 @@ class PathPlanner:
         return (plan, "") if plan.cost_rad else (None, AT_GOAL)
 
     def _problem(
-        self, cell: Cell, start: State, wanted: Wanted, bodies: tuple[MovingBody, ...], budget: Budget
+        self, cell: Cell, start: State, goal: Mapping[str, GivenGoal], bodies: tuple[MovingBody, ...], budget: Budget
     ) -> tuple[Problem | None, str]:
         """Returns the problem among grown bodies, or None and the reason."""
         solids = [(body.solid, body.speed * AHEAD_S) for body in bodies]
@@ -142,7 +149,7 @@ class PathPlanner:
             began = time.perf_counter()
             among = replace(cell, obstacles=(*cell.obstacles, *(grown(solid, share * by) for solid, by in solids)))
             try:
-                problem = make_problem(among, start, wanted.goal, max_velocity=self.max_velocity, margin=self._margins)
+                problem = make_problem(among, start, goal, max_velocity=self.max_velocity, margin=self._margins)
                 return problem, ""
             except InvalidInstanceError:
                 if not bodies:
@@ -151,10 +158,10 @@ class PathPlanner:
                 self._problem_s = max(_FADE * self._problem_s, time.perf_counter() - began)
         return None, "start or goal is too close to a body"
 
-    def _steps(self, plan: Plan, wanted: Wanted) -> Steps[OnlineMotion]:
+    def _steps(self, plan: Plan, wanted: Wanted, waiting: frozenset[str]) -> Steps[OnlineMotion]:
         motion = yield from retime_unproved(plan, self._options)
         yield
-        return OnlineMotion(motion, wanted.goal)
+        return OnlineMotion(motion, wanted.goal, waiting)
 
     def _advanced(self, work: _Work, budget: Budget) -> OnlineMotion | None:
         """Takes the next steps of the work. Returns the motion, or None if it is not ready when the time is up."""

@@ -149,6 +149,29 @@ def test_goals_that_are_blocked_give_a_stop_and_a_reason():
     assert clock.now == 0.0
 
 
+def test_an_arm_with_a_body_near_it_waits_while_the_others_go_on():
+    online, clock = planner()
+    above = facing_cell().collision.tool_points("left", START["left"][None])[0] + np.array([0.0, 0.0, 0.25])
+    online.add_obstacle(box(above), speed=0.3)
+
+    def call():
+        clock.now += 0.2
+        online.move_obstacle("box", above, speed=0.3)
+        return online.replan(GOAL, within=0.2)
+
+    steps = [call() for _ in range(60)]
+    assert "continuation" in {step.kind for step in steps[:30]}
+    rest = online.state(clock.now)
+    np.testing.assert_array_equal(rest["left"], START["left"])
+    np.testing.assert_allclose(rest["right"], GOAL["right"], atol=1e-9)
+    assert any("before that can leave (left)" in step.reason for step in steps)
+    assert not any(step.arrives for step in steps)
+    online.remove_obstacle("box")
+    step = online.replan(GOAL, within=ENOUGH_S)
+    assert step.arrives
+    np.testing.assert_allclose(online.state(step.ends_s)["left"], GOAL["left"], atol=1e-9)
+
+
 def test_wrong_arguments():
     online, _ = planner()
     online.add_obstacle(box([0.0, 2.0, 0.5]))

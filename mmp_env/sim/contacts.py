@@ -70,6 +70,7 @@ class ContactLog:
         self._data, self._contact = data, data.contact
         self.self_contacts = self_contacts
         self._names, self._owners, self._arms, self._allowed = names, owners, arms, allowed
+        self._bodies: dict[tuple[int, int], tuple[str, str] | None] = {}
         self._longest_gap_s = 1.5 * float(model.opt.timestep)
         self.clear()
 
@@ -86,16 +87,15 @@ class ContactLog:
 
     def note(self) -> None:
         """Records the bodies that touch at the present instant."""
-        time_s, owners = self._data.time - self._begin_s, self._owners
+        time_s = self._data.time - self._begin_s
         for (geom_1, geom_2), distance in zip(self._contact.geom.tolist(), self._contact.dist.tolist(), strict=True):
             if distance > 0 or geom_1 < 0 or geom_2 < 0:  # within the margin of a geom, or of a flexible body
                 continue
-            if owners[geom_1] == owners[geom_2] and (owners[geom_1] == self._arms or not self.self_contacts):
-                continue
-            # The geoms of an arm are numbered from its base outwards; those of the world come before all others.
-            first, second = sorted((geom_1, geom_2), key=lambda geom: (owners[geom], geom))
-            bodies = self._names[first], self._names[second]
-            if frozenset(bodies) in self._allowed:
+            pair = geom_1, geom_2
+            if pair not in self._bodies:
+                self._bodies[pair] = self._bodies_of(*pair)
+            bodies = self._bodies[pair]
+            if bodies is None:
                 continue
             touch = self._latest.get(bodies)
             if touch is None or time_s > touch.until_s + self._longest_gap_s:
@@ -104,6 +104,16 @@ class ContactLog:
             touch.until_s = time_s
             if -distance > touch.depth_m:
                 touch.depth_m = -distance
+
+    def _bodies_of(self, geom_1: int, geom_2: int) -> tuple[str, str] | None:
+        """Returns the names of the bodies of two geoms, ordered as in `Contact`; None if the log leaves them out."""
+        owners = self._owners
+        if owners[geom_1] == owners[geom_2] and (owners[geom_1] == self._arms or not self.self_contacts):
+            return None
+        # The geoms of an arm are numbered from its base outwards; those of the world come before all others.
+        first, second = sorted((geom_1, geom_2), key=lambda geom: (owners[geom], geom))
+        bodies = self._names[first], self._names[second]
+        return None if frozenset(bodies) in self._allowed else bodies
 
 
 def names_and_owners(model: Any, cell: Cell) -> tuple[list[str], list[int]]:

@@ -6,4 +6,4 @@
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
 prepare dev
-PYTHONPATH=$root/tests "$venv/bin/python" -P -m fuzz "$@"
+PYTHONPATH=$root/tests:$root/scripts "$venv/bin/python" -P -m fuzz "$@"

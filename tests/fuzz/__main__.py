@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import random
 import sys
 import tempfile
@@ -11,6 +10,8 @@ import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+
+from figure import print_figure
 
 from fuzz import inputs, samples
 from fuzz.process import LONGEST_S, Fault, Worker
@@ -98,7 +99,7 @@ def main() -> int:
     print(f"{'together':15} {total:7} command lines, {accepted:6} accepted")
     print(f"{'core':15} {fuzzing.calls:7} calls, {fuzzing.returned:6} returned")
     more = {"accepted": accepted, "core_calls": fuzzing.calls, "faults": len(fuzzing.found)}
-    print(json.dumps({"name": "fuzz_command_lines", "value": total, "unit": "command lines", **more}))
+    print_figure("fuzz_command_lines", total, "command lines", **more)
     return min(len(fuzzing.found), 1)
 
 

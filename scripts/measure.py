@@ -1,7 +1,7 @@
 """Measures the figures of README and docs, and writes the pages. Usage: measure.py [PART...]
 
-Stopped and started again on the same commit, it continues. It runs one command at a time, so that times are those of an
-idle core. Parts: {parts}.
+Stopped and started again on the same commit, it continues. It runs one command at a time, by default with one run at a
+time, so that times are those of an idle core. Parts: {parts}.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+from benchmarks import BENCHES, CIRCLES, COUNTS, REPORTED
 from figure import commit
 from measured import ROOT
 
@@ -23,38 +24,10 @@ from mmp_cli.main import run_script
 from mmp_env.errors import MmpError, UnknownNameError
 
 SCRIPTS = ROOT / "scripts"
-MMP = [sys.executable, "-c", "import sys; from mmp_cli.main import main; sys.exit(main())"]
-RINGS = ["MultiArmCell-4", "MultiArmCell-6", "MultiArmCell-8"]
-CIRCLES = ("panda-circle-2", "panda-circle-4", "panda-circle-6")
-PANDA = "auto,rrt-connect,prioritized,ecbs,apf-ecbs-nf,apf-ecbs"
-TREES = "cbs,ecbs,gen-ecbs,apf-ecbs-nf,apf-ecbs,cbs-mp,xecbs"
-TASKS = ("crossing", "parallel", "pick", "place", "packing")
-KINDS = ("vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
-BENCHES: dict[str, dict[str, list[str]]] = {
-    "others": {
-        "others": [*RINGS, "--planners", "auto,rrt-connect,prioritized,xecbs", "--exact"],
-        "cbs-mp": ["MultiArmCell-4", "--planners", "cbs-mp", "--exact"],
-    },
-    "panda": {
-        "panda": ["MultiArmCell-8", "--robot", "panda", "--exact", "--planners", PANDA],
-    },
-    "circles": {
-        "circles": [*CIRCLES, "--planners", f"auto,rrt-connect,prioritized,{TREES}", "--exact"],
-    },
-    "tasks": {
-        f"task-{task}": ["MultiArmCell-mixed-4", "--task", task, "--planners", "auto,apf-ecbs,prioritized"]
-        for task in TASKS
-    },
-    "kinds": {
-        "kinds": ["MultiArmCell-4", "--planners", ",".join(["avoid-state=ecbs", *(f"{kind}=ecbs" for kind in KINDS)])]
-        + [word for kind in KINDS for word in ("--set", f"{kind}.constraint={kind}")],
-    },
-}
-"""Part -> folder -> arguments of `mmp bench`. 50 instances each, 20 of `kinds`."""
-COUNTS = {"kinds": 20}
+MMP = [sys.executable, "-P", "-c", "import sys; from mmp_cli.main import main; sys.exit(main())"]
 SMALL = ("import", "core", "anytime", "env", "goals", "growth", "harness", "portfolio", "rerun", "retime", "tasks")
 """`bench_NAME.py`, which print lines for figures.jsonl."""
-PARTS = ("small", "paper", *BENCHES, "pages")
+PARTS = ("small", *BENCHES, "pages")
 __doc__ = __doc__.format(parts=", ".join(PARTS)) if __doc__ else None
 
 
@@ -83,6 +56,7 @@ def arguments() -> argparse.Namespace:
     )
     parser.add_argument("--count", type=whole, default=50, metavar="N", help="instances of each cell (default: 50)")
     parser.add_argument("--time-limit", type=seconds, default=10.0, metavar="S", help="for each run (default: 10)")
+    parser.add_argument("--workers", type=whole, default=1, metavar="N", help="runs at a time (default: 1)")
     args = parser.parse()
     if "circles" in args.parts and not args.instances:
         raise MmpError("the part 'circles' needs --instances, the folder of panda-circle-N.json")
@@ -97,13 +71,10 @@ def _part(text: str) -> str:
 
 def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[str]]]:
     """Yields the commands of a part, each with the name of its output below `--out`."""
-    limits = ["--count", str(args.count), "--time-limit", f"{args.time_limit:g}"]
     if part == "small":
         for name in SMALL:
             if not (args.out / f"{name}.jsonl").exists():
                 yield f"{name}.jsonl", [sys.executable, str(SCRIPTS / f"bench_{name}.py")]
-    elif part == "paper":
-        yield "paper", ["bash", str(SCRIPTS / "reproduce_paper.sh"), *limits, "--workers", "1", "--out", str(args.out)]
     elif part == "pages":
         pages = ("results_page.py", "readme_table.py", "planners_page.py")
         words = {"results_page.py": [str(args.out)]}
@@ -111,8 +82,13 @@ def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[st
             yield name, [sys.executable, str(SCRIPTS / name), *words.get(name, [])]
     for folder, words in BENCHES.get(part, {}).items():
         sources = [str(args.instances / f"{word}.json") if word in CIRCLES else word for word in words]
-        few = ["--count", str(min(args.count, COUNTS.get(folder, args.count))), *limits[2:]]
-        yield folder, [*MMP, "bench", *sources, *few, "--workers", "1", "--out", str(args.out / folder)]
+        count = min(args.count, COUNTS.get(folder, args.count))
+        limits = ["--seed", "0", "--count", str(count), "--time-limit", f"{args.time_limit:g}"]
+        where = ["--workers", str(args.workers), "--out", str(args.out / folder)]
+        yield folder, [*MMP, "bench", *sources, *limits, *where]
+        if folder in REPORTED:
+            title = f"{REPORTED[folder]}, {args.time_limit:g} s per run"
+            yield folder, [*MMP, "report", str(args.out / folder), "--title", title]
     if part == "circles":
         published = [str(args.instances / f"{name}.published.csv") for name in CIRCLES]
         beside = [sys.executable, str(SCRIPTS / "bench_published.py"), str(args.out / "circles"), *published]
@@ -122,7 +98,7 @@ def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[st
 def condition(args: argparse.Namespace, name: str) -> None:
     """Writes down commit and machine. Raises `MmpError` if the folder was begun with others."""
     path = args.out / "conditions" / f"{name}.json"
-    now = {"commit": commit(), "workers": 1, "cpu": machine()}
+    now = {"commit": commit(), "workers": args.workers, "cpu": machine()}
     if name.endswith(".py"):
         return
     if path.exists() and (before := json.loads(path.read_text(encoding="utf-8"))) != now:

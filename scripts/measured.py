@@ -10,6 +10,7 @@ from __future__ import annotations
 import gzip
 import json
 import shutil
+import statistics
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -67,6 +68,13 @@ def folder_figures(folder: Path) -> dict[str, Row]:
 def condition(folder: Path) -> Row:
     """Returns machine, commit and workers of a kept benchmark."""
     return json.loads((folder / "condition.json").read_text(encoding="utf-8"))
+
+
+def median_load(folder: Path) -> float | None:
+    """Returns the median load of the machine over the runs of a kept benchmark; None for older results."""
+    with gzip.open(folder / "results.jsonl.gz", "rt", encoding="utf-8") as lines:
+        loads = [load for line in lines if (load := json.loads(line).get("load")) is not None]
+    return statistics.median(loads) if loads else None
 
 
 def _section_figures(section: Section) -> Iterator[tuple[str, float, str, Row]]:

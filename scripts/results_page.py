@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from figure import commit
-from measured import FIGURES, PLAIN, RESULTS, condition, folder_figures, read_figures
+from measured import FIGURES, PLAIN, RESULTS, condition, folder_figures, median_load, read_figures
 from quoted import quoted
 from written_pages import bring_up_to_date, checking_parser, filled
 
@@ -92,18 +92,34 @@ def keep_lines(lines: list[str], path: Path) -> None:
 
 def with_tables(page: str, results: Path) -> str:
     """Returns the page with the tables of the benchmarks kept in `results`."""
-    return filled(page, lambda name: _conditions(results) if name == "conditions" else _content(name, results))
+    own = {"conditions": _conditions, "variants": _variants}
+    return filled(page, lambda name: own[name](results) if name in own else _content(name, results))
+
+
+def _variants(results: Path) -> str:
+    """Returns the table of the options of each variant, as they were measured."""
+    rows = ["| variant | planner | `--set` |", "|---|---|---|"]
+    for planner in json.loads((results / "literal" / "settings.json").read_text())["planners"]:
+        words = " ".join(f"{option}={_written(value)}" for option, value in planner["options"].items())
+        rows.append(f"| `{planner['label']}` | `{planner['name']}` | {f'`{words}`' if words else ''} |")
+    return "\n".join(rows) + "\n"
+
+
+def _written(value: object) -> str:
+    return {True: "on", False: "off"}[value] if isinstance(value, bool) else str(value)
 
 
 def _conditions(results: Path) -> str:
     """Returns the table of the conditions of each kept benchmark."""
     rows = [
-        "| folder | instances of a cell | time limit | runs at a time | commit | machine |",
-        "|---|---|---|---|---|---|",
+        "| folder | instances of a cell | time limit | runs at a time | load, median | commit | machine |",
+        "|---|---|---|---|---|---|---|",
     ]
     for path in sorted(path.parent for path in results.glob("*/results.jsonl.gz")):
         settings, how = json.loads((path / "settings.json").read_text()), condition(path)
-        where = [how.get("workers") or "not noted", how.get("commit"), how.get("cpu")]
+        load = median_load(path)
+        workers, shown = how.get("workers") or "not noted", "not noted" if load is None else f"{load:.1f}"
+        where = [workers, shown, how.get("commit"), how.get("cpu")]
         cells = [f"`{path.name}`", settings["count"], f"{settings['time_limit_s']:g} s", *where]
         rows.append("| " + " | ".join(map(str, cells)) + " |")
     return "\n".join(rows) + "\n"

@@ -32,7 +32,7 @@ def test_an_option_that_a_script_does_not_have_is_a_sentence(name):
         ("bench_retime.py", ["--count", "0"], "'0' is not a whole number from 1"),
         ("bench_harness.py", ["MultiArmCel-8"], "Did you mean 'MultiArmCell-8'?"),
         ("bench_published.py", ["none", "none.csv"], "none.csv cannot be read: No such file or directory"),
-        ("measure.py", ["tree"], "unknown part 'tree'. Did you mean 'others'?"),
+        ("measure.py", ["cell"], "unknown part 'cell'. Did you mean 'cells'?"),
         ("measure.py", ["circles"], "the part 'circles' needs --instances"),
         ("bench_alone.py", ["none.json"], "none.json cannot be read: No such file or directory"),
         ("make_gallery.py", ["cell"], "unknown part of the gallery 'cell'. Did you mean 'cells'?"),

@@ -1,0 +1,88 @@
+"""Benchmarks that `scripts/measure.py` runs: sources, planners, and options of each folder of docs/results."""
+
+from __future__ import annotations
+
+RINGS = ("MultiArmCell-4", "MultiArmCell-6", "MultiArmCell-8")
+CIRCLES = ("panda-circle-2", "panda-circle-4", "panda-circle-6")
+FIVE = "cbs,ecbs,gen-ecbs,apf-ecbs-nf,apf-ecbs"
+"""Planners of the paper."""
+TASKS = ("crossing", "parallel", "pick", "place", "packing")
+KINDS = ("vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
+
+_ECBS_PAPER = "constraint=vertex restarts=off patience=1 direct=off improve=200 shortcuts=0"
+VARIANTS = {
+    "apf-ecbs": "",
+    "gradient": "step=gradient",
+    "centre": "distance=centre step=gradient",
+    "all-iterations": "early_stop=off",
+    "improve": "improve=200",
+    "one-arm": "critical_arms=one misses=discarded",
+    "cover": "critical_arms=cover",
+    "discarded": "misses=discarded",
+    "literal-track": "fast_track=literal critical_arms=one misses=discarded",
+    "vertex": "constraint=vertex",
+    "vertex-0.05": "constraint=vertex radius=0.05",
+    "one-tree": "restarts=off",
+    "paper": "preset=paper",
+    "paper-surface": "preset=paper distance=surface floor=0.01",
+    "paper-avoid-state": "preset=paper constraint=avoid-state",
+    "paper-restarts": "preset=paper restarts=on",
+    "ecbs": "",
+    "ecbs-improve": "improve=200",
+    "ecbs-paper": _ECBS_PAPER,
+}
+"""Options of each variant of `apf-ecbs`, and of `ecbs` if its name begins so; `apf-ecbs` and `ecbs` have defaults.
+
+The first group reverts one design decision each. `paper` reverts all that have an option, `paper-...` all but one.
+"""
+
+
+def variants(options: dict[str, str]) -> list[str]:
+    """Returns the arguments of `mmp bench` for labels of planners and their options."""
+    planners, settings = [], []
+    for label, words in options.items():
+        name = next((name for name in ("ecbs", "apf-ecbs-nf") if label.startswith(name)), "apf-ecbs")
+        planners.append(label if label == name else f"{label}={name}")
+        settings += [word for setting in words.split() for word in ("--set", f"{label}.{setting}")]
+    return ["--planners", ",".join(planners), *settings]
+
+
+BENCHES: dict[str, dict[str, list[str]]] = {
+    "cells": {"cells": [*RINGS, "--planners", FIVE]},
+    "kinds": {
+        "kinds": [
+            "MultiArmCell-4",
+            *("--planners", ",".join(["avoid-state=ecbs", *(f"{kind}=ecbs" for kind in KINDS)])),
+            *(word for kind in KINDS for word in ("--set", f"{kind}.constraint={kind}")),
+        ],
+    },
+    "tasks": {
+        f"task-{task}": ["MultiArmCell-mixed-4", "--task", task, "--planners", "auto,apf-ecbs,prioritized"]
+        for task in TASKS
+    },
+    "literal": {"literal": ["MultiArmCell-4", *variants(VARIANTS)]},
+    "others": {
+        "others": [*RINGS, "--planners", "auto,rrt-connect,prioritized,xecbs", "--exact"],
+        "cbs-mp": ["MultiArmCell-4", "--planners", "cbs-mp", "--exact"],
+    },
+    "panda": {
+        "panda": [
+            *("MultiArmCell-8", "--robot", "panda", "--exact"),
+            *("--planners", "auto,rrt-connect,prioritized,ecbs,apf-ecbs-nf,apf-ecbs"),
+        ],
+    },
+    "preset": {
+        "preset": [
+            *RINGS,
+            *variants({"ecbs-paper": _ECBS_PAPER, "apf-ecbs-nf-paper": "preset=paper", "paper": "preset=paper"}),
+        ],
+    },
+    "circles": {
+        "circles": [*CIRCLES, "--planners", f"auto,rrt-connect,prioritized,{FIVE},cbs-mp,xecbs", "--exact"],
+    },
+}
+"""Part -> folder -> arguments of `mmp bench`."""
+COUNTS = {"kinds": 20, "preset": 20}
+"""Largest number of instances of a cell; the other folders have no limit."""
+REPORTED = {"cells": "The paper's five planners", "literal": "Paper-literal settings and our design decisions"}
+"""Title of the report of each folder that has one."""

@@ -55,16 +55,16 @@ def off_line(
     apart = np.linalg.norm(np.array(turns) - turns[0], axis=(1, 2)).max() / (2 * np.sqrt(2))
     angle = 2 * float(np.arcsin(min(apart, 1.0))) + room
     end = float(np.linalg.norm(at[-1] - by))
-    if end > POSE_TOLERANCE_M:
+    if not end <= POSE_TOLERANCE_M:
         return f"it ends {end:.3g} m from the end of the line"
-    if metres > LINE_TOLERANCE or angle > LINE_TOLERANCE:
+    if not (metres <= LINE_TOLERANCE and angle <= LINE_TOLERANCE):
         return f"it is up to {metres:.3g} m beside the line and turns by up to {angle:.3g} rad"
     return None
 
 
 def instants(motion: Motion, window: tuple[float, float]) -> Float[np.ndarray, "n"]:
     """Returns instants [s] between which the joints together move by about `_STEP` at most."""
-    begin, end = (round(time / motion.period) for time in window)
+    begin, end = (round(float(np.clip(time, 0.0, motion.end)) / motion.period) for time in window)
     if end <= begin:
         return np.array(window)
     moves = np.abs(np.diff(motion.at(motion.period * np.arange(begin, end + 1)), axis=0)).sum(axis=1)

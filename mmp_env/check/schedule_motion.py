@@ -67,6 +67,7 @@ class Motion:
 
     def moves(self, begin: float, end: float) -> bool:
         """Returns whether the arm moves between two times [s]."""
+        begin, end = np.clip([begin, end], 0.0, self.end)
         first, last = begin / self.period, end / self.period
         between = np.arange(np.ceil(first - 1e-6), np.floor(last + 1e-6) + 1) * self.period
         rows = self.at(np.concatenate([[begin], between.clip(begin, max(begin, end)), [end]]))

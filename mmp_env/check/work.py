@@ -252,6 +252,8 @@ def _step(data: Any, where: str) -> Step:
         value = text(data, kind, where)
     if kind == "line":
         value = numbers(value, (3,), f"line of {where}")
+        if not np.isfinite(value).all() or not value.any():
+            raise UnreadableError(f"line of {where} is {shown(data[kind])}; it must be finite and not zero")
     elif kind == "wait":
         value = float(positive(value, f"wait of {where}"))
     return Step(kind=kind, value=value)
@@ -260,6 +262,8 @@ def _step(data: Any, where: str) -> Step:
 def _event(data: Any, where: str) -> Event:
     known(data, ("time", "until", "arm", "kind", "object", "pose", "job", "step", "group"), where)
     begin, end = (float(numbers(member(data, key, where), (), f"{key} of {where}")) for key in ("time", "until"))
+    if not np.isfinite([begin, end]).all():
+        raise UnreadableError(f"{where} is from {begin:g} to {end:g} s; its times must be finite", "finite")
     kind, step = text(data, "kind", where, _KINDS), data.get("step")
     job = None if data.get("job") is None else text(data, "job", where)
     if (kind == "yield") != (job is None) or (job is None) != (step is None):

@@ -91,6 +91,8 @@ FAULTS = {
     "an event of another job": (lambda data: _event(data, "a").update(job="z"), {"events", "jobs"}),
     "an event of another arm": (lambda data: _event(data, "a").update(arm="arm9"), {"events", "jobs"}),
     "an event after the end": (lambda data: _event(data, "a", 2).update(until=1e3), {"events"}),
+    "an event that never ends": (lambda data: _event(data, "a", 2).update(until=np.inf), {"finite"}),
+    "an event that begins after all times": (lambda data: _event(data, "a", 2).update(time=1e300), {"events"}),
     "a move called a wait": (lambda data: _event(data, "a").update(kind="wait"), {"jobs"}),
     "larger margins": (lambda data: data["margins"].update(self=0.02), {"self"}),
     "a sample beside its path": (_bent, {"acceleration", "jerk"}),
@@ -142,6 +144,9 @@ def test_no_pair_of_the_order_can_be_left_out():
 LINE_FAULTS = {
     "another line": lambda data: data["jobs"][0]["steps"][1].update(line=[0.0, 0.0, -0.101]),
     "an oblique line": lambda data: data["jobs"][0]["steps"][3].update(line=[0.002, 0.0, 0.1]),
+    "a line of no length": lambda data: data["jobs"][0]["steps"][1].update(line=[0.0, 0.0, 0.0]),
+    "a line beyond all numbers": lambda data: data["jobs"][0]["steps"][1].update(line=[np.nan, 0.0, -0.1]),
+    "a line that ends after all times": lambda data: _event(data, "a", 1).update(until=1e300),
     "a move called a line": lambda data: _event(data, "a").update(kind="line"),
     "a line that ends early": lambda data: _event(data, "a", 1).update(until=_event(data, "a", 1)["until"] - 0.2),
 }
@@ -157,7 +162,7 @@ def test_a_planted_fault_of_a_line_is_found(name):
     data = planned(lines=True)
     LINE_FAULTS[name](data)
     rules = {violation.rule for violation in check_schedule_document(data).violations}
-    assert rules & {"line", "jobs", "events"}
+    assert rules & {"line", "jobs", "events", "schema"}
 
 
 def test_a_tool_that_leaves_its_line_between_its_ends_is_found():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import reprlib
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
 
@@ -106,12 +106,29 @@ class Cell:
 
     def __getstate__(self) -> dict[str, object]:
         # A copy, or a cell in another process, builds its compiled queries itself.
-        return {key: value for key, value in vars(self).items() if key != "collision"}
+        return {key: value for key, value in vars(self).items() if key not in ("collision", "_alone")}
 
     @cached_property
     def collision(self) -> CollisionModel:
         """The collision queries of this cell, compiled at first use."""
         return CollisionModel(self)
+
+    def alone(self, name: str) -> Cell:
+        """Returns the cell with one arm only, the same at every call. Obstacles may touch the parts of that arm."""
+        if name not in self._alone:
+            obstacles = tuple(_touched_by(name, each) if each.may_touch else each for each in self.obstacles)
+            keep = {arm: bound for arm, bound in self.keep.items() if arm == name}
+            self._alone[name] = replace(self, arms=(self.arm(name),), obstacles=obstacles, joints=None, keep=keep)
+        return self._alone[name]
+
+    @cached_property
+    def _alone(self) -> dict[str, Cell]:
+        return {}
+
+
+def _touched_by(name: str, obstacle: Obstacle) -> Obstacle:
+    """Returns the obstacle with the parts in `may_touch` that belong to one arm."""
+    return replace(obstacle, may_touch=frozenset(part for part in obstacle.may_touch if part.startswith(f"{name}/")))
 
 
 def given_cell(cell: object) -> Cell:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -108,13 +108,7 @@ def what_blocks(cell: Cell, arm: Arm, q: Float[np.ndarray, "n dof"], margins: Ma
     """Returns words for what is too near to an arm that is alone in the cell, in the best of its configurations."""
     clearances = cell.collision.static_clearance(arm.name, q, precise=True)
     best = int(np.argmax(clearances))
-    mine = f"{arm.name}/"
-    obstacles = tuple(
-        replace(each, may_touch=frozenset(part for part in each.may_touch if part.startswith(mine)))
-        for each in cell.obstacles
-    )
-    only = replace(cell, arms=(arm,), obstacles=obstacles, joints=None, keep={})
-    near = only.collision.nearest({arm.name: q[best]})
+    near = cell.alone(arm.name).collision.nearest({arm.name: q[best]})
     worst = near[min(("obstacles", "self"), key=lambda kind: near[kind].clearance_m - margins[kind])]
     alone = float(clearances[best])
     if min(near[kind].clearance_m for kind in KINDS) > alone + 1e-6:  # the base of another arm is nearer

@@ -14,7 +14,7 @@ from mmp_env.model.arm import Arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.task import State
-from mmp_tasks.alone import ArmAlone
+from mmp_tasks.alone import has_path_alone
 from mmp_tasks.draw_options import DrawFailed, DrawOptions, draw_until_success
 from mmp_tasks.shared_space import Middle, Space, has_open_middle, middle, neighbourhood, neighbours
 
@@ -68,7 +68,7 @@ class Reach(DrawOptions):
         """Returns a start and a goal. Raises `DrawFailed` if an arm finds no path between them even alone."""
         start, goal = self._state(cell, space, rng, "start"), self._state(cell, space, rng, "goal")
         for arm in cell.arms:
-            if not ArmAlone(cell, arm).has_path(start[arm.name], goal[arm.name]):
+            if not has_path_alone(cell, arm.name, start[arm.name], goal[arm.name]):
                 raise DrawFailed.at(arm, _NO_PATH)
         return start, goal
 
@@ -79,7 +79,6 @@ class Reach(DrawOptions):
         """
         spaces = {arm.name: neighbourhood(cell, arm) for arm in cell.arms}
         near = {arm.name: [other.name for other in neighbours(cell, arm)] for arm in cell.arms}
-        alone = {arm.name: ArmAlone(cell, arm) for arm in cell.arms}
 
         def draw(which: str, start: State | None) -> State:
             drawn: dict[str, Float[np.ndarray, " dof"]] = {}
@@ -88,7 +87,7 @@ class Reach(DrawOptions):
                 name = waiting.popleft()
                 others = {other: drawn[other] for other in near[name] if other in drawn}
                 q = self._configuration(cell, cell.arm(name), spaces[name], others, rng)
-                if q is not None and (start is None or alone[name].has_path(start[name], q)):
+                if q is not None and (start is None or has_path_alone(cell, name, start[name], q)):
                     drawn[name] = q
                     continue
                 pathless[name] += q is not None

@@ -6,7 +6,7 @@ import numpy as np
 
 from mmp_env.errors import MmpError
 from mmp_env.model.rings import ring_cell
-from mmp_tasks.alone import ArmAlone
+from mmp_tasks.alone import has_path_alone
 from mmp_tasks.reach import Reach
 
 
@@ -33,12 +33,10 @@ def over_the_back(cell):
 def test_an_arm_that_limits_and_table_cut_off_is_found():
     cell = cell_with_short_limits()
     start, goal = over_the_back(cell)
-    first = ArmAlone(cell, cell.arms[0])
-    assert not first.has_path(start["arm0"], goal["arm0"])
+    assert not has_path_alone(cell, "arm0", start["arm0"], goal["arm0"])
     the_same_place = goal | {"arm0": goal["arm0"] - [0.0, 2 * np.pi, 0.0, 0.0, 0.0, 0.0]}
-    two_turns = ArmAlone(ring_cell(2), ring_cell(2).arms[0])
-    assert two_turns.has_path(start["arm0"], the_same_place["arm0"])
-    assert first.has_path(start["arm0"], start["arm0"])
+    assert has_path_alone(ring_cell(2), "arm0", start["arm0"], the_same_place["arm0"])
+    assert has_path_alone(cell, "arm0", start["arm0"], start["arm0"])
 
 
 def test_reach_draws_again_until_each_arm_alone_has_a_path():

@@ -157,7 +157,7 @@ class FakeQueries:
 @pytest.fixture
 def paths_everywhere(monkeypatch):
     """Lets every arm find a path alone: fake queries have no core."""
-    monkeypatch.setattr("mmp_tasks.reach.ArmAlone.has_path", lambda self, start, goal: True)
+    monkeypatch.setattr("mmp_tasks.reach.has_path_alone", lambda cell, arm, start, goal: True)
 
 
 def cell_with(queries):

@@ -1,12 +1,15 @@
 """Arms at their base poses, made from names of robots and tools."""
 
+import copy
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mmp_env import Cell, MmpError, Obstacle, UnknownNameError, place_arm
+from mmp_env.model.keep import Upright
 
 UPRIGHT = [1.0, 0.0, 0.0, 0.0]
 
@@ -62,3 +65,28 @@ def test_a_ring_of_a_number_that_is_not_whole_is_refused_without_suggesting_it()
     code = "from mmp_env.model.rings import ring_cell; ring_cell('2')"  # without type checks
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert run.stderr.endswith("MmpError: count is '2'; it must be one of the numbers 2, 4, 6, 8\n")
+
+
+def test_the_cell_of_one_arm_alone_keeps_obstacles_and_what_the_arm_may_touch():
+    arms = (place_arm("a", "ur5e", [0, 0, 0], UPRIGHT), place_arm("b", "ur5e", [1, 0, 0], UPRIGHT))
+    place = {"position": np.array([0.5, 0, 0]), "quaternion": np.array(UPRIGHT)}
+    box = Obstacle(name="box", shape="box", size=np.full(3, 0.1), **place)
+    mat = replace(box, name="mat", may_touch=frozenset({"a/forearm", "b/forearm"}))
+    cell = Cell(
+        name="two",
+        arms=arms,
+        obstacles=(box, mat),
+        keep={
+            "a": Upright(axis=np.array([0.0, 0.0, 1.0]), within=0.2),
+            "b": Upright(axis=np.array([0.0, 0.0, 1.0]), within=0.3),
+        },
+    )
+    alone = cell.alone("b")
+    assert alone.arm_names == ("b",)
+    assert alone.obstacles[0] is box
+    assert alone.obstacles[1].may_touch == {"b/forearm"}
+    assert alone.keep["b"].within == 0.3
+    assert cell.alone("b") is alone
+    assert copy.deepcopy(cell).alone("b") is not alone
+    with pytest.raises(UnknownNameError, match="'c'"):
+        cell.alone("c")

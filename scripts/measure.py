@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import time
@@ -98,13 +99,18 @@ def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[st
 def condition(args: argparse.Namespace, name: str) -> None:
     """Writes down commit and machine. Raises `MmpError` if the folder was begun with others."""
     path = args.out / "conditions" / f"{name}.json"
-    now = {"commit": commit(), "workers": args.workers, "cpu": machine()}
+    now = {"commit": commit(), "workers": args.workers, "real_time": real_time(), "cpu": machine()}
     if name.endswith(".py"):
         return
     if path.exists() and (before := json.loads(path.read_text(encoding="utf-8"))) != now:
         raise MmpError(f"{args.out / name} was begun with {before}, and now it is {now}; give another --out")
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(now) + "\n", encoding="utf-8")
+
+
+def real_time() -> bool:
+    """Returns whether we run with real-time priority (`chrt -f 50`), before all other work of the machine."""
+    return hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR)
 
 
 def run(command: list[str], target: Path) -> None:

@@ -1,8 +1,9 @@
-"""Nodes, time and cost of `apf-ecbs` and `ecbs` on the same instances: JSON lines. Usage: bench_repulsion.py [CELL...]
+"""Nodes, time and cost with and without repulsion, as JSON lines. Usage: bench_repulsion.py [CELL...]
 
 A run is one instance of task `reach` with one seed of the planner: the number of the instance, plus 1000 for each
 further seed. Means of expanded nodes and of cost and medians of processor time are over the runs that both planners
-solve. Ratios above 1 are in favour of `apf-ecbs`. The ratio of nodes of each seed is in `ratios`.
+solve. By default `apf-ecbs` is compared with `ecbs`. Ratios above 1 are in favour of `--planner`, with the options that
+`--set` gives it, against `--base` with its defaults. The ratio of nodes of each seed is in `ratios`.
 """
 
 from __future__ import annotations
@@ -15,16 +16,15 @@ from typing import Any
 
 from figure import print_figure, rounded
 
-from mmp_cli.arguments import Parser, seed, setting, whole
+from mmp_cli.arguments import Parser, seconds, seed, setting, whole
 from mmp_cli.main import run_script
 from mmp_env import draw_problem, find_cell
 from mmp_planners import make
 from mmp_planners.planner import Planner
 
 CELLS = ("ring-4", "ring-6", "ring-8")
-TIME_LIMIT_S = 30.0
 SEED_STEP = 1000
-BASE = "ecbs"
+Named = tuple[str, Planner]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +37,29 @@ class Outcome:
     cost_rad: float | None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Runs:
+    """Runs of a planner: each instance of the cell with each planner seed, within a time limit [s]."""
+
+    cell: str
+    instances: range
+    seeds: int
+    time_limit: float
+
+    def outcomes(self, planner: Planner) -> list[Outcome]:
+        """Returns the outcome of each run."""
+        out = []
+        for number in self.instances:
+            problem = draw_problem(find_cell(self.cell), seed=number)
+            for repeat in range(self.seeds):
+                begin = time.process_time()
+                result = planner.plan(problem, seed=number + SEED_STEP * repeat, time_limit=self.time_limit)
+                took = time.process_time() - begin
+                cost = None if result.plan is None else result.plan.cost_rad
+                out.append(Outcome(repeat=repeat, nodes=result.stats["expanded_nodes"], seconds=took, cost_rad=cost))
+        return out
+
+
 def main() -> None:
     """Prints the figures of each cell."""
     parser = Parser("bench_repulsion.py", __doc__)
@@ -44,38 +67,42 @@ def main() -> None:
     parser.add_argument("--count", type=whole, default=50, metavar="N", help="instances of a cell (default: 50)")
     parser.add_argument("--first", type=seed, default=0, metavar="SEED", help="seed of the first (default: 0)")
     parser.add_argument("--seeds", type=whole, default=1, metavar="N", help="planner seeds per instance (default: 1)")
+    parser.add_argument("--time-limit", type=seconds, default=30.0, metavar="S", help="for each run (default: 30)")
     parser.add_argument("--planner", default="apf-ecbs", metavar="NAME", help="default: apf-ecbs")
+    parser.add_argument("--base", default="ecbs", metavar="NAME", help="planner without repulsion (default: ecbs)")
     parser.add_argument(
         "--set", type=setting, action="append", default=[], metavar="OPTION=VALUE", help="option of this planner"
     )
     args = parser.parse()
     for cell in args.cells:
         instances = range(args.first, args.first + args.count)
-        compare(cell, instances, args.seeds, make(args.planner, **dict(args.set)))
+        runs = Runs(cell=cell, instances=instances, seeds=args.seeds, time_limit=args.time_limit)
+        compare(runs, (args.planner, make(args.planner, **dict(args.set))), (args.base, make(args.base)))
 
 
-def compare(cell: str, instances: range, seeds: int, planner: Planner) -> None:
+def compare(runs: Runs, planner: Named, base: Named) -> None:
     """Prints nodes, time and cost of both planners, and how many runs each solves."""
-    rival, ours = outcomes(make(BASE), cell, instances, seeds), outcomes(planner, cell, instances, seeds)
+    cell, instances, seeds = runs.cell, runs.instances, runs.seeds
+    rival, ours = runs.outcomes(base[1]), runs.outcomes(planner[1])
     both = [pair for pair in zip(rival, ours, strict=True) if None not in (pair[0].cost_rad, pair[1].cost_rad)]
     counts: dict[str, Any] = {
         "instances": len(instances),
         "first": instances.start,
         "seeds": seeds,
         "solved": solved(ours),
-        "solved_ecbs": solved(rival),
+        "solved_base": solved(rival),
     }
     if not both:
-        print_figure(f"repulsion_solved_by_both_{cell}", 0, "runs", **counts)
+        print_figure(f"repulsion/{planner[0]}/solved_by_both_{cell}", 0, "runs", **counts)
         return
     for name, unit, values in (
-        ("nodes", "nodes", [statistics.mean(run.nodes for run in runs) for runs in zip(*both, strict=True)]),
-        ("time", "ms", [1e3 * statistics.median(run.seconds for run in runs) for runs in zip(*both, strict=True)]),
-        ("cost", "rad", [statistics.mean(run.cost_rad or 0.0 for run in runs) for runs in zip(*both, strict=True)]),
+        ("nodes", "nodes", [statistics.mean(run.nodes for run in side) for side in zip(*both, strict=True)]),
+        ("time", "ms", [1e3 * statistics.median(run.seconds for run in side) for side in zip(*both, strict=True)]),
+        ("cost", "rad", [statistics.mean(run.cost_rad or 0.0 for run in side) for side in zip(*both, strict=True)]),
     ):
         theirs, mine = values
         more = {"ratios": node_ratios(both, seeds)} if name == "nodes" else {}
-        show(f"repulsion_{name}_{cell}", unit, theirs, mine, counts | more)
+        show(f"repulsion/{planner[0]}/{name}_{cell}", unit, theirs, mine, counts | more | {"base": base[0]})
 
 
 def node_ratios(both: Iterable[tuple[Outcome, Outcome]], seeds: int) -> list[float | None]:
@@ -89,23 +116,9 @@ def node_ratios(both: Iterable[tuple[Outcome, Outcome]], seeds: int) -> list[flo
 
 
 def show(name: str, unit: str, theirs: float, mine: float, counts: Mapping[str, Any]) -> None:
-    """Prints the figure of `apf-ecbs`, with that of `ecbs` and their ratio beside it."""
+    """Prints the figure of the planner, with that of the base and their ratio beside it."""
     ratio = theirs / mine if mine else None
-    print_figure(name, float(mine), unit, ratio=ratio, ratio_to="ecbs / apf-ecbs", ecbs=rounded(theirs), **counts)
-
-
-def outcomes(planner: Planner, cell: str, instances: Iterable[int], seeds: int) -> list[Outcome]:
-    """Returns the outcome of the planner for each instance and planner seed."""
-    out = []
-    for number in instances:
-        problem = draw_problem(find_cell(cell), seed=number)
-        for repeat in range(seeds):
-            begin = time.process_time()
-            result = planner.plan(problem, seed=number + SEED_STEP * repeat, time_limit=TIME_LIMIT_S)
-            seconds = time.process_time() - begin
-            cost = None if result.plan is None else result.plan.cost_rad
-            out.append(Outcome(repeat=repeat, nodes=result.stats["expanded_nodes"], seconds=seconds, cost_rad=cost))
-    return out
+    print_figure(name, float(mine), unit, ratio=ratio, ratio_to="base", of_base=rounded(theirs), **counts)
 
 
 def solved(runs: Iterable[Outcome]) -> int:

@@ -11,11 +11,11 @@ from typing import ClassVar
 
 from mmp_planners.conflict_tree.selection import BestFirst
 from mmp_planners.planner import About
-from mmp_planners.tree_planner import OneKindPlanner, Parts
+from mmp_planners.tree_planner import OneKindPlanner, Parts, RepulsionOption
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cbs(OneKindPlanner):
+class Cbs(RepulsionOption, OneKindPlanner):
     """CBS: best first by cost, w = 1, with the same constraint kinds, low level and restarts as `ecbs`.
 
     Departure: the low level samples, so its paths are not the shortest. After a solution the search goes on for
@@ -31,4 +31,4 @@ class Cbs(OneKindPlanner):
     )
 
     def parts(self, seed: int) -> Parts:
-        return Parts(selection=BestFirst(), branching=self.branching())
+        return self.repelled(Parts(selection=BestFirst(), branching=self.branching()))

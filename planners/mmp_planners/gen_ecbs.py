@@ -18,11 +18,11 @@ from mmp_planners.conflict_tree.constraints.named import constraint_kinds
 from mmp_planners.conflict_tree.expansion import LazyExpansion
 from mmp_planners.conflict_tree.selection import FocalPerKind
 from mmp_planners.planner import About
-from mmp_planners.tree_planner import Parts, TreePlanner, option
+from mmp_planners.tree_planner import Parts, RepulsionOption, TreePlanner, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class GenEcbs(TreePlanner):
+class GenEcbs(RepulsionOption, TreePlanner):
     """Gen-ECBS: branches of every constraint kind, a focal list for each kind, and a bandit that picks the list.
 
     Children are replanned when they are first selected. LB is the least bound of all open nodes. One kind is complete,
@@ -57,4 +57,4 @@ class GenEcbs(TreePlanner):
         branching = self.branching()
         bandit = DynamicThompsonSampling(len(branching.kinds) + 1, np.random.default_rng(seed))
         selection = FocalPerKind(w=self.w, bandit=bandit)
-        return Parts(selection=selection, branching=branching, expansion=LazyExpansion())
+        return self.repelled(Parts(selection=selection, branching=branching, expansion=LazyExpansion()))

@@ -15,8 +15,8 @@ from mmp_planners.conflict_tree.constraints import ConstraintKind
 from mmp_planners.conflict_tree.constraints.named import KINDS, constraint_kind
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.conflict_tree.expansion import EagerExpansion, Expansion, Experience, FromScratch
-from mmp_planners.conflict_tree.fast_track import FastTrack, NoFastTrack
-from mmp_planners.conflict_tree.repulsion import Modification, NoModification, traced
+from mmp_planners.conflict_tree.fast_track import FastTrack, NoFastTrack, RepulsionOfSeveralArms
+from mmp_planners.conflict_tree.repulsion import Modification, NoModification, RepulsiveModification, traced
 from mmp_planners.conflict_tree.search import ConflictTree
 from mmp_planners.conflict_tree.selection import Selection
 from mmp_planners.counts import TreeCounts
@@ -147,3 +147,24 @@ class OneKindPlanner(TreePlanner):
     def branching(self) -> ConstraintKind:
         """Returns the constraint kind that the option `constraint` names."""
         return constraint_kind(self.constraint, pad=self.pad, radius=self.radius, sphere_radius=self.sphere_radius)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RepulsionOption:
+    """Option of planners without repulsion of their own: the repulsion of APF-ECBS as a part, with its defaults."""
+
+    repulsion: str = option(
+        "off",
+        "repulsion of apf-ecbs, with its defaults, paths: of each replanned path; fast-track: and of the arms in "
+        "conflict before a node is branched; off: none",
+        choices=("off", "paths", "fast-track"),
+    )
+
+    def repelled(self, parts: Parts) -> Parts:
+        """Returns the parts with the repulsion that the option names."""
+        if self.repulsion == "off":
+            return parts
+        modification = RepulsiveModification()
+        tried = RepulsionOfSeveralArms(modification=modification)
+        fast_track = tried if self.repulsion == "fast-track" else parts.fast_track
+        return dataclasses.replace(parts, modification=modification, fast_track=fast_track)

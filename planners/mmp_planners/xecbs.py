@@ -12,11 +12,11 @@ from typing import ClassVar
 from mmp_planners.conflict_tree.expansion import FromParent
 from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import About
-from mmp_planners.tree_planner import OneKindPlanner, Parts, option
+from mmp_planners.tree_planner import OneKindPlanner, Parts, RepulsionOption, option
 
 
 @dataclass(frozen=True, kw_only=True)
-class Xecbs(OneKindPlanner):
+class Xecbs(RepulsionOption, OneKindPlanner):
     """xECBS: ECBS whose low level begins with the parent's path, up to its first violation of a constraint.
 
     Departure: its low level searches a lattice that is seeded with the experience, ours grows a sampled tree. Bounds
@@ -34,4 +34,4 @@ class Xecbs(OneKindPlanner):
     w: float = option(1.5, "suboptimality factor of the focal list", least=1.0)
 
     def parts(self, seed: int) -> Parts:
-        return Parts(selection=Focal(w=self.w), branching=self.branching(), experience=FromParent())
+        return self.repelled(Parts(selection=Focal(w=self.w), branching=self.branching(), experience=FromParent()))

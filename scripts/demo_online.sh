@@ -9,4 +9,6 @@ source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 prepare
 say "Eight arms work while a box is carried through their cell"
 # Without -P: the script imports another one beside it.
-"$venv/bin/python" "$root/scripts/demo_online.py" "$@"
+"$venv/bin/python" "$root/scripts/demo_online.py" --out "$root/online.json" "$@"
+say "Checking the longest saved answer again"
+"$venv/bin/mmp" check "$root/online.json"

@@ -4,9 +4,11 @@
 that of `apf-ecbs`. `cells`: some of the cells. `paths`: the tool paths of each planner on one instance.
 `branches`: all branches of one tool pose. `many-arms`: a film of 48 arms.
 `curves`: how the plans of `auto` get better over time, from the lines of bench_anytime.py in docs/results.
-`demonstrations`: films of the five tasks of docs/reference/tasks.md on the mixed cell. `imported`: robots that are not
+`demonstrations`: films of the five tasks of docs/reference/tasks.md on the mixed cell. `work`, `online`: films of
+scripts/demo_work.sh and scripts/demo_online.sh. `imported`: robots that are not
 built in; it is made only if it is named, by scripts/make_imported_picture.sh.
-The instances are chosen by the rules in gallery/instances.py; the same program gives the same pictures.
+The instances are chosen by the rules in gallery/instances.py; the same program gives the same pictures, but for
+`online`, where calls end by the clock.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ from gallery.cells import save_cells
 from gallery.comparison import save_comparison
 from gallery.curves import save_curves
 from gallery.demonstrations import save_demonstrations
+from gallery.executions import save_online, save_work
 from gallery.film import save_search
 from gallery.imported import save_imported
 from gallery.many_arms import save_many_arms
@@ -39,6 +42,8 @@ PARTS: dict[str, Callable[[Path], None]] = {
     "curves": lambda folder: save_curves(folder / "curves.svg"),
     "many-arms": lambda folder: save_many_arms(folder / "many-arms.webp"),
     "demonstrations": lambda folder: save_demonstrations(folder),
+    "work": lambda folder: save_work(folder / "work.webp"),
+    "online": lambda folder: save_online(folder / "online.webp"),
     "imported": lambda folder: save_imported(folder / "imported.webp"),
 }
 NEEDS_ROBOTS = ("imported",)

@@ -4,12 +4,18 @@ import json
 
 from support import checkout_scripts
 
+from mmp_env import check_plan, load_plan
 
-def test_the_demonstration_checks_its_answers_and_executes_them_without_contact():
-    done = checkout_scripts.run("demo_online.py", "--cell", "ring-2", "--seconds", 6, "--within", 0.2, "--seed", 3)
+
+def test_the_demonstration_checks_its_answers_and_executes_them_without_contact(tmp_path):
+    words = ("--cell", "ring-2", "--seconds", 6, "--within", 0.2, "--seed", 3, "--out", tmp_path / "online.json")
+    done = checkout_scripts.run("demo_online.py", *words)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "check      2 of 2 answers valid" in done.stdout
     assert "no contact" in done.stdout
+    plan = load_plan(tmp_path / "online.json")
+    assert [body.name for body in plan.problem.cell.obstacles if body.speed > 0] == ["box"]
+    assert check_plan(plan).valid
 
 
 def test_the_benchmark_measures_calls():

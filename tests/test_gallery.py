@@ -142,6 +142,31 @@ def test_a_demonstration_is_planned_executed_and_filmed(part, tmp_path):
         assert image.n_frames > 2
 
 
+def test_arms_at_work_are_filmed_as_they_are_executed(part, tmp_path):
+    executions, small = part("executions"), {"size": (96, 64), "fps": 0.5}
+
+    def films():
+        executions.save_work(tmp_path / "work.webp", parts=4, **small)
+        executions.save_online(tmp_path / "online.webp", seconds=16.0, cell="ring-2", **small)
+        return True
+
+    if made(films) is None:
+        return
+    for name in ("work", "online"):
+        with Image.open(tmp_path / f"{name}.webp") as image:
+            assert image.n_frames >= 2, name
+
+
+@pytest.mark.parametrize("name", ["work", "online"])
+def test_the_films_of_arms_at_work_are_small_and_show_what_they_carry(name):
+    path = ROOT / "docs" / "images" / "gallery" / f"{name}.webp"
+    assert path.stat().st_size < 0.5e6
+    with Image.open(path) as film:
+        assert film.n_frames > 20
+        if name == "work":
+            assert pixels_of_objects(np.asarray(film.convert("RGB"))) > 400
+
+
 @pytest.mark.parametrize("task", ["crossing", "parallel", "pick", "place", "packing"])
 def test_the_film_of_a_task_is_large_and_always_shows_its_objects(task):
     path = ROOT / "docs" / "images" / "gallery" / f"task-{task}.webp"

@@ -24,13 +24,14 @@ RESULTS = ROOT / "docs" / "results"
 FIGURES = RESULTS / "figures.jsonl"
 PLAIN = ("cells", "others", "cbs-mp", "panda", "circles")
 """Folders of planners with default options; no planner is in two of them on the same cell."""
-OURS, BASE = "apf-ecbs", "ecbs"
+OURS = "apf-ecbs"
 _FIELDS = {
     "planning_time": ("planning_time_s", "s"),
     "check_time": ("check_time_s", "s"),
     "expanded_nodes": ("expanded_nodes", "nodes"),
     "cost": ("cost_ratio", "x the straight lines"),
     "cost_rad": ("cost_rad", "rad"),
+    "makespan": ("makespan_s", "s"),
 }
 """Field of a result line, and unit, of each quantity; all over solved instances, as in `mmp report`."""
 
@@ -51,16 +52,21 @@ def read_figures(results: Path = RESULTS) -> dict[str, Row]:
     return out
 
 
-def folder_figures(folder: Path) -> dict[str, Row]:
-    """Returns the lines of one kept benchmark by the names CELL/PLANNER/QUANTITY."""
+def kept_sections(folder: Path) -> tuple[Section, ...]:
+    """Returns the cells of one kept benchmark."""
     with tempfile.TemporaryDirectory() as place:
         with gzip.open(folder / "results.jsonl.gz") as packed, open(Path(place) / "results.jsonl", "wb") as unpacked:
             shutil.copyfileobj(packed, unpacked)
         lines = read_results(Path(place)).lines
     order = [planner["label"] for planner in json.loads((folder / "settings.json").read_text())["planners"]]
+    return sections(lines, order)
+
+
+def folder_figures(folder: Path) -> dict[str, Row]:
+    """Returns the lines of one kept benchmark by the names CELL/PLANNER/QUANTITY."""
     return {
         f"{section.name}/{name}": {"value": value, "unit": unit, **more, **condition(folder)}
-        for section in sections(lines, order)
+        for section in kept_sections(folder)
         for name, value, unit, more in _section_figures(section)
     }
 
@@ -82,11 +88,26 @@ def _section_figures(section: Section) -> Iterator[tuple[str, float, str, Row]]:
         for name, value, unit, more in _run_figures(run, section):
             yield f"{run.label}/{name}", value, unit, more
     runs = {run.label: run for run in section.runs}
-    if {OURS, BASE} <= runs.keys() and (both := commonly_solved([runs[OURS], runs[BASE]])):
-        ours, base = (runs[planner].spread("expanded_nodes", among=both) for planner in (OURS, BASE))
-        if ours and base:
-            more = {"ratio": base.mean / max(ours.mean, 1 / len(both)), "ratio_to": OURS, "instances": len(both)}
-            yield f"{BASE}/expanded_nodes_where_both_solve", base.mean, "nodes", more
+    ours = runs.pop(OURS, None)
+    if ours:
+        for run in runs.values():
+            yield from _pair_figures(run, ours)
+
+
+def _pair_figures(run: PlannerRuns, ours: PlannerRuns) -> Iterator[tuple[str, float, str, Row]]:
+    """Yields the figures of a planner on the instances that `apf-ecbs` solves, too, with the ratio to it."""
+    both = commonly_solved([run, ours])
+    for what in ("expanded_nodes", "planning_time", "makespan", "cost_rad"):
+        field, unit = _FIELDS[what]
+        theirs, mine = (planner.spread(field, among=both) for planner in (run, ours))
+        if not theirs or not mine:
+            continue
+        for part in ("mean", "median") if what == "planning_time" else ("mean",):
+            # Nodes may be 0 for all instances: the least mean that one more node would give.
+            ratio = getattr(theirs, part) / max(getattr(mine, part), 1 / len(both) if what == "expanded_nodes" else 0)
+            suffix = "" if part == "mean" else "_median"
+            more = {"ratio": ratio, "ratio_to": OURS, "instances": len(both)}
+            yield f"{run.label}/{what}{suffix}_where_both_solve", getattr(theirs, part), unit, more
 
 
 def _run_figures(run: PlannerRuns, section: Section) -> Iterator[tuple[str, float, str, Row]]:

@@ -30,11 +30,14 @@ OPTIONS = {
     "gradient": "gradient steps of size `alpha`, as in the paper",
     "centre": "the same, and distances between sphere centres",
     "all-iterations": "all 50 iterations of ModifyMotion",
-    "literal-track": "paper-literal fast track",
+    "one-arm": "one critical arm, and misses are discarded, as in the paper",
+    "literal-track": "the same, and a success replaces the node",
+    "improve": "200 iterations of SI-RRT\\* after the first path",
     "one-tree": "one tree, as in the paper",
     "vertex": "vertex constraint of the paper, with a radius",
+    "paper": "all settings of the paper that have an option",
 }
-"""Decision that each variant of `scripts/reproduce_paper.sh` reverts."""
+"""Decision that each variant of `scripts/benchmarks.py` reverts."""
 _PAPER_LITERAL = "literal/MultiArmCell-4"
 KINDS = ("avoid-state", "vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
 TASKS = ("crossing", "parallel", "pick", "place", "packing")

@@ -1,8 +1,8 @@
 """Keeps a measurement in docs/results. Usage: results_page.py FOLDER | --check
 
 FOLDER is the output of `scripts/measure.py` or `scripts/reproduce_paper.sh`. The script keeps results (compressed),
-settings and condition of every benchmark folder, and tables and figures of `cells` and `literal`. The most important
-tables go into docs/results/README.md, between `<!-- table: NAME -->` and `<!-- end of table -->`.
+settings and condition of every benchmark folder, and tables and figures of `cells` and `literal`. Tables of these, and
+tables in the paper's form, go into docs/results/README.md, between `<!-- table: NAME -->` and `<!-- end of table -->`.
 The lines of FOLDER/*.jsonl replace those of the same name in docs/results/figures.jsonl. With --check the
 script writes nothing, and the exit code is 1 if the page is out of date.
 """
@@ -13,11 +13,14 @@ import gzip
 import json
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from benchmarks import REPORTED
 from figure import commit
 from measured import FIGURES, PLAIN, RESULTS, condition, folder_figures, median_load, read_figures
+from paper_tables import fast_track_table, figure_five_table, save_figures, table_one
+from planner_tables import as_table
 from quoted import quoted
 from written_pages import bring_up_to_date, checking_parser, filled
 
@@ -26,12 +29,15 @@ from mmp_cli.main import run_script
 from mmp_env.errors import MmpError
 
 PAGE = RESULTS / "README.md"
-FOLDERS = ("cells", "literal")
-"""Benchmark folders that the page shows."""
-_SHOWN = ("Cells", "Errors", "Success, nodes, time, makespan and cost", "Where all of them solve", "Fast track")
+_SHOWN = {
+    "cells": ("Cells", "Errors"),
+    "literal": ("Cells", "Errors", "Success, nodes, time, makespan and cost", "Fast track"),
+}
 """Headings of table.md whose tables the page shows."""
-_PAPER_ECBS_FAILED = {"MultiArmCell-4": 24, "MultiArmCell-6": 52, "MultiArmCell-8": 48}
-"""Failures of the paper's ECBS after 1800 s [%]."""
+_LEFT_OUT = ("literal/cactus-",)
+"""Beginnings of figures that are too large to keep: one panel for each variant."""
+_FORMS = {"table-one": table_one, "figure-five": figure_five_table, "fast-track": fast_track_table}
+"""Tables that the page makes from the results of a folder: `<!-- table: FOLDER/NAME -->`."""
 _NOT_RUN = "Not run yet: `scripts/reproduce_paper.sh`, then `scripts/results_page.py FOLDER`.\n"
 
 
@@ -44,6 +50,7 @@ def main() -> None:
         raise MmpError("give either FOLDER or --check")
     if not args.check:
         keep_all(args.folder, RESULTS)
+        save_figures(RESULTS / "cells", RESULTS / "paper")
     page = with_tables(PAGE.read_text(encoding="utf-8"), RESULTS)
     bring_up_to_date({PAGE: quoted(page, read_figures())}, check=args.check)
 
@@ -61,13 +68,14 @@ def keep_all(source: Path, results: Path) -> None:
 
 def keep(source: Path, target: Path) -> None:
     """Copies a benchmark folder, with its report if the page shows it; equal results give equal bytes."""
-    if source.name in FOLDERS and not (source / "table.md").is_file():
+    if source.name in REPORTED and not (source / "table.md").is_file():
         raise MmpError(f"{source} has no table.md; `mmp report {source}` writes it")
     shutil.rmtree(target, ignore_errors=True)
     target.mkdir(parents=True)
-    kept = (".md", ".svg") if source.name in FOLDERS else ()
+    kept = (".md", ".svg") if source.name in REPORTED else ()
     for path in sorted(source.iterdir()):
-        if path.suffix in kept or path.name == "settings.json":
+        left_out = f"{source.name}/{path.name}".startswith(_LEFT_OUT)
+        if path.name == "settings.json" or (path.suffix in kept and not left_out):
             shutil.copyfile(path, target / path.name)
     content = (source / "results.jsonl").read_bytes()
     (target / "results.jsonl.gz").write_bytes(gzip.compress(content, mtime=0))
@@ -119,6 +127,7 @@ def _conditions(results: Path) -> str:
         settings, how = json.loads((path / "settings.json").read_text()), condition(path)
         load = median_load(path)
         workers, shown = how.get("workers") or "not noted", "not noted" if load is None else f"{load:.1f}"
+        shown += ", real-time priority" if how.get("real_time") else ""
         where = [workers, shown, how.get("commit"), how.get("cpu")]
         cells = [f"`{path.name}`", settings["count"], f"{settings['time_limit_s']:g} s", *where]
         rows.append("| " + " | ".join(map(str, cells)) + " |")
@@ -126,34 +135,23 @@ def _conditions(results: Path) -> str:
 
 
 def _content(name: str, results: Path) -> str:
-    path = results / name.removesuffix("-ecbs") / "table.md"
+    folder, _, form = name.partition("/")
+    if form:
+        kept = (results / folder / "results.jsonl.gz").is_file()
+        return as_table(_FORMS[form](results / folder)) if kept else _NOT_RUN
+    path = results / folder / "table.md"
     if not path.is_file():
         return _NOT_RUN
-    table = path.read_text(encoding="utf-8")
-    return "\n".join(_beside(table)) + "\n" if name.endswith("-ecbs") else "\n\n".join(_chosen(table)) + "\n"
+    return "\n\n".join(_chosen(path.read_text(encoding="utf-8"), _SHOWN[folder])) + "\n"
 
 
-def _chosen(table: str) -> Iterator[str]:
+def _chosen(table: str, shown: Sequence[str]) -> Iterator[str]:
     """Yields facts and shown tables, with headings one level deeper."""
     for level, heading, body in _blocks(table):
         if level == 1:
             yield body
-        elif heading in _SHOWN:
+        elif heading in shown:
             yield f"{'#' * (level + 1)} {heading}\n\n{body}"
-        elif level == 2 and not body:
-            yield f"### {heading}"
-
-
-def _beside(table: str) -> Iterator[str]:
-    """Yields the table of instances that ecbs solves, in the paper and here."""
-    yield "| cell | paper, 1800 s | here |"
-    yield "| --- | ---: | ---: |"
-    cell = ""
-    for level, heading, body in _blocks(table):
-        cell = heading if level == 2 else cell
-        row = re.search(r"^\| ecbs \| ([^|]*) \|", body, re.MULTILINE)
-        if heading == _SHOWN[2] and cell in _PAPER_ECBS_FAILED and row:
-            yield f"| {cell} | {100 - _PAPER_ECBS_FAILED[cell]} % | {row[1]} |"
 
 
 def _blocks(text: str) -> Iterator[tuple[int, str, str]]:

@@ -1,0 +1,66 @@
+"""Tables and figures in the paper's form are those of the raw results."""
+
+import gzip
+import importlib
+import json
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PLANNERS = ("ecbs", "apf-ecbs-nf", "apf-ecbs")
+NODES = {"ecbs": (6, 10, 50), "apf-ecbs-nf": (2, 6, None), "apf-ecbs": (1, 3, 9)}
+"""Expanded nodes of each planner on three instances; None is a timeout."""
+
+
+@pytest.fixture
+def paper_tables(monkeypatch):
+    monkeypatch.syspath_prepend(ROOT / "scripts")
+    return importlib.import_module("paper_tables")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    lines = []
+    for planner, counts in NODES.items():
+        for k, nodes in enumerate(counts):
+            line = {
+                "instance": f"MultiArmCell-4/{k}",
+                "cell": "MultiArmCell-4",
+                "arms": 4,
+                "planner": planner,
+                "seed": k,
+            }
+            if nodes is None:
+                lines.append(line | {"status": "timeout"})
+                continue
+            solved = {"status": "solved", "expanded_nodes": nodes, "planning_time_s": nodes / 10, "makespan_s": 8.0}
+            track = {"fast_track_tries": 2, "fast_track_hits": 1} if planner == "apf-ecbs" else {}
+            lines.append(line | solved | track | {"cost_rad": 40.0})
+    (tmp_path / "results.jsonl.gz").write_bytes(
+        gzip.compress("".join(f"{json.dumps(line)}\n" for line in lines).encode())
+    )
+    planners = [{"label": name, "name": name, "options": {}} for name in PLANNERS]
+    (tmp_path / "settings.json").write_text(json.dumps({"planners": planners}))
+    return tmp_path
+
+
+def test_table_one_has_success_beside_the_papers_and_means(paper_tables, folder):
+    _, ecbs, without, ours = paper_tables.table_one(folder)
+    assert ecbs[:3] == ["4", "`ecbs`", "3 of 3 (100 %); paper: 76 %"]
+    assert without[2] == "2 of 3 (67 %)"
+    assert ours[3].startswith("4.33 ±")
+
+
+def test_figure_five_is_relative_to_apf_ecbs_where_all_solve(paper_tables, folder, tmp_path):
+    _, ecbs, without = paper_tables.figure_five_table(folder)
+    assert ecbs == ["4", "2", "`ecbs`", "4.00", "4.00", "1.00", "1.00"]
+    assert without[:4] == ["4", "2", "`apf-ecbs-nf`", "2.00"]
+    paper_tables.save_figures(folder, tmp_path / "figures")
+    drawn = sorted(path.name for path in (tmp_path / "figures").iterdir())
+    assert drawn == ["figure-4.svg", "figure-5.svg"]
+
+
+def test_the_fast_track_is_compared_where_both_solve(paper_tables, folder):
+    _, row = paper_tables.fast_track_table(folder)
+    assert row == ["4", "2", "4.00", "2.00", "50 %", "0.400", "0.200", "0.400", "0.200", "3 of 6 (50 %)"]

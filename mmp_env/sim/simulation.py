@@ -16,6 +16,8 @@ from mmp_env.sim.contacts import ContactLog, names_and_owners
 from mmp_env.sim.scene import compile_scene
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+_MOST_UNDONE = 17
+"""Largest number of physics steps in one call of MuJoCo, which are undone if something touched: a third of 0.1 s."""
 
 
 class Simulation:
@@ -126,8 +128,10 @@ class Simulation:
 
     def advance(self, steps: int) -> None:
         """Advances by `steps` physics steps; `log` records the contacts. Does not detect divergence."""
-        if self._touching or not self._step_untouched(steps):
-            self._step_watched(steps)
+        for first in range(0, steps, _MOST_UNDONE):
+            count = min(_MOST_UNDONE, steps - first)
+            if self._touching or not self._step_untouched(count):
+                self._step_watched(count)
 
     def _step_untouched(self, steps: int) -> bool:
         """Takes all steps in one call of MuJoCo. If anything touched, undoes them and returns False."""

@@ -8,6 +8,7 @@ whose tools are nearest to the target.
 from __future__ import annotations
 
 import functools
+import threading
 from typing import Any
 
 import numpy as np
@@ -37,9 +38,10 @@ _NAME = "arm"
 
 
 class Kinematics:
-    """The inverse kinematics of a robot with a tool, its base at the origin."""
+    """The inverse kinematics of a robot with a tool, its base at the origin. Several threads may use one."""
 
     def __init__(self, robot: Robot, tool: Tool | None) -> None:
+        self._lock = threading.RLock()  # `solve` and `tool_pose` move one configuration of MuJoCo
         self._mink, self._robot = require(), robot
         axis = robot.origins[0][:3, :3] @ robot.axes[0] / np.linalg.norm(robot.axes[0])
         turns = abs(axis[2]) > 1 - 1e-9 and not robot.slides[0]
@@ -70,7 +72,8 @@ class Kinematics:
 
     def tool_pose(self, q: Float[np.ndarray, " dof"]) -> Float[np.ndarray, "4 4"]:
         """Returns the pose of the tool frame (the flange without a tool) in the base frame."""
-        return self._site_pose(q) @ transform(np.eye(3), -self._point)
+        with self._lock:
+            return self._site_pose(q) @ transform(np.eye(3), -self._point)
 
     def initial_guesses(
         self, point: Float[np.ndarray, "3"], direction: Float[np.ndarray, "3"]
@@ -102,6 +105,12 @@ class Kinematics:
         self, q: Float[np.ndarray, " dof"], point: Float[np.ndarray, "3"], direction: Float[np.ndarray, "3"]
     ) -> Float[np.ndarray, " dof"] | None:
         """Returns the solution [rad or m] that mink finds from the initial guess `q`, or None. Targets as above."""
+        with self._lock:
+            return self._solve(q, point, direction)
+
+    def _solve(
+        self, q: Float[np.ndarray, " dof"], point: Float[np.ndarray, "3"], direction: Float[np.ndarray, "3"]
+    ) -> Float[np.ndarray, " dof"] | None:
         here, limits = self._configuration, self._limits
         here.update(q)
         # The turn about the axis of the tool is free, so the target takes that of the guess.

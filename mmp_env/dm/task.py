@@ -14,7 +14,7 @@ from mmp_env.errors import MmpError
 from mmp_env.gym.cell_instance import CellInstance, InstanceSource
 from mmp_env.gym.control import ControlMode, checked_action, steps_per_action
 from mmp_env.gym.observation import Observer, joint_limits
-from mmp_env.gym.reward import GoalProgress
+from mmp_env.gym.reward import GoalProgress, measured
 from mmp_env.model.cell import Cell
 from mmp_env.model.problem import Problem
 from mmp_env.model.task import State
@@ -122,7 +122,9 @@ class CellTask(control.Task):
         """Reads positions, contacts and reward after the action."""
         simulation = physics.simulation
         self.contacts = simulation.log.contacts
-        self._reward = self._progress.update(simulation.positions, self._reference, contact=bool(self.contacts))
+        q = simulation.positions
+        distance = measured(q, self._progress.target)
+        self._reward = self._progress.update(q, self._reference, distance=distance, contact=bool(self.contacts))
 
     def get_reward(self, physics: CellPhysics) -> float:
         return self._reward
@@ -133,7 +135,7 @@ class CellTask(control.Task):
 
     def get_observation(self, physics: CellPhysics) -> dict[str, Float[np.ndarray, "..."]]:
         """Returns the observation of the Gymnasium environment."""
-        return self._observed(physics).observe(self._progress.q, self._progress.target)
+        return self._observed(physics).observe(self._progress.target)
 
     def action_spec(self, physics: CellPhysics) -> specs.BoundedArray:
         """Returns a spec of one number in [-1, 1] per servo, named after the servos, with tabs in between."""

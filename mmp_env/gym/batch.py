@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor, wait
+from functools import partial
 from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import SyncVectorEnv
-from gymnasium.vector.utils import iterate
 
 from mmp_env.argument_checks import whole
 from mmp_env.errors import UnknownNameError
+from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.gym.registration import ANY_CELL, CELLS
 
 MOST_ENVIRONMENTS = 1024
@@ -21,66 +23,99 @@ MOST_ENVIRONMENTS = 1024
 
 
 class BatchedEnv(SyncVectorEnv):
-    """A vector environment of Gymnasium whose environments step in threads; `batched_env` makes one."""
+    """A vector environment of Gymnasium whose environments step in threads; `batched_env` makes one.
+
+    Threads share what takes long: physics, clearances and resets. All else is computed for the whole batch at once.
+    """
 
     def __init__(self, makers: list[Any], threads: int) -> None:
-        self._pool = ThreadPoolExecutor(threads, thread_name_prefix="mmp-env")
-        super().__init__([lambda make=make: _Ahead(make(), self._pool) for make in makers])
+        super().__init__(makers)
+        self._cells: list[MultiArmCellEnv] = [env.unwrapped for env in self.envs]  # pyright: ignore
+        self._most_steps = getattr(self.envs[0].spec, "max_episode_steps", None) or np.inf
+        self._steps = np.zeros(self.num_envs, dtype=int)
+        # The thread of the caller works too.
+        self._pool, self._helpers = ThreadPoolExecutor(max(threads - 1, 1), thread_name_prefix="mmp-env"), threads - 1
+
+    def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
+        """Resets all environments, or those of `options["reset_mask"]`. See `gymnasium.vector.VectorEnv.reset`."""
+        mask = (options or {}).get("reset_mask")
+        if mask is not None:
+            self._env_obs = [{name: rows[k].copy() for name, rows in self._seen.items()} for k in range(self.num_envs)]
+        answer = super().reset(seed=seed, options=options)
+        self._steps[slice(None) if mask is None else mask] = 0
+        return answer
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Steps all environments, those that are over reset instead. See `gymnasium.vector.VectorEnv.step`."""
-        begun: list[Any] = list(zip(self.envs, iterate(self.action_space, actions), self._autoreset_envs, strict=True))
+        over = self._autoreset_envs.copy()
+        going, infos = np.flatnonzero(~over).tolist(), [{}] * self.num_envs
+        self._rewards[:], self._terminations[:], self._truncations[:] = 0.0, False, False
+
+        def reset(k: int) -> None:
+            observation, infos[k] = self.envs[k].reset()
+            for name, value in observation.items():
+                self._seen[name][k] = value
+
         # Resets take longest, so they begin first: the threads then end at about the same time.
-        for env, action, is_over in sorted(begun, key=lambda each: not each[2]):
-            if is_over:
-                env.begin_reset()
-            else:
-                env.begin_step(action)
-        return super().step(actions)
+        resets: list[Callable[[], object]] = [partial(reset, k) for k in np.flatnonzero(over).tolist()]
+        self._steps[over] = 0
+        if not going:
+            self._run(resets)
+        else:
+            observations, self._rewards[going], self._terminations[going], its = MultiArmCellEnv.step_together(
+                [self._cells[k] for k in going], np.asarray(actions)[going], lambda jobs: self._run([*resets, *jobs])
+            )
+            for name, rows in observations.items():
+                self._seen[name][going] = rows
+            for k, info in zip(going, its, strict=True):
+                infos[k] = info
+            self._steps[going] += 1
+            self._truncations[going] = self._steps[going] >= self._most_steps
+        self._autoreset_envs = self._terminations | self._truncations
+        observations = {name: rows.copy() for name, rows in self._seen.items()}
+        ends = self._rewards.copy(), self._terminations.copy(), self._truncations.copy()
+        return observations, *ends, _together(infos)
 
     def close_extras(self, **kwargs: Any) -> None:
         """Closes all environments and ends the threads."""
         super().close_extras(**kwargs)
         self._pool.shutdown()
 
+    @property
+    def _seen(self) -> dict[str, np.ndarray]:
+        return self._observations  # pyright: ignore
 
-class _Ahead(gymnasium.Wrapper):
-    """An environment whose next step or reset may have begun in another thread."""
+    def _run(self, jobs: list[Callable[[], object]]) -> None:
+        """Calls all functions, in all threads. Raises what one of them raises, after the others have ended."""
+        waiting = deque(jobs)
+        helping = [self._pool.submit(_work, waiting) for _ in range(min(self._helpers, len(jobs) - 1))]
+        try:
+            _work(waiting)
+        finally:
+            wait(helping)
+        for each in helping:
+            each.result()
 
-    def __init__(self, env: gymnasium.Env, pool: ThreadPoolExecutor) -> None:
-        super().__init__(env)
-        self._pool = pool
-        self._begun: Future[Any] | None = None
 
-    def begin_step(self, action: Any) -> None:
-        """Begins the next step."""
-        self._begin(self.env.step, action)
+def _work(waiting: deque[Callable[[], object]]) -> None:
+    """Calls waiting functions until there are none, while other threads do the same."""
+    while True:
+        try:
+            job = waiting.popleft()
+        except IndexError:
+            return
+        job()
 
-    def begin_reset(self) -> None:
-        """Begins the next reset, which continues the stream of instances."""
-        self._begin(self.env.reset)
 
-    def step(self, action: Any) -> Any:
-        """Returns the result of the step that has begun, or makes it."""
-        begun, self._begun = self._begun, None
-        return self.env.step(action) if begun is None else begun.result()
-
-    def reset(self, **kwargs: Any) -> Any:
-        """Returns the result of the reset that has begun. With arguments, or if none has begun, makes one."""
-        if kwargs:
-            self._abandon()
-        begun, self._begun = self._begun, None
-        return self.env.reset(**kwargs) if begun is None else begun.result()
-
-    def _begin(self, call: Callable[..., Any], *args: Any) -> None:
-        self._abandon()
-        self._begun = self._pool.submit(call, *args)
-
-    def _abandon(self) -> None:
-        """Waits for what has begun, and forgets it: nobody asked for it after another environment failed."""
-        if self._begun is not None:
-            wait([self._begun])
-        self._begun = None
+def _together(infos: list[dict[str, Any]]) -> dict[str, Any]:
+    """Returns the infos of all environments, which have the same keys, in the form of Gymnasium's vectors."""
+    out: dict[str, Any] = {}
+    for name, first in infos[0].items():
+        out[name] = np.empty(len(infos), dtype=object if isinstance(first, list) else type(first))
+        for k, info in enumerate(infos):
+            out[name][k] = info[name]
+        out[f"_{name}"] = np.ones(len(infos), dtype=bool)
+    return out
 
 
 def batched_env(id: str, count: int, *, threads: int | None = None, **options: Any) -> BatchedEnv:

@@ -16,8 +16,8 @@ from jaxtyping import Float
 from mmp_env.argument_checks import as_numbers, refused
 from mmp_env.errors import MmpError, UnknownNameError
 
-Vector: TypeAlias = Float[np.ndarray, "n"]
-"""Type of an array with one number per joint, arm after arm."""
+Vector: TypeAlias = Float[np.ndarray, "... n"]
+"""Type of an array with one number per joint, arm after arm; or of such rows of several environments."""
 CONTROL_RATE_HZ = 10
 """Actions per second of simulated time: one per 0.1 s step of the planners, or 50 physics steps."""
 MAX_LEAD_RAD = 0.1
@@ -109,6 +109,14 @@ def checked_action(action: np.ndarray, count: int) -> Float[np.ndarray, "n"]:
     # The dot product is finite only if all numbers are, and takes a fifth of the time of np.isfinite.
     if not math.isfinite(values @ values) and not np.isfinite(values).all():
         raise MmpError(f"the action holds {values[~np.isfinite(values)][0]}; it must be finite numbers")
+    return np.minimum(np.maximum(values, -1.0), 1.0)
+
+
+def checked_actions(actions: np.ndarray, count: int) -> Float[np.ndarray, "m n"]:
+    """Returns several actions, each checked like one."""
+    values = as_numbers(actions)
+    if values is None or values.ndim != 2 or values.shape[1] != count or not np.isfinite(values).all():
+        return np.array([checked_action(action, count) for action in actions])
     return np.minimum(np.maximum(values, -1.0), 1.0)
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 import copy
 import inspect
 import warnings
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import pairwise
 from os import PathLike
 from typing import Any
@@ -21,12 +23,12 @@ from mmp_env.argument_checks import as_numbers, given, refused, whole
 from mmp_env.errors import MmpError, UnknownNameError, UnretimedPlanWarning
 from mmp_env.files.cell_source import cell_names, find_cell
 from mmp_env.gym.cell_instance import CellInstance, InstanceSource, Margin
-from mmp_env.gym.control import CONTROL_RATE_HZ, ControlMode, checked_action, steps_per_action
+from mmp_env.gym.control import CONTROL_RATE_HZ, ControlMode, checked_action, checked_actions, steps_per_action
 from mmp_env.gym.environment_options import check_options
 from mmp_env.gym.instances import DEFAULT_TASK
 from mmp_env.gym.observation import joint_limits
 from mmp_env.gym.registration import ANY_CELL
-from mmp_env.gym.reward import GoalProgress
+from mmp_env.gym.reward import Distance, GoalProgress, measured
 from mmp_env.gym.world_events import GivenEvents, WorldEvents, observer
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
@@ -226,18 +228,50 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
             MmpError: for an action of the wrong shape, or with numbers that are not finite.
         """
         self._present()
-        simulation = self._simulation
+        progress, seen = self._progress, np.empty(self._observer.size)
         begin, end = self._mode.reference(
-            checked_action(action, simulation.count), self._progress.q, self._progress.reference
+            checked_action(action, self._simulation.count), progress.q, progress.reference
         )
-        simulation.log.clear()
-        self._move(begin, end)
-        contacts = simulation.log.contacts
-        reward = self._progress.update(simulation.positions, end, contact=bool(contacts))
-        info = self._info(contacts)
-        over = (info["is_success"] and self._events.ends_at_goal) or (self._terminate_on_contact and bool(contacts))
-        self._renew_goal(reached=info["is_success"])
-        return self._observation(), reward, over, False, {**info, **self._events.info()}
+        self._drive(begin, end, seen)
+        q = self._observer.positions(seen)
+        reward, over, info = self._arrive(q, end, measured(q, progress.target))
+        return self._observer.observation(seen, progress.target), reward, over, False, info
+
+    @classmethod
+    def step_together(
+        cls, envs: Sequence[MultiArmCellEnv], actions: np.ndarray, run: Callable[[list[Callable[[], object]]], None]
+    ) -> tuple[Observation, list[float], list[bool], list[dict[str, Any]]]:
+        """Steps several environments that were made with the same options, each as `step` does.
+
+        Args:
+            envs: the environments, at least one.
+            actions: an action of each [m, n].
+            run: calls all functions of a list, perhaps in threads.
+
+        Returns:
+            Observations as arrays of m rows; reward, whether the episode is over, and info of each environment.
+
+        Raises:
+            MmpError: like `step`.
+        """
+        first, count = envs[0], envs[0]._simulation.count
+        for env in envs:
+            env._present()
+        seen = np.empty((len(envs), first._observer.size))
+        before = [
+            np.array(rows) for rows in zip(*((env._progress.q, env._progress.reference) for env in envs), strict=True)
+        ]
+        begin, end = first._mode.reference(checked_actions(actions, count), *before)
+        run([partial(env._drive, *each) for env, *each in zip(envs, begin, end, seen, strict=True)])
+        q = first._observer.positions(seen)
+        distances = zip(*measured(q, np.array([env._progress.target for env in envs])), strict=True)
+        arrived = [
+            env._arrive(its_q, its_end, distance)
+            for env, its_q, its_end, distance in zip(envs, q, end, distances, strict=True)
+        ]
+        goals = np.array([env._progress.target for env in envs])
+        rewards, over, infos = map(list, zip(*arrived, strict=True))
+        return first._observer.observation(seen, goals), rewards, over, infos
 
     def action_towards(self, q: ArrayLike) -> np.ndarray:
         """Returns the action [n] that moves the reference of the servos to a configuration, or as near as possible.
@@ -325,8 +359,29 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         source = self._source.cell.name if self.spec is None or self.spec.id == ANY_CELL else self.spec.id
         return f"{source}/{seed}"
 
+    def _drive(
+        self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], seen: Float[np.ndarray, "size"]
+    ) -> None:
+        """Moves the arms along a reference for one control period, and reads into `seen` what is observed then."""
+        self._simulation.log.clear()
+        self._move(begin, end)
+        self._observer.look(seen)
+
+    def _arrive(
+        self, q: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], distance: Distance
+    ) -> tuple[float, bool, dict[str, Any]]:
+        """Returns reward, whether the episode is over, and info of a control period that has ended at `q` [rad]."""
+        contacts = self._simulation.log.contacts
+        reward = self._progress.update(q, end, distance=distance, contact=bool(contacts))
+        info = self._info(contacts)
+        over = (info["is_success"] and self._events.ends_at_goal) or (self._terminate_on_contact and bool(contacts))
+        self._renew_goal(reached=info["is_success"])
+        return reward, over, {**info, **self._events.info()}
+
     def _renew_goal(self, *, reached: bool) -> None:
         """Takes over the goals that the events give after a step, if any."""
+        if self._events.ends_at_goal:
+            return
         here = self._simulation.split(self._progress.q)
         period_s = self._steps * self._simulation.timestep_s
         instance = self._events.next_instance(self._source, here, period_s, reached=reached)
@@ -335,7 +390,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
             self._progress.aim(self._simulation.joined(instance.goal))
 
     def _observation(self) -> Observation:
-        return self._observer.observe(self._progress.q, self._progress.target)
+        return self._observer.observe(self._progress.target)
 
     def _info(self, contacts: list[Contact]) -> dict[str, Any]:
         progress = self._progress

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any, TypeAlias
+
 import numpy as np
 from jaxtyping import Float
 
@@ -11,6 +13,8 @@ PROGRESS_WEIGHT = 10.0
 """Reward per radian by which the mean distance of the joints to their goals decreases."""
 SUCCESS_BONUS = 10.0
 CONTACT_PENALTY = 10.0
+Distance: TypeAlias = tuple[float, float]
+"""Largest and mean distance of the joints to their targets [rad]."""
 
 
 class GoalProgress:
@@ -33,20 +37,28 @@ class GoalProgress:
         self.target = target
         self._measure()
 
-    def update(self, q: Float[np.ndarray, "n"], reference: Float[np.ndarray, "n"], *, contact: bool) -> float:
+    def update(
+        self, q: Float[np.ndarray, "n"], reference: Float[np.ndarray, "n"], *, distance: Distance, contact: bool
+    ) -> float:
         """Takes over the positions after an action, and returns its reward.
 
         Args:
             q: joint positions [rad].
             reference: end of the reference [rad].
+            distance: `measured(q, target)`.
             contact: whether an arm touched anything.
         """
         before = self._mean_distance
         self.q, self.reference = q, reference
-        self._measure()
+        self.distance_rad, self._mean_distance = distance
         progress = before - self._mean_distance
         return PROGRESS_WEIGHT * progress + SUCCESS_BONUS * self.is_success - CONTACT_PENALTY * contact
 
     def _measure(self) -> None:
-        distances = np.abs(self.target - self.q)
-        self.distance_rad, self._mean_distance = float(distances.max()), float(distances.sum()) / len(distances)
+        self.distance_rad, self._mean_distance = measured(self.q, self.target)
+
+
+def measured(q: Float[np.ndarray, "*m n"], target: Float[np.ndarray, "*m n"]) -> tuple[Any, Any]:
+    """Returns largest and mean distance [rad] of the joints to their targets: two numbers, or two lists of m."""
+    distances = np.abs(target - q)
+    return distances.max(axis=-1).tolist(), (distances.sum(axis=-1) / distances.shape[-1]).tolist()

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, TypeAlias
 
 import numpy as np
-from gymnasium import spaces
 from jaxtyping import Float
 
 from mmp_env.argument_checks import number, refused
@@ -124,23 +123,22 @@ class WorldEvents:
 class CartObserver(Observer):
     """Observes the cart too: `cart_position` and `cart_velocity` [3] [m], [m/s]. `clearance` includes it."""
 
-    def __init__(self, simulation: CartSimulation) -> None:
-        super().__init__(simulation)
-        self._simulation: CartSimulation = simulation
-        cart = simulation.cart
-        low, high = np.minimum(cart.low, cart.outside), np.maximum(cart.high, cart.outside)
-        fastest = np.full(3, cart.options.speed)
-        self.boxes["cart_position"] = spaces.Box(low, high, dtype=np.float64)
-        self.boxes["cart_velocity"] = spaces.Box(-fastest, fastest, dtype=np.float64)
-        self.space = spaces.Dict(dict[str, spaces.Space[Any]](self.boxes))
+    _simulation: CartSimulation
 
-    def observe(self, q: Float[np.ndarray, "n"], goal: Float[np.ndarray, "n"]) -> dict[str, Float[np.ndarray, "..."]]:
+    def _bounds(self) -> dict[str, tuple[Float[np.ndarray, "..."], Float[np.ndarray, "..."]]]:
+        cart = self._simulation.cart
+        fastest = np.full(3, cart.options.speed)
+        return super()._bounds() | {
+            "cart_position": (np.minimum(cart.low, cart.outside), np.maximum(cart.high, cart.outside)),
+            "cart_velocity": (-fastest, fastest),
+        }
+
+    def look(self, out: Float[np.ndarray, "size"]) -> None:
         """As in `Observer`."""
-        out, cart = super().observe(q, goal), self._simulation.cart
-        np.minimum(out["clearance"], self._simulation.cart_clearance(), out=out["clearance"])
-        for name, value in (("cart_position", cart.place), ("cart_velocity", cart.velocity)):
-            out[name] = np.clip(value, self.boxes[name].low, self.boxes[name].high)
-        return out
+        super().look(out)
+        parts, cart = self._parts, self._simulation.cart
+        out[parts["clearance"]] = np.minimum(out[parts["clearance"]], self._simulation.cart_clearance())
+        out[parts["cart_position"]], out[parts["cart_velocity"]] = cart.place, cart.velocity
 
 
 def observer(simulation: Simulation) -> Observer:

@@ -10,19 +10,43 @@ from mmp_env.errors import MmpError, UnknownNameError
 ID, COUNT = "MultiArmCell-2", 3
 
 
-def test_the_results_are_those_of_one_after_the_other():
-    batch = mmp_env.batched_env(ID, COUNT, threads=2, max_episode_steps=7)
-    alone = gymnasium.make_vec(ID, num_envs=COUNT, vectorization_mode="sync", max_episode_steps=7)
-    (first, _), (other, _) = batch.reset(seed=4), alone.reset(seed=4)
+VARIANTS = {
+    "default": (ID, {}),
+    "delta": (ID, {"control_mode": "delta", "terminate_on_contact": False}),
+    "events": (ID, {"events": {"cart": {}, "goals": {"every_s": 0.3}}}),
+    "objects": ("MultiArmCell-4", {"robot": "panda", "task": "packing"}),
+}
+
+
+def assert_same(found, wanted):
+    assert found.keys() == wanted.keys()
+    for name, rows in wanted.items():
+        np.testing.assert_array_equal(found[name], rows, name)
+        assert found[name].dtype == rows.dtype
+
+
+@pytest.mark.parametrize(("name", "options"), VARIANTS.values(), ids=VARIANTS)
+def test_the_results_are_those_of_one_after_the_other(name, options):
+    options = options | {"max_episode_steps": 7}
+    batch = mmp_env.batched_env(name, COUNT, threads=2, **options)
+    alone = gymnasium.make_vec(name, num_envs=COUNT, vectorization_mode="sync", **options)
+    first, other = batch.reset(seed=4), alone.reset(seed=4)
+    assert_same(first[0], other[0])
+    assert_same(first[1], other[1])
     rng = np.random.default_rng(0)
-    for _ in range(18):  # over two resets
-        for name, rows in first.items():
-            np.testing.assert_array_equal(rows, other[name])
-        actions = rng.uniform(-0.3, 0.3, (COUNT, 12)).astype(np.float32)
-        first, *ends, _ = batch.step(actions)
-        other, *expected, _ = alone.step(actions)
-        for found, wanted in zip(ends, expected, strict=True):
-            np.testing.assert_array_equal(found, wanted)
+    for step in range(18):  # over two resets
+        if step == 9:
+            mask = np.array([False, True, False])
+            first, other = (envs.reset(options={"reset_mask": mask.copy()}) for envs in (batch, alone))
+            assert_same(first[0], other[0])
+        actions = rng.uniform(-0.3, 0.3, batch.action_space.shape).astype(np.float32)
+        first, *ends, infos = batch.step(actions)
+        other, *expected, wanted = alone.step(actions)
+        assert_same(first, other)
+        assert_same(infos, wanted)
+        for found, rows in zip(ends, expected, strict=True):
+            np.testing.assert_array_equal(found, rows)
+            assert found.dtype == rows.dtype
     batch.close()
     alone.close()
 

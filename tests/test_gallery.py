@@ -112,11 +112,11 @@ def test_the_row_of_cells_is_as_wide_as_its_pictures(part):
 
 
 def stand_in(nodes: int, *, trees: int = 1, fast: bool = True, expanded: int = 1):
-    tree = SimpleNamespace(roots=[0] * trees, nodes=[0] * nodes, solution=SimpleNamespace(fast_track=fast))
+    tree = SimpleNamespace(roots=[0] * trees, nodes=[0] * nodes, solution_path=[SimpleNamespace(fast_track=fast)])
     return SimpleNamespace(tree=tree, expanded=expanded)
 
 
-def test_the_animation_is_of_the_first_seed_with_a_small_tree_that_ends_with_the_fast_track(part, monkeypatch):
+def test_the_animation_is_of_the_first_seed_with_a_small_tree_that_comes_through_the_fast_track(part, monkeypatch):
     instances = part("instances")
     runs = [stand_in(11), stand_in(5, trees=2), stand_in(5, fast=False), stand_in(2), stand_in(10), stand_in(4)]
     monkeypatch.setattr(instances, "search", lambda planner, seed, arms: runs[seed])

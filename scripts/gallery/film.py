@@ -30,7 +30,7 @@ _LEAD_S = 1.2
 """Time [s] that is shown before a conflict."""
 _LOOK_MS, _BRANCH_MS, _LAST_MS = 1400, 800, 2500
 _RING = 24
-_QUALITY = 57
+_QUALITY = 48
 _WHOLE = (20, 32)
 """Least and largest distance of key frames: more of them enlarge the file, fewer leave artefacts."""
 _ROOT = "the root of the tree: every arm alone, without the others"

@@ -37,7 +37,7 @@ def _items(tree: TreeRecord, style: str) -> Iterator[tuple[list[str], float]]:
         yield _named([_node(style, expanded)], text)
     if any(node.fast_track for node in tree.nodes):
         mark = bolt(4, 5, 14.0) if style == "boxes" else diamond(9, 12, 6.5, fill=FREE, stroke=INK, class_="mmp-line")
-        yield _named([mark], "made free of conflicts by the fast track")
+        yield _named([mark], "made by the fast track")
     if tree.solution is not None:
         line = element(
             "path", d="M0 12H18", stroke=SOLUTION_PATH, stroke_width=4.0, stroke_linecap="round", class_="mmp-solution"

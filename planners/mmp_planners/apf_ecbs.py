@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from mmp_planners.conflict_tree.fast_track import RepulsionOfSeveralArms, RepulsiveFastTrack
-from mmp_planners.conflict_tree.repulsion import RepulsiveModification
+from mmp_planners.conflict_tree.repulsion import Modification, RepulsiveModification, ShortenedModification
 from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import About
 from mmp_planners.tree_planner import OneKindPlanner, Parts, option
@@ -86,11 +86,14 @@ class RepulsivePlanner(OneKindPlanner):
     early_stop: bool = option(
         RepulsiveModification.early_stop, "stop at 2 cm of clearance; off (paper-literal): run all iterations"
     )
+    shorten_paths: bool = option(
+        False, "shorten each repelled path, clear of the arms that it is clear of; off, as in the paper: keep detours"
+    )
     trace: bool = option(RepulsiveModification.trace, "give watchers every iterate of ModifyMotion; changes no plan")
 
-    def modification(self) -> RepulsiveModification:
+    def modification(self) -> Modification:
         """Returns ModifyMotion with these options."""
-        return RepulsiveModification(
+        repulsion = RepulsiveModification(
             alpha=self.alpha,
             k_rep=self.k_rep,
             d0=self.d0,
@@ -104,6 +107,7 @@ class RepulsivePlanner(OneKindPlanner):
             early_stop=self.early_stop,
             trace=self.trace,
         )
+        return ShortenedModification(modification=repulsion) if self.shorten_paths else repulsion
 
 
 @dataclass(frozen=True, kw_only=True)

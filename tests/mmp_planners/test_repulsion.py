@@ -12,7 +12,12 @@ from mmp_env.gym.instances import draw_instance
 from mmp_env.model.rings import ring_cell
 from mmp_env.problems.making import make_problem
 from mmp_planners.apf_ecbs import ApfEcbs
-from mmp_planners.conflict_tree.repulsion import Modification, NoModification, RepulsiveModification
+from mmp_planners.conflict_tree.repulsion import (
+    Modification,
+    NoModification,
+    RepulsiveModification,
+    ShortenedModification,
+)
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext
 
@@ -193,3 +198,28 @@ def test_repulsion_ends_with_the_clock():
     there, paths = context(two_arms.passing())
     there.clock.cancel()
     assert RepulsiveModification()(there, paths, 0, ()) is None
+
+
+def conflict_count(there, paths, arm):
+    return sum(map(len, there.conflicts(paths, there.pairs(arm)).values()))
+
+
+def test_a_shortened_repelled_path_is_shorter_and_has_no_more_conflicts():
+    there, paths = crowded()
+    shorter = []
+    for arm in range(4):
+        plain = RepulsiveModification()(there, paths, arm, ())
+        short = ShortenedModification(modification=RepulsiveModification())(there, paths, arm, ())
+        if plain is None:
+            assert short is None
+            continue
+        replaced = [[*paths[:arm], m.path, *paths[arm + 1 :]] for m in (plain, short)]
+        assert conflict_count(there, replaced[1], arm) <= conflict_count(there, replaced[0], arm)
+        assert short.path.length <= plain.path.length
+        shorter.append(short.path.length < plain.path.length)
+    assert any(shorter)
+
+
+def test_shortening_is_an_option_of_the_planner():
+    assert isinstance(ApfEcbs(shorten_paths=True).modification(), ShortenedModification)
+    assert isinstance(ApfEcbs().modification(), RepulsiveModification)

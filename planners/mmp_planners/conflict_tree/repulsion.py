@@ -15,7 +15,8 @@ import numpy as np
 
 from mmp_env import core
 from mmp_env.events import ForceField
-from mmp_planners.planning_context import Path, PlanningContext
+from mmp_planners.planning_context import PairConflicts, Path, PlanningContext
+from mmp_planners.seeds import seed_of
 
 _DEFAULT = core.RepulsionSettings()
 
@@ -118,8 +119,43 @@ class RepulsiveModification:
         )
 
 
+@dataclass(frozen=True, kw_only=True)
+class ShortenedModification:
+    """Shortens the paths of a modification, which keep clear of the arms that the modified path is clear of.
+
+    The single-arm planner does so: it begins with the modified path. A path with more conflicts is not taken.
+    """
+
+    modification: Modification
+
+    def __call__(
+        self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[core.Constraint]
+    ) -> Modified | None:
+        modified = self.modification(context, paths, arm, constraints)
+        if modified is None:
+            return None
+        before = _conflicts(context, paths, arm, modified.path)
+        touched = {other for pair in before for other in pair}
+        clear = [path for k, path in enumerate(paths) if k != arm and k not in touched]
+        seed = seed_of(arm, modified.path.last)
+        path, _ = context.low_level(arm, constraints, seed, others=clear, experience=modified.path.q)
+        if path is None or path.length >= modified.path.length:
+            return modified
+        after = _conflicts(context, paths, arm, path)
+        if sum(map(len, after.values())) > sum(map(len, before.values())):
+            return modified
+        return dataclasses.replace(modified, path=path)
+
+
+def _conflicts(context: PlanningContext, paths: Sequence[Path], arm: int, path: Path) -> PairConflicts:
+    """Returns the conflicts of one arm with another path."""
+    return context.conflicts((*paths[:arm], path, *paths[arm + 1 :]), context.pairs(arm))
+
+
 def traced(modification: Modification) -> Modification:
     """Returns the modification with `trace` on, if it has iterates."""
     if isinstance(modification, RepulsiveModification):
         return dataclasses.replace(modification, trace=True)
+    if isinstance(modification, ShortenedModification):
+        return dataclasses.replace(modification, modification=traced(modification.modification))
     return modification

@@ -127,12 +127,13 @@ def _meetings(work: Work, pairs: Sequence[Pair], distance: float, holds: Sequenc
     volumes = SweptParts(work.model, work.motions, [(hold.arm, hold.solid) for hold in holds])
     stages = {arm: _stages(work, arm, volumes.period, holds) for arm in work.motions}
     waits = _waits(work, pairs, volumes.period)
+    whole = {arm: [(arm, each.begin, each.end, each.hold) for each in stages[arm]] for arm in stages}
     for a, b in combinations(work.motions, 2):
-        for one in stages[a]:
-            for other in stages[b]:
-                windows = _open(one, other, waits[a, b], waits[b, a])
-                if windows is None:
-                    continue
+        # Whole stages first: most are far from each other, and what the order leaves open is a part of them.
+        for i, j in np.argwhere(volumes.near(whole[a], whole[b], distance)):
+            one, other = stages[a][i], stages[b][j]
+            windows = _open(one, other, waits[a, b], waits[b, a])
+            if windows is not None:
                 clearance = volumes.clearance((a, *windows[0], one.hold), (b, *windows[1], other.hold), distance)
                 if clearance < distance:
                     yield _fault(

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from mmp_env.check.checked import Solid
 from mmp_env.check.items import MotionSteps
@@ -82,15 +82,33 @@ class SweptParts:
         self._moved: dict[int, tuple[Float[np.ndarray, "k s 3"], Float[np.ndarray, "u s"]]] = {}
         self._of_arm = {name: np.flatnonzero((self._parts.arm == k) & moving) for k, name in enumerate(names)}
 
+    def near(self, ones: Sequence[Window], others: Sequence[Window], enough: float) -> Bool[np.ndarray, "n m"]:
+        """Returns which windows of two arms have boxes around parts that are nearer to each other than `enough` [m]."""
+        low, high = self._boxes(others)
+        out = np.empty((len(ones), len(others)), dtype=bool)
+        for k, window in enumerate(ones):
+            box = self._balls(window)
+            gaps = np.maximum(box.low[:, None, None] - high, low - box.high[:, None, None])
+            out[k] = (np.einsum("pmqc,pmqc->pmq", *2 * [np.maximum(gaps, 0)]) < enough * enough).any(axis=(0, 2))
+        return out
+
+    def _boxes(self, windows: Sequence[Window]) -> tuple[Float[np.ndarray, "m q 3"], Float[np.ndarray, "m q 3"]]:
+        """Returns the boxes of all parts in windows; parts that a window does not have are infinitely far away."""
+        balls = [self._balls(window) for window in windows]
+        low = np.full((len(balls), max(len(b.parts) for b in balls), 3), np.inf)
+        high = np.full_like(low, -np.inf)
+        for k, ball in enumerate(balls):
+            low[k, : len(ball.parts)], high[k, : len(ball.parts)] = ball.low, ball.high
+        return low, high
+
     def clearance(self, one: Window, other: Window, enough: float) -> float:
         """Returns a lower bound on the clearance of two windows of two arms [m]; `enough` [m] if it is larger."""
         least, (a, b) = enough, (self._balls(window) for window in (one, other))
         gaps = np.maximum(np.maximum(a.low[:, None] - b.high, b.low - a.high[:, None]), 0)
         for p, q in np.argwhere(np.linalg.norm(gaps, axis=2) < enough):
-            apart = np.linalg.norm(a.centers[p][:, None] - b.centers[q], axis=2)
-            near = np.argwhere(apart - a.radii[p][:, None] - b.radii[q] < least)
-            if len(near):
-                steps = np.stack([a.steps[near[:, 0]], b.steps[near[:, 1]]], axis=1)
+            u, v = _where(_overlapping(a.centers[p], a.radii[p] + least, b.centers[q], b.radii[q]))
+            if len(u):
+                steps = np.stack([a.steps[u], b.steps[v]], axis=1)
                 least = min(least, self._measured(int(a.parts[p]), int(b.parts[q]), steps, least))
         return least
 
@@ -143,20 +161,19 @@ class SweptParts:
 
     def _measured(self, first: int, second: int, steps: Int[np.ndarray, "n 2"], enough: float) -> float:
         """Returns the least clearance of two parts in pairs of periods [m]; `enough` if it is larger."""
-        radii = self._clouds[first].radii[:, None] + self._clouds[second].radii
-        size, least = max(_BATCH // radii.size, 1), enough
+        clouds = self._clouds[first], self._clouds[second]
+        size, least = max(_BATCH // (len(clouds[0].radii) * len(clouds[1].radii)), 1), enough
         for k in range(0, len(steps), size):
             some = steps[k : k + size]
-            wanted = radii + (self._deviation[some[:, 0], first] + self._deviation[some[:, 1], second])[:, None, None]
-            (a, a_end, half), (b, b_end, half_b) = (
-                self._chords(part, some[:, n]) for n, part in enumerate((first, second))
+            (a, a_end, half, wanted), (b, b_end, half_b, wanted_b) = (
+                (*self._chords(part, some[:, n]), clouds[n].radii + self._deviation[some[:, n], part][:, None])
+                for n, part in enumerate((first, second))
             )
-            reach = np.maximum(wanted + half[:, :, None] + half_b[:, None] + least, 0.0)
-            near = _squares((a + a_end) / 2, (b + b_end) / 2) < reach * reach + _ROUNDING_M2
-            step, i, j = np.nonzero(near)
+            near = _overlapping((a + a_end) / 2, wanted + half + least, (b + b_end) / 2, wanted_b + half_b)
+            step, i, j = _where(near)
             if len(step):
-                apart = chord_distances(a[step, i], a_end[step, i], b[step, j], b_end[step, j]) - wanted[near]
-                least = min(least, float(apart.min()))
+                apart = chord_distances(a[step, i], a_end[step, i], b[step, j], b_end[step, j])
+                least = min(least, float((apart - (wanted[step, i] + wanted_b[step, j])).min()))
         return least
 
 
@@ -181,10 +198,26 @@ def chord_distances(
     return np.where(inner, np.minimum(least, gap), least)
 
 
-def _squares(a: Float[np.ndarray, "n s 3"], b: Float[np.ndarray, "n t 3"]) -> Float[np.ndarray, "n s t"]:
-    """Returns the squared distances of all points of two clouds [m^2], up to `_ROUNDING_M2`."""
-    own, other = (np.einsum("nik,nik->ni", points, points) for points in (a, b))
-    return own[:, :, None] + other[:, None] - 2 * a @ b.transpose(0, 2, 1)
+def _overlapping(
+    a: Float[np.ndarray, "*n s 3"],
+    reach: Float[np.ndarray, "*n s"],
+    b: Float[np.ndarray, "*n t 3"],
+    reach_b: Float[np.ndarray, "*n t"],
+) -> Bool[np.ndarray, "*n s t"]:
+    """Returns which balls of two sets overlap, and perhaps those that touch. `reach` are radii [m].
+
+    |a - b|^2 - (r + r_b)^2 is one product of two vectors: (a, r, |a|^2 - r^2, 1) and (-2 b, -2 r_b, 1, |b|^2 - r_b^2).
+    """
+    one, other = np.ones((*reach.shape, 6)), np.ones((*reach_b.shape, 6))
+    one[..., :3], one[..., 3], one[..., 4] = a, reach, np.einsum("...i,...i->...", a, a) - reach * reach
+    other[..., :3], other[..., 3] = -2 * b, -2 * reach_b
+    other[..., 5] = np.einsum("...i,...i->...", b, b) - reach_b * reach_b
+    return one @ np.swapaxes(other, -1, -2) < _ROUNDING_M2
+
+
+def _where(mask: Bool[np.ndarray, "..."]) -> tuple[Int[np.ndarray, "k"], ...]:
+    """Returns what `np.nonzero` returns; few true values in many are found sooner in one dimension."""
+    return np.unravel_index(np.flatnonzero(mask), mask.shape)
 
 
 def _from_chord(

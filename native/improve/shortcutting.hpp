@@ -83,7 +83,7 @@ class Shortcutter {
     // Windows without a possible gain do not count as attempts; kDraws bounds the number of draws.
     for (int64_t it = 0; tries_ < attempts && it < int64_t{kDraws} * attempts && excess() > kStraight && last() > 1;
          ++it) {
-      if ((it & 7) == 7 && clock_->expired()) break;
+      if (clock_->expired()) break;
       // All arms at once first, as long as it helps.
       const bool together = in_vain < kPatience || it % kTogether == 0;
       const bool better = together ? shortcut_all_arms(random, it) : shortcut_one_arm(random);

@@ -35,7 +35,7 @@ class Certifier {
   // Proves the required clearance at least, and all but a `share` of what the sampled minimum has beyond it. Clearances
   // are those between arms; `required` shifts the others.
   Proof run(T share, const Clock& clock) {
-    Proof out = sample();
+    Proof out = sample(clock);
     const T required = required_.proof;
     if (out.clearance < required) return out;
     T beyond = (T(out.clearance) - required) * (T(1) - share);
@@ -69,8 +69,9 @@ class Certifier {
     return std::any_of(moves.begin() + first, moves.begin() + std::min(last + 1, n_ - 1), [](bool m) { return m; });
   }
 
-  // Samples the clearance at the given times and halfway between them. Where arms stand, their first sample is enough.
-  Proof sample() {
+  // Samples the clearance at the given times and halfway between them, until the clock has expired. Where arms stand,
+  // their first sample is enough.
+  Proof sample(const Clock& clock) {
     Proof out;
     out.clearance = 1e9;
     std::vector<Pose<V>> poses;
@@ -80,7 +81,7 @@ class Certifier {
     BoxSweep<T> sweep;
     std::vector<bool> stands(arms());
     const int halves = 2 * n_ - 1;
-    for (int h = 0; h < halves; h += width<V>) {
+    for (int h = 0; h < halves && !clock.expired(); h += width<V>) {
       for (int a = 0; a < arms(); ++a) {
         near[a].clear();
         const bool stood = stands[a];  // then all lanes of its pose are the same

@@ -3,7 +3,8 @@
 A run is one instance of task `reach` with one seed of the planner: the number of the instance, plus 1000 for each
 further seed. Means of expanded nodes and of cost and medians of processor time are over the runs that both planners
 solve. By default `apf-ecbs` is compared with `ecbs`. Ratios above 1 are in favour of `--planner`, with the options that
-`--set` gives it, against `--base` with its defaults. The ratio of nodes of each seed is in `ratios`.
+`--set` gives it, against `--base` with its defaults. The ratio of nodes of each seed is in `ratios`. A figure is named
+`repulsion/PLANNER OPTION=VALUE/WHAT_CELL`.
 """
 
 from __future__ import annotations
@@ -74,10 +75,11 @@ def main() -> None:
         "--set", type=setting, action="append", default=[], metavar="OPTION=VALUE", help="option of this planner"
     )
     args = parser.parse()
+    label = " ".join([args.planner, *(f"{option}={value}" for option, value in args.set)])
     for cell in args.cells:
         instances = range(args.first, args.first + args.count)
         runs = Runs(cell=cell, instances=instances, seeds=args.seeds, time_limit=args.time_limit)
-        compare(runs, (args.planner, make(args.planner, **dict(args.set))), (args.base, make(args.base)))
+        compare(runs, (label, make(args.planner, **dict(args.set))), (args.base, make(args.base)))
 
 
 def compare(runs: Runs, planner: Named, base: Named) -> None:

@@ -38,6 +38,11 @@ OPTIONS = {
     "paper": "all settings of the paper that have an option",
 }
 """Decision that each variant of `scripts/benchmarks.py` reverts."""
+_REPULSION = (
+    *("cbs repulsion=fast-track", "xecbs repulsion=fast-track", "gen-ecbs repulsion=fast-track"),
+    *("apf-ecbs shorten_paths=on", "apf-ecbs shorten=400"),
+)
+"""Planners and options that `scripts/bench_repulsion.py` compares with the planners' defaults."""
 _PAPER_LITERAL = "literal/MultiArmCell-4"
 KINDS = ("avoid-state", "vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
@@ -145,6 +150,19 @@ def node_table(figures: Figures) -> Iterator[list[str]]:
         if figure is not None:
             base, ratio = figure["value"], figure["ratio"]
             yield [name, str(figure["instances"]), f"{base:.3g}", f"{base / ratio:.3g}", f"{ratio:.2g}"]
+
+
+def repulsion_table(figures: Figures) -> Iterator[list[str]]:
+    """Yields nodes, time and cost of planners with an option, relative to those without it."""
+    yield ["planner, option", "cell", "solved without", "solved with", "nodes without", "nodes with", "time", "cost"]
+    for label in _REPULSION:
+        for cell in ("ring-4", "ring-6", "ring-8"):
+            nodes, time, cost = (figures[f"repulsion/{label}/{what}_{cell}"] for what in ("nodes", "time", "cost"))
+            runs = nodes["instances"] * nodes["seeds"]
+            solved = [f"{nodes[key]} of {runs}" for key in ("solved_base", "solved")]
+            counts = [format(nodes[key], ".3g") for key in ("of_base", "value")]
+            ratios = [f"{1 / time['ratio']:.2f}", f"{1 / cost['ratio']:.3f}"]
+            yield [f"`{label}`", f"`{cell}`", *solved, *counts, *ratios]
 
 
 def as_table(rows: Iterator[list[str]]) -> str:

@@ -18,6 +18,7 @@ from planner_tables import (
     gallery_table,
     node_table,
     option_table,
+    repulsion_table,
     task_table,
 )
 from quoted import quoted, seconds
@@ -156,6 +157,7 @@ TABLES = {
     "environment": lambda figures: as_table(environment_table(figures)),
     "retime": lambda figures: as_table(retime_table(figures)),
     "recordings": lambda figures: as_table(recording_table(figures)),
+    "repulsion": lambda figures: as_table(repulsion_table(figures)),
     "options": lambda figures: as_table(option_table(figures)),
     "core": lambda figures: as_table(core_table(figures)),
     "cpu": lambda figures: "; ".join(next(cpu_line(figures))) + "\n",

@@ -105,7 +105,11 @@ def are_free_alone(
 
 
 def what_blocks(cell: Cell, arm: Arm, q: Float[np.ndarray, "n dof"], margins: Margins) -> str:
-    """Returns words for what is too near to an arm that is alone in the cell, in the best of its configurations."""
+    """Returns words for what is too near to an arm that is alone in the cell, in the best of its configurations.
+
+    At least one of them is within the joint limits.
+    """
+    q = q[cell.collision.within_limits(arm.name, q)]
     clearances = cell.collision.static_clearance(arm.name, q, precise=True)
     best = int(np.argmax(clearances))
     near = cell.alone(arm.name).collision.nearest({arm.name: q[best]})

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 
 from mmp_env.argument_checks import as_numbers, known_keywords, refused
 from mmp_env.errors import InvalidInstanceError, MmpError, MovedBodyWarning, UnknownNameError
-from mmp_env.model.cell import Cell, given_cell
+from mmp_env.model.cell import Arm, Cell, given_cell
 from mmp_env.model.collision import Nearest
-from mmp_env.model.goals import AnyOf, GivenGoal, Goal, JointGoal, Stay, as_goal
+from mmp_env.model.goals import AnyOf, GivenGoal, Goal, JointGoal, Stay, as_goal, flat
 from mmp_env.model.keep import GivenKeep, as_keep
 from mmp_env.model.margins import (
     KIND_WORDS,
@@ -34,6 +34,8 @@ MOVED = 1e-3
 """Difference of a held joint or free body [rad or m] from its value in the cell, above which a warning tells it."""
 LEAST_ROOM_RAD = 2.5e-5
 """Least angle [rad] by which the tool axes of start and goal are within their bounds, so that plans can be proved."""
+_LONG = 1e6
+"""Least joint position that is written with an exponent."""
 
 
 @known_keywords
@@ -132,8 +134,12 @@ def _resolved(
         goal = wanted[arm.name]
         if isinstance(goal, JointGoal) and goal.q.shape != (arm.dof,):
             raise wrong_shape(arm, goal, f"{which} of arm '{arm.name}'")
-    if _are_configurations(wanted):
-        given = {name: goal.q for name, goal in wanted.items() if isinstance(goal, JointGoal)}
+    given = {name: goal.q for name, goal in wanted.items() if isinstance(goal, JointGoal)}
+    for arm in cell.arms:
+        every = [goal.q for goal in flat(wanted[arm.name]) if isinstance(goal, JointGoal)]
+        if len(every) == len(flat(wanted[arm.name])) and not any(_within_limits(arm, q) for q in every):
+            _check_limits(cell, {arm.name: every[0]}, which)
+    if len(given) == len(wanted):
         alone = {name: q[None] for name, q in given.items()}
         return Resolved(
             chosen=given, candidates=alone, margins=Margins(arms=math.inf, obstacles=math.inf, self=math.inf)
@@ -211,8 +217,13 @@ def _of_whole_model(cell: Cell, given: ArrayLike, which: str) -> Mapping[str, np
     return cell.joints.configurations(numbers)
 
 
+def _within_limits(arm: Arm, q: np.ndarray) -> bool:
+    return q.shape != (arm.dof,) or bool(((arm.robot.lower <= q) & (q <= arm.robot.upper)).all())
+
+
 def _check_limits(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> None:
-    for arm in cell.arms:
+    """Raises `InvalidInstanceError` for a joint out of its limits, of the arms in `q`."""
+    for arm in (each for each in cell.arms if each.name in q):
         outside = (q[arm.name] < arm.robot.lower) | (q[arm.name] > arm.robot.upper)
         if outside.any():
             hints = [
@@ -220,7 +231,9 @@ def _check_limits(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> None:
             ]
             in_degrees = outside & [bool(hint) for hint in hints]
             k = int(np.argmax(in_degrees if in_degrees.any() else outside))
+            given = q[arm.name][k]
             raise InvalidInstanceError(
-                f"{which} of arm '{arm.name}', joint {k + 1} ({arm.robot.joint_names[k]}), is {q[arm.name][k]:.4f}"
-                f" {arm.robot.units[k]}; allowed: {arm.robot.lower[k]:.4f} to {arm.robot.upper[k]:.4f}{hints[k]}"
+                f"{which} of arm '{arm.name}', joint {k + 1} ({arm.robot.joint_names[k]}), is"
+                f" {given:{'.4f' if abs(given) < _LONG else 'g'}} {arm.robot.units[k]};"
+                f" allowed: {arm.robot.lower[k]:.4f} to {arm.robot.upper[k]:.4f}{hints[k]}"
             )

@@ -42,6 +42,19 @@ def test_an_angle_plausible_in_radians_has_no_hint_about_degrees(cell, angle):
         make_problem(cell, with_joint(angle, joint=2), with_joint(-2.2))
 
 
+@pytest.mark.parametrize("right", ["tucked", bad_files.TUCKED], ids=["named", "given"])
+@pytest.mark.parametrize("as_any", [False, True], ids=["alone", "any"])
+def test_a_joint_beyond_all_numbers_is_named_whatever_the_other_arm_does(cell, right, as_any):
+    far = with_joint(-1e300)["left"]
+    with pytest.raises(InvalidInstanceError, match=r"joint 2 .* is -1e\+300 rad; allowed: -6\.2832"):
+        make_problem(cell, with_joint(-2.2), {"left": {"any": [far, far]} if as_any else far, "right": right})
+
+
+def test_a_configuration_out_of_limits_is_left_out_where_there_are_others(cell):
+    goal = {"left": {"any": [with_joint(-1e300)["left"], "tucked"]}, "right": "tucked"}
+    assert make_problem(cell, with_joint(-2.2), goal).goal["left"].tolist() == pytest.approx(bad_files.TUCKED)
+
+
 @pytest.mark.parametrize("number", [10**400, -(10**5000)], ids=["400 digits", "5000 digits"])
 def test_a_whole_number_beyond_all_floats_is_refused(cell, number):
     good = with_joint(-2.2)

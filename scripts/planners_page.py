@@ -75,8 +75,7 @@ Each entry has four parts: instances solved; median / 90th percentile of the pla
 number of expanded nodes; median cost ratio (cost divided by the straight lines from start to goal). Times, nodes and
 costs count solved instances only, as in `mmp report`. A planner that solves only easy instances therefore looks good.
 
-A dash alone means: not measured. A dash for the nodes means: no conflict tree. A dash for the times replaces an older
-measurement that counted unsolved instances too. One core of: {cpu}.
+A dash alone means: not measured. A dash for the nodes means: no conflict tree. One core of: {cpu}.
 [Results](../results/README.md#measuring) names commits, time limits, and the command that repeats the measurement.
 
 """

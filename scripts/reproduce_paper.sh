@@ -3,7 +3,7 @@
 # UR5e, paper-literal settings beside our design decisions, constraint kinds, tasks, and the other planners. Started again
 # on the same commit, it goes on where it stopped. On a fresh machine it first makes .venv in the checkout.
 usage='usage: scripts/reproduce_paper.sh [--quick] [--time-limit S] [--count N] [--workers N] [--out DIR] [PART...]
-  --quick         about ten minutes on one core: 10 instances and 1 s, if no other option says more
+  --quick         less than ten minutes on one core: 10 instances and 1 s, if no other option says more
   --time-limit S  for each run [s]; default: 10, the paper has 1800
   --count N       instances of each cell, those of the seeds 0 to N - 1; default: 50
   --workers N     runs at a time; default: one for each core. Other work on the machine makes times longer

@@ -8,6 +8,7 @@ demo_work.sh. Each schedule is compared with the same jobs in rounds, and with l
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -49,7 +50,8 @@ def main() -> None:
     if packed:
         print_medians("work_feeders-to-boxes_4_median", packed)
     drawn = print_planned(drawn_jobs(cell, args.jobs, seed=0))
-    print_delayed(drawn.schedule, args.delays)
+    if args.delays:
+        print_delayed(drawn.schedule, args.delays)
     if args.planted:
         print_planted("work_planted", with_faults(planned(drawn_jobs(cell, args.arms, seed=1)), args.planted))
         print_planted("work_planted_objects", with_object_faults(planned(feeders_to_boxes(0, args.arms)), args.planted))
@@ -104,9 +106,12 @@ def print_planned(jobs: Jobs, suffix: str = "") -> Measured:
     for bound, words in ((schedule.busiest_s, "busiest arm"), (schedule.balanced_s, "work shared equally")):
         ratio = schedule.makespan_s / bound
         print_figure(f"{name}_{words.replace(' ', '_')}_s", bound, "s", ratio=ratio, ratio_to=f"makespan / {words}")
-    to_rounds, to_shortest = print_rounds(schedule, name)
     print_figure(f"{name}_order_pairs", len(schedule.order), "pairs")
     print_figure(f"{name}_valid", float(report.valid), "schedules")
+    execution = mmp_env.execute_schedule(schedule)
+    without_contact = float(execution.reached and not execution.contacts)
+    print_figure(f"{name}_executed_without_contact", without_contact, "schedules", seconds=execution.duration_s)
+    to_rounds, to_shortest = print_rounds(schedule, name)
     return Measured(schedule=schedule, planning_s=planning_s, to_rounds=to_rounds, to_shortest_rounds=to_shortest)
 
 
@@ -114,10 +119,16 @@ def print_rounds(schedule: Schedule, name: str) -> tuple[float, float]:
     """Prints makespans of the same jobs, arms and limits in rounds. Returns the ratios of the makespan to them.
 
     The second makespan is a lower bound: as if in each round all arms began together and none waited for another.
+    Without a schedule in rounds it says why, and the ratios are NaN.
     """
-    result = mmp_planners.schedule(schedule.assigned, rounds=True)
+    try:
+        result = mmp_planners.schedule(schedule.assigned, rounds=True)
+    except mmp_env.MmpError as error:
+        print(f"{name}: no schedule in rounds: {error}", file=sys.stderr)
+        return np.nan, np.nan
     if result.schedule is None:
-        raise mmp_env.MmpError(result.message)
+        print(f"{name}: no schedule in rounds: {result.message}", file=sys.stderr)
+        return np.nan, np.nan
     out = []
     for words, in_rounds_s in (
         ("in_rounds", result.schedule.makespan_s),

@@ -1,8 +1,8 @@
 """Writes figures into running text: `<!-- figure: EXPRESSION as FORMAT -->value<!-- end -->`.
 
 EXPRESSION joins names of figures (NAME, or NAME#KEY for another key of its line) and numbers by ` + `, ` - `, ` * `
-and ` / `, from left to right; `max NAME`, `min NAME` and `sum NAME`, NAME a pattern, combine all matches. FORMAT is a
-format of Python such as `.1f`, `time` for a time with a suitable unit, or `of` for "49 of 50".
+and ` / `, from left to right; `max NAME`, `min NAME` and `sum NAME`, NAME a pattern, combine all matches (also with
+#KEY). FORMAT is a format of Python such as `.1f`, `time` for a time with a suitable unit, or `of` for "49 of 50".
 """
 
 from __future__ import annotations
@@ -65,7 +65,8 @@ def _term(text: str, figures: Figures) -> float:
         return float(text)
     over, _, pattern = text.partition(" ")
     if over in _OVER and pattern:
-        values = [row["value"] for name, row in figures.items() if fnmatch.fnmatchcase(name, pattern)]
+        pattern, _, key = pattern.partition("#")
+        values = [row[key or "value"] for name, row in figures.items() if fnmatch.fnmatchcase(name, pattern)]
         if not values:
             raise MmpError(f"no figure is called like '{pattern}'")
         return _OVER[over](values)

@@ -114,6 +114,7 @@ FIGURES = {
         ("ring/b/time / ring/a/time", ".1f", "2.0"),
         ("ring/b/time - ring/a/time * 1e3", ".1f", "3.8"),
         ("max ring/*/time * 1000", ".1f", "7.6"),
+        ("max ring/b/t*#ratio", ".1f", "2.0"),
         ("ring/a/solved", "of", "49 of 50"),
     ],
 )

@@ -95,7 +95,8 @@ def _distance(document: Mapping[str, Any], objects: Sequence[Solid]) -> float:
     """Returns the clearance [m] between arms at any times; also that to obstacles if there are objects."""
     margins = document["margins"]
     kinds = ("arms", "obstacles") if objects else ("arms",)
-    return max(float(positive(margins[kind], f"margins.{kind}")) for kind in kinds) - ROUNDING_M
+    largest = max(float(positive(margins[kind], f"margins.{kind}")) for kind in kinds)
+    return max(largest - ROUNDING_M, ROUNDING_M)  # never 0 or less, which every contact would satisfy
 
 
 def _motions(document: Mapping[str, Any], dofs: Mapping[str, int]) -> dict[str, Motion]:

@@ -66,6 +66,13 @@ def _unordered(data):
     data["order_past_s"].clear()
 
 
+def _unordered_with_hardly_a_margin(data):
+    _unordered(data)
+    for job in data["jobs"]:
+        job["after"] = []
+    data["margins"] = dict.fromkeys(data["margins"], 5e-10)
+
+
 def _slow_limits(data, key, share):
     for arm in data[key]:
         data[key][arm] = [share * limit for limit in data[key][arm]]
@@ -99,6 +106,7 @@ FAULTS = {
     "lower accelerations": (lambda data: _slow_limits(data, "max_acceleration", 0.5), {"acceleration"}),
     "lower jerks": (lambda data: _slow_limits(data, "max_jerk", 0.01), {"jerk"}),
     "no order": (_unordered, {"order"}),
+    "no order and hardly a margin": (_unordered_with_hardly_a_margin, {"order"}),
     "an order of too early a point": (lambda data: data["order_past_s"].__setitem__(0, 0.05), {"order"}),
     "an order that the times break": (lambda data: data["order_past_s"].__setitem__(0, 1.3), {"order"}),
     "an order of a point that is never reached": (lambda data: data["order_past_s"].__setitem__(0, 9.0), {"order"}),

@@ -78,7 +78,8 @@ def candidates(arm: Arm, goal: Goal, near: Float[np.ndarray, "dof"], where: str)
         rows = np.concatenate([each.q for each in found])
         rows = rows[np.abs(rows - near).sum(axis=1).argsort(kind="stable")]
         every = Candidates(q=rows, posture=_postures(arm, rows))
-    if not len(every):
+    within = ((arm.robot.lower <= every.q) & (every.q <= arm.robot.upper)).all(axis=1)
+    if not len(every) or (len(goals) > 1 and not within.any()):
         raise InvalidInstanceError(_unreachable(arm, goals, where))
     return _at_most(every, MOST_CANDIDATES)
 

@@ -50,6 +50,13 @@ def test_a_joint_beyond_all_numbers_is_named_whatever_the_other_arm_does(cell, r
         make_problem(cell, with_joint(-2.2), {"left": {"any": [far, far]} if as_any else far, "right": right})
 
 
+def test_out_of_limits_and_out_of_reach_together_are_one_sentence(cell):
+    far = {"pose": {"position": [9.0, 0.0, 0.5], "free": "rotation"}}
+    goal = {"left": {"any": [with_joint(-1e300)["left"], far]}, "right": "tucked"}
+    with pytest.raises(InvalidInstanceError, match="none of the 2 poses can be reached within the joint limits"):
+        make_problem(cell, with_joint(-2.2), goal)
+
+
 def test_a_configuration_out_of_limits_is_left_out_where_there_are_others(cell):
     goal = {"left": {"any": [with_joint(-1e300)["left"], "tucked"]}, "right": "tucked"}
     assert make_problem(cell, with_joint(-2.2), goal).goal["left"].tolist() == pytest.approx(bad_files.TUCKED)

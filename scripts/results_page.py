@@ -75,14 +75,23 @@ def keep(source: Path, target: Path) -> None:
     kept = (".md", ".svg") if source.name in REPORTED else ()
     for path in sorted(source.iterdir()):
         left_out = f"{source.name}/{path.name}".startswith(_LEFT_OUT)
-        if path.name == "settings.json" or (path.suffix in kept and not left_out):
+        if path.suffix in kept and not left_out:
             shutil.copyfile(path, target / path.name)
+    settings = (source / "settings.json").read_text(encoding="utf-8")
+    (target / "settings.json").write_text(_without_folders(settings), encoding="utf-8")
     content = (source / "results.jsonl").read_bytes()
     (target / "results.jsonl.gz").write_bytes(gzip.compress(content, mtime=0))
     notes = source.parent / "conditions"
     note = next((path for path in (notes / f"{source.name}.json", notes / "paper.json") if path.is_file()), None)
     words = note.read_text(encoding="utf-8") if note else json.dumps({"commit": commit(), "cpu": machine()}) + "\n"
     (target / "condition.json").write_text(words, encoding="utf-8")
+
+
+def _without_folders(settings: str) -> str:
+    """Returns the settings of a benchmark with the names of its source files, whose folders belong to one machine."""
+    for given in json.loads(settings)["sources"]:
+        settings = settings.replace(json.dumps(given), json.dumps(Path(given).name))
+    return settings
 
 
 def keep_lines(lines: list[str], path: Path) -> None:

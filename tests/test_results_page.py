@@ -70,7 +70,12 @@ def test_chosen_tables_stand_between_the_marks(results_page, tmp_path):
 
 
 RUN = {"instance": "MultiArmCell-4/0", "planner": "ecbs", "status": "solved", "planning_time_s": 2.0, "cost_rad": 3.0}
-SETTINGS = {"planners": [{"label": "ecbs", "name": "ecbs", "options": {}}], "count": 2, "time_limit_s": 10.0}
+SETTINGS = {
+    "sources": ["MultiArmCell-4", "/home/someone/circle.json"],
+    "planners": [{"label": "ecbs", "name": "ecbs", "options": {}}],
+    "count": 2,
+    "time_limit_s": 10.0,
+}
 
 
 def bench_folder(path, runs):
@@ -103,6 +108,13 @@ def test_another_benchmark_is_kept_with_settings_condition_and_results(results_p
     names = {path.name for path in (tmp_path / "kept").iterdir()}
     assert names == {"settings.json", "condition.json", "results.jsonl.gz"}
     assert json.loads((tmp_path / "kept" / "condition.json").read_text()) == {"commit": "abc"}
+    settings = json.loads((tmp_path / "kept" / "settings.json").read_text())
+    assert settings == SETTINGS | {"sources": ["MultiArmCell-4", "circle.json"]}
+
+
+def test_no_kept_benchmark_names_a_folder():
+    for path in PAGE.parent.glob("*/settings.json"):
+        assert not [source for source in json.loads(path.read_text(encoding="utf-8"))["sources"] if "/" in source], path
 
 
 def test_times_count_solved_instances_only(results_page, tmp_path):

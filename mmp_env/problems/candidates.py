@@ -57,9 +57,9 @@ class Candidates:
 def candidates(arm: Arm, goal: Goal, near: Float[np.ndarray, "dof"], where: str) -> Candidates:
     """Returns the configurations of a goal, the nearest to `near` first (L1).
 
-    Each is within the joint limits, but for numbers that were given. At most `MOST_CANDIDATES` are returned: the
-    nearest of each posture, and then the nearest of the others. Of too many postures they are the nearest half, and
-    postures that are evenly spread over the others.
+    Each is within the joint limits, but for a single configuration that was given. At most `MOST_CANDIDATES` are
+    returned: the nearest of each posture, and then the nearest of the others. If there are too many postures, we take
+    the nearest half and postures that are evenly spread over the others.
 
     Args:
         arm: the arm.
@@ -78,8 +78,8 @@ def candidates(arm: Arm, goal: Goal, near: Float[np.ndarray, "dof"], where: str)
         rows = np.concatenate([each.q for each in found])
         rows = rows[np.abs(rows - near).sum(axis=1).argsort(kind="stable")]
         every = Candidates(q=rows, posture=_postures(arm, rows))
-    within = ((arm.robot.lower <= every.q) & (every.q <= arm.robot.upper)).all(axis=1)
-    if not len(every) or (len(goals) > 1 and not within.any()):
+        every = every.take(np.flatnonzero(((arm.robot.lower <= rows) & (rows <= arm.robot.upper)).all(axis=1)))
+    if not len(every):
         raise InvalidInstanceError(_unreachable(arm, goals, where))
     return _at_most(every, MOST_CANDIDATES)
 
@@ -106,11 +106,7 @@ def are_free_alone(
 
 
 def what_blocks(cell: Cell, arm: Arm, q: Float[np.ndarray, "n dof"], margins: Margins) -> str:
-    """Returns words for what is too near to an arm that is alone in the cell, in the best of its configurations.
-
-    At least one of them is within the joint limits.
-    """
-    q = q[cell.collision.within_limits(arm.name, q)]
+    """Returns words for what is too near to an arm that is alone in the cell, in the best of its configurations."""
     clearances = cell.collision.static_clearance(arm.name, q, precise=True)
     best = int(np.argmax(clearances))
     near = cell.alone(arm.name).collision.nearest({arm.name: q[best]})

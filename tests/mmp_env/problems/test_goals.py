@@ -277,3 +277,11 @@ def test_candidates_are_kept_by_the_margins_that_the_problem_gets():
     free = are_free_alone(one, arm, rows, wide, 0.0)
     assert 0 < len(kept) < len(rows)
     assert len(kept) == (free | (np.arange(len(rows)) == 3)).sum()
+
+
+def test_candidates_of_several_goals_are_within_the_limits():
+    arm = ring_cell(2).arms[0]
+    goal = as_goal({"any": [[1e300] * 6, "tucked", [0.1] * 6]}, "goal")
+    found = candidates(arm, goal, arm.robot.home, "goal of arm 'arm0'")
+    assert len(found) == 2
+    assert np.abs(found.q).max() < 10.0

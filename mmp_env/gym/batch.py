@@ -14,7 +14,7 @@ import numpy as np
 from gymnasium.vector import SyncVectorEnv
 
 from mmp_env.argument_checks import whole
-from mmp_env.errors import UnknownNameError
+from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.gym.registration import ANY_CELL, CELLS
 
@@ -46,7 +46,16 @@ class BatchedEnv(SyncVectorEnv):
         return answer
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
-        """Steps all environments, those that are over reset instead. See `gymnasium.vector.VectorEnv.step`."""
+        """Steps all environments; those that are over reset instead. See `gymnasium.vector.VectorEnv.step`.
+
+        Raises:
+            MmpError: for another number of actions than environments, or an action that is not allowed.
+        """
+        actions = np.asarray(actions)
+        if actions.ndim == 0 or len(actions) != self.num_envs:
+            raise MmpError(
+                f"actions have shape {list(actions.shape)}; expected one row for each of {self.num_envs} environments"
+            )
         over = self._autoreset_envs.copy()
         going, infos = np.flatnonzero(~over).tolist(), [{}] * self.num_envs
         self._rewards[:], self._terminations[:], self._truncations[:] = 0.0, False, False
@@ -63,7 +72,7 @@ class BatchedEnv(SyncVectorEnv):
             self._run(resets)
         else:
             observations, self._rewards[going], self._terminations[going], its = MultiArmCellEnv.step_together(
-                [self._cells[k] for k in going], np.asarray(actions)[going], lambda jobs: self._run([*resets, *jobs])
+                [self._cells[k] for k in going], actions[going], lambda jobs: self._run([*resets, *jobs])
             )
             for name, rows in observations.items():
                 self._seen[name][going] = rows
@@ -86,7 +95,10 @@ class BatchedEnv(SyncVectorEnv):
         return self._observations  # pyright: ignore
 
     def _run(self, jobs: list[Callable[[], object]]) -> None:
-        """Calls all functions, in all threads. Raises what one of them raises, after the others have ended."""
+        """Calls all functions, in all threads.
+
+        If one raises, its thread calls no more of them. The error is raised after the other threads have ended.
+        """
         waiting = deque(jobs)
         helping = [self._pool.submit(_work, waiting) for _ in range(min(self._helpers, len(jobs) - 1))]
         try:

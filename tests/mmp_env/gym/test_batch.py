@@ -59,6 +59,15 @@ def test_an_exception_of_an_environment_reaches_the_caller():
     batch.close()
 
 
+@pytest.mark.parametrize("count", [1, 3])
+def test_another_number_of_actions_than_environments_is_refused(count):
+    batch = mmp_env.batched_env(ID, 2)
+    batch.reset(seed=0)
+    with pytest.raises(MmpError, match=rf"shape \[{count}, 12\]; expected one row for each of 2 environments"):
+        batch.step(np.zeros((count, 12), dtype=np.float32))
+    batch.close()
+
+
 def test_after_an_exception_a_reset_begins_afresh():
     batch = mmp_env.batched_env(ID, 2)
     wanted, _ = batch.reset(seed=3)

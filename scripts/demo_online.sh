@@ -9,6 +9,8 @@ source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 prepare
 say "Eight arms work while a box is carried through their cell"
 # Without -P: the script imports another one beside it.
-"$venv/bin/python" "$root/scripts/demo_online.py" --out "$root/online.json" "$@"
+run=("$venv/bin/python" "$root/scripts/demo_online.py")
+case " $* " in *" --out"* | *" --help "* | *" -h "*) exec "${run[@]}" "$@" ;; esac
+"${run[@]}" --out "$root/online.json" "$@"
 say "Checking the longest saved answer again"
 "$venv/bin/mmp" check "$root/online.json"

@@ -9,6 +9,8 @@ source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 prepare
 say "Planning 24 jobs of four arms, executing the schedule in MuJoCo, and comparing it with rounds"
 # Without -P: the script imports another one beside it.
-"$venv/bin/python" "$root/scripts/demo_work.py" --out "$root/schedule.json" "$@"
+run=("$venv/bin/python" "$root/scripts/demo_work.py")
+case " $* " in *" --out"* | *" --help "* | *" -h "*) exec "${run[@]}" "$@" ;; esac
+"${run[@]}" --out "$root/schedule.json" "$@"
 say "Checking the saved schedule again"
 "$venv/bin/mmp" check "$root/schedule.json"

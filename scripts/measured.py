@@ -103,7 +103,7 @@ def _pair_figures(run: PlannerRuns, ours: PlannerRuns) -> Iterator[tuple[str, fl
         if not theirs or not mine:
             continue
         for part in ("mean", "median") if what == "planning_time" else ("mean",):
-            # Nodes may be 0 for all instances: the least mean that one more node would give.
+            # The mean may be 0 nodes. Then we divide by the mean that a single node would give.
             ratio = getattr(theirs, part) / max(getattr(mine, part), 1 / len(both) if what == "expanded_nodes" else 0)
             suffix = "" if part == "mean" else "_median"
             more = {"ratio": ratio, "ratio_to": OURS, "instances": len(both)}

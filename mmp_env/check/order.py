@@ -129,7 +129,7 @@ def _meetings(work: Work, pairs: Sequence[Pair], distance: float, holds: Sequenc
     waits = _waits(work, pairs, volumes.period)
     whole = {arm: [(arm, each.begin, each.end, each.hold) for each in stages[arm]] for arm in stages}
     for a, b in combinations(work.motions, 2):
-        # Whole stages first: most are far from each other, and what the order leaves open is a part of them.
+        # We compare whole stages first. Most are far apart, and the windows that the order leaves open lie within them.
         for i, j in np.argwhere(volumes.near(whole[a], whole[b], distance)):
             one, other = stages[a][i], stages[b][j]
             windows = _open(one, other, waits[a, b], waits[b, a])

@@ -114,7 +114,10 @@ class Cell:
         return CollisionModel(self)
 
     def alone(self, name: str) -> Cell:
-        """Returns the cell with one arm only, the same at every call. Obstacles may touch the parts of that arm."""
+        """Returns the cell with one arm only, which later calls return again.
+
+        Obstacles may touch the parts of that arm.
+        """
         if name not in self._alone:
             obstacles = tuple(_touched_by(name, each) if each.may_touch else each for each in self.obstacles)
             keep = {arm: bound for arm, bound in self.keep.items() if arm == name}

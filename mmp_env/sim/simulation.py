@@ -17,7 +17,8 @@ from mmp_env.sim.scene import compile_scene
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 _MOST_UNDONE = 17
-"""Largest number of physics steps in one call of MuJoCo, which are undone if something touched: a third of 0.1 s."""
+"""Largest number of physics steps in one call of MuJoCo: a third of 0.1 s. After a contact the call is undone, and its
+steps are repeated one by one."""
 
 
 class Simulation:

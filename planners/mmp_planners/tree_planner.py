@@ -151,7 +151,10 @@ class OneKindPlanner(TreePlanner):
 
 @dataclass(frozen=True, kw_only=True)
 class RepulsionOption:
-    """Option of planners without repulsion of their own: the repulsion of APF-ECBS as a part, with its defaults."""
+    """Option of planners without repulsion of their own: the repulsion of APF-ECBS as a part, with its defaults.
+
+    With repulsion, `bound_met` is about path lengths before repulsion, as in APF-ECBS.
+    """
 
     repulsion: str = option(
         "off",

@@ -121,9 +121,10 @@ class RepulsiveModification:
 
 @dataclass(frozen=True, kw_only=True)
 class ShortenedModification:
-    """Shortens the paths of a modification, which keep clear of the arms that the modified path is clear of.
+    """Shortens each path that a modification returns. The short path is clear of every arm that the modified path is.
 
-    The single-arm planner does so: it begins with the modified path. A path with more conflicts is not taken.
+    The single-arm planner starts from the modified path. We keep the modified path if the new one is not shorter or
+    has more conflicts. The iterations of this are not counted.
     """
 
     modification: Modification

@@ -21,16 +21,14 @@ from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_file, is_folder, real_path, refusal
 from mmp_env.importing.compiled_source import SourceModel
 from mmp_env.importing.finite import require_finite
+from mmp_env.importing.urdf import repair_inertia, urdf_facts, urdf_text
 from mmp_env.meshes.mesh_files import is_read_by_mujoco, read_mesh
 from mmp_env.mujoco_import import mujoco
 
 MOST_GEOMS = 1000
 """Largest number of collision geoms in a model."""
 _MOST_BYTES = 64 * 2**20
-_LEAST_INERTIA, _GYRATION_M = 1e-14, 0.01
 _UNBOUND_PREFIX = expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]
-_PACKAGE = "package://"
-_FILE = "file://"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,9 +82,10 @@ def prepare_source(path: str | Path, package_dirs: Sequence[str | Path] = ()) ->
     root = _root(path, text)
     urdf = root.tag == "robot"
     if urdf:
-        facts = _urdf_facts(path, root)
-        repaired = [link.get("name", "") for link in root.findall("link") if _repair_inertia(link)]
-        spec = _urdf_spec(path, root, package_dirs)
+        facts = urdf_facts(path, root)
+        repaired = [link.get("name", "") for link in root.findall("link") if repair_inertia(link)]
+        urdf_xml = urdf_text(path, root, package_dirs)
+        spec = _parsed(path, lambda: mujoco.MjSpec.from_string(urdf_xml))
     elif root.tag == "mujoco":
         facts, repaired = ({}, {}), []
         spec = _parsed(path, lambda: mujoco.MjSpec.from_file(str(real_path(path))))
@@ -148,111 +147,6 @@ def parsed_xml(text: bytes) -> ET.Element:
 
 def _is_xacro(tag: str) -> bool:
     return "ros.org/wiki/xacro" in tag or tag.startswith("xacro:")
-
-
-def _urdf_facts(path: Path, root: ET.Element) -> tuple[dict[str, float], dict[str, str]]:
-    """Velocity limits and mimic joints. Raises `MmpError` for a joint without the limits that URDF demands."""
-    velocity, mimics, names, parents = {}, {}, set(), {}
-    for joint in root.findall("joint"):
-        name, kind, limit = joint.get("name", ""), joint.get("type"), joint.find("limit")
-        if name in names:
-            raise MmpError(f"{path} has two joints with the name '{name}'; names must differ")
-        names.add(name)
-        child, parent = (
-            element.get("link") if (element := joint.find(key)) is not None else None for key in ("child", "parent")
-        )
-        if child in parents:
-            raise MmpError(
-                f"{path} has a closed loop: link '{child}' hangs on both '{parents[child]}' and '{parent}';"
-                " an arm must be a serial chain"
-            )
-        parents[child] = parent
-        if kind in ("revolute", "prismatic"):
-            lower, upper = (_number(limit, key) for key in ("lower", "upper"))
-            if limit is None or not lower < upper:
-                raise MmpError(
-                    f"{path}: joint '{name}' is {kind} and has no limits; give <limit lower upper effort velocity>"
-                    + (", or make it continuous" if kind == "revolute" else "")
-                )
-        if limit is not None and _number(limit, "velocity") > 0:
-            velocity[name] = _number(limit, "velocity")
-        if (mimic := joint.find("mimic")) is not None:
-            mimics[name] = mimic.get("joint", "")
-    return velocity, mimics
-
-
-def _number(element: ET.Element | None, key: str) -> float:
-    try:
-        return float(element.get(key, "0")) if element is not None else 0.0
-    except ValueError:
-        return 0.0
-
-
-def _urdf_spec(path: Path, root: ET.Element, package_dirs: Sequence[str | Path]) -> Any:
-    """The spec of a URDF whose mesh paths are made absolute and whose fixed links keep their names."""
-    compiler = {"strippath": "false", "fusestatic": "false", "discardvisual": "true", "balanceinertia": "true"}
-    for old in root.findall("mujoco"):
-        root.remove(old)  # MuJoCo's own settings in a URDF say where meshes lie, which is resolved here
-        _resolve_mesh_folder(old, root)
-    ET.SubElement(ET.SubElement(root, "mujoco"), "compiler", compiler)
-    for link in root.findall("link"):
-        for visual in link.findall("visual"):
-            link.remove(visual)
-        for mesh in link.iter("mesh"):
-            mesh.set("filename", str(_resolved(path, mesh.get("filename", ""), package_dirs)))
-    return _parsed(path, lambda: mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode")))
-
-
-def _repair_inertia(link: ET.Element) -> bool:
-    """Replaces an inertia that no body has, which MuJoCo refuses, by a small one. The mass stays.
-
-    Returns whether it did.
-    """
-    inertia, mass = link.find("inertial/inertia"), link.find("inertial/mass")
-    if inertia is None:
-        return False
-    xx, yy, zz, xy, xz, yz = (_number(inertia, key) for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"))
-    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    if np.isfinite(matrix).all() and np.linalg.eigvalsh(matrix).min() > _LEAST_INERTIA:
-        return False
-    value = max(_number(mass, "value") * _GYRATION_M**2, 1e-9)
-    inertia.attrib.update(dict.fromkeys(("ixy", "ixz", "iyz"), "0"))
-    inertia.attrib.update(dict.fromkeys(("ixx", "iyy", "izz"), f"{value:g}"))
-    return True
-
-
-def _resolve_mesh_folder(settings: ET.Element, root: ET.Element) -> None:
-    """Prefixes mesh paths as the `meshdir` of a `<mujoco>` element in a URDF says."""
-    compiler = settings.find("compiler")
-    folder = compiler.get("meshdir") if compiler is not None else None
-    if compiler is None or not (folder or compiler.get("strippath", "true") == "true"):
-        return
-    for mesh in root.iter("mesh"):
-        name = mesh.get("filename", "")
-        if compiler.get("strippath", "true") == "true":
-            name = name.rpartition("/")[2]
-        mesh.set("filename", f"{folder}/{name}" if folder else name)
-
-
-def _resolved(path: Path, name: str, package_dirs: Sequence[str | Path]) -> Path:
-    """The mesh file that a URDF names. Raises `MmpError` where a package cannot be found."""
-    if name.startswith(_FILE):
-        return Path(name.removeprefix(_FILE))
-    if not name.startswith(_PACKAGE):
-        file = Path(name)
-        return file if file.is_absolute() else real_path(path).parent / file
-    package, _, inside = name.removeprefix(_PACKAGE).partition("/")
-    folders = [Path(folder) / package for folder in package_dirs]
-    folders += [Path(folder) for folder in package_dirs if real_path(folder).name == package]
-    folders += [folder for folder in real_path(path).parents if folder.name == package]
-    for folder in folders:
-        if is_file(folder / inside):
-            return real_path(folder / inside)
-    if folders and any(is_folder(folder) for folder in folders):
-        raise MmpError(f"{path} names the mesh file {name}, which does not exist in {folders[0]}")
-    raise MmpError(
-        f"{path} names {name}, and package '{package}' cannot be found; --package-dir names the folder that holds it"
-    )
 
 
 @contextlib.contextmanager

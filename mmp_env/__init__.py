@@ -41,10 +41,12 @@ if TYPE_CHECKING:
     from mmp_env.model.plan import Plan
     from mmp_env.model.problem import Problem
     from mmp_env.model.rings import ring_cell
-    from mmp_env.model.robot import Robot, Tool, load_robot, load_tool, robot_names, tool_names
+    from mmp_env.model.robot import Robot, Tool
+    from mmp_env.model.robot_reading import load_robot, load_tool
     from mmp_env.online.online_planner import OnlinePlanner, OnlineStep
     from mmp_env.problems.making import make_problem
     from mmp_env.problems.straight_line import straight_line
+    from mmp_env.robot_folders import robot_names, tool_names
     from mmp_env.sim.camera_view import CameraView
     from mmp_env.sim.contacts import Contact
     from mmp_env.sim.execution import ExecutionReport
@@ -96,7 +98,9 @@ _HOMES = {
     "problems.making": ("make_problem",),
     "problems.straight_line": ("straight_line",),
     "model.rings": ("ring_cell",),
-    "model.robot": ("Robot", "Tool", "load_robot", "load_tool", "robot_names", "tool_names"),
+    "model.robot": ("Robot", "Tool"),
+    "model.robot_reading": ("load_robot", "load_tool"),
+    "robot_folders": ("robot_names", "tool_names"),
     "view.search_tree": ("SearchTree",),
     "version": ("__version__",),
     "work.jobs": ("Job", "Jobs", "Line", "Move", "Wait"),

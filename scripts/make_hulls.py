@@ -26,7 +26,8 @@ from mmp_env import MmpError
 from mmp_env.importing.cover_fit import fit_cover
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.pieces import Piece, geom_pieces, mesh_piece
-from mmp_env.model.robot import Robot, load_robot
+from mmp_env.model.robot import Robot
+from mmp_env.model.robot_reading import load_robot
 from mmp_env.model.transforms import matrix_from_rpy, transform
 
 DATA = Path(__file__).parents[1] / "mmp_env"

@@ -15,7 +15,8 @@ from mmp_env.errors import MmpError
 from mmp_env.files.reading import Location
 from mmp_env.model.arm import Arm
 from mmp_env.model.names import NAMES, is_name
-from mmp_env.model.robot import Robot, Tool, robot_from_files, tool_from_files
+from mmp_env.model.robot import Robot, Tool
+from mmp_env.model.robot_reading import robot_from_files, tool_from_files
 from mmp_env.robot_folders import is_built_in_robot, is_built_in_tool
 
 NO_TOOL = "none"

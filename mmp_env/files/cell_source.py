@@ -13,7 +13,8 @@ from mmp_env.files.paths import exists
 from mmp_env.model.cell import MOST_ARMS, Cell
 from mmp_env.model.lines import line_cell
 from mmp_env.model.rings import RING_RADIUS_M, ring_cell
-from mmp_env.model.robot import load_robot, robot_names
+from mmp_env.model.robot_reading import load_robot
+from mmp_env.robot_folders import robot_names
 
 _CELLS = Path(__file__).parents[1] / "cells"
 _NAMED = re.compile(r"(ring|line)-(\d{1,3})(?:-(.+))?")

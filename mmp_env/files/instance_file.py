@@ -16,9 +16,10 @@ from numpy.typing import ArrayLike
 from mmp_env.argument_checks import given
 from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.files.cell_file import CellData, cell_from_data, check_name, name_or_stem
+from mmp_env.files.cell_file import CellData, cell_from_data, name_or_stem
 from mmp_env.files.file_kinds import INSTANCES, read_for
 from mmp_env.files.reading import Location, decode_file, named, numbers
+from mmp_env.files.solid_data import check_name
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import GOAL_FORMS, Goal, JointGoal, as_goal
 from mmp_env.model.keep import Upright, as_keep

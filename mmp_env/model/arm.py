@@ -13,7 +13,8 @@ from mmp_env.argument_checks import as_numbers
 from mmp_env.brief import brief, point
 from mmp_env.errors import MmpError
 from mmp_env.model.read_only import ReadOnly
-from mmp_env.model.robot import Robot, Tool, frozen_array, load_robot, load_tool
+from mmp_env.model.robot import Robot, Tool, frozen_array
+from mmp_env.model.robot_reading import load_robot, load_tool
 from mmp_env.model.tool_pairs import fitted_tool
 from mmp_env.model.transforms import matrix_from_quaternion, transform
 from mmp_env.wording import counted

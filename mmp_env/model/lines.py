@@ -11,7 +11,7 @@ from mmp_env.argument_checks import whole
 from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import MOST_ARMS, Cell
 from mmp_env.model.rings import cell_suffix, reach_scale, table_below
-from mmp_env.model.robot import load_robot
+from mmp_env.model.robot_reading import load_robot
 from mmp_env.model.transforms import quaternion_from_yaw
 
 _SPACING_M, _WIDTH_M = 0.60, 1.00

@@ -13,7 +13,8 @@ import numpy as np
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
-from mmp_env.model.robot import frozen_array, load_robot
+from mmp_env.model.robot import frozen_array
+from mmp_env.model.robot_reading import load_robot
 from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.wording import shown
 

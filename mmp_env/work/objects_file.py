@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from mmp_env.errors import MmpError
-from mmp_env.files.cell_file import ObjectData, solid_from_data, solid_to_dict
 from mmp_env.files.reading import Location, decode, numbers
+from mmp_env.files.solid_data import ObjectData, solid_from_data, solid_to_dict
 from mmp_env.model.arm import Obstacle
 
 _POSE = ("position", "quaternion", "yaw")

@@ -12,10 +12,11 @@ import numpy as np
 
 from mmp_env.argument_checks import given
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict, check_name
+from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.files.file_kinds import SCHEDULE, read_for
 from mmp_env.files.instance_file import check_arms, configurations_from_dict
 from mmp_env.files.reading import MAX_JSON_BYTES, Location, decode_file, named, numbers
+from mmp_env.files.solid_data import check_name
 from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell

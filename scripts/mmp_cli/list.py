@@ -39,8 +39,9 @@ def inventory() -> dict[str, list[dict[str, Any]]]:
     import mmp_planners
     import mmp_tasks
     from mmp_env.gym.registration import CELLS
-    from mmp_env.model.robot import load_robot, robot_names, tool_names
+    from mmp_env.model.robot_reading import load_robot
     from mmp_env.plugins import TASKS
+    from mmp_env.robot_folders import robot_names, tool_names
     from mmp_planners import registry
 
     robots = [load_robot(name) for name in robot_names()]
@@ -54,7 +55,7 @@ def inventory() -> dict[str, list[dict[str, Any]]]:
 
 
 def _tool(name: str) -> dict[str, Any]:
-    from mmp_env.model.robot import load_tool, tool_states
+    from mmp_env.model.robot_reading import load_tool, tool_states
     from mmp_env.robot_folders import find_tool
 
     tool, folder = load_tool(name), find_tool(name)

@@ -142,7 +142,7 @@ def _show_parser() -> Parser:
 
 
 def _show(args: Namespace) -> int:
-    from mmp_env.model.robot import load_robot
+    from mmp_env.model.robot_reading import load_robot
     from mmp_env.view.robot_picture import save_robot_picture
 
     save_robot_picture(load_robot(_given(args.name)), args.image)

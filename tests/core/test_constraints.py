@@ -6,7 +6,7 @@ from reference import clearance, intervals, kinematics, motion, toys
 
 from mmp_env import core
 from mmp_env.model.rings import ring_cell
-from mmp_env.model.robot import robot_names
+from mmp_env.robot_folders import robot_names
 from mmp_tasks.reach import Reach
 
 MARGIN_M, PROOF_M = 0.002, 0.0015

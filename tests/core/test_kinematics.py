@@ -7,7 +7,8 @@ from reference import clearance, kinematics, toys
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import Cell
-from mmp_env.model.robot import SPHERE_SETS, robot_names
+from mmp_env.model.robot import SPHERE_SETS
+from mmp_env.robot_folders import robot_names
 
 PRECISE_M = 1e-9
 COUNT = 21  # not a multiple of any number of vector lanes

@@ -11,7 +11,7 @@ from reference import clearance, motion, toys
 from mmp_env import core
 from mmp_env.errors import MmpError
 from mmp_env.model.rings import ring_cell
-from mmp_env.model.robot import robot_names
+from mmp_env.robot_folders import robot_names
 from mmp_tasks.reach import Reach
 
 FLOAT_M = 1e-5

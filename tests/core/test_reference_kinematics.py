@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 from reference import kinematics, toys
 
 from mmp_env.model.arm import place_arm
-from mmp_env.model.robot import load_robot, robot_names
+from mmp_env.model.robot_reading import load_robot
 from mmp_env.model.transforms import quaternion_from_yaw
+from mmp_env.robot_folders import robot_names
 
 # Denavit-Hartenberg rows (a, d, alpha, offset of theta) from the vendors' manuals.
 STANDARD_DH = {

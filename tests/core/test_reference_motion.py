@@ -5,7 +5,7 @@ import pytest
 from reference import clearance, motion, toys
 
 from mmp_env.model.arm import place_arm
-from mmp_env.model.robot import robot_names
+from mmp_env.robot_folders import robot_names
 
 
 def facing_arms():

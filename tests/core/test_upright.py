@@ -13,8 +13,8 @@ from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.keep import Upright
 from mmp_env.model.rings import ring_cell
-from mmp_env.model.robot import robot_names
 from mmp_env.model.transforms import quaternion_from_yaw
+from mmp_env.robot_folders import robot_names
 
 AXES = ([0, 0, 1], [0, 0, -1], [1, 0, 0], [0.3, -0.5, 0.8])
 BOUND_RAD = 1e-9

@@ -8,7 +8,7 @@ from support import bench_runs
 
 from mmp_cli import child_call
 from mmp_env.errors import MmpError
-from mmp_env.model.robot import robot_names
+from mmp_env.robot_folders import robot_names
 
 
 def test_robots_cells_tasks_and_planners_are_listed(mmp, stand_ins):

@@ -14,7 +14,8 @@ from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.margins import DEFAULT_MARGIN_M
 from mmp_env.model.rings import ring_cell
-from mmp_env.model.robot import load_robot, robot_names
+from mmp_env.model.robot_reading import load_robot
+from mmp_env.robot_folders import robot_names
 from mmp_tasks.reach import Reach
 from mmp_tasks.shared_space import has_open_middle, middle, neighbourhood, neighbours
 

@@ -16,7 +16,8 @@ from mmp_env.importing.folder_writing import write_folder
 from mmp_env.importing.limits import limits_of
 from mmp_env.importing.pieces import Piece, geom_pieces, mesh_piece
 from mmp_env.importing.robot_folder import COVER_OF_HULLS, VERSION, files_of_pieces
-from mmp_env.model.robot import Robot, load_robot
+from mmp_env.model.robot import Robot
+from mmp_env.model.robot_reading import load_robot
 from mmp_env.mujoco_import import mujoco
 from mmp_env.robot_folders import cache_folder
 

@@ -12,7 +12,7 @@ from support.unchecked import unchecked
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.export import export_plan
 from mmp_env.files.plan_file import plan_from_dict
-from mmp_env.model.robot import load_robot
+from mmp_env.model.robot_reading import load_robot
 from mmp_planners import PlanResult, Status
 
 

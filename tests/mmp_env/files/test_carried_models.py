@@ -60,7 +60,7 @@ def test_robots_of_one_name_and_other_content_have_different_keys(foreign, folde
 
 
 def test_a_written_cell_reads_back_the_same_without_any_folder(foreign, monkeypatch):
-    monkeypatch.setattr("mmp_env.model.robot.find_robot", lambda name: pytest.fail(f"{name} was looked up"))
+    monkeypatch.setattr("mmp_env.model.robot_reading.find_robot", lambda name: pytest.fail(f"{name} was looked up"))
     data = json.loads(json.dumps(cell_to_dict(foreign)))
     data["arms"].pop()  # the panda is built in
     cell = cell_from_dict(data, "cell.json")

@@ -11,7 +11,7 @@ from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import cell_from_dict, cell_to_dict, load_cell
 from mmp_env.files.cell_source import find_cell
 from mmp_env.model.rings import ring_cell
-from mmp_env.model.robot import robot_names
+from mmp_env.robot_folders import robot_names
 
 FINITE = st.floats(-50, 50, allow_subnormal=False)
 LENGTH = st.floats(1e-6, 100)

@@ -9,7 +9,8 @@ from mmp_env.gym.control import CONTROL_MODES, CONTROL_RATE_HZ
 from mmp_env.gym.reward import CONTACT_PENALTY, PROGRESS_WEIGHT, SUCCESS_BONUS
 from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import Cell
-from mmp_env.model.robot import SPHERE_SETS, robot_names
+from mmp_env.model.robot import SPHERE_SETS
+from mmp_env.robot_folders import robot_names
 from mmp_env.sim.clearance_audit import PROTRUSION_M
 from mmp_env.sim.execution import REACHED_RAD
 from mmp_env.sim.simulation import Simulation

@@ -17,7 +17,8 @@ from mmp_env.importing.robot_folder import ImportOptions, add_robot, summary
 from mmp_env.model.arm import place_arm
 from mmp_env.model.lines import line_cell
 from mmp_env.model.rings import ring_cell
-from mmp_env.model.robot import load_robot, load_tool, robot_names
+from mmp_env.model.robot_reading import load_robot, load_tool
+from mmp_env.robot_folders import robot_names
 
 EXACT = "robot.json", "spheres.json", "hulls.json"
 

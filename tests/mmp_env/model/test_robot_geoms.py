@@ -8,9 +8,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from mmp_env.model.robot import SPHERE_SETS, load_robot, load_tool, robot_names, tool_names
+from mmp_env.model.robot import SPHERE_SETS
+from mmp_env.model.robot_reading import load_robot, load_tool
 from mmp_env.model.transforms import matrix_from_quaternion
-from mmp_env.robot_folders import find_robot
+from mmp_env.robot_folders import find_robot, robot_names, tool_names
 
 OUTSIDE_M = 0.001
 """Largest protrusion [m] of a geom from its link's spheres."""

@@ -14,8 +14,9 @@ from reference.kinematics import link_frames
 from mmp_env.errors import UnknownNameError
 from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import Cell
-from mmp_env.model.robot import EXACT, SPHERE_SETS, load_robot, load_tool, robot_names, tool_names
-from mmp_env.robot_folders import find_robot
+from mmp_env.model.robot import EXACT, SPHERE_SETS
+from mmp_env.model.robot_reading import load_robot, load_tool
+from mmp_env.robot_folders import find_robot, robot_names, tool_names
 
 every_robot = pytest.mark.parametrize("name", robot_names())
 every_tool = pytest.mark.parametrize("name", tool_names())

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from mmp_env.model.robot import Spheres, load_robot, load_tool
+from mmp_env.model.robot import Spheres
+from mmp_env.model.robot_reading import load_robot, load_tool
 from mmp_env.model.tool_pairs import _links_in_tool, _overlapping
 
 

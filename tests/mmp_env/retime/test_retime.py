@@ -16,7 +16,7 @@ from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
 from mmp_env.model.arm import place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.plan_fit import given_plan
-from mmp_env.model.robot import load_robot
+from mmp_env.model.robot_reading import load_robot
 from mmp_env.problems.making import make_problem
 from mmp_env.retime import retime, retime_with_report
 

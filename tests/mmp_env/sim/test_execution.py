@@ -12,9 +12,10 @@ from mmp_env.errors import MmpError, UnretimedPlanWarning
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.rings import ring_cell
-from mmp_env.model.robot import frozen_array, robot_names
+from mmp_env.model.robot import frozen_array
 from mmp_env.mujoco_import import mujoco
 from mmp_env.retime import retime
+from mmp_env.robot_folders import robot_names
 from mmp_env.sim.execution import REACHED_RAD
 
 pytestmark = pytest.mark.filterwarnings("ignore::mmp_env.errors.UnretimedPlanWarning")

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from mmp_env.model.arm import place_arm
-from mmp_env.model.robot import load_robot, robot_names
+from mmp_env.model.robot_reading import load_robot
+from mmp_env.robot_folders import robot_names
 
 SPEED = 0.8
 """Largest velocity of the plans [rad/s]."""

@@ -11,9 +11,11 @@ from mmp_env.errors import MmpError
 from mmp_env.model.arm import Obstacle, place_arm
 from mmp_env.model.cell import Cell
 from mmp_env.model.rings import ring_cell
-from mmp_env.model.robot import frozen_array, load_robot, robot_names
+from mmp_env.model.robot import frozen_array
+from mmp_env.model.robot_reading import load_robot
 from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.mujoco_import import mujoco
+from mmp_env.robot_folders import robot_names
 from mmp_env.sim.arm_colors import PALETTE
 from mmp_env.sim.scene import TIMESTEP_S, compile_scene
 from mmp_env.sim.scene_appearance import CAMERA

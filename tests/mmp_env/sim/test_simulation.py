@@ -8,7 +8,7 @@ import pytest
 
 from mmp_env.errors import MmpError
 from mmp_env.model.rings import ring_cell
-from mmp_env.model.robot import load_robot
+from mmp_env.model.robot_reading import load_robot
 from mmp_env.sim.simulation import Simulation
 
 STEEP, LEVEL = (np.tile([np.pi, lift, 0.0, 0.0, 0.0, 0.0], 2) for lift in (-1.3, -0.3))

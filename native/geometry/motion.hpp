@@ -19,6 +19,28 @@ struct Chord {
   Vec3<V> from, along;
 };
 
+// Box in each lane.
+template <class V>
+struct LaneBoxes {
+  V lo[3], hi[3];
+
+  // Returns the lanes in which the boxes are closer than `reach`.
+  MMP_INLINE unsigned near(const LaneBoxes& o, V reach) const {
+    V gap2{};
+    for (int x = 0; x < 3; ++x) {
+      const V gap = max(V{}, max(lo[x] - o.hi[x], o.lo[x] - hi[x]));
+      gap2 += gap * gap;
+    }
+    return bits<V>(gap2 < reach * reach);
+  }
+};
+
+// Returns the boxes around two points of each lane.
+template <class V>
+MMP_INLINE LaneBoxes<V> around(const Vec3<V>& p, const Vec3<V>& q) {
+  return {{min(p.x, q.x), min(p.y, q.y), min(p.z, q.z)}, {max(p.x, q.x), max(p.y, q.y), max(p.z, q.z)}};
+}
+
 // Arrays run along time, so that a lane is a step: element i at step k is at [i * stride + k].
 template <class V>
 class Motion {
@@ -31,6 +53,7 @@ class Motion {
   std::vector<T> q;                    // [last + 1][dof], row major
   Unfilled<T> links, groups, spheres;  // centres [element][xyz][stride]
   Unfilled<T> frames;                  // [frame][12][stride], rotation and origin; only of arms with hulls
+  Unfilled<T> step_boxes;              // [low xyz, high xyz][stride]: bounds all moving links from step k to step k + 1
   Unfilled<T> deviation;       // [link][stride]: largest distance of a centre from its chord between steps k and k + 1
   std::vector<Box<T>> boxes;   // [link]: bounds the link's centres at all steps
   Box<T> whole;                // bounds all spheres of all moving links at all steps
@@ -85,6 +108,7 @@ class Motion {
     copy(spheres, part.spheres, n);
     copy(frames, part.frames, n);
     copy(deviation, part.deviation, n - 1);
+    copy(step_boxes, part.step_boxes, n - 1);
   }
 
   // Returns element i of an array at steps k, k + 1, ...; after the end, its final position.
@@ -113,6 +137,16 @@ class Motion {
     const T* p = frames.data() + static_cast<size_t>(link.frame) * 12 * stride + std::min(k, last);
     for (int i = 0; i < 9; ++i) out.pose.r[i] = double(p[static_cast<size_t>(i) * stride]);
     for (int i = 0; i < 3; ++i) out.pose.p[i] = double(p[static_cast<size_t>(9 + i) * stride]);
+    return out;
+  }
+  // Returns the boxes around all moving links from steps k, k + 1, ... to the next ones.
+  MMP_INLINE LaneBoxes<V> boxes_at(int k) const {
+    LaneBoxes<V> out;
+    for (int x = 0; x < 3; ++x) {
+      const T *lo = step_boxes.data() + x * stride, *hi = lo + 3 * stride;
+      out.lo[x] = k >= last ? splat<V>(lo[last]) : load<V>(lo + k);
+      out.hi[x] = k >= last ? splat<V>(hi[last]) : load<V>(hi + k);
+    }
     return out;
   }
   V deviation_at(int l, int k) const {
@@ -172,6 +206,26 @@ class Motion {
     }
   }
 
+  // Computes the boxes of steps k, k + 1, ...; needs the next one.
+  void enclose(int k) {
+    const bool ends = k + width<V> > last;
+    for (int x = 0; x < 3; ++x) {
+      V lo = splat<V>(T(1e30)), hi = -lo;
+      for (size_t l = 1; l < arm->links.size(); ++l) {
+        const V r = arm->links[l].bound.r + load<V>(deviation.data() + l * stride + k);
+        const T* p = links.data() + (l * 3 + x) * stride + k;
+        const V here = load<V>(p), next = load<V>(p + 1);
+        lo = min(lo, min(here, next) - r);
+        hi = max(hi, max(here, next) + r);
+      }
+      T *low = step_boxes.data() + x * stride + k, *high = low + 3 * stride;
+      store<V>(low, lo);
+      store<V>(high, hi);
+      if (ends) store<V>(low + width<V>, splat<V>(lo[width<V> - 1]));
+      if (ends) store<V>(high + width<V>, splat<V>(hi[width<V> - 1]));
+    }
+  }
+
  private:
   // Padding after the last step: for loads that begin at it, or only for loads that end with it.
   struct Room {
@@ -186,6 +240,7 @@ class Motion {
         q(std::move(positions)),
         links(arm->links.size() * 3 * stride),
         frames(arm->hulls.empty() ? 0 : static_cast<size_t>(arm->dof + 1) * 12 * stride),
+        step_boxes(room.elements > width<V> ? 6 * stride : 0),
         deviation(arm->links.size() * stride),
         boxes(arm->links.size()),
         blocks(arm->links.size() * block_count()),
@@ -194,6 +249,7 @@ class Motion {
 
   void fill_all(Pose<V>& pose) {
     for (int k = 0; k <= last; k += width<V>) fill(k, pose);
+    for (int k = 0; k <= last && !step_boxes.empty(); k += width<V>) enclose(k);
     bound();
   }
 

@@ -23,6 +23,7 @@ class MotionWindow : public Motion<V> {
     this->last = steps;
     this->q.assign(rows, rows + static_cast<size_t>(steps + 1) * this->arm->dof);
     this->fill(0, pose_);
+    this->enclose(0);
     detailed_ = 0;
   }
 

@@ -175,7 +175,7 @@ class Shortcutter {
     const DriveTiming timing =
         chance ? DriveTiming::by_chance(length, drive, 0, random) : DriveTiming{length, 0, length};
     ++tries_;
-    return straight_is_free(a, p, q) && put(a, window.i, drive_rows(p, q, q, dof(a), timing));
+    return put(a, window.i, drive_rows(p, q, q, dof(a), timing), [&] { return straight_is_free(a, p, q); });
   }
 
   // Tries a path through a random via point with little or no detour.
@@ -189,12 +189,12 @@ class Shortcutter {
     if (first + second > length) return false;
     ++tries_;
     const std::pair<const T*, const T*> ends[2] = {{p, via.data()}, {via.data(), q}};
-    if (!free_alone(a, 2, [&](int k) { return ends[k]; })) return false;
     const int drive = first + static_cast<int>(int64_t{length - first - second} * first / (first + second));
     const bool chance = random.uniform() < kByChance;
     const DriveTiming timing = chance ? DriveTiming::by_chance(length, first, second, random)
                                       : DriveTiming{length, 0, drive, 0, length - drive};
-    return put(a, window.i, drive_rows(p, via.data(), q, dof(a), timing));
+    return put(a, window.i, drive_rows(p, via.data(), q, dof(a), timing),
+               [&] { return free_alone(a, 2, [&](int k) { return ends[k]; }); });
   }
 
   // Tries to remove the backtracking of one joint, or of all joints; the others move as before.
@@ -210,12 +210,15 @@ class Shortcutter {
     if (gain < kGain) return false;
     ++tries_;
     const auto row = [&](int k) { return rows.data() + static_cast<size_t>(k) * dof(a); };
-    if (!free_alone(a, j - i, [&](int k) { return std::pair<const T*, const T*>(row(k), row(k + 1)); })) return false;
-    return put(a, i, rows);
+    return put(a, i, rows, [&] {
+      return free_alone(a, j - i, [&](int k) { return std::pair<const T*, const T*>(row(k), row(k + 1)); });
+    });
   }
 
-  // Replaces the arm's motion from step i on if the rows are clear of all other arms.
-  bool put(int a, int i, const std::vector<T>& rows) {
+  // Replaces the arm's motion from step i on if the rows are clear of all other arms, and `free` says that they are
+  // free alone. The other arms block most candidates, so they are tested first.
+  template <class Free>
+  bool put(int a, int i, const std::vector<T>& rows, const Free& free) {
     const int length = static_cast<int>(rows.size()) / dof(a) - 1;
     const bool clear = all_windows<V>(length, [&](int n, int from, int steps) {
       window(a, n).set(rows.data() + static_cast<size_t>(from) * dof(a), steps);
@@ -226,7 +229,7 @@ class Shortcutter {
       }
       return true;
     });
-    if (!clear) return false;
+    if (!clear || !free()) return false;
     all_windows<V>(length, [&](int n, int from, int) {
       window(a, n).need_all();
       motions_[a].take_over(i + from, window(a, n));
@@ -252,8 +255,6 @@ class Shortcutter {
     }
     if (gain < kGain || length > j - i) return false;
     ++tries_;
-    for (int a = 0; a < arms(); ++a)
-      if (!straight_is_free(a, motions_[a].at(i), motions_[a].at(j))) return false;
     std::vector<std::vector<T>> parts;
     for (int a = 0; a < arms(); ++a) {
       const T *p = motions_[a].at(i), *q = motions_[a].at(j);
@@ -268,6 +269,8 @@ class Shortcutter {
       return true;
     });
     if (!clear) return false;
+    for (int a = 0; a < arms(); ++a)
+      if (!straight_is_free(a, motions_[a].at(i), motions_[a].at(j))) return false;
     for (int a = 0; a < arms(); ++a) splice(a, i, j, parts[a]);
     measure();
     return true;

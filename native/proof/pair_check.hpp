@@ -117,10 +117,16 @@ class PairCheck {
   template <class A, class B>
   void chords(A& a, B& b, int ka, int kb, Levels<T> levels, Mask<V>& touching, Mask<V>& undecided, unsigned asked,
               bool ends_early) {
+    const auto whole_b = b.boxes_at(kb);
+    const V room = splat<V>(std::max(levels.margin, levels.proof) + kRounding);
+    if (first_ == 1 && !(asked & a.boxes_at(ka).near(whole_b, room))) return;
     for (size_t i = first_; i < a.arm->links.size(); ++i) {
       const int la = static_cast<int>(i);
       const auto a0 = a.centers(a.links, la, ka), a1 = a.centers(a.links, la, ka + 1);
       const V deviation_a = a.deviation_at(la, ka) + levels.proof;
+      if (first_ == 1 &&
+          !(asked & around(a0, a1).near(whole_b, room + a.deviation_at(la, ka) + a.arm->links[i].bound.r)))
+        continue;
       for (size_t j = i == 0 ? 1 : first_; j < b.arm->links.size(); ++j) {
         const int lb = static_cast<int>(j);
         const V slack = deviation_a + b.deviation_at(lb, kb);

@@ -147,7 +147,7 @@ class Reference:
             self.ends[arm][step] = begin + max(self.durations[a][s] for a, s in unit)
 
 
-@pytest.mark.parametrize(("cell", "seed"), [("ring-4", 1), ("ring-4-panda", 0), ("ring-6", 2)])
+@pytest.mark.parametrize(("cell", "seed"), [("ring-4", 1), ("ring-4-panda", 1), ("ring-6", 2)])
 def test_arms_arrive_as_early_as_the_reference_says(cell, seed):
     problem = draw_problem(find_cell(cell), seed=seed)
     plan = mmp_planners.make("group-rrt", waits="kept").plan(problem, seed=seed, time_limit=120.0).plan

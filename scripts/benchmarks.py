@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from study import long_variants, study_variants
+
 RINGS = ("MultiArmCell-4", "MultiArmCell-6", "MultiArmCell-8")
 CIRCLES = ("panda-circle-2", "panda-circle-4", "panda-circle-6")
 FIVE = "cbs,ecbs,gen-ecbs,apf-ecbs-nf,apf-ecbs"
@@ -77,6 +79,10 @@ BENCHES: dict[str, dict[str, list[str]]] = {
             *variants({"ecbs-paper": _ECBS_PAPER, "apf-ecbs-nf-paper": "preset=paper", "paper": "preset=paper"}),
         ],
     },
+    "study": {
+        "study": [*RINGS, *variants(study_variants(_ECBS_PAPER))],
+        "study-long": [*RINGS, *variants(long_variants(_ECBS_PAPER))],
+    },
     "circles": {
         "circles": [*CIRCLES, "--planners", f"auto,rrt-connect,prioritized,{FIVE},cbs-mp,xecbs", "--exact"],
     },
@@ -84,5 +90,7 @@ BENCHES: dict[str, dict[str, list[str]]] = {
 """Part -> folder -> arguments of `mmp bench`."""
 COUNTS = {"kinds": 20, "preset": 20}
 """Largest number of instances of a cell; the other folders have no limit."""
+SHARES = {"study": (0.2, 0.3), "study-long": (0.06, 6.0)}
+"""Instances of a cell and time limit of a folder, relative to those of the others."""
 REPORTED = {"cells": "The paper's five planners", "literal": "Paper-literal settings and our design decisions"}
 """Title of the report of each folder that has one."""

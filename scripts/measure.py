@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks import BENCHES, CIRCLES, COUNTS, REPORTED
+from benchmarks import BENCHES, CIRCLES, COUNTS, REPORTED, SHARES
 from figure import commit
 from measured import ROOT
 
@@ -83,8 +83,9 @@ def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[st
             yield name, [sys.executable, str(SCRIPTS / name), *words.get(name, [])]
     for folder, words in BENCHES.get(part, {}).items():
         sources = [str(args.instances / f"{word}.json") if word in CIRCLES else word for word in words]
-        count = min(args.count, COUNTS.get(folder, args.count))
-        limits = ["--seed", "0", "--count", str(count), "--time-limit", f"{args.time_limit:g}"]
+        of_count, of_limit = SHARES.get(folder, (1.0, 1.0))
+        count = max(1, round(min(args.count, COUNTS.get(folder, args.count)) * of_count))
+        limits = ["--seed", "0", "--count", str(count), "--time-limit", f"{args.time_limit * of_limit:g}"]
         where = ["--workers", str(args.workers), "--out", str(args.out / folder)]
         yield folder, [*MMP, "bench", *sources, *limits, *where]
         if folder in REPORTED:

@@ -8,7 +8,7 @@ usage='usage: scripts/reproduce_paper.sh [--quick] [--time-limit S] [--count N] 
   --count N       instances of each cell, those of the seeds 0 to N - 1; default: 50
   --workers N     runs at a time; default: one for each core. Other work on the machine makes times longer
   --out DIR       folder of the results; default: build/reproduction-<time limit>s
-  PART            default: cells kinds tasks literal others panda preset; scripts/measure.py --help names all'
+  PART            default: cells kinds tasks literal others panda preset study; scripts/measure.py --help names all'
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
@@ -49,7 +49,7 @@ done
 if ! [[ $time_limit =~ ^[0-9]{1,6}(\.[0-9]+)?$ ]]; then
   die "--time-limit is '$time_limit'; it must be a number of seconds"
 fi
-if [ "${#parts[@]}" -eq 0 ]; then parts=(cells kinds tasks literal others panda preset); fi
+if [ "${#parts[@]}" -eq 0 ]; then parts=(cells kinds tasks literal others panda preset study); fi
 out=$(realpath -m -- "${out:-$root/build/reproduction-${time_limit}s}")
 
 # shellcheck disable=SC2119 # no extras

@@ -22,6 +22,7 @@ from measured import FIGURES, PLAIN, RESULTS, condition, folder_figures, median_
 from paper_tables import fast_track_table, figure_five_table, save_figures, table_one
 from planner_tables import as_table
 from quoted import quoted
+from study_tables import heat_map_links, long_table, save_heat_maps, steps_table, verdict
 from written_pages import bring_up_to_date, checking_parser, filled
 
 from mmp_cli.machine import machine
@@ -36,8 +37,16 @@ _SHOWN = {
 """Headings of table.md whose tables the page shows."""
 _LEFT_OUT = ("literal/cactus-",)
 """Beginnings of figures that are too large to keep: one panel for each variant."""
-_FORMS = {"table-one": table_one, "figure-five": figure_five_table, "fast-track": fast_track_table}
+_FORMS = {
+    "table-one": table_one,
+    "figure-five": figure_five_table,
+    "fast-track": fast_track_table,
+    "steps": steps_table,
+    "long": long_table,
+}
 """Tables that the page makes from the results of a folder: `<!-- table: FOLDER/NAME -->`."""
+_TEXTS = {"verdict": verdict, "heat-maps": heat_map_links}
+"""Other parts of the page, made and marked in the same way."""
 _NOT_RUN = "Not run yet: `scripts/reproduce_paper.sh`, then `scripts/results_page.py FOLDER`.\n"
 
 
@@ -51,6 +60,8 @@ def main() -> None:
     if not args.check:
         keep_all(args.folder, RESULTS)
         save_figures(RESULTS / "cells", RESULTS / "paper")
+        if (RESULTS / "study").is_dir():
+            save_heat_maps(RESULTS / "study", RESULTS / "paper")
     page = with_tables(PAGE.read_text(encoding="utf-8"), RESULTS)
     bring_up_to_date({PAGE: quoted(page, read_figures())}, check=args.check)
 
@@ -146,8 +157,9 @@ def _conditions(results: Path) -> str:
 def _content(name: str, results: Path) -> str:
     folder, _, form = name.partition("/")
     if form:
-        kept = (results / folder / "results.jsonl.gz").is_file()
-        return as_table(_FORMS[form](results / folder)) if kept else _NOT_RUN
+        if not (results / folder / "results.jsonl.gz").is_file():
+            return _NOT_RUN
+        return _TEXTS[form](results / folder) if form in _TEXTS else as_table(_FORMS[form](results / folder))
     path = results / folder / "table.md"
     if not path.is_file():
         return _NOT_RUN

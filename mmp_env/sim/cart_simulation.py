@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -59,13 +58,12 @@ class CartSimulation(Simulation):
         self._show_cart()
         self.begin_log()
 
-    def _advance_in_parts(self, steps: int) -> Iterator[None]:
+    def advance(self, steps: int) -> None:
+        """As in `Simulation`; the cart moves too."""
         for first in range(0, steps, _CART_STEPS):
-            if first:
-                yield
             count = min(_CART_STEPS, steps - first)
             self._move_cart(count)
-            yield from super()._advance_in_parts(count)
+            super().advance(count)
 
     def follow(
         self,

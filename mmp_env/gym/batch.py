@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import SyncVectorEnv
 
-from mmp_env.argument_checks import whole
+from mmp_env.argument_checks import refused, whole
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.gym.registration import ANY_CELL, CELLS
@@ -50,8 +50,14 @@ class BatchedEnv(SyncVectorEnv):
 
         Raises:
             MmpError: for another number of actions than environments, or an action that is not allowed.
+            ClosedEnvironmentError: after `close`.
         """
-        actions = np.asarray(actions)
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError("the environments are closed; make others")
+        try:
+            actions = np.asarray(actions)
+        except ValueError:
+            raise refused("actions", actions, f"one row for each of {self.num_envs} environments") from None
         if actions.ndim == 0 or len(actions) != self.num_envs:
             raise MmpError(
                 f"actions have shape {list(actions.shape)}; expected one row for each of {self.num_envs} environments"
@@ -139,7 +145,7 @@ def batched_env(id: str, count: int, *, threads: int | None = None, **options: A
         id: id of an environment, such as `MultiArmCell-4`; `MultiArmCell` takes `cell=`.
         count: number of environments.
         threads: number of threads; None for one of each processor core.
-        **options: the options of `MultiArmCellEnv`, and `max_episode_steps`.
+        **options: the options of `MultiArmCellEnv`, and `max_episode_steps`, where -1 means no limit.
 
     Raises:
         MmpError: for an unknown id or option, or a bad value.
@@ -150,5 +156,7 @@ def batched_env(id: str, count: int, *, threads: int | None = None, **options: A
     whole("count", count, 1, MOST_ENVIRONMENTS)
     if threads is not None:
         whole("threads", threads, 1, MOST_ENVIRONMENTS)
+    if options.get("max_episode_steps", -1) not in (None, -1):  # -1: no limit
+        whole("max_episode_steps", options["max_episode_steps"], 1)
     makers = [lambda: gymnasium.make(id, disable_env_checker=True, **options)] * count
     return BatchedEnv(makers, threads or min(count, os.cpu_count() or 1))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import gymnasium
 
+from mmp_env.argument_checks import whole
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.gym.registration import ANY_CELL, CELLS, MAX_EPISODE_STEPS
 
@@ -27,14 +28,11 @@ def parallel_env(id: str, *, max_episode_steps: int = MAX_EPISODE_STEPS, **optio
     known = (ANY_CELL, *CELLS)
     if id not in known:
         raise UnknownNameError("environment", id, known)
-    if not isinstance(max_episode_steps, int) or isinstance(max_episode_steps, bool) or max_episode_steps < 1:
-        raise MmpError(f"max_episode_steps is {max_episode_steps!r}; it must be a whole number, 1 or more")
+    steps = whole("max_episode_steps", max_episode_steps, 1)
     try:
         from mmp_env.gym.parallel_cell import ParallelCellEnv
     except ModuleNotFoundError as error:
         if error.name is None or error.name.partition(".")[0] != "pettingzoo":
             raise
         raise MmpError("parallel_env needs PettingZoo; get it with: pip install 'mmp-env[learning]'") from None
-    return ParallelCellEnv(
-        gymnasium.make(id, max_episode_steps=max_episode_steps, disable_env_checker=True, **options), name=id
-    )
+    return ParallelCellEnv(gymnasium.make(id, max_episode_steps=steps, disable_env_checker=True, **options), name=id)

@@ -26,7 +26,7 @@ class ParallelCellEnv(ParallelEnv[str, Any, Any]):
 
     All agents share the reward of the cell, and their episode ends together. An agent observes the `joint_positions`,
     `joint_velocities` and `goal_positions` of its own joints [dof], and the `tool_positions` and `clearance` of the
-    cell. Its action is [dof] numbers in [-1, 1]. Its info has `is_success` of the cell, `distance_rad` of its joints,
+    cell. Its action is [dof] numbers in [-1, 1]. Its info is that of the cell, but with `distance_rad` of its joints,
     and the `contacts` that its arm takes part in.
 
     Args:
@@ -155,7 +155,7 @@ class ParallelCellEnv(ParallelEnv[str, Any, Any]):
         distances = np.abs(whole["goal_positions"] - whole["joint_positions"])
         return {
             agent: {
-                "is_success": info["is_success"],
+                **info,
                 "distance_rad": float(distances[joints].max()),
                 "contacts": [c for c in info["contacts"] if agent in (_arm(c.body_a), _arm(c.body_b))],
             }

@@ -103,8 +103,49 @@ def test_bad_input_is_one_sentence(tmp_path, capsys):
     assert not (tmp_path / "b").exists()
 
 
+BROKEN = {
+    "schema": (lambda d: d | {"schema": "other/1"}, "schema is 'other/1'; it must be 'mmp-dataset/1'"),
+    "settings": (lambda d: d | {"settings": []}, "settings"),
+    "instances": (lambda d: d | {"instances": 3}, "instances"),
+    "instance": (lambda d: d | {"instances": [3]}, r"instances\[0\]"),
+    "outcome": (lambda d: d | {"instances": [{"name": "a", "seed": 0}]}, r"instances\[0\]"),
+    "steps": (lambda d: d | {"instances": [d["instances"][0] | {"steps": "a"}]}, r"instances\[0\]\.steps"),
+    "twice": (lambda d: d | {"instances": 2 * d["instances"]}, "no other instance"),
+    "outside": (lambda d: d | {"instances": [d["instances"][0] | {"file": "../a.npz"}]}, "'episodes/00000.npz'"),
+}
+
+
+@pytest.mark.parametrize(("change", "said"), BROKEN.values(), ids=BROKEN)
+def test_what_is_wrong_in_an_index_is_named(change, said, tmp_path):
+    (tmp_path / "episodes").mkdir()
+    np.savez(tmp_path / "episodes" / "00000.npz", actions=np.zeros(1))
+    line = {"name": "a", "seed": 0, "outcome": "success", "file": "episodes/00000.npz", "steps": 1}
+    index = {"schema": "mmp-dataset/1", "settings": {}, "instances": [line]}
+    (tmp_path / "dataset.json").write_text(json.dumps(index))
+    folder = DatasetFolder(tmp_path, {})
+    assert folder.lines == [line]
+    with pytest.raises(MmpError, match="has no array 'rewards'"):
+        list(folder.episodes())
+    (tmp_path / "dataset.json").write_text(json.dumps(change(index)))
+    with pytest.raises(MmpError, match=said):
+        DatasetFolder(tmp_path, {})
+
+
+def test_an_episode_that_is_damaged_or_missing_is_named(tmp_path):
+    file = tmp_path / "a" / "episodes" / "00000.npz"
+    words = ["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a")]
+    assert main(words) == 0
+    for content in (b"", b"x", file.read_bytes()[:1000]):
+        file.write_bytes(content)
+        with pytest.raises(MmpError, match=r"00000\.npz is not an episode"):
+            list(DatasetFolder(tmp_path / "a", {}).episodes())
+    file.unlink()
+    with pytest.raises(MmpError, match=r"00000\.npz is missing"):
+        DatasetFolder(tmp_path / "a", {})
+
+
 def test_a_broken_index_is_refused(tmp_path):
-    (tmp_path / "dataset.json").write_text("[1]")
+    (tmp_path / "dataset.json").write_text("[1")
     with pytest.raises(MmpError, match="is not the index of a dataset"):
         DatasetFolder(tmp_path, {})
 

@@ -4,19 +4,40 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
+import msgspec
 import numpy as np
 
 from mmp_cli.datasets.expert import Episode
 from mmp_env.errors import MmpError
+from mmp_env.files.reading import Location, decode_file
 from mmp_env.files.writing import json_text, whole_file, write_text
 
 SCHEMA = "mmp-dataset/1"
 INDEX, EPISODES = "dataset.json", "episodes"
 SUCCESS = "success"
 """Outcome of an instance whose episode is in the dataset."""
+
+NEEDED = ("actions", "rewards", "terminations", "truncations")
+"""Names of arrays that every episode has."""
+
+
+class _Instance(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    name: str
+    seed: int
+    outcome: str
+    file: str | None = None
+    steps: int = 0
+
+
+class _Index(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    schema: str
+    settings: dict[str, Any]
+    instances: list[_Instance]
 
 
 class DatasetFolder:
@@ -27,7 +48,7 @@ class DatasetFolder:
         settings: what determines the episodes.
 
     Raises:
-        MmpError: for a folder with other settings or other files.
+        MmpError: for a folder with other settings or other files, or whose index is wrong.
     """
 
     def __init__(self, path: Path, settings: dict[str, Any]) -> None:
@@ -50,6 +71,19 @@ class DatasetFolder:
         """Outcome -> number of instances."""
         return Counter(line["outcome"] for line in self.lines)
 
+    def episodes(self) -> Iterator[dict[str, np.ndarray]]:
+        """Yields the arrays of each episode. Raises `MmpError` for a file that cannot be read."""
+        for path in self.files:
+            try:
+                with path.open("rb") as file, np.load(file) as content:  # np.load leaves a damaged file open
+                    arrays = dict(content)
+            except (OSError, ValueError, EOFError, TypeError, AttributeError, BadZipFile) as error:
+                raise MmpError(f"{path} is not an episode of a dataset ({error})") from None
+            for name in NEEDED:
+                if name not in arrays:
+                    raise MmpError(f"{path} is not an episode of a dataset; it has no array '{name}'")
+            yield arrays
+
     @property
     def files(self) -> list[Path]:
         """The files of all episodes, in their order."""
@@ -63,7 +97,7 @@ class DatasetFolder:
         except OSError as error:
             raise MmpError(f"--out {self.path} cannot be written: {error.strerror}") from None
         if episode is not None:
-            line |= {"file": f"{EPISODES}/{len(self.files):05}.npz", "steps": episode.steps}
+            line |= {"file": _episode_file(len(self.files)), "steps": episode.steps}
             with whole_file(self.path / line["file"]) as temporary, temporary.open("wb") as file:
                 arrays: dict[str, Any] = episode.arrays()
                 np.savez_compressed(file, **arrays)
@@ -71,12 +105,29 @@ class DatasetFolder:
         write_text(self.path / INDEX, json_text({"schema": SCHEMA, "settings": self.settings, "instances": self.lines}))
 
     def _read(self) -> None:
+        place = Location(str(self.path / INDEX))
         try:
-            found = json.loads((self.path / INDEX).read_text(encoding="utf-8"))
-            kept, lines = found["settings"], found["instances"]
-        except (OSError, ValueError, KeyError, TypeError):
-            raise MmpError(f"{self.path / INDEX} is not the index of a dataset") from None
+            data = json.loads((self.path / INDEX).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            raise MmpError(f"{place} is not the index of a dataset") from None
+        place, index = decode_file(data, SCHEMA, _Index, place)
         for key, value in json.loads(json.dumps(self.settings)).items():
-            if kept.get(key) != value:
-                raise MmpError(f"--out {self.path} has a dataset with {key} {kept.get(key)!r}, not {value!r}")
-        self.lines = lines
+            if index.settings.get(key) != value:
+                raise MmpError(f"--out {self.path} has a dataset with {key} {index.settings.get(key)!r}, not {value!r}")
+        names = Counter(line.name for line in index.instances)
+        for k, line in enumerate(index.instances):
+            where = place / "instances" / k
+            if names[line.name] > 1:
+                raise (where / "name").wrong(line.name, "a name that no other instance has")
+            self.lines.append({"name": line.name, "seed": line.seed, "outcome": line.outcome})
+            if line.outcome == SUCCESS:
+                file = _episode_file(len(self.files))
+                if line.file != file:
+                    raise (where / "file").wrong(line.file, f"'{file}'")
+                if not (self.path / file).is_file():
+                    raise MmpError(f"{self.path / file} is missing; put it back, or begin another folder")
+                self.lines[-1] |= {"file": file, "steps": line.steps}
+
+
+def _episode_file(number: int) -> str:
+    return f"{EPISODES}/{number:05}.npz"

@@ -34,8 +34,7 @@ def write(folder: DatasetFolder, name: str, env: MultiArmCellEnv) -> str:
     from minari.data_collector import EpisodeBuffer
 
     buffers = []
-    for number, file in enumerate(folder.files):
-        arrays = dict(np.load(file))
+    for number, arrays in enumerate(folder.episodes()):
         parts = {kind: _parts(arrays, kind) for kind in ("observations", "infos")}
         buffers.append(
             EpisodeBuffer(

@@ -81,7 +81,20 @@ def test_after_an_exception_a_reset_begins_afresh():
     batch.close()
 
 
+def test_rows_of_several_lengths_and_steps_after_the_end_are_refused():
+    batch = mmp_env.batched_env(ID, 2)
+    batch.reset(seed=0)
+    with pytest.raises(MmpError, match="one row for each of 2 environments"):
+        batch.step([[0.0], [0.0, 0.0]])
+    batch.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+        batch.step(np.zeros((2, 12)))
+
+
 def test_wrong_arguments():
+    for steps in (0, -2, 2.5, "7"):
+        with pytest.raises(MmpError, match="max_episode_steps"):
+            mmp_env.batched_env(ID, 2, max_episode_steps=steps)
     with pytest.raises(UnknownNameError, match="MultiArmCell-2"):
         mmp_env.batched_env("MultiArmCell-3", 2)
     for count in (0, -1, 10**6):

@@ -97,6 +97,15 @@ def test_a_bad_action_is_refused_with_a_sentence(env, actions, sentence):
         env.step(actions)
 
 
+def test_the_events_of_the_cell_are_in_the_infos():
+    env = mmp_env.parallel_env("MultiArmCell-2", events="goals", max_episode_steps=3)
+    _, infos = env.reset(seed=1)
+    assert [info["goals_reached"] for info in infos.values()] == [0, 0]
+    *_, infos = env.step({agent: np.zeros(6) for agent in env.agents})
+    assert [info["goals_reached"] for info in infos.values()] == [0, 0]
+    env.close()
+
+
 def test_options_are_those_of_the_environment_and_unknown_ones_are_refused():
     env = mmp_env.parallel_env("MultiArmCell", cell="ring-2-panda", control_mode="delta")
     assert env.action_space("arm0").shape == (7,)

@@ -149,6 +149,16 @@ class Motion {
     }
     return out;
   }
+  // Returns the box around all moving links from step k to the next one, in every lane.
+  MMP_INLINE LaneBoxes<V> box_at(int k) const {
+    LaneBoxes<V> out;
+    const T* p = step_boxes.data() + std::min(k, last);
+    for (int x = 0; x < 3; ++x) {
+      out.lo[x] = splat<V>(p[x * stride]);
+      out.hi[x] = splat<V>(p[(3 + x) * stride]);
+    }
+    return out;
+  }
   V deviation_at(int l, int k) const {
     return k >= last ? V{} : load<V>(deviation.data() + static_cast<size_t>(l) * stride + k);
   }
@@ -212,6 +222,7 @@ class Motion {
     for (int x = 0; x < 3; ++x) {
       V lo = splat<V>(T(1e30)), hi = -lo;
       for (size_t l = 1; l < arm->links.size(); ++l) {
+        if (arm->links[l].spheres.count == 0) continue;
         const V r = arm->links[l].bound.r + load<V>(deviation.data() + l * stride + k);
         const T* p = links.data() + (l * 3 + x) * stride + k;
         const V here = load<V>(p), next = load<V>(p + 1);

@@ -12,7 +12,6 @@
 #include <memory>
 #include <vector>
 
-#include "proof/near_arms.hpp"
 #include "proof/swept_conflicts.hpp"
 #include "runtime/clock.hpp"
 
@@ -37,15 +36,17 @@ class WaitRemoval {
     for (int a = 0; a < arms; ++a) {
       auto& track = tracks_[a];
       track.motion = std::make_unique<Motion<V>>(cell, a, std::vector<T>(track.path.begin(), track.path.end()));
-      track.boxes = step_boxes(*track.motion);
       track.begins.resize(track.steps());
       track.ends.resize(track.steps());
     }
     for (int a = 0; a < arms; ++a)
-      for (int b = 0; b < arms; ++b) {
-        if (a == b) continue;
-        SweptConflicts<V> conflicts(*tracks_[a].motion, *tracks_[b].motion, distance);
-        if (conflicts.any_near()) tracks_[a].near.push_back({b, distance + kBoxSlack<T>, std::move(conflicts)});
+      for (int b = 0; b < a; ++b) {
+        SweptConflicts<V> of_a(*tracks_[a].motion, *tracks_[b].motion, distance);
+        SweptConflicts<V> of_b(*tracks_[b].motion, *tracks_[a].motion, distance);
+        if (!of_a.any_near() || !of_b.any_near()) continue;
+        const size_t at_a = tracks_[a].near.size(), at_b = tracks_[b].near.size();
+        tracks_[a].near.push_back({b, at_b, std::move(of_a)});
+        tracks_[b].near.push_back({a, at_a, std::move(of_b)});
       }
   }
 
@@ -72,7 +73,7 @@ class WaitRemoval {
 
   struct Other {
     int arm;
-    T reach;                      // boxes that are farther apart belong to steps without a conflict [m]
+    size_t back;                  // index of this arm in `near` of the other one
     SweptConflicts<V> conflicts;  // of steps of this arm with those of the other one
   };
 
@@ -84,7 +85,6 @@ class WaitRemoval {
     std::vector<double> durations;     // least duration of each step
     std::vector<double> begins, ends;  // new times of the steps
     std::unique_ptr<Motion<V>> motion;
-    std::vector<Box<T>> boxes;  // of each step, around all moving links
     std::vector<Other> near;
 
     int steps() const { return static_cast<int>(instants.size()); }
@@ -155,14 +155,18 @@ class WaitRemoval {
   }
 
   // Returns the lanes of a chunk of another arm's steps that may conflict with a step of an arm, from step `from` and
-  // before step `until`. Chunk c has the steps c * width, ...
+  // before step `until`. Chunk c has the steps c * width, ... The test is not symmetric, so both arms must say it.
   unsigned conflicts(int arm, int step, Other& other, int chunk, int from, int until) {
-    const auto& box = tracks_[arm].boxes[step];
     const int first = chunk * width<V>;
-    unsigned near = 0;
-    for (int t = std::max(first, from); t < std::min(first + width<V>, until); ++t)
-      near |= static_cast<unsigned>(box.near(tracks_[other.arm].boxes[t], other.reach)) << (t - first);
-    return near ? other.conflicts.test(step, first, near) : 0;
+    const unsigned early = first_lanes<V>(std::max(from - first, 0));
+    unsigned found = other.conflicts.test(step, first, first_lanes<V>(std::min(until - first, width<V>)) & ~early);
+    auto& back = tracks_[other.arm].near[other.back].conflicts;
+    const int lane = step % width<V>;
+    for (unsigned open = found; open; open &= open - 1) {
+      const int t = std::countr_zero(open);
+      if (!back.test(first + t, step - lane, 1u << lane)) found &= ~(1u << t);
+    }
+    return found;
   }
 
   // Begins a unit as soon as the steps before it with which it may conflict have ended.
@@ -184,8 +188,7 @@ class WaitRemoval {
     put(unit, begin, begin + unit.duration);
   }
 
-  // Ends a unit as late as the steps after it let it, so that an arm waits once and not many times. It never ends
-  // earlier than before: the conflict test is not symmetric, and may find more with the two steps exchanged.
+  // Ends a unit as late as the steps after it let it, so that an arm waits once and not many times.
   void end_late(const Unit& unit) {
     const double ended = tracks_[unit.steps[0].first].ends[unit.steps[0].second];
     double end = std::numeric_limits<double>::infinity();
@@ -205,22 +208,6 @@ class WaitRemoval {
         }
       }
     if (end > ended) put(unit, end - unit.duration, end);
-  }
-
-  // Returns a box around all moving links of an arm in each step.
-  static std::vector<Box<T>> step_boxes(const Motion<V>& motion) {
-    std::vector<Box<T>> out(motion.last);
-    for (size_t l = 1; l < motion.arm->links.size(); ++l) {
-      if (motion.arm->links[l].spheres.count == 0) continue;
-      for (int s = 0; s < motion.last; ++s) {
-        const T r = motion.arm->links[l].bound.r + motion.deviation[l * motion.stride + s];
-        for (int x = 0; x < 3; ++x) {
-          const T* p = motion.links.data() + (l * 3 + x) * motion.stride + s;
-          out[s].include(x, std::min(p[0], p[1]) - r, std::max(p[0], p[1]) + r);
-        }
-      }
-    }
-    return out;
   }
 
   void put(const Unit& unit, double begin, double end) {

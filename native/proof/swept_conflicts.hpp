@@ -14,8 +14,9 @@ namespace mmp {
 
 // Tells which steps of two motions may come closer than a distance, whenever the arms do them.
 //
-// The spheres of the first arm stand in the middle of their chord, grown by half its length and by the deviation of the
-// true arc. Those of the second arm move along their chord, grown by the deviation. Hulls lie inside of the spheres.
+// First boxes around all moving links in each step decide, then spheres. Those of the first arm stand in the middle of
+// their chord, grown by half its length and by the deviation of the true arc. Those of the second arm move along their
+// chord, grown by the deviation. Hulls lie inside of the spheres.
 template <class V>
 class SweptConflicts {
  public:
@@ -49,6 +50,8 @@ class SweptConflicts {
   // Returns the lanes of `asked`, steps t, t + 1, ... of the second motion, that may conflict with step s of the first.
   // t is a multiple of the number of lanes.
   unsigned test(int s, int t, unsigned asked) {
+    asked &= a_.box_at(s).near(b_.boxes_at(t), splat<V>(distance_ + kRounding));
+    if (!asked) return 0;
     if (s != row_) growth_.assign(a_.arm->links.size(), T(-1));
     row_ = s;
     auto& near = near_links(a_.block_of(s), t / width<V>);

@@ -105,20 +105,22 @@ class Reference:
         for k in range(len(plan.times) - 1):
             count = math.ceil(max(np.abs(r[k + 1] - r[k]).max() for r in rows) / STEP_RAD)
             for arm, r in enumerate(rows):
-                move = (r[k + 1] - r[k]) / count
+                move = r[k + 1] - r[k]
                 if not move.any():
                     continue
                 for s in range(count):
-                    paths[arm].append(r[k] + (s + 1) * move)
+                    # Rounded as in the core: a last bit decides whether two steps conflict.
+                    paths[arm].append(r[k] + move * (s + 1) / count if s + 1 < count else r[k + 1])
                     instants[arm].append(now + s)
-                    self.durations[arm].append((np.abs(move) / problem.max_velocity[names[arm]]).max())
+                    self.durations[arm].append((np.abs(move) / problem.max_velocity[names[arm]]).max() / count)
             now += count
         core_cell, distance = problem.cell.collision.core, problem.levels(PLAN_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof
         motions = [core.Motion(core_cell, arm, np.array(path)) for arm, path in enumerate(paths)]
-        self.conflicts = {
+        found = {
             (a, b): core.swept_conflicts(motions[a], motions[b], distance)
             for a, b in itertools.permutations(range(len(rows)), 2)
         }
+        self.conflicts = {(a, b): found[a, b] & found[b, a].T for a, b in found}
         self.instants = instants
         self.units = [unit for instant in range(now) for unit in self.units_at(instant)]
         self.begins, self.ends = ([[math.nan] * len(each) for each in instants] for _ in range(2))
@@ -147,7 +149,7 @@ class Reference:
             self.ends[arm][step] = begin + max(self.durations[a][s] for a, s in unit)
 
 
-@pytest.mark.parametrize(("cell", "seed"), [("ring-4", 1), ("ring-4-panda", 1), ("ring-6", 2)])
+@pytest.mark.parametrize(("cell", "seed"), [("ring-4", 1), ("ring-4-panda", 0), ("ring-6", 2)])
 def test_arms_arrive_as_early_as_the_reference_says(cell, seed):
     problem = draw_problem(find_cell(cell), seed=seed)
     plan = mmp_planners.make("group-rrt", waits="kept").plan(problem, seed=seed, time_limit=120.0).plan

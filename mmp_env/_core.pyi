@@ -213,6 +213,11 @@ class Motion:
     def last(self) -> int:
         """Index of the last step."""
 
+    def may_be_near(self, other: Motion, distance: float) -> bool:
+        """
+        Returns whether boxes around all moving links at all steps are closer than `distance` [m].
+        """
+
 def conflict_instants(cell: Cell, motions: Sequence[Motion], pairs: numpy.ndarray, levels: Levels, *, bases: bool = False) -> list[numpy.ndarray]:
     """
     Returns the instants of conflict of each pair of motions, in steps, ascending. An integer: surfaces are closer than `margin` at that step. A fraction: a contact between two steps. Elsewhere `proof` is proved at every instant. A motion stays at its last step forever. `bases` also tests moving links against the other's base.

@@ -15,7 +15,14 @@ void bind_motion(nb::module_& m) {
           },
           nb::arg("cell"), nb::arg("arm"), nb::arg("q"), nb::keep_alive<1, 2>())
       .def_ro("arm", &SearchMotion::arm_index)
-      .def_ro("last", &SearchMotion::last, "Index of the last step.");
+      .def_ro("last", &SearchMotion::last, "Index of the last step.")
+      .def(
+          "may_be_near",
+          [](const SearchMotion& self, const SearchMotion& other, double distance) {
+            return self.whole.near(other.whole, float(checked_number(distance)));
+          },
+          nb::arg("other"), nb::arg("distance"),
+          "Returns whether boxes around all moving links at all steps are closer than `distance` [m].");
 
   m.def(
       "conflict_instants",

@@ -154,6 +154,7 @@ class ApfEcbs(RepulsivePlanner):
         else:
             fast_track = RepulsionOfSeveralArms(
                 modification=repulsion,
+                reach=self.d0,
                 literal=literal,
                 cover=self.critical_arms == "cover",
                 keep_misses=self.misses == "kept",

@@ -157,6 +157,10 @@ class PlanningContext:
         )
         return {pair: instants for pair, instants in zip(pairs, found, strict=True) if len(instants)}
 
+    def may_be_near(self, path: Path, other: Path, distance: float) -> bool:
+        """Returns whether boxes around the whole paths of two arms are closer than a distance [m]."""
+        return path.motion.may_be_near(other.motion, distance)
+
     def start_touches(self, arm: int, other: int, q: Float[np.ndarray, "dof"]) -> bool:
         """Returns whether `arm` at its start is in conflict with `other` at `q` [rad]."""
         a, b = self.names[arm], self.names[other]

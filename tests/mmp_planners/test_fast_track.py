@@ -1,9 +1,10 @@
 """The fast track: if one arm is in every conflict, repulsion moves this arm alone."""
 
 import pytest
-from support.arms_on_a_line import ArmsOnALine, Push, node, refusal, tree
+from support.arms_on_a_line import ArmsOnALine, Push, node, path, refusal, tree
 
 from mmp_env.events import FastTracked, NodeCreated, NodeExpanded, SolutionFound
+from mmp_planners.conflict_tree.constraints import Branch
 from mmp_planners.conflict_tree.fast_track import (
     NoFastTrack,
     RepulsionOfSeveralArms,
@@ -171,6 +172,27 @@ def test_a_miss_with_fewer_conflicts_replaces_the_node_if_misses_are_kept(keep_m
 def test_a_modification_that_leaves_as_many_conflicts_is_no_attempt():
     fast_track = RepulsionOfSeveralArms(modification=Push({0: (0, 1, 3, 2), 1: (2, 1, 0)}))
     assert list(fast_track(TWO, node(0, *SWAP))) == []
+
+
+@pytest.mark.parametrize(
+    ("arm", "to", "again"), [(0, (0, 1, 1.5, 2), [0]), (1, (2, 1, 1, 0), [0]), (2, (60, 61), []), (2, (9, 2.05), [0])]
+)
+def test_an_arm_moved_in_vain_is_tried_again_when_a_path_near_it_has_changed(arm, to, again):
+    """Arms a and b swap places; c is far away, at first or at last."""
+    moved = []
+
+    def push(context, paths, arm, constraints):
+        moved.append(arm)
+
+    n = node(0, *SWAP, (50, 51))
+    fast_track = RepulsionOfSeveralArms(modification=push, cover=True)
+    assert list(fast_track(THREE, n)) == []
+    assert moved == [0]
+    child = n.child(Branch(arm=arm, constraints=(), kind=0, description=""))
+    paths, found = child.replaced(THREE, arm, path(*to))
+    child.update(paths=paths, conflicts=found)
+    assert list(fast_track(THREE, child)) == []
+    assert moved[1:] == again
 
 
 @pytest.mark.parametrize("keep_misses", [False, True])

@@ -123,6 +123,10 @@ class ArmsOnALine(PlanningContext):
     def conflicts(self, paths, pairs):
         return conflicts(paths, pairs)
 
+    def may_be_near(self, path, other, distance):
+        gap = max(path.q.min() - other.q.max(), other.q.min() - path.q.max())
+        return gap < distance
+
     def certify(self, plan):
         return self.certificates.pop(0) if self.certificates else PROVED
 

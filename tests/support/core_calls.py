@@ -483,6 +483,7 @@ CALLS = {
     "edges_free": in_cell(core.edges_free, **ARM, q_from=(ROWS, "rows"), q_to=(ROWS, "rows"), **LEVELS),
     "certify": in_cell(core.certify, q=TWO_ROWS, required=(MARGINS, "required"), share=(0.5, "share"), **TIMED),
     "Motion.__init__": in_cell(core.Motion, **ARM, q=(ROWS, "some rows")),
+    "Motion.may_be_near": call(MOTION.may_be_near, other=(OTHER, "any motion"), distance=(0.01, "number")),
     "conflict_instants": in_cell(
         core.conflict_instants,
         motions=([MOTION, OTHER], "motions"),

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Protocol, runtime_checkable
 
 from mmp_planners.conflict_tree.node import Node
-from mmp_planners.conflict_tree.repulsion import Modification
-from mmp_planners.planning_context import PlanningContext
+from mmp_planners.conflict_tree.repulsion import Modification, RepulsiveModification
+from mmp_planners.planning_context import Path, PlanningContext
 
 EXACT_COVER_ARMS = 10
 """Largest number of arms in conflict for which the minimum vertex cover is searched exactly."""
@@ -71,28 +71,45 @@ class RepulsionOfSeveralArms:
     The arms are those of a minimum vertex cover of the conflicting pairs (`cover`), or all arms in conflict. A modified
     path is kept if it leaves fewer conflicts. Rounds go on while a round leaves fewer. With `keep_misses` an attempt
     that leaves fewer conflicts than the node, but not none, replaces the node. A solution replaces it if `literal`.
+
+    An arm that was moved in vain is left alone, in children too, until its own path or one within `reach` [m] of it has
+    changed.
     """
 
     modification: Modification
+    reach: float = RepulsiveModification.d0
     literal: bool = False
     cover: bool = False
     keep_misses: bool = True
 
     def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]:
-        current, moved = node, set[int]()
+        current, moved, vain = node, set[int](), dict(node.vain)
         before = node.conflict_count + 1
         while current.conflicts and current.conflict_count < before and not context.clock.expired:
             before = current.conflict_count
             for arm in vertex_cover(current.conflicts) if self.cover else by_degree(current.conflicts):
+                if arm in vain and not self._changed(context, arm, vain[arm], current.paths):
+                    continue
                 modified = _modified(self.modification, context, current, arm)
                 if modified is not None and modified.conflict_count < current.conflict_count:
                     current = modified
                     moved.add(arm)
+                else:
+                    vain[arm] = current.paths
                 if not current.conflicts:
                     break
+        node.vain = current.vain = vain
         if moved:
             replaces = self.keep_misses if current.conflicts else self.literal
             yield Attempt(arms=tuple(sorted(moved)), node=current, replaces=replaces)
+
+    def _changed(self, context: PlanningContext, arm: int, before: Sequence[Path], paths: Sequence[Path]) -> bool:
+        """Returns whether the path of an arm, or one near it, is not as before."""
+        changed = [k for k, (then, now) in enumerate(zip(before, paths, strict=True)) if then is not now]
+        return any(
+            k == arm or any(context.may_be_near(paths[arm], path, self.reach) for path in (before[k], paths[k]))
+            for k in changed
+        )
 
 
 def _modified(modification: Modification, context: PlanningContext, node: Node, arm: int) -> Node | None:

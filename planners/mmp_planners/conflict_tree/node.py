@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +22,7 @@ class Node:
     `bounds` holds each arm's lb_i [rad]: the length of its planned path before repulsion. `kinds` holds the numbers of
     the constraint kinds from the root to this node. While a branch is `pending`, the node has its constraints and no
     number; paths, bounds and conflicts are still the parent's. Only `update` changes paths, bounds and conflicts.
+    `vain` holds, for each arm that a fast track has moved in vain, all paths of that moment; children begin with it.
     """
 
     id: int
@@ -32,6 +34,7 @@ class Node:
     fast_tracked: bool = False
     kinds: tuple[int, ...] = ()
     pending: Branch | None = None
+    vain: Mapping[int, tuple[Path, ...]] = field(default_factory=dict)
 
     @cached_property
     def cost(self) -> float:
@@ -91,6 +94,7 @@ class Node:
             conflicts=self.conflicts,
             kinds=(*self.kinds, branch.kind),
             pending=branch,
+            vain=self.vain,
         )
 
     def replaced(self, context: PlanningContext, arm: int, path: Path) -> tuple[tuple[Path, ...], PairConflicts]:

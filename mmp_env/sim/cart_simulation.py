@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -58,12 +59,13 @@ class CartSimulation(Simulation):
         self._show_cart()
         self.begin_log()
 
-    def advance(self, steps: int) -> None:
-        """As in `Simulation`; the cart moves too."""
+    def _advance_in_parts(self, steps: int) -> Iterator[None]:
         for first in range(0, steps, _CART_STEPS):
+            if first:
+                yield
             count = min(_CART_STEPS, steps - first)
             self._move_cart(count)
-            super().advance(count)
+            yield from super()._advance_in_parts(count)
 
     def follow(
         self,

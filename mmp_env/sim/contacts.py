@@ -67,7 +67,7 @@ class ContactLog:
         self_contacts: bool = True,
         allowed: Set[frozenset[str]] = frozenset(),
     ) -> None:
-        self._data, self._contact = data, data.contact
+        self._contact = data.contact
         self.self_contacts = self_contacts
         self._names, self._owners, self._arms, self._allowed = names, owners, arms, allowed
         self._bodies: dict[tuple[int, int], tuple[str, str] | None] = {}
@@ -85,9 +85,9 @@ class ContactLog:
         """All contacts so far, earliest first, as a new list."""
         return [Contact(touch.since_s, *touch.bodies, touch.depth_m) for touch in self._touches]
 
-    def note(self) -> None:
-        """Records the bodies that touch at the present instant."""
-        time_s = self._data.time - self._begin_s
+    def note(self, at_s: float) -> None:
+        """Records the contacts of MuJoCo, which are those at `at_s` [s] of the simulation's clock."""
+        time_s = at_s - self._begin_s
         for (geom_1, geom_2), distance in zip(self._contact.geom.tolist(), self._contact.dist.tolist(), strict=True):
             if distance > 0 or geom_1 < 0 or geom_2 < 0:  # within the margin of a geom, or of a flexible body
                 continue

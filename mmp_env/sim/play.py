@@ -124,7 +124,7 @@ class ModelSimulation:
         """Empties the log and records what touches now."""
         self.log.clear(float(self.data.time))
         self._largest_torques[:] = 0.0
-        self.log.note()
+        self.log.note(self.data.time)
 
     def follow(
         self,
@@ -158,7 +158,7 @@ class ModelSimulation:
             self._servos.place(then, rate)
             mujoco.mj_fwdPosition(model, data)  # contacts of the new state
             row[:] = data.qpos[self._qpos]
-            self.log.note()
+            self.log.note(self.data.time)
         return passed
 
 

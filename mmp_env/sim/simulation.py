@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -109,16 +109,21 @@ class Simulation:
         """Empties the log and records what touches now. The time of contacts counts from now."""
         self.log.clear(float(self.data.time))
         self._largest_torques[:] = 0.0
-        if self.data.ncon:
-            self.log.note()
+        self._touching = False
+        self._note_present()
 
     def ramp(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> None:
         """Drives the arms along a straight reference from `begin` to `end` [rad] in `steps` physics steps.
 
         `log` records the contacts. Raises `RuntimeError` if the physics diverges.
         """
+        for _ in self.ramp_in_parts(begin, end, steps):
+            pass
+
+    def ramp_in_parts(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> Iterator[None]:
+        """Does what `ramp` does, and pauses now and then."""
         begin_s = self.set_reference(begin, end, steps)
-        self.advance(steps)
+        yield from self._advance_in_parts(steps)
         self._check_clock(begin_s, steps)
 
     def set_reference(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> float:
@@ -129,19 +134,44 @@ class Simulation:
 
     def advance(self, steps: int) -> None:
         """Advances by `steps` physics steps; `log` records the contacts. Does not detect divergence."""
-        for first in range(0, steps, _MOST_UNDONE):
-            count = min(_MOST_UNDONE, steps - first)
-            if self._touching or not self._step_untouched(count):
-                self._step_watched(count)
+        for _ in self._advance_in_parts(steps):
+            pass
 
-    def _step_untouched(self, steps: int) -> bool:
-        """Takes all steps in one call of MuJoCo. If anything touched, undoes them and returns False."""
+    def _advance_in_parts(self, steps: int) -> Iterator[None]:
+        # Steps of several calls follow one another without the two halves of `mj_step` between them, so `data` may be
+        # in the state after `mj_step` here: poses and contacts belong to the instant before.
+        split = True
+        for first in range(0, steps, _MOST_UNDONE):
+            if first:
+                yield
+            count = min(_MOST_UNDONE, steps - first)
+            if not self._touching and self._step_untouched(count, split=split):
+                split = False
+                continue
+            if not split:
+                self._note_present()
+            self._step_watched(count)
+            split = True
+        if not split:
+            mujoco.mj_step1(self.model, self.data)
+            self._note_present()
+
+    def _note_present(self) -> None:
+        if self.data.ncon:
+            self.log.note(self.data.time)
+            self._touching = True
+
+    def _step_untouched(self, steps: int, *, split: bool) -> bool:
+        """Takes all steps and leaves out `mj_step1` after the last. If anything touched, undoes them and returns False.
+
+        `split` says whether `data` is in the state after `mj_step1`. It is if the steps are undone.
+        """
         model, data = self.model, self.data
         mujoco.mj_getState(model, data, self._before, _STATE)
         data.maxuse_con = 0
-        mujoco.mj_step2(model, data)
-        mujoco.mj_step(model, data, steps - 1)
-        mujoco.mj_step1(model, data)
+        if split:
+            mujoco.mj_step2(model, data)
+        mujoco.mj_step(model, data, steps - split)
         if data.maxuse_con == 0:
             return True
         mujoco.mj_setState(model, data, self._before, _STATE)
@@ -150,14 +180,18 @@ class Simulation:
 
     def _step_watched(self, steps: int) -> None:
         """Takes the steps one by one, and records the contacts after each."""
-        model, data, step_1, step_2 = self.model, self.data, mujoco.mj_step1, mujoco.mj_step2
+        model, data, step = self.model, self.data, mujoco.mj_step
         self._touching = False
-        for _ in range(steps):
-            step_2(model, data)
-            step_1(model, data)
+        mujoco.mj_step2(model, data)
+        for _ in range(steps - 1):
+            # The contacts after this call are those of the positions before it.
+            time_s = data.time
+            step(model, data)
             if data.ncon:
-                self.log.note()
+                self.log.note(time_s)
                 self._touching = True
+        mujoco.mj_step1(model, data)
+        self._note_present()
 
     def follow(
         self,
@@ -187,7 +221,7 @@ class Simulation:
             row[:] = self._qpos
             np.maximum(largest, np.abs(torques), out=largest)
             if data.ncon:
-                self.log.note()
+                self.log.note(data.time)
         self._check_clock(begin_s, len(reference))
         return passed
 

@@ -40,6 +40,32 @@ def test_steps_left_to_mujoco_and_steps_one_by_one_are_the_same_to_the_last_bit(
     assert contacts
 
 
+def test_the_contacts_do_not_depend_on_where_calls_of_mujoco_end():
+    def contacts(ends):
+        simulation = Simulation(ring_cell(2))
+        simulation.place(STEEP)
+        for begin, end in pairwise(STEEP + np.linspace(0, 1, 8)[:, None] * (LEVEL - STEEP)):
+            simulation.set_reference(begin, end, STEPS)
+            for first, last in pairwise([0, *ends, STEPS]):
+                simulation.advance(last - first)
+        return simulation.log.contacts
+
+    wanted = contacts(range(1, STEPS))
+    assert wanted
+    for shift in range(1, 18):
+        assert contacts([shift]) == wanted
+
+
+def test_after_placing_arms_apart_nothing_is_watched_for_contacts(monkeypatch):
+    simulation = Simulation(ring_cell(2))
+    simulation.place(LEVEL)
+    simulation.ramp(LEVEL, LEVEL, STEPS)
+    assert simulation.log.contacts
+    simulation.place(STEEP)
+    monkeypatch.setattr(simulation, "_step_watched", None)
+    simulation.ramp(STEEP, STEEP, STEPS)
+
+
 def test_a_ramp_of_a_single_physics_step_is_one():
     simulation = Simulation(ring_cell(2))
     simulation.place(STEEP)

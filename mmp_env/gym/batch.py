@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
 from typing import Any
@@ -66,13 +66,14 @@ class BatchedEnv(SyncVectorEnv):
         going, infos = np.flatnonzero(~over).tolist(), [{}] * self.num_envs
         self._rewards[:], self._terminations[:], self._truncations[:] = 0.0, False, False
 
-        def reset(k: int) -> None:
+        def reset(k: int) -> Iterator[None]:
             observation, infos[k] = self.envs[k].reset()
+            yield
             for name, value in observation.items():
                 self._seen[name][k] = value
 
         # Resets take longest, so they begin first: the threads then end at about the same time.
-        resets: list[Callable[[], object]] = [partial(reset, k) for k in np.flatnonzero(over).tolist()]
+        resets = [reset(k) for k in np.flatnonzero(over).tolist()]
         self._steps[over] = 0
         if not going:
             self._run(resets)
@@ -100,29 +101,36 @@ class BatchedEnv(SyncVectorEnv):
     def _seen(self) -> dict[str, np.ndarray]:
         return self._observations  # pyright: ignore
 
-    def _run(self, jobs: list[Callable[[], object]]) -> None:
-        """Calls all functions, in all threads.
+    def _run(self, jobs: list[Iterator[None]]) -> None:
+        """Goes through all iterators, in all threads.
 
-        If one raises, its thread calls no more of them. The error is raised after the other threads have ended.
+        If one raises, its thread goes through no more of them. The error is raised after the other threads have ended.
         """
         waiting = deque(jobs)
-        helping = [self._pool.submit(_work, waiting) for _ in range(min(self._helpers, len(jobs) - 1))]
+        work = partial(_work, waiting, few=2 * (self._helpers + 1))
+        helping = [self._pool.submit(work) for _ in range(min(self._helpers, len(jobs) - 1))]
         try:
-            _work(waiting)
+            work()
         finally:
             wait(helping)
         for each in helping:
             each.result()
 
 
-def _work(waiting: deque[Callable[[], object]]) -> None:
-    """Calls waiting functions until there are none, while other threads do the same."""
+def _work(waiting: deque[Iterator[None]], *, few: int) -> None:
+    """Goes through waiting iterators until there are none, while other threads do the same.
+
+    The last `few` of them take turns: then all threads end at about the same time.
+    """
     while True:
         try:
             job = waiting.popleft()
         except IndexError:
             return
-        job()
+        for _ in job:
+            if len(waiting) < few:
+                waiting.append(job)
+                break
 
 
 def _together(infos: list[dict[str, Any]]) -> dict[str, Any]:

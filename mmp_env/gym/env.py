@@ -8,8 +8,7 @@ from __future__ import annotations
 import copy
 import inspect
 import warnings
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from os import PathLike
 from typing import Any
@@ -232,21 +231,22 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         begin, end = self._mode.reference(
             checked_action(action, self._simulation.count), progress.q, progress.reference
         )
-        self._drive(begin, end, seen)
+        for _ in self._drive(begin, end, seen):
+            pass
         q = self._observer.positions(seen)
         reward, over, info = self._arrive(q, end, measured(q, progress.target))
         return self._observer.observation(seen, progress.target), reward, over, False, info
 
     @classmethod
     def step_together(
-        cls, envs: Sequence[MultiArmCellEnv], actions: np.ndarray, run: Callable[[list[Callable[[], object]]], None]
+        cls, envs: Sequence[MultiArmCellEnv], actions: np.ndarray, run: Callable[[list[Iterator[None]]], None]
     ) -> tuple[Observation, list[float], list[bool], list[dict[str, Any]]]:
         """Steps several environments that were made with the same options, each as `step` does.
 
         Args:
             envs: the environments, at least one.
             actions: an action of each [m, n].
-            run: calls all functions of a list, perhaps in threads.
+            run: goes through all iterators of a list, perhaps in threads.
 
         Returns:
             Observations as arrays of m rows; reward, whether the episode is over, and info of each environment.
@@ -262,7 +262,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
             np.array(rows) for rows in zip(*((env._progress.q, env._progress.reference) for env in envs), strict=True)
         ]
         begin, end = first._mode.reference(checked_actions(actions, count), *before)
-        run([partial(env._drive, *each) for env, *each in zip(envs, begin, end, seen, strict=True)])
+        run([env._drive(*each) for env, *each in zip(envs, begin, end, seen, strict=True)])
         q = first._observer.positions(seen)
         distances = zip(*measured(q, np.array([env._progress.target for env in envs])), strict=True)
         arrived = [
@@ -361,10 +361,13 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
 
     def _drive(
         self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], seen: Float[np.ndarray, "size"]
-    ) -> None:
-        """Moves the arms along a reference for one control period, and reads into `seen` what is observed then."""
+    ) -> Iterator[None]:
+        """Moves the arms along a reference for one control period, and reads into `seen` what is observed then.
+
+        Pauses now and then, so that another thread can go on.
+        """
         self._simulation.log.clear()
-        self._move(begin, end)
+        yield from self._move(begin, end)
         self._observer.look(seen)
 
     def _arrive(
@@ -396,15 +399,15 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         progress = self._progress
         return {"is_success": progress.is_success, "contacts": contacts, "distance_rad": progress.distance_rad}
 
-    def _move(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"]) -> None:
+    def _move(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"]) -> Iterator[None]:
         """Moves the arms for one control period, in several parts if a window shows the motion."""
         if self.render_mode != "human":
-            self._simulation.ramp(begin, end, self._steps)
+            yield from self._simulation.ramp_in_parts(begin, end, self._steps)
             return
         count = -(-self._steps // SHOWN_STEPS)
         for first, last in pairwise(round(k * self._steps / count) for k in range(count + 1)):
             here, there = (begin + mark / self._steps * (end - begin) for mark in (first, last))
-            self._simulation.ramp(here, there, last - first)
+            yield from self._simulation.ramp_in_parts(here, there, last - first)
             self.render()
 
     def _show_window(self) -> None:

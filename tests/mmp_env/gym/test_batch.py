@@ -1,11 +1,14 @@
 """`batched_env`: what its environments return is what they return one after the other, resets included."""
 
+from collections import deque
+
 import gymnasium
 import numpy as np
 import pytest
 
 import mmp_env
 from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.gym import batch as module
 
 ID, COUNT = "MultiArmCell-2", 3
 
@@ -49,6 +52,21 @@ def test_the_results_are_those_of_one_after_the_other(name, options):
             assert found.dtype == rows.dtype
     batch.close()
     alone.close()
+
+
+def test_the_last_environments_take_turns():
+    def parts(name):
+        for part in range(3):
+            steps.append((name, part))
+            yield
+
+    for few, order in (
+        (0, ["a0", "a1", "a2", "b0", "b1", "b2", "c0", "c1", "c2"]),
+        (2, ["a0", "a1", "a2", "b0", "c0", "b1", "c1", "b2", "c2"]),
+    ):
+        steps = []
+        module._work(deque(map(parts, "abc")), few=few)
+        assert [f"{name}{part}" for name, part in steps] == order
 
 
 def test_an_exception_of_an_environment_reaches_the_caller():

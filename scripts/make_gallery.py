@@ -2,6 +2,7 @@
 
 `search`: eight arms and the conflict tree that their plan comes from, an animation. `trees`: the tree of `ecbs` beside
 that of `apf-ecbs`. `cells`: some of the cells. `paths`: the tool paths of each planner on one instance.
+`fast-track`: two arms in conflict before a hit of the fast track, and after it.
 `branches`: all branches of one tool pose. `many-arms`: a film of 48 arms.
 `curves`: how the plans of `auto` get better over time, from the lines of bench_anytime.py in docs/results.
 `demonstrations`: films of the five tasks of docs/reference/tasks.md on the mixed cell. `work`, `online`: films of
@@ -23,6 +24,7 @@ from gallery.comparison import save_comparison
 from gallery.curves import save_curves
 from gallery.demonstrations import save_demonstrations
 from gallery.executions import save_online, save_work
+from gallery.fast_track import save_fast_track
 from gallery.film import save_search
 from gallery.imported import save_imported
 from gallery.many_arms import save_many_arms
@@ -38,6 +40,7 @@ PARTS: dict[str, Callable[[Path], None]] = {
     "trees": lambda folder: save_comparison(folder / "trees.svg"),
     "cells": lambda folder: save_cells(folder / "cells.webp"),
     "paths": lambda folder: save_tool_paths(folder),
+    "fast-track": lambda folder: save_fast_track(folder / "fast-track.webp"),
     "branches": lambda folder: save_branches(folder / "branches.webp"),
     "curves": lambda folder: save_curves(folder / "curves.svg"),
     "many-arms": lambda folder: save_many_arms(folder / "many-arms.webp"),

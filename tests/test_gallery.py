@@ -15,6 +15,7 @@ from support.picture_or_sentence import made, pixels_of_arm
 
 from mmp_env import ring_cell
 from mmp_env.errors import MmpError
+from mmp_env.model.conflict import plan_conflicts
 from mmp_env.sim.scene_appearance import OBJECT_RGBA
 
 ROOT = Path(__file__).parents[1]
@@ -131,6 +132,22 @@ def test_the_typical_instance_has_the_ratio_nearest_to_that_of_the_means(part, m
     monkeypatch.setattr(instances, "search", lambda name, seed, arms: stand_in(5, expanded=counts[name][seed]))
     first, second = instances.typical(5.4, range(3))
     assert (first.expanded, second.expanded) == (55, 10)
+
+
+def test_the_hit_of_the_fast_track_is_the_one_on_the_page_and_resolves_the_conflict(part):
+    fast_track = part("fast_track")
+    hit = fast_track.first_hit()
+    assert hit.sentence() in (ROOT / "docs" / "explanation" / "paper.md").read_text(encoding="utf-8")
+    assert hit.node == 0
+    assert hit.clearance_m(hit.before) < 0 < hit.clearance_m(hit.after)
+    assert plan_conflicts(hit.run.problem.cell.collision, hit.after) == []
+    for arm, q in hit.before.positions.items():
+        same = q.shape == hit.after.positions[arm].shape and np.allclose(q, hit.after.positions[arm])
+        assert same == (arm != hit.critical)
+    picture = made(lambda: fast_track.hit_picture(hit, size=(210, 180), whole=(500, 390)))
+    if picture is not None:
+        assert picture.shape[1] == 2 * 210
+        assert (np.abs(picture.astype(int) - part("fonts").ALARM).max(axis=2) < 12).sum() > 40
 
 
 def test_a_demonstration_is_planned_executed_and_filmed(part, tmp_path):

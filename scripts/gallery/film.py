@@ -93,7 +93,7 @@ def _searching(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> 
             tree = panel.picture(shown, node.id)
             yield Shot(picture=_joined(last, tree, *words), duration_ms=_BRANCH_MS)
         elif isinstance(event, ConflictChosen):
-            plan = _plan_of(run, event.node)
+            plan = plan_of(run, event.node)
             conflict = _conflict_in_plan(plan, event)
             tree = panel.picture(shown, event.node)
             words = (
@@ -107,11 +107,11 @@ def _searching(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> 
 
 def _until(view: CellView, plan: Plan, conflict: Conflict, frame_ms: int) -> Iterator[tuple[Picture, bool]]:
     """Yields the arms up to the deepest point of the conflict; the last picture has a ring around it."""
-    end_s, point = _deepest(plan, conflict)
+    end_s, point = deepest(plan, conflict)
     arms = (conflict.arm_a, conflict.arm_b)
     for time_s in np.arange(max(0.0, end_s - _LEAD_S), end_s - 1e-9, frame_ms / 1e3):
         yield view.picture(plan.at(float(time_s)), colored=arms), False
-    yield _ringed(view.picture(plan.at(end_s), colored=arms), view.pixel(point)), True
+    yield ringed(view.picture(plan.at(end_s), colored=arms), view.pixel(point)), True
 
 
 def _moving(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> Iterator[Shot]:
@@ -128,7 +128,7 @@ def _moving(run: Search, view: CellView, panel: TreePanel, frame_ms: int) -> Ite
         yield Shot(picture=_joined(shot, tree, words, proved), duration_ms=duration)
 
 
-def _plan_of(run: Search, number: int) -> Plan:
+def plan_of(run: Search, number: int) -> Plan:
     """Returns the paths of a node as a plan, in which arms that arrive early wait."""
     event = next(e for e in run.events if isinstance(e, NodeCreated) and e.node == number)
     count = max(len(path) for path in event.paths.values())
@@ -143,7 +143,7 @@ def _conflict_in_plan(plan: Plan, chosen: ConflictChosen) -> Conflict:
     return min(same, key=lambda c: abs(c.start_s - chosen.start_s))
 
 
-def _deepest(plan: Plan, conflict: Conflict) -> tuple[float, Float[np.ndarray, "3"]]:
+def deepest(plan: Plan, conflict: Conflict) -> tuple[float, Float[np.ndarray, "3"]]:
     """Returns when the conflict is deepest [s], and the point between the two spheres [m]."""
     model = plan.problem.cell.collision
     times = np.linspace(conflict.start_s, conflict.end_s, 50)
@@ -157,7 +157,7 @@ def _deepest(plan: Plan, conflict: Conflict) -> tuple[float, Float[np.ndarray, "
     return float(times[int(np.argmin(apart))]), (one + other) / 2
 
 
-def _ringed(picture: Picture, place: tuple[float, float]) -> Picture:
+def ringed(picture: Picture, place: tuple[float, float]) -> Picture:
     image = Image.fromarray(picture).convert("RGB")
     finer = image.resize((2 * image.width, 2 * image.height), Image.Resampling.BICUBIC)
     x, y = (2 * side for side in place)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import mmp_planners
@@ -36,7 +36,7 @@ class Search:
         return len(self.tree.expansions)
 
 
-def search(planner: str, seed: int, arms: int = ARMS) -> Search:
+def search(planner: str, seed: int, arms: int = ARMS, options: Mapping[str, str] | None = None) -> Search:
     """Plans the instance `seed` of a ring of UR5e. Raises `MmpError` if no plan is found."""
     cell = ring_cell(arms)
     problem = make_problem(cell, *draw_instance(cell, seed=seed), name=f"MultiArmCell-{arms}, seed {seed}")
@@ -46,7 +46,11 @@ def search(planner: str, seed: int, arms: int = ARMS) -> Search:
         events.append(event)
         tree(event)
 
-    plan = mmp_planners.make(planner).plan(problem, seed=seed, time_limit=_TIME_LIMIT_S, watch=watch).plan
+    plan = (
+        mmp_planners.make(planner, **(options or {}))
+        .plan(problem, seed=seed, time_limit=_TIME_LIMIT_S, watch=watch)
+        .plan
+    )
     if plan is None:
         raise MmpError(f"{planner} finds no plan for {problem.name} in {_TIME_LIMIT_S:g} s")
     return Search(planner=planner, seed=seed, problem=problem, events=events, tree=tree, plan=plan)

@@ -16,9 +16,9 @@ from mmp_env.sim.contacts import ContactLog, names_and_owners
 from mmp_env.sim.scene import compile_scene
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-_MOST_UNDONE = 17
-"""Largest number of physics steps in one call of MuJoCo: a third of 0.1 s. After a contact the call is undone, and its
-steps are repeated one by one."""
+_MOST_UNDONE = 13
+"""Largest number of physics steps in one call of MuJoCo: a quarter of 0.1 s. After a contact the call is undone, and
+its steps are repeated one by one."""
 
 
 class Simulation:

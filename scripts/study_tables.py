@@ -133,12 +133,13 @@ def verdict(folder: Path) -> str:
     arms = _listed(section.arms for section in sections)
     sentences = (
         f"With {arms} arms, without repulsion, `ecbs` solves {before} of {count} instances.",
-        f"With the paper's values `apf-ecbs` solves {solved[paper]}, and its nodes are {ratios[paper]} times fewer.",
-        "With the same values and distances between surfaces,",
-        f"it solves {solved[surfaces]}, and its nodes are {ratios[surfaces]} times fewer.",
+        f"With the preset `apf-ecbs` solves {solved[paper]}, and the ratio of the nodes is {ratios[paper]}.",
+        "With the values of the preset and distances between surfaces,",
+        f"it solves {solved[surfaces]}, and the ratio of the nodes is {ratios[surfaces]}.",
         f"`distance={best.distance} d0={best.d0} alpha={best.alpha}` solves most, {solved[best]}.\n",
         f"The nodes are at least {FEWER:g} times fewer, with no fewer instances solved, for {_listed(holds)} of the",
-        f"{len(settings)} combinations of distance, d_0 and α, and for {everywhere} in all cells.\n",
+        f"{len(settings)} combinations of distance, d_0 and α, and for {everywhere} in all cells.",
+        "A dash means that no instance is solved both with and without repulsion.\n",
     )
     return "\n".join(sentences)
 

@@ -13,12 +13,12 @@ K_REP, D0_M = 0.05, 0.10
 FIELD = core.RepulsionSettings(k_rep=K_REP, d0=D0_M)
 
 
-def near_paths(rng, robots, spheres="28", lengths=(9, 4, 11)):
-    """Returns a cell and a path per arm. The paths begin with links of arm0 2 to 4 cm from arm1."""
+def near_paths(rng, robots, spheres="28", lengths=(9, 4, 11), gap_m=0.03):
+    """Returns a cell and a path per arm. The paths begin with links of arm0 about `gap_m` from arm1."""
     cell = toys.random_cell(rng, robots, spheres, obstacles=False)
     starts = [toys.random_configurations(rng, arm, 1000) for arm in cell.arms]
     gap = cell.collision.pair_clearance("arm0", starts[0], "arm1", starts[1])
-    near = np.flatnonzero(np.abs(gap - 0.03) < 0.01)
+    near = np.flatnonzero(np.abs(gap - gap_m) < gap_m / 3)
     # A state in which only the base of arm0 is near does not count, because forces do not move the base.
     nearest = next(k for k in near if repulsion.state_force(cell, "arm0", starts[0][k], {"arm1": starts[1][k]}).any())
     paths = {}
@@ -50,6 +50,21 @@ def test_the_force_field_agrees_with_the_reference(robots, spheres, distance):
         assert expected.any()
         # The force grows with the cube of 1/d: an error of 1e-6 m at 1 cm is a relative error of 3e-4.
         np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-3 * np.abs(expected).max())
+
+
+def test_without_a_floor_the_force_grows_to_contact():
+    rng = np.random.default_rng(67)
+    cell, paths = near_paths(rng, ("ur5e", "ur5e"), gap_m=0.005)
+    still = {"arm0": paths["arm0"][[0, 0, 0]], "arm1": paths["arm1"][[0, 0, 0]]}
+    motion, others = motions_of(cell, still)
+    found, with_floor = (
+        core.repulsive_force(cell.collision.core, motion, others, core.RepulsionSettings(floor=floor))
+        for floor in (0.0, 0.01)
+    )
+    expected = repulsion.path_forces(cell, "arm0", still, floor=0.0)
+    # An error of 1e-6 m at 3 mm is a relative error of 1e-3.
+    np.testing.assert_allclose(found, expected, rtol=2e-3, atol=2e-3 * np.abs(expected).max())
+    assert np.abs(found).max() > 2 * np.abs(with_floor).max()
 
 
 @pytest.mark.parametrize("distance", ["surface", "centre"])
@@ -133,6 +148,20 @@ def test_an_iteration_moves_along_the_force_and_is_capped():
     assert (found.moved, found.iterations, found.input_breaks_constraint, len(found.trace)) == (True, 1, False, 1)
     np.testing.assert_array_equal(found.trace[0], moved_path)
     np.testing.assert_array_equal(moved_path[[0, -1]], paths["arm0"][[0, -1]])
+
+
+def test_without_a_cap_an_iteration_moves_by_the_whole_force():
+    cell, paths = near_paths(np.random.default_rng(64), ("ur5e", "panda"))
+    force = repulsion.path_forces(cell, "arm0", paths)
+    alpha = 0.1 / np.abs(force).max()
+    found = modify(cell, paths, alpha=alpha, max_step=0.0)
+    np.testing.assert_allclose(found.positions, limited(cell, paths["arm0"] + alpha * force), rtol=0, atol=2e-4)
+
+
+def test_long_steps_end_the_descent_unless_any_length_is_allowed():
+    cell, paths = near_paths(np.random.default_rng(64), ("ur5e", "panda"))
+    assert np.abs(np.diff(paths["arm0"], axis=0)).max() > 0.01
+    assert [modify(cell, paths, stretch=stretch).iterations for stretch in (0.01, 0.0)] == [0, 1]
 
 
 def test_a_normalised_step_is_the_smoothed_force_scaled_to_its_largest_joint():

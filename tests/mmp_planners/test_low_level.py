@@ -55,6 +55,30 @@ def test_a_free_straight_line_is_returned_at_full_speed_without_search():
     assert path.last == pytest.approx(1.6 / 0.8 / DT_S, abs=2)
 
 
+def test_without_direct_connections_also_a_free_line_is_searched_for():
+    path, iterations = context(two_arms.passing(), direct=False).low_level(0, (), 0)
+    assert iterations > 0
+    assert path is not None
+
+
+def test_the_search_goes_on_after_the_first_path_for_the_given_iterations():
+    first, improved = (context(ring("ur5e", 5), direct=False, improve=n).low_level(1, (), 7) for n in (0, 200))
+    assert first[1] < 200 <= improved[1]
+    assert improved[0].last <= first[0].last
+
+
+def test_without_shortcuts_the_paths_are_those_of_the_search():
+    def found(**options):
+        there = context(ring("ur5e", 5), direct=False, **options)
+        return [there.low_level(arm, (), seed) for arm in range(4) for seed in range(5)]
+
+    shortened, searched = found(), found(shortcuts=0)
+    assert [iterations for _, iterations in searched] == [iterations for _, iterations in shortened]
+    lengths = [(one.length, other.length) for (one, _), (other, _) in zip(searched, shortened, strict=True)]
+    assert all(one >= other for one, other in lengths)
+    assert any(one > other for one, other in lengths)
+
+
 def test_a_slower_arm_takes_more_steps():
     fast = two_arms.passing()
     slow = make_problem(

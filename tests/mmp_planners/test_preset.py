@@ -17,7 +17,7 @@ PAGE = Path(__file__).parents[2] / "docs/explanation/paper.md"
 
 def values_in_docs():
     """Returns the values of options in the last column of the table of design decisions."""
-    table = PAGE.read_text().split("## Design decisions")[1].split("\n## ")[0]
+    table = PAGE.read_text().split("## Design decisions")[1].split("\n### ")[0]
     cells = [line.rstrip(" |").rsplit(" | ", 1)[-1] for line in table.splitlines() if line.startswith("| ")]
     return dict(pair for cell in cells for pair in re.findall(r"`(\w+)=([\w.-]+)`", cell))
 
@@ -35,6 +35,14 @@ def written(value):
 
 def test_the_preset_is_the_table_of_departures():
     assert values_in_docs() == {name: written(value) for name, value in ApfEcbs.presets["paper"].items()}
+
+
+def test_each_option_of_the_preset_has_a_line_of_the_paper_and_a_test():
+    table = PAGE.read_text().split("### The paper's line and a test")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| `(\w+)=([\w.-]+)` \| ([lm]\. [\d–, ]+) \| `(\S+)::(\w+)` \|$", table, re.MULTILINE)
+    assert {name: value for name, value, *_ in rows} == values_in_docs()
+    for _, _, _, file, test in rows:
+        assert f"def {test}(" in (PAGE.parents[2] / file).read_text(encoding="utf-8"), test
 
 
 @pytest.mark.parametrize("name", ["apf-ecbs", "apf-ecbs-nf"])

@@ -10,12 +10,12 @@ from reference.motion import padded
 FLOOR_M = 0.01
 
 
-def sphere_force(p, r_p, others, k_rep, d0, distance):
+def sphere_force(p, r_p, others, k_rep, d0, distance, floor):
     """Returns the force [3] of a cloud on a sphere at p: k_rep (1/d - 1/d0) / d^2 per sphere, 0 beyond d0."""
     away = p - others.centers
     between = np.linalg.norm(away, axis=1)
     d = between if distance == "centre" else between - r_p - others.radii
-    d = np.maximum(d, FLOOR_M)
+    d = np.maximum(d, floor)
     size = np.where(d <= d0, k_rep * (1 / d - 1 / d0) / d**2, 0)
     return ((size / between)[:, None] * away).sum(axis=0)
 
@@ -39,7 +39,7 @@ def state_potential(cell: Cell, arm_name, q, others, *, k_rep=0.05, d0=0.10, dis
     )
 
 
-def state_force(cell: Cell, arm_name, q, others, *, k_rep=0.05, d0=0.10, distance="surface"):
+def state_force(cell: Cell, arm_name, q, others, *, k_rep=0.05, d0=0.10, distance="surface", floor=FLOOR_M):
     """Returns the joint-space force [dof] on an arm at q by the others, arm name -> [dof]."""
     arm = cell.arm(arm_name)
     own = cloud(cell, arm, q)
@@ -48,7 +48,7 @@ def state_force(cell: Cell, arm_name, q, others, *, k_rep=0.05, d0=0.10, distanc
     for other_name, other_q in others.items():
         other = cloud(cell, cell.arm(other_name), other_q)
         for part, p, r_p in zip(own.parts, own.centers, own.radii, strict=True):
-            push = sphere_force(p, r_p, other, k_rep, d0, distance)
+            push = sphere_force(p, r_p, other, k_rep, d0, distance, floor)
             if part > 0 and push.any():
                 local = np.linalg.solve(frames[part], [*p, 1.0])[:3]
                 force += point_jacobian(arm, q, part, local).T @ push

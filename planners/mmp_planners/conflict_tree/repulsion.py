@@ -58,13 +58,14 @@ class RepulsiveModification:
     q_{n+1} = q_n + alpha * force, at most `max_iterations` times, with fixed ends. The descent ends at an iterate in
     static or self collision. It passes through iterates that violate a constraint, but does not return them.
 
-    `alpha`, `k_rep`, `d0` [m] and `max_iterations` are the paper's. With normalised steps alpha and k_rep change
-    nothing: a step has the size `step_rad` [rad] along the force. `distance`: d is measured between sphere surfaces
-    (`surface`), or between centres (`centre`, paper-literal; the paper's alpha then moves arms by 1e-4 rad only).
-    `step`: `gradient` (paper-literal), or `normalised` with forces smoothed over time. Below `floor` [m] the force is
-    constant, no joint moves more than `cap` [rad] per iteration, and the descent ends where two waypoints would be
-    farther apart than `stretch` steps at full speed; 0 takes each of these away (paper-literal). `early_stop` ends the
-    descent without conflicts and at 2 cm of clearance. `trace` keeps every iterate for watchers.
+    The values of `alpha` and `k_rep` are the paper's, those of `d0` [m] and `max_iterations` are ours. With normalised
+    steps alpha and k_rep change nothing: a step has the size `step_rad` [rad] along the force. `distance`: d is
+    measured between sphere surfaces (`surface`), or between centres (`centre`, paper-literal; the paper's alpha then
+    moves arms by 1e-4 rad only). `step`: `gradient` (paper-literal), or `normalised` with forces smoothed over time.
+    Below `floor` [m] the force is constant, no joint moves more than `cap` [rad] per iteration, and the descent ends
+    where two waypoints would be farther apart than `stretch` steps at full speed; 0 takes each of these away
+    (paper-literal). `early_stop` ends the descent without conflicts and at 2 cm of clearance. `trace` keeps every
+    iterate for watchers.
     """
 
     alpha: float = _DEFAULT.alpha

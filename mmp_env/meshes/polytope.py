@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -101,20 +103,26 @@ class _Faces:
 
 
 def _hull(points: np.ndarray) -> Any:
+    with _errors_of_qhull() as spatial:
+        return spatial.ConvexHull(points)
+
+
+@contextmanager
+def _errors_of_qhull() -> Iterator[Any]:
+    """Yields `scipy.spatial`, and raises `MmpError` for points in a plane, or `MemoryError`."""
     spatial = require("scipy.spatial")
     try:
-        return spatial.ConvexHull(points)
-    except spatial.QhullError:
+        yield spatial
+    except spatial.QhullError as error:
+        if "insufficient memory" in str(error):
+            raise MemoryError("Qhull got no memory") from None
         raise MmpError("the points of a convex piece lie in a plane; a collision mesh needs a volume") from None
 
 
 def corner_points(planes: Float[np.ndarray, "p 4"], inside: Float[np.ndarray, "3"]) -> Float[np.ndarray, "v 3"]:
     """The vertices of an intersection of half-spaces around a point inside."""
-    spatial = require("scipy.spatial")
-    try:
+    with _errors_of_qhull() as spatial:
         found = spatial.HalfspaceIntersection(np.column_stack([planes[:, :3], -planes[:, 3]]), inside).intersections
-    except spatial.QhullError:
-        raise MmpError("the points of a convex piece lie in a plane; a collision mesh needs a volume") from None
     found = found[np.isfinite(found).all(axis=1)]
     _, first = np.unique(np.round(found, 7), axis=0, return_index=True)
     return found[np.sort(first)]

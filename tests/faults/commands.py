@@ -15,13 +15,13 @@ class Command:
     Attributes:
         line: its arguments.
         adds: its files that keep what they had when the command runs once more.
-        renders: whether it calls OpenGL, whose drivers crash where there is no memory.
+        crashes: whether it calls OpenGL, whose drivers crash where there is no memory, or Qhull, which does so too.
         program: what runs the line.
     """
 
     line: list[str]
     adds: tuple[str, ...] = ()
-    renders: bool = False
+    crashes: bool = False
     program: list[str] = field(
         default_factory=lambda: [
             sys.executable,
@@ -36,9 +36,9 @@ COMMANDS = {
     "plan": Command([*PLAN, "--out", "plan-out.json", "--tree", "tree.svg"]),
     "json": Command([*PLAN, "--json"]),
     "rerun": Command([*PLAN, "--rerun", "search.rrd"]),
-    "image": Command([*PLAN, "--image", "plan.png"], renders=True),
-    "video": Command([*PLAN, "--video", "film.mp4"], renders=True),
-    "gif": Command([*PLAN, "--video", "film.gif"], renders=True),
+    "image": Command([*PLAN, "--image", "plan.png"], crashes=True),
+    "video": Command([*PLAN, "--video", "film.mp4"], crashes=True),
+    "gif": Command([*PLAN, "--video", "film.gif"], crashes=True),
     "bench": Command(
         ["bench", "instances.json", "--planners", "ecbs,rrt-connect", "--workers", "1", "--out", "bench"],
         adds=("bench/results.jsonl",),
@@ -50,6 +50,6 @@ COMMANDS = {
     "scene": Command(["export", "plan.json", "--to", "out.xml"]),
     "run": Command(["run", "jobs.json", "--out", "schedule-out.json", "--seed", "1"]),
     "dataset": Command(["dataset", "cell.json", "--count", "2", "--out", "data"], adds=("data/dataset.json",)),
-    "robot": Command(["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]),
+    "robot": Command(["robot", "add", "small.urdf", "--name", "small", "--out", "robots"], crashes=True),
 }
 """Name -> command line. Its inputs are those of the fuzzer."""

@@ -24,7 +24,7 @@ def faults_of(run: Run, kind: str, good: Run) -> list[str]:
     """Returns what is wrong with a run, in words; `good` is the run of the same command where nothing failed."""
     out = []
     allowed = {0, 2, UNREAD} | ({1} if kind in ("memory", "kill") else set())
-    ended = run.was_killed or (kind == "memory" and run.crashed_in_driver)
+    ended = run.was_killed or (kind == "memory" and run.crashed_elsewhere)
     if run.code not in allowed and not ended:
         out.append(f"exit code {run.code}")
     if "Traceback" in run.err or "Traceback" in run.out:

@@ -45,9 +45,9 @@ class Run:
         return self.code == -signal.SIGKILL
 
     @property
-    def crashed_in_driver(self) -> bool:
-        """Whether the process crashed, and may have done so in OpenGL."""
-        return self.command.renders and self.code in (-signal.SIGSEGV, -signal.SIGABRT)
+    def crashed_elsewhere(self) -> bool:
+        """Whether the process crashed, and may have done so in OpenGL or Qhull."""
+        return self.command.crashes and self.code in (-signal.SIGSEGV, -signal.SIGABRT)
 
     @property
     def files(self) -> dict[str, Path]:

@@ -1,7 +1,10 @@
 """`mmp dataset`: expert episodes that the environment repeats, counted honestly, whole, and continued."""
 
+import errno
+import gc
 import json
 import os
+from pathlib import Path
 from unittest import mock
 
 import numpy as np
@@ -142,6 +145,38 @@ def test_an_episode_that_is_damaged_or_missing_is_named(tmp_path):
     file.unlink()
     with pytest.raises(MmpError, match=r"00000\.npz is missing"):
         DatasetFolder(tmp_path / "a", {})
+
+
+def refuse(*_, **__):
+    raise OSError(errno.EIO, "Input/output error")
+
+
+@pytest.mark.parametrize("refused", ["write_text", "mkdir"])
+def test_a_dataset_whose_first_episode_was_not_written_is_continued(refused, tmp_path, monkeypatch, capsys):
+    words = ["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a")]
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / ".mmp-1.tmp").write_text("{")  # of a process that was killed
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, refused, refuse)
+        assert main(words) == 2
+    assert "Input/output error" in capsys.readouterr().err
+    assert main(words) == 0
+    assert len(index_of(tmp_path / "a")["instances"]) == 1
+
+
+def test_too_little_memory_for_an_episode_is_a_sentence(tmp_path, monkeypatch, capsys):
+    def no_memory(*_, **__):
+        raise MemoryError
+
+    words = ["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a")]
+    for target in ("zlib.compressobj", "zipfile._ZipWriteFile.write"):
+        with monkeypatch.context() as patch:
+            patch.setattr(target, no_memory)
+            code = main(words)
+            gc.collect()
+        error = capsys.readouterr().err
+        assert code == 0 or "memory" in error
+        assert "Traceback" not in error
 
 
 def test_a_broken_index_is_refused(tmp_path):

@@ -15,6 +15,7 @@ import numpy as np
 from mmp_cli.datasets.expert import Episode
 from mmp_env.errors import MmpError
 from mmp_env.files.reading import Location, decode_file
+from mmp_env.files.temporaries import PREFIX as TEMPORARY
 from mmp_env.files.writing import json_text, whole_file, write_text
 
 SCHEMA = "mmp-dataset/1"
@@ -58,7 +59,7 @@ class DatasetFolder:
             raise MmpError(f"--out {path} is not a folder")
         if (path / INDEX).exists():
             self._read()
-        elif path.exists() and any(path.iterdir()):
+        elif path.exists() and any(not entry.name.startswith(TEMPORARY) for entry in path.iterdir()):
             raise MmpError(f"--out {path} has other files; give a new folder, or one that mmp dataset has begun")
 
     @property
@@ -93,15 +94,21 @@ class DatasetFolder:
         """Adds an instance: its episode if it has one, then its line. Raises `MmpError` if it cannot be written."""
         line: dict[str, Any] = {"name": name, "seed": seed, "outcome": outcome}
         try:
-            (self.path / EPISODES).mkdir(parents=True, exist_ok=True)
+            self.path.mkdir(parents=True, exist_ok=True)
+            if not self.lines:
+                self._write_index()  # before anything else, so that a folder that is not finished is known as a dataset
+            (self.path / EPISODES).mkdir(exist_ok=True)
         except OSError as error:
             raise MmpError(f"--out {self.path} cannot be written: {error.strerror}") from None
         if episode is not None:
             line |= {"file": _episode_file(len(self.files)), "steps": episode.steps}
             with whole_file(self.path / line["file"]) as temporary, temporary.open("wb") as file:
                 arrays: dict[str, Any] = episode.arrays()
-                np.savez_compressed(file, **arrays)
+                np.savez(file, **arrays)  # compressing needs memory, and an archive without it cannot be closed
         self.lines.append(line)
+        self._write_index()
+
+    def _write_index(self) -> None:
         write_text(self.path / INDEX, json_text({"schema": SCHEMA, "settings": self.settings, "instances": self.lines}))
 
     def _read(self) -> None:

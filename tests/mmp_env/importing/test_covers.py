@@ -177,3 +177,17 @@ def test_a_mesh_far_from_its_hull_becomes_pieces_that_contain_it():
         "nk,nkd->nd", random.dirichlet(np.ones(3), 5000), vertices[faces][random.integers(len(faces), size=5000)]
     )
     assert shape.depth(points).min() >= -1e-9
+
+
+def test_too_little_memory_is_not_called_a_flat_piece(monkeypatch):
+    def no_memory(_):
+        raise spatial.QhullError("QH6080 qhull error (qh_memalloc): insufficient memory to allocate 80 bytes")
+
+    spatial = pytest.importorskip("scipy.spatial")
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    assert polytope(corners) is not None
+    with pytest.raises(MmpError, match="in a plane"):
+        polytope(corners[:, [0, 1, 1]])
+    monkeypatch.setattr(spatial, "ConvexHull", no_memory)
+    with pytest.raises(MemoryError):
+        polytope(corners)

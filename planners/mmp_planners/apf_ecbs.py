@@ -86,6 +86,10 @@ class RepulsivePlanner(OneKindPlanner):
     early_stop: bool = option(
         RepulsiveModification.early_stop, "stop at 2 cm of clearance; off (paper-literal): run all iterations"
     )
+    parked_yield: bool = option(
+        RepulsiveModification.parked_yield,
+        "repel an arm that has arrived too, as long as another arm moves; it returns",
+    )
     shorten_paths: bool = option(
         False, "shorten each repelled path, clear of the arms that it is clear of; off, as in the paper: keep detours"
     )
@@ -105,6 +109,7 @@ class RepulsivePlanner(OneKindPlanner):
             cap=self.cap,
             stretch=self.stretch,
             early_stop=self.early_stop,
+            parked_yield=self.parked_yield,
             trace=self.trace,
         )
         return ShortenedModification(modification=repulsion) if self.shorten_paths else repulsion

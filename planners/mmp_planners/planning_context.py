@@ -150,6 +150,13 @@ class PlanningContext:
         q[0], q[-1] = start, goal
         return Path(q=q, motion=self.model.motion(self.names[arm], q), length=float(np.abs(np.diff(q, axis=0)).sum()))
 
+    def until(self, path: Path, arm: int, last: int) -> Path:
+        """Returns the path with the steps that the arm stands at its end, up to step `last`."""
+        if last <= path.last:
+            return path
+        q = np.vstack([path.q, np.repeat(path.q[-1:], last - path.last, axis=0)])
+        return Path(q=q, motion=self.model.motion(self.names[arm], q), length=path.length)
+
     def conflicts(self, paths: Sequence[Path], pairs: Sequence[tuple[int, int]]) -> PairConflicts:
         """Returns the conflicts of pairs of arms. Pairs without conflict are proved clear at every instant."""
         found = self.model.conflict_instants(

@@ -118,6 +118,18 @@ def test_an_arm_that_stands_still_is_not_moved():
     assert RepulsiveModification()(there, paths, 1, ()) is None
 
 
+def test_a_parked_arm_yields_and_returns_if_asked():
+    there, paths = GRAZING
+    assert paths[1].last == 0
+    assert there.conflicts(paths, [(0, 1)])
+    assert RepulsiveModification()(there, paths, 1, ()) is None
+    path = RepulsiveModification(parked_yield=True)(there, paths, 1, ()).path
+    assert 0 < path.last <= paths[0].last
+    np.testing.assert_array_equal(path.q[[0, -1]], paths[1].q[[0, 0]])
+    assert (path.q[-2] != path.q[-1]).any()
+    assert not there.conflicts([paths[0], path], [(0, 1)])
+
+
 def moved_by(**options):
     """Returns how far one iteration of the gradient moves a joint [rad]."""
     there, paths = GRAZING

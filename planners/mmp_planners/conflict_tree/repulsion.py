@@ -64,8 +64,9 @@ class RepulsiveModification:
     moves arms by 1e-4 rad only). `step`: `gradient` (paper-literal), or `normalised` with forces smoothed over time.
     Below `floor` [m] the force is constant, no joint moves more than `cap` [rad] per iteration, and the descent ends
     where two waypoints would be farther apart than `stretch` steps at full speed; 0 takes each of these away
-    (paper-literal). `early_stop` ends the descent without conflicts and at 2 cm of clearance. `trace` keeps every
-    iterate for watchers.
+    (paper-literal). `early_stop` ends the descent without conflicts and at 2 cm of clearance. With `parked_yield`
+    an arm that has arrived is repelled too, as long as another arm moves, and returns. `trace` keeps every iterate for
+    watchers.
     """
 
     alpha: float = _DEFAULT.alpha
@@ -79,14 +80,16 @@ class RepulsiveModification:
     cap: float = _DEFAULT.max_step
     stretch: float = _DEFAULT.stretch
     early_stop: bool = True
+    parked_yield: bool = False
     trace: bool = False
 
     def __call__(
         self, context: PlanningContext, paths: Sequence[Path], arm: int, constraints: Sequence[core.Constraint]
     ) -> Modified | None:
+        last = max(path.last for path in paths) if self.parked_yield else 0
         modified = core.modify_motion(
             context.core,
-            paths[arm].motion,
+            context.until(paths[arm], arm, last).motion,
             others=[path.motion for k, path in enumerate(paths) if k != arm],
             constraints=constraints,
             max_step_rad=context.max_step[arm],
@@ -99,7 +102,10 @@ class RepulsiveModification:
         if not modified.moved:
             return None
         field = ForceField(k_rep=self.k_rep, d0=self.d0, centres=self.distance == "centre")
-        path, iterates = context.path(arm, modified.positions), tuple(modified.trace)
+        rows, iterates = modified.positions, tuple(modified.trace)
+        if self.parked_yield:
+            rows = rows[: np.flatnonzero((rows != rows[-1]).any(axis=1))[-1] + 2]  # it stands after its last move
+        path = context.path(arm, rows)
         return Modified(path=path, iterations=modified.iterations, iterates=iterates, field=field)
 
     @property

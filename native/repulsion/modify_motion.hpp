@@ -38,17 +38,16 @@ class ModifyMotion {
     for (int it = 0; it < settings_.max_iterations && !clock.expired(); ++it) {
       repulsion_.force(*motion, others, forces);
       step_of(forces, last, dof);
-      next = current;
-      bool any = false;
-      for (int k = 1; k < last; ++k)
-        for (int j = 0; j < dof; ++j) {
-          T& q = next[static_cast<size_t>(k) * dof + j];
-          const T to = std::clamp(q + forces[static_cast<size_t>(k) * dof + j], arm.lower[j], arm.upper[j]);
-          any |= std::abs(to - q) > T(1e-7);
-          q = to;
-        }
-      if (!any || !near_neighbours(next, last, dof, max_step)) break;
-      if (!static_free(input.arm_index, current, next, last, dof, keep, clock)) break;
+      const auto possible = [&] {
+        return step(arm, current, forces, last, next) && near_neighbours(next, last, dof, max_step) &&
+               static_free(input.arm_index, current, next, last, dof, keep, clock);
+      };
+      bool goes_on = possible();
+      for (int halved = 0; !goes_on && halved < settings_.halvings && !clock.expired(); ++halved) {
+        for (T& x : forces) x /= 2;
+        goes_on = possible();
+      }
+      if (!goes_on) break;
       current = next;
       motion = std::make_unique<Motion<V>>(*prover_.world().cell, input.arm_index, current);
       ++out.iterations;
@@ -62,6 +61,20 @@ class ModifyMotion {
   }
 
  private:
+  // Adds joint steps to a trajectory, within the joint limits. Returns whether anything moves.
+  static bool step(const ArmModel<T>& arm, const std::vector<T>& from, const std::vector<T>& steps, int last,
+                   std::vector<T>& out) {
+    bool any = false;
+    out = from;
+    for (int k = 1; k < last; ++k)
+      for (int j = 0; j < arm.dof; ++j) {
+        const size_t at = static_cast<size_t>(k) * arm.dof + j;
+        out[at] = std::clamp(from[at] + steps[at], arm.lower[j], arm.upper[j]);
+        any |= std::abs(out[at] - from[at]) > T(1e-7);
+      }
+    return any;
+  }
+
   // Converts forces to joint steps, in place.
   void step_of(std::vector<T>& f, int last, int dof) {
     if (settings_.normalised) {

@@ -21,6 +21,7 @@ struct RepulsionSettings {
   double max_step = 0.05;         // cap per joint and iteration [rad]; 0: none
   double stretch = 3;             // longest step between waypoints, relative to full speed; 0: any
   double comfort = 0.02;          // clearance that ends the descent [m]; negative: never
+  int halvings = 0;               // how often a step that would end the descent is halved first
 };
 
 template <class V>

@@ -83,6 +83,11 @@ class RepulsivePlanner(OneKindPlanner):
         "the descent ends where a step would take longer than this many steps; 0 (paper-literal): nowhere",
         least=0,
     )
+    halvings: int = option(
+        RepulsiveModification.halvings,
+        "line search: how often a step that would end the descent is halved first; 0 (paper-literal): never",
+        least=0,
+    )
     early_stop: bool = option(
         RepulsiveModification.early_stop, "stop at 2 cm of clearance; off (paper-literal): run all iterations"
     )
@@ -108,6 +113,7 @@ class RepulsivePlanner(OneKindPlanner):
             floor=self.floor,
             cap=self.cap,
             stretch=self.stretch,
+            halvings=self.halvings,
             early_stop=self.early_stop,
             parked_yield=self.parked_yield,
             trace=self.trace,

@@ -40,7 +40,7 @@ OPTIONS = {
 """Decision that each variant of `scripts/benchmarks.py` reverts."""
 _REPULSION = (
     *("cbs repulsion=fast-track", "xecbs repulsion=fast-track", "gen-ecbs repulsion=fast-track"),
-    *("apf-ecbs shorten_paths=on", "apf-ecbs shorten=400", "apf-ecbs parked_yield=on"),
+    *("apf-ecbs shorten_paths=on", "apf-ecbs shorten=400", "apf-ecbs parked_yield=on", "apf-ecbs halvings=3"),
 )
 """Planners and options that `scripts/bench_repulsion.py` compares with the planners' defaults."""
 _PAPER_LITERAL = "literal/MultiArmCell-4"

@@ -136,7 +136,7 @@ class PairCheck {
         a.need(la);
         b.need(lb);
         if (exact(*a.arm, la, *b.arm, lb))
-          test_hulls(a, la, ka, b, lb, kb, asked, levels.margin, slack, touching, undecided);
+          test_hulls(a, la, ka, b, lb, kb, asked, levels.margin, slack, touching, undecided, ends_early);
         else
           visit_sphere_pairs(*a.arm, la, *b.arm, lb,
                              Visitor{{}, a, b, ka, kb, levels.margin, slack, touching, undecided});
@@ -145,28 +145,32 @@ class PairCheck {
     }
   }
 
-  // Tests links with hulls. Spheres leave lanes open, and hulls decide these: at the step, and along it.
+  // Tests links with hulls. Spheres leave lanes open, and hulls decide these: at the step, and along it. Ends early on
+  // request when a lane of `asked` touches.
   template <class A, class B>
   static MMP_NOINLINE void test_hulls(const A& a, int la, int ka, const B& b, int lb, int kb, unsigned asked, T margin,
-                                      const V& slack, Mask<V>& touching, Mask<V>& undecided) {
+                                      const V& slack, Mask<V>& touching, Mask<V>& undecided, bool ends_early) {
     Contacts<V> near;
     visit_sphere_pairs(*a.arm, la, *b.arm, lb,
                        ExactVisitor{{{}, a, b, ka, kb, margin, slack, near.touching, near.undecided},
                                     protrusion(*a.arm, la, *b.arm, lb),
                                     touching,
                                     undecided});
+    if (ends_early && bits<V>(touching) & asked) return;
     const unsigned may_touch = bits<V>(near.touching & ~touching);
-    unsigned open = asked & (may_touch | bits<V>(near.undecided & ~undecided & ~touching));
-    for (; open; open &= open - 1) {
-      const int lane = std::countr_zero(open);
-      const auto a0 = a.hulls_at(la, ka + lane), b0 = b.hulls_at(lb, kb + lane);
-      const double close = double(margin), wide = double(slack[lane]);
-      if (may_touch >> lane & 1u && hulls_distance(a0, b0, {close, close}).lower < close) {
-        touching[lane] = -1;
-      } else if (!undecided[lane]) {
-        const auto a1 = a.hulls_at(la, ka + lane + 1), b1 = b.hulls_at(lb, kb + lane + 1);
-        if (swept_hulls_near(a0, a1, b0, b1, wide)) undecided[lane] = -1;
-      }
+    const unsigned open = asked & (may_touch | bits<V>(near.undecided & ~undecided & ~touching));
+    const double close = double(margin);
+    for (unsigned left = asked & may_touch; left; left &= left - 1) {
+      const int lane = std::countr_zero(left);
+      if (hulls_distance(a.hulls_at(la, ka + lane), b.hulls_at(lb, kb + lane), {close, close}).lower >= close) continue;
+      touching[lane] = -1;
+      if (ends_early) return;
+    }
+    for (unsigned left = open & ~bits<V>(touching | undecided); left; left &= left - 1) {
+      const int lane = std::countr_zero(left);
+      const auto a0 = a.hulls_at(la, ka + lane), a1 = a.hulls_at(la, ka + lane + 1);
+      const auto b0 = b.hulls_at(lb, kb + lane), b1 = b.hulls_at(lb, kb + lane + 1);
+      if (swept_hulls_near(a0, a1, b0, b1, double(slack[lane]))) undecided[lane] = -1;
     }
   }
 

@@ -4,7 +4,8 @@ A run is one instance of task `reach` with one seed of the planner: the number o
 further seed. Means of expanded nodes and of cost and medians of processor time are over the runs that both planners
 solve. By default `apf-ecbs` is compared with `ecbs`. Ratios above 1 are in favour of `--planner`, with the options that
 `--set` gives it, against `--base` with its defaults. The ratio of nodes of each seed is in `ratios`. A figure is named
-`repulsion/PLANNER OPTION=VALUE/WHAT_CELL`.
+`repulsion/PLANNER OPTION=VALUE/WHAT_CELL`. With `--exact` the links have exact geometry, and the name ends with
+`-exact`.
 """
 
 from __future__ import annotations
@@ -12,14 +13,14 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from figure import print_figure, rounded
 
 from mmp_cli.arguments import Parser, seconds, seed, setting, whole
 from mmp_cli.main import run_script
-from mmp_env import draw_problem, find_cell
+from mmp_env import Cell, draw_problem, find_cell
 from mmp_planners import make
 from mmp_planners.planner import Planner
 
@@ -42,7 +43,8 @@ class Outcome:
 class Runs:
     """Runs of a planner: each instance of the cell with each planner seed, within a time limit [s]."""
 
-    cell: str
+    name: str
+    cell: Cell
     instances: range
     seeds: int
     time_limit: float
@@ -51,7 +53,7 @@ class Runs:
         """Returns the outcome of each run."""
         out = []
         for number in self.instances:
-            problem = draw_problem(find_cell(self.cell), seed=number)
+            problem = draw_problem(self.cell, seed=number)
             for repeat in range(self.seeds):
                 begin = time.process_time()
                 result = planner.plan(problem, seed=number + SEED_STEP * repeat, time_limit=self.time_limit)
@@ -74,17 +76,19 @@ def main() -> None:
     parser.add_argument(
         "--set", type=setting, action="append", default=[], metavar="OPTION=VALUE", help="option of this planner"
     )
+    parser.add_argument("--exact", action="store_true", help="exact geometry instead of the cell's spheres")
     args = parser.parse()
     label = " ".join([args.planner, *(f"{option}={value}" for option, value in args.set)])
-    for cell in args.cells:
+    for name in args.cells:
+        cell = replace(find_cell(name), spheres="exact") if args.exact else find_cell(name)
         instances = range(args.first, args.first + args.count)
-        runs = Runs(cell=cell, instances=instances, seeds=args.seeds, time_limit=args.time_limit)
+        runs = Runs(name=f"{name}-exact" if args.exact else name, cell=cell, instances=instances, seeds=args.seeds, time_limit=args.time_limit)
         compare(runs, (label, make(args.planner, **dict(args.set))), (args.base, make(args.base)))
 
 
 def compare(runs: Runs, planner: Named, base: Named) -> None:
     """Prints nodes, time and cost of both planners, and how many runs each solves."""
-    cell, instances, seeds = runs.cell, runs.instances, runs.seeds
+    cell, instances, seeds = runs.name, runs.instances, runs.seeds
     rival, ours = runs.outcomes(base[1]), runs.outcomes(planner[1])
     both = [pair for pair in zip(rival, ours, strict=True) if None not in (pair[0].cost_rad, pair[1].cost_rad)]
     counts: dict[str, Any] = {

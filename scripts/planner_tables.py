@@ -41,6 +41,7 @@ OPTIONS = {
 _REPULSION = (
     *("cbs repulsion=fast-track", "xecbs repulsion=fast-track", "gen-ecbs repulsion=fast-track"),
     *("apf-ecbs shorten_paths=on", "apf-ecbs shorten=400", "apf-ecbs parked_yield=on", "apf-ecbs halvings=3"),
+    "apf-ecbs exact_within=0.03",
 )
 """Planners and options that `scripts/bench_repulsion.py` compares with the planners' defaults."""
 _PAPER_LITERAL = "literal/MultiArmCell-4"
@@ -156,7 +157,8 @@ def repulsion_table(figures: Figures) -> Iterator[list[str]]:
     """Yields nodes, time and cost of planners with an option, relative to those without it."""
     yield ["planner, option", "cell", "solved without", "solved with", "nodes without", "nodes with", "time", "cost"]
     for label in _REPULSION:
-        for cell in ("ring-4", "ring-6", "ring-8"):
+        cells = [f"{ring}-exact" if "exact_within" in label else ring for ring in ("ring-4", "ring-6", "ring-8")]
+        for cell in cells:
             nodes, time, cost = (figures[f"repulsion/{label}/{what}_{cell}"] for what in ("nodes", "time", "cost"))
             runs = nodes["instances"] * nodes["seeds"]
             solved = [f"{nodes[key]} of {runs}" for key in ("solved_base", "solved")]

@@ -22,18 +22,21 @@ void bind_repulsion_settings(nb::module_& m) {
           "__init__",
           [](Settings* self, double k_rep, double d0, bool centre_distance, double alpha, int max_iterations,
              bool normalised, double normalised_step, double floor, double max_step, double stretch, double comfort,
-             int halvings) {
-            new (self) Settings{checked_size(k_rep),           checked_positive(d0),          centre_distance,
-                                checked_number(alpha),         checked_count(max_iterations), normalised,
-                                checked_size(normalised_step), checked_size(floor),           checked_size(max_step),
-                                checked_size(stretch),         checked_number(comfort),       checked_count(halvings)};
+             double exact_within, int halvings) {
+            new (self)
+                Settings{checked_size(k_rep),           checked_positive(d0),          centre_distance,
+                         checked_number(alpha),         checked_count(max_iterations), normalised,
+                         checked_size(normalised_step), checked_size(floor),           checked_size(max_step),
+                         checked_size(stretch),         checked_number(comfort),       checked_size(exact_within),
+                         checked_count(halvings)};
           },
           nb::kw_only(), nb::arg("k_rep") = defaults.k_rep, nb::arg("d0") = defaults.d0,
           nb::arg("centre_distance") = defaults.centre_distance, nb::arg("alpha") = defaults.alpha,
           nb::arg("max_iterations") = defaults.max_iterations, nb::arg("normalised") = defaults.normalised,
           nb::arg("normalised_step") = defaults.normalised_step, nb::arg("floor") = defaults.floor,
           nb::arg("max_step") = defaults.max_step, nb::arg("stretch") = defaults.stretch,
-          nb::arg("comfort") = defaults.comfort, nb::arg("halvings") = defaults.halvings)
+          nb::arg("comfort") = defaults.comfort, nb::arg("exact_within") = defaults.exact_within,
+          nb::arg("halvings") = defaults.halvings)
       .def_ro("k_rep", &Settings::k_rep, "Gain of the force.")
       .def_ro("d0", &Settings::d0, "Range of the force [m].")
       .def_ro("centre_distance", &Settings::centre_distance,
@@ -47,6 +50,8 @@ void bind_repulsion_settings(nb::module_& m) {
       .def_ro("stretch", &Settings::stretch,
               "Longest move between two waypoints, relative to one step at full speed; 0: any.")
       .def_ro("comfort", &Settings::comfort, "Clearance that ends the descent [m]; negative: never.")
+      .def_ro("exact_within", &Settings::exact_within,
+              "Distance of exact shapes below which the force has their direction [m]; 0: never.")
       .def_ro("halvings", &Settings::halvings, "How often a step that would end the descent is halved first.");
 }
 

@@ -82,24 +82,32 @@ inline T protrusion(const ArmModel<T>& a, int la, const ArmModel<T>& b, int lb) 
   return a.links[la].protrusion + b.links[lb].protrusion;
 }
 
-// Returns bounds of the distance between two bodies of several hulls.
-inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, const Limits& limits) {
+// Returns bounds of the distance between two bodies of several hulls. `between` becomes the vector from the nearest
+// point of b to that of a, if hulls closer than the limits were found.
+inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, const Limits& limits, Point& between) {
   ConvexDistance out{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   for (int i = 0; i < a.count; ++i)
     for (int j = 0; j < b.count; ++j) {
       const PosedHull one = a[i], other = b[j];
-      const Point between = one.center() - other.center();
-      const double bound = std::sqrt(dot(between, between)) - (one.hull->bound + other.hull->bound) - kHullRounding;
+      const Point offset = one.center() - other.center();
+      const double bound = std::sqrt(dot(offset, offset)) - (one.hull->bound + other.hull->bound) - kHullRounding;
       if (bound >= std::min(limits.wide, out.lower)) {
         out.lower = std::min(out.lower, bound);
         continue;
       }
-      const auto found = convex_distance(one, other, limits);
+      Point vector;
+      const auto found = convex_distance(one, other, limits, vector);
+      if (found.upper < out.upper) between = vector;
       out.lower = std::min(out.lower, found.lower);
       out.upper = std::min(out.upper, found.upper);
       if (out.upper < limits.close) return out;
     }
   return out;
+}
+
+inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, const Limits& limits) {
+  Point between;
+  return hulls_distance(a, b, limits, between);
 }
 
 // Returns whether two bodies whose points move straight from one pose to the next may come closer than `limit`.

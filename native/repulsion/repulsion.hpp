@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "geometry/collision.hpp"
+#include "geometry/link_distance.hpp"
 #include "geometry/motion.hpp"
 
 namespace mmp {
@@ -21,6 +22,7 @@ struct RepulsionSettings {
   double max_step = 0.05;         // cap per joint and iteration [rad]; 0: none
   double stretch = 3;             // longest step between waypoints, relative to full speed; 0: any
   double comfort = 0.02;          // clearance that ends the descent [m]; negative: never
+  double exact_within = 0;        // distance of exact shapes below which the force has their direction [m]; 0: never
   int halvings = 0;               // how often a step that would end the descent is halved first
 };
 
@@ -79,8 +81,13 @@ class Repulsion {
     const auto cb = fixed_b ? fixed(B.bound) : o.centers(o.links, pair.other_link, k);
     const V reach = splat<V>(T(settings_.d0)) + (A.bound.r + B.bound.r);
     if (!bits<V>(closer(m.centers(m.links, pair.link, k), cb, reach))) return false;
-    Visitor visitor{{}, settings_, m, o, fixed_b, k, push[A.frame], moment[A.frame]};
+    Vec3<V>&total = push[A.frame], &turn = moment[A.frame];
+    Visitor visitor{{}, settings_, m, o, fixed_b, k, total, turn};
     visit_sphere_pairs(*m.arm, pair.link, *o.arm, pair.other_link, visitor);
+    if (settings_.exact_within > 0 && exact(*m.arm, pair.link, *o.arm, pair.other_link))
+      follow_exact_shapes(m, pair, k, total, turn, visitor);
+    total = visitor.push;
+    turn = visitor.moment;
     return visitor.any;
   }
 
@@ -90,7 +97,10 @@ class Repulsion {
     const Motion<V>&a, &b;
     bool fixed_b;
     int k;
-    Vec3<V>&push, &moment;
+    Vec3<V> push, moment;                  // sums of the forces, and of their moments about the world's origin
+    Vec3<V> place{V{}, V{}, V{}};          // sum of the spheres' centres, weighted by the sizes of their forces
+    V weight{};                            // sum of these sizes
+    V nearest = splat<V>(T(settings.d0));  // least distance of two spheres
     T d0 = T(settings.d0), k_rep = T(settings.k_rep), floor = std::max(T(settings.floor), T(1e-6));
     bool any = false, near_sphere = false;
     Vec3<V> sum{V{}, V{}, V{}};
@@ -113,19 +123,59 @@ class Repulsion {
       const Mask<V> in_range = d2 <= splat<V>((d0 + radii) * (d0 + radii));
       if (!bits<V>(in_range)) return;
       const V centres = max(sqrt<V>(d2), splat<V>(T(1e-6)));
-      const V d = max(centres - radii, splat<V>(floor));
-      const V inverse = T(1) / d;
-      const V size = max(k_rep * (inverse - T(1) / d0) * inverse * inverse, V{});
-      sum = sum + away * select<V>(in_range, size / centres, V{});
+      const V d = centres - radii;
+      nearest = min(nearest, select<V>(in_range, d, nearest));
+      sum = sum + away * select<V>(in_range, size(d) / centres, V{});
       near_sphere = true;
+    }
+    // Returns the size of the force of a sphere at distance d.
+    MMP_INLINE V size(V d) const {
+      const V inverse = T(1) / max(d, splat<V>(floor));
+      return max(k_rep * (inverse - T(1) / d0) * inverse * inverse, V{});
     }
     MMP_INLINE void end_sphere(const Vec3<V>& p) {
       if (!near_sphere) return;
       push = push + sum;
       moment = moment + cross(p, sum);
+      if (settings.exact_within > 0) {
+        const V length = sqrt<V>(dot(sum, sum));
+        weight = weight + length;
+        place = place + p * length;
+      }
       any = true;
     }
   };
+
+  // Near contact, replaces the forces of the spheres by one in the direction between the nearest points of the exact
+  // shapes. It acts where the spheres' forces act on average. Its size is the sum of their sizes, scaled to the exact
+  // distance. Shapes that overlap have no such direction: there the spheres decide.
+  // `push` and `moment` are those of all other pairs of links.
+  void follow_exact_shapes(const Motion<V>& m, const NearLinks& pair, int k, const Vec3<V>& push, const Vec3<V>& moment,
+                           Visitor& visitor) {
+    const Limits limits = Limits::measure(settings_.exact_within);
+    const unsigned pushed = bits<V>(visitor.weight > V{});
+    for (unsigned open = pushed & first_lanes<V>(std::min(width<V>, m.last + 1 - k)); open; open &= open - 1) {
+      const int lane = std::countr_zero(open);
+      Point normal;
+      const auto d = hulls_distance(m.hulls_at(pair.link, k + lane), pair.other->hulls_at(pair.other_link, k + lane),
+                                    limits, normal);
+      if (!(d.lower > 0 && d.lower < settings_.exact_within)) continue;
+      const T weight = visitor.weight[lane];
+      const T scale = visitor.size(splat<V>(T(d.lower)))[lane] / visitor.size(visitor.nearest)[lane];
+      const double length = double(weight * scale) / std::sqrt(dot(normal, normal));
+      const Point force = normal * length;
+      const Point place{visitor.place.x[lane] / weight, visitor.place.y[lane] / weight, visitor.place.z[lane] / weight};
+      put(visitor.push, lane, push, force);
+      put(visitor.moment, lane, moment, cross(place, force));
+    }
+  }
+
+  // Sets a lane to the sum of two vectors.
+  static void put(Vec3<V>& out, int lane, const Vec3<V>& a, const Point& b) {
+    out.x[lane] = a.x[lane] + T(b.x);
+    out.y[lane] = a.y[lane] + T(b.y);
+    out.z[lane] = a.z[lane] + T(b.z);
+  }
 
   void transpose_jacobian(const Motion<V>& m, Pose<V>& pose, int k, const Vec3<V>* push, const Vec3<V>* moment,
                           std::vector<T>& out) {

@@ -83,6 +83,12 @@ class RepulsivePlanner(OneKindPlanner):
         "the descent ends where a step would take longer than this many steps; 0 (paper-literal): nowhere",
         least=0,
     )
+    exact_within: float = option(
+        RepulsiveModification.exact_within,
+        "distance of exact shapes below which the force has the direction between their nearest points [m]; "
+        "0 (paper-literal): spheres give it",
+        least=0,
+    )
     halvings: int = option(
         RepulsiveModification.halvings,
         "line search: how often a step that would end the descent is halved first; 0 (paper-literal): never",
@@ -113,6 +119,7 @@ class RepulsivePlanner(OneKindPlanner):
             floor=self.floor,
             cap=self.cap,
             stretch=self.stretch,
+            exact_within=self.exact_within,
             halvings=self.halvings,
             early_stop=self.early_stop,
             parked_yield=self.parked_yield,

@@ -242,3 +242,39 @@ def test_hulls_come_in_the_order_of_the_links():
     cell.add_hull(arm=0, link=2, vertices=np.zeros((1, 3)))
     with pytest.raises(ValueError, match="order of its links"):
         cell.add_hull(arm=0, link=1, vertices=np.zeros((1, 3)))
+
+
+def normal_between(a, b, step=1e-6):
+    """Returns the slope of the distance [3] as the hull of points a moves."""
+    moves = step * np.eye(3)
+    return np.array([hull_distance(a + m, b) - hull_distance(a - m, b) for m in moves]) / (2 * step)
+
+
+def test_near_contact_the_repulsive_force_has_the_direction_between_exact_shapes():
+    """With one sphere per link, the force of the exact distance acts at its centre along the normal of the hulls."""
+    rng = np.random.default_rng(7)
+    k_rep, d0, within, x, near = 0.05, 0.9, 0.5, 1.0, 0
+    for _ in range(150):
+        a, b = drawn(rng, 5), drawn(rng, 4)
+        cell = cell_of((0.0, a, 0.01), (x, b, 0.02))
+        q = rng.uniform(-np.pi, np.pi, (2, 2))
+        first, second = placed(a, 0.0, q[0]), placed(b, x, q[1])
+        if not separated(first, second):
+            continue
+        d = hull_distance(first, second) - 0.03
+        motions = [core.Motion(cell, k, np.repeat(rows[None], 3, axis=0)) for k, rows in enumerate(q)]
+        settings = core.RepulsionSettings(k_rep=k_rep, d0=d0, exact_within=within)
+        found = core.repulsive_force(cell, motions[0], motions[1:], settings)
+        if 0.01 < d < within:
+            size = k_rep * (1 / d - 1 / d0) / d**2
+            force = size * normal_between(first, second)
+            centre = placed(np.zeros((1, 3)), 0.0, q[0])[0]
+            joints = np.array([[0.0, 0, 0], [np.cos(q[0, 0]), np.sin(q[0, 0]), 0]])
+            expected = [np.cross(centre - joint, force)[2] for joint in joints]
+            np.testing.assert_allclose(found[1], expected, rtol=2e-3, atol=2e-3 * size)
+            near += 1
+        elif d > within + 1e-6:
+            by_spheres = core.RepulsionSettings(k_rep=k_rep, d0=d0)
+            np.testing.assert_array_equal(found, core.repulsive_force(cell, motions[0], motions[1:], by_spheres))
+        assert not found[[0, 2]].any()
+    assert near > 5

@@ -64,9 +64,10 @@ class RepulsiveModification:
     moves arms by 1e-4 rad only). `step`: `gradient` (paper-literal), or `normalised` with forces smoothed over time.
     Below `floor` [m] the force is constant, no joint moves more than `cap` [rad] per iteration, and the descent ends
     where two waypoints would be farther apart than `stretch` steps at full speed; 0 takes each of these away
-    (paper-literal). A step that would end the descent is halved first, up to `halvings` times. `early_stop` ends the
-    descent without conflicts and at 2 cm of clearance. With `parked_yield` an arm that has arrived is repelled too, as
-    long as another arm moves, and returns. `trace` keeps every iterate for watchers.
+    (paper-literal). Where exact shapes are closer than `exact_within` [m], the force between two links has the
+    direction between their nearest points. A step that would end the descent is halved first, up to `halvings` times.
+    `early_stop` ends the descent without conflicts and at 2 cm of clearance. With `parked_yield` an arm that has
+    arrived is repelled too, as long as another arm moves, and returns. `trace` keeps every iterate for watchers.
     """
 
     alpha: float = _DEFAULT.alpha
@@ -79,6 +80,7 @@ class RepulsiveModification:
     floor: float = _DEFAULT.floor
     cap: float = _DEFAULT.max_step
     stretch: float = _DEFAULT.stretch
+    exact_within: float = _DEFAULT.exact_within
     halvings: int = _DEFAULT.halvings
     early_stop: bool = True
     parked_yield: bool = False
@@ -123,6 +125,7 @@ class RepulsiveModification:
             floor=self.floor,
             max_step=self.cap,
             stretch=self.stretch,
+            exact_within=self.exact_within,
             halvings=self.halvings,
             **stop,
         )

@@ -82,7 +82,8 @@ def main() -> None:
     for name in args.cells:
         cell = replace(find_cell(name), spheres="exact") if args.exact else find_cell(name)
         instances = range(args.first, args.first + args.count)
-        runs = Runs(name=f"{name}-exact" if args.exact else name, cell=cell, instances=instances, seeds=args.seeds, time_limit=args.time_limit)
+        shown = f"{name}-exact" if args.exact else name
+        runs = Runs(name=shown, cell=cell, instances=instances, seeds=args.seeds, time_limit=args.time_limit)
         compare(runs, (label, make(args.planner, **dict(args.set))), (args.base, make(args.base)))
 
 

@@ -271,7 +271,7 @@ def test_near_contact_the_repulsive_force_has_the_direction_between_exact_shapes
             centre = placed(np.zeros((1, 3)), 0.0, q[0])[0]
             joints = np.array([[0.0, 0, 0], [np.cos(q[0, 0]), np.sin(q[0, 0]), 0]])
             expected = [np.cross(centre - joint, force)[2] for joint in joints]
-            np.testing.assert_allclose(found[1], expected, rtol=2e-3, atol=2e-3 * size)
+            np.testing.assert_allclose(found[1], expected, rtol=2e-3, atol=float(2e-3 * size))
             near += 1
         elif d > within + 1e-6:
             by_spheres = core.RepulsionSettings(k_rep=k_rep, d0=d0)

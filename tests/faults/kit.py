@@ -8,8 +8,9 @@ import signal
 import struct
 import subprocess
 import tempfile
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +20,8 @@ from faults.commands import Command
 
 KINDS = ("error", "full", "readonly", "pipe", "kill", "memory")
 LONGEST_S = 600.0
+ENDING_S = 10.0
+"""Longest time until the helpers of a command are gone after they were killed [s]."""
 LEAST_BYTES = 2**16
 """Smallest allocation that fails [bytes]."""
 TEMPORARY = ".mmp-"
@@ -107,13 +110,27 @@ class Kit:
         )
         with (beside / "stdout").open("w+b") as out, (beside / "stderr").open("w+b") as err:
             line = [*command.program, *command.line]
+            process = subprocess.Popen(line, cwd=folder, env=env, stdout=out, stderr=err, start_new_session=True)
             try:
-                code = subprocess.run(line, cwd=folder, env=env, stdout=out, stderr=err, timeout=LONGEST_S).returncode
+                code = process.wait(LONGEST_S)
             except subprocess.TimeoutExpired:
                 code = -signal.SIGALRM
+            finally:
+                _end_session(process)
         calls = struct.unpack("q", count.read_bytes())[0]
         texts = [(beside / name).read_text(encoding="utf-8", errors="replace") for name in ("stdout", "stderr")]
         return Run(command, code, *texts, calls, folder, before)
+
+
+def _end_session(process: subprocess.Popen[bytes]) -> None:
+    """Kills a command and what it left running, such as the encoder of a film, and waits until nothing of it writes."""
+    end = time.monotonic() + ENDING_S
+    with suppress(ProcessLookupError):
+        while time.monotonic() < end:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.poll()
+            time.sleep(0.005)
+    process.wait()
 
 
 def _files(folder: Path) -> dict[str, Path]:

@@ -51,7 +51,7 @@ void bind_repulsion_settings(nb::module_& m) {
               "Longest move between two waypoints, relative to one step at full speed; 0: any.")
       .def_ro("comfort", &Settings::comfort, "Clearance that ends the descent [m]; negative: never.")
       .def_ro("exact_within", &Settings::exact_within,
-              "Distance of exact shapes below which the force has their direction [m]; 0: never.")
+              "Distance of hulls below which they give the direction of the force [m]; 0: never.")
       .def_ro("halvings", &Settings::halvings, "How often a step that would end the descent is halved first.");
 }
 

@@ -161,7 +161,7 @@ inline ConvexDistance distance_from_origin(const Support& support, Point& closes
 }
 
 // Returns bounds of the distance between two hulls. `between` becomes the vector from the nearest point of b to that of
-// a.
+// a, without their radii.
 inline ConvexDistance convex_distance(const PosedHull& a, const PosedHull& b, const Limits& limits, Point& between) {
   const Point offset = a.pose.origin() - b.pose.origin();
   between = a.center() - b.center();

@@ -83,7 +83,7 @@ inline T protrusion(const ArmModel<T>& a, int la, const ArmModel<T>& b, int lb) 
 }
 
 // Returns bounds of the distance between two bodies of several hulls. `between` becomes the vector from the nearest
-// point of b to that of a, if hulls closer than the limits were found.
+// point of b to that of a, without the hulls' radii, if the lower bound is below `limits.wide`.
 inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, const Limits& limits, Point& between) {
   ConvexDistance out{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   for (int i = 0; i < a.count; ++i)

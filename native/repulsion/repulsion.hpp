@@ -1,4 +1,5 @@
 // Repulsive force of APF-ECBS between the spheres of two arms, and the resulting joint torques (forces of slides).
+// On request the force has the direction between the links' hulls near contact.
 #pragma once
 
 #include <vector>
@@ -22,7 +23,7 @@ struct RepulsionSettings {
   double max_step = 0.05;         // cap per joint and iteration [rad]; 0: none
   double stretch = 3;             // longest step between waypoints, relative to full speed; 0: any
   double comfort = 0.02;          // clearance that ends the descent [m]; negative: never
-  double exact_within = 0;        // distance of exact shapes below which the force has their direction [m]; 0: never
+  double exact_within = 0;        // distance of hulls below which they give the direction of the force [m]; 0: never
   int halvings = 0;               // how often a step that would end the descent is halved first
 };
 
@@ -81,13 +82,11 @@ class Repulsion {
     const auto cb = fixed_b ? fixed(B.bound) : o.centers(o.links, pair.other_link, k);
     const V reach = splat<V>(T(settings_.d0)) + (A.bound.r + B.bound.r);
     if (!bits<V>(closer(m.centers(m.links, pair.link, k), cb, reach))) return false;
-    Vec3<V>&total = push[A.frame], &turn = moment[A.frame];
-    Visitor visitor{{}, settings_, m, o, fixed_b, k, total, turn};
+    const Vec3<V> push_before = push[A.frame], moment_before = moment[A.frame];
+    Visitor visitor{{}, settings_, m, o, fixed_b, k, push[A.frame], moment[A.frame]};
     visit_sphere_pairs(*m.arm, pair.link, *o.arm, pair.other_link, visitor);
     if (settings_.exact_within > 0 && exact(*m.arm, pair.link, *o.arm, pair.other_link))
-      follow_exact_shapes(m, pair, k, total, turn, visitor);
-    total = visitor.push;
-    turn = visitor.moment;
+      turn_forces(m, pair, k, push_before, moment_before, visitor);
     return visitor.any;
   }
 
@@ -97,13 +96,12 @@ class Repulsion {
     const Motion<V>&a, &b;
     bool fixed_b;
     int k;
-    Vec3<V> push, moment;                  // sums of the forces, and of their moments about the world's origin
-    Vec3<V> place{V{}, V{}, V{}};          // sum of the spheres' centres, weighted by the sizes of their forces
-    V weight{};                            // sum of these sizes
-    V nearest = splat<V>(T(settings.d0));  // least distance of two spheres
+    Vec3<V>&push, &moment;
     T d0 = T(settings.d0), k_rep = T(settings.k_rep), floor = std::max(T(settings.floor), T(1e-6));
     bool any = false, near_sphere = false;
     Vec3<V> sum{V{}, V{}, V{}};
+    Vec3<V> weighted_centres{V{}, V{}, V{}};  // sum of the spheres' centres, each times the size of its force
+    V sizes{};                                // sum of the sizes of the forces
 
     MMP_INLINE Vec3<V> group_a(int g) const { return a.centers(a.groups, g, k); }
     MMP_INLINE Vec3<V> group_b(int g) const { return fixed_b ? fixed(b.arm->groups[g]) : b.centers(b.groups, g, k); }
@@ -123,55 +121,48 @@ class Repulsion {
       const Mask<V> in_range = d2 <= splat<V>((d0 + radii) * (d0 + radii));
       if (!bits<V>(in_range)) return;
       const V centres = max(sqrt<V>(d2), splat<V>(T(1e-6)));
-      const V d = centres - radii;
-      nearest = min(nearest, select<V>(in_range, d, nearest));
-      sum = sum + away * select<V>(in_range, size(d) / centres, V{});
+      const V d = max(centres - radii, splat<V>(floor));
+      const V inverse = T(1) / d;
+      const V size = max(k_rep * (inverse - T(1) / d0) * inverse * inverse, V{});
+      sum = sum + away * select<V>(in_range, size / centres, V{});
       near_sphere = true;
-    }
-    // Returns the size of the force of a sphere at distance d.
-    MMP_INLINE V size(V d) const {
-      const V inverse = T(1) / max(d, splat<V>(floor));
-      return max(k_rep * (inverse - T(1) / d0) * inverse * inverse, V{});
     }
     MMP_INLINE void end_sphere(const Vec3<V>& p) {
       if (!near_sphere) return;
       push = push + sum;
       moment = moment + cross(p, sum);
       if (settings.exact_within > 0) {
-        const V length = sqrt<V>(dot(sum, sum));
-        weight = weight + length;
-        place = place + p * length;
+        const V size = sqrt<V>(dot(sum, sum));
+        sizes = sizes + size;
+        weighted_centres = weighted_centres + p * size;
       }
       any = true;
     }
   };
 
-  // Near contact, replaces the forces of the spheres by one in the direction between the nearest points of the exact
-  // shapes. It acts where the spheres' forces act on average. Its size is the sum of their sizes, scaled to the exact
-  // distance. Shapes that overlap have no such direction: there the spheres decide.
-  // `push` and `moment` are those of all other pairs of links.
-  void follow_exact_shapes(const Motion<V>& m, const NearLinks& pair, int k, const Vec3<V>& push, const Vec3<V>& moment,
-                           Visitor& visitor) {
+  // Turns the forces on the spheres of a link to the direction between the nearest points of the hulls, where these are
+  // apart but near. The sizes of the forces stay. `push_before` and `moment_before` are without this pair of links.
+  void turn_forces(const Motion<V>& m, const NearLinks& pair, int k, const Vec3<V>& push_before,
+                   const Vec3<V>& moment_before, Visitor& visitor) {
     const Limits limits = Limits::measure(settings_.exact_within);
-    const unsigned pushed = bits<V>(visitor.weight > V{});
+    const Mask<V> finite = visitor.sizes <= splat<V>(std::numeric_limits<T>::max());
+    const unsigned pushed = bits<V>(finite & (visitor.sizes > V{}));
     for (unsigned open = pushed & first_lanes<V>(std::min(width<V>, m.last + 1 - k)); open; open &= open - 1) {
       const int lane = std::countr_zero(open);
       Point normal;
       const auto d = hulls_distance(m.hulls_at(pair.link, k + lane), pair.other->hulls_at(pair.other_link, k + lane),
                                     limits, normal);
       if (!(d.lower > 0 && d.lower < settings_.exact_within)) continue;
-      const T weight = visitor.weight[lane];
-      const T scale = visitor.size(splat<V>(T(d.lower)))[lane] / visitor.size(visitor.nearest)[lane];
-      const double length = double(weight * scale) / std::sqrt(dot(normal, normal));
-      const Point force = normal * length;
-      const Point place{visitor.place.x[lane] / weight, visitor.place.y[lane] / weight, visitor.place.z[lane] / weight};
-      put(visitor.push, lane, push, force);
-      put(visitor.moment, lane, moment, cross(place, force));
+      normal = normal * (1 / std::sqrt(dot(normal, normal)));
+      const auto& centres = visitor.weighted_centres;
+      set_lane(visitor.push, lane, push_before, normal * double(visitor.sizes[lane]));
+      set_lane(visitor.moment, lane, moment_before,
+               cross(Point{centres.x[lane], centres.y[lane], centres.z[lane]}, normal));
     }
   }
 
   // Sets a lane to the sum of two vectors.
-  static void put(Vec3<V>& out, int lane, const Vec3<V>& a, const Point& b) {
+  static void set_lane(Vec3<V>& out, int lane, const Vec3<V>& a, const Point& b) {
     out.x[lane] = a.x[lane] + T(b.x);
     out.y[lane] = a.y[lane] + T(b.y);
     out.z[lane] = a.z[lane] + T(b.z);

@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from mmp_env.errors import MmpError
 from mmp_planners.conflict_tree.fast_track import RepulsionOfSeveralArms, RepulsiveFastTrack
 from mmp_planners.conflict_tree.repulsion import Modification, RepulsiveModification, ShortenedModification
 from mmp_planners.conflict_tree.selection import Focal
@@ -86,13 +85,13 @@ class RepulsivePlanner(OneKindPlanner):
     )
     exact_within: float = option(
         RepulsiveModification.exact_within,
-        "distance of convex pieces [m] below which they repel each other along the line between their nearest points; "
-        "no effect without `spheres: exact`; 0, as in the paper: spheres repel each other",
+        "distance of convex pieces [m] below which the force has the direction between their nearest points; no effect "
+        "without `spheres: exact`; 0, as in the paper: spheres give it",
         least=0,
     )
     halvings: int = option(
         RepulsiveModification.halvings,
-        "line search: how often a step that would end the descent is halved first; 0 (paper-literal): never",
+        "line search: how often a step that would end the descent is halved first; 0, as in the paper: never",
         least=0,
     )
     early_stop: bool = option(
@@ -106,11 +105,6 @@ class RepulsivePlanner(OneKindPlanner):
         False, "shorten each repelled path, clear of the arms that it is clear of; off, as in the paper: keep detours"
     )
     trace: bool = option(RepulsiveModification.trace, "give watchers every iterate of ModifyMotion; changes no plan")
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.exact_within > 0 and (self.distance != "surface" or self.floor == 0):
-            raise MmpError("exact_within > 0 needs distance=surface and a floor above 0")
 
     def modification(self) -> Modification:
         """Returns ModifyMotion with these options."""

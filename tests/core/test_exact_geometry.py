@@ -1,10 +1,12 @@
 """Convex hulls of links decide where spheres come close: distances, conflicts, edges and constraints."""
 
 import itertools
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from reference.convex import hull_distance
+from reference.convex import distance_from_hull_to_origin, hull_distance
+from reference.repulsion import sphere_force
 
 from mmp_env import core
 from mmp_env.model.convex_hull import supporting_planes
@@ -247,34 +249,62 @@ def test_hulls_come_in_the_order_of_the_links():
 def normal_between(a, b, step=1e-6):
     """Returns the slope of the distance [3] as the hull of points a moves."""
     moves = step * np.eye(3)
-    return np.array([hull_distance(a + m, b) - hull_distance(a - m, b) for m in moves]) / (2 * step)
+    return np.array([hull_gap(a + m, b) - hull_gap(a - m, b) for m in moves]) / (2 * step)
 
 
-def test_near_contact_the_repulsive_force_has_the_direction_between_exact_shapes():
-    """With one sphere per link, the force of the exact distance acts at its centre along the normal of the hulls."""
+def test_near_contact_the_repulsive_force_has_the_direction_between_hulls():
+    """Every sphere keeps the size of its force. Overlapping and distant hulls leave the force to the spheres."""
     rng = np.random.default_rng(7)
-    k_rep, d0, within, x, near = 0.05, 0.9, 0.5, 1.0, 0
-    for _ in range(150):
-        a, b = drawn(rng, 5), drawn(rng, 4)
-        cell = cell_of((0.0, a, 0.01), (x, b, 0.02))
-        q = rng.uniform(-np.pi, np.pi, (2, 2))
-        first, second = placed(a, 0.0, q[0]), placed(b, x, q[1])
-        if not separated(first, second):
-            continue
-        d = hull_distance(first, second) - 0.03
-        motions = [core.Motion(cell, k, np.repeat(rows[None], 3, axis=0)) for k, rows in enumerate(q)]
-        settings = core.RepulsionSettings(k_rep=k_rep, d0=d0, exact_within=within)
+    field, steps = {"k_rep": 0.05, "d0": 0.5}, 21
+    within, radius, bases = 0.2, 0.02, (0.0, 1.0, -0.9)
+    turned = overlapping = far = 0
+    for _ in range(6):
+        hulls = [[drawn(rng, 4) + [offset, 0, 0] for offset in (-0.2, 0.2)] for _ in bases]
+        cell, balls = core.Cell(), rng.uniform(-0.3, 0.3, (len(bases), 3, 3))
+        for k, x in enumerate(bases):
+            spheres = np.column_stack([balls[k], np.full(3, 0.1)])
+            cell.add_arm(**chain(x), spheres=spheres, sphere_links=np.full(3, 2, dtype=np.int32))
+            for vertices in hulls[k]:
+                cell.add_hull(arm=k, link=2, vertices=vertices, radius=radius, protrusion=UNKNOWN_M)
+        cell.freeze()
+        q = rng.uniform(-np.pi, np.pi, (len(bases), steps, 2))
+        motions = [core.Motion(cell, k, rows) for k, rows in enumerate(q)]
+        settings = core.RepulsionSettings(**field, exact_within=within)
         found = core.repulsive_force(cell, motions[0], motions[1:], settings)
-        if 0.01 < d < within:
-            size = k_rep * (1 / d - 1 / d0) / d**2
-            force = size * normal_between(first, second)
-            centre = placed(np.zeros((1, 3)), 0.0, q[0])[0]
-            joints = np.array([[0.0, 0, 0], [np.cos(q[0, 0]), np.sin(q[0, 0]), 0]])
-            expected = [np.cross(centre - joint, force)[2] for joint in joints]
-            np.testing.assert_allclose(found[1], expected, rtol=2e-3, atol=float(2e-3 * size))
-            near += 1
-        elif d > within + 1e-6:
-            by_spheres = core.RepulsionSettings(k_rep=k_rep, d0=d0)
-            np.testing.assert_array_equal(found, core.repulsive_force(cell, motions[0], motions[1:], by_spheres))
-        assert not found[[0, 2]].any()
-    assert near > 5
+        assert not found[[0, -1]].any()
+        for k in range(1, steps - 1):
+            centres = placed(balls[0], bases[0], q[0, k])
+            expected, size = np.zeros(2), 1.0
+            for other in (1, 2):
+                cloud = SimpleNamespace(centers=placed(balls[other], bases[other], q[other, k]), radii=np.full(3, 0.1))
+                forces = np.array(
+                    [sphere_force(p, 0.1, cloud, **field, distance="surface", floor=0.01) for p in centres]
+                )
+                pieces = [
+                    (placed(a, bases[0], q[0, k]), placed(b, bases[other], q[other, k]))
+                    for a in hulls[0]
+                    for b in hulls[other]
+                ]
+                gaps = [hull_gap(a, b) - 2 * radius for a, b in pieces]
+                if forces.any():
+                    overlapping += min(gaps) <= 0
+                    far += min(gaps) > within
+                if 0 < min(gaps) < within and forces.any():
+                    normal = normal_between(*pieces[int(np.argmin(gaps))])
+                    forces = np.linalg.norm(forces, axis=1)[:, None] * normal
+                    turned += 1
+                expected += torques(forces, centres, q[0, k])
+                size = max(size, np.abs(forces).max())
+            np.testing.assert_allclose(found[k], expected, rtol=2e-3, atol=float(2e-3 * size))
+    assert min(turned, overlapping, far) > 5, (turned, overlapping, far)
+
+
+def torques(forces, points, q):
+    """Returns the torques [2] of forces [n, 3] on points [n, 3] of the second link of the arm at the origin."""
+    joints = np.array([[0.0, 0, 0], [np.cos(q[0]), np.sin(q[0]), 0]])
+    return np.array([np.cross(points - joint, forces)[:, 2].sum() for joint in joints])
+
+
+def hull_gap(a, b):
+    """Returns the distance of two hulls; 0 if they overlap."""
+    return distance_from_hull_to_origin((a[:, None] - b[None]).reshape(-1, 3))

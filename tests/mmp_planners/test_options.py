@@ -167,10 +167,3 @@ def test_a_value_may_be_a_numpy_scalar(option, value, made):
 def test_a_numpy_scalar_of_another_type_is_refused(option, value):
     with pytest.raises(MmpError, match=f"option '{option}' of planner 'ecbs' is"):
         make("ecbs", **{option: value})
-
-
-@pytest.mark.parametrize("options", [{"distance": "centre"}, {"floor": 0.0}, {"preset": "paper"}], ids=str)
-def test_forces_between_convex_pieces_need_surface_distances_and_a_floor(options):
-    make("apf-ecbs", exact_within=0.03)
-    with pytest.raises(MmpError, match="exact_within > 0 needs distance=surface and a floor above 0"):
-        make("apf-ecbs", exact_within=0.03, **options)

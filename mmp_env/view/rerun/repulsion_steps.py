@@ -106,7 +106,7 @@ def sphere_forces(
 ) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "n s 3"]]:
     """Returns the sphere centres [m] of an arm at `q` and the force of `others`, arm -> [dof], on each; 0 on its base.
 
-    The formula is that of `native/` (see `repulsive_force`).
+    The formula is that of `native/` (see `repulsive_force`) without `exact_within`.
     """
     centers, radii = cell.collision.spheres(arm, q)
     forces = np.zeros_like(centers)

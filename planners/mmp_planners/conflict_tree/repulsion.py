@@ -65,10 +65,9 @@ class RepulsiveModification:
     Below `floor` [m] the force is constant, no joint moves more than `cap` [rad] per iteration, and the descent ends
     where two waypoints would be farther apart than `stretch` steps at full speed; 0 takes each of these away
     (paper-literal). Where convex pieces are closer than `exact_within` [m], the force between two links has the
-    direction between their nearest points and the size that belongs to their distance. A step that would end the
-    descent is halved first, up to `halvings` times. `early_stop` ends the descent without conflicts and at 2 cm of
-    clearance. With `parked_yield` an arm that has arrived is repelled too, as long as another arm moves, and returns.
-    `trace` keeps every iterate for watchers.
+    direction between their nearest points. A step that would end the descent is halved first, up to `halvings` times.
+    `early_stop` ends the descent without conflicts and at 2 cm of clearance. With `parked_yield` an arm that has
+    arrived is repelled too, as long as another arm moves, and returns. `trace` keeps every iterate for watchers.
     """
 
     alpha: float = _DEFAULT.alpha

@@ -11,6 +11,7 @@ from support import core_calls
 REGRESSIONS = sorted((Path(__file__).parent / "fuzz" / "regressions").glob("*.json"))
 FOUND = {
     "raises": "traceback",
+    "planner_raises": "planner 'x' raised ValueError",
     "hangs": "no answer within",
     "crashes": "signal 11",
     "leaves_half_a_file": "refused, and left out.json",

@@ -16,14 +16,22 @@ GRID_STEP_S = 0.1
 """Default step of the time grid [s]."""
 LARGEST_SEED = 2**63 - 1
 """Upper bound of seeds: 63 bits."""
-LARGEST_COUNT = 10**8
-"""Upper bound of options that count. Larger values overflow the native counters."""
+LARGEST_NUMBER = 10**8
+"""Upper bound of options. The native core refuses larger numbers, and its counters overflow."""
 MOST_STEPS = 10_000
 """Upper bound of the grid steps of an arm's straight path. More means a mistake in the units."""
+LONGEST_STEP_RAD = 1e4
+"""Upper bound of a joint's move [rad or m] in a grid step. The native core refuses longer steps."""
 
 
 def option(
-    default: Any, doc: str, *, positive: bool = False, least: float | None = None, choices: tuple[str, ...] = ()
+    default: Any,
+    doc: str,
+    *,
+    positive: bool = False,
+    least: float | None = None,
+    most: float = LARGEST_NUMBER,
+    choices: tuple[str, ...] = (),
 ) -> Any:
     """Returns a dataclass field for a planner's option.
 
@@ -32,10 +40,11 @@ def option(
         doc: documentation, for `mmp list` and the docs.
         positive: whether the value must be positive.
         least: least value.
+        most: largest value.
         choices: allowed values, for text.
     """
     positive = positive or (least is not None and least > 0)
-    metadata = {"doc": doc, "positive": positive, "least": least, "choices": choices}
+    metadata = {"doc": doc, "positive": positive, "least": least, "most": most, "choices": choices}
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -47,8 +56,9 @@ def check_options(planner: Any) -> None:
             raise UnknownNameError(f"value of option '{f.name}'", value, f.metadata["choices"])
         if f.metadata.get("positive") and not (math.isfinite(value) and value > 0):
             raise MmpError(f"option '{f.name}' is {value!r}; it must be a positive number")
-        if isinstance(value, int) and value > LARGEST_COUNT:
-            raise MmpError(f"option '{f.name}' is {value!r}; it must be {LARGEST_COUNT} at most")
+        most = f.metadata.get("most", LARGEST_NUMBER)
+        if isinstance(value, int | float) and not value <= most:
+            raise MmpError(f"option '{f.name}' is {value!r}; it must be {most} at most")
         least = f.metadata.get("least")
         if least is not None and not value >= least:
             raise MmpError(f"option '{f.name}' is {value!r}; it must be {least} at least")
@@ -57,7 +67,8 @@ def check_options(planner: Any) -> None:
 def check_steps(problem: Problem, dt: float) -> None:
     """Raises `MmpError` if a straight path of an arm to a goal has more than `MOST_STEPS` steps of `dt` [s].
 
-    The path counts as 1 rad at least, because an arm that hardly moves may have to avoid another one.
+    A step longer than `LONGEST_STEP_RAD` is an error, too. The path counts as 1 rad at least, because an arm that
+    hardly moves may have to avoid another one.
     """
     for name, v_max in problem.max_velocity.items():
         distance = np.maximum(np.abs(problem.goals[name] - problem.start[name]).max(axis=0), 1.0)
@@ -66,6 +77,12 @@ def check_steps(problem: Problem, dt: float) -> None:
             raise MmpError(
                 f"arm '{name}' needs {steps:.3g} steps of dt {dt} s to its goal, or for 1 rad; allowed: {MOST_STEPS}. "
                 "dt is too short or max_velocity too low"
+            )
+        longest = float(np.max(v_max) * dt)
+        if longest > LONGEST_STEP_RAD:
+            raise MmpError(
+                f"arm '{name}' moves {longest:.3g} rad in a step of dt {dt} s; allowed: {LONGEST_STEP_RAD:g}. "
+                "dt is too long or max_velocity too high"
             )
 
 

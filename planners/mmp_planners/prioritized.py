@@ -44,7 +44,7 @@ class Prioritized:
     wait: float = option(
         PARKED_S, "longest time that arms still to be planned count as parked at their start [s]", least=0.0
     )
-    eta: float = option(LOW_LEVEL.eta, "steering distance of the single-arm planner [rad]", least=0.01)
+    eta: float = option(LOW_LEVEL.eta, "steering distance of the single-arm planner [rad]", least=0.01, most=100)
     iterations: int = option(
         LOW_LEVEL.iterations, "single-arm iterations before an arm fails; grows by restart", positive=True
     )

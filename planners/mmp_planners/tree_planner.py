@@ -60,7 +60,7 @@ class TreePlanner(abc.ABC):
         choices=("paths", "straight"),
     )
     patience: int = option(20, "expansions after a solution in which a cheaper one may still be found", positive=True)
-    eta: float = option(LOW_LEVEL.eta, "steering distance of the single-arm planner [rad]", least=0.01)
+    eta: float = option(LOW_LEVEL.eta, "steering distance of the single-arm planner [rad]", least=0.01, most=100)
     iterations: int = option(
         LOW_LEVEL.iterations, "single-arm iterations without a path before a call fails", positive=True
     )

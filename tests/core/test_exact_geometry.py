@@ -259,7 +259,7 @@ def test_near_contact_the_repulsive_force_has_the_direction_between_hulls():
     within, radius, bases = 0.2, 0.02, (0.0, 1.0, -0.9)
     turned = overlapping = far = 0
     for _ in range(6):
-        hulls = [[drawn(rng, 4) + [offset, 0, 0] for offset in (-0.2, 0.2)] for _ in bases]
+        hulls = [[drawn(rng, 4) + np.array([offset, 0, 0]) for offset in (-0.2, 0.2)] for _ in bases]
         cell, balls = core.Cell(), rng.uniform(-0.3, 0.3, (len(bases), 3, 3))
         for k, x in enumerate(bases):
             spheres = np.column_stack([balls[k], np.full(3, 0.1)])

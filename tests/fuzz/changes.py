@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import copy
+import itertools
 import json
 import random
 import re
 from typing import Any
+
+from mmp_planners import describe, names
 
 HOSTILE = [
     *(0, -1, 1e300, -1e300, 1e-300, 2**63, 10**400, float("nan"), float("inf"), -0.0, 0.5, True, False, None),
@@ -64,7 +67,7 @@ ARGUMENTS = [
 ]
 """Values in place of any argument of an option."""
 OPTIONS = {
-    "plan": "--instance --robot --task --seed --start --goal --keep --margin --planner --set --time-limit"
+    "plan": "--instance --robot --task --seed --start --goal --keep --margin --planner --set --set --set --time-limit"
     " --max-velocity --max-acceleration --max-jerk --rate --tolerance --out --tree --moments --camera"
     " --degrees --retime --json",
     "run": "--planner --seed --time-limit --improve --margin --max-velocity --max-acceleration --max-jerk --delays"
@@ -77,6 +80,13 @@ OPTIONS = {
     "list": "--json",
 }
 """Command -> options that are added."""
+SETTINGS = {name: [option.name for option in describe(name).options] for name in names()}
+"""Planner -> its options."""
+VALUES = [
+    *("0", "-1", "1", "7", "1e-300", "1e-12", "1e-3", "0.3", "1e3", "1e6", "1e12", "1e300", "nan", "inf", "-inf"),
+    *("", "x", "on", "off", "paper", "99999999999", "\u202e"),
+]
+"""Values in place of any value of a planner's option."""
 BARE = ("--degrees", "--retime", "--no-retime", "--json", "--exact")
 
 
@@ -107,8 +117,17 @@ def changed_line(line: list[str], rng: random.Random) -> list[str]:
         line[rng.choice(places) + 1] = rng.choice(ARGUMENTS)
     else:
         option = rng.choice(OPTIONS[line[0]].split())
+        if option == "--set" and rng.random() < 0.9:
+            return [*line, option, changed_setting(line, rng)]
         line += [option] if option in BARE else [option, rng.choice(ARGUMENTS)]
     return line
+
+
+def changed_setting(line: list[str], rng: random.Random) -> str:
+    """Returns a changed option of the planner that the command line names, or of `auto`."""
+    named = [planner for option, planner in itertools.pairwise(line) if option == "--planner" and planner in SETTINGS]
+    option = rng.choice(SETTINGS[named[-1] if named else "auto"])
+    return f"{option}={rng.choice(VALUES)}"
 
 
 def _places(value: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 CODES = (0, 1, 2)
 LONGEST_MESSAGE = 4000
+RAISED = re.compile(r"planner '.*' raised .*")
+"""What the program says when a planner raised."""
 MUST_DIFFER = ("arms", "obstacles", "jobs", "objects", "instances")
 POSITIVE = ("size", "radius", "length", "scale")
 
@@ -33,6 +36,8 @@ def faults(run: Run) -> list[str]:
         out.append(f"exit code {run.code}")
     if "Traceback" in run.err or "Traceback" in run.out:
         out.append("traceback: " + run.err.strip().splitlines()[-1])
+    if raised := RAISED.search(run.err):
+        out.append(raised[0])
     said = [line for line in run.err.splitlines() if not line.startswith("usage:") and line.strip()]
     if run.code == 2 and not said:
         out.append("exit code 2 without a sentence")

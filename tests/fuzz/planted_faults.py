@@ -15,6 +15,12 @@ def raises(line: list[str]) -> None:
     raise KeyError(line[0])
 
 
+def planner_raises(line: list[str]) -> None:
+    """Says that a planner raised."""
+    print("mmp: planner 'x' raised ValueError: y", file=sys.stderr)
+    raise SystemExit(1)
+
+
 def hangs(line: list[str]) -> None:
     """Does not return."""
     time.sleep(3600)

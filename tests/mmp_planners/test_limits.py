@@ -1,5 +1,9 @@
 """Inputs that every planner refuses before it begins, and the time of the first plan in its statistics."""
 
+import math
+import re
+from contextlib import suppress
+
 import numpy as np
 import pytest
 from support import two_arms
@@ -10,7 +14,7 @@ from mmp_env.errors import MmpError
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.problems.making import make_problem
 from mmp_planners import Status, describe, make, names
-from mmp_planners.options import LARGEST_COUNT, LARGEST_SEED, MOST_STEPS
+from mmp_planners.options import LARGEST_NUMBER, LARGEST_SEED, MOST_STEPS
 from mmp_planners.portfolio.shortcutting import MOST_STEPS as MOST_STEPS_OF_A_GRID
 from mmp_planners.portfolio.shortcutting import on_grid
 
@@ -94,17 +98,27 @@ def test_a_plan_that_lasts_for_hours_is_shortened_on_a_coarser_grid():
 
 @every_planner
 def test_more_attempts_than_can_be_counted_are_refused(name):
-    with pytest.raises(MmpError, match=f"option 'shorten' is {10**9}; it must be {LARGEST_COUNT} at most"):
+    with pytest.raises(MmpError, match=f"option 'shorten' is {10**9}; it must be {LARGEST_NUMBER} at most"):
         make(name, shorten=10**9)
-    make(name, shorten=LARGEST_COUNT)
+    make(name, shorten=LARGEST_NUMBER)
 
 
 @every_planner
-def test_no_option_takes_a_number_beyond_the_largest_count(name):
-    counts = [option.name for option in describe(name).options if option.type == "int"]
-    for option in counts:
-        with pytest.raises(MmpError, match=f"option '{option}' is {2**70}"):
-            make(name, **{option: 2**70})
+def test_no_option_takes_a_number_beyond_the_largest(name):
+    for option in describe(name).options:
+        for value in {"int": (2**70,), "float": (1e12, math.inf, math.nan)}.get(option.type, ()):
+            with pytest.raises(MmpError, match=re.escape(f"option '{option.name}' is {value!r}")):
+                make(name, **{option.name: value})
+
+
+@every_planner
+def test_every_option_takes_its_extremes_or_refuses_them(name):
+    for option in describe(name).options:
+        for value in {"int": (0, LARGEST_NUMBER), "float": (1e-300, 1e-12, 1e3, 1e6, LARGEST_NUMBER)}.get(
+            option.type, ()
+        ):
+            with suppress(MmpError):
+                make(name, **{option.name: value}).plan(two_arms.parked_arm_between(), seed=0, time_limit=0.02)
 
 
 @every_planner

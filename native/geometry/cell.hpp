@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "geometry/collision.hpp"
+#include "geometry/static_world.hpp"
 
 namespace mmp {
 

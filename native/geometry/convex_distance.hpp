@@ -23,8 +23,9 @@ struct PosedHull {
 };
 
 struct ConvexDistance {
-  double lower;  // certified [m]; minus infinity for hulls that overlap
-  double upper;  // of two points that were found [m]
+  double lower;     // certified [m]; minus infinity for hulls that overlap
+  double upper;     // of two points that were found [m]
+  Point between{};  // vector from the second of these points to the first, without the hulls' radii
 };
 
 namespace gjk {
@@ -138,13 +139,14 @@ struct Limits {
 
 // Returns bounds of the distance from the origin to a convex set. `support` returns its farthest point along a
 // direction. Unless the limits end it, the iteration runs until both bounds agree. `radii` is taken off both bounds.
-// `closest` is a first guess of the set's point nearest to the origin, and then the nearest point that was found.
 template <class Support>
-inline ConvexDistance distance_from_origin(const Support& support, Point& closest, double radii, const Limits& limits) {
+inline ConvexDistance distance_from_origin(const Support& support, Point direction, double radii,
+                                           const Limits& limits) {
   constexpr double kNone = -std::numeric_limits<double>::infinity();
   ConvexDistance out{kNone, std::numeric_limits<double>::infinity()};
   gjk::Simplex simplex;
-  if (!(dot(closest, closest) > 0)) closest = Point{1, 0, 0};
+  Point& closest = out.between;
+  closest = dot(direction, direction) > 0 ? direction : Point{1, 0, 0};
   for (int k = 0; k < gjk::kMaxIterations; ++k) {
     const double length = std::sqrt(dot(closest, closest));
     if (!(length > gjk::kConverged)) return {kNone, 0};
@@ -160,18 +162,11 @@ inline ConvexDistance distance_from_origin(const Support& support, Point& closes
   return out;
 }
 
-// Returns bounds of the distance between two hulls. `between` becomes the vector from the nearest point of b to that of
-// a, without their radii.
-inline ConvexDistance convex_distance(const PosedHull& a, const PosedHull& b, const Limits& limits, Point& between) {
-  const Point offset = a.pose.origin() - b.pose.origin();
-  between = a.center() - b.center();
-  return distance_from_origin([&](const Point& d) { return offset + (a.support(d) - b.support(d * -1.0)); }, between,
-                              a.hull->radius + b.hull->radius, limits);
-}
-
+// Returns bounds of the distance between two hulls.
 inline ConvexDistance convex_distance(const PosedHull& a, const PosedHull& b, const Limits& limits) {
-  Point between;
-  return convex_distance(a, b, limits, between);
+  const Point offset = a.pose.origin() - b.pose.origin();
+  return distance_from_origin([&](const Point& d) { return offset + (a.support(d) - b.support(d * -1.0)); },
+                              a.center() - b.center(), a.hull->radius + b.hull->radius, limits);
 }
 
 // Returns bounds of the least distance between two hulls whose points move straight from the first to the second pose.
@@ -186,8 +181,7 @@ inline ConvexDistance swept_distance(const PosedHull& a0, const PosedHull& a1, c
     const Point second = offset1 + (a1.support(d) - b1.support(back));
     return dot(first, d) >= dot(second, d) ? first : second;
   };
-  Point between = a0.center() - b0.center();
-  return distance_from_origin(support, between, a0.hull->radius + b0.hull->radius, limits);
+  return distance_from_origin(support, a0.center() - b0.center(), a0.hull->radius + b0.hull->radius, limits);
 }
 
 }  // namespace mmp

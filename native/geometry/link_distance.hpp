@@ -82,9 +82,8 @@ inline T protrusion(const ArmModel<T>& a, int la, const ArmModel<T>& b, int lb) 
   return a.links[la].protrusion + b.links[lb].protrusion;
 }
 
-// Returns bounds of the distance between two bodies of several hulls. `between` becomes the vector from the nearest
-// point of b to that of a, without the hulls' radii, if the lower bound is below `limits.wide`.
-inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, const Limits& limits, Point& between) {
+// Returns bounds of the distance between two bodies of several hulls.
+inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, const Limits& limits) {
   ConvexDistance out{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
   for (int i = 0; i < a.count; ++i)
     for (int j = 0; j < b.count; ++j) {
@@ -95,19 +94,13 @@ inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, c
         out.lower = std::min(out.lower, bound);
         continue;
       }
-      Point vector;
-      const auto found = convex_distance(one, other, limits, vector);
-      if (found.upper < out.upper) between = vector;
+      const auto found = convex_distance(one, other, limits);
+      if (found.upper < out.upper) out.between = found.between;
       out.lower = std::min(out.lower, found.lower);
       out.upper = std::min(out.upper, found.upper);
       if (out.upper < limits.close) return out;
     }
   return out;
-}
-
-inline ConvexDistance hulls_distance(const PosedHulls& a, const PosedHulls& b, const Limits& limits) {
-  Point between;
-  return hulls_distance(a, b, limits, between);
 }
 
 // Returns whether two bodies whose points move straight from one pose to the next may come closer than `limit`.

@@ -13,8 +13,8 @@
 #include <deque>
 #include <vector>
 
-#include "geometry/collision.hpp"
 #include "geometry/motion.hpp"
+#include "geometry/static_world.hpp"
 #include "geometry/upright_projection.hpp"
 #include "runtime/clock.hpp"
 

@@ -9,7 +9,7 @@
 
 #include <vector>
 
-#include "geometry/collision.hpp"
+#include "geometry/static_world.hpp"
 #include "geometry/upright.hpp"
 #include "runtime/clock.hpp"
 

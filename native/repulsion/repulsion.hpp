@@ -149,11 +149,10 @@ class Repulsion {
     const unsigned pushed = bits<V>(finite & (visitor.sizes > V{}));
     for (unsigned open = pushed & first_lanes<V>(std::min(width<V>, m.last + 1 - k)); open; open &= open - 1) {
       const int lane = std::countr_zero(open);
-      Point normal;
-      const auto d = hulls_distance(m.hulls_at(pair.link, k + lane), pair.other->hulls_at(pair.other_link, k + lane),
-                                    limits, normal);
+      const auto d =
+          hulls_distance(m.hulls_at(pair.link, k + lane), pair.other->hulls_at(pair.other_link, k + lane), limits);
       if (!(d.lower > 0 && d.lower < settings_.exact_within)) continue;
-      normal = normal * (1 / std::sqrt(dot(normal, normal)));
+      const Point normal = d.between * (1 / std::sqrt(dot(d.between, d.between)));
       const auto& centres = visitor.weighted_centres;
       set_lane(visitor.push, lane, push_before, normal * double(visitor.sizes[lane]));
       set_lane(visitor.moment, lane, moment_before,

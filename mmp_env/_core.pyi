@@ -375,7 +375,7 @@ class RepulsionSettings:
     @property
     def exact_within(self) -> float:
         """
-        Distance of exact shapes below which the force has their direction [m]; 0: never.
+        Distance of hulls below which they give the direction of the force [m]; 0: never.
         """
 
     @property

@@ -14,6 +14,8 @@ STRAY = 5e-6
 """Largest distance [rad or m] of a joint from straight lines between the times at which the motion is proved."""
 MOST_PARTS = 5e6
 """Largest number of lines in a check."""
+MOST_JUMP = 1e4
+"""Largest move of a joint [rad or m] in a period of a check. No plan that turns farther is proved."""
 REST_TOLERANCE = 1e-9
 """Largest move of a joint [rad or m] of an arm at rest."""
 _BASIS = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
@@ -77,7 +79,9 @@ class Motion:
 def proof_times(motions: list[Motion]) -> Float[np.ndarray, "t"]:
     """Returns times [s] for all arms, between which every motion is straight but for `STRAY`."""
     count = max(len(motion.controls) for motion in motions) - 1
-    if not sum(np.sqrt(motion.bend().max(axis=1) / STRAY + 1).sum() for motion in motions) <= MOST_PARTS:
+    jump = max(float(np.abs(np.diff(motion.controls, axis=0)).max(initial=0)) for motion in motions)
+    lines = sum(np.sqrt(motion.bend().max(axis=1) / STRAY + 1).sum() for motion in motions)
+    if not (jump <= MOST_JUMP and lines <= MOST_PARTS):
         raise UnreadableError("the positions of an arm jump so far that the motion between them cannot be checked")
     parts = np.ones(count, dtype=int)
     for motion in motions:

@@ -118,6 +118,8 @@ def windows(handled: Handled, end: float) -> list[ObjectWindow]:
     cuts = {0.0, end, *(time for time, _ in handled.states)}
     cuts |= {time for begin, until, _ in handled.permits for time in (begin, until)}
     times = sorted(cuts)
+    if len(times) == 1:  # nothing moves, and a window of any length says so
+        times.append(times[0] + 1.0)
     out = []
     for begin, until in pairwise(times):
         state = [state for time, state in handled.states if time <= begin][-1]

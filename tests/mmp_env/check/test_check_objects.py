@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from mmp_env.check.schedule import check_schedule_document
-from tests.support.object_jobs import planned
+from mmp_env.work.jobs_file import jobs_from_dict
+from mmp_env.work.schedule_file import schedule_to_dict
+from mmp_planners import schedule
+from tests.support.object_jobs import planned, work
 
 
 def _event(data, kind, what):
@@ -118,3 +121,13 @@ def test_objects_of_the_file_are_those_of_the_jobs():
     data = planned()
     assert [each["name"] for each in data["objects"]] == ["red", "blue", "green"]
     assert np.allclose(_event(data, "grasp", "red")["pose"]["position"], data["objects"][0]["position"])
+
+
+def test_objects_beside_arms_that_never_move_are_checked():
+    done = schedule(jobs_from_dict(work({"name": "stay", "steps": [{"move": "tucked"}]}), "jobs.json"))
+    data = schedule_to_dict(done.schedule)
+    report = check_schedule_document(data)
+    assert report.valid, report.sentences
+    assert report.min_clearance_m >= 0.002
+    data["objects"][0] |= {"position": [0.5, 0.0, 0.3], "size": [0.1, 0.1, 0.6]}
+    assert _rules(data) == {"arm-obstacle"}

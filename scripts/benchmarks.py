@@ -1,4 +1,4 @@
-"""Benchmarks that `scripts/measure.py` runs: sources, planners, and options of each folder of docs/results."""
+"""What `scripts/measure.py` runs: benchmarks with sources, planners and options, and scripts that print figures."""
 
 from __future__ import annotations
 
@@ -94,3 +94,40 @@ SHARES = {"study": (0.2, 0.3), "study-long": (0.06, 6.0)}
 """Instances of a cell and time limit of a folder, relative to those of the others."""
 REPORTED = {"cells": "The paper's five planners", "literal": "Paper-literal settings and our design decisions"}
 """Title of the report of each folder that has one."""
+
+_REPULSION = {
+    "fast-track": [
+        ["--planner", name, "--base", name, "--set", "repulsion=fast-track", "--count", "20"]
+        for name in ("xecbs", "gen-ecbs", "cbs")
+    ],
+    "options": [
+        ["--base", "apf-ecbs", "--set", setting]
+        for setting in ("shorten_paths=on", "shorten=400", "parked_yield=on", "halvings=3")
+    ],
+    "exact": [["--base", "apf-ecbs", "--set", "exact_within=0.03", "--exact"]],
+}
+"""Arguments of the runs of `bench_repulsion.py`: planners with repulsion, and options of `apf-ecbs`."""
+
+_SMALL = (
+    *("import", "core", "anytime", "env", "goals", "growth", "harness", "portfolio", "rerun", "retime", "tasks"),
+    *("work", "online", "batched", "clone"),
+)
+LINES: dict[str, dict[str, list[list[str]]]] = {
+    "small": {name: [[f"bench_{name}.py"]] for name in _SMALL},
+    "beyond": {
+        "nodes": [["bench_nodes.py"]],
+        **{
+            f"repulsion-{name}": [["bench_repulsion.py", *words] for words in runs] for name, runs in _REPULSION.items()
+        },
+    },
+    "attacks": {
+        "deadlines": [["bench_deadlines.py", "--most", "10", "--count", "3"]],
+        "soak": [["soak.py"]],
+        "checker": [["attack_checker.py"]],
+        "fuzz": [["fuzz.sh", "--minutes", "30"]],
+        "sanitizers": [["sanitize.sh"]],
+        "faults": [["faults.sh", "--most", "3"]],
+        "wheel": [["wheel.sh", "--cold"], ["wheel.sh", "--warm"]],
+    },
+}
+"""Part -> output -> commands, whose lines in JSON go into figures.jsonl."""

@@ -8,4 +8,4 @@ source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
 prepare dev
 find_compiler || die "no C++ compiler was found"
-PYTHONPATH=$root/tests "$venv/bin/python" -P -m faults "$@"
+PYTHONPATH=$root/tests:$root/scripts "$venv/bin/python" -P -m faults "$@"

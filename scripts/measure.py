@@ -15,7 +15,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks import BENCHES, CIRCLES, COUNTS, REPORTED, SHARES
+from benchmarks import BENCHES, CIRCLES, COUNTS, LINES, REPORTED, SHARES
 from figure import commit
 from measured import ROOT
 
@@ -26,9 +26,7 @@ from mmp_env.errors import MmpError, UnknownNameError
 
 SCRIPTS = ROOT / "scripts"
 MMP = [sys.executable, "-P", "-c", "import sys; from mmp_cli.main import main; sys.exit(main())"]
-SMALL = ("import", "core", "anytime", "env", "goals", "growth", "harness", "portfolio", "rerun", "retime", "tasks")
-"""`bench_NAME.py`, which print lines for figures.jsonl."""
-PARTS = ("small", *BENCHES, "pages")
+PARTS = (*LINES, *BENCHES, "pages")
 __doc__ = __doc__.format(parts=", ".join(PARTS)) if __doc__ else None
 
 
@@ -38,10 +36,10 @@ def main() -> None:
     chosen = args.parts or [part for part in PARTS if part != "circles" or args.instances]
     for part in [part for part in PARTS if part in chosen]:
         begin = time.monotonic()
-        for folder, command in commands(part, args):
+        for folder, all_words in commands(part, args):
             condition(args, folder)
             print(f"{part}: {folder}", flush=True)
-            run(command, args.out / folder)
+            run(all_words, args.out / folder)
         print(f"{part}: took {time.monotonic() - begin:.0f} s", flush=True)
 
 
@@ -70,31 +68,34 @@ def _part(text: str) -> str:
     return text
 
 
-def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[str]]]:
-    """Yields the commands of a part, each with the name of its output below `--out`."""
-    if part == "small":
-        for name in SMALL:
-            if not (args.out / f"{name}.jsonl").exists():
-                yield f"{name}.jsonl", [sys.executable, str(SCRIPTS / f"bench_{name}.py")]
-    elif part == "pages":
+def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[list[str]]]]:
+    """Yields the name of each output of a part below `--out`, and the commands that make it."""
+    for name, scripts in LINES.get(part, {}).items():
+        if not (args.out / f"{name}.jsonl").exists():
+            yield f"{name}.jsonl", [script(*words) for words in scripts]
+    if part == "pages":
         pages = ("results_page.py", "readme_table.py", "planners_page.py")
         words = {"results_page.py": [str(args.out)]}
         for name in pages:
-            yield name, [sys.executable, str(SCRIPTS / name), *words.get(name, [])]
+            yield name, [script(name, *words.get(name, []))]
     for folder, words in BENCHES.get(part, {}).items():
         sources = [str(args.instances / f"{word}.json") if word in CIRCLES else word for word in words]
         of_count, of_limit = SHARES.get(folder, (1.0, 1.0))
         count = max(1, round(min(args.count, COUNTS.get(folder, args.count)) * of_count))
         limits = ["--seed", "0", "--count", str(count), "--time-limit", f"{args.time_limit * of_limit:g}"]
         where = ["--workers", str(args.workers), "--out", str(args.out / folder)]
-        yield folder, [*MMP, "bench", *sources, *limits, *where]
+        yield folder, [[*MMP, "bench", *sources, *limits, *where]]
         if folder in REPORTED:
             title = f"{REPORTED[folder]}, {args.time_limit:g} s per run"
-            yield folder, [*MMP, "report", str(args.out / folder), "--title", title]
+            yield folder, [[*MMP, "report", str(args.out / folder), "--title", title]]
     if part == "circles":
         published = [str(args.instances / f"{name}.published.csv") for name in CIRCLES]
-        beside = [sys.executable, str(SCRIPTS / "bench_published.py"), str(args.out / "circles"), *published]
-        yield "published.jsonl", beside
+        yield "published.jsonl", [script("bench_published.py", str(args.out / "circles"), *published)]
+
+
+def script(name: str, *words: str) -> list[str]:
+    """Returns the command that runs a script of this folder."""
+    return ["bash" if name.endswith(".sh") else sys.executable, str(SCRIPTS / name), *words]
 
 
 def condition(args: argparse.Namespace, name: str) -> None:
@@ -114,19 +115,27 @@ def real_time() -> bool:
     return hasattr(os, "sched_getscheduler") and os.sched_getscheduler(0) in (os.SCHED_FIFO, os.SCHED_RR)
 
 
-def run(command: list[str], target: Path) -> None:
-    """Runs a command. If `target` is a `.jsonl`, the output goes there once it is complete."""
+def run(commands: list[list[str]], target: Path) -> None:
+    """Runs commands in order. If `target` is a `.jsonl`, the lines in JSON go there once all are complete."""
     if target.suffix != ".jsonl":
-        done = subprocess.run(command, check=False)
-    else:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        begun = target.with_suffix(".begun")
-        with begun.open("w", encoding="utf-8") as file:
-            done = subprocess.run(command, stdout=file, check=False)
-        if done.returncode == 0:
-            begun.replace(target)
-    if done.returncode:
-        raise MmpError(f"{target.name} ended with exit code {done.returncode}; the same command continues from there")
+        for command in commands:
+            ended(target, subprocess.run(command, check=False).returncode)
+        return
+    target.parent.mkdir(parents=True, exist_ok=True)
+    begun = target.with_suffix(".begun")
+    with begun.open("w", encoding="utf-8") as file:
+        for command in commands:
+            with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+                for line in process.stdout or ():
+                    (file if line.startswith("{") else sys.stdout).write(line)
+            ended(target, process.returncode)
+    begun.replace(target)
+
+
+def ended(target: Path, code: int) -> None:
+    """Raises `MmpError` after a command that failed."""
+    if code:
+        raise MmpError(f"{target.name} ended with exit code {code}; the same command continues from there")
 
 
 if __name__ == "__main__":

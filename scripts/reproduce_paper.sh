@@ -8,7 +8,8 @@ usage='usage: scripts/reproduce_paper.sh [--quick] [--time-limit S] [--count N] 
   --count N       instances of each cell, those of the seeds 0 to N - 1; default: 50
   --workers N     runs at a time; default: one for each core. Other work on the machine makes times longer
   --out DIR       folder of the results; default: build/reproduction-<time limit>s
-  PART            default: cells kinds tasks literal others panda preset study; scripts/measure.py --help names all'
+  PART            default: cells kinds tasks literal others panda preset study, and beyond if not --quick;
+                  scripts/measure.py --help names all'
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
@@ -18,6 +19,7 @@ workers=$(nproc 2>/dev/null || echo 1)
 out=
 parts=()
 full=(10 50)
+beyond=(beyond)
 while [ "$#" -gt 0 ]; do
   case $1 in
     -h | --help)
@@ -26,6 +28,7 @@ while [ "$#" -gt 0 ]; do
       ;;
     --quick)
       full=(1 10)
+      beyond=()
       shift
       ;;
     --time-limit | --count | --workers | --out)
@@ -49,7 +52,7 @@ done
 if ! [[ $time_limit =~ ^[0-9]{1,6}(\.[0-9]+)?$ ]]; then
   die "--time-limit is '$time_limit'; it must be a number of seconds"
 fi
-if [ "${#parts[@]}" -eq 0 ]; then parts=(cells kinds tasks literal others panda preset study); fi
+if [ "${#parts[@]}" -eq 0 ]; then parts=(cells kinds tasks literal others panda preset study "${beyond[@]}"); fi
 out=$(realpath -m -- "${out:-$root/build/reproduction-${time_limit}s}")
 
 # shellcheck disable=SC2119 # no extras

@@ -50,7 +50,7 @@ for kind in "$@"; do
       under address "$libraries" tests/support/under_sanitizers.py plans
       under address "$libraries" -m pytest --import-mode=importlib -q -p no:cacheprovider --rootdir=. tests/test_fuzz.py \
         -k "good_inputs or once_failed"
-      under address "$libraries" -m fuzz --minutes 2 --core-share 0.5 --longest 120
+      under address "$libraries" -m fuzz --minutes 2 --core-share 0.5 --longest 120 --figure sanitizers_fuzz_command_lines
       ;;
     thread)
       build thread "-fsanitize=thread"

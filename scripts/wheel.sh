@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
 # Builds the source distribution, from it a wheel for each PYTHON in a clean environment, and installs each wheel with its dependencies
 # into another clean environment, where it plans an instance. The files are in dist/. A wheel of Python 3.12 or newer is for all of them.
-# With ccache on the PATH, what was compiled before is taken from its cache. Usage: scripts/wheel.sh [PYTHON...]   (default: python3)
+# With ccache on the PATH, what was compiled before is taken from its cache. With --cold it uses an empty cache of its own, with --warm the
+# same cache as the last --cold left it; then it also prints the time as a line of JSON.
+# Usage: scripts/wheel.sh [--cold | --warm] [PYTHON...]   (default: python3)
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
@@ -43,7 +45,23 @@ build_and_try() { # build_and_try <python>
   quietly "Installing the wheel" "${install[@]}" "$dist/$wheel"
   (cd "$home" && quietly "Planning with the installed wheel" "$venv/bin/mmp" plan MultiArmCell-2 --seed 1)
   say "dist/$wheel plans in an environment of its own; from nothing in $((SECONDS - started)) s"
+  if [ -z "$cache" ]; then return; fi
+  PYTHONPATH=$root/scripts "$venv/bin/python" -c \
+    'import sys, figure; figure.print_figure(f"wheel_{sys.argv[1]}", int(sys.argv[2]), "s", python=sys.version.split()[0])' \
+    "$cache" "$((SECONDS - started))"
 }
+
+cache=
+case ${1:-} in
+  --cold | --warm)
+    cache=${1#--}
+    shift
+    command -v ccache >/dev/null || die "--$cache needs ccache"
+    export CCACHE_DIR=$root/build/wheels/cache
+    if [ "$cache" = cold ]; then rm -rf -- "$CCACHE_DIR"; fi
+    ;;
+  -*) die "unknown argument '$1'; it takes --cold, --warm and names of Python interpreters" ;;
+esac
 
 mkdir -p "$root/build" "$dist"
 : >"$log"

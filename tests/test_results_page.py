@@ -4,6 +4,7 @@ import gzip
 import importlib
 import importlib.util
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -184,6 +185,23 @@ def test_the_reproduction_explains_its_options():
     assert done.returncode == 0
     for option in ("--quick", "--time-limit", "--count", "--workers", "--out"):
         assert option in done.stdout
+
+
+def test_lines_in_json_are_kept_when_all_commands_of_an_output_have_ended_well(results_page, tmp_path, capfd):
+    measure = importlib.import_module("measure")
+    good = [sys.executable, "-c", """print('a'); print('{"name": 1}')"""]
+    with pytest.raises(MmpError, match=r"out\.jsonl ended with exit code 3"):
+        measure.run([good, [sys.executable, "-c", "raise SystemExit(3)"]], tmp_path / "out.jsonl")
+    assert not (tmp_path / "out.jsonl").exists()
+    measure.run([good, good], tmp_path / "out.jsonl")
+    assert (tmp_path / "out.jsonl").read_text() == '{"name": 1}\n' * 2
+    assert capfd.readouterr().out == "a\n" * 3
+
+
+def test_every_script_that_the_measurement_runs_is_there(results_page):
+    lines = importlib.import_module("benchmarks").LINES
+    names = {command[0] for part in lines.values() for commands in part.values() for command in commands}
+    assert [name for name in names if not (ROOT / "scripts" / name).is_file()] == []
 
 
 def test_all_kept_benchmarks_come_from_one_commit():

@@ -81,6 +81,7 @@ def main() -> int:
     parser.add_argument("--longest", type=float, default=LONGEST_S, metavar="S", help=help)
     help = f"share of the time for calls of the core (default: {CORE_SHARE:g})"
     parser.add_argument("--core-share", type=float, default=CORE_SHARE, metavar="X", help=help)
+    parser.add_argument("--figure", default="fuzz_command_lines", metavar="NAME", help="name of the printed figure")
     args = parser.parse_args()
     keep = args.keep or Path(tempfile.mkdtemp(prefix="fuzz-kept-"))
     keep.mkdir(parents=True, exist_ok=True)
@@ -99,7 +100,7 @@ def main() -> int:
     print(f"{'together':15} {total:7} command lines, {accepted:6} accepted")
     print(f"{'core':15} {fuzzing.calls:7} calls, {fuzzing.returned:6} returned")
     more = {"accepted": accepted, "core_calls": fuzzing.calls, "faults": len(fuzzing.found)}
-    print_figure("fuzz_command_lines", total, "command lines", **more)
+    print_figure(args.figure, total, "command lines", **more)
     return min(len(fuzzing.found), 1)
 
 

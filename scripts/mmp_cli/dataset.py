@@ -52,7 +52,7 @@ def run(args: Namespace) -> int:
     import mmp_planners
     from mmp_cli.benchmark.sources import read_sources
     from mmp_cli.datasets import minari_format
-    from mmp_cli.datasets.folder import DatasetFolder
+    from mmp_cli.datasets.folder import exclusive
     from mmp_env.errors import UnknownNameError
     from mmp_env.gym.control import CONTROL_MODES
 
@@ -62,6 +62,15 @@ def run(args: Namespace) -> int:
         minari_format.require()
     planner = mmp_planners.make(args.planner)
     (source,) = read_sources(Namespace(**vars(args) | {"sources": [args.source]}))
+    with exclusive(Path(args.out)):
+        return _fill(args, source, planner)
+
+
+def _fill(args: Namespace, source: Instances, planner: object) -> int:
+    """Adds the instances that are missing and reports. Returns the exit code."""
+    from mmp_cli.datasets import minari_format
+    from mmp_cli.datasets.folder import DatasetFolder
+
     folder = DatasetFolder(Path(args.out), _settings(args, source))
     for k, item in enumerate(source.items):
         if item.name in folder.done:

@@ -1,6 +1,7 @@
 """`mmp dataset`: expert episodes that the environment repeats, counted honestly, whole, and continued."""
 
 import errno
+import fcntl
 import gc
 import json
 import os
@@ -61,6 +62,24 @@ def test_a_dataset_is_continued_and_the_same_seed_gives_the_same_one(tmp_path):
         assert one.files == other.files
         for name in one.files:
             np.testing.assert_array_equal(one[name], other[name])
+
+
+def test_a_second_process_in_the_same_folder_is_refused(tmp_path, capsys):
+    words = ["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a")]
+    (tmp_path / "a").mkdir()
+    handle = os.open(tmp_path / "a", os.O_RDONLY)
+    fcntl.flock(handle, fcntl.LOCK_EX)
+    assert main(words) == 2
+    assert "in use by another mmp dataset" in capsys.readouterr().err
+    assert not list((tmp_path / "a").iterdir())
+    os.close(handle)
+    assert main(words) == 0
+
+
+def test_a_refusal_leaves_no_empty_folder(tmp_path):
+    with mock.patch.object(DatasetFolder, "add", side_effect=MmpError("no")):
+        assert main(["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a" / "b")]) == 2
+    assert not (tmp_path / "a").exists()
 
 
 def test_instances_without_an_episode_are_counted(tmp_path, capsys):

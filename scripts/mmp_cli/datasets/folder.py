@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import json
+import os
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -41,11 +44,44 @@ class _Index(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     instances: list[_Instance]
 
 
+@contextlib.contextmanager
+def exclusive(path: Path) -> Iterator[None]:
+    """Makes the folder of a dataset and keeps other processes out. A new folder that stays empty is removed again.
+
+    Raises `MmpError` if another process has the folder, or if it cannot be made.
+    """
+    missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    except (FileExistsError, NotADirectoryError):
+        raise MmpError(f"--out {path} is not a folder") from None
+    except OSError as error:
+        raise MmpError(f"--out {path} cannot be written: {error.strerror}") from None
+    try:
+        _lock(handle, path)
+        yield
+    finally:
+        os.close(handle)
+        with contextlib.suppress(OSError):  # not empty
+            for folder in missing:
+                folder.rmdir()
+
+
+def _lock(handle: int, path: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise MmpError(f"--out {path} is in use by another mmp dataset; wait for it, or give another folder") from None
+    except OSError:
+        pass  # some network file systems cannot lock a folder
+
+
 class DatasetFolder:
     """A dataset that grows by one instance after the other, each written whole.
 
     Args:
-        path: the folder: a new one, an empty one, or one of the same settings.
+        path: the folder: an empty one, or one of the same settings. A writer has it `exclusive`.
         settings: what determines the episodes.
 
     Raises:
@@ -55,8 +91,6 @@ class DatasetFolder:
     def __init__(self, path: Path, settings: dict[str, Any]) -> None:
         self.path, self.settings = path, settings
         self.lines: list[dict[str, Any]] = []
-        if path.exists() and not path.is_dir():
-            raise MmpError(f"--out {path} is not a folder")
         if (path / INDEX).exists():
             self._read()
         elif path.exists() and any(not entry.name.startswith(TEMPORARY) for entry in path.iterdir()):
@@ -94,7 +128,6 @@ class DatasetFolder:
         """Adds an instance: its episode if it has one, then its line. Raises `MmpError` if it cannot be written."""
         line: dict[str, Any] = {"name": name, "seed": seed, "outcome": outcome}
         try:
-            self.path.mkdir(parents=True, exist_ok=True)
             if not self.lines:
                 self._write_index()  # before anything else, so that a folder that is not finished is known as a dataset
             (self.path / EPISODES).mkdir(exist_ok=True)

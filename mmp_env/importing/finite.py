@@ -27,6 +27,8 @@ _ROUNDING = 1e-6
 def require_finite(where: str, model: Any) -> None:
     """Raises `MmpError` if a place, size, rotation or axis in a model is not finite, or larger than `LARGEST_M`.
 
+    No other number may be NaN.
+
     Args:
         where: the file or the model, for the message.
         model: a compiled `MjModel`.
@@ -44,6 +46,10 @@ def require_finite(where: str, model: Any) -> None:
                     f"{where}: {array.partition('_')[2]} of {kind} '{_name(model, kind, k)}' is {_text(rows[k])};"
                     f" numbers must be finite, lengths within {LARGEST_M:g} m"
                 )
+    for array in dir(model):
+        values = getattr(model, array, None) if not array.startswith("_") else None
+        if isinstance(values, np.ndarray) and values.dtype.kind == "f" and np.isnan(values).any():
+            raise MmpError(f"{where}: {array} has numbers that are not finite")
     for array in ("qpos0", "mesh_vert"):
         if not (np.abs(getattr(model, array)) <= LARGEST_M).all():
             raise MmpError(f"{where}: {array} has numbers that are not finite, or beyond {LARGEST_M:g}")

@@ -112,8 +112,7 @@ def retime_with_report(
     options = RetimeOptions(
         rate=rate, tolerance=tolerance, share=share, max_acceleration=max_acceleration, max_jerk=max_jerk
     )
-    plan = given_plan(plan, "retime")
-    _check(plan)
+    plan = _checked(given_plan(plan, "retime"), options.rate)
     full = rate_limits(plan.problem, options.max_acceleration, options.max_jerk)
     limits = full.reduced(options.share)
     check_samples(course_of(plan, limits.velocity).end, 1.0 / options.rate)
@@ -135,7 +134,7 @@ def retime_unproved(plan: Plan, options: RetimeOptions) -> Steps[Plan]:
 
     Raises `MmpError` like `retime`, but not for a plan that cannot be proved.
     """
-    _check(plan)
+    plan = _checked(plan, options.rate)
     full = rate_limits(plan.problem, options.max_acceleration, options.max_jerk)
     limits, period_s = full.reduced(options.share), 1.0 / options.rate
     check_samples(course_of(plan, limits.velocity).end, period_s)
@@ -151,13 +150,16 @@ def retime_unproved(plan: Plan, options: RetimeOptions) -> Steps[Plan]:
     )
 
 
-def _check(plan: Plan) -> None:
-    if len(plan.times) < 2:
-        raise MmpError("the plan has one sample; retiming needs at least its start and its goal")
+def _checked(plan: Plan, rate: float) -> Plan:
+    """Returns the plan; one whose arms never move gets a second sample. Raises `MmpError` if it cannot be retimed."""
     check_fit(plan, plan.problem.cell)
     plan.check_complete()
     if plan.accelerations is not None:
         raise MmpError("the plan is retimed already; retime the one that it was made from")
+    if len(plan.times) > 1:
+        return plan
+    times = plan.times[0] + np.array([0.0, 1.0 / rate])
+    return dataclasses.replace(plan, times=times, positions={name: q[[0, 0]] for name, q in plan.positions.items()})
 
 
 def _report(

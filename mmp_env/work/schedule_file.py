@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike
@@ -135,7 +136,7 @@ def schedule_from_dict(data: Any, where: str | Location = "schedule") -> Schedul
             start=start,
             goal={name: trajectory.positions[-1] for name, trajectory in trajectories.items()},
             max_velocity=velocity_limits(cell, limits),
-            margins=_margins(decoded.margins),
+            margins=_margins(decoded.margins, place / "margins"),
             name=decoded.name,
         )
     return Schedule(
@@ -146,7 +147,7 @@ def schedule_from_dict(data: Any, where: str | Location = "schedule") -> Schedul
         trajectories=trajectories,
         events=tuple(_event(work, event, place / "events" / k) for k, event in enumerate(decoded.events)),
         order=_order(decoded, place / "order"),
-        proof=_margins(decoded.proof),
+        proof=_margins(decoded.proof, place / "proof"),
         planner=decoded.planner,
         stats=decoded.stats,
     )
@@ -231,9 +232,12 @@ def _order(data: ScheduleData, place: Location) -> tuple[OrderPair, ...]:
     return tuple(OrderPair(first=first, second=second, past_s=past) for (first, second), past in pairs)
 
 
-def _margins(data: MarginsData) -> Margins:
-    """Returns the clearances [m]; null, infinity, where there is nothing of the kind."""
-    by_kind = zip(KINDS, (data.arms, data.obstacles, data.self_), strict=True)
+def _margins(data: MarginsData, place: Location) -> Margins:
+    """Returns the clearances [m]; null, infinity, where there is nothing of the kind. Raises `MmpError`."""
+    by_kind = tuple(zip(KINDS, (data.arms, data.obstacles, data.self_), strict=True))
+    for kind, value in by_kind:
+        if value is not None and not 0.0 <= value < math.inf:
+            raise (place / kind).wrong(value, "a clearance in metres, or null")
     return Margins(**{kind: float("inf") if value is None else value for kind, value in by_kind})
 
 

@@ -256,10 +256,18 @@ def test_a_negligible_motion_is_no_motion():
     assert check_plan(found).violations == ()
 
 
-def test_a_plan_of_one_sample_and_too_low_a_rate_are_refused_with_a_sentence():
+def test_a_plan_of_one_sample_stays_where_it_is():
     plan = cornered_plan(0, 1)
-    one = dataclasses.replace(plan, times=np.zeros(1), positions={name: q[:1] for name, q in plan.positions.items()})
-    with pytest.raises(MmpError, match="one sample"):
-        retime(one)
+    problem = dataclasses.replace(plan.problem, goal=plan.problem.start)
+    start = {name: q[:1] for name, q in plan.positions.items()}
+    found = retime(dataclasses.replace(plan, problem=problem, times=np.zeros(1), positions=start))
+    assert 0.0 < found.makespan_s <= 0.004
+    assert check_plan(found).violations == ()
+    for name, q in start.items():
+        np.testing.assert_array_equal(found.positions[name], np.repeat(q, len(found.times), axis=0))
+
+
+def test_too_low_a_rate_is_refused_with_a_sentence():
+    plan = cornered_plan(0, 1)
     with pytest.raises(MmpError, match="at least 20 samples a second"):
         retime(plan, rate=7.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -33,7 +35,11 @@ def test_the_plan_of_a_schedule_is_its_motion():
         (lambda data: data["trajectories"]["arm1"]["positions"][0].pop(), "positions[0] has 5 numbers; it must have 6"),
         (lambda data: data["events"][0].update(arm="amr0"), "unknown arm 'amr0'. Did you mean 'arm0'?"),
         (lambda data: data["events"][0].update(kind="mov"), "unknown kind of event 'mov'. Did you mean 'move'?"),
-        (lambda data: data.update(margins={"arms": -1.0, "obstacles": 1.0, "self": 1.0}), "margin between arms is -1"),
+        (
+            lambda data: data.update(margins={"arms": -1.0, "obstacles": 1.0, "self": 1.0}),
+            "margins.arms is -1.0",
+        ),
+        (lambda data: data["proof"].update(arms=math.nan), "proof.arms is nan; it must be a clearance"),
         (lambda data: data.pop("proof"), "proof is missing"),
     ],
 )

@@ -52,8 +52,7 @@ with_oldest_mujoco() {
 
 clang_format() { git ls-files -z 'native/*.cpp' 'native/*.hpp' | xargs -0 clang-format --dry-run -Werror; }
 
-# Command lines have more time than in scripts/fuzz.sh, because the machine may be busy.
-fuzz_for_a_minute() { PYTHONPATH=$root/tests:$root/scripts "$PYTHON" -m fuzz --minutes 1 --longest 60; }
+fuzz_for_a_minute() { PYTHONPATH=$root/tests:$root/scripts "$PYTHON" -m fuzz --minutes 1; }
 
 with_dm_control() { PYTHONPATH=$older pytest -n auto tests/dm; }
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import argparse
+import json
 import random
 import sys
 import tempfile
 import time
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
 from figure import print_figure
 
-from fuzz import inputs, samples
+from fuzz import core_arrays, inputs, samples
 from fuzz.process import LONGEST_S, Fault, Worker
 
 CALLS = 2000
@@ -22,12 +24,22 @@ CORE_SHARE = 0.15
 """Usual share of the time for calls of the core."""
 
 
-class Fuzzing:
-    """What was tried and found so far. One thread for each worker process uses it."""
+@dataclass(frozen=True)
+class Settings:
+    """Seed and end of a run, the folder for inputs that failed, and how time is shared."""
 
-    def __init__(self, seed: int, end_s: float, keep: Path, longest_s: float, core_share: float) -> None:
-        self.seed, self.end_s, self.keep, self.longest_s = seed, end_s, keep, longest_s
-        self.core_share = core_share
+    seed: int
+    end_s: float
+    keep: Path
+    longest_s: float
+    core_share: float
+
+
+class Fuzzing:
+    """Counts of the inputs that were tried, and the faults. One thread for each worker process uses it."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
         self.codes: Counter[tuple[str, int | None]] = Counter()
         self.calls = self.returned = 0
         self.found: list[str] = []
@@ -36,16 +48,17 @@ class Fuzzing:
         """Tries inputs in a worker process until time is up."""
         with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
             good = samples.write_all(Path(folder))
-        worker, count, in_core = Worker(self.longest_s), 0, 0.0
+        worker, lines, batches, in_core = Worker(self._settings.longest_s), 0, 0, 0.0
         begin = time.monotonic()
-        while time.monotonic() < self.end_s:
-            count += 1
-            seed = f"{self.seed}/{number}/{count}"
-            if in_core <= self.core_share * (time.monotonic() - begin):
-                started = time.monotonic()
-                self._call_core(worker, seed)
+        while time.monotonic() < self._settings.end_s:
+            seed = f"{self._settings.seed}/{number}"
+            if in_core <= self._settings.core_share * (time.monotonic() - begin):
+                started, batches = time.monotonic(), batches + 1
+                self._call_core(worker, f"{seed}/core/{batches}")
                 in_core += time.monotonic() - started
             else:
+                lines += 1
+                seed = f"{seed}/line/{lines}"
                 self._try(worker, inputs.drawn(good, random.Random(seed)), seed)
         worker.close()
 
@@ -54,20 +67,21 @@ class Fuzzing:
         self.codes[given.kind, code] += 1
         if faults:
             given = inputs.reduced(given, worker, faults)
-            path = self.keep / f"{seed.replace('/', '-')}.json"
-            path.write_text(given.to_json())
-            self._report(f"{'; '.join(faults)}\n  mmp {' '.join(given.line)}\n  kept as {path}")
+            self._report(f"{'; '.join(faults)}\n  mmp {' '.join(given.line)}", seed, given.to_json())
 
     def _call_core(self, worker: Worker, seed: str) -> None:
         try:
-            answer = worker.ask({"seed": seed, "calls": CALLS}, allowed_s=20.0)
+            answer = worker.ask({"seed": seed, "calls": CALLS})
             self.calls, self.returned = self.calls + answer["calls"], self.returned + answer["returned"]
         except Fault as fault:
-            self._report(f"{fault}, in call {worker.number} of core seed {seed}; see core_arrays.attempt")
+            call = {"name": core_arrays.name_of(seed, worker.number), "seed": f"{seed}/{worker.number}"}
+            self._report(f"{fault}, in {call['name']}", call["seed"], json.dumps(call) + "\n")
 
-    def _report(self, text: str) -> None:
+    def _report(self, text: str, seed: str, content: str) -> None:
+        path = self._settings.keep / f"{seed.replace('/', '-')}.json"
+        path.write_text(content)
         self.found.append(text)
-        print(f"FAULT {text}", flush=True)
+        print(f"FAULT {text}\n  kept as {path}", flush=True)
 
 
 def main() -> int:
@@ -75,7 +89,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="fuzz.sh", description=__doc__)
     parser.add_argument("--minutes", type=float, default=1.0, help="default: 1")
     parser.add_argument("--workers", type=int, default=2, help="worker processes (default: 2)")
-    parser.add_argument("--seed", type=int, default=0, help="the same inputs for the same seed (default: 0)")
+    parser.add_argument("--seed", type=int, default=0, help="the same inputs, in the same order, for the same seed")
     parser.add_argument("--keep", type=Path, help="folder for the inputs that failed (default: a new one)")
     help = f"longest time for a command line (default: {LONGEST_S:g})"
     parser.add_argument("--longest", type=float, default=LONGEST_S, metavar="S", help=help)
@@ -87,7 +101,8 @@ def main() -> int:
     keep.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
         samples.write_all(Path(folder))  # once, before the threads
-    fuzzing = Fuzzing(args.seed, time.monotonic() + 60 * args.minutes, keep, args.longest, args.core_share)
+    end_s = time.monotonic() + 60 * args.minutes
+    fuzzing = Fuzzing(Settings(args.seed, end_s, keep, args.longest, args.core_share))
     with ThreadPoolExecutor(args.workers) as threads:
         for done in [threads.submit(fuzzing.run, k) for k in range(args.workers)]:
             done.result()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import functools
+import importlib
 import itertools
 import json
 import random
@@ -66,20 +68,25 @@ ARGUMENTS = [
     ),
 ]
 """Values in place of any argument of an option."""
-OPTIONS = {
-    "plan": "--instance --robot --task --seed --start --goal --keep --margin --planner --set --set --set --time-limit"
-    " --max-velocity --max-acceleration --max-jerk --rate --tolerance --out --tree --moments --camera"
-    " --degrees --retime --json",
-    "run": "--planner --seed --time-limit --improve --margin --max-velocity --max-acceleration --max-jerk --delays"
-    " --json",
-    "dataset": "--count --format --planner --seed --robot --task --control-mode --margin --json",
-    "check": "--exact --json",
-    "export": "--joint-names --retime --no-retime --max-acceleration --max-jerk --rate --tolerance",
-    "report": "--title --reference --against --against-note",
-    "robot": "--name --tip --package-dir",
-    "list": "--json",
+LEFT_OUT = {
+    "--help": "prints the help",
+    "--memory-limit": "limits the process of the fuzzer itself",
+    "--ray": "looks for other machines",
+    "--rerun": "opens a window",
+    "--out": "is in the lines that write files",
 }
-"""Command -> options that are added."""
+"""Option -> why it is not added."""
+
+
+@functools.cache
+def options(command: str) -> dict[str, bool]:
+    """Returns the options of a command -> whether a value follows."""
+    module = importlib.import_module(f"mmp_cli.{command}")
+    parser = module._add_parser() if command in ("robot", "tool") else module.parser()
+    found = {action.option_strings[-1]: action.nargs != 0 for action in parser._actions if action.option_strings}
+    return {name: follows for name, follows in found.items() if name not in LEFT_OUT}
+
+
 SETTINGS = {name: [option.name for option in describe(name).options] for name in names()}
 """Planner -> its options."""
 VALUES = [
@@ -87,7 +94,6 @@ VALUES = [
     *("", "x", "on", "off", "paper", "99999999999", "\u202e"),
 ]
 """Values in place of any value of a planner's option."""
-BARE = ("--degrees", "--retime", "--no-retime", "--json", "--exact")
 
 
 def changed_file(content: bytes, rng: random.Random) -> bytes:
@@ -116,10 +122,11 @@ def changed_line(line: list[str], rng: random.Random) -> list[str]:
     if places and rng.random() < 0.4:
         line[rng.choice(places) + 1] = rng.choice(ARGUMENTS)
     else:
-        option = rng.choice(OPTIONS[line[0]].split())
+        known = options(line[0])
+        option = rng.choice([*known, *(["--set"] * 2 if "--set" in known else [])])
         if option == "--set" and rng.random() < 0.9:
             return [*line, option, changed_setting(line, rng)]
-        line += [option] if option in BARE else [option, rng.choice(ARGUMENTS)]
+        line += [option, rng.choice(ARGUMENTS)] if known[option] else [option]
     return line
 
 

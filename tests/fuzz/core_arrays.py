@@ -19,21 +19,25 @@ OBJECTS = [None, "x", b"x", [], {}, object(), 3, 0.5, True, [None], np.zeros(0),
 TYPES = [np.float64, np.float32, np.int32, np.int64, np.int8, np.uint8, np.bool_, np.complex128, object]
 
 
-def run(seed: int, calls: int, place: Path) -> dict[str, Any]:
+def run(seed: str, calls: int, place: Path) -> dict[str, Any]:
     """Makes calls. Writes the number of each to `place` before it. Returns how many returned and how many raised."""
     warnings.simplefilter("ignore")
     with place.open("r+b") as file, mmap.mmap(file.fileno(), 8) as number:
         returned = 0
         for k in range(calls):
             number[:] = struct.pack("q", k)
-            returned += attempt(seed, k)
+            returned += attempt(name_of(seed, k), f"{seed}/{k}")
     return {"calls": calls, "returned": returned}
 
 
-def attempt(seed: int, k: int) -> bool:
-    """Makes one call. Returns whether it returned."""
-    rng = random.Random(f"{seed}/{k}")
-    name, arguments = arguments_of(rng)
+def name_of(seed: str, k: int) -> str:
+    """Returns the name of the function that call `k` calls."""
+    return random.Random(f"{seed}/{k}").choice(sorted(core_calls.CALLS))
+
+
+def attempt(name: str, seed: str) -> bool:
+    """Calls a function with arguments that its name and `seed` determine. Returns whether it returned."""
+    arguments = arguments_of(name, random.Random(seed))
     try:
         core_calls.CALLS[name].of(**arguments)
     except Exception:
@@ -41,16 +45,15 @@ def attempt(seed: int, k: int) -> bool:
     return True
 
 
-def arguments_of(rng: random.Random) -> tuple[str, dict[str, Any]]:
-    """Returns the name of a call and its arguments: one or more of them hostile."""
-    name = rng.choice(sorted(core_calls.CALLS))
+def arguments_of(name: str, rng: random.Random) -> dict[str, Any]:
+    """Returns the arguments of a call: one or more of them hostile."""
     chosen = core_calls.CALLS[name]
     arguments = dict(chosen.valid)
     for key in rng.sample(sorted(arguments), rng.choice([0, 1, 1, 1, 2, 3])) if len(arguments) > 3 else arguments:
         kind = chosen.arguments[key][1]
         wrong = core_calls.WRONG[kind]
         arguments[key] = rng.choice(wrong) if wrong and rng.random() < 0.4 else hostile(arguments[key], rng)
-    return name, arguments
+    return arguments
 
 
 def hostile(value: Any, rng: random.Random) -> Any:

@@ -1,20 +1,22 @@
-"""What is a fault: exit codes, messages, files that are left, and nonsense that was accepted."""
+"""Judges a run: exit code, message, files that are left, and nonsense that was accepted."""
 
 from __future__ import annotations
 
+import csv
 import json
-import math
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from xml.etree import ElementTree
+
+import yaml
+
+from fuzz.validator import file_nonsense, numbers_of, option_nonsense
 
 CODES = (0, 1, 2)
 LONGEST_MESSAGE = 4000
 RAISED = re.compile(r"planner '.*' raised .*")
-"""What the program says when a planner raised."""
-MUST_DIFFER = ("arms", "obstacles", "jobs", "objects", "instances")
-POSITIVE = ("size", "radius", "length", "scale")
+"""Message about a planner that raised."""
 
 
 @dataclass(frozen=True)
@@ -63,66 +65,36 @@ def _files(run: Run) -> list[str]:
     for path in new:
         if path.name.startswith(".") or path.suffix in (".tmp", ".part"):
             out.append(f"left {path.name}")
-        if path.suffix == ".json":
-            try:
-                numbers_of(json.loads(path.read_text(encoding="utf-8")))
-            except ValueError as error:
-                out.append(f"wrote {path.name} that is no JSON of finite numbers: {error}")
+        if reason := _unreadable(path):
+            out.append(f"wrote {path.name} that cannot be used: {reason}")
     return out
 
 
-def numbers_of(value: Any) -> list[float]:
-    """Returns all numbers of a document. Raises `ValueError` for one that is not finite."""
-    if isinstance(value, bool):
-        return []
-    if isinstance(value, int | float):
-        if not math.isfinite(value):
-            raise ValueError(f"the number {value}")
-        return [float(value)]
-    items = value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-    return [number for item in items for number in numbers_of(item)]
+def _unreadable(path: Path) -> str:
+    """Returns why a written file cannot be used; nothing for a good one and for pages and pictures."""
+    try:
+        if path.suffix == ".csv":
+            rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines()))
+            numbers_of([[float(word) for word in row] for row in rows[1:]])
+            return "rows of several lengths" if len({len(row) for row in rows}) > 1 else ""
+        if path.suffix in (".json", ".yaml"):
+            numbers_of(yaml.safe_load(path.read_bytes()) if path.suffix == ".yaml" else json.loads(path.read_bytes()))
+        if path.suffix == ".xml":
+            ElementTree.fromstring(path.read_bytes())
+    except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError) as error:
+        return str(error)
+    return ""
 
 
 def _nonsense(run: Run) -> list[str]:
-    """Returns why a file that was accepted must not have been."""
-    read = [
-        word.lstrip("@") for word in run.line if word.lstrip("@").endswith(".json") and word.lstrip("@") in run.before
-    ]
-    if run.code == 2 or run.line[0] in ("check", "report") or not read:
+    """Returns why what was accepted must not have been."""
+    if run.code not in (0, 1) or (run.code == 1 and run.line[0] == "check"):  # a check may find a plan wrong
         return []
-    out = []
-    for name in read:
-        try:
-            document = json.loads(run.before[name])
-        except (ValueError, RecursionError) as error:
-            out.append(f"accepted {name}, which is no JSON: {error}")
-            continue
-        out += [f"accepted {name}: {reason}" for reason in reasons(document)]
-    return out
-
-
-def reasons(document: Any) -> list[str]:
-    """Returns why no program may accept a document: the validator that shares no code with the readers."""
-    out = []
-    try:
-        numbers_of(document)
-    except (ValueError, OverflowError) as error:
-        out.append(str(error))
-    if not isinstance(document, dict | list):
-        return [*out, "neither an object nor a list"]
-    todo = [document]
-    while todo:
-        value = todo.pop()
-        todo += value.values() if isinstance(value, dict) else value if isinstance(value, list) else ()
-        if not isinstance(value, dict):
-            continue
-        for key in MUST_DIFFER:
-            named = [item.get("name") for item in value.get(key) or () if isinstance(item, dict)]
-            if len(set(map(str, named))) < len(named):
-                out.append(f"two {key} of one name")
-        for key in POSITIVE:
-            measures = value.get(key)
-            for measure in measures if isinstance(measures, list) else [measures]:
-                if isinstance(measure, int | float) and not measure > 0 and "shape" in value:
-                    out.append(f"{key} {measure}")
+    named = [word.lstrip("@") for word in run.line]
+    if "results" in named:
+        named += ["results/results.jsonl", "results/settings.json"]
+    out = [f"accepted {reason}" for reason in option_nonsense(run.line)]
+    for name in dict.fromkeys(named):
+        if name in run.before:
+            out += [f"accepted {name}: {reason}" for reason in file_nonsense(name, run.before[name])]
     return out

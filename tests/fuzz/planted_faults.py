@@ -21,9 +21,15 @@ def planner_raises(line: list[str]) -> None:
     raise SystemExit(1)
 
 
-def hangs(line: list[str]) -> None:
-    """Does not return."""
+def waits(line: list[str]) -> None:
+    """Does not return, and does nothing."""
     time.sleep(3600)
+
+
+def works(line: list[str]) -> None:
+    """Does not return, and uses the processor."""
+    while True:
+        pass
 
 
 def crashes(line: list[str]) -> None:

@@ -15,8 +15,9 @@ from typing import Any
 
 TESTS = Path(__file__).parents[1]
 LONGEST_S = 10.0
-"""Longest processor time for an answer [s]; the first one of a process may take longer, since it imports everything."""
+"""Longest processor time for a command line or a call of the core [s]."""
 _FIRST_S = 60.0
+"""Longest processor time until a new process has imported everything [s]."""
 _PATIENCE = 6.0
 """Longest wall-clock time for an answer, relative to the processor time: the machine may do other work."""
 
@@ -35,20 +36,23 @@ class Worker:
         self._place.write_bytes(bytes(8))
         self._process: subprocess.Popen[str] | None = None
 
-    def ask(self, request: dict[str, Any], allowed_s: float = 0.0) -> dict[str, Any]:
+    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
         """Returns the answer to a request. Raises `Fault`, after which a new process answers."""
-        fresh = self._process is None
-        process = self._process = self._process or self._start()
+        if self._process is None:
+            self._process = self._start()
+            self._answer(self._process, {"line": ["list"], "folder": self._home.name}, _FIRST_S)
+        return self._answer(self._process, request, self._longest_s)
+
+    def _answer(self, process: subprocess.Popen[str], request: dict[str, Any], seconds: float) -> dict[str, Any]:
         assert process.stdin is not None
         assert process.stdout is not None
         line = ""
         try:
             process.stdin.write(json.dumps(request) + "\n")
             process.stdin.flush()
-            seconds = self._longest_s + allowed_s + (_FIRST_S if fresh else 0.0)
-            if not _answers(process, seconds):
+            if not _answers(process, seconds, self._place):
                 self._stop()
-                raise Fault(f"no answer within {self._longest_s:g} s")
+                raise Fault(f"no answer within {seconds:g} s")
             line = process.stdout.readline()
         except BrokenPipeError:
             pass
@@ -84,15 +88,17 @@ class Worker:
         )
 
 
-def _answers(process: subprocess.Popen[str], seconds: float) -> bool:
-    """Waits until a process answers. Returns False if it has worked for `seconds` without, or slept for much longer."""
-    begin, begin_cpu = time.monotonic(), _processor_time(process)
-    step = seconds
-    while not select.select([process.stdout], [], [], step)[0]:
-        left = seconds - (_processor_time(process) - begin_cpu)
-        if left <= 0 or time.monotonic() - begin >= _PATIENCE * seconds:
+def _answers(process: subprocess.Popen[str], seconds: float, place: Path) -> bool:
+    """Waits until a process answers. Returns False if it has worked for `seconds` without, or slept for much longer.
+
+    Each call of the core has these seconds; `place` has its number.
+    """
+    begin, begin_cpu, number = time.monotonic(), _processor_time(process), place.read_bytes()
+    while not select.select([process.stdout], [], [], min(seconds, 1.0))[0]:
+        if (now := place.read_bytes()) != number:
+            begin, begin_cpu, number = time.monotonic(), _processor_time(process), now
+        if _processor_time(process) - begin_cpu >= seconds or time.monotonic() - begin >= _PATIENCE * seconds:
             return False
-        step = max(left, 0.1)
     return True
 
 

@@ -39,14 +39,32 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "report": ("results/results.jsonl", ["report", "results"]),
     "settings": ("results/settings.json", ["report", "results", "--title", "x"]),
     "dataset": ("cell.json", ["dataset", "cell.json", "--count", "1", "--out", "data"]),
+    "ends": ("ends.json", ["plan", "cell.json", "--start", "@ends.json", "--goal", "@goal.json", "--planner", "ecbs"]),
+    "published": ("other.csv", ["report", "results", "--against", "other.csv"]),
+    "tool": (
+        "gripper.xml",
+        ["tool", "add", "gripper.xml", "--name", "gripper", "--out", "tools"],
+    ),
+    "bench": ("instances.json", ["bench", "instances.json", "--planners", "auto", "--workers", "1", "--out", "new"]),
     "list": ("", ["list", "--json"]),
 }
 """Name -> the file that is changed, and a command line that is accepted."""
-RARELY = {"report": 0.05, "settings": 0.05, "list": 0.2}
+RARELY = {"report": 0.05, "settings": 0.05, "published": 0.05, "bench": 0.05, "list": 0.2}
 """Name -> how often a line is drawn, relative to the others: these take many times as long."""
-TIMED = ("plan", "run", "dataset")
+TIMED = ("plan", "run", "dataset", "bench")
 """Commands that take a time limit."""
 TIME_LIMIT_S = 0.1
+_GRIPPER = """<mujoco>
+  <worldbody>
+    <body name="palm"><geom type="box" size="0.04 0.06 0.02" pos="0 0 0.02"/>
+      <body name="finger" pos="0 0.02 0.05"><joint name="slide" type="slide" axis="0 1 0" range="0 0.04"/>
+        <geom type="box" size="0.01 0.005 0.03"/></body>
+      <site name="grasp" pos="0 0 0.1"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+_PUBLISHED = "instance,planner,solved,planning_time_s,cost_rad\nring/0,theirs,1,3,14\nring/1,theirs,0,,\n"
 
 
 @functools.cache
@@ -79,6 +97,8 @@ def _texts() -> dict[str, str]:
         "cell.yaml": _yaml(cell),
         "scene.xml": scenes.scene(),
         "small.urdf": small_arms.urdf(),
+        "gripper.xml": _GRIPPER,
+        "other.csv": _PUBLISHED,
         "results/results.jsonl": "".join(json.dumps(line) + "\n" for line in lines),
     }
 

@@ -15,6 +15,8 @@ from fuzz.validator import file_nonsense, numbers_of, option_nonsense
 
 CODES = (0, 1, 2)
 LONGEST_MESSAGE = 4000
+SAY_WHAT_IS_WRONG = ("check", "export", "robot")
+"""Commands that read files with faults, say what is wrong, and end with 1."""
 RAISED = re.compile(r"planner '.*' raised .*")
 """Message about a planner that raised."""
 
@@ -88,13 +90,13 @@ def _unreadable(path: Path) -> str:
 
 def _nonsense(run: Run) -> list[str]:
     """Returns why what was accepted must not have been."""
-    if run.code not in (0, 1) or (run.code == 1 and run.line[0] == "check"):  # a check may find a plan wrong
+    if run.code not in (0, 1) or (
+        run.code == 1 and run.line[0] in ("check", "export", "robot")
+    ):  # these say what is wrong
         return []
-    named = [word.lstrip("@") for word in run.line]
-    if "results" in named:
-        named += ["results/results.jsonl", "results/settings.json"]
     out = [f"accepted {reason}" for reason in option_nonsense(run.line)]
-    for name in dict.fromkeys(named):
-        if name in run.before:
-            out += [f"accepted {name}: {reason}" for reason in file_nonsense(name, run.before[name])]
+    read = {word.lstrip("@") for word in run.line}  # files, and folders
+    for name, content in run.before.items():
+        if name in read or str(Path(name).parent) in read:
+            out += [f"accepted {name}: {reason}" for reason in file_nonsense(name, content)]
     return out

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import functools
 import json
+import tempfile
 from pathlib import Path
 from typing import Any
 
 from support import bad_files, report_folders, scenes, small_arms, small_jobs
 
 import mmp_planners
+from mmp_env.importing.chain_choice import ChainOptions
+from mmp_env.importing.robot_folder import ImportOptions, add_robot
 from mmp_env.work.jobs_file import jobs_from_dict
 from mmp_env.work.schedule_file import schedule_to_dict
 
@@ -36,6 +39,8 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "retime": ("plan.json", ["export", "plan.json", "--to", "out.csv", "--retime", "--rate", "100"]),
     "jobs": ("jobs.json", ["run", "jobs.json", "--out", "out.json", "--seed", "1"]),
     "robot": ("small.urdf", ["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]),
+    "robot folder": ("known/small/robot.json", ["robot", "check", "known/small"]),
+    "spheres": ("known/small/spheres.json", ["robot", "check", "known/small"]),
     "report": ("results/results.jsonl", ["report", "results"]),
     "settings": ("results/settings.json", ["report", "results", "--title", "x"]),
     "dataset": ("cell.json", ["dataset", "cell.json", "--count", "1", "--out", "data"]),
@@ -99,17 +104,28 @@ def _texts() -> dict[str, str]:
         "small.urdf": small_arms.urdf(),
         "gripper.xml": _GRIPPER,
         "other.csv": _PUBLISHED,
+        **_robot_folder(),
         "results/results.jsonl": "".join(json.dumps(line) + "\n" for line in lines),
     }
 
 
 def write_all(folder: Path) -> dict[str, bytes]:
     """Writes all good files into a folder. Returns name -> content."""
-    (folder / "results").mkdir(exist_ok=True)
     out = {name: text.encode() for name, text in _texts().items()}
     for name, content in out.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)
     return out
+
+
+def _robot_folder() -> dict[str, str]:
+    """Returns the files of a robot that was added."""
+    options = ImportOptions(name="small", chain=ChainOptions(), package_dirs=())
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
+        source, known = Path(name, "small.urdf"), Path(name, "known")
+        source.write_text(small_arms.urdf())
+        folder, _ = add_robot(str(source), known, options, cache=None, progress=lambda _: None)
+        return {f"known/small/{path.name}": path.read_text() for path in sorted(folder.iterdir())}
 
 
 def _schedule(jobs: dict[str, Any]) -> dict[str, Any]:

@@ -111,7 +111,7 @@ def read_robot_files(folder: Path, faults: list[str]) -> RobotFiles | None:
             model=mujoco.MjModel.from_xml_string(texts[mjcf]),
             arm=_arm_geometry(robot, spheres, hulls or {}),
         )
-    except (ValueError, KeyError, TypeError, IndexError, AttributeError, MmpError) as error:
+    except (ValueError, ArithmeticError, KeyError, TypeError, IndexError, AttributeError, MmpError) as error:
         faults.append(f"{folder.name} cannot be read: {in_words(error)}")
         return None
 

@@ -37,7 +37,7 @@ def check_robot(folder: Path, progress: Progress = lambda line: None) -> RobotRe
         try:
             for fault in faults:
                 report.faults.append(fault)
-        except (MmpError, ArithmeticError, KeyError, IndexError, TypeError, ValueError) as error:
+        except (MmpError, ArithmeticError, AttributeError, KeyError, IndexError, TypeError, ValueError) as error:
             report.faults.append(f"{name} cannot be checked: {in_words(error)}")
         if len(report.faults) == before:
             report.proved.append(name)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from pathlib import Path
@@ -22,7 +23,8 @@ _FILE = "file://"
 def urdf_facts(path: Path, root: ET.Element) -> tuple[dict[str, float], dict[str, str]]:
     """Returns velocity limits and mimic joints by name.
 
-    Raises `MmpError` for a joint without the limits that URDF demands, two joints of one name, and a closed loop.
+    Raises `MmpError` for a joint without the limits that URDF demands, numbers of a limit that are none, two joints of
+    one name, and a closed loop.
     """
     velocity, mimics, names, parents = {}, {}, set(), {}
     for joint in root.findall("joint"):
@@ -46,18 +48,23 @@ def urdf_facts(path: Path, root: ET.Element) -> tuple[dict[str, float], dict[str
                     f"{path}: joint '{name}' is {kind} and has no limits; give <limit lower upper effort velocity>"
                     + (", or make it continuous" if kind == "revolute" else "")
                 )
-        if limit is not None and _number(limit, "velocity") > 0:
+        for key in ("lower", "upper", "effort", "velocity"):
+            if math.isnan(_number(limit, key, math.nan)):
+                told = limit.get(key) if limit is not None else None
+                raise MmpError(f"{path}: joint '{name}' has {key} '{told}'; it must be a number")
+        if 0 < _number(limit, "velocity") < math.inf:
             velocity[name] = _number(limit, "velocity")
         if (mimic := joint.find("mimic")) is not None:
             mimics[name] = mimic.get("joint", "")
     return velocity, mimics
 
 
-def _number(element: ET.Element | None, key: str) -> float:
+def _number(element: ET.Element | None, key: str, malformed: float = 0.0) -> float:
+    """Returns an attribute as a number: 0 if it is missing, `malformed` if it is no number."""
     try:
         return float(element.get(key, "0")) if element is not None else 0.0
     except ValueError:
-        return 0.0
+        return malformed
 
 
 def urdf_text(path: Path, root: ET.Element, package_dirs: Sequence[str | Path]) -> str:

@@ -8,9 +8,13 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import mujoco
+import numpy as np
 from support import bad_files, report_folders, scenes, small_arms, small_jobs
 
+import mmp_env
 import mmp_planners
+from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.robot_folder import ImportOptions, add_robot
 from mmp_env.work.jobs_file import jobs_from_dict
@@ -33,6 +37,7 @@ LINES: dict[str, tuple[str, list[str]]] = {
     ),
     "ring": ("", ["plan", "MultiArmCell-2", "--seed", "3", "--planner", "apf-ecbs", "--margin", "0.005", "--json"]),
     "check plan": ("plan.json", ["check", "plan.json"]),
+    "check own arms": ("own_arms.json", ["check", "own_arms.json"]),
     "check schedule": ("schedule.json", ["check", "schedule.json", "--json"]),
     "export csv": ("plan.json", ["export", "plan.json", "--to", "out.csv"]),
     "export ros": ("plan.json", ["export", "plan.json", "--to", "out.yaml", "--joint-names", "{arm}_{joint}"]),
@@ -94,6 +99,7 @@ def _texts() -> dict[str, str]:
         "goal.json": ends["goal"],
         "plan.json": bad_files.good_plan(),
         "schedule.json": _schedule(jobs),
+        "own_arms.json": _plan_of_own_arms(),
         "jobs.json": jobs,
         "results/settings.json": report_folders.settings("ecbs", "auto"),
     }
@@ -126,6 +132,15 @@ def _robot_folder() -> dict[str, str]:
         source.write_text(small_arms.urdf())
         folder, _ = add_robot(str(source), known, options, cache=None, progress=lambda _: None)
         return {f"known/small/{path.name}": path.read_text() for path in sorted(folder.iterdir())}
+
+
+def _plan_of_own_arms() -> dict[str, Any]:
+    """Returns a plan of arms that are not built in; it carries their files."""
+    cell = mmp_env.cell_from_mujoco(mujoco.MjModel.from_xml_string(scenes.scene()), {"left": "l_", "right": "r_"})
+    problem = mmp_env.make_problem(cell, np.zeros(6), np.array([0.5, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    found = mmp_planners.make("prioritized").plan(problem, seed=0, time_limit=60.0).plan
+    assert found is not None
+    return json.loads(json.dumps(plan_to_dict(found)))
 
 
 def _schedule(jobs: dict[str, Any]) -> dict[str, Any]:

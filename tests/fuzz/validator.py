@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+import re
 from collections.abc import Iterator
 from pathlib import PurePath
 from typing import Any
@@ -50,7 +51,16 @@ def _documents(suffix: str, content: bytes) -> list[Any]:
     if suffix == ".jsonl":
         rows = content.split(b"\n")[:-1]  # a last line without its end is of a run that was ended, and is left out
         return [json.loads(row) for row in rows]
-    return [yaml.safe_load(content)] if suffix in (".yaml", ".yml") else []
+    return [_with_exponents(yaml.safe_load(content))] if suffix in (".yaml", ".yml") else []
+
+
+def _with_exponents(value: Any) -> Any:
+    """Returns a YAML document in which `1e3` is a number; PyYAML reads it as text."""
+    if isinstance(value, dict):
+        return {key: _with_exponents(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [_with_exponents(item) for item in value]
+    return float(value) if isinstance(value, str) and re.fullmatch(r"[-+]?[\d.]*\d[eE][-+]?\d+", value) else value
 
 
 def reasons(document: Any) -> list[str]:
@@ -171,7 +181,7 @@ def _model_nonsense(content: bytes, is_urdf: bool) -> list[str]:
     for item in root.iter():
         if item.tag in MEASURED:
             texts = [text for key, text in item.attrib.items() if key not in ("name", "type", "class")]
-            out += [f"{item.tag} {text}" for text in texts if {"nan", "inf", "-inf"} & set(text.lower().split())]
+            out += [f"{item.tag} {text}" for text in texts if "nan" in text.lower().split()]
         if item.tag == "limit" and is_urdf and _number(item, "lower") > _number(item, "upper"):
             out.append("a lower limit above the upper one")
     return out

@@ -38,6 +38,8 @@ def main() -> None:
         begin = time.monotonic()
         for folder, all_words in commands(part, args):
             condition(args, folder)
+            if folder.endswith(".jsonl") and (args.out / folder).exists():
+                continue  # complete
             print(f"{part}: {folder}", flush=True)
             run(all_words, args.out / folder)
         print(f"{part}: took {time.monotonic() - begin:.0f} s", flush=True)
@@ -71,8 +73,7 @@ def _part(text: str) -> str:
 def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[list[str]]]]:
     """Yields the name of each output of a part below `--out`, and the commands that make it."""
     for name, scripts in LINES.get(part, {}).items():
-        if not (args.out / f"{name}.jsonl").exists():
-            yield f"{name}.jsonl", [script(*words) for words in scripts]
+        yield f"{name}.jsonl", [script(*words) for words in scripts]
     if part == "pages":
         pages = ("results_page.py", "readme_table.py", "planners_page.py")
         words = {"results_page.py": [str(args.out)]}

@@ -198,6 +198,23 @@ def test_lines_in_json_are_kept_when_all_commands_of_an_output_have_ended_well(r
     assert capfd.readouterr().out == "a\n" * 3
 
 
+def test_lines_of_another_commit_are_not_taken_for_those_of_this_one(results_page, tmp_path, monkeypatch):
+    measure = importlib.import_module("measure")
+    ran = []
+    monkeypatch.setattr(measure, "run", lambda commands, target: ran.append(target.name))
+    monkeypatch.setattr(sys, "argv", ["measure.py", "attacks", "--out", str(tmp_path)])
+    monkeypatch.setattr(measure, "commit", lambda: "one")
+    measure.main()
+    assert "fuzz.jsonl" in ran
+    (tmp_path / "fuzz.jsonl").touch()
+    ran.clear()
+    measure.main()
+    assert "fuzz.jsonl" not in ran
+    monkeypatch.setattr(measure, "commit", lambda: "other")
+    with pytest.raises(MmpError, match="was begun with"):
+        measure.main()
+
+
 def test_every_script_that_the_measurement_runs_is_there(results_page):
     lines = importlib.import_module("benchmarks").LINES
     names = {command[0] for part in lines.values() for commands in part.values() for command in commands}

@@ -23,16 +23,16 @@ LONGEST_S = 600.0
 ENDING_S = 10.0
 """Longest time until the helpers of a command are gone after they were killed [s]."""
 LEAST_BYTES = 2**16
-"""Smallest allocation that fails [bytes]."""
+"""Smallest allocation that fails [bytes]: smaller ones are too many to fail each."""
 TEMPORARY = ".mmp-"
 HELPERS = ("cache", "tmp")
 """Folders of the run that may hold files of other programs."""
-_SOURCE = Path(__file__).with_name("failing_calls.cpp")
+_SOURCES = sorted(Path(__file__).parent.glob("failing_*.cpp"))
 
 
 @dataclass(frozen=True)
 class Run:
-    """What one run did; `calls` is the number of calls that counted, `before` the files there before."""
+    """One run of a command; `calls` is the number of calls that counted, `before` the files there before."""
 
     command: Command
     code: int
@@ -44,13 +44,8 @@ class Run:
 
     @property
     def was_killed(self) -> bool:
-        """Whether SIGKILL ended the process."""
+        """True if SIGKILL ended the process."""
         return self.code == -signal.SIGKILL
-
-    @property
-    def crashed_elsewhere(self) -> bool:
-        """Whether the process crashed, and may have done so in OpenGL or Qhull."""
-        return self.command.crashes and self.code in (-signal.SIGSEGV, -signal.SIGABRT)
 
     @property
     def files(self) -> dict[str, Path]:
@@ -75,7 +70,7 @@ class Kit:
         self.library = home / "failing_calls.so"
         compiler = os.environ.get("CXX") or shutil.which("g++") or "c++"
         subprocess.run(
-            [compiler, "-std=c++20", "-shared", "-fPIC", "-O1", "-o", str(self.library), str(_SOURCE), "-ldl"],
+            [compiler, "-std=c++20", "-shared", "-fPIC", "-O1", "-o", str(self.library), *map(str, _SOURCES), "-ldl"],
             check=True,
         )
 
@@ -96,6 +91,7 @@ class Kit:
         env = dict(
             os.environ,
             LD_PRELOAD=str(self.library),
+            PYTHONFAULTHANDLER="1",
             FAULT_KIND=kind,
             FAULT_AT=str(at),
             FAULT_ROOT=str(folder),

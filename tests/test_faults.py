@@ -4,12 +4,15 @@ import signal
 import sys
 from pathlib import Path
 
+import mujoco
 import pytest
 from faults import __main__ as tool
 from faults import judges, whole_files
 from faults.commands import COMMANDS, Command
 from faults.crashes import STACK, crashed_elsewhere
 from faults.kit import Kit, Run
+
+import mmp_cli.main
 
 PLANTED = {
     "half_written": ("full", "open('out.json', 'w').write('{\"a\": [1, 2, 3, 4]}')", "half-written out.json"),
@@ -28,6 +31,7 @@ PLANTED = {
         "exit code 0 without 'two'",
     ),
     "unknown": ("pipe", "open('out.strange', 'w').close()\nprint(1)", "no reader for the suffix"),
+    "removes": ("error", "import os\nos.remove('plan.json')\nopen('plan.json', 'x').close()", "lost plan.json"),
     "overwrites": ("error", "open('plan.json', 'w').write('{}')", "changed plan.json"),
 }
 
@@ -150,6 +154,23 @@ def test_a_temporary_file_may_stay_where_nothing_can_be_removed(kit, tmp_path):
     good = tool.good_run(kit, command, "readonly", tmp_path / "good")
     assert tool.tried(kit, command, "readonly", 1, good) == []
     assert tool.tried(kit, command, "error", 1, good) == ["left .mmp-1.tmp"]
+
+
+def test_a_temporary_file_whose_removal_failed_is_removed_at_the_end(kit, tmp_path):
+    program = "from mmp_env.files.writing import check_writable\ncheck_writable('out.json')"
+    command = Command([], program=[sys.executable, "-c", program])
+    good = tool.good_run(kit, command, "error", tmp_path / "good")
+    assert good.calls == 2
+    assert tool.tried(kit, command, "error", 1, good) == []
+
+
+def test_too_little_memory_for_mujoco_is_a_sentence(monkeypatch, capsys):
+    def no_memory(_):
+        raise mujoco.FatalError("Could not allocate memory")
+
+    monkeypatch.setattr(mmp_cli.main, "_run_with_output", no_memory)
+    assert mmp_cli.main.main([]) == 2
+    assert capsys.readouterr().err == "mmp: there is not enough memory\n"
 
 
 def test_half_of_the_json_is_found(kit, tmp_path):

@@ -30,7 +30,7 @@ def points(calls: int, most: int | None) -> list[int]:
 
 def good_run(kit: Kit, command: Command, kind: str, stay: Path) -> Run:
     """Runs a command where nothing fails and counts its calls; its files are kept in the folder `stay`."""
-    with kit.folder() as (folder, before):
+    with kit.folder(command) as (folder, before):
         run = kit.run(command, folder, before, COUNTING.get(kind, "count"))
         folder.rename(stay)
         return replace(run, folder=stay)
@@ -38,7 +38,7 @@ def good_run(kit: Kit, command: Command, kind: str, stay: Path) -> Run:
 
 def tried(kit: Kit, command: Command, kind: str, at: int, good: Run) -> list[str]:
     """Runs a command with a call that fails, and once more if it left anything. Returns what was wrong."""
-    with kit.folder() as (folder, before):
+    with kit.folder(command) as (folder, before):
         run = kit.run(command, folder, before, kind, at)
         out = faults_of(run, kind, good)
         kept = {name: (folder / name).read_bytes() for name in command.adds if (folder / name).is_file()}

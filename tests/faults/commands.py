@@ -6,6 +6,7 @@ import sys
 from dataclasses import dataclass, field
 
 PLAN = ["plan", "instances.json", "--instance", "turn", "--planner", "ecbs"]
+ROBOT = ["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]
 
 
 @dataclass(frozen=True)
@@ -16,12 +17,14 @@ class Command:
         line: its arguments.
         adds: its files that keep what they had when the command runs once more.
         done: pattern of the lines of standard error that report how many entries those files have.
+        first: a line that runs before, where nothing fails.
         program: the program that runs the line.
     """
 
     line: list[str]
     adds: tuple[str, ...] = ()
     done: str = ""
+    first: list[str] = field(default_factory=list)
     program: list[str] = field(
         default_factory=lambda: [
             sys.executable,
@@ -55,6 +58,7 @@ COMMANDS = {
         adds=("data/dataset.json",),
         done=r"^mmp: (\d+) of \d+: ",
     ),
-    "robot": Command(["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]),
+    "replace": Command(ROBOT, first=ROBOT),
+    "robot": Command(ROBOT),
 }
 """Name -> command line. Its inputs are those of the fuzzer."""

@@ -1,12 +1,18 @@
 """The fault kit: a plan survives each failing call, and the kit finds planted faults."""
 
+import signal
 import sys
+from pathlib import Path
 
+import mujoco
 import pytest
 from faults import __main__ as tool
-from faults import judges
+from faults import judges, whole_files
 from faults.commands import COMMANDS, Command
-from faults.kit import Kit
+from faults.crashes import STACK, crashed_elsewhere
+from faults.kit import Kit, Run
+
+import mmp_cli.main
 
 PLANTED = {
     "half_written": ("full", "open('out.json', 'w').write('{\"a\": [1, 2, 3, 4]}')", "half-written out.json"),
@@ -19,8 +25,64 @@ PLANTED = {
     "silent": ("full", "import sys\ntry: open('out.json', 'w').write('{}')\nexcept OSError: sys.exit(2)", "a sentence"),
     "leaves": ("error", "open('.mmp-1.tmp', 'w').write('x')\nopen('.mmp-1.tmp', 'w').close()", "left .mmp-1.tmp"),
     "killed": ("kill", "open('out.json', 'w').write('[1, 2, 3, 4]')", "half-written out.json"),
+    "half of the output": (
+        "pipe",
+        "import os\nos.write(1, b'one\\n')\ntry: os.write(1, b'two\\n')\nexcept OSError: pass",
+        "exit code 0 without 'two'",
+    ),
+    "unknown": ("pipe", "open('out.strange', 'w').close()\nprint(1)", "no reader for the suffix"),
+    "removes": ("error", "import os\nos.remove('plan.json')\nopen('plan.json', 'x').close()", "lost plan.json"),
     "overwrites": ("error", "open('plan.json', 'w').write('{}')", "changed plan.json"),
 }
+
+_C = "import ctypes, os\nc = ctypes.CDLL(None, use_errno=True)\n"
+_RAISE = "\nif {}: raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))"
+CALLS = {
+    "unlink": "import os; os.unlink('ends.json')",
+    "unlinkat": "import os; os.unlink('ends.json', dir_fd=os.open('.', os.O_RDONLY))",
+    "rmdir": "import os; os.rmdir('cache')",
+    "remove": _C + "failed = c.remove(b'ends.json')" + _RAISE.format("failed"),
+    "rmtree": "import shutil; shutil.rmtree('cache')",
+    "rename": "import os; os.rename('ends.json', 'other.json')",
+    "renameat": "import os; os.rename('ends.json', 'other.json', src_dir_fd=os.open('.', os.O_RDONLY))",
+    "renameat2": _C + "failed = c.renameat2(-100, b'ends.json', -100, b'other.json', 0)" + _RAISE.format("failed"),
+    "link": "import os; os.link('ends.json', 'other.json')",
+    "linkat": "import os; os.link('ends.json', 'other.json', dst_dir_fd=os.open('.', os.O_RDONLY))",
+    "symlink": "import os; os.symlink('ends.json', 'other.json')",
+    "symlinkat": "import os; os.symlink('ends.json', 'other.json', dir_fd=os.open('.', os.O_RDONLY))",
+    "mkdir": "import os; os.mkdir('new')",
+    "truncate": "import os; os.truncate('ends.json', 1)",
+    "chmod": "import os; os.chmod('ends.json', 0o600)",
+    "fchmod": "import os; os.fchmod(os.open('ends.json', os.O_RDONLY), 0o600)",
+    "fopen": _C + "c.fopen.restype = ctypes.c_void_p\nf = c.fopen(b'out.json', b'w')" + _RAISE.format("not f"),
+}
+"""Call -> program that makes only this call on its files, and gets an `OSError` if it fails."""
+STREAM = (
+    _C
+    + """c.fopen.restype = ctypes.c_void_p
+f = ctypes.c_void_p(c.fopen(b'out.json', b'w'))
+"""
+)
+WRITES = {
+    "fwrite": STREAM + "c.fwrite(b'[1, 2, 3]', 1, 9, f)",
+    "fclose": STREAM + "c.fputs(b'[1, 2, 3]', f)\nc.fclose(f)",
+    "fflush": STREAM + "c.fputs(b'[1, 2, 3]', f)\nc.fflush(f)",
+}
+"""Call -> program that does not notice that this call fails, its last one."""
+ALLOCATIONS = {
+    "malloc": "c.malloc.restype = ctypes.c_void_p\nfailed = c.malloc(100000) is None",
+    "calloc": "c.calloc.restype = ctypes.c_void_p\nfailed = c.calloc(1000, 100) is None",
+    "realloc": "c.realloc.restype = ctypes.c_void_p\nfailed = c.realloc(None, 100000) is None",
+    "aligned_alloc": "c.aligned_alloc.restype = ctypes.c_void_p\nfailed = c.aligned_alloc(64, 100032) is None",
+    "posix_memalign": "failed = c.posix_memalign(ctypes.byref(ctypes.c_void_p()), 64, 100000) != 0",
+}
+CRASH_IN = (
+    'Fatal Python error: Segmentation fault\n\nCurrent thread 0x1 (most recent call first):\n  File "{}", line 1\n'
+)
+HANDLER = (
+    "/faults/failing_calls.so(+0x1)[0x1]\n/usr/lib/libc.so.6(+0x3)[0x3]\n/usr/lib/libpython3.11.so.1.0(+0x2)[0x2]\n"
+)
+HANDLER += "/usr/lib/libc.so.6(+0x3)[0x3]\n"
 
 
 @pytest.fixture(scope="module")
@@ -58,3 +120,116 @@ def test_all_points_or_some_over_all_are_tried():
     assert tool.points(5, None) == [0, 1, 2, 3, 4]
     assert tool.points(100, 4) == [0, 33, 66, 99]
     assert tool.points(3, 1) == [0]
+
+
+@pytest.mark.parametrize("call", CALLS)
+def test_each_call_that_changes_files_fails_on_a_read_only_disk(kit, call, tmp_path):
+    command = Command([], program=[sys.executable, "-c", CALLS[call]])
+    good = tool.good_run(kit, command, "readonly", tmp_path / "good")
+    assert (good.code, good.calls) == (0, 1), good.err
+    found = tool.tried(kit, command, "readonly", 0, good)
+    assert any("traceback: OSError: [Errno 30]" in each for each in found), found
+
+
+@pytest.mark.parametrize("call", WRITES)
+def test_writes_to_a_stream_fail(kit, call, tmp_path):
+    command = Command([], program=[sys.executable, "-c", WRITES[call]])
+    good = tool.good_run(kit, command, "full", tmp_path / "good")
+    found = tool.tried(kit, command, "full", good.calls - 1, good)
+    assert any("half-written out.json" in each for each in found), found
+
+
+@pytest.mark.parametrize("call", ALLOCATIONS)
+def test_each_way_to_allocate_fails(kit, call, tmp_path):
+    program = f"{_C}{ALLOCATIONS[call]}\nraise SystemExit(7 if failed else 0)"
+    command = Command([], program=[sys.executable, "-c", program])
+    good = tool.good_run(kit, command, "memory", tmp_path / "good")
+    found = tool.tried(kit, command, "memory", good.calls - 1, good)
+    assert any("exit code 7" in each for each in found), found
+
+
+def test_a_temporary_file_may_stay_where_nothing_can_be_removed(kit, tmp_path):
+    program = "import os\nopen('.mmp-1.tmp', 'x').close()\ntry: os.unlink('.mmp-1.tmp')\nexcept OSError: pass"
+    command = Command([], program=[sys.executable, "-c", program])
+    good = tool.good_run(kit, command, "readonly", tmp_path / "good")
+    assert tool.tried(kit, command, "readonly", 1, good) == []
+    assert tool.tried(kit, command, "error", 1, good) == ["left .mmp-1.tmp"]
+
+
+def test_a_temporary_file_whose_removal_failed_is_removed_at_the_end(kit, tmp_path):
+    program = "from mmp_env.files.writing import check_writable\ncheck_writable('out.json')"
+    command = Command([], program=[sys.executable, "-c", program])
+    good = tool.good_run(kit, command, "error", tmp_path / "good")
+    assert good.calls == 2
+    assert tool.tried(kit, command, "error", 1, good) == []
+
+
+def test_too_little_memory_for_mujoco_is_a_sentence(monkeypatch, capsys):
+    def no_memory(_):
+        raise mujoco.FatalError("Could not allocate memory")
+
+    monkeypatch.setattr(mmp_cli.main, "_run_with_output", no_memory)
+    assert mmp_cli.main.main([]) == 2
+    assert capsys.readouterr().err == "mmp: there is not enough memory\n"
+
+
+def test_half_of_the_json_is_found(kit, tmp_path):
+    program = "import os\nos.write(1, b'{\"a\": 1,')\ntry: os.write(1, b' \"b\": 2}')\nexcept OSError: pass"
+    command = Command(["--json"], program=[sys.executable, "-c", program])
+    good = tool.good_run(kit, command, "pipe", tmp_path / "good")
+    assert tool.tried(kit, command, "pipe", 1, good) == ["exit code 0 and half of the JSON"]
+
+
+def _run(folder: Path, **values) -> Run:
+    command = values.pop("command", Command([]))
+    fields = {"code": 0, "out": "", "err": "", "calls": 0, "before": {}} | values
+    return Run(command=command, folder=folder, **fields)
+
+
+def test_units_and_files_that_were_reported_and_are_not_there_are_found(tmp_path):
+    good, folder = tmp_path / "good", tmp_path / "run"
+    good.mkdir()
+    folder.mkdir()
+    (good / "out.json").write_text("{}")
+    (folder / "rows.jsonl").write_text("{}\n")
+    command = Command([], adds=("rows.jsonl",), done=r"^(\d+) of \d+ done")
+    run = _run(folder, command=command, code=-signal.SIGKILL, err="1 of 3 done\n2 of 3 done\n", out="file out.json\n")
+    found = judges.faults_of(run, "kill", _run(good))
+    assert found[-2:] == ["reported out.json, which is not there", "reported 2 done, and rows.jsonl has 1"]
+
+
+def test_only_crashes_of_opengl_and_qhull_are_waived(tmp_path):
+    native = CRASH_IN.format("/site/mmp_env/x.py") + f"{STACK}\n{HANDLER}"
+    python = "/usr/bin/python3.11(PyObject_Call+0x1)[0x4]\n"
+    crash = {
+        "/usr/lib/libgallium-22.so(+0x1)[0x1]\n/site/mujoco/libmujoco.so.3(mjr_makeContext+0x5)[0x5]\n" + python: True,
+        "/site/scipy/spatial/_qhull.cpython-311-x86_64-linux-gnu.so(+0x1)[0x1]\n" + python: True,
+        "/site/mmp_env/_core.abi3.so(+0x1)[0x1]\n" + python: False,
+        "/site/mujoco/libmujoco.so.3(mj_step+0x5)[0x5]\n" + python: False,
+        "/site/numpy/_core.so(+0x1)[0x1]\n" + python + "/usr/lib/libgallium-22.so(+0x1)[0x1]\n": False,
+    }
+    for frames, waived in crash.items():
+        assert crashed_elsewhere(_run(tmp_path, code=-signal.SIGSEGV, err=native + frames)) == waived, frames
+    for file, waived in {"/site/mujoco/egl/__init__.py": True, "/site/mmp_env/view/films.py": False}.items():
+        assert crashed_elsewhere(_run(tmp_path, code=-signal.SIGABRT, err=CRASH_IN.format(file))) == waived
+
+
+def test_a_crash_has_its_native_stack(kit):
+    with kit.folder() as (folder, before):
+        command = Command([], program=[sys.executable, "-c", "import ctypes; ctypes.string_at(0)"])
+        run = kit.run(command, folder, before, "memory")
+        assert run.code == -signal.SIGSEGV
+        assert STACK in run.err
+        assert "Current thread" in run.err
+        assert "_ctypes" in run.err.partition(STACK)[2]
+        assert not crashed_elsewhere(run)
+
+
+def test_of_a_failed_import_of_numpy_only_the_traceback_is_waived(tmp_path):
+    run = _run(tmp_path, code=3, err=f"Traceback\n{judges.EXTENSION}")
+    assert [each.split(":")[0] for each in judges.faults_of(run, "memory", run)] == ["exit code 3"]
+
+
+def test_a_file_of_an_unknown_kind_is_refused(tmp_path):
+    (tmp_path / "a.strange").touch()
+    assert whole_files.broken(tmp_path / "a.strange") == "no reader for the suffix '.strange'"

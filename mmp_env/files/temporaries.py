@@ -40,5 +40,5 @@ def _remove(path: Path) -> None:
         if path.is_dir():
             shutil.rmtree(path)
         else:
-            path.unlink()
-    _THERE.pop(path, None)
+            path.unlink(missing_ok=True)
+        _THERE.pop(path, None)  # otherwise `remove_all` tries once more

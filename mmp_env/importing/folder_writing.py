@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -26,10 +25,19 @@ def write_folder(target: Path, files: Mapping[str, str]) -> None:
             for name, text in files.items():
                 (new / name).parent.mkdir(parents=True, exist_ok=True)
                 (new / name).write_text(text, encoding="utf-8")
-            if target.exists():
-                os.rename(target, old)
-            os.rename(new, target)
-            if old.exists():
-                shutil.rmtree(old)
+            _move_onto(new, target, old)
     except OSError as error:
         raise refusal(target, "written", error) from None
+
+
+def _move_onto(new: Path, target: Path, old: Path) -> None:
+    """Moves a folder to `target`, and one that is there to `old`; that one stays if `new` cannot be moved."""
+    if not target.exists():
+        os.rename(new, target)
+        return
+    os.rename(target, old)
+    try:
+        os.rename(new, target)
+    except OSError:
+        os.rename(old, target)
+        raise

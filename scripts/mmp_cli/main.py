@@ -59,7 +59,9 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         print(f"mmp: {describe_interrupt(interrupt)}", file=sys.stderr, flush=True)
         return 128 + signal_of(interrupt)
-    except MemoryError:
+    except Exception as error:
+        if not _is_out_of_memory(error):
+            raise
         print("mmp: there is not enough memory", file=sys.stderr, flush=True)
         return 2
 
@@ -74,6 +76,13 @@ def run_script(script: Callable[[], int | None]) -> NoReturn:
     except MmpError as error:
         complain(error, program=sys.argv[0].rpartition("/")[2])
         sys.exit(2)
+
+
+def _is_out_of_memory(error: Exception) -> bool:
+    """Returns True also for the error of MuJoCo, which has no class for it. MuJoCo is not imported: that is slow."""
+    return isinstance(error, MemoryError) or (
+        type(error).__name__ == "FatalError" and str(error).lower().startswith("could not allocate")
+    )
 
 
 def _run_process() -> int:

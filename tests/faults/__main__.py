@@ -30,7 +30,7 @@ def points(calls: int, most: int | None) -> list[int]:
 
 def good_run(kit: Kit, command: Command, kind: str, stay: Path) -> Run:
     """Runs a command where nothing fails and counts its calls; its files are kept in the folder `stay`."""
-    with kit.folder() as (folder, before):
+    with kit.folder(command) as (folder, before):
         run = kit.run(command, folder, before, COUNTING.get(kind, "count"))
         folder.rename(stay)
         return replace(run, folder=stay)
@@ -38,7 +38,7 @@ def good_run(kit: Kit, command: Command, kind: str, stay: Path) -> Run:
 
 def tried(kit: Kit, command: Command, kind: str, at: int, good: Run) -> list[str]:
     """Runs a command with a call that fails, and once more if it left anything. Returns what was wrong."""
-    with kit.folder() as (folder, before):
+    with kit.folder(command) as (folder, before):
         run = kit.run(command, folder, before, kind, at)
         out = faults_of(run, kind, good)
         kept = {name: (folder / name).read_bytes() for name in command.adds if (folder / name).is_file()}
@@ -58,7 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="runs at once")
     args = parser.parse_args(argv)
-    found, count = [], Counter[str]()
+    found, count, points_total = [], Counter[str](), 0
     with tempfile.TemporaryDirectory(prefix="faults-") as home, ThreadPoolExecutor(args.workers) as pool:
         kit = Kit(Path(home))
         for name in args.commands or COMMANDS:
@@ -70,6 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                     return 1
                 most = args.most or (40 if kind == "memory" else None)
                 chosen = points(good.calls, most)
+                points_total += good.calls
                 attempt = partial(tried, kit, command, kind, good=good)
                 for at, faults in zip(chosen, pool.map(attempt, chosen), strict=True):
                     count[kind] += 1
@@ -78,11 +79,11 @@ def main(argv: Sequence[str] | None = None) -> int:
                     if faults:
                         found.append(f"{name} {kind} {at}")
                 print(f"{name} {kind}: {len(chosen)} of {good.calls} points", flush=True)
-    print(f"{dict(count)}; {len(found)} faults")
+    print(f"{dict(count)} of {points_total} points; {len(found)} faults")
     from figure import print_figure  # of scripts/, which the tests of this module do not need
 
     total = sum(count.values())
-    print_figure("faults_handled", total - len(found), f"of {total}", **count)
+    print_figure("faults_handled", total - len(found), f"of {total}", points_total=points_total, **count)
     return bool(found)
 
 

@@ -6,6 +6,7 @@ import sys
 from dataclasses import dataclass, field
 
 PLAN = ["plan", "instances.json", "--instance", "turn", "--planner", "ecbs"]
+ROBOT = ["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]
 
 
 @dataclass(frozen=True)
@@ -15,13 +16,15 @@ class Command:
     Attributes:
         line: its arguments.
         adds: its files that keep what they had when the command runs once more.
-        crashes: whether it calls OpenGL, whose drivers crash where there is no memory, or Qhull, which does so too.
-        program: what runs the line.
+        done: pattern of the lines of standard error that report how many entries those files have.
+        first: a line that runs before, where nothing fails.
+        program: the program that runs the line.
     """
 
     line: list[str]
     adds: tuple[str, ...] = ()
-    crashes: bool = False
+    done: str = ""
+    first: list[str] = field(default_factory=list)
     program: list[str] = field(
         default_factory=lambda: [
             sys.executable,
@@ -36,12 +39,13 @@ COMMANDS = {
     "plan": Command([*PLAN, "--out", "plan-out.json", "--tree", "tree.svg"]),
     "json": Command([*PLAN, "--json"]),
     "rerun": Command([*PLAN, "--rerun", "search.rrd"]),
-    "image": Command([*PLAN, "--image", "plan.png"], crashes=True),
-    "video": Command([*PLAN, "--video", "film.mp4"], crashes=True),
-    "gif": Command([*PLAN, "--video", "film.gif"], crashes=True),
+    "image": Command([*PLAN, "--image", "plan.png"]),
+    "video": Command([*PLAN, "--video", "film.mp4"]),
+    "gif": Command([*PLAN, "--video", "film.gif"]),
     "bench": Command(
         ["bench", "instances.json", "--planners", "ecbs,rrt-connect", "--workers", "1", "--out", "bench"],
         adds=("bench/results.jsonl",),
+        done=r"^mmp bench: (\d+) of \d+ done",
     ),
     "report": Command(["report", "results"]),
     "csv": Command(["export", "plan.json", "--to", "out.csv"]),
@@ -49,7 +53,12 @@ COMMANDS = {
     "trajectory": Command(["export", "plan.json", "--to", "out.yaml"]),
     "scene": Command(["export", "plan.json", "--to", "out.xml"]),
     "run": Command(["run", "jobs.json", "--out", "schedule-out.json", "--seed", "1"]),
-    "dataset": Command(["dataset", "cell.json", "--count", "2", "--out", "data"], adds=("data/dataset.json",)),
-    "robot": Command(["robot", "add", "small.urdf", "--name", "small", "--out", "robots"], crashes=True),
+    "dataset": Command(
+        ["dataset", "cell.json", "--count", "2", "--out", "data"],
+        adds=("data/dataset.json",),
+        done=r"^mmp: (\d+) of \d+: ",
+    ),
+    "replace": Command(ROBOT, first=ROBOT),
+    "robot": Command(ROBOT),
 }
 """Name -> command line. Its inputs are those of the fuzzer."""

@@ -1,58 +1,14 @@
-// A library to preload: it numbers the calls of a command that change files, and lets one of them fail.
-//
-// Counted are calls on files in the folder FAULT_ROOT and writes to the file FAULT_STDOUT, of the process and its
-// children, with the number in the file FAULT_COUNT, which they share. FAULT_KIND says what happens at number FAULT_AT:
-//   off, count, count-output: nothing; no calls, all calls, or writes to standard output are counted
-//   error     the call fails with EIO
-//   full      half of the bytes are written; from then on nothing grows (ENOSPC)
-//   readonly  from then on no file can be made, moved or removed (EROFS)
-//   pipe      only writes to standard output count; from then on they fail with EPIPE
-//   kill      half of the bytes are written, then SIGKILL ends the process
-//   memory    only allocations of FAULT_BYTES or more count; that one fails
-#include <dlfcn.h>
-#include <errno.h>
-#include <fcntl.h>
-#include <limits.h>
-#include <signal.h>
+// Calls that open and write files. See numbering.hpp.
 #include <stdarg.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/mman.h>
 #include <sys/sendfile.h>
-#include <sys/stat.h>
 #include <sys/types.h>
 #include <sys/uio.h>
-#include <unistd.h>
 
-#include <atomic>
-#include <string>
+#include "numbering.hpp"
 
-extern "C" {
-void* __libc_malloc(size_t);
-void* __libc_calloc(size_t, size_t);
-void* __libc_realloc(void*, size_t);
-}
+using namespace faults;
 
 namespace {
-
-enum class Kind { off, count, count_output, error, full, readonly, pipe, kill, memory };
-enum class Act { write, make, change, sync };  // change: moves, removals and modes
-
-std::atomic<long>* counter = nullptr;
-long at = -1;
-size_t least_bytes = 0;
-Kind kind = Kind::off;
-char root[PATH_MAX], output[PATH_MAX];
-
-template <class F>
-F next(const char* name) {
-  return reinterpret_cast<F>(dlsym(RTLD_NEXT, name));
-}
-
-const char* variable(const char* name) {
-  const char* out = getenv(name);
-  return out ? out : "";
-}
 
 __attribute__((constructor)) void begin() {
   static const char* names[] = {"off", "count", "count-output", "error", "full", "readonly", "pipe", "kill", "memory"};
@@ -71,70 +27,6 @@ __attribute__((constructor)) void begin() {
     if (strcmp(wanted, names[k]) == 0) kind = static_cast<Kind>(k);
 }
 
-bool is_inside(const char* path) {
-  const size_t length = strlen(root);
-  return length > 0 && strncmp(path, root, length) == 0 && (path[length] == '/' || path[length] == 0);
-}
-
-bool path_counts(int folder, const char* path) {
-  if (kind == Kind::off || path == nullptr) return false;
-  if (path[0] == '/') return is_inside(path);
-  char name[64] = "/proc/self/cwd", there[PATH_MAX];
-  if (folder != AT_FDCWD) {
-    strcpy(name, "/proc/self/fd/");
-    strcat(name, std::to_string(folder).c_str());
-  }
-  const ssize_t length = readlink(name, there, sizeof there - 1);
-  if (length < 0) return false;
-  there[length] = 0;
-  return is_inside(there);
-}
-
-bool file_counts(int file) {
-  if (kind == Kind::off) return false;
-  char there[PATH_MAX];
-  const ssize_t length = readlink(("/proc/self/fd/" + std::to_string(file)).c_str(), there, sizeof there - 1);
-  if (length < 0) return false;
-  there[length] = 0;
-  if (kind == Kind::pipe || kind == Kind::count_output) return strcmp(there, output) == 0;
-  return is_inside(there) || strcmp(there, output) == 0;
-}
-
-// Numbers a call. Returns the error that it must fail with, or 0; `half` is set if half of the bytes are written first.
-int fault(Act act, bool* half = nullptr) {
-  if (kind == Kind::off || kind == Kind::memory ||
-      ((kind == Kind::pipe || kind == Kind::count_output) && act != Act::write))
-    return 0;
-  const long number = counter->fetch_add(1);
-  if (number < at || kind == Kind::count || kind == Kind::count_output) return 0;
-  switch (kind) {
-    case Kind::error:
-      return number == at ? EIO : 0;
-    case Kind::full:
-      if (act != Act::write && act != Act::make) return 0;
-      if (number == at && half) return *half = true, 0;
-      return ENOSPC;
-    case Kind::readonly:
-      return act == Act::make || act == Act::change ? EROFS : 0;
-    case Kind::pipe:
-      return EPIPE;
-    case Kind::kill:
-      if (number != at) return 0;
-      if (half) return *half = true, 0;
-      ::kill(getpid(), SIGKILL);
-      return 0;
-    default:
-      return 0;
-  }
-}
-
-// After half of the bytes were written.
-void finish_half() {
-  if (kind == Kind::kill) ::kill(getpid(), SIGKILL);
-}
-
-bool no_memory(size_t bytes) { return kind == Kind::memory && bytes >= least_bytes && counter->fetch_add(1) == at; }
-
 int open_file(int folder, const char* path, int flags, mode_t mode) {
   static const auto real = next<int (*)(int, const char*, int, ...)>("openat");
   const bool makes = (flags & O_CREAT) != 0 || (flags & O_ACCMODE) != O_RDONLY;
@@ -142,19 +34,6 @@ int open_file(int folder, const char* path, int flags, mode_t mode) {
     if (const int error = fault(Act::make)) return errno = error, -1;
   return real(folder, path, flags, mode);
 }
-
-template <class Write>
-ssize_t write_bytes(int file, size_t bytes, const Write& write) {
-  if (!file_counts(file)) return write(bytes);
-  bool half = false;
-  if (const int error = fault(Act::write, &half)) return errno = error, -1;
-  if (!half) return write(bytes);
-  const ssize_t out = bytes > 1 ? write(bytes / 2) : (errno = ENOSPC, -1);
-  finish_half();
-  return out;
-}
-
-int changed(int folder, const char* path, Act act) { return path_counts(folder, path) ? fault(act) : 0; }
 
 }  // namespace
 
@@ -173,6 +52,7 @@ int open(const char* path, int flags, ...) {
   MODE()
   return open_file(AT_FDCWD, path, flags, mode);
 }
+int creat(const char* path, mode_t mode) { return open_file(AT_FDCWD, path, O_CREAT | O_WRONLY | O_TRUNC, mode); }
 int open64(const char* path, int flags, ...) {
   MODE()
   return open_file(AT_FDCWD, path, flags, mode);
@@ -211,53 +91,14 @@ ssize_t copy_file_range(int from, off64_t* in, int to, off64_t* out, size_t byte
 }
 
 int fsync(int file) {
-  if (file_counts(file))
-    if (const int error = fault(Act::sync)) return errno = error, -1;
-  return next<int (*)(int)>("fsync")(file);
+  return unless(changed(file, Act::sync), [&] { return next<int (*)(int)>("fsync")(file); });
 }
 int fdatasync(int file) {
-  if (file_counts(file))
-    if (const int error = fault(Act::sync)) return errno = error, -1;
-  return next<int (*)(int)>("fdatasync")(file);
+  return unless(changed(file, Act::sync), [&] { return next<int (*)(int)>("fdatasync")(file); });
 }
 int ftruncate(int file, off_t length) {
-  if (file_counts(file))
-    if (const int error = fault(Act::sync)) return errno = error, -1;
-  return next<int (*)(int, off_t)>("ftruncate")(file, length);
+  return unless(changed(file, Act::sync), [&] { return next<int (*)(int, off_t)>("ftruncate")(file, length); });
 }
 int ftruncate64(int file, off64_t length) { return ftruncate(file, length); }
-
-int rename(const char* from, const char* to) {
-  if (const int error = changed(AT_FDCWD, to, Act::change)) return errno = error, -1;
-  return next<int (*)(const char*, const char*)>("rename")(from, to);
-}
-int renameat(int from_folder, const char* from, int to_folder, const char* to) {
-  if (const int error = changed(to_folder, to, Act::change)) return errno = error, -1;
-  return next<int (*)(int, const char*, int, const char*)>("renameat")(from_folder, from, to_folder, to);
-}
-int mkdir(const char* path, mode_t mode) {
-  if (const int error = changed(AT_FDCWD, path, Act::make)) return errno = error, -1;
-  return next<int (*)(const char*, mode_t)>("mkdir")(path, mode);
-}
-int mkdirat(int folder, const char* path, mode_t mode) {
-  if (const int error = changed(folder, path, Act::make)) return errno = error, -1;
-  return next<int (*)(int, const char*, mode_t)>("mkdirat")(folder, path, mode);
-}
-int chmod(const char* path, mode_t mode) {
-  if (const int error = changed(AT_FDCWD, path, Act::change)) return errno = error, -1;
-  return next<int (*)(const char*, mode_t)>("chmod")(path, mode);
-}
-int fchmodat(int folder, const char* path, mode_t mode, int flags) {
-  if (const int error = changed(folder, path, Act::change)) return errno = error, -1;
-  return next<int (*)(int, const char*, mode_t, int)>("fchmodat")(folder, path, mode, flags);
-}
-
-void* malloc(size_t bytes) { return no_memory(bytes) ? (errno = ENOMEM, nullptr) : __libc_malloc(bytes); }
-void* calloc(size_t count, size_t bytes) {
-  return no_memory(count * bytes) ? (errno = ENOMEM, nullptr) : __libc_calloc(count, bytes);
-}
-void* realloc(void* old, size_t bytes) {
-  return no_memory(bytes) ? (errno = ENOMEM, nullptr) : __libc_realloc(old, bytes);
-}
 
 }  // extern "C"

@@ -11,7 +11,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fuzz import samples
@@ -23,16 +23,16 @@ LONGEST_S = 600.0
 ENDING_S = 10.0
 """Longest time until the helpers of a command are gone after they were killed [s]."""
 LEAST_BYTES = 2**16
-"""Smallest allocation that fails [bytes]."""
+"""Smallest allocation that fails [bytes]: smaller ones are too many to fail each."""
 TEMPORARY = ".mmp-"
 HELPERS = ("cache", "tmp")
 """Folders of the run that may hold files of other programs."""
-_SOURCE = Path(__file__).with_name("failing_calls.cpp")
+_SOURCES = sorted(Path(__file__).parent.glob("failing_*.cpp"))
 
 
 @dataclass(frozen=True)
 class Run:
-    """What one run did; `calls` is the number of calls that counted, `before` the files there before."""
+    """One run of a command: `calls` that counted, input files `before`, and names of all files that were `there`."""
 
     command: Command
     code: int
@@ -41,25 +41,17 @@ class Run:
     calls: int
     folder: Path
     before: dict[str, bytes]
+    there: frozenset[str] = frozenset()
 
     @property
     def was_killed(self) -> bool:
-        """Whether SIGKILL ended the process."""
+        """True if SIGKILL ended the process."""
         return self.code == -signal.SIGKILL
-
-    @property
-    def crashed_elsewhere(self) -> bool:
-        """Whether the process crashed, and may have done so in OpenGL or Qhull."""
-        return self.command.crashes and self.code in (-signal.SIGSEGV, -signal.SIGABRT)
 
     @property
     def files(self) -> dict[str, Path]:
         """Name -> path of every file in the folder, temporary ones and those of other programs left out."""
-        return {
-            name: path
-            for name, path in _files(self.folder).items()
-            if name.split("/")[0] not in HELPERS and TEMPORARY not in name
-        }
+        return _own_files(self.folder)
 
     @property
     def temporary(self) -> list[str]:
@@ -75,27 +67,31 @@ class Kit:
         self.library = home / "failing_calls.so"
         compiler = os.environ.get("CXX") or shutil.which("g++") or "c++"
         subprocess.run(
-            [compiler, "-std=c++20", "-shared", "-fPIC", "-O1", "-o", str(self.library), str(_SOURCE), "-ldl"],
+            [compiler, "-std=c++20", "-shared", "-fPIC", "-O1", "-o", str(self.library), *map(str, _SOURCES), "-ldl"],
             check=True,
         )
 
     @contextmanager
-    def folder(self) -> Iterator[tuple[Path, dict[str, bytes]]]:
-        """Yields a new folder with all input files, and these."""
+    def folder(self, command: Command | None = None) -> Iterator[tuple[Path, dict[str, bytes]]]:
+        """Yields a new folder with all input files, and these. The first line of the command has run there."""
         with tempfile.TemporaryDirectory(prefix="faults-", dir=self.home) as name:
             folder = Path(name, "work")
             for each in HELPERS:
                 (folder / each).mkdir(parents=True)
-            yield folder, samples.write_all(folder)
+            before = samples.write_all(folder)
+            if command is not None and command.first:
+                self.run(replace(command, line=command.first), folder, before, "off")
+            yield folder, before
 
     def run(self, command: Command, folder: Path, before: dict[str, bytes], kind: str = "count", at: int = -1) -> Run:
         """Runs a command in a folder; call number `at` fails in the way `kind`."""
-        beside = folder.parent
+        beside, there = folder.parent, frozenset(_own_files(folder))
         count = beside / "count"
         count.write_bytes(bytes(8))
         env = dict(
             os.environ,
             LD_PRELOAD=str(self.library),
+            PYTHONFAULTHANDLER="1",
             FAULT_KIND=kind,
             FAULT_AT=str(at),
             FAULT_ROOT=str(folder),
@@ -119,7 +115,7 @@ class Kit:
                 _end_session(process)
         calls = struct.unpack("q", count.read_bytes())[0]
         texts = [(beside / name).read_text(encoding="utf-8", errors="replace") for name in ("stdout", "stderr")]
-        return Run(command, code, *texts, calls, folder, before)
+        return Run(command, code, *texts, calls, folder, before, there)
 
 
 def _end_session(process: subprocess.Popen[bytes]) -> None:
@@ -131,6 +127,11 @@ def _end_session(process: subprocess.Popen[bytes]) -> None:
             process.poll()
             time.sleep(0.005)
     process.wait()
+
+
+def _own_files(folder: Path) -> dict[str, Path]:
+    found = _files(folder).items()
+    return {name: path for name, path in found if name.split("/")[0] not in HELPERS and TEMPORARY not in name}
 
 
 def _files(folder: Path) -> dict[str, Path]:

@@ -1,0 +1,97 @@
+"""Readers of all files that commands write, which find a file that is half written."""
+
+from __future__ import annotations
+
+import csv
+import json
+import xml.etree.ElementTree as ET
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import yaml
+from PIL import Image
+
+
+def broken(path: Path) -> str | None:
+    """Returns why a file is not whole, or None."""
+    if path.name == "results.jsonl":
+        return _reason(_rows, path)
+    if path.suffix not in READERS:
+        return f"no reader for the suffix {path.suffix!r}"
+    return _reason(READERS[path.suffix], path)
+
+
+def _reason(read: Callable[[Path], object], path: Path) -> str | None:
+    try:
+        read(path)
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
+    return None
+
+
+def _rows(path: Path) -> None:
+    """Reads the whole lines of a file that grows by lines; the last one may be without its end."""
+    for row in path.read_bytes().split(b"\n")[:-1]:
+        json.loads(row)
+
+
+def _csv(path: Path) -> None:
+    with path.open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.reader(file) if row and not row[0].startswith("#")]
+    _require(len(rows) > 1 and len({len(row) for row in rows}) == 1, "rows of several lengths")
+    _require(path.read_bytes().endswith(b"\n"), "no end of the last line")
+
+
+def _npz(path: Path) -> None:
+    _require(zipfile.ZipFile(path).testzip() is None, "a member is damaged")
+    with np.load(path) as arrays:
+        for name in arrays.files:
+            assert arrays[name] is not None
+
+
+def _picture(path: Path) -> None:
+    with Image.open(path) as picture:
+        for frame in range(getattr(picture, "n_frames", 1)):
+            picture.seek(frame)
+            picture.load()
+
+
+def _rrd(path: Path) -> None:
+    from support import recordings
+
+    _require(bool(recordings.Rows(path).entities), "nothing in it")
+
+
+def _mp4(path: Path) -> None:
+    content = path.read_bytes()
+    _require(b"moov" in content and b"mdat" in content, "no index or no data")
+
+
+def _html(path: Path) -> None:
+    _require(path.read_text(encoding="utf-8").rstrip().endswith("</html>"), "no end of the page")
+
+
+def _markdown(path: Path) -> None:
+    _require(path.read_text(encoding="utf-8").endswith("\n"), "no end of the last line")
+
+
+def _require(holds: bool, otherwise: str) -> None:
+    if not holds:
+        raise ValueError(otherwise)
+
+
+READERS: dict[str, Callable[[Path], object]] = {
+    ".json": lambda path: json.loads(path.read_text(encoding="utf-8")),
+    ".svg": ET.parse,
+    ".xml": ET.parse,
+    ".yaml": lambda path: _require(bool(yaml.safe_load(path.read_text(encoding="utf-8"))), "empty"),
+    ".csv": _csv,
+    ".npz": _npz,
+    ".rrd": _rrd,
+    ".mp4": _mp4,
+    ".html": _html,
+    ".md": _markdown,
+} | dict.fromkeys((".png", ".jpg", ".webp", ".gif"), _picture)
+"""Suffix -> reader that fails for a file that is not whole."""

@@ -1,5 +1,7 @@
 """The fault kit: a plan survives each failing call, and the kit finds planted faults."""
 
+import errno
+import os
 import signal
 import sys
 from pathlib import Path
@@ -11,8 +13,11 @@ from faults import judges, whole_files
 from faults.commands import COMMANDS, Command
 from faults.crashes import STACK, crashed_elsewhere
 from faults.kit import Kit, Run
+from faults.planted import ALLOCATIONS, CALLS, LIBRARY, WRITES
 
 import mmp_cli.main
+from mmp_env.errors import MmpError
+from mmp_env.importing.folder_writing import write_folder
 
 PLANTED = {
     "half_written": ("full", "open('out.json', 'w').write('{\"a\": [1, 2, 3, 4]}')", "half-written out.json"),
@@ -35,47 +40,6 @@ PLANTED = {
     "overwrites": ("error", "open('plan.json', 'w').write('{}')", "changed plan.json"),
 }
 
-_C = "import ctypes, os\nc = ctypes.CDLL(None, use_errno=True)\n"
-_RAISE = "\nif {}: raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))"
-CALLS = {
-    "unlink": "import os; os.unlink('ends.json')",
-    "unlinkat": "import os; os.unlink('ends.json', dir_fd=os.open('.', os.O_RDONLY))",
-    "rmdir": "import os; os.rmdir('cache')",
-    "remove": _C + "failed = c.remove(b'ends.json')" + _RAISE.format("failed"),
-    "rmtree": "import shutil; shutil.rmtree('cache')",
-    "rename": "import os; os.rename('ends.json', 'other.json')",
-    "renameat": "import os; os.rename('ends.json', 'other.json', src_dir_fd=os.open('.', os.O_RDONLY))",
-    "renameat2": _C + "failed = c.renameat2(-100, b'ends.json', -100, b'other.json', 0)" + _RAISE.format("failed"),
-    "link": "import os; os.link('ends.json', 'other.json')",
-    "linkat": "import os; os.link('ends.json', 'other.json', dst_dir_fd=os.open('.', os.O_RDONLY))",
-    "symlink": "import os; os.symlink('ends.json', 'other.json')",
-    "symlinkat": "import os; os.symlink('ends.json', 'other.json', dir_fd=os.open('.', os.O_RDONLY))",
-    "mkdir": "import os; os.mkdir('new')",
-    "truncate": "import os; os.truncate('ends.json', 1)",
-    "chmod": "import os; os.chmod('ends.json', 0o600)",
-    "fchmod": "import os; os.fchmod(os.open('ends.json', os.O_RDONLY), 0o600)",
-    "fopen": _C + "c.fopen.restype = ctypes.c_void_p\nf = c.fopen(b'out.json', b'w')" + _RAISE.format("not f"),
-}
-"""Call -> program that makes only this call on its files, and gets an `OSError` if it fails."""
-STREAM = (
-    _C
-    + """c.fopen.restype = ctypes.c_void_p
-f = ctypes.c_void_p(c.fopen(b'out.json', b'w'))
-"""
-)
-WRITES = {
-    "fwrite": STREAM + "c.fwrite(b'[1, 2, 3]', 1, 9, f)",
-    "fclose": STREAM + "c.fputs(b'[1, 2, 3]', f)\nc.fclose(f)",
-    "fflush": STREAM + "c.fputs(b'[1, 2, 3]', f)\nc.fflush(f)",
-}
-"""Call -> program that does not notice that this call fails, its last one."""
-ALLOCATIONS = {
-    "malloc": "c.malloc.restype = ctypes.c_void_p\nfailed = c.malloc(100000) is None",
-    "calloc": "c.calloc.restype = ctypes.c_void_p\nfailed = c.calloc(1000, 100) is None",
-    "realloc": "c.realloc.restype = ctypes.c_void_p\nfailed = c.realloc(None, 100000) is None",
-    "aligned_alloc": "c.aligned_alloc.restype = ctypes.c_void_p\nfailed = c.aligned_alloc(64, 100032) is None",
-    "posix_memalign": "failed = c.posix_memalign(ctypes.byref(ctypes.c_void_p()), 64, 100000) != 0",
-}
 CRASH_IN = (
     'Fatal Python error: Segmentation fault\n\nCurrent thread 0x1 (most recent call first):\n  File "{}", line 1\n'
 )
@@ -141,7 +105,7 @@ def test_writes_to_a_stream_fail(kit, call, tmp_path):
 
 @pytest.mark.parametrize("call", ALLOCATIONS)
 def test_each_way_to_allocate_fails(kit, call, tmp_path):
-    program = f"{_C}{ALLOCATIONS[call]}\nraise SystemExit(7 if failed else 0)"
+    program = f"{LIBRARY}{ALLOCATIONS[call]}\nraise SystemExit(7 if failed else 0)"
     command = Command([], program=[sys.executable, "-c", program])
     good = tool.good_run(kit, command, "memory", tmp_path / "good")
     found = tool.tried(kit, command, "memory", good.calls - 1, good)
@@ -164,9 +128,28 @@ def test_a_temporary_file_whose_removal_failed_is_removed_at_the_end(kit, tmp_pa
     assert tool.tried(kit, command, "error", 1, good) == []
 
 
-def test_too_little_memory_for_mujoco_is_a_sentence(monkeypatch, capsys):
+def test_a_folder_that_can_be_neither_replaced_nor_moved_back_is_kept(tmp_path, monkeypatch):
+    moves = [os.rename]
+
+    def once(*names):
+        if not moves:
+            raise OSError(errno.EROFS, "Read-only file system")
+        moves.pop()(*names)
+
+    write_folder(tmp_path / "a", {"b.txt": "old"})
+    monkeypatch.setattr(os, "rename", once)
+    with pytest.raises(MmpError, match=r"the folder that was there is now \S*\.mmp-") as refused:
+        write_folder(tmp_path / "a", {"b.txt": "new"})
+    assert (Path(str(refused.value).rpartition(" ")[2]) / "b.txt").read_text() == "old"
+
+
+@pytest.mark.parametrize(
+    "error",
+    [mujoco.FatalError("Could not allocate memory"), ValueError("Error: engine error: Could not allocate memory")],
+)
+def test_too_little_memory_for_mujoco_is_a_sentence(error, monkeypatch, capsys):
     def no_memory(_):
-        raise mujoco.FatalError("Could not allocate memory")
+        raise error
 
     monkeypatch.setattr(mmp_cli.main, "_run_with_output", no_memory)
     assert mmp_cli.main.main([]) == 2
@@ -204,7 +187,7 @@ def test_only_crashes_of_opengl_and_qhull_are_waived(tmp_path):
     crash = {
         "/usr/lib/libgallium-22.so(+0x1)[0x1]\n/site/mujoco/libmujoco.so.3(mjr_makeContext+0x5)[0x5]\n" + python: True,
         "/site/scipy/spatial/_qhull.cpython-311-x86_64-linux-gnu.so(+0x1)[0x1]\n" + python: True,
-        "/site/mmp_env/_core.abi3.so(+0x1)[0x1]\n" + python: False,
+        "/site/mmp_env/_core_v3.so(+0x1)[0x1]\n/usr/lib/libGL.so.1(+0x1)[0x1]\n" + python: False,
         "/site/mujoco/libmujoco.so.3(mj_step+0x5)[0x5]\n" + python: False,
         "/site/numpy/_core.so(+0x1)[0x1]\n" + python + "/usr/lib/libgallium-22.so(+0x1)[0x1]\n": False,
     }

@@ -24,7 +24,13 @@ def beside(target: Path) -> Iterator[Path]:
     try:
         yield path
     finally:
-        _remove(path)
+        if path in _THERE:
+            _remove(path)
+
+
+def keep(path: Path) -> None:
+    """Keeps a temporary file or folder."""
+    _THERE.pop(path, None)
 
 
 @atexit.register

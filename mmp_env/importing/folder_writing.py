@@ -6,8 +6,9 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 
+from mmp_env.errors import MmpError
 from mmp_env.files.paths import refusal
-from mmp_env.files.temporaries import beside
+from mmp_env.files.temporaries import beside, keep
 
 
 def read_folder(folder: Path) -> dict[str, str]:
@@ -31,13 +32,20 @@ def write_folder(target: Path, files: Mapping[str, str]) -> None:
 
 
 def _move_onto(new: Path, target: Path, old: Path) -> None:
-    """Moves a folder to `target`, and one that is there to `old`; that one stays if `new` cannot be moved."""
+    """Moves a folder to `target`, and one that is there to `old`, or back if `new` cannot be moved. Raises `OSError`.
+
+    Raises `MmpError`, and keeps `old`, if the system refuses to move it back, too.
+    """
     if not target.exists():
         os.rename(new, target)
         return
     os.rename(target, old)
     try:
         os.rename(new, target)
-    except OSError:
-        os.rename(old, target)
+    except OSError as error:
+        try:
+            os.rename(old, target)
+        except OSError:
+            keep(old)
+            raise MmpError(f"{refusal(target, 'written', error)}; the folder that was there is now {old}") from None
         raise

@@ -79,10 +79,10 @@ def run_script(script: Callable[[], int | None]) -> NoReturn:
 
 
 def _is_out_of_memory(error: Exception) -> bool:
-    """Returns True also for the error of MuJoCo, which has no class for it. MuJoCo is not imported: that is slow."""
-    return isinstance(error, MemoryError) or (
-        type(error).__name__ == "FatalError" and str(error).lower().startswith("could not allocate")
-    )
+    """Returns True also for the errors of MuJoCo, which have no class for it. MuJoCo is not imported: that is slow."""
+    if isinstance(error, MemoryError):
+        return True
+    return type(error).__name__ in ("FatalError", "ValueError") and "could not allocate" in str(error).lower()
 
 
 def _run_process() -> int:

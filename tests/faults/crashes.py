@@ -11,7 +11,7 @@ CRASHES = (-signal.SIGSEGV, -signal.SIGBUS, -signal.SIGABRT)
 STACK = "native stack:"
 """Line before the native frames, the innermost one first. failing_memory.cpp prints them."""
 _PYTHON = re.compile(r"/(lib)?python3[.\d]*(so[.\d]*)?\(")
-_OWN = re.compile(r"/_core\.\S*\(")
+_OWN = re.compile(r"/mmp_env/_core_v\S*\(")
 _ELSEWHERE = re.compile(r"/(libGL|libEGL|libOSMesa|libgallium|libLLVM|swrast|kms_swrast|\S*_dri|_qhull)\S*\(|\(mjr_")
 _PYTHON_FRAME = re.compile(r'most recent call first\):\s+File "([^"]+)"')
 _PYTHON_ELSEWHERE = re.compile(r"/(OpenGL|mujoco/(egl|osmesa|glfw|renderer|gl_context))\b")

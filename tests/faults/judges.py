@@ -23,7 +23,7 @@ def faults_of(run: Run, kind: str, good: Run) -> list[str]:
     if run.temporary and kind not in ("kill", "readonly") and not ended:  # nothing can be removed, after readonly
         out.append(f"left {run.temporary[0]}")
     out += [f"half-written {name}: {reason}" for name, path in _written(run).items() if (reason := broken(path))]
-    if not run.was_killed:  # a folder is replaced in two moves
+    if not (run.was_killed or TEMPORARY in run.err):  # a folder is replaced in two moves; a sentence says where it is
         out += [f"lost {name}" for name in run.there if name not in run.files]
     out += lost_reports(run, good)
     if run.code == 0:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from mmp_env.check import CheckReport
     from mmp_env.sim.execution import ExecutionReport
     from mmp_env.work.jobs import Jobs
+    from mmp_env.work.schedule import Schedule
     from mmp_planners import ScheduleResult
 
 
@@ -71,11 +72,13 @@ def run(args: Namespace) -> int:
     from mmp_env.files.writing import check_writable
     from mmp_env.model.problem import DEFAULT_MAX_VELOCITY
     from mmp_env.work.jobs_file import load_jobs
+    from mmp_env.work.schedule_file import save_schedule
 
     jobs = load_jobs(args.jobs)
     if args.out is not None:
         check_spared(args.jobs, "--out", args.out)
         check_writable(args.out)
+    found: list[Schedule] = []
     try:
         result = mmp_planners.schedule(
             jobs,
@@ -87,9 +90,15 @@ def run(args: Namespace) -> int:
             max_acceleration=args.max_acceleration,
             max_jerk=args.max_jerk,
             improve=args.improve,
+            watch=found.append,
         )
     except InvalidInstanceError as error:
         raise InvalidInstanceError(f"{args.jobs}: {error}") from None
+    except KeyboardInterrupt as interrupt:
+        if found and args.out is not None:
+            save_schedule(found[-1], args.out)
+            interrupt.add_note(f"{args.out} holds the shortest schedule so far, not checked")
+        raise
     done = Done(jobs=jobs, result=result)
     if result.schedule is not None:
         done = _executed(args, _checked(_written(args, done)))

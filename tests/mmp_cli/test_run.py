@@ -72,3 +72,20 @@ def test_a_margin_that_is_asked_for_is_kept_or_refused(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["margins_proved"]["arms"] >= 0.004
     assert main(["run", str(tmp_path / "jobs.json"), "--margin", "0.5"]) == 2
     assert "the largest margin that would do" in capsys.readouterr().err
+
+
+def test_ctrl_c_writes_the_shortest_schedule_so_far(tmp_path, capsys, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    (tmp_path / "jobs.json").write_text(json.dumps(in_a_ring()))
+    monkeypatch.setattr("mmp_planners.work.scheduling.improved", interrupt)
+    out = tmp_path / "schedule.json"
+    words = ["run", str(tmp_path / "jobs.json"), "--improve", "60"]
+    assert main([*words, "--out", str(out)]) == 130
+    assert capsys.readouterr().err == f"mmp: interrupted; {out} holds the shortest schedule so far, not checked\n"
+    assert main(["check", str(out)]) == 0
+    assert main(words) == 130
+    monkeypatch.setattr("mmp_planners.work.scheduling._Setup.attempt", interrupt)
+    assert main([*words, "--out", str(tmp_path / "none.json")]) == 130
+    assert not (tmp_path / "none.json").exists()

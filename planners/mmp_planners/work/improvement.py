@@ -16,7 +16,12 @@ MOST_DRAWN = 3
 
 
 def improved(
-    jobs: Jobs, schedule: Schedule, attempt: Callable[[Jobs], Schedule | None], seed: int, clock: core.Clock
+    jobs: Jobs,
+    schedule: Schedule,
+    attempt: Callable[[Jobs], Schedule | None],
+    seed: int,
+    clock: core.Clock,
+    watch: Callable[[Schedule], None],
 ) -> tuple[Schedule, int]:
     """Returns the schedule with the shortest makespan that was found in time, and the number of attempts.
 
@@ -26,12 +31,14 @@ def improved(
         attempt: plans jobs in another order and with other arms; None if it fails.
         seed: seed of the draws.
         clock: deadline.
+        watch: called with each schedule that is shorter than those before.
     """
     rng, attempts = np.random.default_rng(seed), 0
     while not clock.expired:
         found = attempt(neighbour(jobs, schedule, rng))
         if found is not None and found.makespan_s < schedule.makespan_s:
             schedule = found
+            watch(schedule)
         attempts += 1
     return schedule, attempts
 

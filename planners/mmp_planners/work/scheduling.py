@@ -8,6 +8,7 @@ import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -97,6 +98,7 @@ def schedule(
     max_jerk: JointLimits = None,
     rounds: bool = False,
     improve: float = 0.0,
+    watch: Callable[[Schedule], None] | None = None,
 ) -> ScheduleResult:
     """Plans all jobs, each arm in its own time.
 
@@ -112,6 +114,7 @@ def schedule(
         rounds: in each round every arm moves once, and the next round begins when all have arrived; for comparisons.
         improve: time [s] for improving the first schedule, within `time_limit`: a few jobs get other arms, or come
             earlier or later, and the schedule with the shortest makespan is kept.
+        watch: called with the first schedule, and with each one that is shorter than those before.
 
     Raises:
         MmpError: if an argument is not allowed.
@@ -150,10 +153,13 @@ def schedule(
         stopped = clock.expired or not first.blocked
         status = Status.TIMEOUT if stopped else Status.EXHAUSTED
         return ScheduleResult(status=status, blocked=first.blocked, reason=first.reason, stats=stats)
+    watch = watch or (lambda _: None)
+    watch(found)
     if improve:
         until = core.Clock(max(0.0, min(improve, limit - (time.perf_counter() - began))))
         stats["first_makespan_s"] = found.makespan_s
-        found, stats["attempts"] = improved(jobs, found, lambda work: setup.attempt_or_none(work, until), seed, until)
+        attempt = partial(setup.attempt_or_none, clock=until)
+        found, stats["attempts"] = improved(jobs, found, attempt, seed, until, watch)
     stats["makespan_s"] = found.makespan_s
     return ScheduleResult(status=Status.SOLVED, schedule=found, stats=stats)
 

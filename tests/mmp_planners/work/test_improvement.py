@@ -37,7 +37,9 @@ def test_the_shortest_schedule_is_kept():
             clock.cancel()
         return answers.pop(0)
 
-    assert improved(longest.jobs, longest, attempt, 0, clock) == (shortest, 3)
+    watched = []
+    assert improved(longest.jobs, longest, attempt, 0, clock, watched.append) == (shortest, 3)
+    assert watched == [shortest]
 
 
 def test_an_improved_schedule_is_valid_and_not_longer():

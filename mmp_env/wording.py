@@ -4,7 +4,7 @@ import math
 import re
 import reprlib
 
-_LEAST_DEGREES, _MOST_DEGREES = 10.0, 3600.0
+LEAST_DEGREES, _MOST_DEGREES = 10.0, 3600.0
 """Bounds of a number that was probably meant in degrees."""
 _LONG_S = 1e6
 """Duration [s] from which a few digits suffice."""
@@ -23,7 +23,7 @@ def counted(count: int, noun: str) -> str:
 
 def degrees_hint(angle: float) -> str:
     """Returns the end of a message about an angle in radians: a hint if it looks like degrees, otherwise nothing."""
-    return f"; {angle:g} looks like degrees" if _LEAST_DEGREES <= abs(angle) <= _MOST_DEGREES else ""
+    return f"; {angle:g} looks like degrees" if LEAST_DEGREES <= abs(angle) <= _MOST_DEGREES else ""
 
 
 def how_far_apart(clearance_m: float) -> str:

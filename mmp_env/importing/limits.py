@@ -10,6 +10,7 @@ from jaxtyping import Float
 
 from mmp_env.importing.chain import Chain
 from mmp_env.mujoco_import import mujoco
+from mmp_env.wording import LEAST_DEGREES
 
 ACCELERATION, JERK = 8.0, 4000.0
 """Defaults of hinges [rad/s^2, rad/s^3], those of the built-in robots whose vendors publish none."""
@@ -48,6 +49,9 @@ def limits_of(chain: Chain) -> Limits:
         notes.append(
             f"joints without limits turn by {CONTINUOUS_RAD:.4g} rad to either side: {_named(chain, ~limited)}"
         )
+    as_degrees = ~slide & (np.abs(bounds).max(axis=1) >= LEAST_DEGREES)
+    if as_degrees.any():
+        notes.append(f"limits are read as radians, and these look like degrees: {_named(chain, as_degrees)}")
     names = [model.joint(j).name for j in joints]
     known = np.array([name in chain.source.velocity for name in names])
     velocity = np.where(slide, SLIDE_VELOCITY, VELOCITY)

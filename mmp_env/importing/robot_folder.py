@@ -36,6 +36,8 @@ VERSION = 7
 COARSE_SPHERES = (28, 42, 63)
 """Numbers of spheres that the moving links have in set `28`; the next one is tried where too few poses are free."""
 _LEAST_FREE = 20
+LONGEST_LINK_M = 20.0
+"""Largest extent of a link. The spheres that cover a larger one, as closely, could fill the memory."""
 
 Progress = Callable[[str], None]
 
@@ -123,6 +125,12 @@ def files_of_pieces(
     limits = limits_of(chain)
     if not any(pieces[1:]):
         raise MmpError(f"{chain.source.path}: no link that moves has collision geometry")
+    for link, own in zip(chain.links, pieces, strict=True):
+        if own and (length := _extent(own)) > LONGEST_LINK_M:
+            raise MmpError(
+                f"{chain.source.path}: link '{link.name}' is {length:.4g} m long, and {LONGEST_LINK_M:g} m is the most;"
+                " are its lengths in millimetres? They must be in metres"
+            )
     shapes = [LinkShape(own) if own else None for own in pieces]
     try:
         fine = [_fine(link.name, shape, progress, detail) for link, shape in zip(chain.links, shapes, strict=True)]
@@ -208,6 +216,13 @@ def _fine(name: str, shape: LinkShape | None, progress: Progress, detail: Detail
     cover = fit_cover(shape, detail.coarser * FINE_M, effort=effort)
     progress(f"{name}: {len(cover.radii)} spheres, {cover.protrusion * 1e3:.1f} mm of protrusion, cover proved")
     return cover
+
+
+def _extent(pieces: Sequence[Piece]) -> float:
+    """Returns the longest edge [m] of the box around pieces along the axes of their link."""
+    low = np.min([piece.vertices.min(axis=0) - piece.radius for piece in pieces], axis=0)
+    high = np.max([piece.vertices.max(axis=0) + piece.radius for piece in pieces], axis=0)
+    return float((high - low).max())
 
 
 def _robot(

@@ -24,8 +24,12 @@ def urdf_facts(path: Path, root: ET.Element) -> tuple[dict[str, float], dict[str
     """Returns velocity limits and mimic joints by name.
 
     Raises `MmpError` for a joint without the limits that URDF demands, numbers of a limit that are none, two joints of
-    one name, and a closed loop.
+    one name, a closed loop, and a mass that no body has.
     """
+    for link in root.findall("link"):
+        mass = link.find("inertial/mass")
+        if mass is not None and not 0 <= _number(mass, "value", math.nan) < math.inf:
+            raise MmpError(f"{path}: link '{link.get('name')}' has mass '{mass.get('value')}'; it must be 0 kg or more")
     velocity, mimics, names, parents = {}, {}, set(), {}
     for joint in root.findall("joint"):
         name, kind, limit = joint.get("name", ""), joint.get("type"), joint.find("limit")
@@ -43,6 +47,8 @@ def urdf_facts(path: Path, root: ET.Element) -> tuple[dict[str, float], dict[str
         parents[child] = parent
         if kind in ("revolute", "prismatic"):
             lower, upper = (_number(limit, key) for key in ("lower", "upper"))
+            if limit is not None and lower > upper:
+                raise MmpError(f"{path}: joint '{name}' has lower limit {lower:g} and upper limit {upper:g}; swap them")
             if limit is None or not lower < upper:
                 raise MmpError(
                     f"{path}: joint '{name}' is {kind} and has no limits; give <limit lower upper effort velocity>"

@@ -113,6 +113,14 @@ def test_a_source_that_fails_leaves_nothing_behind(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["arm.urdf"]
 
 
+def test_lengths_in_millimetres_are_refused_before_they_fill_the_memory(tmp_path):
+    (tmp_path / "a.urdf").write_text(urdf(shape='<geometry><box size="50 50 300"/></geometry>'))
+    sentence = "link 'upper' is 300 m long, and 20 m is the most; are its lengths in millimetres?"
+    with pytest.raises(MmpError, match=sentence):
+        add(tmp_path / "a.urdf", tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.urdf"]
+
+
 def test_a_folder_that_is_no_robot_is_not_replaced(tmp_path):
     source = tmp_path / "arm.urdf"
     source.write_text(urdf())

@@ -7,6 +7,7 @@ from support.small_arms import box_mesh, fingers, mjcf, urdf, with_mesh, write_o
 from mmp_env.errors import MmpError
 from mmp_env.importing.chain import select_chain
 from mmp_env.importing.chain_choice import ChainOptions
+from mmp_env.importing.limits import limits_of
 from mmp_env.importing.link_pieces import link_pieces, pieces_and_notes
 from mmp_env.importing.source import read_source
 from mmp_env.meshes.mesh_files import read_mesh
@@ -114,6 +115,12 @@ CASES = {
         urdf(limit='<limit lower="1" upper="1" effort="1" velocity="1"/>'),
         "'lift' is revolute and has no",
     ),
+    "URDF limits swapped": (
+        urdf(limit='<limit lower="1" upper="-1" effort="1" velocity="1"/>'),
+        "joint 'lift' has lower limit 1 and upper limit -1; swap them",
+    ),
+    "negative mass": (urdf().replace('<mass value="1"/>', '<mass value="-1"/>'), "'upper' has mass '-1'; it must be"),
+    "a mass that is none": (urdf().replace('<mass value="1"/>', '<mass value="nan"/>'), "mass 'nan'; it must be"),
     "slide without limits": (mjcf(joint2='type="slide" limited="false"'), "slide joint 'a2' has no limits"),
     "limits swapped": (mjcf(joint2='range="2 -2"'), "joint 'a2' has the range from 2 to -2"),
     "two joints of one name": (mjcf().replace('"a3"', '"a2"'), "repeated name 'a2' in joint"),
@@ -265,3 +272,10 @@ def test_a_prefix_chooses_one_arm_of_two(tmp_path):
     assert chain.joint_names == ("j1", "right_j1")
     assert chain.held == ("left_j1", "left_left_j1")
     assert len(chain.links[0].geoms) == 3
+
+
+def test_limits_that_look_like_degrees_are_noted(tmp_path):
+    limit = '<limit lower="-90" upper="90" effort="20" velocity="1.2"/>'
+    for text, noted in ((urdf(limit=limit), True), (urdf(), False)):
+        notes = limits_of(imported(written(tmp_path, text))).notes
+        assert any(note.endswith("these look like degrees: lift") for note in notes) == noted

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
 from typing import Any
@@ -14,9 +14,9 @@ import numpy as np
 from gymnasium.vector import SyncVectorEnv
 
 from mmp_env.argument_checks import refused, whole
-from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.errors import MmpError
 from mmp_env.gym.env import MultiArmCellEnv
-from mmp_env.gym.registration import ANY_CELL, CELLS
+from mmp_env.gym.registration import known_id
 
 MOST_ENVIRONMENTS = 1024
 """Largest number of environments of a batch."""
@@ -37,7 +37,17 @@ class BatchedEnv(SyncVectorEnv):
         self._pool, self._helpers = ThreadPoolExecutor(max(threads - 1, 1), thread_name_prefix="mmp-env"), threads - 1
 
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Resets all environments, or those of `options["reset_mask"]`. See `gymnasium.vector.VectorEnv.reset`."""
+        """Resets all environments, or those of `options["reset_mask"]`. See `gymnasium.vector.VectorEnv.reset`.
+
+        Raises:
+            MmpError: for a bad seed, another number of seeds than environments, or bad options.
+        """
+        if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
+            if len(seed) != self.num_envs:
+                raise refused("seed", seed, f"a whole number from 0, or one for each of {self.num_envs} environments")
+            seed = [None if each is None else whole("seed", each, 0) for each in seed]
+        elif seed is not None:
+            seed = whole("seed", seed, 0)
         mask = (options or {}).get("reset_mask")
         if mask is not None:
             self._env_obs = [{name: rows[k].copy() for name, rows in self._seen.items()} for k in range(self.num_envs)]
@@ -158,9 +168,7 @@ def batched_env(id: str, count: int, *, threads: int | None = None, **options: A
     Raises:
         MmpError: for an unknown id or option, or a bad value.
     """
-    known = (ANY_CELL, *CELLS)
-    if id not in known:
-        raise UnknownNameError("environment", id, known)
+    id = known_id(id)
     whole("count", count, 1, MOST_ENVIRONMENTS)
     if threads is not None:
         whole("threads", threads, 1, MOST_ENVIRONMENTS)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import gymnasium
 
 from mmp_env.argument_checks import whole
-from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.gym.registration import ANY_CELL, CELLS, MAX_EPISODE_STEPS
+from mmp_env.errors import MmpError
+from mmp_env.gym.registration import MAX_EPISODE_STEPS, known_id
 
 if TYPE_CHECKING:
     from mmp_env.gym.parallel_cell import ParallelCellEnv
@@ -25,9 +25,7 @@ def parallel_env(id: str, *, max_episode_steps: int = MAX_EPISODE_STEPS, **optio
     Raises:
         MmpError: for an unknown id or option, a bad value, or if PettingZoo is missing.
     """
-    known = (ANY_CELL, *CELLS)
-    if id not in known:
-        raise UnknownNameError("environment", id, known)
+    id = known_id(id)
     steps = whole("max_episode_steps", max_episode_steps, 1)
     try:
         from mmp_env.gym.parallel_cell import ParallelCellEnv

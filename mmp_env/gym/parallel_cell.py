@@ -8,9 +8,9 @@ from typing import Any, TypeVar
 import gymnasium
 import numpy as np
 from gymnasium import spaces
-from jaxtyping import Float
 from pettingzoo import ParallelEnv
 
+from mmp_env.argument_checks import refused
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.gym.env import MultiArmCellEnv, Observation
 
@@ -87,7 +87,7 @@ class ParallelCellEnv(ParallelEnv[str, Any, Any]):
         return self._observations(observation), self._infos(observation, info)
 
     def step(
-        self, actions: Mapping[str, Float[np.ndarray, "dof"]]
+        self, actions: Any
     ) -> tuple[dict[str, Observation], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]]:
         """Moves all arms for one control period.
 
@@ -98,10 +98,14 @@ class ParallelCellEnv(ParallelEnv[str, Any, Any]):
             Observation, reward, terminated, truncated and info of each agent. After the end `agents` is empty.
 
         Raises:
-            MmpError: for a missing or unknown agent, or an action of the wrong shape.
+            MmpError: for actions that are no mapping, a missing or unknown agent, or an action of the wrong shape.
         """
         if not self.agents:
             raise gymnasium.error.ResetNeeded("the episode has not begun or is over; call reset() first")
+        if not isinstance(actions, Mapping):
+            raise refused(
+                "actions", actions, f"a mapping of each agent to its action: {', '.join(self.possible_agents)}"
+            )
         for agent in actions:
             self._known(agent)
         joined = [self._action(agent, actions) for agent in self.possible_agents]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gymnasium
 
+from mmp_env.errors import UnknownNameError
+
 RING_COUNTS, LINE_COUNTS = (2, 4, 6, 8), (10, 12, 16, 24, 32, 48, 64)
 ANY_CELL = "MultiArmCell"
 """Id of the environment that takes `cell=`. `MultiArmCell-<count>` is a ring, or from 10 on two rows, of that many UR5e
@@ -29,3 +31,12 @@ def register_environments() -> None:
                 max_episode_steps=MAX_EPISODE_STEPS,
                 kwargs={} if cell is None else {"cell": cell},
             )
+
+
+def known_id(id: str) -> str:
+    """Returns an environment id without the `mmp_env:` that may precede it. Raises `UnknownNameError`."""
+    name = id.removeprefix("mmp_env:") if isinstance(id, str) else id
+    known = (ANY_CELL, *CELLS)
+    if name not in known:
+        raise UnknownNameError("environment", name, known)
+    return name

@@ -109,6 +109,22 @@ def test_rows_of_several_lengths_and_steps_after_the_end_are_refused():
         batch.step(np.zeros((2, 12)))
 
 
+@pytest.mark.parametrize("seed", ["3", 1.5, -1, True, [1], [1, 2, 3], [0, -1], [0, "x"]])
+def test_a_bad_seed_is_refused(seed):
+    batch = mmp_env.batched_env(ID, 2)
+    with pytest.raises(MmpError, match=r"^seed is"):
+        batch.reset(seed=seed)
+    batch.close()
+
+
+@pytest.mark.parametrize("seed", [[3, 4], (3, 4), np.array([3, 4])], ids=["list", "tuple", "array"])
+def test_seeds_of_each_environment_are_those_that_follow_one_seed(seed):
+    batch = mmp_env.batched_env(f"mmp_env:{ID}", 2)
+    wanted = batch.reset(seed=3)[0]
+    assert_same(batch.reset(seed=seed)[0], wanted)
+    batch.close()
+
+
 def test_wrong_arguments():
     for steps in (0, -2, 2.5, "7"):
         with pytest.raises(MmpError, match="max_episode_steps"):

@@ -97,6 +97,13 @@ def test_a_bad_action_is_refused_with_a_sentence(env, actions, sentence):
         env.step(actions)
 
 
+@pytest.mark.parametrize("actions", [None, np.zeros((2, 6)), [np.zeros(6)] * 2], ids=["none", "array", "list"])
+def test_actions_that_are_no_mapping_are_refused(env, actions):
+    env.reset(seed=1)
+    with pytest.raises(MmpError, match=r"actions is .* it must be a mapping of each agent to its action: arm0, arm1"):
+        env.step(actions)
+
+
 def test_the_events_of_the_cell_are_in_the_infos():
     env = mmp_env.parallel_env("MultiArmCell-2", events="goals", max_episode_steps=3)
     _, infos = env.reset(seed=1)
@@ -107,7 +114,7 @@ def test_the_events_of_the_cell_are_in_the_infos():
 
 
 def test_options_are_those_of_the_environment_and_unknown_ones_are_refused():
-    env = mmp_env.parallel_env("MultiArmCell", cell="ring-2-panda", control_mode="delta")
+    env = mmp_env.parallel_env("mmp_env:MultiArmCell", cell="ring-2-panda", control_mode="delta")
     assert env.action_space("arm0").shape == (7,)
     with pytest.raises(MmpError, match="control_mode"):
         mmp_env.parallel_env("MultiArmCell-2", controlmode="delta")

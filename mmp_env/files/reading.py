@@ -39,7 +39,7 @@ _PLAIN_WORDS = {
     "object": "an object",
     "null": "null",
 }
-_LONGEST_INTEGER = 18
+_LONGEST_INTEGER = 19
 """Largest number of digits of a whole number; a longer one becomes a float."""
 MOST_COLLECTIONS = 2_000_000
 """Most lists and objects that are read of one JSON text. A plan of 64 MB has about half a million; empty lists take 30

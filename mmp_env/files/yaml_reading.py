@@ -16,7 +16,7 @@ from mmp_env.errors import MmpError
 
 _MOST_LEVELS = 50
 """Deepest nesting that is read."""
-_LONGEST_INTEGER = 18
+_LONGEST_INTEGER = 19
 """Largest number of digits of a whole number; a longer one becomes a float."""
 _TAGS = "tag:yaml.org,2002:"
 _WORDS = {

@@ -233,12 +233,11 @@ class Simulation:
 
 def _check_order(model: Any, cell: Cell) -> None:
     """Raises `MmpError` if the joints and servos of the model are not those of the cell in the same order."""
-    numbered = [f"{arm.name}/{{}}{k + 1}" for arm in cell.arms for k in range(arm.dof)]
     for kind, there in (
         ("joint", [model.joint(k).name for k in range(model.njnt)]),
         ("servo", [model.actuator(k).name for k in range(model.nu)]),
     ):
-        expected = [name.format(kind) for name in numbered]
+        expected = [f"{arm.name}/{kind}{k + 1}" for arm in cell.arms for k in range(arm.dof)]
         if there != expected:
             raise MmpError(f"the MJCF of cell '{cell.name}' has {kind}s {there}; expected {expected}")
 

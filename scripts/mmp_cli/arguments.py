@@ -237,11 +237,15 @@ def add_retiming(parser: Parser, when: str) -> None:
 
 
 def retiming_of(args: argparse.Namespace) -> dict[str, float]:
-    """Returns the given options of retiming. Raises `MmpError` for such an option beside `--no-retime`."""
+    """Returns the given options of retiming. Raises `MmpError` for a bad one, or any beside `--no-retime`."""
     given = {name: getattr(args, name) for name in RETIMING if getattr(args, name) is not None}
     if given and not args.retime:
         name = next(iter(given)).replace("_", "-")
         raise MmpError(f"--{name} is for retiming, which does not happen here; give --retime")
+    if given:
+        from mmp_env.retime.options import RetimeOptions
+
+        RetimeOptions(**given)
     return given
 
 

@@ -168,6 +168,7 @@ REFUSED = [
     ),
     (["MultiArmCell-2", "--planners", "quick,helpless", "--set", "w=1"], ["'helpless'", "no option 'w'"]),
     (["MultiArmCell-2", "--count", "0"], ["--count", "'0'", "from 1"]),
+    (["MultiArmCell-2", "--seed", "9223372036854775807", "--count", "2"], ["leaves no seeds for 2 instances"]),
     (["MultiArmCell-2", "--workers", "many"], ["--workers", "'many'", "from 1"]),
     (["MultiArmCell-2", "--time-limit", "0"], ["--time-limit", "'0'", "above 0"]),
     (["MultiArmCell-2", "--task", "raech"], ["unknown task 'raech'", "Did you mean 'reach'?"]),

@@ -198,6 +198,11 @@ def test_too_little_memory_for_an_episode_is_a_sentence(tmp_path, monkeypatch, c
         assert "Traceback" not in error
 
 
+def test_a_folder_whose_name_is_too_long_is_a_sentence(capsys):
+    assert main(["dataset", "MultiArmCell-2", "--count", "1", "--out", "a" * 300]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
 def test_a_broken_index_is_refused(tmp_path):
     (tmp_path / "dataset.json").write_text("[1")
     with pytest.raises(MmpError, match="is not the index of a dataset"):

@@ -117,3 +117,18 @@ def test_a_plan_that_cannot_be_retimed_is_kept_and_the_reason_printed(mmp, stand
     assert ran.result["makespan_s"] > 0
     assert load_plan(tmp_path / "plan.json").accelerations is None
     assert ran.code == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["--rate", "1"], "rate is 1; a motion needs at least 20"),
+        (["--tolerance", "4"], "tolerance is 4.0; it must be"),
+    ],
+)
+def test_an_option_of_retiming_out_of_bounds_is_refused_before_planning(mmp, stand_ins, instances, words, sentence):
+    ran = mmp("plan", instances, "--planner", "straight", "--retime", *words)
+    assert ran.code == 2
+    assert sentence in ran.err
+    assert ran.err.count("\n") == 1
+    assert stand_ins.Straight.calls == []

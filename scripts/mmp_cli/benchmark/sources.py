@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
+from mmp_cli.arguments import LARGEST_SEED
 from mmp_cli.instance_source import NamedCell, open_source
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import cell_to_dict
@@ -109,6 +110,10 @@ def _read(args: Namespace) -> Listed | Drawn:
         task = args.task or DEFAULT_TASK
         _task(task)  # reports an unknown task before anything is planned
         seeds = range(args.seed, args.seed + (args.count or DRAWN_COUNT))
+        if seeds[-1] > LARGEST_SEED:
+            raise MmpError(
+                f"--seed {args.seed} leaves no seeds for {len(seeds)} instances; the largest seed is {LARGEST_SEED}"
+            )
         return Drawn(
             title=opened.title,
             cell=opened.cell,

@@ -17,6 +17,7 @@ import numpy as np
 
 from mmp_cli.datasets.expert import Episode
 from mmp_env.errors import MmpError
+from mmp_env.files.paths import exists, is_file
 from mmp_env.files.reading import Location, decode_file
 from mmp_env.files.temporaries import PREFIX as TEMPORARY
 from mmp_env.files.writing import json_text, whole_file, write_text
@@ -50,7 +51,7 @@ def exclusive(path: Path) -> Iterator[None]:
 
     Raises `MmpError` if another process has the folder, or if it cannot be made.
     """
-    missing = [folder for folder in (path, *path.parents) if not folder.exists()]
+    missing = [folder for folder in (path, *path.parents) if not exists(folder)]
     try:
         path.mkdir(parents=True, exist_ok=True)
         handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
@@ -91,9 +92,9 @@ class DatasetFolder:
     def __init__(self, path: Path, settings: dict[str, Any]) -> None:
         self.path, self.settings = path, settings
         self.lines: list[dict[str, Any]] = []
-        if (path / INDEX).exists():
+        if exists(path / INDEX):
             self._read()
-        elif path.exists() and any(not entry.name.startswith(TEMPORARY) for entry in path.iterdir()):
+        elif exists(path) and any(not entry.name.startswith(TEMPORARY) for entry in path.iterdir()):
             raise MmpError(f"--out {path} has other files; give a new folder, or one that mmp dataset has begun")
 
     @property
@@ -164,7 +165,7 @@ class DatasetFolder:
                 file = _episode_file(len(self.files))
                 if line.file != file:
                     raise (where / "file").wrong(line.file, f"'{file}'")
-                if not (self.path / file).is_file():
+                if not is_file(self.path / file):
                     raise MmpError(f"{self.path / file} is missing; put it back, or begin another folder")
                 self.lines[-1] |= {"file": file, "steps": line.steps}
 

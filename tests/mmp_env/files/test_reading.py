@@ -258,3 +258,11 @@ def test_a_file_of_another_kind_is_called_by_its_name(tmp_path, load, takes):
             path.write_text(json.dumps(data))
             with pytest.raises(MmpError, match=f"some.json is {kind}; {load.__name__} takes {takes}$"):
                 load(path)
+
+
+@pytest.mark.parametrize("suffix", ["json", "yaml"])
+def test_whole_numbers_up_to_the_largest_seed_stay_whole(tmp_path, suffix):
+    path = tmp_path / f"some.{suffix}"
+    for number in (2**63 - 1, -(10**17)):
+        path.write_text(f'{{"seed": {number}}}')
+        assert read_document(path) == {"seed": number}

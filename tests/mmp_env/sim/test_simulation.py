@@ -105,3 +105,9 @@ def test_joints_that_are_not_those_of_the_robot_are_named():
     arm = dataclasses.replace(cell.arms[0], robot=dataclasses.replace(robot, mjcf=mjcf))
     with pytest.raises(MmpError, match=r"has joints .*'arm0/elbow'.*expected"):
         Simulation(dataclasses.replace(cell, arms=(arm, cell.arms[1])))
+
+
+def test_names_of_arms_may_have_braces():
+    cell = ring_cell(2)
+    arms = [dataclasses.replace(arm, name=name) for arm, name in zip(cell.arms, ("{arm}", "{0}"), strict=True)]
+    assert list(Simulation(dataclasses.replace(cell, arms=tuple(arms))).slices) == ["{arm}", "{0}"]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -104,6 +105,7 @@ def _described(name: str, files: Mapping[str, str], main: str, where: str) -> De
     refuse_mjcf(files[mjcf], f"{where}{mjcf}")
     texts = {file: text for file, text in files.items() if file != mjcf}
     data, spheres, hulls = (_object(texts, file, where) for file in (main, SPHERES_FILE, HULLS_FILE))
+    _test_finite(data, f"{where}{main}")
     return Description(name=name, data=data or {}, spheres=spheres or {}, hulls=hulls, mjcf=files[mjcf], texts=texts)
 
 
@@ -117,6 +119,18 @@ def _object(texts: Mapping[str, str], file: str, where: str) -> dict[str, Any] |
     if not isinstance(value, dict):
         raise MmpError(f"{where}{file} is {shown(value)}; it must be an object")
     return value
+
+
+def _test_finite(value: Any, where: str) -> None:
+    """Refuses numbers that are too large in all fields, also in those that are only for readers."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            _test_finite(item, f"{where}: {shown(key)}")
+    elif isinstance(value, list):
+        for k, item in enumerate(value):
+            _test_finite(item, f"{where}[{k}]")
+    elif isinstance(value, int | float) and not abs(value) <= sys.float_info.max:
+        raise MmpError(f"{where} is {shown(value)}; numbers must be finite")
 
 
 def _test_robot(data: Mapping[str, Any], where: str) -> list[str]:

@@ -43,10 +43,17 @@ PLANTED = {
 CRASH_IN = (
     'Fatal Python error: Segmentation fault\n\nCurrent thread 0x1 (most recent call first):\n  File "{}", line 1\n'
 )
-HANDLER = (
-    "/faults/failing_calls.so(+0x1)[0x1]\n/usr/lib/libc.so.6(+0x3)[0x3]\n/usr/lib/libpython3.11.so.1.0(+0x2)[0x2]\n"
-)
-HANDLER += "/usr/lib/libc.so.6(+0x3)[0x3]\n"
+HANDLER = """/faults/failing_calls.so(+0x1)[0x1]
+/usr/lib/libc.so.6(+0x3)[0x3]
+/usr/lib/libpython3.11.so.1.0(+0x2)[0x2]
+/usr/lib/libc.so.6(+0x3)[0x3]
+"""
+"""Native frames of a handler of signals, which are before those of the crash."""
+
+
+def _python(program: str, *line: str) -> Command:
+    """Returns a command that runs the text of a program."""
+    return Command([*line], program=[sys.executable, "-c", program])
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +74,7 @@ def test_a_plan_survives_calls_that_fail(kit, kind, tmp_path):
 @pytest.mark.parametrize("planted", PLANTED)
 def test_planted_faults_are_found(kit, planted, tmp_path):
     kind, program, fault = PLANTED[planted]
-    command = Command([], program=[sys.executable, "-c", program])
+    command = _python(program)
     good = tool.good_run(kit, command, kind, tmp_path / "good")
     found = [each for at in range(good.calls) for each in tool.tried(kit, command, kind, at, good)]
     assert any(fault in each for each in found), found
@@ -75,7 +82,7 @@ def test_planted_faults_are_found(kit, planted, tmp_path):
 
 def test_what_was_reported_and_is_lost_is_found(kit, tmp_path):
     with kit.folder() as (folder, before):
-        run = kit.run(Command([], program=[sys.executable, "-c", ""]), folder, before)
+        run = kit.run(_python(""), folder, before)
         kept = {"results/results.jsonl": before["results/results.jsonl"] + b'{"more": 1}\n'}
         assert judges.faults_after(run, run, kept) == ["then lost '{\"more\": 1}' of results/results.jsonl"]
 
@@ -88,7 +95,7 @@ def test_all_points_or_some_over_all_are_tried():
 
 @pytest.mark.parametrize("call", CALLS)
 def test_each_call_that_changes_files_fails_on_a_read_only_disk(kit, call, tmp_path):
-    command = Command([], program=[sys.executable, "-c", CALLS[call]])
+    command = _python(CALLS[call])
     good = tool.good_run(kit, command, "readonly", tmp_path / "good")
     assert (good.code, good.calls) == (0, 1), good.err
     found = tool.tried(kit, command, "readonly", 0, good)
@@ -97,7 +104,7 @@ def test_each_call_that_changes_files_fails_on_a_read_only_disk(kit, call, tmp_p
 
 @pytest.mark.parametrize("call", WRITES)
 def test_writes_to_a_stream_fail(kit, call, tmp_path):
-    command = Command([], program=[sys.executable, "-c", WRITES[call]])
+    command = _python(WRITES[call])
     good = tool.good_run(kit, command, "full", tmp_path / "good")
     found = tool.tried(kit, command, "full", good.calls - 1, good)
     assert any("half-written out.json" in each for each in found), found
@@ -106,7 +113,7 @@ def test_writes_to_a_stream_fail(kit, call, tmp_path):
 @pytest.mark.parametrize("call", ALLOCATIONS)
 def test_each_way_to_allocate_fails(kit, call, tmp_path):
     program = f"{LIBRARY}{ALLOCATIONS[call]}\nraise SystemExit(7 if failed else 0)"
-    command = Command([], program=[sys.executable, "-c", program])
+    command = _python(program)
     good = tool.good_run(kit, command, "memory", tmp_path / "good")
     found = tool.tried(kit, command, "memory", good.calls - 1, good)
     assert any("exit code 7" in each for each in found), found
@@ -114,7 +121,7 @@ def test_each_way_to_allocate_fails(kit, call, tmp_path):
 
 def test_a_temporary_file_may_stay_where_nothing_can_be_removed(kit, tmp_path):
     program = "import os\nopen('.mmp-1.tmp', 'x').close()\ntry: os.unlink('.mmp-1.tmp')\nexcept OSError: pass"
-    command = Command([], program=[sys.executable, "-c", program])
+    command = _python(program)
     good = tool.good_run(kit, command, "readonly", tmp_path / "good")
     assert tool.tried(kit, command, "readonly", 1, good) == []
     assert tool.tried(kit, command, "error", 1, good) == ["left .mmp-1.tmp"]
@@ -122,7 +129,7 @@ def test_a_temporary_file_may_stay_where_nothing_can_be_removed(kit, tmp_path):
 
 def test_a_temporary_file_whose_removal_failed_is_removed_at_the_end(kit, tmp_path):
     program = "from mmp_env.files.writing import check_writable\ncheck_writable('out.json')"
-    command = Command([], program=[sys.executable, "-c", program])
+    command = _python(program)
     good = tool.good_run(kit, command, "error", tmp_path / "good")
     assert good.calls == 2
     assert tool.tried(kit, command, "error", 1, good) == []
@@ -158,7 +165,7 @@ def test_too_little_memory_for_mujoco_is_a_sentence(error, monkeypatch, capsys):
 
 def test_half_of_the_json_is_found(kit, tmp_path):
     program = "import os\nos.write(1, b'{\"a\": 1,')\ntry: os.write(1, b' \"b\": 2}')\nexcept OSError: pass"
-    command = Command(["--json"], program=[sys.executable, "-c", program])
+    command = _python(program, "--json")
     good = tool.good_run(kit, command, "pipe", tmp_path / "good")
     assert tool.tried(kit, command, "pipe", 1, good) == ["exit code 0 and half of the JSON"]
 
@@ -199,7 +206,7 @@ def test_only_crashes_of_opengl_and_qhull_are_waived(tmp_path):
 
 def test_a_crash_has_its_native_stack(kit):
     with kit.folder() as (folder, before):
-        command = Command([], program=[sys.executable, "-c", "import ctypes; ctypes.string_at(0)"])
+        command = _python("import ctypes; ctypes.string_at(0)")
         run = kit.run(command, folder, before, "memory")
         assert run.code == -signal.SIGSEGV
         assert STACK in run.err
@@ -208,7 +215,7 @@ def test_a_crash_has_its_native_stack(kit):
         assert not crashed_elsewhere(run)
 
 
-def test_of_a_failed_import_of_numpy_only_the_traceback_is_waived(tmp_path):
+def test_only_the_traceback_of_a_failed_import_of_numpy_is_waived(tmp_path):
     run = _run(tmp_path, code=3, err=f"Traceback\n{judges.EXTENSION}")
     assert [each.split(":")[0] for each in judges.faults_of(run, "memory", run)] == ["exit code 3"]
 

@@ -105,13 +105,13 @@ def test_the_validator_knows_options(line):
     assert not validator.option_nonsense(["plan", "--margin", "arms=0.01,self=1e-3", "--seed", "0", "--count", "1"])
 
 
-def test_the_same_seed_gives_the_same_inputs_and_most_differ(tmp_path):
-    good = samples.write_all(tmp_path)
+def test_the_same_seed_gives_the_same_inputs_and_most_differ():
+    good = samples.contents()
     drawn = [inputs.drawn(good, random.Random(f"{k}")) for k in range(200)]
     assert drawn == [inputs.drawn(good, random.Random(f"{k}")) for k in range(200)]
-    assert len({given.to_json() for given in drawn}) > 150
+    assert len({each.to_json() for each in drawn}) > 150
     many = (inputs.drawn(good, random.Random(f"{k}")) for k in range(2000))
-    assert {given.kind for given in many} == set(samples.LINES)
+    assert {each.kind for each in many} == set(samples.LINES)
 
 
 def test_hostile_calls_reach_every_function_and_are_repeatable(tmp_path):

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from faults.crashes import crashed_elsewhere
-from faults.kit import HELPERS, TEMPORARY, Run
+from faults.kit import HELPERS, Run
 from faults.reports import entries, lost_output, lost_reports
 from faults.whole_files import READERS, broken
+from mmp_env.files.temporaries import PREFIX as TEMPORARY
 
 UNREAD = 141
 EXTENSION = "Importing the numpy C-extensions failed"

@@ -17,6 +17,7 @@ from pathlib import Path
 from fuzz import samples
 
 from faults.commands import Command
+from mmp_env.files.temporaries import PREFIX as TEMPORARY
 
 KINDS = ("error", "full", "readonly", "pipe", "kill", "memory")
 LONGEST_S = 600.0
@@ -24,7 +25,6 @@ ENDING_S = 10.0
 """Longest time until the helpers of a command are gone after they were killed [s]."""
 LEAST_BYTES = 2**16
 """Smallest allocation that fails [bytes]: smaller ones are too many to fail each."""
-TEMPORARY = ".mmp-"
 HELPERS = ("cache", "tmp")
 """Folders of the run that may hold files of other programs."""
 _SOURCES = sorted(Path(__file__).parent.glob("failing_*.cpp"))

@@ -1,6 +1,9 @@
 """Programs that make one call each. The tests let it fail."""
 
 LIBRARY = "import ctypes, os\nc = ctypes.CDLL(None, use_errno=True)\n"
+"""Beginning of a program that calls the C library."""
+OPENED = LIBRARY + "c.fopen.restype = ctypes.c_void_p\nf = ctypes.c_void_p(c.fopen(b'out.json', b'w'))\n"
+"""Beginning of a program that writes to the stream `f`."""
 _RAISE = "\nif {}: raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))"
 CALLS = {
     "unlink": "import os; os.unlink('ends.json')",
@@ -19,19 +22,13 @@ CALLS = {
     "truncate": "import os; os.truncate('ends.json', 1)",
     "chmod": "import os; os.chmod('ends.json', 0o600)",
     "fchmod": "import os; os.fchmod(os.open('ends.json', os.O_RDONLY), 0o600)",
-    "fopen": LIBRARY + "c.fopen.restype = ctypes.c_void_p\nf = c.fopen(b'out.json', b'w')" + _RAISE.format("not f"),
+    "fopen": OPENED + _RAISE.format("not f"),
 }
 """Call -> program that makes only this call on its files, and gets an `OSError` if it fails."""
-STREAM = (
-    LIBRARY
-    + """c.fopen.restype = ctypes.c_void_p
-f = ctypes.c_void_p(c.fopen(b'out.json', b'w'))
-"""
-)
 WRITES = {
-    "fwrite": STREAM + "c.fwrite(b'[1, 2, 3]', 1, 9, f)",
-    "fclose": STREAM + "c.fputs(b'[1, 2, 3]', f)\nc.fclose(f)",
-    "fflush": STREAM + "c.fputs(b'[1, 2, 3]', f)\nc.fflush(f)",
+    "fwrite": OPENED + "c.fwrite(b'[1, 2, 3]', 1, 9, f)",
+    "fclose": OPENED + "c.fputs(b'[1, 2, 3]', f)\nc.fclose(f)",
+    "fflush": OPENED + "c.fputs(b'[1, 2, 3]', f)\nc.fflush(f)",
 }
 """Call -> program that does not notice that this call fails, its last one."""
 ALLOCATIONS = {

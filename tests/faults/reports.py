@@ -34,7 +34,7 @@ def lost_reports(run: Run, good: Run) -> list[str]:
         rows = entries(name, path.read_bytes()) if path.is_file() else []
         if len(rows) < done:
             out.append(f"reported {done} done, and {name} has {len(rows)}")
-        out += [f"{file} of {name} is not there" for file in _files(rows) if not (path.parent / file).is_file()]
+        out += [f"{file} of {name} is not there" for file in _episode_files(rows) if not (path.parent / file).is_file()]
     return out
 
 
@@ -58,6 +58,6 @@ def _names(text: str, name: str) -> bool:
     return re.search(rf"(?<![\w/.-]){re.escape(name)}(?![\w/-])", text) is not None
 
 
-def _files(rows: list[str]) -> list[Path]:
+def _episode_files(rows: list[str]) -> list[Path]:
     found = [json.loads(row).get("file") for row in rows]
     return [Path(file) for file in found if file]

@@ -15,57 +15,14 @@ from mmp_planners import describe, names
 
 HOSTILE = [
     *(0, -1, 1e300, -1e300, 1e-300, 2**63, 10**400, float("nan"), float("inf"), -0.0, 0.5, True, False, None),
-    *(
-        "",
-        "x",
-        "NaN",
-        "\x00",
-        "\x1b[31m",
-        "a/b",
-        "../x",
-        "é\u202e",
-        "x" * 5000,
-        [],
-        {},
-        [[]],
-        [0],
-        {"a": 1},
-        [None] * 3,
-    ),
+    *("", "x", "NaN", "\x00", "\x1b[31m", "a/b", "../x", "é\u202e", "x" * 5000),
+    *([], {}, [[]], [0], {"a": 1}, [None] * 3),
 ]
 """Values in place of any value."""
 ARGUMENTS = [
-    *(
-        "",
-        "0",
-        "-1",
-        "1e300",
-        "nan",
-        "inf",
-        "1e-300",
-        "x",
-        "@missing.json",
-        "@cell.json",
-        "{",
-        "[]",
-        "null",
-        "\u202e",
-        "a=b",
-    ),
-    *(
-        "ecbs",
-        "ecbs,ecbs",
-        "w=1.1",
-        "w=0",
-        "shortcuts=-1",
-        "1,2",
-        "left",
-        "left=home",
-        "arms=0.01",
-        "arms=-1",
-        "home",
-        "/",
-    ),
+    *("", "0", "-1", "1e300", "nan", "inf", "1e-300", "x", "@missing.json", "@cell.json", "{", "[]", "null"),
+    *("\u202e", "a=b", "ecbs", "ecbs,ecbs", "w=1.1", "w=0", "shortcuts=-1", "1,2", "left", "left=home"),
+    *("arms=0.01", "arms=-1", "home", "/"),
 ]
 """Values in place of any argument of an option."""
 LEFT_OUT = {

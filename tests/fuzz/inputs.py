@@ -37,9 +37,9 @@ class Input:
         return cls(kind=data["kind"], line=data["line"], files=files)
 
 
-def drawn(good: dict[str, bytes], rng: random.Random, kinds: list[str] | None = None) -> Input:
+def drawn(good: dict[str, bytes], rng: random.Random) -> Input:
     """Returns a changed input; `good` are the contents of all good files."""
-    kinds = kinds or list(samples.LINES)
+    kinds = list(samples.LINES)
     kind = rng.choices(kinds, [samples.RARELY.get(each, 1.0) for each in kinds])[0]
     name, line = samples.LINES[kind]
     line = with_limits(line)

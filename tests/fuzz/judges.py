@@ -90,9 +90,8 @@ def _unreadable(path: Path) -> str:
 
 def _nonsense(run: Run) -> list[str]:
     """Returns why what was accepted must not have been."""
-    if run.code not in (0, 1) or (
-        run.code == 1 and run.line[0] in ("check", "export", "robot")
-    ):  # these say what is wrong
+    says_what_is_wrong = run.code == 1 and run.line[0] in SAY_WHAT_IS_WRONG
+    if run.code not in (0, 1) or says_what_is_wrong:
         return []
     out = [f"accepted {reason}" for reason in option_nonsense(run.line)]
     read = {word.lstrip("@") for word in run.line}  # files, and folders

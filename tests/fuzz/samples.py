@@ -51,10 +51,7 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "dataset": ("cell.json", ["dataset", "cell.json", "--count", "1", "--out", "data"]),
     "ends": ("ends.json", ["plan", "cell.json", "--start", "@ends.json", "--goal", "@goal.json", "--planner", "ecbs"]),
     "published": ("other.csv", ["report", "results", "--against", "other.csv"]),
-    "tool": (
-        "gripper.xml",
-        ["tool", "add", "gripper.xml", "--name", "gripper", "--out", "tools"],
-    ),
+    "tool": ("gripper.xml", ["tool", "add", "gripper.xml", "--name", "gripper", "--out", "tools"]),
     "bench": ("instances.json", ["bench", "instances.json", "--planners", "auto", "--workers", "1", "--out", "new"]),
     "list": ("", ["list", "--json"]),
 }
@@ -115,9 +112,14 @@ def _texts() -> dict[str, str]:
     }
 
 
+def contents() -> dict[str, bytes]:
+    """Returns name -> content of all good files."""
+    return {name: text.encode() for name, text in _texts().items()}
+
+
 def write_all(folder: Path) -> dict[str, bytes]:
     """Writes all good files into a folder. Returns name -> content."""
-    out = {name: text.encode() for name, text in _texts().items()}
+    out = contents()
     for name, content in out.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_bytes(content)

@@ -11,7 +11,7 @@ from unittest import mock
 import numpy as np
 import pytest
 
-from mmp_cli.datasets.folder import DatasetFolder
+from mmp_cli.datasets.folder import DatasetFolder, exclusive
 from mmp_cli.main import main
 from mmp_env.errors import MmpError
 from mmp_env.gym.control import CONTROL_MODES
@@ -74,6 +74,25 @@ def test_a_second_process_in_the_same_folder_is_refused(tmp_path, capsys):
     assert not list((tmp_path / "a").iterdir())
     os.close(handle)
     assert main(words) == 0
+
+
+def test_a_refused_process_does_not_remove_the_folder_that_another_one_has_just_made(tmp_path):
+    path, handles = tmp_path / "a", []
+
+    def other_first(folder, **_):
+        """Lets another process make and lock the folder after this one has seen that it is missing."""
+        os.mkdir(folder)
+        handles.append(os.open(folder, os.O_RDONLY))
+        fcntl.flock(handles[0], fcntl.LOCK_EX)
+
+    with (
+        mock.patch.object(Path, "mkdir", other_first),
+        pytest.raises(MmpError, match="in use by another mmp dataset"),
+        exclusive(path),
+    ):
+        pass
+    os.close(handles[0])
+    assert path.is_dir()
 
 
 def test_a_refusal_leaves_no_empty_folder(tmp_path):

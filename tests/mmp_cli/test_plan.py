@@ -1,7 +1,5 @@
 import json
-import os
 import re
-import signal
 
 import gymnasium
 import numpy as np
@@ -13,7 +11,6 @@ import mmp_env  # noqa: F401  registers the environments
 import mmp_planners
 from mmp_cli.plan import default_planner
 from mmp_env.files.cell_file import cell_to_dict
-from mmp_env.files.plan_file import load_plan
 from mmp_planners import Status
 
 COUNTS = ["expanded_nodes", "generated_nodes", "low_level_calls", "fast_track_tries", "fast_track_hits"]
@@ -223,66 +220,6 @@ def test_an_unwritable_output_is_found_before_planning(mmp, stand_ins, instances
     assert stand_ins.Straight.calls == []
 
 
-def test_ctrl_c_keeps_the_best_so_far_and_is_exit_130(mmp, stand_ins, instances, tmp_path):
-    before = signal.getsignal(signal.SIGINT)
-    ran = mmp("plan", instances, "--planner", "interrupted", "--json", "--execute", "--out", tmp_path / "plan.json")
-    assert ran.code == 130
-    assert ran.result["valid"] is None
-    assert ran.result["execution"] is None
-    assert len(load_plan(tmp_path / "plan.json").times) == 5
-    assert signal.getsignal(signal.SIGINT) is before
-    assert "interrupted" in mmp("plan", instances, "--planner", "interrupted").out
-
-
-def test_ctrl_c_before_there_is_a_plan_writes_nothing(mmp, stand_ins, instances, tmp_path):
-    options = ["--set", "solved=off", "--json", "--out", tmp_path / "plan.json"]
-    ran = mmp("plan", instances, "--planner", "interrupted", *options)
-    assert (ran.code, ran.result["status"], ran.result["plan"]) == (130, "timeout", None)
-    assert os.listdir(tmp_path) == ["pairs.json"]
-
-
-def test_a_second_ctrl_c_ends_at_once(mmp, stand_ins, instances, tmp_path):
-    ran = mmp("plan", instances, "--planner", "interrupted", "--set", "times=2", "--out", tmp_path / "plan.json")
-    assert (ran.code, ran.out, ran.err) == (130, "", "mmp: interrupted\n")
-    assert os.listdir(tmp_path) == ["pairs.json"]
-
-
-STEPS = {
-    "retiming": ("mmp_env.retime.retime_with_report", ["not retimed", "not checked", "not executed"]),
-    "checking": ("mmp_env.check.check_document", ["not checked", "not executed"]),
-    "execution": ("mmp_cli.execution.execute", ["not executed"]),
-}
-
-
-@pytest.mark.parametrize("step", STEPS)
-def test_ctrl_c_after_the_planning_names_the_plan_file_and_what_it_lacks(
-    mmp, stand_ins, instances, tmp_path, monkeypatch, step
-):
-    function, lacking = STEPS[step]
-    monkeypatch.setattr(function, lambda *_, **__: signal.raise_signal(signal.SIGINT))
-    out = tmp_path / "plan.json"
-    ran = mmp("plan", instances, "--planner", "straight", "--retime", "--execute", "--out", out)
-    assert ran.code == 130
-    assert ran.err == f"mmp: interrupted; {out} holds the plan, {', '.join(lacking)}\n"
-    assert load_plan(out).retimed == (step != "retiming")
-    assert re.search(r"^execution +not done: the run was interrupted$", ran.out, re.MULTILINE)
-    assert bool(re.search(r"^retiming +not done", ran.out, re.MULTILINE)) == (step == "retiming")
-
-
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_a_signal_after_the_plan_was_written_gives_the_same_sentence(
-    mmp, stand_ins, instances, tmp_path, monkeypatch, number
-):
-    def check_plan(plan):
-        signal.raise_signal(number)
-
-    monkeypatch.setattr("mmp_env.check.check_document", check_plan)
-    out = tmp_path / "plan.json"
-    ran = mmp("plan", instances, "--planner", "straight", "--out", out)
-    how = "interrupted" if number == signal.SIGINT else "ended by SIGTERM"
-    assert (ran.code, ran.err) == (128 + number, f"mmp: {how}; {out} holds the plan, not checked\n")
-
-
 def test_without_a_plan_the_summary_says_which_steps_were_not_done(mmp, stand_ins, instances, tmp_path):
     asked = ["--retime", "--execute", "--out", tmp_path / "plan.json"]
     rows = dict(
@@ -302,11 +239,6 @@ def test_a_message_of_20_kilobytes_is_cut(mmp, stand_ins, instances, monkeypatch
     assert re.fullmatch(r"a{900,}\.\.\. \(20000 characters in all\)", ran.result["message"])
     assert len(ran.result["message"]) == 1000
     assert ran.err == f"mmp: {ran.result['message']}\n"
-
-
-def test_ctrl_c_that_the_planner_lost_is_raised_again_at_the_next_event(mmp, stand_ins, instances):
-    ran = mmp("plan", instances, "--planner", "deaf", "--json")
-    assert (ran.code, ran.result["status"]) == (130, "timeout")
 
 
 def test_a_planner_that_raises_is_an_error_that_names_it(mmp, stand_ins, instances, tmp_path):

@@ -61,12 +61,14 @@ def exclusive(path: Path) -> Iterator[None]:
         raise MmpError(f"--out {path} cannot be written: {error.strerror}") from None
     try:
         _lock(handle, path)
-        yield
+        try:
+            yield
+        finally:  # only the process that has the folder removes it, while it has it
+            with contextlib.suppress(OSError):  # not empty
+                for folder in missing:
+                    folder.rmdir()
     finally:
         os.close(handle)
-        with contextlib.suppress(OSError):  # not empty
-            for folder in missing:
-                folder.rmdir()
 
 
 def _lock(handle: int, path: Path) -> None:

@@ -49,7 +49,7 @@ def require_finite(where: str, model: Any) -> None:
     for array in dir(model):
         values = getattr(model, array, None) if not array.startswith("_") else None
         if isinstance(values, np.ndarray) and values.dtype.kind == "f" and np.isnan(values).any():
-            raise MmpError(f"{where}: {array} has numbers that are not finite")
+            raise MmpError(f"{where}: {array} holds NaN; no number of a model may be NaN")
     for array in ("qpos0", "mesh_vert"):
         if not (np.abs(getattr(model, array)) <= LARGEST_M).all():
             raise MmpError(f"{where}: {array} has numbers that are not finite, or beyond {LARGEST_M:g}")

@@ -21,31 +21,34 @@ def write_folder(target: Path, files: Mapping[str, str]) -> None:
     """Writes a whole folder or none, in place of one that is there. Raises `MmpError`."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with beside(target) as new, beside(target) as old:
+        with beside(target) as new:
             new.mkdir()
             for name, text in files.items():
                 (new / name).parent.mkdir(parents=True, exist_ok=True)
                 (new / name).write_text(text, encoding="utf-8")
-            _move_onto(new, target, old)
+            move_folder(new, target)
     except OSError as error:
         raise refusal(target, "written", error) from None
 
 
-def _move_onto(new: Path, target: Path, old: Path) -> None:
-    """Moves a folder to `target`, and one that is there to `old`, or back if `new` cannot be moved. Raises `OSError`.
+def move_folder(new: Path, target: Path) -> None:
+    """Moves a folder to `target`, in place of one that is there.
 
-    Raises `MmpError`, and keeps `old`, if the system refuses to move it back, too.
+    Raises:
+        OSError: if the system refuses; the folder that was there stays.
+        MmpError: if it also refuses to move that folder back, which is then at another place.
     """
-    if not target.exists():
-        os.rename(new, target)
-        return
-    os.rename(target, old)
-    try:
-        os.rename(new, target)
-    except OSError as error:
+    with beside(target) as old:
+        if not target.exists():
+            os.rename(new, target)
+            return
+        os.rename(target, old)
         try:
-            os.rename(old, target)
-        except OSError:
-            keep(old)
-            raise MmpError(f"{refusal(target, 'written', error)}; the folder that was there is now {old}") from None
-        raise
+            os.rename(new, target)
+        except OSError as error:
+            try:
+                os.rename(old, target)
+            except OSError:
+                keep(old)
+                raise MmpError(f"{refusal(target, 'written', error)}; the folder that was there is now {old}") from None
+            raise

@@ -70,17 +70,21 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
     """Adds the instances that are missing and reports. Returns the exit code."""
     from mmp_cli.datasets import minari_format
     from mmp_cli.datasets.folder import DatasetFolder
+    from mmp_env.files.paths import exists
 
     folder = DatasetFolder(Path(args.out), _settings(args, source))
+    before = len(folder.files)
     for k, item in enumerate(source.items):
         if item.name in folder.done:
             continue
         outcome, episode = _episode(args, source, k, planner)
         folder.add(item.name, item.seed, outcome, episode)
         complain(f"{len(folder.lines)} of {len(source.items)}: {item.name}: {outcome}")
-    identity = None
+    identity, name = None, source.title.replace(" ", "-")
     if args.format == "minari" and folder.files:
-        identity = minari_format.write(folder, source.title.replace(" ", "-"), _env(args, source.problem(0)))
+        identity = minari_format.write(folder, name, _env(args, source.problem(0)))
+    elif len(folder.files) > before and exists(folder.path / name / minari_format.VERSION):
+        complain(f"the Minari dataset in {folder.path} has not the new episodes; --format minari makes it again")
     _report(args, folder, identity)
     return 0 if folder.files else 1
 

@@ -123,6 +123,22 @@ def test_minari_loads_the_dataset(tmp_path, capsys):
     assert found.observation_space == MultiArmCellEnv(cell="ring-2").observation_space
 
 
+def test_a_minari_dataset_that_lacks_new_episodes_is_named_and_made_again(tmp_path, capsys):
+    minari = pytest.importorskip("minari")
+    words = ["dataset", "MultiArmCell-2", "--out", str(tmp_path / "a")]
+    assert main([*words, "--count", "1", "--format", "minari"]) == 0
+    assert main([*words, "--count", "2"]) == 0
+    assert "has not the new episodes" in capsys.readouterr().err
+    with mock.patch.dict(os.environ, MINARI_DATASETS_PATH=str(tmp_path / "a")):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(os, "rename", mock.Mock(side_effect=OSError(errno.EIO, "Input/output error")))
+            assert main([*words, "--count", "2", "--format", "minari"]) == 2
+        assert minari.load_dataset("MultiArmCell-2/expert-v0").total_episodes == 1
+        assert main([*words, "--count", "2", "--format", "minari"]) == 0
+        assert minari.load_dataset("MultiArmCell-2/expert-v0").total_episodes == 2
+    assert sorted(path.name for path in (tmp_path / "a").iterdir()) == ["MultiArmCell-2", "dataset.json", "episodes"]
+
+
 def test_bad_input_is_one_sentence(tmp_path, capsys):
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "notes.txt").write_text("x")

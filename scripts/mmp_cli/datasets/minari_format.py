@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import warnings
 from unittest import mock
 
@@ -11,7 +10,10 @@ import numpy as np
 
 from mmp_cli.datasets.folder import DatasetFolder
 from mmp_env.errors import MmpError
+from mmp_env.files.paths import refusal
+from mmp_env.files.temporaries import beside
 from mmp_env.gym.env import MultiArmCellEnv
+from mmp_env.importing.folder_writing import move_folder
 from mmp_env.version import __version__
 
 VERSION = "expert-v0"
@@ -29,7 +31,10 @@ def require() -> None:
 
 
 def write(folder: DatasetFolder, name: str, env: MultiArmCellEnv) -> str:
-    """Writes all episodes of a folder as one Minari dataset in it. Returns the dataset's id."""
+    """Writes all episodes of a folder as one Minari dataset in it, in place of an earlier one. Returns its id.
+
+    Raises `MmpError` if it cannot be written.
+    """
     import minari
     from minari.data_collector import EpisodeBuffer
 
@@ -47,22 +52,27 @@ def write(folder: DatasetFolder, name: str, env: MultiArmCellEnv) -> str:
                 infos=parts["infos"],
             )
         )
-    identity = f"{name}/{VERSION}"
-    shutil.rmtree(folder.path / name / VERSION, ignore_errors=True)
-    with (
-        mock.patch.dict(os.environ, MINARI_DATASETS_PATH=str(folder.path.resolve())),
-        warnings.catch_warnings(),
-    ):
-        warnings.simplefilter("ignore")  # it asks for an author and a link
-        minari.create_dataset_from_buffers(
-            identity,
-            buffers,
-            algorithm_name=folder.settings["planner"],
-            action_space=env.action_space,
-            observation_space=env.observation_space,
-            description=f"Expert episodes of {name}, made by mmp dataset {__version__}",
-            data_format="hdf5",
-        )
+    identity, target = f"{name}/{VERSION}", folder.path / name
+    try:
+        with (
+            beside(target) as new,
+            mock.patch.dict(os.environ, MINARI_DATASETS_PATH=str(new.resolve())),
+            warnings.catch_warnings(),
+        ):
+            warnings.simplefilter("ignore")  # it asks for an author and a link
+            new.mkdir()
+            minari.create_dataset_from_buffers(
+                identity,
+                buffers,
+                algorithm_name=folder.settings["planner"],
+                action_space=env.action_space,
+                observation_space=env.observation_space,
+                description=f"Expert episodes of {name}, made by mmp dataset {__version__}",
+                data_format="hdf5",
+            )
+            move_folder(new / name, target)
+    except OSError as error:
+        raise refusal(target, "written", error) from None
     return identity
 
 

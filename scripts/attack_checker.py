@@ -1,8 +1,8 @@
 """Plants violations in valid plans, and asks the checker: JSON lines. Usage: attack_checker.py [--faults N] [--plans N]
 
 Each violation is shown to be one before it counts, without the checker: contacts and margins by dense samples of the
-native core's distances, all others by their construction. The valid plans must be accepted, the others refused by a
-rule that their violation breaks.
+native core's distances, all others by their construction. The valid plans must be accepted, the others refused by the
+rule that their violation breaks; every rule of the checker has at least one kind of violation.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 
 import numpy as np
+from attacked_plan import Document
 from figure import print_figure
-from planted_violations import KINDS, Document
+from planted_violations import KINDS
 
 from mmp_cli.arguments import Parser, whole
 from mmp_cli.main import run_script
@@ -64,14 +65,14 @@ def accepted(number: int) -> bool:
 
 
 def attacked(number: int) -> tuple[str, bool, str]:
-    """Returns the kind of a planted violation, whether the checker reports a rule that it breaks, and its number."""
+    """Returns the kind of a planted violation, whether the checker reports the rule that it breaks, and its number."""
     for attempt in itertools.count():
         rng = np.random.default_rng((number, attempt))
         kind = list(KINDS)[number % len(KINDS)]
         given = copy.deepcopy(document(int(rng.integers(KNOWN_PLANS)) + KNOWN_PLANS * (number % 2)))
         if KINDS[kind].plant(given, rng):
             broken = {violation.rule for violation in check_plan(given).violations}
-            return kind, bool(broken & KINDS[kind].rules), f"{number}, attempt {attempt}"
+            return kind, KINDS[kind].rule in broken, f"{number}, attempt {attempt}"
     raise AssertionError
 
 

@@ -7,7 +7,9 @@ import json
 import pytest
 from support import checkout_scripts
 
-COUNT = 21
+from mmp_env.check import RULES
+
+COUNT = 34
 """Number of kinds of violations."""
 
 
@@ -15,6 +17,10 @@ COUNT = 21
 def attack(monkeypatch):
     monkeypatch.syspath_prepend(checkout_scripts.SCRIPTS)
     return importlib.import_module("attack_checker")
+
+
+def test_every_rule_has_a_kind_of_violation(attack):
+    assert {kind.rule for kind in attack.KINDS.values()} == set(RULES)
 
 
 def test_the_checker_finds_violations_of_every_kind(attack):
@@ -32,7 +38,7 @@ def test_a_checker_without_a_rule_misses_the_violations_of_its_kind(attack, numb
 
     def forgetful(given):
         report = check(given)
-        kept = tuple(v for v in report.violations if v.rule not in attack.KINDS[name].rules)
+        kept = tuple(v for v in report.violations if v.rule != attack.KINDS[name].rule)
         return dataclasses.replace(report, violations=kept)
 
     assert attack.attacked(number)[:2] == (name, True)

@@ -1,0 +1,71 @@
+"""`scripts/bench_deadlines.py`: limits that end a run count, and planners are at work until a long limit."""
+
+import importlib
+import json
+import time
+
+import pytest
+from support import checkout_scripts
+
+from mmp_env import draw_problem, find_cell
+from mmp_planners import PlanResult, Status, make, names
+from mmp_planners.registry import is_foreign
+
+LIMITS_S = [0.001, 0.1, 10.0]
+
+
+@pytest.fixture
+def bench(monkeypatch):
+    monkeypatch.syspath_prepend(checkout_scripts.SCRIPTS)
+    return importlib.import_module("bench_deadlines")
+
+
+class Stub:
+    """A planner that reports whether a limit up to `hit_s` ended it, and takes `takes_s`."""
+
+    def __init__(self, hit_s=0.0, takes_s=0.0):
+        self.hit_s, self.takes_s = hit_s, takes_s
+
+    def plan(self, problem, *, seed, time_limit):
+        time.sleep(self.takes_s)
+        return PlanResult(status=Status.TIMEOUT, stats={"deadline_hit": time_limit <= self.hit_s})
+
+
+def figure_of(bench, monkeypatch, capsys, stub):
+    monkeypatch.setattr(bench, "make", lambda name, **options: stub)
+    bench.show("lateness", "stub", [None], LIMITS_S)
+    return json.loads(capsys.readouterr().out)
+
+
+def test_a_run_counts_if_it_says_that_the_limit_ended_it(bench, monkeypatch, capsys):
+    figure = figure_of(bench, monkeypatch, capsys, Stub(hit_s=0.1))
+    assert (figure["runs"], figure["reached_limit"], figure["longest_limit_s"]) == (12, 11, 0.1)
+
+
+def test_a_run_counts_if_it_is_late(bench, monkeypatch, capsys):
+    figure = figure_of(bench, monkeypatch, capsys, Stub(takes_s=0.02))
+    assert (figure["runs"], figure["reached_limit"], figure["longest_limit_s"]) == (12, 10, 0.001)
+    assert figure["worst_ms"] >= figure["value"] >= 19
+    assert figure["worst_at_limit_s"] == 0.001
+
+
+def test_only_long_limits_have_options(bench, monkeypatch):
+    limits = []
+
+    def made(name, **options):
+        limits.append(options)
+        return Stub()
+
+    monkeypatch.setattr(bench, "make", made)
+    bench.show("lateness", "auto", [None], [0.03, 0.1])
+    assert limits == [{}] * 11 + [bench.BUSY["auto"]]
+
+
+def test_every_planner_has_options(bench):
+    assert set(bench.BUSY) == {name for name in names() if not is_foreign(name)}
+
+
+@pytest.mark.parametrize("name", [name for name in names() if not is_foreign(name)])
+def test_the_limit_ends_a_planner_with_these_options(bench, name):
+    problem = draw_problem(find_cell("ring-8-panda"), seed=0)
+    assert make(name, **bench.BUSY[name]).plan(problem, seed=0, time_limit=0.5).stats["deadline_hit"]

@@ -86,11 +86,21 @@ def known_keywords(function: Callable[P, T]) -> Callable[P, T]:
 
 def as_numbers(value: Any) -> np.ndarray | None:
     """Returns the value as an array of floats; None for text, truth values, and numbers beyond all floats."""
+    if _has_truth_value(value):  # NumPy takes one among numbers for 0 or 1
+        return None
     try:
         array = np.asarray(value)
         return np.asarray(array, dtype=float) if array.dtype.kind in "fiuO" else None
     except (TypeError, ValueError, OverflowError):
         return None
+
+
+def _has_truth_value(value: Any) -> bool:
+    if isinstance(value, np.ndarray):
+        return value.dtype.kind in "bO" and any(map(_has_truth_value, value.flat))
+    if isinstance(value, list | tuple):
+        return any(map(_has_truth_value, value))
+    return isinstance(value, bool | np.bool_)
 
 
 def refused(name: str, value: object, allowed: str) -> MmpError:

@@ -23,6 +23,7 @@ from mmp_env import (
     save_picture,
     save_plan,
 )
+from mmp_env.argument_checks import as_numbers
 from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.files.instance_file import instances_from_dict
 from mmp_env.model.margins import Margins
@@ -205,3 +206,23 @@ def test_a_text_in_the_place_of_a_plan_is_no_json_object_but_may_be_a_path():
     assert "the plan is of type PlanResult" in fault(PlanResult(status=Status.TIMEOUT))
     assert "give the .plan of the planner's result" in fault(PlanResult(status=Status.TIMEOUT))
     assert "the plan is None; it must be a Plan, or the content of a plan.json" in fault(None)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        True,
+        [True, 0.5],
+        (0.5, np.True_),
+        [[0.5], [False]],
+        [np.array([True]), np.array([1.0])],
+        np.array([0.5, True], object),
+    ],
+)
+def test_truth_values_among_numbers_are_no_numbers(value):
+    assert as_numbers(value) is None
+
+
+def test_numbers_of_several_types_are_floats():
+    for value in ([1, 0.5], (np.float32(1.0), 0.5), np.array([1, 0.5], object)):
+        assert as_numbers(value).tolist() == [1.0, 0.5]

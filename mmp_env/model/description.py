@@ -241,6 +241,8 @@ def _test_rows(rows: Any, where: str) -> None:
 
 
 def _sphere_sets(data: Any, where: str) -> dict[str, Any]:
+    if not isinstance(data, dict):
+        raise MmpError(f"{where.rstrip('.: ')} is {shown(data)}; it must be an object of sphere sets")
     for key in _REQUIRED_SETS if "exact" not in data else ():
         _member(data, key, where)
     for key in data:

@@ -72,10 +72,10 @@ def text(data: Any, key: str, where: str, allowed: Collection[str] | None = None
 
 
 def name(data: Any, where: str) -> str:
-    """Returns the `name` of an arm or obstacle, without a slash. Raises `UnreadableError`."""
+    """Returns the `name` of an arm or obstacle, printable and without a slash. Raises `UnreadableError`."""
     value = text(data, "name", where)
-    if not value or "/" in value:
-        raise UnreadableError(f"name of {where} is '{value}'; it must have letters and no slash")
+    if not value or "/" in value or not value.isprintable():
+        raise UnreadableError(f"name of {where} is {value!r}; it must have printable characters and no slash")
     return value
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from mmp_env.check.fields import UnreadableError, known, listed, member, numbers, positive, shown, text
+from mmp_env.check.fields import LARGEST_M, UnreadableError, known, listed, member, numbers, positive, shown, text
 from mmp_env.check.mjcf import refuse_mjcf
 from mmp_env.errors import HOW_TO_ADD
 from mmp_env.robot_folders import find_robot, find_tool, robot_names, tool_names
@@ -60,7 +60,7 @@ class CheckedModel:
             if link not in self.links:
                 raise UnreadableError(f"{where} names {shown(link)}, which is not a link")
             if table != []:
-                out[link] = _finite(table, (None, 4), f"set {key} of '{link}' in {where}")
+                out[link] = _lengths(table, (None, 4), f"set {key} of '{link}' in {where}")
                 if not (out[link][:, 3] > 0).all():
                     raise UnreadableError(f"set {key} of '{link}' in {where} has a radius that is not above zero")
         if not out:
@@ -79,8 +79,8 @@ class CheckedModel:
                 raise UnreadableError(f"{where} names {shown(link)}, which is not a link")
             out[link] = []
             for piece in listed({link: pieces}, link, where):
-                vertices = _finite(member(piece, "vertices", f"a hull of '{link}'"), (None, 3), f"a hull of '{link}'")
-                radius = float(_finite(member(piece, "radius", f"a hull of '{link}'"), (), f"a radius of '{link}'"))
+                vertices = _lengths(member(piece, "vertices", f"a hull of '{link}'"), (None, 3), f"a hull of '{link}'")
+                radius = float(_lengths(member(piece, "radius", f"a hull of '{link}'"), (), f"a radius of '{link}'"))
                 if not len(vertices) or radius < 0:
                     raise UnreadableError(f"a hull of '{link}' in {where} has no vertex or a radius below zero")
                 out[link].append((vertices, radius))
@@ -171,6 +171,13 @@ def _finite(value: Any, shape: tuple[int | None, ...], where: str) -> Float[np.n
     array = numbers(value, shape, where)
     if not np.isfinite(array).all():
         raise UnreadableError(f"{where} has a number that is not finite")
+    return array
+
+
+def _lengths(value: Any, shape: tuple[int | None, ...], where: str) -> Float[np.ndarray, "..."]:
+    array = _finite(value, shape, where)
+    if not (np.abs(array) <= LARGEST_M).all():
+        raise UnreadableError(f"{where} has a number beyond {LARGEST_M:g} m")
     return array
 
 

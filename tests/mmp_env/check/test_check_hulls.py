@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from mmp_env import check_plan, draw_instance, find_cell, make_problem, ring_cell
+from mmp_env.check.fields import UnreadableError
 from mmp_env.check.model import CellModel
+from mmp_env.check.models import CheckedModel
 from mmp_env.check.reading import read_cell
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import cell_to_dict
@@ -72,3 +74,12 @@ def test_a_robot_without_hulls_cannot_be_exact():
     with pytest.raises(MmpError, match="robot 'panda' of arm 'arm0' has no hulls"):
         replace(cell, arms=(replace(cell.arms[0], robot=bare),), spheres="exact")
     assert find_cell("ring-2-panda").spheres == "28"
+
+
+@pytest.mark.parametrize("piece", [([[1e308, 0, 0]], 0.1), ([[0, 0, -100.1]], 0.1), ([[0, 0, 0]], 101.0)])
+def test_hulls_beyond_the_horizon_are_refused(piece):
+    vertices, radius = piece
+    hulls = {"link": [{"vertices": vertices, "radius": radius}]}
+    model = CheckedModel(name="odd", data={"links": ["link"]}, spheres={}, hulls=hulls, mjcf="")
+    with pytest.raises(UnreadableError, match="has a number beyond 100 m"):
+        model.link_hulls()

@@ -56,6 +56,7 @@ UNREADABLE = {
     "a moving obstacle": lambda p: p["problem"]["cell"]["obstacles"][0].update(velocity=[1.0, 0.0, 0.0]),
     "an obstacle of negative size": lambda p: p["problem"]["cell"]["obstacles"][0].update(size=[1.0, -1.0, 1.0]),
     "a held object out of reach": lambda p: p["problem"]["cell"]["arms"][0].update(held=held_at(100.1)),
+    "an obstacle named by half a character": lambda p: p["problem"]["cell"]["obstacles"][0].update(name="\ud800"),
     "an obstacle of no size": lambda p: p["problem"]["cell"]["obstacles"][0].update(size=[1.0, 1e-7, 1.0]),
     "an obstacle beyond the horizon": lambda p: p["problem"]["cell"]["obstacles"][0].update(position=[1e9, 0.0, 0.0]),
     "an unknown shape": lambda p: p["problem"]["cell"]["obstacles"][0].update(shape="cone"),

@@ -69,6 +69,7 @@ def describe_robot(name: str, files: Mapping[str, str], where: str = "") -> Desc
     _test_spheres(out.spheres, links, f"{where}{SPHERES_FILE}: ")
     _test_ignored(out.data, lambda pair, at: _pair(pair, links, at), place)
     _test_hulls(out.hulls, links, f"{where}{HULLS_FILE}: ")
+    _test_finite(out.data, place)
     return out
 
 
@@ -85,6 +86,7 @@ def describe_tool(name: str, files: Mapping[str, str], where: str = "") -> Descr
     for key, rows in _sphere_sets(out.spheres, f"{where}{SPHERES_FILE}: ").items():
         _test_rows(rows, f"{where}{SPHERES_FILE}: {key}")
     _test_hulls(out.hulls, [name], f"{where}{HULLS_FILE}: ")
+    _test_finite(out.data, place)
     return out
 
 
@@ -105,7 +107,6 @@ def _described(name: str, files: Mapping[str, str], main: str, where: str) -> De
     refuse_mjcf(files[mjcf], f"{where}{mjcf}")
     texts = {file: text for file, text in files.items() if file != mjcf}
     data, spheres, hulls = (_object(texts, file, where) for file in (main, SPHERES_FILE, HULLS_FILE))
-    _test_finite(data, f"{where}{main}")
     return Description(name=name, data=data or {}, spheres=spheres or {}, hulls=hulls, mjcf=files[mjcf], texts=texts)
 
 
@@ -125,12 +126,12 @@ def _test_finite(value: Any, where: str) -> None:
     """Refuses numbers that are too large in all fields, also in those that are only for readers."""
     if isinstance(value, dict):
         for key, item in value.items():
-            _test_finite(item, f"{where}: {shown(key)}")
+            _test_finite(item, f"{where}{'' if where.endswith(' ') else '.'}{key if key.isprintable() else shown(key)}")
     elif isinstance(value, list):
         for k, item in enumerate(value):
             _test_finite(item, f"{where}[{k}]")
     elif isinstance(value, int | float) and not abs(value) <= sys.float_info.max:
-        raise MmpError(f"{where} is {shown(value)}; numbers must be finite")
+        raise MmpError(f"{where} is {shown(value)}; it must be a finite number")
 
 
 def _test_robot(data: Mapping[str, Any], where: str) -> list[str]:

@@ -9,6 +9,7 @@ import pytest
 from support.small_arms import box_mesh, mjcf, urdf, with_mesh
 
 import mmp_env
+from mmp_env.check import check_document
 from mmp_env.errors import MmpError
 from mmp_env.export import export_plan
 from mmp_env.files.cell_file import cell_from_dict, cell_to_dict
@@ -173,7 +174,7 @@ def test_the_checker_raises_for_no_fault_of_a_robot(foreign, fault):
     FAULTS[fault][0](plan["problem"]["cell"]["robots"]["arm"])
     for spheres in ("fine", "exact"):
         plan["problem"]["cell"]["spheres"] = spheres
-        mmp_env.check.check_document(plan)
+        check_document(plan)
 
 
 @pytest.mark.parametrize("name", ["panda", "none", "a/b", ""])
@@ -198,10 +199,10 @@ def test_a_cell_without_hulls_of_one_robot_has_fine_spheres_unless_it_says_other
     cell = plan["problem"]["cell"]
     del cell["spheres"]
     assert cell_from_dict(cell, "cell.json").spheres == "exact"
-    assert mmp_env.check.check_document(plan).spheres == "exact"
+    assert check_document(plan).spheres == "exact"
     del cell["robots"]["arm"]["hulls.json"]
     assert cell_from_dict(cell, "cell.json").spheres == "fine"
-    assert mmp_env.check.check_document(plan).spheres == "fine"
+    assert check_document(plan).spheres == "fine"
     with pytest.raises(MmpError, match="robot 'arm' of arm 'one' has no hulls"):
         cell_from_dict(cell | {"spheres": "exact"}, "cell.json")
 

@@ -6,6 +6,7 @@ import functools
 import inspect
 import math
 import os
+import sys
 from collections.abc import Callable
 from numbers import Real
 from typing import Any, ParamSpec, TypeVar
@@ -82,6 +83,19 @@ def known_keywords(function: Callable[P, T]) -> Callable[P, T]:
         return function(*args, **keywords)
 
     return checked
+
+
+def require_finite(value: object, where: str) -> None:
+    """Raises `MmpError` if a number in a JSON value is NaN or beyond all floats; `where` names the value."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            word = key if key.isprintable() else shown(key)
+            require_finite(item, f"{where}{word}" if where.endswith(" ") else f"{where}.{word}")
+    elif isinstance(value, list):
+        for k, item in enumerate(value):
+            require_finite(item, f"{where}[{k}]")
+    elif isinstance(value, int | float) and not abs(value) <= sys.float_info.max:
+        raise refused(where, value, "a finite number")
 
 
 def as_numbers(value: Any) -> np.ndarray | None:

@@ -12,6 +12,7 @@ import msgspec
 import numpy as np
 from jaxtyping import Float
 
+from mmp_env.argument_checks import require_finite
 from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.files.file_kinds import PLAN, read_for
@@ -120,6 +121,8 @@ def plan_from_dict(data: Any, where: str | Location = "plan") -> Plan:
         MmpError: for malformed data, with field and value.
     """
     place, decoded = decode_file(data, PLAN_SCHEMA, PlanData, where)
+    for key in ("planner", "stats"):
+        require_finite(getattr(decoded, key), str(place / key))
     problem = _problem(decoded.problem, place / "problem")
     if not decoded.times:
         raise MmpError(f"{place / 'times'} is empty; a plan needs at least one time")

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from mmp_env.argument_checks import require_finite
 from mmp_env.errors import MmpError
 from mmp_env.model.mjcf import refuse_mjcf
 from mmp_env.model.names import NAMES, is_name
@@ -69,7 +69,7 @@ def describe_robot(name: str, files: Mapping[str, str], where: str = "") -> Desc
     _test_spheres(out.spheres, links, f"{where}{SPHERES_FILE}: ")
     _test_ignored(out.data, lambda pair, at: _pair(pair, links, at), place)
     _test_hulls(out.hulls, links, f"{where}{HULLS_FILE}: ")
-    _test_finite(out.data, place)
+    _test_finite(out, where, ROBOT_FILE)
     return out
 
 
@@ -86,7 +86,7 @@ def describe_tool(name: str, files: Mapping[str, str], where: str = "") -> Descr
     for key, rows in _sphere_sets(out.spheres, f"{where}{SPHERES_FILE}: ").items():
         _test_rows(rows, f"{where}{SPHERES_FILE}: {key}")
     _test_hulls(out.hulls, [name], f"{where}{HULLS_FILE}: ")
-    _test_finite(out.data, place)
+    _test_finite(out, where, TOOL_FILE)
     return out
 
 
@@ -122,16 +122,10 @@ def _object(texts: Mapping[str, str], file: str, where: str) -> dict[str, Any] |
     return value
 
 
-def _test_finite(value: Any, where: str) -> None:
-    """Refuses numbers that are too large in all fields, also in those that are only for readers."""
-    if isinstance(value, dict):
-        for key, item in value.items():
-            _test_finite(item, f"{where}{'' if where.endswith(' ') else '.'}{key if key.isprintable() else shown(key)}")
-    elif isinstance(value, list):
-        for k, item in enumerate(value):
-            _test_finite(item, f"{where}[{k}]")
-    elif isinstance(value, int | float) and not abs(value) <= sys.float_info.max:
-        raise MmpError(f"{where} is {shown(value)}; it must be a finite number")
+def _test_finite(described: Description, where: str, main: str) -> None:
+    """Refuses numbers that are too large also in fields that are only for readers."""
+    require_finite(described.data, f"{where}{main}: ")
+    require_finite((described.hulls or {}).get(_ORIGIN), f"{where}{HULLS_FILE}: {_ORIGIN}")
 
 
 def _test_robot(data: Mapping[str, Any], where: str) -> list[str]:

@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from mmp_env.argument_checks import given
+from mmp_env.argument_checks import given, require_finite
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.cell_file import CellData, cell_from_data, cell_to_dict
 from mmp_env.files.file_kinds import SCHEDULE, read_for
@@ -120,6 +120,8 @@ def schedule_from_dict(data: Any, where: str | Location = "schedule") -> Schedul
         MmpError: for malformed data, with field and value.
     """
     place, decoded = decode_file(data, SCHEDULE_SCHEMA, ScheduleData, where)
+    for key in ("planner", "stats"):
+        require_finite(getattr(decoded, key), str(place / key))
     check_name(decoded.name, place / "name")
     cell = cell_from_data(decoded.cell, place / "cell", name=decoded.name)
     start = configurations_from_dict(cell, decoded.start, place / "start")

@@ -23,7 +23,7 @@ from mmp_env import (
     save_picture,
     save_plan,
 )
-from mmp_env.argument_checks import as_numbers
+from mmp_env.argument_checks import as_numbers, require_finite
 from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.files.instance_file import instances_from_dict
 from mmp_env.model.margins import Margins
@@ -226,3 +226,20 @@ def test_truth_values_among_numbers_are_no_numbers(value):
 def test_numbers_of_several_types_are_floats():
     for value in ([1, 0.5], (np.float32(1.0), 0.5), np.array([1, 0.5], object)):
         assert as_numbers(value).tolist() == [1.0, 0.5]
+
+
+@pytest.mark.parametrize(
+    ("value", "field"),
+    [
+        ({"a": [1, {"b": np.nan}]}, r"stats\.a\[1\]\.b is nan"),
+        ([-np.inf], r"stats\[0\] is -inf"),
+        (10**400, "stats is"),
+    ],
+)
+def test_a_number_that_is_not_finite_is_named_with_its_field(value, field):
+    with pytest.raises(MmpError, match=f"^{field}.*; it must be a finite number$"):
+        require_finite(value, "stats")
+
+
+def test_finite_numbers_and_other_values_are_taken():
+    require_finite({"a": [1e308, True, None, "inf"], "b": 10**300}, "stats")

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 import yaml
 
-from fuzz.validator import file_nonsense, numbers_of, option_nonsense
+from fuzz.validator import file_nonsense, numbers_of, option_nonsense, yaml_value
 
 CODES = (0, 1, 2)
 LONGEST_MESSAGE = 4000
@@ -80,7 +80,7 @@ def _unreadable(path: Path) -> str:
             numbers_of([[float(word) for word in row] for row in rows[1:]])
             return "rows of several lengths" if len({len(row) for row in rows}) > 1 else ""
         if path.suffix in (".json", ".yaml"):
-            numbers_of(yaml.safe_load(path.read_bytes()) if path.suffix == ".yaml" else json.loads(path.read_bytes()))
+            numbers_of(yaml_value(path.read_bytes()) if path.suffix == ".yaml" else json.loads(path.read_bytes()))
         if path.suffix == ".xml":
             ElementTree.fromstring(path.read_bytes())
     except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError) as error:

@@ -36,6 +36,11 @@ class Clock:
     def remaining(self) -> float:
         """Time left [s]."""
 
+    def reserve(self, seconds: float) -> None:
+        """
+        Lets the clock expire earlier by a time [s], which replaces an earlier reserve.
+        """
+
 class Levels:
     """
     Distances between surfaces [m]. Closer than `margin` at a sample is a contact; `proof` is proved at every instant. Both hold between two arms. `obstacles` is added for an arm and an obstacle, `own` for two parts of one arm, `upright` for the room of an upright tool.

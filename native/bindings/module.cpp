@@ -51,7 +51,14 @@ NB_MODULE(MMP_MODULE, m) {
       .def_prop_ro(
           "expired", [](const Clock& c) { return c.cancelled() || c.remaining() <= 0; },
           "Whether the deadline has passed or the clock was cancelled.")
-      .def_prop_ro("remaining", &Clock::remaining, "Time left [s].");
+      .def_prop_ro("remaining", &Clock::remaining, "Time left [s].")
+      .def(
+          "reserve",
+          [](Clock& self, double seconds) {
+            require(!std::isnan(seconds), "seconds must be a number");
+            self.reserve(seconds);
+          },
+          nb::arg("seconds"), "Lets the clock expire earlier by a time [s], which replaces an earlier reserve.");
 
   nb::class_<Levels<double>>(
       m, "Levels",

@@ -22,13 +22,19 @@ class Clock {
   bool cancelled() const { return cancelled_.load(std::memory_order_relaxed); }
   bool expired() const {
     if (cancelled()) return true;
-    if (bounded_ && Steady::now() >= end_) return true;
+    if (bounded_ && Steady::now() >= end()) return true;
     if (poll_) poll_(*this);
     return false;
   }
   double remaining() const {
     if (!bounded_) return std::numeric_limits<double>::infinity();
-    return std::chrono::duration<double>(end_ - Steady::now()).count();
+    return std::chrono::duration<double>(end() - Steady::now()).count();
+  }
+
+  // The clock expires so much earlier; 0 s at first.
+  void reserve(double seconds) {
+    const std::chrono::duration<double> time(std::clamp(seconds, 0.0, 1e9));
+    reserved_.store(std::chrono::duration_cast<Steady::duration>(time).count(), std::memory_order_relaxed);
   }
 
   // Returns true at most once per `interval`, to one of the threads that share the clock.
@@ -43,8 +49,11 @@ class Clock {
   Poll poll_ = nullptr;
 
  private:
+  Steady::time_point end() const { return end_ - Steady::duration(reserved_.load(std::memory_order_relaxed)); }
+
   bool bounded_;
   Steady::time_point end_{};
+  std::atomic<Steady::rep> reserved_{0};
   mutable std::atomic<Steady::rep> next_poll_{0};
   std::atomic<bool> cancelled_{false};
 };

@@ -32,7 +32,7 @@ class InformedRrt {
     nodes_.push_back({start_, -1, 0, {{0, leave_start_by()}}});
     reach_goal(0);
     for (int it = 0; it < iterations && more > 0; ++it) {
-      if ((it & 7) == 7 && clock.expired()) return;
+      if (clock.expired()) return;
       if (limit_ - straight_ < kGain) return;
       more -= best_.found();
       step();

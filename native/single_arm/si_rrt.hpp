@@ -70,7 +70,7 @@ class SiRrt {
     int first = best_.found() ? 0 : -1;
     for (int it = 0; it < settings_.max_iterations; ++it) {
       if (best_.found() && it >= first + settings_.improve_iterations) break;
-      if ((it & 7) == 7 && clock.expired()) break;
+      if (clock.expired()) break;
       ++out.iterations;
       grow(it);
       if (best_.found() && first < 0) first = it;
@@ -118,7 +118,7 @@ class SiRrt {
       const T f = steps == 0 ? T(k == pieces) : T(static_cast<long>(steps) * k / pieces) / T(steps);
       path.push_back(make_waypoint(checker_, k == pieces ? goal : between(task_.start, goal, f)));
       if (k == 0) continue;
-      if ((k & 15) == 0 && clock.expired()) return {};
+      if (clock.expired()) return {};
       if (!checker_.is_static_free(path[k - 1].q.data(), path[k].q.data())) return {};
       checker_.evaluate(path[k - 1].q.data(), path[k].q.data(), path[k].edge);
     }

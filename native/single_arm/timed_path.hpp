@@ -149,7 +149,7 @@ class BestPath {
   // Tries straight edges between random configurations of the path; every third time between waypoints.
   void shorten(int attempts, int leave_by, Random& random, const Clock& clock) {
     for (int it = 0; it < attempts; ++it) {
-      if (path_.size() < 3 || ((it & 7) == 7 && clock.expired())) return;
+      if (path_.size() < 3 || clock.expired()) return;
       const int edges = static_cast<int>(path_.size()) - 1;
       int i = random.below(edges), j = random.below(edges);
       if (i > j) std::swap(i, j);

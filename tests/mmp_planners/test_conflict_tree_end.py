@@ -170,3 +170,14 @@ def test_a_root_ends_between_two_arms_when_time_is_up():
     assert [arm for arm, *_ in context.calls] == [0]
     assert not search.exhausted
     assert search.best is None
+
+
+def test_time_to_release_the_open_nodes_is_reserved(monkeypatch):
+    monkeypatch.setattr("mmp_planners.conflict_tree.search.NODE_RELEASE_S", 100.0)
+    context = ArmsOnALine(endless, endless)
+    context.clock = core.Clock(1000.0)
+    search = tree(context, branching=OneConstraint(), restarts=False)
+    assert not ended(search)
+    assert not search.exhausted
+    assert 5 <= search.counts.expanded_nodes <= 15
+    assert context.clock.expired

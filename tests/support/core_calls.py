@@ -371,6 +371,7 @@ CALLS = {
     "cpu_level": call(core.cpu_level),
     "Clock.__init__": call(core.Clock, seconds=(1.0, "seconds")),
     "Clock.cancel": call(lambda: core.Clock(1.0).cancel()),
+    "Clock.reserve": call(core.Clock(1.0).reserve, seconds=(1.0, "seconds")),
     "Levels.__init__": call(
         core.Levels,
         margin=(0.002, "number"),

@@ -40,6 +40,8 @@ RESTART_EXPANSIONS = 8
 """Number of expansions without fewer pairs of arms in conflict before the first restart."""
 RESTART_GROWTH = 1.2
 """Growth of that number from one restart to the next."""
+NODE_RELEASE_S = 30e-6
+"""Time that is reserved at the end to release the memory of an open node [s]."""
 
 
 @dataclass(kw_only=True)
@@ -126,7 +128,7 @@ class ConflictTree:
         if not root.conflicts:
             open_nodes.clear()
             self._offer(root, open_nodes)  # returns to the open list if its plan cannot be proved
-        while not self.context.clock.expired:  # l. 5
+        while not self._is_out_of_time(open_nodes):  # l. 5
             bound = self._lower_bound(open_nodes)
             if self.best is not None:  # l. 7-8
                 self.best = dataclasses.replace(self.best, bound_met=self.best.cost <= self.selection.w * bound)
@@ -154,6 +156,10 @@ class ConflictTree:
             yield
         return True
 
+    def _is_out_of_time(self, open_nodes: Sequence[Node]) -> bool:
+        self.context.clock.reserve(NODE_RELEASE_S * len(open_nodes))
+        return self.context.clock.expired
+
     def _lower_bound(self, open_nodes: Sequence[Node]) -> float:
         """Returns LB [rad]: the least bound of all leaves, or that of the straight lines."""
         if self.absolute_bound is not None:
@@ -172,7 +178,7 @@ class ConflictTree:
             self.expansion(child, open_nodes, lambda child: self._replan(child, open_nodes))
 
     def _replan(self, child: Node, open_nodes: list[Node]) -> None:
-        if not self._factory.replan(child):  # l. 19-23
+        if self.context.clock.expired or not self._factory.replan(child):  # l. 19-23
             return
         if child.conflicts:
             open_nodes.append(child)  # l. 24

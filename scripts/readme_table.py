@@ -25,6 +25,7 @@ from quoted import quoted, seconds
 from written_pages import bring_up_to_date, checking_parser, filled
 
 from mmp_cli.main import run_script
+from mmp_env.gym.registration import ANY_CELL
 
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*/*.md")))
 
@@ -145,8 +146,8 @@ def core_table(figures: Figures) -> Iterator[list[str]]:
 
 
 def cpu_line(figures: Figures) -> Iterator[list[str]]:
-    """Yields the processors of the measurements."""
-    yield sorted({figure["cpu"] for figure in figures.values() if "cpu" in figure})
+    """Yields the processors of the measurements in cells with an id."""
+    yield sorted({figure["cpu"] for name, figure in figures.items() if name.startswith(ANY_CELL) and "cpu" in figure})
 
 
 TABLES = {

@@ -22,6 +22,7 @@ import msgspec
 
 from mmp_env.errors import InvalidInstanceError, MmpError, UnknownNameError
 from mmp_env.files.regular_files import check_size, read_bytes
+from mmp_env.files.yaml_reading import LONGEST_INTEGER, yaml_value
 from mmp_env.wording import shown
 
 T = TypeVar("T", bound=msgspec.Struct)
@@ -39,8 +40,6 @@ _PLAIN_WORDS = {
     "object": "an object",
     "null": "null",
 }
-_LONGEST_INTEGER = 19
-"""Largest number of digits of a whole number; a longer one becomes a float."""
 MOST_COLLECTIONS = 2_000_000
 """Most lists and objects that are read of one JSON text. A plan of 64 MB has about half a million; empty lists take 30
 times the memory of their text.
@@ -116,7 +115,7 @@ def parse_json(text: str, place: Location) -> Any:
     """
 
     def whole(digits: str) -> int | float:
-        return int(digits) if len(digits) <= _LONGEST_INTEGER else float(digits)
+        return int(digits) if len(digits) <= LONGEST_INTEGER else float(digits)
 
     if text.count("[") + text.count("{") > MOST_COLLECTIONS:
         raise MmpError(f"{place} has more than {MOST_COLLECTIONS:,} lists and objects, the most that are read")
@@ -131,8 +130,6 @@ def parse_json(text: str, place: Location) -> Any:
 
 def parse_yaml(text: str, place: Location) -> Any:
     """Returns the value of a YAML document, see `yaml_value`. Raises `MmpError`."""
-    from mmp_env.files.yaml_reading import yaml_value
-
     with named(place):
         return yaml_value(text, unique)
 

@@ -16,7 +16,7 @@ from mmp_env.errors import MmpError
 
 _MOST_LEVELS = 50
 """Deepest nesting that is read."""
-_LONGEST_INTEGER = 19
+LONGEST_INTEGER = 19
 """Largest number of digits of a whole number; a longer one becomes a float."""
 _TAGS = "tag:yaml.org,2002:"
 _WORDS = {
@@ -118,7 +118,7 @@ def _scalar(text: str) -> Any:
         return _WORDS[text]
     if _WHOLE.fullmatch(text):
         base = {"0o": 8, "0x": 16}.get(text[:2], 10)
-        if len(text) <= _LONGEST_INTEGER:
+        if len(text) <= LONGEST_INTEGER:
             return int(text, base)
         return float(text) if base == 10 else float("inf")
     return float(text) if _NUMBER.fullmatch(text) else text

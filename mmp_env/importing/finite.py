@@ -24,7 +24,7 @@ _UNIT = {"jnt_axis", "body_quat", "geom_quat", "site_quat", "mesh_quat"}
 _ROUNDING = 1e-6
 
 
-def require_finite(where: str, model: Any) -> None:
+def require_finite_model(where: str, model: Any) -> None:
     """Raises `MmpError` if a place, size, rotation or axis in a model is not finite, or larger than `LARGEST_M`.
 
     No other number may be NaN.

@@ -20,7 +20,7 @@ import numpy as np
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_file, is_folder, real_path, refusal
 from mmp_env.importing.compiled_source import SourceModel
-from mmp_env.importing.finite import require_finite
+from mmp_env.importing.finite import require_finite_model
 from mmp_env.importing.urdf import repair_inertia, urdf_facts, urdf_text
 from mmp_env.meshes.mesh_files import is_read_by_mujoco, read_mesh
 from mmp_env.mujoco_import import mujoco
@@ -260,7 +260,7 @@ def _compiled(path: Path, spec: Any) -> Any:
             model = spec.compile()
     except ValueError as error:
         raise MmpError(f"{path} is refused by MuJoCo: {one_line(error)}") from None
-    require_finite(str(path), model)
+    require_finite_model(str(path), model)
     return model
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mmp_env.argument_checks import as_numbers, given
 from mmp_env.errors import MmpError
-from mmp_env.importing.finite import require_finite
+from mmp_env.importing.finite import require_finite_model
 from mmp_env.importing.scene.arm_chain import PlacedArm, place_chain
 from mmp_env.importing.scene.constraints import refuse_constraints, refuse_shapes
 from mmp_env.importing.scene.contact_filter import colliding_geoms
@@ -51,7 +51,7 @@ def cell_from_mujoco(
     Raises:
         MmpError: for anything that a cell cannot represent, such as height fields, flexible bodies or closed loops.
     """
-    require_finite("the model", given("model", model, mujoco.MjModel, "a mujoco.MjModel"))
+    require_finite_model("the model", given("model", model, mujoco.MjModel, "a mujoco.MjModel"))
     tree, values = ModelTree(model), _configuration(model, qpos)
     found = find_arms(tree, arms)
     refuse_constraints(tree, found)

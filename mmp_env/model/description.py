@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mmp_env.argument_checks import require_finite
-from mmp_env.errors import MmpError
+from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.mjcf import refuse_mjcf
 from mmp_env.model.names import NAMES, is_name
 from mmp_env.wording import shown
@@ -26,6 +26,18 @@ _MOST_SPHERES, _MOST_HULLS, _MOST_VERTICES = 20_000, 5000, 200_000
 _LARGEST_M, _LARGEST = 100.0, 1e9
 """Largest coordinate [m], and largest number of any unit."""
 _LONGEST_TEXT = 1000
+_ROBOT_FIELDS = (
+    *("title", "reach", "links", "joints", "flange", "home", "tucked", "draw_limits", "default_tool", "ring_spheres"),
+    *("ring_height", "acceleration_published", "approximate_sets_mm", "protrusion_mm", "uncovered_mm"),
+    *("self_collision_ignore", "self_pairs_ignored", "self_pairs_tested", "hull_volumes_m3", "imported"),
+    *("fingerprints", "sources", "notes"),
+)
+_TOOL_FIELDS = (
+    *("title", "mount", "point", "opening", "mass", "state", "joint_values", "protrusion_mm", "uncovered_mm"),
+    *("self_collision_ignore", "self_pairs", "imported", "sources", "notes"),
+)
+_IMPORT_FIELDS = ("source", "sha256", "importer", "root", "tip", "held")
+_JOINT_FIELDS = ("name", "type", "origin", "axis", "lower", "upper", "velocity", "acceleration", "jerk", "effort")
 _REQUIRED_SETS = ("28", "fine")
 _ORIGIN = "origin"
 """Field of hulls.json that says where the hulls are from."""
@@ -65,6 +77,7 @@ def describe_robot(name: str, files: Mapping[str, str], where: str = "") -> Desc
     """
     out = _described(name, files, ROBOT_FILE, where)
     place = f"{where}{ROBOT_FILE}: "
+    _test_fields(out.data, _ROBOT_FIELDS, place)
     links = _test_robot(out.data, place)
     _test_spheres(out.spheres, links, f"{where}{SPHERES_FILE}: ")
     _test_ignored(out.data, lambda pair, at: _pair(pair, links, at), place)
@@ -77,6 +90,7 @@ def describe_tool(name: str, files: Mapping[str, str], where: str = "") -> Descr
     """Returns the description of a tool in the texts of tool.json and the other files, see `describe_robot`."""
     out = _described(name, files, TOOL_FILE, where)
     place = f"{where}{TOOL_FILE}: "
+    _test_fields(out.data, _TOOL_FIELDS, place)
     _pose(_member(out.data, "mount", place), f"{place}mount")
     _row(_member(out.data, "point", place), 3, f"{place}point", _LARGEST_M)
     if "opening" in out.data:
@@ -120,6 +134,14 @@ def _object(texts: Mapping[str, str], file: str, where: str) -> dict[str, Any] |
     if not isinstance(value, dict):
         raise MmpError(f"{where}{file} is {shown(value)}; it must be an object")
     return value
+
+
+def _test_fields(data: Mapping[str, Any], fields: Sequence[str], where: str) -> None:
+    _known(data, fields, where)
+    imported = data.get("imported", {})
+    if not isinstance(imported, dict):
+        raise MmpError(f"{where}imported is {shown(imported)}; it must be an object")
+    _known(imported, _IMPORT_FIELDS, f"{where}imported: ")
 
 
 def _test_finite(described: Description, where: str, main: str) -> None:
@@ -174,6 +196,7 @@ def _test_robot(data: Mapping[str, Any], where: str) -> list[str]:
 
 def _test_joint(joint: Any, where: str) -> None:
     _text(_member(joint, "name", f"{where}."), f"{where}.name")
+    _known(joint, _JOINT_FIELDS, f"{where}: ")
     if joint.get("type", "hinge") not in ("hinge", "slide"):
         raise MmpError(f"{where}.type is {shown(joint['type'])}; it must be hinge or slide")
     _pose(_member(joint, "origin", f"{where}."), f"{where}.origin")
@@ -256,6 +279,7 @@ def _test_hulls(data: Mapping[str, Any] | None, links: Sequence[str], where: str
         for k, piece in enumerate(_list(pieces, f"{where}{link}")):
             at = f"{where}{link}[{k}]."
             points = _list(_member(piece, "vertices", at), f"{at}vertices")
+            _known(piece, ("vertices", "radius"), f"{at[:-1]}: ")
             if not points:
                 raise MmpError(f"{at}vertices is empty; a hull needs at least one")
             for j, point in enumerate(points):
@@ -276,6 +300,13 @@ def _member(data: Any, key: str, where: str) -> Any:
     if key not in data:
         raise MmpError(f"{where}{key} is missing")
     return data[key]
+
+
+def _known(data: Mapping[str, Any], fields: Sequence[str], where: str) -> None:
+    """Refuses a field that nobody reads, so that a misspelled one does not become its default."""
+    for key in data:
+        if key not in fields:
+            raise MmpError(f"{where}{UnknownNameError('field', shown(key)[1:-1], fields)}")
 
 
 def _list(value: Any, where: str, count: int | None = None) -> list[Any]:
@@ -309,3 +340,4 @@ def _text(value: Any, where: str) -> None:
 def _pose(value: Any, where: str) -> None:
     _row(_member(value, "xyz", f"{where}."), 3, f"{where}.xyz", _LARGEST_M)
     _row(_member(value, "rpy", f"{where}."), 3, f"{where}.rpy")
+    _known(value, ("xyz", "rpy"), f"{where}: ")

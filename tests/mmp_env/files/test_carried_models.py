@@ -131,6 +131,17 @@ FAULTS = {
     "text for numbers": (set_at("robot.json", "text"), "robot.json is 'text'; it must be an object"),
     "a number for MJCF": (set_at("arm.xml", 3), "arm.xml is 3; it must be text"),
     "nan": (set_at("robot.json", "joints", 1, "lower", float("nan")), "robot.json: joints[1].lower is nan"),
+    "misspelled field": (
+        set_at("robot.json", "ring_sphere", "fine"),
+        "robot.json: unknown field 'ring_sphere'. Did you mean 'ring_spheres'?",
+    ),
+    "misspelled field of a joint": (
+        set_at("robot.json", "joints", 1, "typ", "slide"),
+        "robot.json: joints[1]: unknown field 'typ'. Did you mean 'type'?",
+    ),
+    "field of no import": (set_at("robot.json", "imported", "tips", 0), "robot.json: imported: unknown field 'tips'"),
+    "field of no pose": (set_at("robot.json", "flange", "quat", 0), "robot.json: flange: unknown field 'quat'"),
+    "field of no hull": (set_at("hulls.json", "fore", 0, "edges", 0), "hulls.json: fore[0]: unknown field 'edges'"),
     "huge": (set_at("robot.json", "home", 0, 10**400), "robot.json: home[0] is a number of 401 digits"),
     "home beyond a limit": (set_at("robot.json", "home", 0, 9.0), "home[0] is 9.0; joint 'turn' goes from"),
     "truth": (set_at("robot.json", "joints", 0, "effort", True), "joints[0].effort is true"),

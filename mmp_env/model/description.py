@@ -303,7 +303,7 @@ def _member(data: Any, key: str, where: str) -> Any:
 
 
 def _known(data: Mapping[str, Any], fields: Sequence[str], where: str) -> None:
-    """Refuses a field that nobody reads, so that a misspelled one does not become its default."""
+    """Raises `MmpError` for an unknown field. A misspelled one would otherwise have its default."""
     for key in data:
         if key not in fields:
             raise MmpError(f"{where}{UnknownNameError('field', shown(key)[1:-1], fields)}")

@@ -126,7 +126,10 @@ LINES: dict[str, dict[str, list[list[str]]]] = {
         "checker": [["attack_checker.py"]],
         "fuzz": [["fuzz.sh", "--minutes", "45", "--core-share", "0.03"]],
         "sanitizers": [["sanitize.sh"]],
-        "faults": [["faults.sh", "--most", "3"]],
+        "faults": [
+            ["faults.sh", "--most", "3"],
+            ["faults.sh", "--figure", "faults_of_all_calls", "plan", "json", "bench", "report", "csv", "run"],
+        ],
         "wheel": [["wheel.sh", "--cold"], ["wheel.sh", "--warm"]],
     },
 }

@@ -57,6 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         "--most", type=int, help="points of a command and kind; default: all of them, and 40 allocations"
     )
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="runs at once")
+    parser.add_argument("--figure", default="faults_handled", metavar="NAME", help="name of the printed figure")
     args = parser.parse_args(argv)
     found, count, points_total = [], Counter[str](), 0
     with tempfile.TemporaryDirectory(prefix="faults-") as home, ThreadPoolExecutor(args.workers) as pool:
@@ -83,7 +84,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     from figure import print_figure  # of scripts/, which the tests of this module do not need
 
     total = sum(count.values())
-    print_figure("faults_handled", total - len(found), f"of {total}", points_total=points_total, **count)
+    print_figure(args.figure, total - len(found), f"of {total}", points_total=points_total, **count)
     return bool(found)
 
 

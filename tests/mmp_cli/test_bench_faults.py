@@ -1,8 +1,10 @@
 """A faulty planner costs one line of status `error` that says what the planner did. The other units run."""
 
 import contextlib
+import errno
 import json
 import multiprocessing
+import os
 import subprocess
 
 import pytest
@@ -186,6 +188,16 @@ def test_without_any_worker_nothing_is_written(tmp_path, monkeypatch):
     assert (code.code, code.out, code.err.count("\n")) == (2, "", 1)
     assert code.err.startswith("mmp: a worker process does not start: ")
     assert not out.exists()
+
+
+def test_a_log_of_a_worker_that_cannot_be_emptied_costs_no_unit(tmp_path, monkeypatch):
+    def fail(*_):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(os, "ftruncate", fail)
+    source, out = bench_runs.many_instances(tmp_path, 2), tmp_path / "out"
+    assert bench_runs.bench(tmp_path, source, "--planners", "quick", "--workers", 1, "--out", out).code == 0
+    assert [line["status"] for line in bench_runs.lines(out)] == ["solved", "solved"]
 
 
 def test_a_late_answer_to_an_earlier_task_is_ignored(monkeypatch):

@@ -113,7 +113,7 @@ class WorkerSlot:
         self._connection = Connection(ours.detach())
         self._messages = PipeReader(self._connection.fileno())
         program = _PROGRAM.format(path=sys.path, fd=theirs.fileno(), parent=os.getpid(), core=self._core.number)
-        self._log.truncate(0)
+        self._empty_log()
         with theirs:
             # A process group of its own: only this process handles Ctrl-C, and the whole group can be ended.
             self._process = subprocess.Popen(
@@ -135,12 +135,16 @@ class WorkerSlot:
         self._phase, self._until = phase, time.monotonic() + allowed[phase]
 
     def _done(self, answer: Any) -> Answer:
-        # The worker shares the descriptor: the output of its next unit starts at the beginning again.
-        os.lseek(self._log.fileno(), 0, os.SEEK_SET)
-        os.ftruncate(self._log.fileno(), 0)
+        self._empty_log()
         if self._memory_mb() > self._job.memory_limit_mb / 2:
             self._kill()  # the memory of this unit must not count for the next one
         return answer
+
+    def _empty_log(self) -> None:
+        # The worker shares the descriptor: the output of its next unit starts at the beginning again.
+        with contextlib.suppress(OSError):  # earlier output may stay: only its end is read
+            os.lseek(self._log.fileno(), 0, os.SEEK_SET)
+            os.ftruncate(self._log.fileno(), 0)
 
     def _exceeded_limit(self) -> str | None:
         """Returns which limit the worker exceeds, or None."""

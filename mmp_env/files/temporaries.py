@@ -1,4 +1,4 @@
-"""Temporary files and folders beside a target. None is left when the program ends."""
+"""Temporary files and folders. None is left when the program ends."""
 
 from __future__ import annotations
 
@@ -7,8 +7,12 @@ import contextlib
 import os
 import secrets
 import shutil
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
+
+from mmp_env.errors import MmpError
 
 PREFIX = ".mmp-"
 """Beginning of the name of every temporary file."""
@@ -26,6 +30,15 @@ def beside(target: Path) -> Iterator[Path]:
     finally:
         if path in _THERE:
             _remove(path)
+
+
+def unnamed_file() -> IO[bytes]:
+    """Returns an empty file without a name, such as for the output of another process. Raises `MmpError`."""
+    try:
+        return tempfile.TemporaryFile()
+    except OSError as error:
+        advice = "the variable TMPDIR names the folder for such files"
+        raise MmpError(f"a temporary file cannot be made: {error.strerror}; {advice}") from None
 
 
 def keep(path: Path) -> None:

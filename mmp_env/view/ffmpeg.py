@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import shutil
 import subprocess
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import final
@@ -14,6 +13,7 @@ import numpy as np
 from jaxtyping import UInt8
 
 from mmp_env.errors import MmpError
+from mmp_env.files.temporaries import unnamed_file
 from mmp_env.view.animation import Encoder
 
 _QUALITY = "20"
@@ -43,7 +43,7 @@ class Mp4Encoder(Encoder):
 
     def __init__(self, path: Path, width: int, height: int, fps: float) -> None:
         self._fps, self._last = fps, b""
-        self._log = tempfile.TemporaryFile()  # noqa: SIM115  closed with the context
+        self._log = unnamed_file()  # closed with the context
         frames = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "pipe:"]
         video = ["-c:v", "libx264", "-preset", "medium", "-crf", _QUALITY, "-pix_fmt", "yuv420p"]
         # Players guess the colours of a film that does not name its colour space.

@@ -6,6 +6,7 @@ import json
 import multiprocessing
 import os
 import subprocess
+import tempfile
 
 import pytest
 from support import bench_runs
@@ -198,6 +199,17 @@ def test_a_log_of_a_worker_that_cannot_be_emptied_costs_no_unit(tmp_path, monkey
     source, out = bench_runs.many_instances(tmp_path, 2), tmp_path / "out"
     assert bench_runs.bench(tmp_path, source, "--planners", "quick", "--workers", 1, "--out", out).code == 0
     assert [line["status"] for line in bench_runs.lines(out)] == ["solved", "solved"]
+
+
+def test_without_room_for_a_log_nothing_is_run(tmp_path, monkeypatch):
+    def fail(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(tempfile, "TemporaryFile", fail)
+    source, out = bench_runs.many_instances(tmp_path, 1), tmp_path / "out"
+    code = bench_runs.bench(tmp_path, source, "--planners", "quick", "--workers", 1, "--out", out)
+    assert (code.code, code.out, out.exists()) == (2, "", False)
+    assert code.err.startswith("mmp: a temporary file cannot be made: No space left on device; ")
 
 
 def test_a_late_answer_to_an_earlier_task_is_ignored(monkeypatch):

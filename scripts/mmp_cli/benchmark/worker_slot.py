@@ -10,7 +10,6 @@ import signal
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -22,6 +21,7 @@ from mmp_cli.benchmark.worker import ONE_THREAD, READY
 from mmp_cli.machine import machine
 from mmp_cli.pipe_reader import PipeReader
 from mmp_cli.process_status import how_it_ended, memory_mb
+from mmp_env.files.temporaries import unnamed_file
 
 TICK_S = 0.05
 """Time between two looks at a worker [s]."""
@@ -47,8 +47,8 @@ class WorkerSlot:
     """
 
     def __init__(self, job: Job) -> None:
+        self._log = unnamed_file()  # the output of planners; its end says why a worker crashed
         self._job, self._core = job, Core()
-        self._log = tempfile.TemporaryFile()  # noqa: SIM115  the output of planners; its end says why a worker crashed
         self._process: subprocess.Popen | None = None
         self._ready, self._starts = False, 0
         self._number, self._task = 0, None

@@ -152,9 +152,13 @@ def test_a_folder_that_can_be_neither_replaced_nor_moved_back_is_kept(tmp_path, 
 
 @pytest.mark.parametrize(
     "error",
-    [mujoco.FatalError("Could not allocate memory"), ValueError("Error: engine error: Could not allocate memory")],
+    [
+        mujoco.FatalError("Could not allocate memory"),
+        ValueError("Error: engine error: Could not allocate memory"),
+        OSError("codec configuration error when writing image file"),
+    ],
 )
-def test_too_little_memory_for_mujoco_is_a_sentence(error, monkeypatch, capsys):
+def test_too_little_memory_is_a_sentence(error, monkeypatch, capsys):
     def no_memory(_):
         raise error
 

@@ -250,7 +250,7 @@ def _compile(cell: CheckedCell, *, hulls: bool) -> tuple[mujoco.MjModel, dict[st
     try:
         return spec.compile(), meshes
     except ValueError as error:
-        raise UnreadableError(f"MuJoCo does not take the cell: {error}") from None
+        raise _refused("the cell", error) from None
 
 
 def _stand(spec: mujoco.MjSpec, solid: Solid) -> dict[str, GrownMesh]:
@@ -277,11 +277,19 @@ def _hold(spec: mujoco.MjSpec, arm: CheckedArm, held: Solid) -> None:
     body.add_geom(type=_GEOMS[held.shape], size=held.size, pos=held.position, quat=held.quaternion)
 
 
+def _refused(what: str, error: ValueError) -> UnreadableError | MemoryError:
+    """Returns why MuJoCo does not take a model. Too little memory is no fault of the model."""
+    reason = " ".join(str(error).split())
+    if "could not allocate" in reason.lower():  # MuJoCo has no class for it
+        return MemoryError("MuJoCo got no memory")
+    return UnreadableError(f"MuJoCo does not take {what}: {reason}")
+
+
 def _mjcf(model: CheckedModel) -> mujoco.MjSpec:
     try:
         spec = mujoco.MjSpec.from_string(model.mjcf)
     except ValueError as error:
-        raise UnreadableError(f"MuJoCo does not take {model.name}.xml: {' '.join(str(error).split())}") from None
+        raise _refused(f"{model.name}.xml", error) from None
     _test_names(spec, model)
     for key in list(spec.keys):  # of one robot alone: too short for a cell
         spec.delete(key)

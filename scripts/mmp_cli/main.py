@@ -79,9 +79,14 @@ def run_script(script: Callable[[], int | None]) -> NoReturn:
 
 
 def _is_out_of_memory(error: Exception) -> bool:
-    """Returns True also for the errors of MuJoCo, which have no class for it. MuJoCo is not imported: that is slow."""
+    """Returns True also for the errors of MuJoCo and Pillow, which have no class for it.
+
+    They are not imported: that is slow.
+    """
     if isinstance(error, MemoryError):
         return True
+    if isinstance(error, OSError):  # Pillow says this if zlib gets no memory
+        return "codec configuration error" in str(error)
     return type(error).__name__ in ("FatalError", "ValueError") and "could not allocate" in str(error).lower()
 
 

@@ -28,6 +28,7 @@ PLANNING, CHECKING = "planning", "checking"
 """Phases that a worker reports; before the first one it prepares."""
 LATE_SHARE, LATE_LEAST_S = 0.1, 1.0
 """Largest delay of a plan behind the time limit, as a share and at least [s]; a later plan is a timeout."""
+NO_MEMORY = "there is not enough memory"
 
 
 class Trials:
@@ -78,6 +79,8 @@ class Trials:
             return result
         except MmpError as error:
             return Result(line=line_of(self._job, unit, out, in_words(error)))
+        except MemoryError:
+            return Result(line=line_of(self._job, unit, out, NO_MEMORY))
         except BaseException as error:
             return Result(line=line_of(self._job, unit, out, f"in the benchmark itself: {in_words(error)}"))
 

@@ -2,6 +2,7 @@
 
 import json
 
+import mujoco
 import numpy as np
 import pytest
 from support import tiny_plans
@@ -30,6 +31,18 @@ def test_a_good_plan_is_valid_and_its_clearance_is_proved(exact):
     assert report.spheres == ("geoms" if exact else "28")
     assert " and " in report.where
     assert "mm" in str(report)
+
+
+def test_too_little_memory_is_no_violation(monkeypatch):
+    class Starved(mujoco.MjSpec):
+        def compile(self):
+            raise ValueError("Error: engine error: Could not allocate memory")
+
+    plan = tiny_plans.two_apart()
+    plan["problem"]["cell"]["arms"][0]["position"][2] += 0.0123  # no other test compiles this cell
+    monkeypatch.setattr(mujoco, "MjSpec", Starved)
+    with pytest.raises(MemoryError, match="MuJoCo got no memory"):
+        check_plan(plan)
 
 
 def test_a_report_of_a_valid_plan_is_true():

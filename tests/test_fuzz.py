@@ -89,6 +89,25 @@ NONSENSE = {
     "limits.urdf": '<robot><joint name="j"><limit lower="1" upper="-1"/></joint></robot>',
     "nan.xml": '<mujoco><body pos="0 nan 0"/></mujoco>',
     "half.urdf": "<robot>",
+    "nan.obj": "v 0 nan 0",
+    "a field of a cell.json": '{"arms": [], "obstaclesx": []}',
+    "a field of an arm.yaml": "arms: [{name: a, positionx: [0, 0, 0]}]",
+    "a field of a held object.json": '{"arms": [{"name": "a", "held": {"sizex": [1, 1, 1]}}]}',
+    "a field of a carried robot.json": '{"arms": [], "robots": {"r": {"robot.json": {"homex": []}}}}',
+    "a field of an instance.json": '{"schema": "mmp-instances/1", "instances": [{"keepx": {}}]}',
+    "an unknown arm.json": '{"schema": "mmp-jobs/1", "cell": {"arms": [{"name": "a"}]}, "start": {"b": [0]}}',
+    "a field of margins.json": '{"schema": "mmp-plan/1", "problem": {"margins": {"armsx": 1}}}',
+    "a field of a plan in an episode.json": '{"schema": "mmp-episode/1", "plans": [{"timesx": []}]}',
+    "a field of a step.json": '{"schema": "mmp-jobs/1", "jobs": [{"steps": [{"movex": "home"}]}]}',
+    "a field of an event.json": '{"schema": "mmp-schedule/1", "events": [{"untilx": 1}]}',
+    "a field of a benchmark.json": '{"schema": "mmp-bench/1", "countx": 1}',
+    "a field of a dataset.json": '{"schema": "mmp-dataset/1", "settings": {"seedx": 1}}',
+    "robot/robot.json": '{"joints": [{"lowerx": 1}]}',
+    "robot/tool.json": '{"openingx": 1}',
+    "robot/spheres.json": '{"29": {}}',
+    "robot/hulls.json": '{"link": [{"radiusx": 1}]}',
+    "goal.json": '{"left": {"posex": {}}}',
+    "results.jsonl": '{"cost_radx": 1}\n',
 }
 
 
@@ -97,12 +116,38 @@ def test_the_validator_knows_nonsense(name):
     assert validator.file_nonsense(name, NONSENSE[name].encode())
 
 
-@pytest.mark.parametrize(
-    "line", ["--margin -1", "--margin arms=0", "--seed 0.5", "--count 0", "--time-limit nan", "--rate x"]
+def test_the_validator_takes_the_good_files_and_free_fields():
+    free = {"free.json": b'{"schema": "mmp-plan/1", "planner": {"x": 1}, "stats": {"y": {"z": 1}}}'}
+    for name, content in (samples.contents() | free).items():
+        assert validator.file_nonsense(name, content) == [], name
+
+
+BAD_OPTIONS = (
+    *("--margin -1", "--margin arms=0", "--seed 0.5", "--count 0", "--time-limit nan", "--rate x", "--tolerance 0"),
+    *("--set w=-1", "--set w=0.9", "--set w=nan", "--set tight.w=0", "--set shortcuts=-1", "--set shortcuts=0.3"),
+    *("--set dt=0", "--set dt=inf", "--set waits=x", "--set trace=7", "--set step=-1", "--set unknown=1"),
+    *("--start nan", "--start left=nan", "--start left=[NaN]", "--start stay", "--start 1", "--goal left=hom"),
+    *('--goal left={"posex":1}', '--goal {"left":{"anyx":[]}}', '--keep left={"uprightx":1}', "--keep left=1"),
+    *("--format x", "--control-mode x", "--planner x", "--robot x", "--task x"),
 )
+
+
+@pytest.mark.parametrize("line", BAD_OPTIONS)
 def test_the_validator_knows_options(line):
     assert validator.option_nonsense(["plan", *line.split()])
-    assert not validator.option_nonsense(["plan", "--margin", "arms=0.01,self=1e-3", "--seed", "0", "--count", "1"])
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "--margin arms=0.01,self=1e-3 --seed 0 --count 1 --time-limit inf --planner ecbs --robot panda --format npz",
+        "--set w=1 --set tight.step=0.1 --set step=gradient --set trace=on --set shorten=0 --set dt=1e-3",
+        '--start left=[0,1] --start home --goal stay --goal left={"any":["home",{"pose":{"free":"z"}}]} --goal @x',
+        '--keep left={"upright":{"axis":[0,0,1],"within":1}} --keep {"left":{"upright":{"within":1}}} --keep @x',
+    ],
+)
+def test_the_validator_takes_good_options(line):
+    assert validator.option_nonsense(["plan", *line.split()]) == []
 
 
 def test_the_same_seed_gives_the_same_inputs_and_most_differ():

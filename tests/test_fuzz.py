@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+from fuzz import __main__ as fuzzer
 from fuzz import changes, core_arrays, inputs, planted_faults, samples, validator
 from fuzz.process import Worker
 from support import core_calls
@@ -185,3 +186,25 @@ def test_the_options_of_all_commands_but_show_are_tried(capsys):
         printed = set(re.findall(r"^  (?:-\w, )?(--[\w-]+)", help_of(command, capsys), re.MULTILINE))
         drawn = {changes.changed_line(list(command), random.Random(k))[len(command)] for k in range(500)}
         assert drawn == printed - set(changes.LEFT_OUT), command
+
+
+def test_a_run_has_another_seed_each_time_and_prints_it_first(monkeypatch, capsys):
+    printed = []
+    for clock in (7.0, 8.0):
+        monkeypatch.setattr(fuzzer.time, "time", lambda clock=clock: clock)
+        monkeypatch.setattr("sys.argv", ["fuzz", "--minutes", "0", "--workers", "1"])
+        assert fuzzer.main() == 0
+        lines = capsys.readouterr().out.splitlines()
+        printed += [lines[0].split()[1], json.loads(lines[-1])["seed"]]
+    assert printed == ["7", 7, "8", 8]
+
+
+def test_only_exit_code_0_counts_as_accepted(capsys, monkeypatch):
+    codes = iter([0, 0, 1, 2, 2, 2, None])
+    monkeypatch.setattr(fuzzer.inputs, "tried", lambda given, worker: (next(codes), []))
+    tested = fuzzer.Fuzzing(fuzzer.Settings(0, 0.0, Path(), 1.0, 0.0), {})
+    for _ in range(7):
+        tested._try(None, given("cell"), "")
+    fuzzer.print_summary(tested, "x", 0)
+    figure = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert [figure[key] for key in ("value", "accepted", "exit_1", "exit_2")] == [7, 2, 1, 3]

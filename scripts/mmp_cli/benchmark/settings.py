@@ -11,7 +11,7 @@ from typing import Any
 from mmp_cli.benchmark.job import Job
 from mmp_cli.benchmark.sources import Drawn
 from mmp_cli.machine import version
-from mmp_env.errors import MmpError
+from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.paths import exists
 from mmp_env.files.reading import Location, check_schema, read_document
 from mmp_env.files.writing import json_text, plain, write_text
@@ -21,6 +21,8 @@ SETTINGS = "settings.json"
 SCHEMA = "mmp-bench/1"
 _GROWING = ("sources", "planners", "count")
 """Settings that a later start may enlarge."""
+_PLANNER = ("label", "name", "options")
+"""Fields of a planner."""
 
 
 def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
@@ -68,8 +70,12 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
     """Returns the settings of a folder together with those of another start, which may add sources, planners and count.
 
     Raises:
-        MmpError: names the settings that differ, if results of both starts cannot be compared.
+        MmpError: names an unknown field, or the settings that differ, if results of both starts cannot be compared.
     """
+    for names, known in [(there, here), *((planner, _PLANNER) for planner in _objects(there.get("planners")))]:
+        for name in names:
+            if name not in known:
+                raise MmpError(f"{folder / SETTINGS}: {UnknownNameError('field', shown(name)[1:-1], known)}")
     differences = [*_changed_sources(there, here), *_changed_planners(there, here)]
     for key in here:
         no_task = key == "task" and None in (there.get(key), here[key])  # no instance is drawn on one of the sides

@@ -23,7 +23,7 @@ from mmp_env.model.arm import LARGEST_M
 from mmp_env.model.margins import asked_margins
 
 
-class Variant(msgspec.Struct, frozen=True, kw_only=True):
+class Variant(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """A planner of a benchmark: label, registered name and options."""
 
     label: str
@@ -31,7 +31,7 @@ class Variant(msgspec.Struct, frozen=True, kw_only=True):
     options: dict[str, Any] = msgspec.field(default_factory=dict)
 
 
-class Settings(msgspec.Struct, frozen=True, kw_only=True):
+class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Settings of a benchmark. No `time_limit_s` means no limit; no `count` means all of a file, or 50 drawn ones."""
 
     schema: str

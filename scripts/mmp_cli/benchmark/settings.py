@@ -8,12 +8,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from mmp_cli.benchmark.job import Job
 from mmp_cli.benchmark.sources import Drawn
 from mmp_cli.machine import version
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.paths import exists
-from mmp_env.files.reading import Location, check_schema, read_document
+from mmp_env.files.reading import Location, check_schema, decode, read_document
 from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.wording import shown
 
@@ -21,8 +23,14 @@ SETTINGS = "settings.json"
 SCHEMA = "mmp-bench/1"
 _GROWING = ("sources", "planners", "count")
 """Settings that a later start may enlarge."""
-_PLANNER = ("label", "name", "options")
-"""Fields of a planner."""
+
+
+class Variant(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A planner of a benchmark: label, registered name and options."""
+
+    label: str
+    name: str
+    options: dict[str, Any] = msgspec.field(default_factory=dict)
 
 
 def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
@@ -57,7 +65,10 @@ def load_settings(folder: Path) -> dict[str, Any] | None:
     if not exists(path):
         return None
     data = read_document(path)
-    check_schema(data, SCHEMA, Location(str(path)))
+    place = Location(str(path))
+    check_schema(data, SCHEMA, place)
+    for k, planner in enumerate(_objects(data.get("planners"))):
+        decode(planner, Variant, place / "planners" / k)
     return data
 
 
@@ -72,10 +83,9 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
     Raises:
         MmpError: names an unknown field, or the settings that differ, if results of both starts cannot be compared.
     """
-    for names, known in [(there, here), *((planner, _PLANNER) for planner in _objects(there.get("planners")))]:
-        for name in names:
-            if name not in known:
-                raise MmpError(f"{folder / SETTINGS}: {UnknownNameError('field', shown(name)[1:-1], known)}")
+    for name in there:
+        if name not in here:
+            raise MmpError(f"{folder / SETTINGS}: {UnknownNameError('field', shown(name)[1:-1], here)}")
     differences = [*_changed_sources(there, here), *_changed_planners(there, here)]
     for key in here:
         no_task = key == "task" and None in (there.get(key), here[key])  # no instance is drawn on one of the sides

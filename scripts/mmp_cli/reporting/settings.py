@@ -6,14 +6,13 @@ import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
 from mmp_cli.arguments import LARGEST_SEED
 from mmp_cli.benchmark.job import MOST_UNITS
 from mmp_cli.benchmark.result_line import LARGEST, Line
-from mmp_cli.benchmark.settings import SCHEMA, SETTINGS
+from mmp_cli.benchmark.settings import SCHEMA, SETTINGS, Variant
 from mmp_cli.benchmark.sources import DRAWN_COUNT
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, real_path
@@ -21,14 +20,6 @@ from mmp_env.files.reading import Location, check_schema, decode, named, names_f
 from mmp_env.gym.instances import DEFAULT_TASK
 from mmp_env.model.arm import LARGEST_M
 from mmp_env.model.margins import asked_margins
-
-
-class Variant(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """A planner of a benchmark: label, registered name and options."""
-
-    label: str
-    name: str
-    options: dict[str, Any] = msgspec.field(default_factory=dict)
 
 
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):

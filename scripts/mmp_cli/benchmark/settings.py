@@ -10,13 +10,17 @@ from typing import Any
 
 import msgspec
 
-from mmp_cli.benchmark.job import Job
-from mmp_cli.benchmark.sources import Drawn
+from mmp_cli.arguments import LARGEST_SEED
+from mmp_cli.benchmark.job import MOST_UNITS, Job
+from mmp_cli.benchmark.result_line import LARGEST
+from mmp_cli.benchmark.sources import DRAWN_COUNT, Drawn
 from mmp_cli.machine import version
-from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists
-from mmp_env.files.reading import Location, check_schema, decode, read_document
+from mmp_env.files.reading import Location, check_schema, decode, named, read_document
 from mmp_env.files.writing import json_text, plain, write_text
+from mmp_env.model.arm import LARGEST_M
+from mmp_env.model.margins import asked_margins
 from mmp_env.wording import shown
 
 SETTINGS = "settings.json"
@@ -31,6 +35,25 @@ class Variant(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=T
     label: str
     name: str
     options: dict[str, Any] = msgspec.field(default_factory=dict)
+
+
+class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Settings of a benchmark. No `time_limit_s` means no limit; no `count` means all of a file, or 50 drawn ones."""
+
+    schema: str
+    sources: list[str]
+    planners: list[Variant]
+    digests: list[str] = []
+    count: int | None = None
+    seed: int = 0
+    time_limit_s: float | None = None
+    robot: str | None = None
+    task: str | None = None
+    margin: float | dict[str, float] | None = None
+    exact: bool = False
+    memory_limit_mb: int | None = None
+    save_plans: bool = False
+    version: str | None = None
 
 
 def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
@@ -67,9 +90,30 @@ def load_settings(folder: Path) -> dict[str, Any] | None:
     data = read_document(path)
     place = Location(str(path))
     check_schema(data, SCHEMA, place)
-    for k, planner in enumerate(_objects(data.get("planners"))):
-        decode(planner, Variant, place / "planners" / k)
+    _check(decode(data, Settings, place), place)
     return data
+
+
+def _check(settings: Settings, place: Location) -> None:
+    """Raises `MmpError` for numbers that no benchmark can have."""
+    with named(place):
+        asked = asked_margins(settings.margin)
+    bounds = {
+        "count": (settings.count, 1, MOST_UNITS),
+        "seed": (settings.seed, 0, LARGEST_SEED),
+        "time_limit_s": (settings.time_limit_s, 0, LARGEST),
+        **{f"margin.{kind}": (metres, 0, LARGEST_M) for kind, metres in asked.items()},
+        "memory_limit_mb": (settings.memory_limit_mb, 1, LARGEST),
+    }
+    for name, (value, least, most) in bounds.items():
+        if value is not None and not least <= value <= most:
+            raise (place / name).wrong(value, f"a number from {least} to {most:g}")
+    for name, most in (("sources", 1000), ("planners", 1000), ("digests", 1000)):
+        if (count := len(getattr(settings, name))) > most:
+            raise MmpError(f"{place / name} has {count} entries; it must have at most {most}")
+    units = (settings.count or DRAWN_COUNT) * len(settings.sources) * len(settings.planners)
+    if units > MOST_UNITS:
+        raise MmpError(f"{place / 'count'} makes {units} units; a benchmark has at most {MOST_UNITS}")
 
 
 def save_settings(settings: Mapping[str, Any], folder: Path) -> None:
@@ -81,11 +125,8 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
     """Returns the settings of a folder together with those of another start, which may add sources, planners and count.
 
     Raises:
-        MmpError: names an unknown field, or the settings that differ, if results of both starts cannot be compared.
+        MmpError: names the settings that differ, if results of both starts cannot be compared.
     """
-    for name in there:
-        if name not in here:
-            raise MmpError(f"{folder / SETTINGS}: {UnknownNameError('field', shown(name)[1:-1], here)}")
     differences = [*_changed_sources(there, here), *_changed_planners(there, here)]
     for key in here:
         no_task = key == "task" and None in (there.get(key), here[key])  # no instance is drawn on one of the sides

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -148,6 +148,36 @@ def _test_fields(data: Mapping[str, Any], fields: Sequence[str], where: str) -> 
         _known(data.get(key, {}), known, f"{where}{key}: ")
     for k, pair in enumerate(_list(data.get("self_pairs_ignored", []), f"{where}self_pairs_ignored")):
         _known(pair, _PAIR_FIELDS, f"{where}self_pairs_ignored[{k}]: ")
+        _test_values(pair, _text, f"{where}self_pairs_ignored[{k}].")
+    _test_told(data, where)
+
+
+def _test_told(data: Mapping[str, Any], where: str) -> None:
+    """Tests the kinds of values that are only for readers."""
+    imported = data.get("imported", {})
+    _number(imported.get("importer", 0), f"{where}imported.importer")
+    for k, link in enumerate(_list(imported.get("held", []), f"{where}imported.held")):
+        _text(link, f"{where}imported.held[{k}]")
+    for key in ("source", "sha256", "root", "tip"):
+        _text(imported.get(key, ""), f"{where}imported.{key}")
+    for key in ("title", "state", "self_pairs"):
+        if key in data:
+            _text(data[key], f"{where}{key}")
+    if "mass" in data:
+        _number(data["mass"], f"{where}mass")
+    for key in ("approximate_sets_mm", "hull_volumes_m3", "joint_values"):
+        _test_values(data.get(key, {}), _number, f"{where}{key}.")
+    _test_values(data.get("fingerprints", {}), _text, f"{where}fingerprints.")
+    for k, pair in enumerate(_list(data.get("self_pairs_tested", []), f"{where}self_pairs_tested")):
+        for link in _list(pair, f"{where}self_pairs_tested[{k}]", 2):
+            _text(link, f"{where}self_pairs_tested[{k}]")
+
+
+def _test_values(data: Any, test: Callable[[Any, str], object], where: str) -> None:
+    if not isinstance(data, dict):
+        raise MmpError(f"{where.rstrip('.')} is {shown(data)}; it must be an object")
+    for key, value in data.items():
+        test(value, f"{where}{key}")
 
 
 def _test_finite(described: Description, where: str, main: str) -> None:

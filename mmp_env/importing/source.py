@@ -22,7 +22,7 @@ from mmp_env.files.paths import exists, is_file, is_folder, real_path, refusal
 from mmp_env.importing.compiled_source import SourceModel
 from mmp_env.importing.finite import require_finite_model
 from mmp_env.importing.urdf import repair_inertia, urdf_facts, urdf_text
-from mmp_env.meshes.mesh_files import is_read_by_mujoco, read_mesh
+from mmp_env.meshes.mesh_files import is_read_by_mujoco, read_mesh, refuse_words
 from mmp_env.mujoco_import import mujoco
 
 MOST_GEOMS = 1000
@@ -112,6 +112,13 @@ def _text(path: Path) -> bytes:
     try:
         if path.stat().st_size > _MOST_BYTES:
             raise MmpError(f"{path} has more than {_MOST_BYTES >> 20} MB; a robot description is text without meshes")
+    except OSError as error:
+        raise refusal(path, "read", error) from None
+    return _content(path)
+
+
+def _content(path: Path) -> bytes:
+    try:
         return path.read_bytes()
     except OSError as error:
         raise refusal(path, "read", error) from None
@@ -231,6 +238,8 @@ def _prepare_meshes(path: Path, spec: Any) -> list[Path]:
             raise MmpError(f"{path} names the mesh file {file}, which does not exist")
         files.append(file)
         mesh.file = str(file)
+        if file.suffix.lower() == ".obj":
+            refuse_words(file, _content(file))
         if not is_read_by_mujoco(file):
             vertices, faces = read_mesh(file)
             mesh.file = ""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import io
+import math
 import warnings
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from mmp_env.errors import MmpError
+from mmp_env.wording import shown
 
 MOST_TRIANGLES = 2_000_000
 """Largest number of triangles of a mesh."""
@@ -22,6 +24,24 @@ _MUJOCO_SUFFIXES = (".stl", ".obj", ".msh")
 def is_read_by_mujoco(path: Path) -> bool:
     """Returns whether MuJoCo reads mesh files of this suffix."""
     return path.suffix.lower() in _MUJOCO_SUFFIXES
+
+
+def refuse_words(path: Path, content: bytes) -> None:
+    """Raises `MmpError` for a vertex of an OBJ file that is not three finite numbers. MuJoCo reads words as 0."""
+    for number, row in enumerate(content.splitlines(), 1):
+        words = row.split()
+        if words[:1] == [b"v"] and not (len(words) >= 4 and all(map(_is_number, words[1:4]))):
+            raise MmpError(
+                f"mesh file {path} line {number}: {shown(row.decode(errors='replace'))} is no vertex;"
+                " it must have three finite numbers"
+            )
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        return math.isfinite(float(word))
+    except ValueError:
+        return False
 
 
 def require(module: str) -> Any:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,7 +38,9 @@ _TOOL_FIELDS = (
 )
 _IMPORT_FIELDS = ("source", "sha256", "importer", "root", "tip", "held")
 _JOINT_FIELDS = ("name", "type", "origin", "axis", "lower", "upper", "velocity", "acceleration", "jerk", "effort")
+_PAIR_FIELDS = ("a", "b", "reason", "sphere_set")
 _REQUIRED_SETS = ("28", "fine")
+_SETS = (*_REQUIRED_SETS, "exact")
 _ORIGIN = "origin"
 """Field of hulls.json that says where the hulls are from."""
 
@@ -138,10 +140,44 @@ def _object(texts: Mapping[str, str], file: str, where: str) -> dict[str, Any] |
 
 def _test_fields(data: Mapping[str, Any], fields: Sequence[str], where: str) -> None:
     _known(data, fields, where)
+    fingerprints = data.get("fingerprints", {})
+    models = tuple(key for key in fingerprints if key.endswith(".xml")) if isinstance(fingerprints, dict) else ()
+    inner = {"imported": _IMPORT_FIELDS, "approximate_sets_mm": _SETS, "protrusion_mm": _SETS}
+    inner["fingerprints"] = (ROBOT_FILE, SPHERES_FILE, HULLS_FILE, *models)
+    for key, known in inner.items():
+        _known(data.get(key, {}), known, f"{where}{key}: ")
+    for k, pair in enumerate(_list(data.get("self_pairs_ignored", []), f"{where}self_pairs_ignored")):
+        _known(pair, _PAIR_FIELDS, f"{where}self_pairs_ignored[{k}]: ")
+        _test_values(pair, _text, f"{where}self_pairs_ignored[{k}].")
+    _test_told(data, where)
+
+
+def _test_told(data: Mapping[str, Any], where: str) -> None:
+    """Tests the kinds of values that are only for readers."""
     imported = data.get("imported", {})
-    if not isinstance(imported, dict):
-        raise MmpError(f"{where}imported is {shown(imported)}; it must be an object")
-    _known(imported, _IMPORT_FIELDS, f"{where}imported: ")
+    _number(imported.get("importer", 0), f"{where}imported.importer")
+    for k, link in enumerate(_list(imported.get("held", []), f"{where}imported.held")):
+        _text(link, f"{where}imported.held[{k}]")
+    for key in ("source", "sha256", "root", "tip"):
+        _text(imported.get(key, ""), f"{where}imported.{key}")
+    for key in ("title", "state", "self_pairs"):
+        if key in data:
+            _text(data[key], f"{where}{key}")
+    if "mass" in data:
+        _number(data["mass"], f"{where}mass")
+    for key in ("approximate_sets_mm", "hull_volumes_m3", "joint_values"):
+        _test_values(data.get(key, {}), _number, f"{where}{key}.")
+    _test_values(data.get("fingerprints", {}), _text, f"{where}fingerprints.")
+    for k, pair in enumerate(_list(data.get("self_pairs_tested", []), f"{where}self_pairs_tested")):
+        for link in _list(pair, f"{where}self_pairs_tested[{k}]", 2):
+            _text(link, f"{where}self_pairs_tested[{k}]")
+
+
+def _test_values(data: Any, test: Callable[[Any, str], object], where: str) -> None:
+    if not isinstance(data, dict):
+        raise MmpError(f"{where.rstrip('.')} is {shown(data)}; it must be an object")
+    for key, value in data.items():
+        test(value, f"{where}{key}")
 
 
 def _test_finite(described: Description, where: str, main: str) -> None:
@@ -186,7 +222,7 @@ def _test_robot(data: Mapping[str, Any], where: str) -> list[str]:
         raise MmpError(f"{where}acceleration_published is {shown(published)}; it must be true or false")
     if (tool := _member(data, "default_tool", where)) is not None:
         _text(tool, f"{where}default_tool")
-    if (rings := data.get("ring_spheres", "28")) not in (*_REQUIRED_SETS, "exact"):
+    if (rings := data.get("ring_spheres", "28")) not in _SETS:
         raise MmpError(f"{where}ring_spheres is {shown(rings)}; it must be 28, fine or exact")
     if _number(data.get("ring_height", 0.0), f"{where}ring_height", _LARGEST_M) < 0:
         raise MmpError(f"{where}ring_height is {data['ring_height']!r}; it must be 0 or above")
@@ -212,10 +248,7 @@ def _test_joint(joint: Any, where: str) -> None:
 
 def _test_cover(data: Mapping[str, Any], where: str) -> None:
     """Tests what a description says about the proved cover of its spheres."""
-    protrusions = data.get("protrusion_mm", {})
-    if not isinstance(protrusions, dict):
-        raise MmpError(f"{where}protrusion_mm is {shown(protrusions)}; it must be an object of sphere set -> mm")
-    for key, value in protrusions.items():
+    for key, value in data.get("protrusion_mm", {}).items():
         if _number(value, f"{where}protrusion_mm.{key}") < 0:
             raise MmpError(f"{where}protrusion_mm.{key} is {value!r}; it must be 0 or above")
     _number(data.get("uncovered_mm", 0.0), f"{where}uncovered_mm")
@@ -264,7 +297,7 @@ def _sphere_sets(data: Any, where: str) -> dict[str, Any]:
     for key in _REQUIRED_SETS if "exact" not in data else ():
         _member(data, key, where)
     for key in data:
-        if key not in (*_REQUIRED_SETS, "exact"):
+        if key not in _SETS:
             raise MmpError(f"{where}{shown(key)} is not a sphere set; it must be 28, fine or exact")
     return data
 
@@ -304,6 +337,8 @@ def _member(data: Any, key: str, where: str) -> Any:
 
 def _known(data: Mapping[str, Any], fields: Sequence[str], where: str) -> None:
     """Raises `MmpError` for an unknown field. A misspelled one would otherwise have its default."""
+    if not isinstance(data, dict):
+        raise MmpError(f"{where.rstrip(': ')} is {shown(data)}; it must be an object")
     for key in data:
         if key not in fields:
             raise MmpError(f"{where}{UnknownNameError('field', shown(key)[1:-1], fields)}")

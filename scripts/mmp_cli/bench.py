@@ -93,7 +93,7 @@ def run(args: Namespace) -> int:
     with ExitStack() as stack:
         pool = None
         if not folder.known():
-            # Before the folder is made: a misspelt option must not leave one, which the next start would refuse.
+            # Before the settings are written: the next start is bound to them, and to a misspelt option in them.
             pool = stack.enter_context(_pool(args, job))
             _examine(job, pool)
         stack.enter_context(folder)

@@ -63,6 +63,13 @@ class Fuzzing:
                 self._try(worker, inputs.drawn(self._good, random.Random(seed)), seed)
         worker.close()
 
+    def codes_of(self, kind: str | None = None) -> Counter[int | None]:
+        """Returns exit code -> number of the command lines of a kind, or of all."""
+        out = Counter[int | None]()
+        for (name, code), count in self.codes.items():
+            out[code] += count if kind in (None, name) else 0
+        return out
+
     def _try(self, worker: Worker, given: inputs.Input, seed: str) -> None:
         code, faults = inputs.tried(given, worker)
         self.codes[given.kind, code] += 1
@@ -90,7 +97,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="fuzz.sh", description=__doc__)
     parser.add_argument("--minutes", type=float, default=1.0, help="default: 1")
     parser.add_argument("--workers", type=int, default=2, help="worker processes (default: 2)")
-    parser.add_argument("--seed", type=int, default=0, help="the same inputs, in the same order, for the same seed")
+    help = "the same inputs, in the same order, for the same seed and number of workers (default: from the clock)"
+    parser.add_argument("--seed", type=int, default=int(time.time()), help=help)
     parser.add_argument("--keep", type=Path, help="folder for the inputs that failed (default: a new one)")
     help = f"longest time for a command line (default: {LONGEST_S:g})"
     parser.add_argument("--longest", type=float, default=LONGEST_S, metavar="S", help=help)
@@ -98,6 +106,7 @@ def main() -> int:
     parser.add_argument("--core-share", type=float, default=CORE_SHARE, metavar="X", help=help)
     parser.add_argument("--figure", default="fuzz_command_lines", metavar="NAME", help="name of the printed figure")
     args = parser.parse_args()
+    print(f"--seed {args.seed} --workers {args.workers} gives these inputs again", flush=True)
     keep = args.keep or Path(tempfile.mkdtemp(prefix="fuzz-kept-"))
     keep.mkdir(parents=True, exist_ok=True)
     good = samples.contents()  # takes seconds, which do not count
@@ -106,16 +115,26 @@ def main() -> int:
     with ThreadPoolExecutor(args.workers) as threads:
         for done in [threads.submit(fuzzing.run, k) for k in range(args.workers)]:
             done.result()
-    for kind in samples.LINES:
-        lines = sum(count for (name, _), count in fuzzing.codes.items() if name == kind)
-        print(f"{kind:15} {lines:7} command lines, {lines - fuzzing.codes[kind, 2]:6} accepted")
-    total = sum(fuzzing.codes.values())
-    accepted = total - sum(count for (_, code), count in fuzzing.codes.items() if code == 2)
-    print(f"{'together':15} {total:7} command lines, {accepted:6} accepted")
-    print(f"{'core':15} {fuzzing.calls:7} calls, {fuzzing.returned:6} returned")
-    more = {"accepted": accepted, "core_calls": fuzzing.calls, "faults": len(fuzzing.found)}
-    print_figure(args.figure, total, "command lines", **more)
+    print_summary(fuzzing, args.figure, args.seed)
     return min(len(fuzzing.found), 1)
+
+
+def print_summary(fuzzing: Fuzzing, figure: str, seed: int) -> None:
+    """Prints the numbers of each kind of input and of all, and the figure of them."""
+    for kind in samples.LINES:
+        print(_row(kind, fuzzing.codes_of(kind)))
+    codes = fuzzing.codes_of()
+    print(_row("together", codes))
+    print(f"{'core':17} {fuzzing.calls:7} calls, {fuzzing.returned:6} returned")
+    more = {"accepted": codes[0], "exit_1": codes[1], "exit_2": codes[2], "core_calls": fuzzing.calls}
+    more |= {"faults": len(fuzzing.found), "seed": seed}
+    print_figure(figure, codes.total(), "command lines", **more)
+
+
+def _row(kind: str, codes: Counter[int | None]) -> str:
+    """Returns a line of the summary. An input is accepted if its exit code is 0."""
+    counts = f"exit code 0: {codes[0]:6} (accepted), 1: {codes[1]:6}, 2: {codes[2]:6}"
+    return f"{kind:17} {codes.total():7} command lines, {counts}"
 
 
 if __name__ == "__main__":

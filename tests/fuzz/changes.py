@@ -7,8 +7,10 @@ import functools
 import importlib
 import itertools
 import json
+import math
 import random
 import re
+import struct
 from typing import Any
 
 from mmp_planners import describe, names
@@ -35,11 +37,16 @@ LEFT_OUT = {
 """Option -> why it is not added."""
 
 
+def command_of(line: list[str]) -> tuple[str, ...]:
+    """Returns the command of a line, and its action where the command has several."""
+    return tuple(line[:2] if line[0] in ("robot", "tool") else line[:1])
+
+
 @functools.cache
-def options(command: str) -> dict[str, bool]:
+def options(command: tuple[str, ...]) -> dict[str, bool]:
     """Returns the options of a command -> whether a value follows."""
-    module = importlib.import_module(f"mmp_cli.{command}")
-    parser = module._add_parser() if command in ("robot", "tool") else module.parser()
+    module = importlib.import_module(f"mmp_cli.{command[0]}")
+    parser = getattr(module, f"_{command[1]}_parser")() if command[1:] else module.parser()
     found = {action.option_strings[-1]: action.nargs != 0 for action in parser._actions if action.option_strings}
     return {name: follows for name, follows in found.items() if name not in LEFT_OUT}
 
@@ -57,7 +64,10 @@ def changed_file(content: bytes, rng: random.Random) -> bytes:
     """Returns a changed file: JSON by its values, other files by their text."""
     if rng.random() < 0.1:
         return _changed_bytes(content, rng)
-    text = content.decode()
+    try:
+        text = content.decode()
+    except UnicodeDecodeError:
+        return _changed_bytes(content, rng)
     try:
         document = json.loads(text)
     except ValueError:
@@ -79,7 +89,7 @@ def changed_line(line: list[str], rng: random.Random) -> list[str]:
     if places and rng.random() < 0.4:
         line[rng.choice(places) + 1] = rng.choice(ARGUMENTS)
     else:
-        known = options(line[0])
+        known = options(command_of(line))
         option = rng.choice([*known, *(["--set"] * 2 if "--set" in known else [])])
         if option == "--set" and rng.random() < 0.9:
             return [*line, option, changed_setting(line, rng)]
@@ -178,6 +188,7 @@ def _changed_bytes(content: bytes, rng: random.Random) -> bytes:
             content + content,
             content[:at] + bytes(rng.randrange(256) for _ in range(4)) + content[at:],
             content[:at] + content[at + rng.randint(1, 20) :],
+            content[:at] + struct.pack("<f", rng.choice([0.0, -1.0, 1e30, math.nan, math.inf])) + content[at + 4 :],
             b"",
             b"\xef\xbb\xbf" + content,
             content.replace(b"\n", b"\r\n"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import itertools
 import json
 import re
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ from xml.etree import ElementTree
 
 import yaml
 
+from fuzz import samples
 from fuzz.validator import file_nonsense, numbers_of, option_nonsense, yaml_value
 
 CODES = (0, 1, 2)
@@ -57,8 +59,11 @@ def _files(run: Run) -> list[str]:
     out = []
     for name, content in run.before.items():
         path = run.folder / name
-        if not path.is_file() or path.read_bytes() != content:
-            out.append(f"changed {name}")
+        if path.is_file() and path.read_bytes() == content:
+            continue
+        reason = _unreadable(path) if path.is_file() and run.code != 2 and _is_continued(run, name) else "an input"
+        if reason:
+            out.append(f"changed {name}, {reason}")
     new = sorted(
         path for path in run.folder.rglob("*") if path.is_file() and str(path.relative_to(run.folder)) not in run.before
     )
@@ -72,6 +77,12 @@ def _files(run: Run) -> list[str]:
     return out
 
 
+def _is_continued(run: Run, name: str) -> bool:
+    """Returns whether a command adds to a file that was there: that of a folder which it continues."""
+    outputs = [word for option, word in itertools.pairwise(run.line) if option == "--out"]
+    return run.line[0] in ("bench", "dataset") and any(Path(name).is_relative_to(folder) for folder in outputs)
+
+
 def _unreadable(path: Path) -> str:
     """Returns why a written file cannot be used; nothing for a good one and for pages and pictures."""
     try:
@@ -81,6 +92,8 @@ def _unreadable(path: Path) -> str:
             return "rows of several lengths" if len({len(row) for row in rows}) > 1 else ""
         if path.suffix in (".json", ".yaml"):
             numbers_of(yaml_value(path.read_bytes()) if path.suffix == ".yaml" else json.loads(path.read_bytes()))
+        if path.suffix == ".jsonl":
+            numbers_of([json.loads(row) for row in path.read_bytes().splitlines()])
         if path.suffix == ".xml":
             ElementTree.fromstring(path.read_bytes())
     except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError) as error:
@@ -96,6 +109,6 @@ def _nonsense(run: Run) -> list[str]:
     out = [f"accepted {reason}" for reason in option_nonsense(run.line)]
     read = {word.lstrip("@") for word in run.line}  # files, and folders
     for name, content in run.before.items():
-        if name in read or str(Path(name).parent) in read:
+        if name in read or str(Path(name).parent) in read or samples.NAMED_IN.get(name) in read:
             out += [f"accepted {name}: {reason}" for reason in file_nonsense(name, content)]
     return out

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
+import io
 import json
+import struct
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -14,12 +17,17 @@ from support import bad_files, report_folders, scenes, small_arms, small_jobs
 
 import mmp_env
 import mmp_planners
+from mmp_cli.main import main
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.robot_folder import ImportOptions, add_robot
+from mmp_env.importing.tool_folder import ToolOptions, add_tool
 from mmp_env.work.jobs_file import jobs_from_dict
 from mmp_env.work.schedule_file import schedule_to_dict
 
+_CONTINUED = ["bench", "instances.json", "--planners", "prioritized", "--workers", "1", "--out", "begun"]
+_DATASET = ["dataset", "cell.json", "--count", "1", "--planner", "prioritized", "--out", "episodes"]
+_OWN = ["plan", "own.json", "--start", "home", "--goal", "tucked", "--planner", "prioritized"]
 LINES: dict[str, tuple[str, list[str]]] = {
     "cell": (
         "cell.json",
@@ -39,6 +47,7 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "check plan": ("plan.json", ["check", "plan.json"]),
     "check own arms": ("own_arms.json", ["check", "own_arms.json"]),
     "check schedule": ("schedule.json", ["check", "schedule.json", "--json"]),
+    "check episode": ("episode.json", ["check", "episode.json"]),
     "export csv": ("plan.json", ["export", "plan.json", "--to", "out.csv"]),
     "export ros": ("plan.json", ["export", "plan.json", "--to", "out.yaml", "--joint-names", "{arm}_{joint}"]),
     "retime": ("plan.json", ["export", "plan.json", "--to", "out.csv", "--retime", "--rate", "100"]),
@@ -46,6 +55,13 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "robot": ("small.urdf", ["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]),
     "robot folder": ("known/small/robot.json", ["robot", "check", "known/small"]),
     "spheres": ("known/small/spheres.json", ["robot", "check", "known/small"]),
+    "hulls": ("known/small/hulls.json", ["robot", "check", "known/small"]),
+    "robot model": ("known/small/small.xml", ["robot", "check", "known/small"]),
+    "robot show": ("known/small/robot.json", ["robot", "show", "known/small", "--image", "out.png"]),
+    "own robot": ("known/small/robot.json", _OWN),
+    "own tool": ("known/gripper/tool.json", _OWN),
+    "mesh obj": ("part.obj", ["robot", "add", "mesh.urdf", "--name", "meshed", "--out", "robots"]),
+    "mesh stl": ("part.stl", ["tool", "add", "mesh.xml", "--name", "meshed", "--out", "tools"]),
     "report": ("results/results.jsonl", ["report", "results"]),
     "settings": ("results/settings.json", ["report", "results", "--title", "x"]),
     "dataset": ("cell.json", ["dataset", "cell.json", "--count", "1", "--out", "data"]),
@@ -53,10 +69,26 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "published": ("other.csv", ["report", "results", "--against", "other.csv"]),
     "tool": ("gripper.xml", ["tool", "add", "gripper.xml", "--name", "gripper", "--out", "tools"]),
     "bench": ("instances.json", ["bench", "instances.json", "--planners", "auto", "--workers", "1", "--out", "new"]),
+    "continued bench": ("begun/settings.json", _CONTINUED),
+    "continued results": ("begun/results.jsonl", _CONTINUED),
+    "continued dataset": ("episodes/dataset.json", _DATASET),
     "list": ("", ["list", "--json"]),
 }
 """Name -> the file that is changed, and a command line that is accepted."""
-RARELY = {"report": 0.05, "settings": 0.05, "published": 0.05, "bench": 0.05, "list": 0.2}
+NAMED_IN = {
+    "known/small/robot.json": "own.json",
+    "known/gripper/tool.json": "own.json",
+    "part.obj": "mesh.urdf",
+    "part.stl": "mesh.xml",
+}
+"""File that no command line names -> the file that names it."""
+NOT_DRAWN = ("robot show",)
+"""Lines that read their files and are refused then, because rendering is off."""
+RARELY = {
+    **dict.fromkeys(("report", "settings", "published", "bench"), 0.05),
+    **dict.fromkeys(("continued bench", "continued results", "continued dataset"), 0.5),
+    "list": 0.2,
+}
 """Name -> how often a line is drawn, relative to the others: these take many times as long."""
 TIMED = ("plan", "run", "dataset", "bench")
 """Commands that take a time limit."""
@@ -71,10 +103,13 @@ _GRIPPER = """<mujoco>
   </worldbody>
 </mujoco>
 """
+_MESHED = """<mujoco><asset><mesh name="part" file="part.stl"/></asset>
+  <worldbody><body name="palm"><geom type="mesh" mesh="part"/><site name="grasp" pos="0 0 0.1"/></body></worldbody>
+</mujoco>
+"""
 _PUBLISHED = "instance,planner,solved,planning_time_s,cost_rad\nring/0,theirs,1,3,14\nring/1,theirs,0,,\n"
 
 
-@functools.cache
 def _texts() -> dict[str, str]:
     cell, instances = bad_files.good_cell(), bad_files.good_instances()
     instances["instances"] = instances["instances"][:1]
@@ -99,6 +134,11 @@ def _texts() -> dict[str, str]:
         "own_arms.json": _plan_of_own_arms(),
         "jobs.json": jobs,
         "results/settings.json": report_folders.settings("ecbs", "auto"),
+        "episode.json": _episode(),
+        "own.json": {
+            "name": "own",
+            "arms": [{"name": "arm", "robot": "known/small", "tool": "known/gripper", "position": [0, 0, 0]}],
+        },
     }
     lines = [report_folders.line(f"ring/{k}", label) for k in range(5) for label in ("ecbs", "auto")]
     return {name: json.dumps(document, indent=1) for name, document in documents.items()} | {
@@ -106,15 +146,43 @@ def _texts() -> dict[str, str]:
         "scene.xml": scenes.scene(),
         "small.urdf": small_arms.urdf(),
         "gripper.xml": _GRIPPER,
+        "mesh.urdf": small_arms.urdf(shape='<geometry><mesh filename="part.obj"/></geometry>'),
+        "mesh.xml": _MESHED,
         "other.csv": _PUBLISHED,
-        **_robot_folder(),
+        **_added(),
         "results/results.jsonl": "".join(json.dumps(line) + "\n" for line in lines),
     }
 
 
 def contents() -> dict[str, bytes]:
     """Returns name -> content of all good files."""
-    return {name: text.encode() for name, text in _texts().items()}
+    return dict(_contents())
+
+
+@functools.cache
+def _contents() -> dict[str, bytes]:
+    out = {name: text.encode() for name, text in _texts().items()}
+    corners = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [0.0, 0.05, 0.0], [0.0, 0.0, 0.05]]
+    faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in faces]
+    out["part.obj"] = "\n".join([*lines, ""]).encode()
+    rows = [struct.pack("<12fH", 0, 0, 0, *corners[a], *corners[b], *corners[c], 0) for a, b, c in faces]
+    out["part.stl"] = bytes(80) + struct.pack("<I", len(rows)) + b"".join(rows)
+    return out | _begun(out)
+
+
+def _begun(files: dict[str, bytes]) -> dict[str, bytes]:
+    """Returns the folders of a benchmark and of a dataset that are done. The lines of results have fixed times."""
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as name, contextlib.chdir(name):
+        for file in ("instances.json", "cell.json"):
+            Path(file).write_bytes(files[file])
+        for line in (_CONTINUED, _DATASET):
+            with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+                assert main([*line, "--time-limit", str(TIME_LIMIT_S)]) == 0
+        result = json.dumps(report_folders.line("pair/turn", "prioritized")) + "\n"
+        Path("begun/results.jsonl").write_text(result)
+        found = [path for folder in ("begun", "episodes") for path in sorted(Path(folder).rglob("*"))]
+        return {str(path): path.read_bytes() for path in found if path.is_file()}
 
 
 def write_all(folder: Path) -> dict[str, bytes]:
@@ -126,14 +194,25 @@ def write_all(folder: Path) -> dict[str, bytes]:
     return out
 
 
-def _robot_folder() -> dict[str, str]:
-    """Returns the files of a robot that was added."""
-    options = ImportOptions(name="small", chain=ChainOptions(), package_dirs=())
+def _added() -> dict[str, str]:
+    """Returns the files of a robot and of a tool that were added."""
+    robot = ImportOptions(name="small", chain=ChainOptions(), package_dirs=())
+    tool = ToolOptions(name="gripper", states={}, point=None, package_dirs=())
     with tempfile.TemporaryDirectory(prefix="fuzz-") as name:
-        source, known = Path(name, "small.urdf"), Path(name, "known")
-        source.write_text(small_arms.urdf())
-        folder, _ = add_robot(str(source), known, options, cache=None, progress=lambda _: None)
-        return {f"known/small/{path.name}": path.read_text() for path in sorted(folder.iterdir())}
+        arm, gripper, known = Path(name, "small.urdf"), Path(name, "gripper.xml"), Path(name, "known")
+        arm.write_text(small_arms.urdf())
+        gripper.write_text(_GRIPPER)
+        add_robot(str(arm), known, robot, cache=None, progress=lambda _: None)
+        add_tool(str(gripper), known, tool, cache=None, progress=lambda _: None)
+        return {str(path.relative_to(name)): path.read_text() for path in sorted(known.glob("*/*"))}
+
+
+def _episode() -> dict[str, Any]:
+    """Returns an episode: the good plan, and the way back."""
+    plan, back = bad_files.good_plan(), bad_files.good_plan()
+    back["positions"] = {arm: rows[::-1] for arm, rows in back["positions"].items()}
+    back["problem"] |= {"start": back["problem"]["goal"], "goal": back["problem"]["start"]}
+    return {"schema": "mmp-episode/1", "name": "there and back", "plans": [plan, back]}
 
 
 def _plan_of_own_arms() -> dict[str, Any]:

@@ -13,6 +13,9 @@ from xml.etree import ElementTree
 
 import yaml
 
+from fuzz import known_keys
+from fuzz.known_keys import unknown_fields, unknown_keys
+
 MUST_DIFFER = ("arms", "obstacles", "jobs", "objects", "instances")
 """Keys of lists whose items have different names."""
 LENGTHS = ("size", "radius", "length", "scale")
@@ -27,11 +30,48 @@ MEASURED = ("limit", "axis", "origin", "mass", "joint", "body")
 """Tags of URDF and MJCF whose numbers are used. An inertia that no body has is replaced, and a note names its link."""
 OPTIONS = {
     **dict.fromkeys(("--time-limit", "--rate", "--max-velocity", "--max-acceleration", "--max-jerk", "--margin"), 0.0),
+    **dict.fromkeys(("--tolerance", "--improve", "--delays"), 0.0),
     **dict.fromkeys(("--count", "--workers"), 1.0),
     "--seed": 0.0,
 }
 """Option -> its least value; those with 0.0 of a number that is not whole must be larger."""
 WHOLE = ("--seed", "--count", "--workers")
+CHOICES = {
+    "--format": ("npz", "minari"),
+    "--control-mode": ("position", "velocity", "delta"),
+    "--robot": ("ur5e", "panda", "fr5", "piper"),
+    "--task": ("reach", "crossing", "parallel", "pick", "place", "packing"),
+    "--planner": (
+        *("auto", "group-rrt", "rrt-connect", "prioritized", "apf-ecbs", "apf-ecbs-nf", "ecbs", "gen-ecbs", "xecbs"),
+        *("cbs", "cbs-mp"),
+    ),
+}
+"""Option -> its words."""
+NAMED_GOALS = {"--start": ("home", "tucked"), "--goal": ("home", "tucked", "stay"), "--keep": ()}
+"""Option -> words in place of a configuration or a bound."""
+COUNTS = {
+    **dict.fromkeys(("shorten", "shortcuts", "improve", "rounds", "replan", "halvings"), 0),
+    **dict.fromkeys(("iterations", "max_iterations", "patience", "most", "nodes"), 1),
+}
+"""Whole option of a planner -> its least value."""
+LEAST = {"w": 1.0, "until": 1.0, **dict.fromkeys(("wait", "floor", "cap", "stretch", "exact_within"), 0.0)}
+"""Option of a planner -> its least value."""
+ABOVE_0 = ("dt", "eta", "pad", "radius", "sphere_radius", "alpha", "k_rep", "d0", "step_rad", "range")
+"""Options of planners that must be larger than 0. A `step` may be such a number, or a word."""
+SWITCHES = ("restarts", "direct", "early_stop", "parked_yield", "shorten_paths", "trace")
+SETTING_WORDS = {
+    "preset": ("ours", "paper"),
+    "bound": ("paths", "straight"),
+    "constraint": ("avoid-state", "vertex", "avoid-path", "sphere", "priority", "priority-path", "split"),
+    "distance": ("surface", "centre"),
+    "step": ("normalised", "gradient"),
+    "waits": ("removed", "kept"),
+    "repulsion": ("off", "paths", "fast-track"),
+    "fast_track": ("sound", "literal"),
+    "critical_arms": ("all", "cover", "one"),
+    "misses": ("kept", "discarded"),
+}
+"""Option of a planner -> its words."""
 
 
 def file_nonsense(name: str, content: bytes) -> list[str]:
@@ -40,7 +80,10 @@ def file_nonsense(name: str, content: bytes) -> list[str]:
     try:
         if suffix in (".urdf", ".xml"):
             return _model_nonsense(content, suffix == ".urdf")
-        return [reason for document in _documents(suffix, content) for reason in reasons(document)]
+        if suffix == ".obj":
+            return _mesh_nonsense(content)
+        documents = _documents(suffix, content)
+        return [reason for each in documents for reason in (*reasons(each), *unknown_fields(name, each))]
     except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError) as error:
         return [f"not {suffix}: {error}"]
 
@@ -94,24 +137,65 @@ def numbers_of(value: Any) -> list[float]:
 
 
 def option_nonsense(line: list[str]) -> list[str]:
-    """Returns why no program may accept the numbers of a command line's options."""
-    out = []
-    for option, word in itertools.pairwise(line):
-        if option not in OPTIONS:
-            continue
-        for part in word.split(","):
-            text = part.rpartition("=")[2]
-            try:
-                number = int(text) if option in WHOLE else float(text)
-            except ValueError:
-                out.append(f"{option} {word}")
-                continue
-            least = OPTIONS[option]
-            if option == "--time-limit" and number == math.inf:
-                continue
-            if not least <= number < math.inf or (option not in WHOLE and number == least):
-                out.append(f"{option} {word}")
-    return out
+    """Returns why no program may accept the values of a command line's options."""
+    return [f"{option} {word}" for option, word in itertools.pairwise(line) if _is_nonsense(option, word)]
+
+
+def _is_nonsense(option: str, word: str) -> bool:
+    if option in OPTIONS:
+        return not all(_is_in_range(option, part.rpartition("=")[2]) for part in word.split(","))
+    if option in CHOICES:
+        return word not in CHOICES[option]
+    if option == "--set":
+        key, _, value = word.partition("=")
+        return not _is_setting(key.rpartition(".")[2].replace("-", "_"), value)
+    return option in NAMED_GOALS and not word.startswith("@") and not _is_goal(option, word)
+
+
+def _is_in_range(option: str, text: str) -> bool:
+    try:
+        number = int(text) if option in WHOLE else float(text)
+    except ValueError:
+        return False
+    if option == "--time-limit" and number == math.inf:
+        return True
+    least = OPTIONS[option]
+    return least <= number < math.inf and (option in WHOLE or number > least)
+
+
+def _is_setting(key: str, text: str) -> bool:
+    """Returns whether an option of a planner may have a value. Those that are in no table are unknown."""
+    if key in SWITCHES:
+        return text in ("on", "off", "true", "false")
+    if key == "kinds" or text in SETTING_WORDS.get(key, ()):
+        return True
+    try:
+        number = float(text)
+    except ValueError:
+        return False
+    if key in COUNTS:
+        return number.is_integer() and number >= COUNTS[key]
+    above_0 = key == "step" or key in ABOVE_0
+    return math.isfinite(number) and (number > 0 if above_0 else key in LEAST and number >= LEAST[key])
+
+
+def _is_goal(option: str, word: str) -> bool:
+    """Returns whether a word may be a configuration, a goal or a bound, of one arm or of all."""
+    table: dict[str, Any] = known_keys.OPTIONS[option]
+    if word[:1] in ("{", "["):
+        table = {known_keys.ARM: table}
+    elif "=" in word:
+        word = word.partition("=")[2]
+        if word.startswith("@"):
+            return True
+    try:
+        value = json.loads(word)
+        numbers_of(value)
+    except (ValueError, RecursionError):
+        return word in NAMED_GOALS[option]
+    if isinstance(value, dict | list):
+        return not any(unknown_keys(value, table, set()))
+    return isinstance(value, str) and value in NAMED_GOALS[option]
 
 
 def _items(value: Any) -> list[Any]:
@@ -193,7 +277,18 @@ def _model_nonsense(content: bytes, is_urdf: bool) -> list[str]:
 
 
 def _number(item: ElementTree.Element, key: str) -> float:
+    return _parsed(item.get(key, "nan"))
+
+
+def _parsed(text: str) -> float:
     try:
-        return float(item.get(key, "nan"))
+        return float(text)
     except ValueError:
         return math.nan
+
+
+def _mesh_nonsense(content: bytes) -> list[str]:
+    """Returns the vertices of a mesh in a text that are not finite."""
+    rows = [row.split() for row in content.decode("utf-8", "replace").splitlines()]
+    words = [word for row in rows if row[:1] == ["v"] for word in row[1:4]]
+    return [f"v {word}" for word in words if not math.isfinite(_parsed(word))]

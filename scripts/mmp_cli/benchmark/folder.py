@@ -43,7 +43,11 @@ class ResultsFolder:
         return self.path / RESULTS
 
     def known(self) -> bool:
-        """Returns whether an earlier run with these settings exists. Raises `MmpError` if the folder cannot be used."""
+        """Returns whether an earlier run had all planners of these settings.
+
+        Raises:
+            MmpError: if the folder cannot be used, or has other settings.
+        """
         target = real_path(self.path)
         standing = next(path for path in (target, *target.parents) if exists(path))
         if not (is_folder(standing) and os.access(standing, os.W_OK | os.X_OK)):
@@ -51,13 +55,13 @@ class ResultsFolder:
             raise MmpError(f"{self.path} cannot be the folder of the results: {standing} is {what}")
         there = load_settings(self.path)
         if there is not None:
-            grown(there, self._settings, self.path)
-        elif standing == target and (name := _foreign_file(target)):
+            return len(grown(there, self._settings, self.path)["planners"]) == len(there["planners"])
+        if standing == target and (name := _foreign_file(target)):
             raise MmpError(
                 f"{self.path} is no benchmark folder and is not empty: {name} is in it; give an empty or a new folder "
                 "(--out)"
             )
-        return there is not None
+        return False
 
     def __enter__(self) -> ResultsFolder:
         try:

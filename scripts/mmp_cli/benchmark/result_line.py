@@ -23,7 +23,7 @@ LONGEST_TEXT = 10_000
 _SAME_RAD = 1e-9
 
 
-class ByKind(msgspec.Struct, frozen=True, kw_only=True):
+class ByKind(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """Lengths [m] by kind of margin, see `mmp_env.model.margins`; None if there is none."""
 
     arms: float | None = None
@@ -31,7 +31,7 @@ class ByKind(msgspec.Struct, frozen=True, kw_only=True):
     self: float | None = None
 
 
-class Line(msgspec.Struct, frozen=True, kw_only=True):
+class Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     """One line. Values that do not exist, or that the planner does not count, are None. `planner` is the label.
 
     `workers` is the number of runs at a time, and `load` the load of the machine over the last minute of the run.
@@ -49,6 +49,7 @@ class Line(msgspec.Struct, frozen=True, kw_only=True):
     check_time_s: float | None = None
     expanded_nodes: float | None = None
     generated_nodes: float | None = None
+    low_level_calls: float | None = None
     fast_track_tries: float | None = None
     fast_track_hits: float | None = None
     cost_rad: float | None = None
@@ -61,6 +62,7 @@ class Line(msgspec.Struct, frozen=True, kw_only=True):
     bound_met: bool | None = None
     deadline_hit: bool | None = None
     message: str | None = None
+    plan: str | None = None
     version: str | None = None
     machine: str | None = None
     workers: float | None = None

@@ -8,19 +8,52 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mmp_cli.benchmark.job import Job
-from mmp_cli.benchmark.sources import Drawn
+import msgspec
+
+from mmp_cli.arguments import LARGEST_SEED
+from mmp_cli.benchmark.job import MOST_UNITS, Job
+from mmp_cli.benchmark.result_line import LARGEST
+from mmp_cli.benchmark.sources import DRAWN_COUNT, Drawn
 from mmp_cli.machine import version
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists
-from mmp_env.files.reading import Location, check_schema, read_document
+from mmp_env.files.reading import Location, check_schema, decode, named, read_document
 from mmp_env.files.writing import json_text, plain, write_text
+from mmp_env.model.arm import LARGEST_M
+from mmp_env.model.margins import asked_margins
 from mmp_env.wording import shown
 
 SETTINGS = "settings.json"
 SCHEMA = "mmp-bench/1"
 _GROWING = ("sources", "planners", "count")
 """Settings that a later start may enlarge."""
+
+
+class Variant(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """A planner of a benchmark: label, registered name and options."""
+
+    label: str
+    name: str
+    options: dict[str, Any] = msgspec.field(default_factory=dict)
+
+
+class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Settings of a benchmark. No `time_limit_s` means no limit; no `count` means all of a file, or 50 drawn ones."""
+
+    schema: str
+    sources: list[str]
+    planners: list[Variant]
+    digests: list[str] = []
+    count: int | None = None
+    seed: int = 0
+    time_limit_s: float | None = None
+    robot: str | None = None
+    task: str | None = None
+    margin: float | dict[str, float] | None = None
+    exact: bool = False
+    memory_limit_mb: int | None = None
+    save_plans: bool = False
+    version: str | None = None
 
 
 def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
@@ -55,8 +88,32 @@ def load_settings(folder: Path) -> dict[str, Any] | None:
     if not exists(path):
         return None
     data = read_document(path)
-    check_schema(data, SCHEMA, Location(str(path)))
+    place = Location(str(path))
+    check_schema(data, SCHEMA, place)
+    _check(decode(data, Settings, place), place)
     return data
+
+
+def _check(settings: Settings, place: Location) -> None:
+    """Raises `MmpError` for numbers that no benchmark can have."""
+    with named(place):
+        asked = asked_margins(settings.margin)
+    bounds = {
+        "count": (settings.count, 1, MOST_UNITS),
+        "seed": (settings.seed, 0, LARGEST_SEED),
+        "time_limit_s": (settings.time_limit_s, 0, LARGEST),
+        **{f"margin.{kind}": (metres, 0, LARGEST_M) for kind, metres in asked.items()},
+        "memory_limit_mb": (settings.memory_limit_mb, 1, LARGEST),
+    }
+    for name, (value, least, most) in bounds.items():
+        if value is not None and not least <= value <= most:
+            raise (place / name).wrong(value, f"a number from {least} to {most:g}")
+    for name, most in (("sources", 1000), ("planners", 1000), ("digests", 1000)):
+        if (count := len(getattr(settings, name))) > most:
+            raise MmpError(f"{place / name} has {count} entries; it must have at most {most}")
+    units = (settings.count or DRAWN_COUNT) * len(settings.sources) * len(settings.planners)
+    if units > MOST_UNITS:
+        raise MmpError(f"{place / 'count'} makes {units} units; a benchmark has at most {MOST_UNITS}")
 
 
 def save_settings(settings: Mapping[str, Any], folder: Path) -> None:

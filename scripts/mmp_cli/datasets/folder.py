@@ -39,9 +39,22 @@ class _Instance(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     steps: int = 0
 
 
+class _Settings(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    source: Any = None
+    cell: Any = None
+    seed: Any = None
+    planner: Any = None
+    time_limit: Any = None
+    control_mode: Any = None
+    task: Any = None
+    robot: Any = None
+    margin: Any = None
+    version: Any = None
+
+
 class _Index(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     schema: str
-    settings: dict[str, Any]
+    settings: _Settings
     instances: list[_Instance]
 
 
@@ -155,8 +168,8 @@ class DatasetFolder:
             raise MmpError(f"{place} is not the index of a dataset") from None
         place, index = decode_file(data, SCHEMA, _Index, place)
         for key, value in json.loads(json.dumps(self.settings)).items():
-            if index.settings.get(key) != value:
-                raise MmpError(f"--out {self.path} has a dataset with {key} {index.settings.get(key)!r}, not {value!r}")
+            if (there := getattr(index.settings, key)) != value:
+                raise MmpError(f"--out {self.path} has a dataset with {key} {there!r}, not {value!r}")
         names = Counter(line.name for line in index.instances)
         for k, line in enumerate(index.instances):
             where = place / "instances" / k

@@ -6,48 +6,15 @@ import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-import msgspec
-
-from mmp_cli.arguments import LARGEST_SEED
-from mmp_cli.benchmark.job import MOST_UNITS
-from mmp_cli.benchmark.result_line import LARGEST, Line
-from mmp_cli.benchmark.settings import SCHEMA, SETTINGS
+from mmp_cli.benchmark.result_line import Line
+from mmp_cli.benchmark.settings import SETTINGS, Settings, load_settings
 from mmp_cli.benchmark.sources import DRAWN_COUNT
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, real_path
-from mmp_env.files.reading import Location, check_schema, decode, named, names_file, read_document
+from mmp_env.files.reading import Location, decode, names_file, read_document
 from mmp_env.gym.instances import DEFAULT_TASK
-from mmp_env.model.arm import LARGEST_M
 from mmp_env.model.margins import asked_margins
-
-
-class Variant(msgspec.Struct, frozen=True, kw_only=True):
-    """A planner of a benchmark: label, registered name and options."""
-
-    label: str
-    name: str
-    options: dict[str, Any] = msgspec.field(default_factory=dict)
-
-
-class Settings(msgspec.Struct, frozen=True, kw_only=True):
-    """Settings of a benchmark. No `time_limit_s` means no limit; no `count` means all of a file, or 50 drawn ones."""
-
-    schema: str
-    sources: list[str]
-    planners: list[Variant]
-    digests: list[str] = []
-    count: int | None = None
-    seed: int = 0
-    time_limit_s: float | None = None
-    robot: str | None = None
-    task: str | None = None
-    margin: float | dict[str, float] | None = None
-    exact: bool = False
-    memory_limit_mb: int | None = None
-    save_plans: bool = False
-    version: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,15 +29,8 @@ class Missing:
 
 def read_settings(folder: Path) -> Settings | None:
     """Returns the settings of a benchmark folder, or None if there are none. Raises `MmpError`."""
-    path = folder / SETTINGS
-    if not exists(path):
-        return None
-    place = Location(str(path))
-    data = read_document(path)
-    check_schema(data, SCHEMA, place)
-    settings = decode(data, Settings, place)
-    _check(settings, place)
-    return settings
+    data = load_settings(folder)
+    return None if data is None else decode(data, Settings, Location(str(folder / SETTINGS)))
 
 
 def may_be_read(source: str, folder: Path) -> bool:
@@ -85,28 +45,6 @@ def may_be_read(source: str, folder: Path) -> bool:
         return any(real_path(source).is_relative_to(root) for root in roots if root != root.parent)
     except MmpError:
         return False
-
-
-def _check(settings: Settings, place: Location) -> None:
-    """Raises `MmpError` for numbers that no benchmark can have."""
-    with named(place):
-        asked = asked_margins(settings.margin)
-    bounds = {
-        "count": (settings.count, 1, MOST_UNITS),
-        "seed": (settings.seed, 0, LARGEST_SEED),
-        "time_limit_s": (settings.time_limit_s, 0, LARGEST),
-        **{f"margin.{kind}": (metres, 0, LARGEST_M) for kind, metres in asked.items()},
-        "memory_limit_mb": (settings.memory_limit_mb, 1, LARGEST),
-    }
-    for name, (value, least, most) in bounds.items():
-        if value is not None and not least <= value <= most:
-            raise (place / name).wrong(value, f"a number from {least} to {most:g}")
-    for name, most in (("sources", 1000), ("planners", 1000), ("digests", 1000)):
-        if (count := len(getattr(settings, name))) > most:
-            raise MmpError(f"{place / name} has {count} entries; it must have at most {most}")
-    units = (settings.count or DRAWN_COUNT) * len(settings.sources) * len(settings.planners)
-    if units > MOST_UNITS:
-        raise MmpError(f"{place / 'count'} makes {units} units; a benchmark has at most {MOST_UNITS}")
 
 
 def missing(settings: Settings, lines: Iterable[Line], folder: Path) -> Missing:

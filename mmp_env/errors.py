@@ -11,6 +11,7 @@ HOW_TO_ADD = {
     "tool": "docs/how-to/add-a-tool.md explains how to add another",
 }
 """End of the messages about unknown robots and tools."""
+NO_MEMORY = "there is not enough memory"
 _MISSPELLED = 0.8
 """Least similarity (`difflib` ratio) of a name and a probable misspelling of it."""
 
@@ -43,6 +44,18 @@ def in_words(error: BaseException) -> str:
     if isinstance(error, MmpError):
         return text
     return f"{type(error).__name__}: {text}".rstrip(": ")
+
+
+def is_out_of_memory(error: BaseException) -> bool:
+    """Returns True also for the errors of MuJoCo and Pillow, which have no class for it.
+
+    They are not imported: that is slow.
+    """
+    if isinstance(error, MemoryError):
+        return True
+    if isinstance(error, OSError):  # Pillow says this if zlib gets no memory
+        return "codec configuration error" in str(error)
+    return type(error).__name__ in ("FatalError", "ValueError") and "could not allocate" in str(error).lower()
 
 
 def nearest(name: str, known: Sequence[str]) -> str | None:

@@ -130,6 +130,22 @@ def recording_table(figures: Figures) -> Iterator[list[str]]:
             yield [f"`{planner}`", str(row["expanded_nodes"]), f"{row['value']:.1f} MB", f"{added:.1f} s"]
 
 
+def lateness_table(figures: Figures) -> Iterator[list[str]]:
+    """Yields how late each planner returned, how many runs the limit ended, and the longest such limit."""
+    ended = ("runs that the limit ended", "longest such limit [s]")
+    yield ["planner", "8 Pandas: 99th percentile, largest [ms]", *ended, "64 arms: largest [ms]", *ended]
+    for name, pandas in figures.items():
+        head, _, planner = name.partition("ring-8-panda_")
+        if head == "lateness_" and (crowd := figures.get(f"lateness_crowd_{planner}")):
+            late = (f"{pandas['value']:.1f}, {pandas['worst_ms']:.1f}", f"{crowd['worst_ms']:.1f}")
+            yield [f"`{planner}`", late[0], *_ended(pandas), late[1], *_ended(crowd)]
+
+
+def _ended(row: dict[str, Any]) -> tuple[str, str]:
+    count = f"{row['reached_limit']} of {row['runs']}" if "reached_limit" in row else NOT_MEASURED
+    return count, format(row["longest_limit_s"], "g") if "longest_limit_s" in row else NOT_MEASURED
+
+
 def core_table(figures: Figures) -> Iterator[list[str]]:
     """Yields the times of small operations, and how they compare."""
     yield ["operation", "time", "compared"]
@@ -160,6 +176,7 @@ TABLES = {
     "recordings": lambda figures: as_table(recording_table(figures)),
     "repulsion": lambda figures: as_table(repulsion_table(figures)),
     "options": lambda figures: as_table(option_table(figures)),
+    "lateness": lambda figures: as_table(lateness_table(figures)),
     "core": lambda figures: as_table(core_table(figures)),
     "cpu": lambda figures: "; ".join(next(cpu_line(figures))) + "\n",
 }

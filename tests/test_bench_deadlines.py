@@ -49,6 +49,23 @@ def test_a_run_counts_if_it_is_late(bench, monkeypatch, capsys):
     assert figure["worst_at_limit_s"] == 0.001
 
 
+@pytest.mark.parametrize(
+    ("ring", "crowd", "code"),
+    [((5.0, 20.0), (20.0, 20.0), 0), ((5.1, 6.0), (0.0, 0.0), 1), ((0.0, 20.1), (0.0, 0.0), 1), ((0, 0), (0, 20.1), 1)],
+)
+def test_a_planner_that_is_too_late_ends_the_script_with_1(bench, monkeypatch, ring, crowd, code):
+    shown = []
+
+    def show(name, planner, problems, limits):
+        shown.append(name)
+        return (crowd if "crowd" in name else ring) if planner == "ecbs" else (0.0, 0.0)
+
+    monkeypatch.setattr(bench, "show", show)
+    monkeypatch.setattr("sys.argv", ["bench_deadlines.py", "ecbs", "auto", "--count", "1", "--crowd", "1"])
+    assert bench.main() == code
+    assert len(shown) == 4
+
+
 def test_only_long_limits_have_options(bench, monkeypatch):
     limits = []
 

@@ -224,6 +224,23 @@ def test_only_the_traceback_of_a_failed_import_of_numpy_is_waived(tmp_path):
     assert [each.split(":")[0] for each in judges.faults_of(run, "memory", run)] == ["exit code 3"]
 
 
+@pytest.mark.parametrize(
+    ("kind", "code", "err", "found"),
+    [
+        ("pipe", 141, "", []),
+        ("error", 141, "mmp: a sentence", ["exit code 141: mmp: a sentence"]),
+        ("memory", 1, "mmp plan: error: a sentence", []),
+        ("memory", 1, "", ["exit code 1 without a sentence"]),
+        ("kill", 1, "", ["exit code 1 without a sentence"]),
+        ("full", 1, "mmp: a sentence", ["exit code 1: mmp: a sentence"]),
+        ("full", 2, "mmp: a sentence", []),
+    ],
+)
+def test_each_kind_allows_its_exit_codes_alone(kind, code, err, found, tmp_path):
+    run = _run(tmp_path, code=code, err=err)
+    assert judges.faults_of(run, kind, run) == found
+
+
 def test_a_file_of_an_unknown_kind_is_refused(tmp_path):
     (tmp_path / "a.strange").touch()
     assert whole_files.broken(tmp_path / "a.strange") == "no reader for the suffix '.strange'"

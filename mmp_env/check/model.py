@@ -13,6 +13,7 @@ from mmp_env.check.fields import UnreadableError, rotation
 from mmp_env.check.held import BODY, held_spheres
 from mmp_env.check.hulls import GrownMesh, add_hulls, in_geom_frames
 from mmp_env.check.models import CheckedModel
+from mmp_env.errors import is_out_of_memory
 from mmp_env.mujoco_import import mujoco
 
 _GEOMS = {
@@ -279,10 +280,9 @@ def _hold(spec: mujoco.MjSpec, arm: CheckedArm, held: Solid) -> None:
 
 def _refused(what: str, error: ValueError) -> UnreadableError | MemoryError:
     """Returns why MuJoCo does not take a model. Too little memory is no fault of the model."""
-    reason = " ".join(str(error).split())
-    if "could not allocate" in reason.lower():  # MuJoCo has no class for it
+    if is_out_of_memory(error):
         return MemoryError("MuJoCo got no memory")
-    return UnreadableError(f"MuJoCo does not take {what}: {reason}")
+    return UnreadableError(f"MuJoCo does not take {what}: {' '.join(str(error).split())}")
 
 
 def _mjcf(model: CheckedModel) -> mujoco.MjSpec:

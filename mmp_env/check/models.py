@@ -23,6 +23,27 @@ _SPHERES, _HULLS, _MJCF = "spheres.json", "hulls.json", ".xml"
 _ORIGIN = "origin"
 """Field of hulls.json that says where the hulls are from."""
 _MOST_JOINTS, _MOST_MODELS = 64, 64
+_FIELDS = {
+    "robots": (
+        *("title", "reach", "links", "joints", "flange", "home", "tucked", "draw_limits", "default_tool"),
+        *("ring_spheres", "ring_height", "acceleration_published", "approximate_sets_mm", "protrusion_mm"),
+        *("uncovered_mm", "self_collision_ignore", "self_pairs_ignored", "self_pairs_tested", "hull_volumes_m3"),
+        *("imported", "fingerprints", "sources", "notes"),
+    ),
+    "tools": (
+        *("title", "mount", "point", "opening", "mass", "state", "joint_values", "protrusion_mm", "uncovered_mm"),
+        *("self_collision_ignore", "self_pairs", "imported", "sources", "notes"),
+    ),
+}
+"""Kind -> known fields of robot.json or tool.json."""
+_INNER_FIELDS = {
+    "imported": ("source", "sha256", "importer", "root", "tip", "held"),
+    "flange": ("xyz", "rpy"),
+    "mount": ("xyz", "rpy"),
+    "self_collision_ignore": ("28", "fine", "exact"),
+}
+"""Field of robot.json or tool.json -> its known fields."""
+_JOINT_FIELDS = ("name", "type", "origin", "axis", "lower", "upper", "velocity", "acceleration", "jerk", "effort")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -130,6 +151,10 @@ def _carried(data: Any, kind: str) -> dict[str, CheckedModel]:
 
 def _model(name: str, kind: str, files: Mapping[str, Any], where: str) -> CheckedModel:
     data = member(files, _MAIN[kind], where)
+    known(data, _FIELDS[kind], f"{_MAIN[kind]} of {where}")
+    for key, fields in _INNER_FIELDS.items():
+        if key in data:
+            known(data[key], fields, f"{key} of {where}")
     ignored = member(data, "self_collision_ignore", f"{_MAIN[kind]} of {where}")
     if not isinstance(ignored, Mapping):
         raise UnreadableError(f"self_collision_ignore of {where} is not a JSON object")
@@ -147,6 +172,10 @@ def _model(name: str, kind: str, files: Mapping[str, Any], where: str) -> Checke
     for part, value in ((_SPHERES, member(files, _SPHERES, where)), (_HULLS, {} if hulls is None else hulls)):
         if not isinstance(value, Mapping):
             raise UnreadableError(f"{part} of {where} is not a JSON object")
+    known(files[_SPHERES], _INNER_FIELDS["self_collision_ignore"], f"{_SPHERES} of {where}")
+    for link in {} if hulls is None else hulls.keys() - {_ORIGIN}:
+        for piece in listed(hulls, link, f"{_HULLS} of {where}"):
+            known(piece, ("vertices", "radius"), f"a hull of '{link}' in {_HULLS} of {where}")
     return CheckedModel(name=name, data=data, spheres=files[_SPHERES], hulls=hulls, mjcf=mjcf)
 
 
@@ -158,6 +187,8 @@ def _test_robot(data: Any, where: str) -> None:
     if not 1 <= len(joints) <= _MOST_JOINTS or len(links) != len(joints) + 1:
         raise UnreadableError(f"{where} does not have 1 to {_MOST_JOINTS} joints and one link more")
     for k, joint in enumerate(joints):
+        known(joint, _JOINT_FIELDS, f"joint {k} of {where}")
+        known(joint.get("origin", {}), ("xyz", "rpy"), f"origin of joint {k} of {where}")
         lower, upper = (_finite(member(joint, key, f"joint {k} of {where}"), (), key) for key in ("lower", "upper"))
         if not lower < upper:
             raise UnreadableError(f"joint {k} of {where} has no upper limit above its lower limit")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from argparse import Namespace
 from pathlib import Path
@@ -13,6 +14,8 @@ from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.wording import counted
 
 if TYPE_CHECKING:
+    from gymnasium.envs.registration import EnvSpec
+
     from mmp_cli.benchmark.sources import Instances
     from mmp_cli.datasets.expert import Episode
     from mmp_cli.datasets.folder import DatasetFolder
@@ -82,7 +85,7 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
         complain(f"{len(folder.lines)} of {len(source.items)}: {item.name}: {outcome}")
     identity, name = None, source.title.replace(" ", "-")
     if args.format == "minari" and folder.files:
-        identity = minari_format.write(folder, name, _env(args, source.problem(0)))
+        identity = minari_format.write(folder, name, _env(args, source.problem(0)), _spec(args))
     elif len(folder.files) > before and exists(folder.path / name / minari_format.VERSION):
         complain(f"the Minari dataset in {folder.path} has not the new episodes; --format minari makes it again")
     _report(args, folder, identity)
@@ -125,6 +128,20 @@ def _env(args: Namespace, problem: Problem) -> MultiArmCellEnv:
     from mmp_env.gym.env import MultiArmCellEnv
 
     return MultiArmCellEnv(cell=problem.cell, control_mode=args.control_mode)
+
+
+def _spec(args: Namespace) -> EnvSpec | None:
+    """Returns what Gymnasium makes the environment of an environment id with; None for a file, which may change."""
+    import gymnasium
+
+    from mmp_env.gym.registration import CELLS, known_id
+
+    if args.source.removeprefix("mmp_env:") not in CELLS:
+        return None
+    spec = copy.deepcopy(gymnasium.spec(known_id(args.source)))
+    asked = {name: getattr(args, name) for name in ("control_mode", "robot", "task", "margin")}
+    spec.kwargs |= {name: value for name, value in asked.items() if value is not None}
+    return spec
 
 
 def _report(args: Namespace, folder: DatasetFolder, identity: str | None) -> None:

@@ -60,9 +60,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"mmp: {describe_interrupt(interrupt)}", file=sys.stderr, flush=True)
         return 128 + signal_of(interrupt)
     except Exception as error:
-        if not _is_out_of_memory(error):
+        from mmp_env.errors import NO_MEMORY, is_out_of_memory
+
+        if not is_out_of_memory(error):
             raise
-        print("mmp: there is not enough memory", file=sys.stderr, flush=True)
+        print(f"mmp: {NO_MEMORY}", file=sys.stderr, flush=True)
         return 2
 
 
@@ -76,18 +78,6 @@ def run_script(script: Callable[[], int | None]) -> NoReturn:
     except MmpError as error:
         complain(error, program=sys.argv[0].rpartition("/")[2])
         sys.exit(2)
-
-
-def _is_out_of_memory(error: Exception) -> bool:
-    """Returns True also for the errors of MuJoCo and Pillow, which have no class for it.
-
-    They are not imported: that is slow.
-    """
-    if isinstance(error, MemoryError):
-        return True
-    if isinstance(error, OSError):  # Pillow says this if zlib gets no memory
-        return "codec configuration error" in str(error)
-    return type(error).__name__ in ("FatalError", "ValueError") and "could not allocate" in str(error).lower()
 
 
 def _run_process() -> int:

@@ -8,10 +8,11 @@ from faults.crashes import crashed_elsewhere
 from faults.kit import HELPERS, Run
 from faults.reports import entries, lost_output, lost_reports
 from faults.whole_files import READERS, broken
-from mmp_cli.benchmark.trial import NO_MEMORY
+from mmp_env.errors import NO_MEMORY
 from mmp_env.files.temporaries import PREFIX as TEMPORARY
 
-UNREAD = 141
+MORE_CODES = {"pipe": {141}, "memory": {1}, "kill": {1}}
+"""Kind -> more exit codes than 0 and 2: nobody reads the output; a plan got no memory; a worker was killed."""
 EXTENSION = "Importing the numpy C-extensions failed"
 """Beginning of the message of NumPy if it gets no memory while it is imported."""
 OWN_CACHE = "cache/mmp-env"
@@ -38,14 +39,14 @@ def faults_of(run: Run, kind: str, good: Run) -> list[str]:
 def _faults_of_ending(run: Run, kind: str, ended: bool) -> list[str]:
     """Returns what is wrong with the exit code and the messages; `ended` says that the process could not end well."""
     out = []
-    allowed = {0, 2, UNREAD} | ({1} if kind in ("memory", "kill") else set())
+    waived = kind == "memory" and EXTENSION in run.err
+    allowed = {0, 2} | MORE_CODES.get(kind, set())
     if run.code not in allowed and not ended:
         out.append(f"exit code {run.code}: {run.err.strip()[-300:]}")
-    waived = kind == "memory" and EXTENSION in run.err
     if ("Traceback" in run.err or "Traceback" in run.out) and not waived:
         out.append("traceback: " + (run.err.strip() or run.out.strip()).splitlines()[-1])
-    if run.code == 2 and not any(line.startswith("mmp") for line in run.err.splitlines()):
-        out.append("exit code 2 without a sentence")
+    if run.code in (1, 2) and not waived and not any(line.startswith("mmp") for line in run.err.splitlines()):
+        out.append(f"exit code {run.code} without a sentence")
     return out
 
 

@@ -13,7 +13,9 @@ import pytest
 
 from mmp_cli.datasets.folder import DatasetFolder, exclusive
 from mmp_cli.main import main
+from mmp_env import find_cell
 from mmp_env.errors import MmpError
+from mmp_env.files.cell_file import cell_to_dict
 from mmp_env.gym.control import CONTROL_MODES
 from mmp_env.gym.env import MultiArmCellEnv
 
@@ -109,18 +111,49 @@ def test_instances_without_an_episode_are_counted(tmp_path, capsys):
     assert [line["outcome"] for line in index_of(tmp_path / "a")["instances"]] == ["no plan: timeout"] * 2
 
 
-def test_minari_loads_the_dataset(tmp_path, capsys):
+def test_minari_loads_the_dataset_and_makes_its_environment(tmp_path, capsys):
     minari = pytest.importorskip("minari")
     words = ["dataset", "MultiArmCell-2", "--count", "2", "--out", str(tmp_path / "a"), "--format", "minari"]
+    assert main([*words, "--control-mode", "delta", "--task", "parallel", "--robot", "panda"]) == 0
+    (name,) = (tmp_path / "a").glob("Multi*")
+    with mock.patch.dict(os.environ, MINARI_DATASETS_PATH=str(tmp_path / "a")):
+        found = minari.load_dataset(f"{name.name}/expert-v0")
+    env = found.recover_environment()
+    asked = {"cell": "ring-2", "control_mode": "delta", "task": "parallel", "robot": "panda"}
+    assert env.spec.kwargs == asked
+    assert [arm.robot.name for arm in env.unwrapped.cell.arms] == ["panda"] * 2
+    assert (found.observation_space, found.action_space) == (env.observation_space, env.action_space)
+    assert found.total_episodes == 2
+    for k, episode in enumerate(found):
+        kept = np.load(tmp_path / "a" / "episodes" / f"{k:05}.npz")
+        steps = len(kept["actions"])
+        assert episode.observations.keys() == env.observation_space.keys()
+        lengths = {len(rows) for rows in episode.observations.values()}
+        ended = {len(rows) for rows in (episode.actions, episode.rewards, episode.terminations, episode.truncations)}
+        assert (lengths, ended) == ({steps + 1}, {steps})
+        assert episode.actions.dtype == env.action_space.dtype
+        assert all(action in env.action_space for action in episode.actions)
+        for t in range(steps + 1):
+            observation = {part: rows[t] for part, rows in episode.observations.items()}
+            assert observation in env.observation_space
+        for part, rows in episode.observations.items():
+            assert rows.dtype == env.observation_space[part].dtype
+            np.testing.assert_array_equal(rows, kept[f"observations.{part}"])
+        for part in ("actions", "rewards", "terminations", "truncations"):
+            np.testing.assert_array_equal(getattr(episode, part), kept[part])
+    env.reset(seed=0)
+    env.step(found[0].actions[0])
+
+
+def test_a_minari_dataset_of_a_file_has_no_environment(tmp_path, capsys):
+    minari = pytest.importorskip("minari")
+    cell_file = tmp_path / "cell.json"
+    cell_file.write_text(json.dumps(cell_to_dict(find_cell("ring-2"))))
+    words = ["dataset", str(cell_file), "--count", "1", "--out", str(tmp_path / "a"), "--format", "minari"]
     assert main(words) == 0
     with mock.patch.dict(os.environ, MINARI_DATASETS_PATH=str(tmp_path / "a")):
-        found = minari.load_dataset("MultiArmCell-2/expert-v0")
-    assert found.total_episodes == 2
-    episode = found[1]
-    kept = np.load(tmp_path / "a" / "episodes" / "00001.npz")
-    np.testing.assert_array_equal(episode.actions, kept["actions"])
-    np.testing.assert_array_equal(episode.observations["clearance"], kept["observations.clearance"])
-    assert found.observation_space == MultiArmCellEnv(cell="ring-2").observation_space
+        (name,) = minari.list_local_datasets()
+        assert minari.load_dataset(name).env_spec is None
 
 
 def test_a_minari_dataset_that_lacks_new_episodes_is_named_and_made_again(tmp_path, capsys):

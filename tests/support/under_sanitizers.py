@@ -1,15 +1,31 @@
-"""Runs the native core under a sanitizer, see scripts/sanitize.sh. Usage: under_sanitizers.py plans|threads"""
+"""Runs the native core under a sanitizer, see scripts/sanitize.sh. Usage: under_sanitizers.py WHAT
+
+plans: one instance with every planner. threads: two threads that plan at once. loaded SYMBOL...: ends with an error
+unless the loaded core is beside this file, in a checkout or a copy of it, and has these symbols of a sanitizer.
+"""
 
 from __future__ import annotations
 
 import sys
 import threading
+from pathlib import Path
 
-from mmp_env import draw_problem, find_cell
+from mmp_env import core, draw_problem, find_cell
 from mmp_env.model.problem import Problem
 from mmp_planners import make, names
 
 TIME_LIMIT_S = 20.0
+
+
+def loaded() -> None:
+    """Ends with an error unless the loaded core has the symbols of a sanitizer that the command line names."""
+    file = Path(core.load_variant(core.preferred_variant()).__file__ or "").resolve()
+    if not file.is_relative_to(Path(__file__).resolve().parents[2]):
+        sys.exit(f"the loaded core is another one: {file}")
+    missing = [symbol for symbol in sys.argv[2:] if symbol.encode() not in file.read_bytes()]
+    if missing:
+        sys.exit(f"{file} has no {', '.join(missing)}: it is not instrumented")
+    print(f"{file.name} has {', '.join(sys.argv[2:])}", flush=True)
 
 
 def plans() -> None:
@@ -39,4 +55,4 @@ def _plan(name: str, problem: Problem) -> None:
 
 
 if __name__ == "__main__":
-    {"plans": plans, "threads": threads}[sys.argv[1]]()
+    {"loaded": loaded, "plans": plans, "threads": threads}[sys.argv[1]]()

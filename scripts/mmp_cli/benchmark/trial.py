@@ -16,7 +16,7 @@ from mmp_cli.benchmark.job import Job, Result, Unit, Variant, Verdict
 from mmp_cli.benchmark.result_line import line_of, read_line
 from mmp_cli.outcome import Outcome
 from mmp_env.check import CheckReport, check_document
-from mmp_env.errors import InvalidInstanceError, MmpError, in_words
+from mmp_env.errors import NO_MEMORY, InvalidInstanceError, MmpError, in_words, is_out_of_memory
 from mmp_env.files.reading import Location
 from mmp_env.files.writing import json_text, plain
 from mmp_env.model.problem import Problem
@@ -28,7 +28,6 @@ PLANNING, CHECKING = "planning", "checking"
 """Phases that a worker reports; before the first one it prepares."""
 LATE_SHARE, LATE_LEAST_S = 0.1, 1.0
 """Largest delay of a plan behind the time limit, as a share and at least [s]; a later plan is a timeout."""
-NO_MEMORY = "there is not enough memory"
 
 
 class Trials:
@@ -79,10 +78,9 @@ class Trials:
             return result
         except MmpError as error:
             return Result(line=line_of(self._job, unit, out, in_words(error)))
-        except MemoryError:
-            return Result(line=line_of(self._job, unit, out, NO_MEMORY))
         except BaseException as error:
-            return Result(line=line_of(self._job, unit, out, f"in the benchmark itself: {in_words(error)}"))
+            reason = NO_MEMORY if is_out_of_memory(error) else f"in the benchmark itself: {in_words(error)}"
+            return Result(line=line_of(self._job, unit, out, reason))
 
     def _planned(self, unit: Unit, out: Outcome, planner: Planner) -> Result:
         problem, limit_s = out.problem, self._job.time_limit_s

@@ -7,6 +7,7 @@ import warnings
 from unittest import mock
 
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 
 from mmp_cli.datasets.folder import DatasetFolder
 from mmp_env.errors import MmpError
@@ -30,10 +31,17 @@ def require() -> None:
         raise MmpError(f"--format minari needs the extra learning: pip install 'mmp-env[learning]' ({error})") from None
 
 
-def write(folder: DatasetFolder, name: str, env: MultiArmCellEnv) -> str:
+def write(folder: DatasetFolder, name: str, env: MultiArmCellEnv, spec: EnvSpec | None) -> str:
     """Writes all episodes of a folder as one Minari dataset in it, in place of an earlier one. Returns its id.
 
-    Raises `MmpError` if it cannot be written.
+    Args:
+        folder: the folder of the dataset.
+        name: name of the dataset.
+        env: the environment of the episodes.
+        spec: what Gymnasium makes this environment with again, if it can.
+
+    Raises:
+        MmpError: if it cannot be written.
     """
     import minari
     from minari.data_collector import EpisodeBuffer
@@ -64,6 +72,7 @@ def write(folder: DatasetFolder, name: str, env: MultiArmCellEnv) -> str:
             minari.create_dataset_from_buffers(
                 identity,
                 buffers,
+                env=spec,
                 algorithm_name=folder.settings["planner"],
                 action_space=env.action_space,
                 observation_space=env.observation_space,

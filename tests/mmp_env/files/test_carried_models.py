@@ -9,12 +9,13 @@ import pytest
 from support.small_arms import box_mesh, mjcf, urdf, with_mesh
 
 import mmp_env
-from mmp_env.check import check_document
+from mmp_env.check import check_document, models
 from mmp_env.errors import MmpError
 from mmp_env.export import export_plan
 from mmp_env.files.cell_file import cell_from_dict, cell_to_dict
 from mmp_env.files.plan_file import plan_from_dict, plan_to_dict
 from mmp_env.importing.robot_folder import ImportOptions, add_robot
+from mmp_env.model import description
 from mmp_env.model.plan import Plan
 from mmp_env.sim.execution import execute_plan
 from mmp_env.sim.simulation import Simulation
@@ -140,6 +141,10 @@ FAULTS = {
         "robot.json: joints[1]: unknown field 'typ'. Did you mean 'type'?",
     ),
     "field of no import": (set_at("robot.json", "imported", "tips", 0), "robot.json: imported: unknown field 'tips'"),
+    "field of no origin": (
+        set_at("robot.json", "joints", 1, "origin", "quat", 0),
+        "robot.json: joints[1].origin: unknown field 'quat'",
+    ),
     "field of no pose": (set_at("robot.json", "flange", "quat", 0), "robot.json: flange: unknown field 'quat'"),
     "field of no hull": (set_at("hulls.json", "fore", 0, "edges", 0), "hulls.json: fore[0]: unknown field 'edges'"),
     "huge": (set_at("robot.json", "home", 0, 10**400), "robot.json: home[0] is a number of 401 digits"),
@@ -186,6 +191,24 @@ def test_the_checker_raises_for_no_fault_of_a_robot(foreign, fault):
     for spheres in ("fine", "exact"):
         plan["problem"]["cell"]["spheres"] = spheres
         check_document(plan)
+
+
+@pytest.mark.parametrize("fault", [name for name, (_, words) in FAULTS.items() if "unknown field" in words])
+@pytest.mark.parametrize("exact", [False, True])
+def test_the_checker_refuses_an_unknown_field_that_the_reader_refuses(foreign, fault, exact):
+    plan = copy.deepcopy(plan_to_dict(small_steps(foreign)))
+    assert mmp_env.check_plan(plan, exact=exact).valid
+    FAULTS[fault][0](plan["problem"]["cell"]["robots"]["arm"])
+    (violation,) = mmp_env.check_plan(plan, exact=exact).violations
+    assert violation.rule == "schema"
+    assert "which this checker does not know" in str(violation)
+
+
+def test_the_checker_knows_the_fields_that_the_reader_knows():
+    assert set(models._FIELDS["robots"]) == set(description._ROBOT_FIELDS)
+    assert set(models._FIELDS["tools"]) == set(description._TOOL_FIELDS)
+    assert models._INNER_FIELDS["imported"] == description._IMPORT_FIELDS
+    assert models._JOINT_FIELDS == description._JOINT_FIELDS
 
 
 @pytest.mark.parametrize("name", ["panda", "none", "a/b", ""])

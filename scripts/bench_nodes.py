@@ -11,6 +11,7 @@ import argparse
 
 import numpy as np
 from figure import print_figure, rounded
+from resampling import interval
 
 from mmp_cli.arguments import Parser, whole
 from mmp_cli.main import run_script
@@ -20,7 +21,6 @@ from mmp_planners import make
 CELLS = ("ring-4", "ring-6", "ring-8")
 PLANNERS = ("ecbs", "apf-ecbs")
 TIME_LIMIT_S = 10.0
-RESAMPLED = 10_000
 
 
 def main() -> None:
@@ -43,16 +43,14 @@ def compare(name: str, count: int) -> None:
             nodes.append([result.stats["expanded_nodes"] for result in results])
             times.append([result.stats["planning_time_s"] for result in results])
     of_ecbs, ours = np.array(nodes, dtype=float).T
-    chosen = np.random.default_rng(0).integers(0, len(ours), (RESAMPLED, len(ours)))
-    ratios = of_ecbs[chosen].sum(axis=1) / np.maximum(ours[chosen].sum(axis=1), 1)
-    low, high = np.quantile(ratios, (0.05, 0.95))
+    low, high = interval(of_ecbs, ours, least=1.0)
     slower, faster = np.median(times, axis=0)
     print_figure(
         f"nodes_{name}",
         float(of_ecbs.sum() / max(ours.sum(), 1)),
         "times fewer expanded nodes",
-        low=rounded(float(low)),
-        high=rounded(float(high)),
+        low=rounded(low),
+        high=rounded(high),
         solved=len(ours),
         instances=count,
         time_ratio=rounded(float(slower / faster)),

@@ -96,6 +96,7 @@ def compare(runs: Runs, planner: Named, base: Named) -> None:
         "instances": len(instances),
         "first": instances.start,
         "seeds": seeds,
+        "time_limit_s": runs.time_limit,
         "solved": solved(ours),
         "solved_base": solved(rival),
     }

@@ -35,8 +35,31 @@ VARIANTS = {
 }
 """Options of each variant of `apf-ecbs`, and of `ecbs` if its name begins so; `apf-ecbs` and `ecbs` have defaults.
 
-The first group reverts one design decision each. `paper` reverts all that have an option, `paper-...` all but one.
+The first group reverts one design decision or a few that belong together. `paper` reverts all that have an option,
+`paper-...` all but one.
 """
+DECISIONS = {
+    "apf-ecbs": "",
+    "centre-distance": "distance=centre",
+    "no-floor": "floor=0",
+    "no-cap": "cap=0",
+    "no-stretch": "stretch=0",
+    "no-direct": "direct=off",
+    "no-shortcuts": "shortcuts=0",
+    "patience": "patience=1000000",
+    "literal-hits": "fast_track=literal",
+    "w-1.2": "w=1.2",
+    "w-2": "w=2",
+    "alpha-10": "step=gradient alpha=1e-6",
+    "k_rep-10": "step=gradient k_rep=0.5",
+}
+"""Options of further variants: each reverts one design decision, or has another value of a published parameter."""
+TRACK = {
+    "apf-ecbs-nf": "",
+    **{label: VARIANTS[label] for label in ("one-arm", "cover", "literal-track")},
+    "apf-ecbs": "",
+}
+"""Options of the fast tracks that are compared with six and eight arms."""
 
 
 def variants(options: dict[str, str]) -> list[str]:
@@ -62,7 +85,11 @@ BENCHES: dict[str, dict[str, list[str]]] = {
         f"task-{task}": ["MultiArmCell-mixed-4", "--task", task, "--planners", "auto,apf-ecbs,prioritized"]
         for task in TASKS
     },
-    "literal": {"literal": ["MultiArmCell-4", *variants(VARIANTS)]},
+    "literal": {
+        "literal": ["MultiArmCell-4", *variants(VARIANTS)],
+        "decisions": ["MultiArmCell-4", *variants(DECISIONS)],
+        "track": [*RINGS[1:], *variants(TRACK)],
+    },
     "others": {
         "others": [*RINGS, "--planners", "auto,rrt-connect,prioritized,xecbs", "--exact"],
         "cbs-mp": ["MultiArmCell-4", "--planners", "cbs-mp", "--exact"],
@@ -88,7 +115,7 @@ BENCHES: dict[str, dict[str, list[str]]] = {
     },
 }
 """Part -> folder -> arguments of `mmp bench`."""
-COUNTS = {"kinds": 20, "preset": 20}
+COUNTS = {"kinds": 20, "preset": 20, "track": 20}
 """Largest number of instances of a cell; the other folders have no limit."""
 SHARES = {"study": (0.2, 0.3), "study-long": (0.06, 6.0)}
 """Instances of a cell and time limit of a folder, relative to those of the others."""
@@ -102,7 +129,9 @@ _REPULSION = {
     ],
     "options": [
         ["--base", "apf-ecbs", "--set", setting]
-        for setting in ("shorten_paths=on", "shorten=400", "parked_yield=on", "halvings=3")
+        for setting in (
+            *("shorten_paths=on", "shorten=25", "shorten=100", "shorten=400", "parked_yield=on", "halvings=3"),
+        )
     ],
     "exact": [["--base", "apf-ecbs", "--set", "exact_within=0.03", "--exact"]],
 }
@@ -134,3 +163,7 @@ LINES: dict[str, dict[str, list[list[str]]]] = {
     },
 }
 """Part -> output -> commands, whose lines in JSON go into figures.jsonl."""
+PARTS = (*LINES, *BENCHES, "pages")
+"""Parts of `scripts/measure.py`, in their order."""
+REPRODUCED = ("cells", "kinds", "tasks", "literal", "others", "panda", "preset", "study", "beyond")
+"""Parts that `scripts/reproduce_paper.sh` runs by default."""

@@ -19,10 +19,15 @@ def print_figure(
     name: str, value: float, unit: str, *, ratio: float | None = None, ratio_to: str | None = None, **more: Any
 ) -> None:
     """Prints a figure. `ratio` is relative to what `ratio_to` names; `more` are further keys of the line."""
-    line: dict[str, Any] = {"name": name, "value": rounded(value), "unit": unit}
     if ratio is not None:
-        line |= {"ratio": rounded(ratio), "ratio_to": ratio_to}
-    print(json.dumps(line | more | {"cpu": machine(), "version": version(), "commit": commit()}), flush=True)
+        more = {"ratio": rounded(ratio), "ratio_to": ratio_to} | more
+    print(json.dumps(figure_line(name, rounded(value), unit, **more)), flush=True)
+
+
+def figure_line(name: str, value: float, unit: str, **more: Any) -> dict[str, Any]:
+    """Returns the line of a figure with machine, version and commit."""
+    where = {"cpu": machine(), "version": version(), "commit": commit()}
+    return {"name": name, "value": value, "unit": unit, **more, **where}
 
 
 @cache

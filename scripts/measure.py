@@ -15,8 +15,8 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks import BENCHES, CIRCLES, COUNTS, LINES, REPORTED, SHARES
-from figure import commit
+from benchmarks import BENCHES, CIRCLES, COUNTS, LINES, PARTS, REPORTED, SHARES
+from figure import commit, figure_line
 from measured import ROOT
 
 from mmp_cli.arguments import Parser, seconds, whole
@@ -26,23 +26,26 @@ from mmp_env.errors import MmpError, UnknownNameError
 
 SCRIPTS = ROOT / "scripts"
 MMP = [sys.executable, "-P", "-c", "import sys; from mmp_cli.main import main; sys.exit(main())"]
-PARTS = (*LINES, *BENCHES, "pages")
 __doc__ = __doc__.format(parts=", ".join(PARTS)) if __doc__ else None
 
 
 def main() -> None:
-    """Runs the parts in order and prints the duration of each."""
+    """Runs the parts in order, and prints and keeps the duration of each."""
     args = arguments()
     chosen = args.parts or [part for part in PARTS if part != "circles" or args.instances]
     for part in [part for part in PARTS if part in chosen]:
-        begin = time.monotonic()
         for folder, all_words in commands(part, args):
             condition(args, folder)
             if folder.endswith(".jsonl") and (args.out / folder).exists():
                 continue  # complete
             print(f"{part}: {folder}", flush=True)
-            run(all_words, args.out / folder)
-        print(f"{part}: took {time.monotonic() - begin:.0f} s", flush=True)
+            begin = time.monotonic()
+            try:
+                run(all_words, args.out / folder)
+            finally:
+                took = time.monotonic() - begin
+                add_duration(args, part, took)
+                print(f"{part}: {folder} took {took:.0f} s", flush=True)
 
 
 def arguments() -> argparse.Namespace:
@@ -92,6 +95,19 @@ def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[li
     if part == "circles":
         published = [str(args.instances / f"{name}.published.csv") for name in CIRCLES]
         yield "published.jsonl", [script("bench_published.py", str(args.out / "circles"), *published)]
+
+
+def add_duration(args: argparse.Namespace, part: str, seconds: float) -> None:
+    """Adds a time [s] to the line of a part in `durations.jsonl`: a part may be stopped and go on later."""
+    if part == "pages":
+        return
+    path, name = args.out / "durations.jsonl", f"duration_{part}"
+    lines = map(json.loads, path.read_text(encoding="utf-8").splitlines()) if path.exists() else ()
+    named = {line["name"]: line for line in lines}
+    total = round(named.get(name, {"value": 0.0})["value"] + seconds, 1)
+    settings = {"workers": args.workers, "count": args.count, "time_limit_s": args.time_limit}
+    named[name] = figure_line(name, total, "s", **settings)
+    path.write_text("".join(f"{json.dumps(line)}\n" for line in named.values()), encoding="utf-8")
 
 
 def script(name: str, *words: str) -> list[str]:

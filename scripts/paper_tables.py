@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from measured import OURS, kept_sections
+from paired import Ratio, pair
 
 from mmp_cli.reporting.figure_style import (
     INK,
@@ -76,6 +77,37 @@ def _means(run: PlannerRuns, among: Sequence[tuple[str, int]]) -> list[float | N
     return [values.mean if values else None for values in spreads]
 
 
+PAIRS = {
+    "preset": (("ecbs-paper", "paper"), ("apf-ecbs-nf-paper", "paper")),
+    "cells": (("ecbs", OURS), (NO_FAST_TRACK, OURS)),
+    "literal": (("ecbs-paper", "paper"), ("ecbs-paper", "paper-surface")),
+    "track": tuple((NO_FAST_TRACK, label) for label in ("one-arm", "cover", "literal-track", OURS)),
+}
+"""Planners of each folder that are compared, the one without repulsion or without the fast track first."""
+
+
+def pair_table(folder: Path) -> Rows:
+    """Yields the ratios of two planners on the instances that both solve, with their 90 % intervals."""
+    yield ["arms", "planners", "solved", "solved by both", "nodes", "mean time", "median time", "makespan", "cost"]
+    for section in kept_sections(folder):
+        for theirs, ours in PAIRS[folder.name]:
+            both = pair(section, theirs, ours)
+            if both is None:
+                continue
+            fields = METRICS.values()
+            ratios = [both.ratio(field) for field in fields]
+            ratios.insert(2, both.ratio("planning_time_s", median=True))
+            solved = f"{len(both.theirs.solved)}, {len(both.ours.solved)} of {len(both.ours.valid)}"
+            yield [
+                *(str(section.arms), f"`{theirs}` / `{ours}`", solved, str(len(both.both))),
+                *map(_with_interval, ratios),
+            ]
+
+
+def _with_interval(ratio: Ratio | None) -> str:
+    return NOTHING if ratio is None else f"{ratio.value:#.3g} ({ratio.low:#.3g} to {ratio.high:#.3g})"
+
+
 def fast_track_table(folder: Path, *, ours: str = OURS, without: str = NO_FAST_TRACK) -> Rows:
     """Yields nodes and time with and without the fast track, on instances that both solve, and its hits."""
     yield [
@@ -111,7 +143,12 @@ def save_figures(folder: Path, target: Path) -> None:
     styles = plot_styles([run.label for run in sections[0].runs])
     target.mkdir(exist_ok=True)
     for figure in (success_figure(sections, styles), relative_figure(sections, styles)):
-        (target / f"{figure.name}.svg").write_text(figure.svg, encoding="utf-8")
+        save(figure, target)
+
+
+def save(figure: RenderedFigure, target: Path) -> None:
+    """Writes a figure into a folder."""
+    (target / f"{figure.name}.svg").write_text(figure.svg, encoding="utf-8")
 
 
 def success_figure(sections: Sequence[Section], styles: dict[str, PlotStyle]) -> RenderedFigure:

@@ -15,7 +15,7 @@ PLANNERS = {
     "auto": "default: a cheap plan in short time",
     "rrt-connect": "the fastest first plan",
     "prioritized": "short paths, one arm after the other",
-    "apf-ecbs": "planner of the paper: repulsion keeps its tree small",
+    "apf-ecbs": "the paper's algorithm with our defaults: repulsion keeps its tree small",
     "apf-ecbs-nf": "`apf-ecbs` without the fast track",
     "ecbs": "baseline of the paper: no repulsion, a larger tree",
     "xecbs": "`ecbs` that reuses the paths of the parent node",
@@ -27,24 +27,38 @@ PLANNERS = {
 _GALLERY_COLUMNS = 5
 OPTIONS = {
     "apf-ecbs": "the defaults",
-    "gradient": "gradient steps of size `alpha`, as in the paper",
-    "centre": "the same, and distances between sphere centres",
+    "gradient": "gradient steps of size `alpha`",
+    "alpha-10": "the same, and ten times the α of the paper",
+    "k_rep-10": "gradient steps, and ten times the k_rep of the paper",
+    "centre-distance": "distances between sphere centres",
+    "centre": "the same, and gradient steps",
+    "no-floor": "no floor of the distance",
+    "no-cap": "no cap of a step",
+    "no-stretch": "no limit of the distance between waypoints",
     "all-iterations": "all 50 iterations of ModifyMotion",
-    "one-arm": "one critical arm, and misses are discarded, as in the paper",
-    "literal-track": "the same, and a success replaces the node",
+    "one-arm": "one critical arm; its misses are discarded",
+    "discarded": "misses are discarded",
+    "literal-hits": "a success of the fast track replaces the node",
+    "literal-track": "one critical arm, misses are discarded, and a success replaces the node",
     "improve": "200 iterations of SI-RRT\\* after the first path",
-    "one-tree": "one tree, as in the paper",
-    "vertex": "vertex constraint of the paper, with a radius",
+    "no-direct": "no straight lines are tried first",
+    "no-shortcuts": "single-arm paths are not shortened",
+    "patience": "the search waits for the bound",
+    "w-1.2": "w = 1.2",
+    "w-2": "w = 2",
+    "one-tree": "one tree",
+    "vertex": "vertex constraint, with a radius of 0.2 rad",
+    "vertex-0.05": "vertex constraint, with a radius of 0.05 rad",
     "paper": "all settings of the paper that have an option",
 }
-"""Decision that each variant of `scripts/benchmarks.py` reverts."""
+"""What each variant of `scripts/benchmarks.py` changes."""
 _REPULSION = (
     *("cbs repulsion=fast-track", "xecbs repulsion=fast-track", "gen-ecbs repulsion=fast-track"),
-    *("apf-ecbs shorten_paths=on", "apf-ecbs shorten=400", "apf-ecbs parked_yield=on", "apf-ecbs halvings=3"),
-    "apf-ecbs exact_within=0.03",
+    *("apf-ecbs shorten_paths=on", "apf-ecbs shorten=25", "apf-ecbs shorten=100", "apf-ecbs shorten=400"),
+    *("apf-ecbs parked_yield=on", "apf-ecbs halvings=3", "apf-ecbs exact_within=0.03"),
 )
 """Planners and options that `scripts/bench_repulsion.py` compares with the planners' defaults."""
-_PAPER_LITERAL = "literal/MultiArmCell-4"
+_VARIANTS = ("literal/MultiArmCell-4", "decisions/MultiArmCell-4")
 KINDS = ("avoid-state", "vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
 _TASK_PLANNERS = ("auto", "apf-ecbs", "prioritized")
@@ -114,10 +128,11 @@ def linked(about: About | None, *, short: bool = False) -> str:
 
 
 def option_table(figures: Figures) -> Iterator[list[str]]:
-    """Yields the effect of each published parameter on `apf-ecbs`."""
-    yield ["variant", "setting", "solved", "time", "expanded nodes", "cost"]
+    """Yields the effect of each design decision on `apf-ecbs`."""
+    yield ["variant", "change", "solved", "time", "expanded nodes", "cost"]
     for variant, words in OPTIONS.items():
-        yield [f"`{variant}`", words, *outcome(figures, _PAPER_LITERAL, variant)]
+        source = next((name for name in _VARIANTS if f"{name}/{variant}/solved" in figures), _VARIANTS[0])
+        yield [f"`{variant}`", words, *outcome(figures, source, variant)]
 
 
 def kind_table(figures: Figures) -> Iterator[list[str]]:
@@ -155,16 +170,23 @@ def node_table(figures: Figures) -> Iterator[list[str]]:
 
 def repulsion_table(figures: Figures) -> Iterator[list[str]]:
     """Yields nodes, time and cost of planners with an option, relative to those without it."""
-    yield ["planner, option", "cell", "solved without", "solved with", "nodes without", "nodes with", "time", "cost"]
+    yield [
+        *("planner, option", "cell", "time limit", "solved without", "solved with"),
+        *("nodes without", "nodes with", "time", "cost"),
+    ]
     for label in _REPULSION:
         cells = [f"{ring}-exact" if "exact_within" in label else ring for ring in ("ring-4", "ring-6", "ring-8")]
         for cell in cells:
-            nodes, time, cost = (figures[f"repulsion/{label}/{what}_{cell}"] for what in ("nodes", "time", "cost"))
+            nodes, time, cost = (figures.get(f"repulsion/{label}/{what}_{cell}") for what in ("nodes", "time", "cost"))
+            if nodes is None or time is None or cost is None:
+                yield [f"`{label}`", f"`{cell}`", *[NOT_MEASURED] * 7]
+                continue
+            limit = f"{nodes['time_limit_s']:g} s" if "time_limit_s" in nodes else NOT_MEASURED
             runs = nodes["instances"] * nodes["seeds"]
             solved = [f"{nodes[key]} of {runs}" for key in ("solved_base", "solved")]
             counts = [format(nodes[key], ".3g") for key in ("of_base", "value")]
             ratios = [f"{1 / time['ratio']:.2f}", f"{1 / cost['ratio']:.3f}"]
-            yield [f"`{label}`", f"`{cell}`", *solved, *counts, *ratios]
+            yield [f"`{label}`", f"`{cell}`", limit, *solved, *counts, *ratios]
 
 
 def as_table(rows: Iterator[list[str]]) -> str:

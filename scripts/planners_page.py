@@ -63,7 +63,7 @@ CHOICES = {
     "group-rrt": "the fastest first plan, of any number of arms (`shorten=0` returns it unshortened, and long)",
     "rrt-connect": "the baseline of composite planning",
     "prioritized": "short paths in crowded cells, without a conflict tree",
-    "apf-ecbs": "the planner of the paper: few nodes, and a bound relative to its own path lengths",
+    "apf-ecbs": "the paper's algorithm with our defaults (`preset=paper` has the paper's): few nodes",
     "ecbs": "the baseline of the paper: the same search without repulsion",
     "gen-ecbs": "several constraint kinds in one search",
     "cbs": "the cheapest plan of the tree, for few arms",

@@ -9,7 +9,9 @@ usage='usage: scripts/reproduce_paper.sh [--quick] [--time-limit S] [--count N] 
   --workers N     runs at a time; default: one for each core. Other work on the machine makes times longer
   --out DIR       folder of the results; default: build/reproduction-<time limit>s
   PART            default: cells kinds tasks literal others panda preset study, and beyond if not --quick;
-                  scripts/measure.py --help names all'
+                  scripts/measure.py --help names all
+It leaves out small, attacks and circles, which do not repeat the paper'\''s experiment (circles also needs --instances of
+scripts/measure.py), and the pictures (scripts/make_gallery.sh). It writes no page; its last line says which command does.'
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
@@ -60,4 +62,5 @@ prepare
 say "$count instances of each cell, $time_limit s each, $workers at a time. Into $out"
 cd "$root"
 PYTHONSAFEPATH= "$venv/bin/python" scripts/measure.py "${parts[@]}" --count "$count" --time-limit "$time_limit" --workers "$workers" --out "$out"
-say "Done. \`$venv/bin/python scripts/measure.py pages --out $out\` writes the pages of docs with these results"
+say "Not run: small, attacks and circles (scripts/measure.py), and the pictures (scripts/make_gallery.sh)"
+say "Done. \`$venv/bin/python scripts/measure.py pages --out $out\` writes the pages of docs with these results; until then they stay as they are"

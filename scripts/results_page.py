@@ -16,13 +16,15 @@ import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from benchmarks import REPORTED
+from benchmarks import PARTS, REPORTED, REPRODUCED
+from claims import COLUMNS, claims_table, summary
 from figure import commit
 from measured import FIGURES, PLAIN, RESULTS, condition, folder_figures, median_load, read_figures
-from paper_tables import fast_track_table, figure_five_table, save_figures, table_one
+from paper_tables import fast_track_table, figure_five_table, pair_table, save, save_figures, table_one
 from planner_tables import as_table
 from quoted import quoted
 from study_tables import heat_map_links, long_table, save_heat_maps, steps_table, verdict
+from trade_off import trade_off_figure
 from written_pages import bring_up_to_date, checking_parser, filled
 
 from mmp_cli.machine import machine
@@ -41,6 +43,7 @@ _FORMS = {
     "table-one": table_one,
     "figure-five": figure_five_table,
     "fast-track": fast_track_table,
+    "pairs": pair_table,
     "steps": steps_table,
     "long": long_table,
 }
@@ -60,6 +63,7 @@ def main() -> None:
     if not args.check:
         keep_all(args.folder, RESULTS)
         save_figures(RESULTS / "cells", RESULTS / "paper")
+        save(trade_off_figure(read_figures()), RESULTS / "paper")
         if (RESULTS / "study").is_dir():
             save_heat_maps(RESULTS / "study", RESULTS / "paper")
     page = with_tables(PAGE.read_text(encoding="utf-8"), RESULTS)
@@ -120,17 +124,45 @@ def keep_lines(lines: list[str], path: Path) -> None:
 
 def with_tables(page: str, results: Path) -> str:
     """Returns the page with the tables of the benchmarks kept in `results`."""
-    own = {"conditions": _conditions, "variants": _variants}
+    own = {"conditions": _conditions, "variants": _variants, "claims": _claims, "durations": _durations}
     return filled(page, lambda name: own[name](results) if name in own else _content(name, results))
 
 
 def _variants(results: Path) -> str:
     """Returns the table of the options of each variant, as they were measured."""
     rows = ["| variant | planner | `--set` |", "|---|---|---|"]
-    for planner in json.loads((results / "literal" / "settings.json").read_text())["planners"]:
+    paths = [results / folder / "settings.json" for folder in ("literal", "decisions")]
+    planners = [planner for path in paths if path.is_file() for planner in json.loads(path.read_text())["planners"]]
+    for planner in planners:
         words = " ".join(f"{option}={_written(value)}" for option, value in planner["options"].items())
         rows.append(f"| `{planner['label']}` | `{planner['name']}` | {f'`{words}`' if words else ''} |")
-    return "\n".join(rows) + "\n"
+    return "\n".join(dict.fromkeys(rows)) + "\n"
+
+
+def _claims(results: Path) -> str:
+    """Returns the table of the paper's claims, from the folders that judge them."""
+    folders = [results / planners.folder / "results.jsonl.gz" for planners in COLUMNS.values()]
+    if not all(path.is_file() for path in folders):
+        return _NOT_RUN
+    rows = list(claims_table(results))
+    return as_table(iter(rows)) + summary(rows[1:])
+
+
+def _durations(results: Path) -> str:
+    """Returns the duration of each part, and the sum of those that `reproduce_paper.sh` runs by default."""
+    figures = read_figures(results)
+    lines = {part: figures[f"duration_{part}"] for part in PARTS if f"duration_{part}" in figures}
+    if not lines:
+        return "Not measured yet: the next measurement writes the duration of each part.\n"
+    rows = [["part", "duration", "runs at a time", "instances", "time limit"]]
+    for part, line in lines.items():
+        words = [f"`{part}`", f"{line['value'] / 60:.1f} min", line["workers"], line["count"]]
+        rows.append([*map(str, words), f"{line['time_limit_s']:g} s"])
+    total = ""
+    if set(REPRODUCED) <= lines.keys():
+        hours = sum(lines[part]["value"] for part in REPRODUCED) / 3600
+        total = f"\nAll parts of `scripts/reproduce_paper.sh` together took {hours:.1f} hours.\n"
+    return as_table(iter(rows)) + total
 
 
 def _written(value: object) -> str:

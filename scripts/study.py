@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 ALPHAS = ("1e-8", "1e-7", "1e-6", "1e-5", "1e-4", "1e-3", "1e-2")
-RANGES = {"centre": ("0.1", "0.2", "0.4"), "surface": ("0.1",)}
+RANGES = {"centre": ("0.1", "0.2", "0.4"), "surface": ("0.05", "0.1", "0.2")}
 """Influence distances d_0 [m] of each kind of distance."""
 ITERATIONS = ("10", "50", "250")
 RADII = ("0.05", "0.1", "0.2", "0.4", "0.8")

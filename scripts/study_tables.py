@@ -10,11 +10,12 @@ from pathlib import Path
 
 import study
 from measured import kept_sections
+from paired import LEAST_BOTH, pair
 from study import Setting
 
 from mmp_cli.reporting.figure_style import INK, RenderedFigure, new_figure, rendered
 from mmp_cli.reporting.formatting import NOTHING
-from mmp_cli.reporting.sections import PlannerRuns, Section, commonly_solved
+from mmp_cli.reporting.sections import PlannerRuns, Section
 
 FEWER = 1.5
 """Least ratio of nodes, of `ecbs` to `apf-ecbs`, with which we say that the claim on nodes holds."""
@@ -34,6 +35,11 @@ class Compared:
     cost: float | None
 
     @property
+    def compares(self) -> bool:
+        """Returns whether both solve enough instances for ratios."""
+        return self.nodes is not None
+
+    @property
     def holds(self) -> bool:
         """Returns whether there are fewer nodes, and no fewer instances solved."""
         return self.nodes is not None and self.nodes >= FEWER and self.solved >= self.solved_before
@@ -41,34 +47,36 @@ class Compared:
 
 def compared(section: Section, setting: Setting) -> Compared:
     """Returns the comparison of a setting with the same setting without repulsion."""
-    runs = {run.label: run for run in section.runs}
-    before, after = runs[setting.baseline], runs[setting.label]
-    both = commonly_solved([before, after])
-
-    def ratio(field: str, part: str, least: float = 0.0) -> float | None:
-        values = [run.spread(field, among=both) for run in (before, after)] if both else [None, None]
-        one, other = (getattr(value, part) if value else None for value in values)
-        if one is None or other is None or not max(other, least):
-            return None
-        return max(one, least) / max(other, least)
-
+    both = pair(section, setting.baseline, setting.label)
+    assert both is not None, f"{setting.label} was not run; leave it out with `measured_rows`"
+    ratios = [both.ratio("expanded_nodes"), both.ratio("planning_time_s", median=True), both.ratio("cost_rad")]
+    nodes, time, cost = (None if ratio is None else ratio.value for ratio in ratios)
     return Compared(
-        solved=len(after.solved),
-        solved_before=len(before.solved),
-        both=len(both),
-        nodes=ratio("expanded_nodes", "mean", 1 / max(len(both), 1)),
-        time=ratio("planning_time_s", "median"),
-        cost=ratio("cost_rad", "mean"),
+        solved=len(both.ours.solved),
+        solved_before=len(both.theirs.solved),
+        both=len(both.both),
+        nodes=nodes,
+        time=time,
+        cost=cost,
     )
+
+
+def measured_rows(sections: Sequence[Section], rows: Iterable[list[Setting]]) -> list[list[Setting]]:
+    """Returns the rows of which every setting was run."""
+    labels = {run.label for run in sections[0].runs}
+    return [row for row in rows if all(setting.label in labels for setting in row)]
 
 
 def steps_table(folder: Path) -> Iterator[list[str]]:
     """Yields, for each d_0, the values of alpha with which the claim on nodes holds, and the value that solves most."""
     sections = kept_sections(folder)
     arms = [f"{section.arms} arms" for section in sections]
-    yield ["distance", "d_0 [m]", *(f"α, {name}" for name in arms), "best α", "solved", "nodes", "time", "cost"]
+    yield [
+        *("distance", "d_0 [m]", *(f"α, {name}" for name in arms)),
+        *("best α", "solved", "by both", "nodes", "time", "cost"),
+    ]
     for distance in study.RANGES:
-        for row in study.steps(distance):
+        for row in measured_rows(sections, study.steps(distance)):
             table = {setting: [compared(section, setting) for section in sections] for setting in row}
             holds = [_holding(row, [table[s][k] for s in row]) for k in range(len(sections))]
             best = max(row, key=lambda setting: sum(cell.solved for cell in table[setting]))
@@ -79,10 +87,11 @@ def steps_table(folder: Path) -> Iterator[list[str]]:
 
 
 def _best(setting: Setting, cells: Sequence[Compared]) -> list[str]:
-    """Returns alpha, the instances that both planners solve, and the ratios of all cells."""
+    """Returns alpha, the instances solved by our planner, by the baseline, and by both, and the ratios of all cells."""
     solved = " / ".join(f"{cell.solved} ({cell.solved_before})" for cell in cells)
+    both = " / ".join(str(cell.both) for cell in cells)
     ratios = [[getattr(cell, name) for cell in cells] for name in ("nodes", "time", "cost")]
-    return [setting.alpha, solved, *(" / ".join(map(_ratio, values)) for values in ratios)]
+    return [setting.alpha, solved, both, *(" / ".join(map(_ratio, values)) for values in ratios)]
 
 
 def _ratio(value: float | None) -> str:
@@ -90,8 +99,11 @@ def _ratio(value: float | None) -> str:
 
 
 def _holding(row: Sequence[Setting], cells: Sequence[Compared]) -> str:
-    """Returns the values of alpha with which the claim holds, neighbours as a range, or a dash if nothing compares."""
-    if not any(cell.both for cell in cells):
+    """Returns the values of alpha with which the claim holds, neighbours as a range, or a dash if nothing compares.
+
+    Behind it is the least and the largest number of instances that both planners solve.
+    """
+    if not any(cell.compares for cell in cells):
         return NOTHING
     parts: list[list[str]] = [[]]
     for setting, cell in zip(row, cells, strict=True):
@@ -99,7 +111,9 @@ def _holding(row: Sequence[Setting], cells: Sequence[Compared]) -> str:
             parts[-1].append(setting.alpha)
         elif parts[-1]:
             parts.append([])
-    return ", ".join(part[0] if len(part) == 1 else f"{part[0]} to {part[-1]}" for part in parts if part) or "none"
+    found = ", ".join(part[0] if len(part) == 1 else f"{part[0]} to {part[-1]}" for part in parts if part) or "none"
+    counts = sorted({cell.both for cell in cells})
+    return f"{found} (n = {counts[0]} to {counts[-1]})" if len(counts) > 1 else f"{found} (n = {counts[0]})"
 
 
 def long_table(folder: Path) -> Iterator[list[str]]:
@@ -121,7 +135,8 @@ def _unsolved(run: PlannerRuns) -> str:
 def verdict(folder: Path) -> str:
     """Returns sentences on the settings with which the claim on nodes holds."""
     sections = kept_sections(folder)
-    settings = [setting for distance in study.RANGES for row in study.steps(distance) for setting in row]
+    rows = [row for distance in study.RANGES for row in measured_rows(sections, study.steps(distance))]
+    settings = [setting for row in rows for setting in row]
     table = {setting: [compared(section, setting) for section in sections] for setting in settings}
     solved = {setting: sum(cell.solved for cell in cells) for setting, cells in table.items()}
     ratios = {setting: _listed(_ratio(cell.nodes) for cell in cells) for setting, cells in table.items()}
@@ -130,6 +145,7 @@ def verdict(folder: Path) -> str:
     count = sum(len(section.instances) for section in sections)
     holds = [sum(cells[k].holds for cells in table.values()) for k in range(len(sections))]
     everywhere = sum(all(cell.holds for cell in cells) for cells in table.values())
+    more = [sum(cells[k].solved > cells[k].solved_before for cells in table.values()) for k in range(len(sections))]
     arms = _listed(section.arms for section in sections)
     sentences = (
         f"With {arms} arms, without repulsion, `ecbs` solves {before} of {count} instances.",
@@ -139,7 +155,8 @@ def verdict(folder: Path) -> str:
         f"`distance={best.distance} d0={best.d0} alpha={best.alpha}` solves most, {solved[best]}.\n",
         f"The nodes are at least {FEWER:g} times fewer, with no fewer instances solved, for {_listed(holds)} of the",
         f"{len(settings)} combinations of distance, d_0 and α, and for {everywhere} in all cells.",
-        "A dash means that no instance is solved both with and without repulsion.\n",
+        f"`apf-ecbs` solves more instances than `ecbs` with {_listed(more)} of them.",
+        f"A dash means that fewer than {LEAST_BOTH} instances are solved both with and without repulsion.\n",
     )
     return "\n".join(sentences)
 
@@ -172,14 +189,15 @@ def heat_maps(sections: Sequence[Section]) -> Iterator[RenderedFigure]:
     """Yields the heat maps: steps, and iterations with radii."""
     steps = [
         Map(
-            grid=study.steps(distance),
+            grid=grid,
             title=f"distance={distance}",
             down="d_0 [m]",
             across="α",
-            rows=rows,
+            rows=[row[0].d0 for row in grid],
             columns=study.ALPHAS,
         )
-        for distance, rows in study.RANGES.items()
+        for distance in study.RANGES
+        for grid in (measured_rows(sections, study.steps(distance)),)
     ]
     paper, larger = (f"α={step.alpha},\nd_0={step.d0}" for step in (Setting(), study.LARGER_STEPS))
     search = [
@@ -219,7 +237,7 @@ class Map:
 def _drawn(name: str, sections: Sequence[Section], maps: Sequence[Map]) -> RenderedFigure:
     """Returns one row of panels for each map, with a panel for each cell.
 
-    A field has the ratio of nodes and, below, the instances that `apf-ecbs` and (in brackets) `ecbs` solve.
+    A field has the ratio of nodes and, below, the instances that `apf-ecbs`, (in brackets) `ecbs`, and both solve.
     """
     heights = [0.5 * len(each.rows) + 0.75 for each in maps]
     with new_figure(4.0 * len(sections) + 0.6, sum(heights)) as figure:
@@ -234,7 +252,7 @@ def _drawn(name: str, sections: Sequence[Section], maps: Sequence[Map]) -> Rende
                 for y, row in enumerate(cells):
                     for x, cell in enumerate(row):
                         color = "white" if abs(shades[y][x]) > 0.6 else INK
-                        text = f"{_ratio(cell.nodes)}\n{cell.solved} ({cell.solved_before})"
+                        text = f"{_ratio(cell.nodes)}\n{cell.solved} ({cell.solved_before}), {cell.both}"
                         panel.text(x, y, text, ha="center", va="center", fontsize=7, color=color)
                 panel.set_xticks(range(len(each.columns)), each.columns, fontsize=8)
                 panel.set_yticks(range(len(each.rows)), each.rows, fontsize=8)

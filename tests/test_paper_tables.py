@@ -61,6 +61,41 @@ def test_figure_five_is_relative_to_apf_ecbs_where_all_solve(paper_tables, folde
     assert drawn == ["figure-4.svg", "figure-5.svg"]
 
 
+def test_pairs_are_compared_where_both_solve_enough(paper_tables, folder, monkeypatch):
+    monkeypatch.setitem(paper_tables.PAIRS, folder.name, (("ecbs", "apf-ecbs"), ("ecbs", "not-run")))
+    _, row = paper_tables.pair_table(folder)
+    assert row == ["4", "`ecbs` / `apf-ecbs`", "3, 3 of 3", "3", *["–"] * 5]
+    monkeypatch.setattr("paired.LEAST_BOTH", 3)
+    _, row = paper_tables.pair_table(folder)
+    assert row[4] == "5.08 (3.71 to 5.64)"
+    assert row[7:] == ["1.00 (1.00 to 1.00)"] * 2
+
+
+def test_the_trade_off_has_a_point_for_each_measured_planner_and_option(paper_tables):
+    trade_off = importlib.import_module("trade_off")
+    figures = {
+        "cells/MultiArmCell-4/apf-ecbs/expanded_nodes_mean": {"value": 2.0},
+        "cells/MultiArmCell-4/ecbs/expanded_nodes_where_both_solve": {"value": 8.0, "ratio": 4.0},
+        "cells/MultiArmCell-4/ecbs/cost_rad_where_both_solve": {"value": 40.0, "ratio": 0.5},
+        "repulsion/apf-ecbs shorten=100/nodes_ring-4": {"value": 2.0},
+        "repulsion/apf-ecbs shorten=100/cost_ring-4": {"value": 30.0, "ratio": 1.25},
+    }
+    found = [(point.label, point.nodes, point.cost) for point in trade_off.points(figures, 4)]
+    assert found == [("apf-ecbs", 2.0, 1.0), ("ecbs", 8.0, 0.5), ("shorten=100", 2.0, 0.8)]
+    assert list(trade_off.points(figures, 6)) == []
+    assert trade_off.trade_off_figure(figures).name == "nodes-cost"
+
+
+def test_an_option_that_was_not_measured_has_dashes(paper_tables):
+    tables = importlib.import_module("planner_tables")
+    what = {"instances": 5, "seeds": 1, "solved": 5, "solved_base": 4, "value": 2.0, "of_base": 4.0, "ratio": 2.0}
+    label = "repulsion/apf-ecbs shorten=400"
+    figures = {f"{label}/{name}_ring-4": what | {"time_limit_s": 30.0} for name in ("nodes", "time", "cost")}
+    rows = {(row[0], row[1]): row[2:] for row in tables.repulsion_table(figures)}
+    assert rows["`apf-ecbs shorten=400`", "`ring-4`"] == ["30 s", "4 of 5", "5 of 5", "4", "2", "0.50", "0.500"]
+    assert rows["`apf-ecbs shorten=400`", "`ring-6`"] == ["–"] * 7
+
+
 def test_the_fast_track_is_compared_where_both_solve(paper_tables, folder):
     _, row = paper_tables.fast_track_table(folder)
     assert row == ["4", "2", "4.00", "2.00", "50 %", "0.400", "0.200", "0.400", "0.200", "3 of 6 (50 %)"]

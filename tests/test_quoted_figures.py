@@ -20,7 +20,8 @@ PAGES = [
 CONSTANTS = tomllib.loads((ROOT / "tests" / "quoted_constants.toml").read_text(encoding="utf-8"))
 UNITS = {"s": 1, "ms": 1e-3, "minutes": 60, "mm": 1e-3, "rad": 1, "mrad": 1e-3, "%": 1e-2, "MB": 2**20, "times": 1}
 MEASURED = re.compile(
-    r"(?<![\w./(−-])\d+(?:[., ]\d+)*\s?(?:ms|µs|s|minutes?|hours?|MB|GB|mrad|rad|mm|times|nodes|%)(?![\w/²³^])"
+    r"(?<![\w./(−-])\d+(?:[., ]\d+)*(?:e-?\d+)?\s?"
+    r"(?:ms|µs|s|minutes?|hours?|MB|GB|mrad|rad|mm|times|nodes|%)(?![\w/²³^])"
     r"|(?<![\w.])\d+ of \d+\b"
 )
 WRITTEN = (
@@ -79,7 +80,7 @@ def test_a_quoted_constant_equals_that_of_the_code(page, text, place):
     value = importlib.import_module(module)
     for part in name.split("."):
         value = value[part] if isinstance(value, dict) else getattr(value, part)
-    number, unit = re.fullmatch(r"([\d. ]+?) ?([a-z%]+)", text, re.IGNORECASE).groups()
+    number, unit = re.fullmatch(r"([\d. ]+?(?:e-?\d+)?) ?([a-z%]+)", text, re.IGNORECASE).groups()
     assert float(number.replace(" ", "")) * UNITS[unit] == pytest.approx(value), f"{page} says {text}"
 
 
@@ -89,6 +90,7 @@ def test_a_quoted_constant_equals_that_of_the_code(page, text, place):
         ("It takes 3.8 ms, 18 s or 20 % of it.", {"3.8 ms", "18 s", "20 %"}),
         ("It solves 49 of 50.", {"49 of 50"}),
         ("It was 2.3 times as fast, with 10.3 nodes.", {"2.3 times", "10.3 nodes"}),
+        ("It moves by 1e-4 rad, or by 6.9e-7 rad, with α = 1e-7.", {"1e-4 rad", "6.9e-7 rad"}),
         ("A limit of 0.8 rad/s, of 8 rad/s², or `5 s`, in 4 turns", set()),
         ("It takes <!-- figure: a/b as time -->3.8 ms<!-- end --> here.", set()),
         ("<!-- checked by tests/a.py -->\n| 56 % |\n<!-- end -->", set()),

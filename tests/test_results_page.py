@@ -4,13 +4,16 @@ import gzip
 import importlib
 import importlib.util
 import json
+import re
 import sys
 from pathlib import Path
 
 import pytest
 from support import checkout_scripts
 
+from mmp_cli.arguments import setting
 from mmp_env.errors import MmpError
+from mmp_planners import make
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "results" / "README.md"
@@ -228,7 +231,49 @@ def test_all_kept_benchmarks_come_from_one_commit():
     assert not commits.pop().endswith("-dirty")
 
 
-def test_the_variants_that_were_measured_are_those_that_the_script_runs(results_page):
-    settings = json.loads((PAGE.parent / "literal" / "settings.json").read_text(encoding="utf-8"))
-    run = importlib.import_module("benchmarks").VARIANTS
-    assert [planner["label"] for planner in settings["planners"]] == list(run)
+@pytest.mark.parametrize(("folder", "name"), [("literal", "VARIANTS"), ("decisions", "DECISIONS"), ("track", "TRACK")])
+def test_the_variants_that_were_measured_are_those_that_the_script_runs(results_page, folder, name):
+    path = PAGE.parent / folder / "settings.json"
+    if not path.is_file():
+        pytest.skip(f"{folder} has not been measured yet")
+    settings = json.loads(path.read_text(encoding="utf-8"))
+    assert [planner["label"] for planner in settings["planners"]] == list(
+        getattr(importlib.import_module("benchmarks"), name)
+    )
+
+
+def test_every_variant_has_options_that_its_planner_takes(results_page):
+    benchmarks = importlib.import_module("benchmarks")
+    for label, words in [*benchmarks.VARIANTS.items(), *benchmarks.DECISIONS.items(), *benchmarks.TRACK.items()]:
+        name = "ecbs" if label.startswith("ecbs") else "apf-ecbs-nf" if label == "apf-ecbs-nf" else "apf-ecbs"
+        planner = make(name, **dict(map(setting, words.split())))
+        assert (planner == make(name)) == (not words), label
+
+
+def test_every_variant_on_the_paper_page_is_one_that_the_script_runs(results_page):
+    benchmarks, tables = importlib.import_module("benchmarks"), importlib.import_module("planner_tables")
+    assert tables.OPTIONS.keys() <= benchmarks.VARIANTS.keys() | benchmarks.DECISIONS.keys()
+    assert benchmarks.DECISIONS.keys() <= tables.OPTIONS.keys()
+
+
+def test_the_page_adds_up_the_parts_that_the_reproduction_runs_by_default(results_page):
+    text = (ROOT / "scripts" / "reproduce_paper.sh").read_text(encoding="utf-8")
+    (words,) = re.findall(r"parts=\((cells [^)]*) \"\$\{beyond\[@\]\}\"\)", text)
+    assert (*words.split(), "beyond") == importlib.import_module("benchmarks").REPRODUCED
+
+
+def test_the_durations_of_a_part_that_went_on_add_up(results_page, tmp_path, monkeypatch):
+    benchmarks, measure = importlib.import_module("benchmarks"), importlib.import_module("measure")
+    clock = iter(range(0, 10**6, 900))
+    monkeypatch.setattr(measure.time, "monotonic", lambda: next(clock))
+    monkeypatch.setattr(measure, "run", lambda commands, target: None)
+    for words in (["preset"], ["preset"], ["pages"]):
+        monkeypatch.setattr(sys, "argv", ["measure.py", *words, "--workers", "2", "--out", str(tmp_path)])
+        measure.main()
+    (line,) = map(json.loads, (tmp_path / "durations.jsonl").read_text().splitlines())
+    assert (line["name"], line["value"], line["workers"], line["count"]) == ("duration_preset", 1800, 2, 50)
+    lines = [json.dumps(line | {"name": f"duration_{part}"}) for part in benchmarks.REPRODUCED]
+    (tmp_path / "figures.jsonl").write_text("\n".join(lines))
+    table = results_page.with_tables("<!-- table: durations -->\n<!-- end of table -->", tmp_path)
+    assert "| `preset` | 30.0 min | 2 | 50 | 10 s |" in table
+    assert "together took 4.5 hours" in table

@@ -9,17 +9,42 @@ import pytest
 from support import two_arms
 
 from mmp_env.errors import MmpError
-from mmp_planners import Status, describe, make
+from mmp_env.events import ignore
+from mmp_planners import Status, describe, make, tree_planner
 from mmp_planners.apf_ecbs import PAPER, ApfEcbs
+from mmp_planners.conflict_tree.constraints.named import constraint_kind
+from mmp_planners.conflict_tree.fast_track import NoFastTrack, RepulsionOfSeveralArms, RepulsiveFastTrack
+from mmp_planners.conflict_tree.repulsion import RepulsiveModification
+from mmp_planners.conflict_tree.selection import Focal
+from mmp_planners.counts import TreeCounts
+from mmp_planners.low_level import SiRrtStar
+from mmp_planners.portfolio.run import Run
+from mmp_planners.tree_planner import LOW_LEVEL, Parts
 
 PAGE = Path(__file__).parents[2] / "docs/explanation/paper.md"
 
 
+PAGE_TEXT = PAGE.read_text(encoding="utf-8")
+CHECKED_LINE = re.compile(r"^\| `(\w+)=([\w.-]+)` \| ([lm]\. [\d–, ]+) \| `(\S+)::(\w+)` \|$", re.MULTILINE)
+"""An option with its value, the line of a listing, and the file and name of a test."""
+
+
+def design_decisions():
+    """Returns the subject and the last column of each row of the table of design decisions."""
+    table = PAGE_TEXT.split("## Design decisions")[1].split("\n### ")[0]
+    rows = [re.split(r"(?<!\\)\|", line) for line in table.splitlines() if line.startswith("| ")]
+    return [(row[1].strip(), row[-2].strip()) for row in rows if row[1].strip() != "subject"]
+
+
 def values_in_docs():
     """Returns the values of options in the last column of the table of design decisions."""
-    table = PAGE.read_text().split("## Design decisions")[1].split("\n### ")[0]
-    cells = [line.rstrip(" |").rsplit(" | ", 1)[-1] for line in table.splitlines() if line.startswith("| ")]
-    return dict(pair for cell in cells for pair in re.findall(r"`(\w+)=([\w.-]+)`", cell))
+    return dict(pair for _, cell in design_decisions() for pair in re.findall(r"`(\w+)=([\w.-]+)`", cell))
+
+
+def as_in_the_paper(heading):
+    """Returns the rows of options with a line of the paper: those of the preset, or those of the defaults."""
+    section = PAGE_TEXT.split("### The paper's line and a test")[1].split("\n## ")[0]
+    return CHECKED_LINE.findall(section.split("These have the paper's value by default")[heading == "defaults"])
 
 
 def written(value):
@@ -37,12 +62,70 @@ def test_the_preset_is_the_table_of_departures():
     assert values_in_docs() == {name: written(value) for name, value in ApfEcbs.presets["paper"].items()}
 
 
+@pytest.mark.parametrize(("subject", "last"), design_decisions())
+def test_each_design_decision_names_its_option_or_says_that_it_has_none(subject, last):
+    assert last.startswith("no option") or re.search(r"`(--)?[\w.]+(=[\w.-]+)?`", last), subject
+    known = {option.name for option in describe("apf-ecbs").options} | {"margin", "task"}
+    assert set(re.findall(r"`(?:--)?(\w+)", last)) <= known, subject
+
+
 def test_each_option_of_the_preset_has_a_line_of_the_paper_and_a_test():
-    table = PAGE.read_text().split("### The paper's line and a test")[1].split("\n## ")[0]
-    rows = re.findall(r"^\| `(\w+)=([\w.-]+)` \| ([lm]\. [\d–, ]+) \| `(\S+)::(\w+)` \|$", table, re.MULTILINE)
+    rows = as_in_the_paper("preset")
     assert {name: value for name, value, *_ in rows} == values_in_docs()
     for _, _, _, file, test in rows:
         assert f"def {test}(" in (PAGE.parents[2] / file).read_text(encoding="utf-8"), test
+
+
+def test_each_option_that_is_as_in_the_paper_by_default_has_a_line_and_a_test():
+    rows = as_in_the_paper("defaults")
+    assert len(rows) == 6
+    assert not {name for name, *_ in rows} & PAPER.keys()
+    for name, value, _, file, test in rows:
+        assert written(getattr(make("apf-ecbs"), name)) == value
+        assert f"def {test}(" in (PAGE.parents[2] / file).read_text(encoding="utf-8"), test
+
+
+def test_the_preset_hands_its_values_to_the_parts_and_the_low_level():
+    planner = make("apf-ecbs", preset="paper")
+    modification = RepulsiveModification(
+        distance="centre", step="gradient", floor=0.0, cap=0.0, stretch=0.0, early_stop=False
+    )
+    assert planner.parts(0) == Parts(
+        selection=Focal(w=1.5),
+        branching=constraint_kind("vertex", pad=0.25, radius=0.2, sphere_radius=0.1),
+        modification=modification,
+        fast_track=RepulsiveFastTrack(modification=modification, literal=True),
+    )
+    without = make("apf-ecbs-nf", preset="paper")
+    assert (without.parts(0).modification, without.parts(0).fast_track) == (modification, NoFastTrack())
+    for each in (planner, without):
+        search, low_level = grown(each)
+        assert (search.restarts, search.patience) == (False, PAPER["patience"])
+        assert low_level == SiRrtStar(
+            eta=0.8,
+            iterations=LOW_LEVEL.iterations,
+            **{name: PAPER[name] for name in ("direct", "improve", "shortcuts", "static_tree") if name in PAPER},
+        )
+        assert (low_level.direct, low_level.improve, low_level.shortcuts) == (False, 200, 0)
+
+
+def grown(planner):
+    """Returns the search that a planner is about to begin, and the single-arm planner that it made."""
+    counts = TreeCounts()
+    run = Run.begin(planner.name, planner, two_arms.passing(), 0, 60.0, counts=counts)
+    made = []
+    with pytest.MonkeyPatch.context() as patch:
+        context = tree_planner.PlanningContext
+        patch.setattr(tree_planner, "PlanningContext", lambda *words: (made.append(words[2]), context(*words))[1])
+        return planner.grow(run, counts, ignore), made[0]
+
+
+def test_discarded_misses_are_handed_to_the_fast_track_of_several_arms():
+    for misses, kept in (("kept", True), ("discarded", False)):
+        planner = make("apf-ecbs", preset="paper", critical_arms="cover", misses=misses)
+        assert planner.parts(0).fast_track == RepulsionOfSeveralArms(
+            modification=planner.modification(), literal=True, cover=True, keep_misses=kept
+        )
 
 
 @pytest.mark.parametrize("name", ["apf-ecbs", "apf-ecbs-nf"])

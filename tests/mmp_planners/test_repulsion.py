@@ -156,6 +156,13 @@ def test_a_gradient_step_is_alpha_times_the_force(distance):
     np.testing.assert_allclose(found, step, rtol=0, atol=1e-2 * np.abs(step).max())
 
 
+def test_a_step_that_would_end_the_descent_is_halved_if_asked():
+    """Without the cap, the force of alpha = 1 moves the arm farther than neighbouring waypoints may be apart."""
+    assert moved_by(alpha=1.0, cap=0.0) == 0.0
+    assert moved_by(alpha=1.0, cap=0.0, halvings=5) == 0.0
+    assert 0.0 < moved_by(alpha=1.0, cap=0.0, halvings=40) < 1.0
+
+
 def test_paper_literal_settings_are_options_of_the_planner():
     literal = {"distance": "centre", "step": "gradient", "early_stop": False, "fast_track": "literal"}
     modification = ApfEcbs(**literal, max_iterations=7, alpha=2e-7, k_rep=0.1, d0=0.2, trace=True).modification()

@@ -4,6 +4,7 @@ import gzip
 import importlib
 import importlib.util
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -219,6 +220,14 @@ def test_every_script_that_the_measurement_runs_is_there(results_page):
     lines = importlib.import_module("benchmarks").LINES
     names = {command[0] for part in lines.values() for commands in part.values() for command in commands}
     assert [name for name in names if not (ROOT / "scripts" / name).is_file()] == []
+
+
+def test_the_page_on_attacks_has_the_commands_that_the_measurement_runs(results_page):
+    page = (ROOT / "docs" / "explanation" / "attacks.md").read_text(encoding="utf-8")
+    for commands in importlib.import_module("benchmarks").LINES["attacks"].values():
+        for command in commands:
+            words = " ".join(command)
+            assert f"scripts/{re.sub(' --figure [a-z_]+', '', words)}" in page
 
 
 def test_all_kept_benchmarks_come_from_one_commit():

@@ -141,6 +141,10 @@ _SMALL = (
     *("import", "core", "anytime", "env", "goals", "growth", "harness", "portfolio", "rerun", "retime", "tasks"),
     *("work", "online", "batched", "clone"),
 )
+_WITHOUT_PICTURES = (
+    *("plan", "json", "bench", "report", "csv", "npz", "trajectory", "scene", "run", "dataset", "replace", "robot"),
+)
+"""Commands of `faults.sh` each of whose calls fails once."""
 LINES: dict[str, dict[str, list[list[str]]]] = {
     "small": {name: [[f"bench_{name}.py"]] for name in _SMALL},
     "beyond": {
@@ -157,7 +161,7 @@ LINES: dict[str, dict[str, list[list[str]]]] = {
         "sanitizers": [["sanitize.sh"]],
         "faults": [
             ["faults.sh", "--most", "3"],
-            ["faults.sh", "--figure", "faults_of_all_calls", "plan", "json", "bench", "report", "csv", "run"],
+            ["faults.sh", "--figure", "faults_of_all_calls", *_WITHOUT_PICTURES],
         ],
         "wheel": [["wheel.sh", "--cold"], ["wheel.sh", "--warm"]],
     },

@@ -224,6 +224,14 @@ def test_every_script_that_the_measurement_runs_is_there(results_page):
     assert [name for name in names if not (ROOT / "scripts" / name).is_file()] == []
 
 
+def test_the_page_on_attacks_has_the_commands_that_the_measurement_runs(results_page):
+    page = (ROOT / "docs" / "explanation" / "attacks.md").read_text(encoding="utf-8")
+    for commands in importlib.import_module("benchmarks").LINES["attacks"].values():
+        for command in commands:
+            words = " ".join(command)
+            assert f"scripts/{re.sub(' --figure [a-z_]+', '', words)}" in page
+
+
 def test_all_kept_benchmarks_come_from_one_commit():
     kept = [path.parent for path in PAGE.parent.glob("*/results.jsonl.gz")]
     commits = {json.loads((folder / "condition.json").read_text(encoding="utf-8"))["commit"] for folder in kept}

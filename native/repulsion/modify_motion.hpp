@@ -34,12 +34,13 @@ class ModifyMotion {
     out.positions = input.q;
     out.input_breaks_constraint = breaks(input, constraints, constraint_margin);
     std::vector<T> current = input.q, next, forces;
+    std::vector<double> exact(input.q.begin(), input.q.end()), moved;  // small steps add up in double precision
     auto motion = std::make_unique<Motion<V>>(input);
     for (int it = 0; it < settings_.max_iterations && !clock.expired(); ++it) {
       repulsion_.force(*motion, others, forces);
       step_of(forces, last, dof);
       const auto possible = [&] {
-        return step(arm, current, forces, last, next) && near_neighbours(next, last, dof, max_step) &&
+        return step(arm, exact, forces, last, moved, next) && near_neighbours(next, last, dof, max_step) &&
                static_free(input.arm_index, current, next, last, dof, keep, clock);
       };
       bool goes_on = possible();
@@ -49,6 +50,7 @@ class ModifyMotion {
       }
       if (!goes_on) break;
       current = next;
+      exact = moved;
       motion = std::make_unique<Motion<V>>(*prover_.world().cell, input.arm_index, current);
       ++out.iterations;
       if (trace) out.trace.push_back(current);
@@ -61,17 +63,18 @@ class ModifyMotion {
   }
 
  private:
-  // Adds joint steps to a trajectory, within the joint limits. Returns whether anything moves.
-  static bool step(const ArmModel<T>& arm, const std::vector<T>& from, const std::vector<T>& steps, int last,
-                   std::vector<T>& out) {
+  // Adds joint steps to a trajectory, within the joint limits, and rounds it. Returns whether anything moves.
+  static bool step(const ArmModel<T>& arm, const std::vector<double>& from, const std::vector<T>& steps, int last,
+                   std::vector<double>& out, std::vector<T>& rounded) {
     bool any = false;
     out = from;
     for (int k = 1; k < last; ++k)
       for (int j = 0; j < arm.dof; ++j) {
         const size_t at = static_cast<size_t>(k) * arm.dof + j;
-        out[at] = std::clamp(from[at] + steps[at], arm.lower[j], arm.upper[j]);
-        any |= std::abs(out[at] - from[at]) > T(1e-7);
+        out[at] = std::clamp(from[at] + steps[at], double(arm.lower[j]), double(arm.upper[j]));
+        any |= out[at] != from[at];
       }
+    rounded.assign(out.begin(), out.end());
     return any;
   }
 

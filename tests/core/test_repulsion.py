@@ -189,7 +189,16 @@ def test_iterations_follow_each_other():
     assert len(iterates) == 4
     for before, after in pairwise(iterates):
         alone = modify(cell, paths | {"arm0": before}, alpha=alpha).positions
-        np.testing.assert_array_equal(alone, after)
+        np.testing.assert_allclose(alone, after, rtol=0, atol=1e-6)  # iterates are rounded, what comes next is not
+
+
+def test_steps_below_single_precision_add_up():
+    rng = np.random.default_rng(66)
+    cell, paths = near_paths(rng, ("ur5e", "ur5e"))
+    alpha = 2e-8 / np.abs(repulsion.path_forces(cell, "arm0", paths)).max()  # single precision: 2.4e-7 at 2 to 4 rad
+    few, many = (modify(cell, paths, alpha=alpha, max_iterations=n).positions - paths["arm0"] for n in (100, 1000))
+    assert np.abs(few).max() == pytest.approx(100 * 2e-8, rel=0.3)
+    assert np.abs(many).max() == pytest.approx(1000 * 2e-8, rel=0.05)
 
 
 def test_an_iterate_that_breaks_a_constraint_is_not_returned():

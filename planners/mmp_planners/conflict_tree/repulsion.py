@@ -60,14 +60,14 @@ class RepulsiveModification:
 
     The values of `alpha` and `k_rep` are the paper's, those of `d0` [m] and `max_iterations` are ours. With normalised
     steps alpha and k_rep change nothing: a step has the size `step_rad` [rad] along the force. `distance`: d is
-    measured between sphere surfaces (`surface`), or between centres (`centre`, paper-literal; the paper's alpha then
-    moves arms by 1e-4 rad only). `step`: `gradient` (paper-literal), or `normalised` with forces smoothed over time.
-    Below `floor` [m] the force is constant, no joint moves more than `cap` [rad] per iteration, and the descent ends
-    where two waypoints would be farther apart than `stretch` steps at full speed; 0 takes each of these away
-    (paper-literal). Where convex pieces are closer than `exact_within` [m], the force between two links has the
-    direction between their nearest points. A step that would end the descent is halved first, up to `halvings` times.
-    `early_stop` ends the descent without conflicts and at 2 cm of clearance. With `parked_yield` an arm that has
-    arrived is repelled too, as long as another arm moves, and returns. `trace` keeps every iterate for watchers.
+    measured between sphere surfaces (`surface`), or between centres (`centre`, paper-literal). `step`: `gradient`
+    (paper-literal), or `normalised` with forces smoothed over time. Below `floor` [m] the force is constant, no joint
+    moves more than `cap` [rad] per iteration, and the descent ends where two waypoints would be farther apart than
+    `stretch` steps at full speed; 0 takes each of these away (paper-literal). Where convex pieces are closer than
+    `exact_within` [m], the force between two links has the direction between their nearest points. A step that would
+    end the descent is halved first, up to `halvings` times. `early_stop` ends the descent without conflicts and at 2
+    cm of clearance. With `parked_yield` an arm that has arrived is repelled too, as long as another arm moves, and
+    returns. `trace` keeps every iterate for watchers.
     """
 
     alpha: float = _DEFAULT.alpha

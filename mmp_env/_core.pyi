@@ -271,11 +271,11 @@ STEERING_RAD: float = 0.8
 class SingleArmSettings:
     """Settings of one call of `SingleArm.plan`."""
 
-    def __init__(self, *, max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, goal_bias: float = 0.1, neighbours: int = 6, direct: bool = True) -> None: ...
+    def __init__(self, *, max_iterations: int = 2000, improve_iterations: int = 0, shortcuts: int = 40, goal_bias: float = 0.1, neighbours: int = 6, direct: bool = True, static_tree: bool = True) -> None: ...
 
     @property
     def max_iterations(self) -> int:
-        """Largest number of iterations."""
+        """Largest number of iterations until the first path."""
 
     @property
     def improve_iterations(self) -> int:
@@ -298,6 +298,10 @@ class SingleArmSettings:
         """
         Whether paths that need no sampling are tried first: straight lines, and the branch of the static tree.
         """
+
+    @property
+    def static_tree(self) -> bool:
+        """Whether the static goal tree is used: its branches, and samples of it."""
 
 def safe_intervals(cell: Cell, arm: int, q: numpy.ndarray, constraints: Sequence[Constraint], levels: Levels, *, others: Sequence[Motion] = ()) -> numpy.ndarray:
     """

@@ -11,23 +11,25 @@ void bind_search_settings(nb::module_& m) {
       .def(
           "__init__",
           [](Settings* self, int max_iterations, int improve_iterations, int shortcuts, double goal_bias,
-             int neighbours, bool direct) {
+             int neighbours, bool direct, bool static_tree) {
             new (self)
                 Settings{checked_count(max_iterations), checked_count(improve_iterations), checked_count(shortcuts),
-                         checked_share(goal_bias),      checked_count(neighbours),         direct};
+                         checked_share(goal_bias),      checked_count(neighbours),         direct, static_tree};
           },
           nb::kw_only(), nb::arg("max_iterations") = defaults.max_iterations,
           nb::arg("improve_iterations") = defaults.improve_iterations, nb::arg("shortcuts") = defaults.shortcuts,
           nb::arg("goal_bias") = defaults.goal_bias, nb::arg("neighbours") = defaults.neighbours,
-          nb::arg("direct") = defaults.direct)
-      .def_ro("max_iterations", &Settings::max_iterations, "Largest number of iterations.")
+          nb::arg("direct") = defaults.direct, nb::arg("static_tree") = defaults.static_tree)
+      .def_ro("max_iterations", &Settings::max_iterations, "Largest number of iterations until the first path.")
       .def_ro("improve_iterations", &Settings::improve_iterations, "Iterations after the first path.")
       .def_ro("shortcuts", &Settings::shortcuts, "Attempts to shorten the path.")
       .def_ro("goal_bias", &Settings::goal_bias, "Share of samples at the goal.")
       .def_ro("neighbours", &Settings::neighbours, "Largest number of neighbours that a sample is connected to.")
       .def_ro("direct", &Settings::direct,
               "Whether paths that need no sampling are tried first: straight lines, and "
-              "the branch of the static tree.");
+              "the branch of the static tree.")
+      .def_ro("static_tree", &Settings::static_tree,
+              "Whether the static goal tree is used: its branches, and samples of it.");
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 // Single-arm planning in space and time: SI-RRT* (Sim, Kim, Nam 2024, arXiv 2404.01752) with a shared static goal tree.
 //
 // The tree grows from the start. A second tree, grown once from the goals without constraints, is shared by all calls:
-// a new sample that reaches it follows its branch to a goal. A path may end at any goal where the arm can stay for
+// a new sample that reaches it follows its branch to a goal (option static_tree). A path may end at any goal where the arm can stay for
 // ever; of several, the nearest are tried first. Every path is then shortened: cost is joint movement (L1), while the
 // tree searches for early arrival.
 #pragma once
@@ -11,12 +11,13 @@
 namespace mmp {
 
 struct SingleArmSettings {
-  int max_iterations = 2000;
-  int improve_iterations = 0;  // iterations after the first path
+  int max_iterations = 2000;   // without a path
+  int improve_iterations = 0;  // after the first path
   int shortcuts = 40;          // attempts to shorten the path
   double goal_bias = 0.1;      // share of samples at the goal
   int neighbours = 6;          // that a sample is connected to, at most
   bool direct = true;          // first tries paths that need no sampling
+  bool static_tree = true;     // uses the static goal tree
 };
 
 inline constexpr int kConnectIterations = 40000;  // for the static tree, which is grown once
@@ -66,14 +67,13 @@ class SiRrt {
     if (!experience.empty()) begin_with(experience, clock);
     // Paths that need no sampling: straight lines and the static tree's branch.
     if (settings_.direct && !best_.found()) offer_straight_lines(clock);
-    if (settings_.direct && !best_.found()) best_.offer(along_goal_tree(task_.goal_tree.start), leave_start_by_);
-    int first = best_.found() ? 0 : -1;
-    for (int it = 0; it < settings_.max_iterations; ++it) {
-      if (best_.found() && it >= first + settings_.improve_iterations) break;
-      if (clock.expired()) break;
-      ++out.iterations;
-      grow(it);
-      if (best_.found() && first < 0) first = it;
+    if (settings_.direct && settings_.static_tree && !best_.found())
+      best_.offer(along_goal_tree(task_.goal_tree.start), leave_start_by_);
+    for (int end = best_.found() ? settings_.improve_iterations : settings_.max_iterations;
+         out.iterations < end && !clock.expired();) {
+      const bool found = best_.found();
+      grow(out.iterations++);
+      if (!found && best_.found()) end = out.iterations + settings_.improve_iterations;
     }
     if (!best_.found()) return out;
     best_.shorten(settings_.shortcuts, leave_start_by_, random_, clock);
@@ -185,7 +185,7 @@ class SiRrt {
     const double u = random_.uniform();
     Config<T> target;
     if (u < settings_.goal_bias) target = some_goal();
-    else if (u < settings_.goal_bias + kTreeBias)
+    else if (settings_.static_tree && u < settings_.goal_bias + kTreeBias)
       target = task_.goal_tree.nodes[random_.below(static_cast<int>(task_.goal_tree.nodes.size()))].q;
     else if (target = sample_between(checker_.model(), task_.start, some_goal(), it, random_);
              !checker_.project(target))
@@ -213,6 +213,7 @@ class SiRrt {
     const Config<T>& q = tree_.q(sample);
     for (const int k : goals_near(q))
       if (follow(sample, {goal(k)})) return;
+    if (!settings_.static_tree) return;
     const int node = nearest(task_.goal_tree.nodes, q, [&](const auto& n) { return is_open(n.root); });
     if (distance(task_.goal_tree.nodes[node].q, q) <= T(2) * task_.eta) follow(sample, along_goal_tree(node));
   }

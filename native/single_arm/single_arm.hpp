@@ -28,7 +28,7 @@ class SingleArm {
   SingleArmPath<T> plan(const std::vector<Constraint<V>*>& constraints, const std::vector<const Motion<V>*>& others,
                         const std::vector<T>& experience, const SingleArmSettings& settings, uint64_t seed,
                         const Clock& clock, TreeSnapshot<T>* snapshot = nullptr) {
-    if (!prepare(clock)) return {};
+    if (!prepare(settings.static_tree, clock)) return {};
     SingleArmPath<T> path;
     int iterations = 0;
     for (const T share : kDeviationShares<T>) {
@@ -53,14 +53,15 @@ class SingleArm {
   int dof() const { return static_cast<int>(task_.start.size()); }
 
  private:
-  // Grows the tree from the goals on the first call, without goals that are not free. Returns whether the start reaches
-  // one of them.
-  bool prepare(const Clock& clock) {
+  // On the first call, removes goals that are not free, and grows the tree from the others if it is used. Returns
+  // whether the start reaches one of them, as far as this tells.
+  bool prepare(bool static_tree, const Clock& clock) {
     if (unreachable_ || task_.goal_tree.start >= 0) return !unreachable_;
     EdgeChecker<V> alone(*task_.world, task_.arm, {}, task_.levels, task_.max_step.data());
     if (task_.goals.size() > 1)
       std::erase_if(task_.goals, [&](const auto& q) { return !alone.is_static_free(q.data(), q.data()); });
     if (task_.goals.empty()) return !(unreachable_ = true);
+    if (!static_tree) return true;
     const bool found = task_.goal_tree.connect(alone, task_.start, task_.goals, task_.eta, kConnectIterations,
                                                Random(seed_ ^ 0x5bd1e995u), clock);
     unreachable_ = !found && !clock.expired();

@@ -1,6 +1,6 @@
 // Search tree of SI-RRT*: configurations, their safe intervals, and the earliest arrival in each.
 //
-// A vertex is a pair (configuration, safe interval). Times are whole steps. An edge is driven at full speed; waiting
+// A vertex is a pair (configuration, safe interval), with its earliest arrival and the shorter of two paths. Times are whole steps. An edge is driven at full speed; waiting
 // happens before it.
 #pragma once
 
@@ -24,7 +24,7 @@ class SpaceTimeTree {
 
   // Adds the root, sample 0, which is safe at step 0.
   void add_root(Waypoint<V> root) {
-    vertices_.push_back({0, root.safe[0].second, 0, -1});
+    vertices_.push_back({0, root.safe[0].second, 0, -1, 0.0});
     samples_[add(std::move(root))].vertices[0] = 0;
   }
 
@@ -84,6 +84,7 @@ class SpaceTimeTree {
   };
   struct Vertex {
     int sample, leave_by, arrival, parent;
+    double length;  // of the path to it when its parent was chosen [rad]
   };
 
   int add(Waypoint<V> waypoint) {
@@ -125,8 +126,9 @@ class SpaceTimeTree {
         connect_samples(sample, near_[n], checker_.reversed(q(near_[n]).data(), q(sample).data(), edges_[n]));
   }
 
-  // Relaxes all vertices of `to` over an edge from `from`. Descendants stay feasible when their ancestor arrives
-  // earlier; `schedule_path` recovers the time that the tree does not propagate.
+  // Relaxes all vertices of `to` over an edge from `from`: the earliest arrival, and the shorter path of two that arrive
+  // at once. Descendants stay feasible when their ancestor arrives earlier; `schedule_path` recovers the time that the
+  // tree does not propagate.
   bool connect_samples(int from, int to, const Edge<V>& edge) {
     bool any = false;
     for (size_t i = 0; i < samples_[to].safe.size(); ++i)
@@ -140,13 +142,15 @@ class SpaceTimeTree {
     const int depart = earliest_departure(checker_, edge, vertices_[from].arrival, vertices_[from].leave_by, lo, hi);
     if (depart < 0) return false;
     const int arrival = depart + edge.steps;
+    const double length = vertices_[from].length + mmp::length(q(vertices_[from].sample), q(to));
     int& mine = samples_[to].vertices[interval];
     if (mine < 0) {
       mine = static_cast<int>(vertices_.size());
-      vertices_.push_back({to, hi, arrival, from});
-    } else if (arrival < vertices_[mine].arrival) {
+      vertices_.push_back({to, hi, arrival, from, length});
+    } else if (std::pair(arrival, length) < std::pair(vertices_[mine].arrival, vertices_[mine].length)) {
       vertices_[mine].arrival = arrival;
       vertices_[mine].parent = from;
+      vertices_[mine].length = length;
     } else {
       return false;
     }

@@ -22,15 +22,16 @@ ABOUT = About(
     "multi-manipulator motion planning, 2025",
     url="https://arxiv.org/abs/2509.13882",
     guarantee="w times the planner's own path lengths before repulsion where `bound_met`; not complete with the "
-    "default constraint",
+    "default constraint; the defaults are ours, and `preset=paper` has the settings of the paper",
 )
 
 
 PAPER: dict[str, Any] = {
     "constraint": "vertex",
     "restarts": False,
-    "patience": 1,
+    "patience": 1_000_000,
     "direct": False,
+    "static_tree": False,
     "improve": 200,
     "shortcuts": 0,
     "distance": "centre",
@@ -86,12 +87,12 @@ class RepulsivePlanner(OneKindPlanner):
     exact_within: float = option(
         RepulsiveModification.exact_within,
         "distance of convex pieces [m] below which the force has the direction between their nearest points; no effect "
-        "without `spheres: exact`; 0, as in the paper: spheres give it",
+        "without `spheres: exact`; 0 (paper-literal): spheres give it",
         least=0,
     )
     halvings: int = option(
         RepulsiveModification.halvings,
-        "line search: how often a step that would end the descent is halved first; 0, as in the paper: never",
+        "line search: how often a step that would end the descent is halved first; 0 (paper-literal): never",
         least=0,
     )
     early_stop: bool = option(
@@ -99,10 +100,10 @@ class RepulsivePlanner(OneKindPlanner):
     )
     parked_yield: bool = option(
         RepulsiveModification.parked_yield,
-        "repel an arm that has arrived too, as long as another arm moves; it returns",
+        "ours: repel an arm that has arrived too, as long as another arm moves; it returns",
     )
     shorten_paths: bool = option(
-        False, "shorten each repelled path, clear of the arms that it is clear of; off, as in the paper: keep detours"
+        False, "shorten each repelled path, clear of the arms that it is clear of; off (paper-literal): keep detours"
     )
     trace: bool = option(RepulsiveModification.trace, "give watchers every iterate of ModifyMotion; changes no plan")
 

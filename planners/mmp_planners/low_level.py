@@ -17,8 +17,9 @@ class SiRrtStar:
     RRT* for scalable multi-robot path planning in continuous space, arXiv 2404.01752, 2024).
 
     `eta` [rad] is the steering distance, `iterations` the limit without a solution, `shortcuts` the number of attempts
-    to shorten the path. `improve` is the number of iterations after the first path, and `direct` says whether straight
-    lines and the branch of the static tree are tried first. See `native/single_arm/si_rrt.hpp` for what we add.
+    to shorten the path. `improve` is the number of iterations after the first path. `direct` says whether straight
+    lines and the branch of the static tree are tried first, and `static_tree` whether that tree is used at all. See
+    `native/single_arm/si_rrt.hpp` for what we add.
     """
 
     eta: float = core.STEERING_RAD
@@ -26,6 +27,7 @@ class SiRrtStar:
     shortcuts: int = core.SingleArmSettings().shortcuts
     improve: int = core.SingleArmSettings().improve_iterations
     direct: bool = core.SingleArmSettings().direct
+    static_tree: bool = core.SingleArmSettings().static_tree
 
     def __call__(
         self,
@@ -61,6 +63,7 @@ class SiRrtStar:
                 improve_iterations=self.improve,
                 shortcuts=self.shortcuts,
                 direct=self.direct,
+                static_tree=self.static_tree,
             ),
             others=others,
             experience=None if experience is None else np.ascontiguousarray(experience, dtype=float),

@@ -68,7 +68,10 @@ class TreePlanner(abc.ABC):
     improve: int = option(LOW_LEVEL.improve, "single-arm iterations after the first path", least=0)
     direct: bool = option(
         LOW_LEVEL.direct,
-        "single-arm paths without samples are tried first: straight lines, and the static tree's branch",
+        "single-arm paths without samples are tried first: straight lines, and the branch of the static tree",
+    )
+    static_tree: bool = option(
+        LOW_LEVEL.static_tree, "single-arm calls share a tree that is grown from the goals once, without constraints"
     )
     shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: keep it as found", least=0)
     pad: float = option(0.25, "avoid-state: time that the constraint reaches beyond the conflict [s]", positive=True)
@@ -79,6 +82,17 @@ class TreePlanner(abc.ABC):
     @abc.abstractmethod
     def parts(self, seed: int) -> Parts:
         """Returns the parts of the search; `seed` is for parts that draw random numbers."""
+
+    def low_level(self) -> SiRrtStar:
+        """Returns the single-arm planner with the options."""
+        return SiRrtStar(
+            eta=self.eta,
+            iterations=self.iterations,
+            shortcuts=self.shortcuts,
+            improve=self.improve,
+            direct=self.direct,
+            static_tree=self.static_tree,
+        )
 
     @known_keywords
     def plan(
@@ -113,14 +127,7 @@ class TreePlanner(abc.ABC):
 
     def grow(self, run: Run, counts: TreeCounts, watch: Watcher) -> ConflictTree:
         """Returns the search of a run, about to begin; it counts in `counts`."""
-        low_level = SiRrtStar(
-            eta=self.eta,
-            iterations=self.iterations,
-            shortcuts=self.shortcuts,
-            improve=self.improve,
-            direct=self.direct,
-        )
-        context = PlanningContext(run.problem, self.dt, low_level, run.clock)
+        context = PlanningContext(run.problem, self.dt, self.low_level(), run.clock)
         parts = self.parts(run.seed)
         if wants_iterates(watch):
             parts = dataclasses.replace(parts, modification=traced(parts.modification))

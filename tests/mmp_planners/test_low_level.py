@@ -11,6 +11,7 @@ from mmp_env import core
 from mmp_env.gym.instances import draw_instance
 from mmp_env.model.rings import ring_cell
 from mmp_env.problems.making import make_problem
+from mmp_planners import make
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext
 
@@ -65,6 +66,49 @@ def test_the_search_goes_on_after_the_first_path_for_the_given_iterations():
     first, improved = (context(ring("ur5e", 5), direct=False, improve=n).low_level(1, (), 7) for n in (0, 200))
     assert first[1] < 200 <= improved[1]
     assert improved[0].last <= first[0].last
+
+
+def test_a_planner_improves_each_path_for_all_the_iterations_that_it_is_given():
+    counted = []
+    for n in (0, 7, 200):
+        planner = make("ecbs", direct=False, improve=n)
+        there = PlanningContext(ring("ur5e", 5), DT_S, planner.low_level(), core.Clock(math.inf))
+        there.reseed(0)
+        counted.append(there.low_level(1, (), 7)[1])
+    first = counted[0]
+    assert first > 0
+    assert counted == [first, first + 7, first + 200]
+
+
+def test_without_a_static_tree_no_call_uses_one():
+    def found(**options):
+        there = context(ring("ur5e", 5), **options)
+        return [there.low_level(arm, (), seed) for arm in range(4) for seed in range(3)]
+
+    # The branch of the static tree needs no iterations; without the tree only a straight line does not.
+    assert [n for path, n in found(direct=False, static_tree=False) if path is None or n == 0] == []
+    with_tree, without = found(), found(static_tree=False)
+    assert max(n for _, n in with_tree) == 0 < max(n for _, n in without)
+
+
+def length_in_tree(q, parents, k):
+    return 0.0 if parents[k] < 0 else length_in_tree(q, parents, parents[k]) + np.abs(q[k] - q[parents[k]]).sum()
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_of_two_paths_to_a_sample_that_arrive_at_once_the_tree_keeps_the_shorter(seed):
+    there, count = context(two_arms.passing(), seed), 0
+    for iterations in range(5, 151):
+        q, links, _ = core.search_tree(there._single[0], others=[], seed=seed, clock=there.clock, iterations=iterations)
+        if len(q) == count:
+            continue
+        count, last = len(q), len(q) - 1  # the paths to the latest sample are those that the tree chose from
+        arrivals, parents = links.T
+        moves = np.abs(q[:last] - q[last])
+        for k in np.argsort(np.linalg.norm(q[:last] - q[last], axis=1))[:5]:
+            steps = np.ceil((moves[k] / there.max_step[0]).max() - 1e-4)
+            if moves[k].max() <= core.STEERING_RAD and arrivals[k] + steps == arrivals[last]:
+                assert length_in_tree(q, parents, last) <= length_in_tree(q, parents, k) + moves[k].sum() + 1e-3
 
 
 def test_without_shortcuts_the_paths_are_those_of_the_search():

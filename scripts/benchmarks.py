@@ -11,7 +11,7 @@ FIVE = "cbs,ecbs,gen-ecbs,apf-ecbs-nf,apf-ecbs"
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
 KINDS = ("vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
 
-_ECBS_PAPER = "constraint=vertex restarts=off patience=1 direct=off improve=200 shortcuts=0"
+_ECBS_PAPER = "constraint=vertex restarts=off patience=1000000 direct=off static_tree=off improve=200 shortcuts=0"
 VARIANTS = {
     "apf-ecbs": "",
     "gradient": "step=gradient",
@@ -45,6 +45,7 @@ DECISIONS = {
     "no-cap": "cap=0",
     "no-stretch": "stretch=0",
     "no-direct": "direct=off",
+    "no-static-tree": "static_tree=off",
     "no-shortcuts": "shortcuts=0",
     "patience": "patience=1000000",
     "literal-hits": "fast_track=literal",

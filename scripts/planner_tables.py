@@ -42,6 +42,7 @@ OPTIONS = {
     "literal-track": "one critical arm, misses are discarded, and a success replaces the node",
     "improve": "200 iterations of SI-RRT\\* after the first path",
     "no-direct": "no straight lines are tried first",
+    "no-static-tree": "no static tree of the goal",
     "no-shortcuts": "single-arm paths are not shortened",
     "patience": "the search waits for the bound",
     "w-1.2": "w = 1.2",

@@ -1,9 +1,9 @@
 // Single-arm planning in space and time: SI-RRT* (Sim, Kim, Nam 2024, arXiv 2404.01752) with a shared static goal tree.
 //
 // The tree grows from the start. A second tree, grown once from the goals without constraints, is shared by all calls:
-// a new sample that reaches it follows its branch to a goal (option static_tree). A path may end at any goal where the arm can stay for
-// ever; of several, the nearest are tried first. Every path is then shortened: cost is joint movement (L1), while the
-// tree searches for early arrival.
+// a new sample that reaches it follows its branch to a goal (option static_tree). A path may end at any goal where the
+// arm can stay for ever; of several, the nearest are tried first. Every path is then shortened: cost is joint movement
+// (L1), while the tree searches for early arrival.
 #pragma once
 
 #include "single_arm/space_time_tree.hpp"

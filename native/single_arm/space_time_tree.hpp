@@ -1,7 +1,7 @@
 // Search tree of SI-RRT*: configurations, their safe intervals, and the earliest arrival in each.
 //
-// A vertex is a pair (configuration, safe interval), with its earliest arrival and the shorter of two paths. Times are whole steps. An edge is driven at full speed; waiting
-// happens before it.
+// A vertex is a pair (configuration, safe interval), with its earliest arrival and the shorter of two paths. Times are
+// whole steps. An edge is driven at full speed; waiting happens before it.
 #pragma once
 
 #include "single_arm/static_tree.hpp"
@@ -126,9 +126,9 @@ class SpaceTimeTree {
         connect_samples(sample, near_[n], checker_.reversed(q(near_[n]).data(), q(sample).data(), edges_[n]));
   }
 
-  // Relaxes all vertices of `to` over an edge from `from`: the earliest arrival, and the shorter path of two that arrive
-  // at once. Descendants stay feasible when their ancestor arrives earlier; `schedule_path` recovers the time that the
-  // tree does not propagate.
+  // Relaxes all vertices of `to` over an edge from `from`: the earliest arrival, and the shorter path of two that
+  // arrive at once. Descendants stay feasible when their ancestor arrives earlier; `schedule_path` recovers the time
+  // that the tree does not propagate.
   bool connect_samples(int from, int to, const Edge<V>& edge) {
     bool any = false;
     for (size_t i = 0; i < samples_[to].safe.size(); ++i)

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Builds the source distribution, from it a wheel for each PYTHON in a clean environment, and installs each wheel with its dependencies
-# into another clean environment, where it plans an instance. The files are in dist/. A wheel of Python 3.12 or newer is for all of them.
+# Builds the source distribution, from it a wheel in a clean environment, and installs the wheel with its dependencies into another clean
+# environment, where it plans an instance. It does so for each PYTHON. The wheel of the first one that is 3.12 or newer is for all of them:
+# those that follow install it and plan with it, and build nothing. The files are in dist/.
 # With ccache on the PATH, what was compiled before is taken from its cache. With --cold it uses an empty cache of its own, with --warm the
-# same cache as the last --cold left it; then it also prints the time as a line of JSON.
+# same cache as the last --cold left it; then it also prints the time with the first PYTHON as a line of JSON.
 # Usage: scripts/wheel.sh [--cold | --warm] [PYTHON...]   (default: python3)
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
@@ -24,33 +25,43 @@ call_backend() { # call_backend <folder> <function>: prints the name of the file
   tail -n 1 "$log.name"
 }
 
-build_and_try() { # build_and_try <python>
-  local started=$SECONDS home wanted sdist wheel
-  PYTHON=$1 find_tools
-  home=$root/build/wheels/$("$python" -c 'import sys; print(sys.implementation.cache_tag)')
-  clean_environment "$home/builder"
+build() { # build <folder>: sets `wheel`, the name of the file in dist/
+  local wanted sdist
+  clean_environment "$1/builder"
   mapfile -t wanted < <(requirements --build)
   use_ccache
   quietly "Fetching what the build needs" "${install[@]}" "${wanted[@]}"
   install_build_tools
-  export PATH=$venv/bin:$PATH
-  sdist=$(call_backend "$root" build_sdist)
+  sdist=$(PATH=$venv/bin:$PATH call_backend "$root" build_sdist)
   say "dist/$sdist"
-  rm -rf -- "$home/source"
-  mkdir -p "$home/source"
-  tar -xzf "$dist/$sdist" -C "$home/source" --strip-components 1
-  wheel=$(call_backend "$home/source" build_wheel)
-  say "dist/$wheel, built after $((SECONDS - started)) s"
+  rm -rf -- "$1/source"
+  mkdir -p "$1/source"
+  tar -xzf "$dist/$sdist" -C "$1/source" --strip-components 1
+  wheel=$(PATH=$venv/bin:$PATH call_backend "$1/source" build_wheel)
+}
+
+build_and_try() { # build_and_try <python>: sets `stable`, a wheel for Python 3.12 and newer, if it builds one
+  local started=$SECONDS home wheel=$stable version
+  PYTHON=$1 find_tools
+  version=$("$python" -c 'import platform; print(platform.python_version())')
+  home=$root/build/wheels/$("$python" -c 'import sys; print(sys.implementation.cache_tag)')
+  if [ -z "$stable" ] || "$python" -c 'import sys; sys.exit(sys.version_info >= (3, 12))'; then
+    build "$home"
+    say "dist/$wheel, built with Python $version after $((SECONDS - started)) s"
+    if [[ $wheel == *-abi3-* ]]; then stable=$wheel; fi
+  fi
   clean_environment "$home/user"
   quietly "Installing the wheel" "${install[@]}" "$dist/$wheel"
   (cd "$home" && quietly "Planning with the installed wheel" "$venv/bin/mmp" plan MultiArmCell-2 --seed 1)
-  say "dist/$wheel plans in an environment of its own; from nothing in $((SECONDS - started)) s"
+  say "dist/$wheel plans with Python $version in an environment of its own; from nothing in $((SECONDS - started)) s"
   if [ -z "$cache" ]; then return; fi
   PYTHONPATH=$root/scripts "$venv/bin/python" -c \
     'import sys, figure; figure.print_figure(f"wheel_{sys.argv[1]}", int(sys.argv[2]), "s", python=sys.version.split()[0])' \
     "$cache" "$((SECONDS - started))"
+  cache=
 }
 
+stable=
 cache=
 case ${1:-} in
   --cold | --warm)

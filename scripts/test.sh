@@ -52,7 +52,8 @@ with_oldest_mujoco() {
 
 clang_format() { git ls-files -z 'native/*.cpp' 'native/*.hpp' | xargs -0 clang-format --dry-run -Werror; }
 
-fuzz_for_a_minute() { PYTHONPATH=$root/tests:$root/scripts "$PYTHON" -m fuzz --minutes 1; }
+# The time of the commit is the seed: each commit tries other inputs, and a test that failed fails again.
+fuzz_for_a_minute() { PYTHONPATH=$root/tests:$root/scripts "$PYTHON" -m fuzz --minutes 1 --seed "$(git log -1 --format=%ct)"; }
 
 with_dm_control() { PYTHONPATH=$older pytest -n auto tests/dm; }
 

@@ -3,6 +3,7 @@
 import errno
 import os
 import signal
+import subprocess
 import sys
 from pathlib import Path
 
@@ -165,6 +166,19 @@ def test_too_little_memory_is_a_sentence(error, monkeypatch, capsys):
     monkeypatch.setattr(mmp_cli.main, "_run_with_output", no_memory)
     assert mmp_cli.main.main([]) == 2
     assert capsys.readouterr().err == "mmp: there is not enough memory\n"
+
+
+def test_too_little_memory_while_mmp_is_imported_is_a_sentence():
+    program = (
+        "import sys, mmp_cli.main as cli\n"
+        "class NoMemory:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'gymnasium.utils': raise MemoryError\n"
+        "sys.meta_path.insert(0, NoMemory())\n"
+        "sys.exit(cli.main(['list']))"
+    )
+    ran = subprocess.run([sys.executable, "-P", "-c", program], capture_output=True, text=True, check=False)
+    assert (ran.returncode, ran.stdout, ran.stderr) == (2, "", "mmp: there is not enough memory to start\n")
 
 
 def test_half_of_the_json_is_found(kit, tmp_path):

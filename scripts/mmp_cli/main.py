@@ -60,11 +60,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"mmp: {describe_interrupt(interrupt)}", file=sys.stderr, flush=True)
         return 128 + signal_of(interrupt)
     except Exception as error:
-        from mmp_env.errors import NO_MEMORY, is_out_of_memory
-
-        if not is_out_of_memory(error):
+        reason = _out_of_memory(error)
+        if reason is None:
             raise
-        print(f"mmp: {NO_MEMORY}", file=sys.stderr, flush=True)
+        print(f"mmp: {reason}", file=sys.stderr, flush=True)
         return 2
 
 
@@ -78,6 +77,17 @@ def run_script(script: Callable[[], int | None]) -> NoReturn:
     except MmpError as error:
         complain(error, program=sys.argv[0].rpartition("/")[2])
         sys.exit(2)
+
+
+def _out_of_memory(error: Exception) -> str | None:
+    """Returns the sentence for too little memory, or None for another error.
+
+    It imports nothing: an import that got no memory leaves packages that cannot be imported again.
+    """
+    errors = sys.modules.get("mmp_env.errors")
+    if errors is None:
+        return "there is not enough memory to start" if isinstance(error, MemoryError) else None
+    return errors.NO_MEMORY if errors.is_out_of_memory(error) else None
 
 
 def _run_process() -> int:

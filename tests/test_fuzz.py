@@ -1,15 +1,15 @@
 """The fuzzer: it finds planted faults, and no input that once failed fails again."""
 
+import importlib
 import json
 import random
 import re
 from pathlib import Path
 
 import pytest
-from fuzz import __main__ as fuzzer
 from fuzz import changes, core_arrays, inputs, planted_faults, samples, validator
 from fuzz.process import Worker
-from support import core_calls
+from support import checkout_scripts, core_calls
 
 from mmp_cli.main import COMMANDS, main
 
@@ -188,7 +188,13 @@ def test_the_options_of_all_commands_but_show_are_tried(capsys):
         assert drawn == printed - set(changes.LEFT_OUT), command
 
 
-def test_a_run_has_another_seed_each_time_and_prints_it_first(monkeypatch, capsys):
+@pytest.fixture
+def fuzzer(monkeypatch):
+    monkeypatch.syspath_prepend(checkout_scripts.SCRIPTS)
+    return importlib.import_module("fuzz.__main__")
+
+
+def test_a_run_has_another_seed_each_time_and_prints_it_first(fuzzer, monkeypatch, capsys):
     printed = []
     for clock in (7.0, 8.0):
         monkeypatch.setattr(fuzzer.time, "time", lambda clock=clock: clock)
@@ -199,7 +205,7 @@ def test_a_run_has_another_seed_each_time_and_prints_it_first(monkeypatch, capsy
     assert printed == ["7", 7, "8", 8]
 
 
-def test_only_exit_code_0_counts_as_accepted(capsys, monkeypatch):
+def test_only_exit_code_0_counts_as_accepted(fuzzer, capsys, monkeypatch):
     codes = iter([0, 0, 1, 2, 2, 2, None])
     monkeypatch.setattr(fuzzer.inputs, "tried", lambda given, worker: (next(codes), []))
     tested = fuzzer.Fuzzing(fuzzer.Settings(0, 0.0, Path(), 1.0, 0.0), {})

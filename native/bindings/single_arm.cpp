@@ -12,9 +12,13 @@ void bind_search_settings(nb::module_& m) {
           "__init__",
           [](Settings* self, int max_iterations, int improve_iterations, int shortcuts, double goal_bias,
              int neighbours, bool direct, bool static_tree) {
-            new (self)
-                Settings{checked_count(max_iterations), checked_count(improve_iterations), checked_count(shortcuts),
-                         checked_share(goal_bias),      checked_count(neighbours),         direct, static_tree};
+            new (self) Settings{checked_count(max_iterations),
+                                checked_count(improve_iterations),
+                                checked_count(shortcuts),
+                                checked_share(goal_bias),
+                                checked_count(neighbours),
+                                direct,
+                                static_tree};
           },
           nb::kw_only(), nb::arg("max_iterations") = defaults.max_iterations,
           nb::arg("improve_iterations") = defaults.improve_iterations, nb::arg("shortcuts") = defaults.shortcuts,

@@ -52,7 +52,7 @@ OPTIONS = {
     "vertex-0.05": "vertex constraint, with a radius of 0.05 rad",
     "paper": "all settings of the paper that have an option",
 }
-"""What each variant of `scripts/benchmarks.py` changes."""
+"""Variant of `scripts/benchmarks.py` -> the option that it changes."""
 _REPULSION = (
     *("cbs repulsion=fast-track", "xecbs repulsion=fast-track", "gen-ecbs repulsion=fast-track"),
     *("apf-ecbs shorten_paths=on", "apf-ecbs shorten=25", "apf-ecbs shorten=100", "apf-ecbs shorten=400"),

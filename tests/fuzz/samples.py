@@ -208,7 +208,7 @@ def _added() -> dict[str, str]:
 
 
 def _episode() -> dict[str, Any]:
-    """Returns an episode: the good plan, and the way back."""
+    """Returns an episode in which the arms move along the good plan and then back."""
     plan, back = bad_files.good_plan(), bad_files.good_plan()
     back["positions"] = {arm: rows[::-1] for arm, rows in back["positions"].items()}
     back["problem"] |= {"start": back["problem"]["goal"], "goal": back["problem"]["start"]}

@@ -10,7 +10,7 @@ from support import two_arms
 
 from mmp_env.errors import MmpError
 from mmp_env.events import ignore
-from mmp_planners import Status, describe, make, tree_planner
+from mmp_planners import Status, describe, make
 from mmp_planners.apf_ecbs import PAPER, ApfEcbs
 from mmp_planners.conflict_tree.constraints.named import constraint_kind
 from mmp_planners.conflict_tree.fast_track import NoFastTrack, RepulsionOfSeveralArms, RepulsiveFastTrack
@@ -99,25 +99,17 @@ def test_the_preset_hands_its_values_to_the_parts_and_the_low_level():
     without = make("apf-ecbs-nf", preset="paper")
     assert (without.parts(0).modification, without.parts(0).fast_track) == (modification, NoFastTrack())
     for each in (planner, without):
-        search, low_level = grown(each)
-        assert (search.restarts, search.patience) == (False, PAPER["patience"])
-        assert low_level == SiRrtStar(
+        assert each.low_level() == SiRrtStar(
             eta=0.8,
             iterations=LOW_LEVEL.iterations,
-            **{name: PAPER[name] for name in ("direct", "improve", "shortcuts", "static_tree") if name in PAPER},
+            direct=False,
+            improve=200,
+            shortcuts=0,
+            static_tree=False,
         )
-        assert (low_level.direct, low_level.improve, low_level.shortcuts) == (False, 200, 0)
-
-
-def grown(planner):
-    """Returns the search that a planner is about to begin, and the single-arm planner that it made."""
-    counts = TreeCounts()
-    run = Run.begin(planner.name, planner, two_arms.passing(), 0, 60.0, counts=counts)
-    made = []
-    with pytest.MonkeyPatch.context() as patch:
-        context = tree_planner.PlanningContext
-        patch.setattr(tree_planner, "PlanningContext", lambda *words: (made.append(words[2]), context(*words))[1])
-        return planner.grow(run, counts, ignore), made[0]
+        run = Run.begin(each.name, each, two_arms.passing(), 0, 60.0)
+        search = each.grow(run, TreeCounts(), ignore)
+        assert (search.restarts, search.patience) == (False, 1_000_000)
 
 
 def test_discarded_misses_are_handed_to_the_fast_track_of_several_arms():

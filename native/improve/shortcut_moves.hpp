@@ -22,7 +22,7 @@ struct StepLimits {
   int steps(const T* p, const T* q) const {
     T n = 0;
     for (int k = 0; k < dof(); ++k) n = std::max(n, std::abs(q[k] - p[k]) / max_step[k]);
-    return static_cast<int>(std::ceil(n - T(1e-4)));
+    return static_cast<int>(std::min(std::ceil(n - T(1e-4)), T(kForever)));
   }
 };
 

@@ -147,7 +147,7 @@ class CompositeSteps {
       std::fill_n(arm.boxed, kWheres, false);
       for (auto& known : arm.known) known.fill(-1);
     }
-    const int samples = std::max(1, static_cast<int>(std::ceil(longest / step_)));
+    const int samples = std::max(1, static_cast<int>(std::min(std::ceil(longest / step_), T(kForever))));
     batches_ = (samples + width<V> - 1) / width<V>;
     samples_ = samples;
   }

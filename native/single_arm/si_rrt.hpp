@@ -112,7 +112,8 @@ class SiRrt {
 
   // Splits the straight line into pieces of about eta, each of them whole steps at full speed.
   TimedPath<V> straight(const Config<T>& goal, int steps, const Clock& clock) {
-    const int pieces = std::max(1, static_cast<int>(std::ceil(distance(task_.start, goal) / task_.eta)));
+    const int pieces =
+        std::max(1, static_cast<int>(std::min(std::ceil(distance(task_.start, goal) / task_.eta), T(kForever))));
     TimedPath<V> path;
     for (int k = 0; k <= pieces; ++k) {
       const T f = steps == 0 ? T(k == pieces) : T(static_cast<long>(steps) * k / pieces) / T(steps);

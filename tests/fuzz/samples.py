@@ -85,8 +85,9 @@ NAMED_IN = {
 NOT_DRAWN = ("robot show",)
 """Lines that read their files and are refused then, because rendering is off."""
 RARELY = {
-    **dict.fromkeys(("report", "settings", "published", "bench"), 0.05),
-    **dict.fromkeys(("continued bench", "continued results", "continued dataset"), 0.5),
+    **dict.fromkeys(("report", "settings", "published", "bench", "continued results"), 0.05),
+    **dict.fromkeys(("continued bench", "continued dataset"), 0.5),
+    **dict.fromkeys(("robot folder", "tool", "hulls", "spheres", "mesh obj"), 0.4),
     "list": 0.2,
 }
 """Name -> how often a line is drawn, relative to the others: these take many times as long."""

@@ -142,8 +142,9 @@ _SMALL = (
     *("import", "core", "anytime", "env", "goals", "growth", "harness", "portfolio", "rerun", "retime", "tasks"),
     *("work", "online", "batched", "clone"),
 )
-_WITHOUT_PICTURES = (
+_EACH_CALL = (
     *("plan", "json", "bench", "report", "csv", "npz", "trajectory", "scene", "run", "dataset", "replace", "robot"),
+    *("rerun", "video"),
 )
 """Commands of `faults.sh` each of whose calls fails once."""
 LINES: dict[str, dict[str, list[list[str]]]] = {
@@ -162,7 +163,7 @@ LINES: dict[str, dict[str, list[list[str]]]] = {
         "sanitizers": [["sanitize.sh"]],
         "faults": [
             ["faults.sh", "--most", "3"],
-            ["faults.sh", "--figure", "faults_of_all_calls", *_WITHOUT_PICTURES],
+            ["faults.sh", "--figure", "faults_of_all_calls", *_EACH_CALL],
         ],
         "wheel": [["wheel.sh", "--cold"], ["wheel.sh", "--warm"]],
     },

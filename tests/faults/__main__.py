@@ -20,6 +20,9 @@ from faults.kit import KINDS, Kit, Run
 COUNTING = {"memory": "memory", "pipe": "count-output"}
 """Way to fail -> the kind that only counts its calls; other ways count all calls on files. Call -1 never comes."""
 
+FEW, SAMPLED = 300, 40
+"""So many allocations of a command each fail once; of more than these, only a sample does."""
+
 
 def points(calls: int, most: int | None) -> list[int]:
     """Returns the numbers of the calls that fail: all of them, or `most` spread over all."""
@@ -53,9 +56,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="faults", description=__doc__)
     parser.add_argument("commands", nargs="*", choices=[[], *COMMANDS], help="commands; default: all")
     parser.add_argument("--kinds", default=",".join(KINDS), help=f"ways to fail; default: {','.join(KINDS)}")
-    parser.add_argument(
-        "--most", type=int, help="points of a command and kind; default: all of them, and 40 allocations"
-    )
+    help = f"points of a command and kind; default: all of them, but {SAMPLED} allocations of more than {FEW}"
+    parser.add_argument("--most", type=int, help=help)
     parser.add_argument("--workers", type=int, default=os.cpu_count(), help="runs at once")
     parser.add_argument("--figure", default="faults_handled", metavar="NAME", help="name of the printed figure")
     args = parser.parse_args(argv)
@@ -69,7 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
                 if good.code != 0:
                     print(f"{name}: exit code {good.code} where nothing fails: {good.err}")
                     return 1
-                most = args.most or (40 if kind == "memory" else None)
+                most = args.most or (SAMPLED if kind == "memory" and good.calls > FEW else None)
                 chosen = points(good.calls, most)
                 points_total += good.calls
                 attempt = partial(tried, kit, command, kind, good=good)

@@ -1,11 +1,13 @@
 """The fuzzer: it finds planted faults, and no input that once failed fails again."""
 
 import importlib
+import io
 import json
 import random
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fuzz import changes, core_arrays, inputs, planted_faults, samples, validator
 from fuzz.process import Worker
@@ -122,6 +124,29 @@ def test_the_validator_takes_the_good_files_and_free_fields():
     free = {"free.json": b'{"schema": "mmp-plan/1", "planner": {"x": 1}, "stats": {"y": {"z": 1}}}'}
     for name, content in (samples.contents() | free).items():
         assert validator.file_nonsense(name, content) == [], name
+
+
+WRONG_EPISODES = {
+    "text": ("actions", lambda rows: rows.astype(str)),
+    "three joints": ("actions", lambda rows: rows[:, :3]),
+    "nan": ("actions", lambda rows: rows * np.nan),
+    "beyond 1": ("actions", lambda rows: rows + 2),
+    "two rewards": ("rewards", lambda rows: rows[:2]),
+    "infinite": ("rewards", lambda rows: rows + np.inf),
+    "objects": ("rewards", lambda rows: rows.astype(object)),
+    "no first observation": ("observations.clearance", lambda rows: rows[1:]),
+    "contacts": ("infos.contacts", lambda rows: rows - 1),
+    "cut off": ("truncations", lambda rows: ~rows),
+}
+
+
+@pytest.mark.parametrize(("array", "change"), WRONG_EPISODES.values(), ids=WRONG_EPISODES)
+def test_the_validator_knows_wrong_episodes(array, change):
+    name, out = samples.LINES["continued episodes"][0], io.BytesIO()
+    with np.load(io.BytesIO(samples.contents()[name])) as file:
+        np.savez(out, **dict(file) | {array: change(file[array])})
+    assert validator.file_nonsense(name, out.getvalue())
+    assert validator.file_nonsense(name, samples.contents()[name][:-100])
 
 
 BAD_OPTIONS = (

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from mmp_cli.datasets.expert import Episode
     from mmp_cli.datasets.folder import DatasetFolder
     from mmp_env.gym.env import MultiArmCellEnv
-    from mmp_env.model.problem import Problem
+    from mmp_env.model.cell import Cell
 
 FORMATS = ("npz", "minari")
 
@@ -77,6 +77,9 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
 
     folder = DatasetFolder(Path(args.out), _settings(args, source))
     before = len(folder.files)
+    env = _env(args, source.cell) if args.format == "minari" else None
+    if env is not None:
+        minari_format.check(folder, env)
     for k, item in enumerate(source.items):
         if item.name in folder.done:
             continue
@@ -84,8 +87,8 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
         folder.add(item.name, item.seed, outcome, episode)
         complain(f"{len(folder.lines)} of {len(source.items)}: {item.name}: {outcome}")
     identity, name = None, source.title.replace(" ", "-")
-    if args.format == "minari" and folder.files:
-        identity = minari_format.write(folder, name, _env(args, source.problem(0)), _spec(args))
+    if env is not None and folder.files:
+        identity = minari_format.write(folder, name, env, _spec(args))
     elif len(folder.files) > before and exists(folder.path / name / minari_format.VERSION):
         complain(f"the Minari dataset in {folder.path} has not the new episodes; --format minari makes it again")
     _report(args, folder, identity)
@@ -111,7 +114,7 @@ def _episode(args: Namespace, source: Instances, k: int, planner: object) -> tup
     result = planner.plan(problem, seed=source.items[k].seed, time_limit=args.time_limit)  # pyright: ignore
     if result.plan is None:
         return f"no plan: {result.status}", None
-    env = _env(args, problem)
+    env = _env(args, problem.cell)
     try:
         episode = follow(env, problem, result.plan)
     except MmpError as error:
@@ -124,10 +127,10 @@ def _episode(args: Namespace, source: Instances, k: int, planner: object) -> tup
     return f"not followed: {contact}", None
 
 
-def _env(args: Namespace, problem: Problem) -> MultiArmCellEnv:
+def _env(args: Namespace, cell: Cell) -> MultiArmCellEnv:
     from mmp_env.gym.env import MultiArmCellEnv
 
-    return MultiArmCellEnv(cell=problem.cell, control_mode=args.control_mode)
+    return MultiArmCellEnv(cell=cell, control_mode=args.control_mode)
 
 
 def _spec(args: Namespace) -> EnvSpec | None:

@@ -125,7 +125,7 @@ def print_summary(fuzzing: Fuzzing, figure: str, seed: int) -> None:
         print(_row(kind, fuzzing.codes_of(kind)))
     codes = fuzzing.codes_of()
     print(_row("together", codes))
-    print(f"{'core':17} {fuzzing.calls:7} calls, {fuzzing.returned:6} returned")
+    print(f"{'core':18} {fuzzing.calls:7} calls, {fuzzing.returned:6} returned")
     more = {"accepted": codes[0], "exit_1": codes[1], "exit_2": codes[2], "core_calls": fuzzing.calls}
     more |= {"faults": len(fuzzing.found), "seed": seed}
     print_figure(figure, codes.total(), "command lines", **more)
@@ -134,7 +134,7 @@ def print_summary(fuzzing: Fuzzing, figure: str, seed: int) -> None:
 def _row(kind: str, codes: Counter[int | None]) -> str:
     """Returns a line of the summary. An input is accepted if its exit code is 0."""
     counts = f"exit code 0: {codes[0]:6} (accepted), 1: {codes[1]:6}, 2: {codes[2]:6}"
-    return f"{kind:17} {codes.total():7} command lines, {counts}"
+    return f"{kind:18} {codes.total():7} command lines, {counts}"
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import functools
 import importlib
+import io
 import itertools
 import json
 import math
@@ -13,6 +14,9 @@ import re
 import struct
 from typing import Any
 
+import numpy as np
+
+from fuzz import core_arrays
 from mmp_planners import describe, names
 
 HOSTILE = [
@@ -61,9 +65,11 @@ VALUES = [
 
 
 def changed_file(content: bytes, rng: random.Random) -> bytes:
-    """Returns a changed file: JSON by its values, other files by their text."""
+    """Returns a changed file: JSON by its values, NumPy's by its arrays, other files by their text."""
     if rng.random() < 0.1:
         return _changed_bytes(content, rng)
+    if content.startswith(b"PK"):
+        return _changed_arrays(content, rng)
     try:
         text = content.decode()
     except UnicodeDecodeError:
@@ -177,6 +183,24 @@ def _changed_text(text: str, rng: random.Random) -> str:
     else:
         new = rng.choice([word * 2, "", word[:-1], '""', '"0 0 0"', '"nan nan nan"', '"1e9"', word])
     return text[: match.start()] + new + text[match.end() :]
+
+
+def _changed_arrays(content: bytes, rng: random.Random) -> bytes:
+    """Returns a file of NumPy's arrays in which one is missing, has another name, or is another array."""
+    with np.load(io.BytesIO(content)) as file:
+        arrays = dict(file)
+    name, kind = rng.choice(list(arrays)), rng.random()
+    if kind < 0.1:
+        del arrays[name]
+    elif kind < 0.2:
+        arrays[rng.choice([f"{name}x", "x", *arrays])] = arrays[name]
+    elif kind < 0.3:
+        arrays[name] = arrays[name].astype(rng.choice([str, object]))
+    else:
+        arrays[name] = core_arrays.hostile_array(arrays[name], rng)
+    out = io.BytesIO()
+    (np.savez_compressed if rng.random() < 0.2 else np.savez)(out, **arrays)
+    return out.getvalue()
 
 
 def _changed_bytes(content: bytes, rng: random.Random) -> bytes:

@@ -61,7 +61,7 @@ def hostile(value: Any, rng: random.Random) -> Any:
     if rng.random() < 0.1:
         return rng.choice(OBJECTS)
     if isinstance(value, np.ndarray):
-        return _array(value, rng)
+        return hostile_array(value, rng)
     if isinstance(value, list | tuple) and value:
         out = [hostile(item, rng) if rng.random() < 0.5 else item for item in value]
         return rng.choice([out, out[:-1], out * 2, tuple(out)])
@@ -74,7 +74,7 @@ def hostile(value: Any, rng: random.Random) -> Any:
     return rng.choice(OBJECTS)
 
 
-def _array(value: np.ndarray, rng: random.Random) -> Any:
+def hostile_array(value: np.ndarray, rng: random.Random) -> Any:
     """Returns an array of another shape, type or layout, or with other numbers."""
     kind = rng.randrange(9)
     out = np.array(value)

@@ -108,6 +108,8 @@ def _nonsense(run: Run) -> list[str]:
         return []
     out = [f"accepted {reason}" for reason in option_nonsense(run.line)]
     read = {word.lstrip("@") for word in run.line}  # files, and folders
+    if "minari" in read:
+        read |= {f"{folder}/episodes" for folder in read}
     for name, content in run.before.items():
         if name in read or str(Path(name).parent) in read or samples.NAMED_IN.get(name) in read:
             out += [f"accepted {name}: {reason}" for reason in file_nonsense(name, content)]

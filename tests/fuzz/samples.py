@@ -72,6 +72,7 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "continued bench": ("begun/settings.json", _CONTINUED),
     "continued results": ("begun/results.jsonl", _CONTINUED),
     "continued dataset": ("episodes/dataset.json", _DATASET),
+    "continued episodes": ("episodes/episodes/00000.npz", [*_DATASET, "--format", "minari"]),
     "list": ("", ["list", "--json"]),
 }
 """Name -> the file that is changed, and a command line that is accepted."""
@@ -86,7 +87,7 @@ NOT_DRAWN = ("robot show",)
 """Lines that read their files and are refused then, because rendering is off."""
 RARELY = {
     **dict.fromkeys(("report", "settings", "published", "bench", "continued results"), 0.05),
-    **dict.fromkeys(("continued bench", "continued dataset"), 0.5),
+    **dict.fromkeys(("continued bench", "continued dataset", "continued episodes"), 0.5),
     **dict.fromkeys(("robot folder", "tool", "hulls", "spheres", "mesh obj"), 0.4),
     "list": 0.2,
 }

@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 import yaml
 
 from fuzz import known_keys
+from fuzz.episode_validator import episode_nonsense
 from fuzz.known_keys import unknown_fields, unknown_keys
 
 MUST_DIFFER = ("arms", "obstacles", "jobs", "objects", "instances")
@@ -82,6 +83,8 @@ def file_nonsense(name: str, content: bytes) -> list[str]:
             return _model_nonsense(content, suffix == ".urdf")
         if suffix == ".obj":
             return _mesh_nonsense(content)
+        if suffix == ".npz":
+            return episode_nonsense(content)
         documents = _documents(suffix, content)
         return [reason for each in documents for reason in (*reasons(each), *unknown_fields(name, each))]
     except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError) as error:

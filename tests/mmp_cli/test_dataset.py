@@ -3,14 +3,19 @@
 import errno
 import fcntl
 import gc
+import io
 import json
 import os
+import pickle
+import zipfile
 from pathlib import Path
 from unittest import mock
 
 import numpy as np
 import pytest
+from support import bad_files
 
+from mmp_cli.datasets.episode_file import Rows, read_episode, rows_of
 from mmp_cli.datasets.folder import DatasetFolder, exclusive
 from mmp_cli.main import main
 from mmp_env import find_cell
@@ -156,6 +161,19 @@ def test_a_minari_dataset_of_a_file_has_no_environment(tmp_path, capsys):
         assert minari.load_dataset(name).env_spec is None
 
 
+def test_a_minari_dataset_is_written_though_the_first_instance_is_invalid(tmp_path, capsys):
+    pytest.importorskip("minari")
+    instances = bad_files.good_instances()
+    good = instances["instances"][0]
+    bad = good | {"name": "bad", "start": good["start"] | {"left": [99.0] * 6}}
+    file = tmp_path / "instances.json"
+    file.write_text(json.dumps(instances | {"instances": [bad, good]}))
+    words = ["dataset", str(file), "--count", "2", "--planner", "prioritized", "--format", "minari", "--json"]
+    assert main([*words, "--out", str(tmp_path / "a")]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["episodes"], said["minari"]) == (1, "pair/expert-v0")
+
+
 def test_a_minari_dataset_that_lacks_new_episodes_is_named_and_made_again(tmp_path, capsys):
     minari = pytest.importorskip("minari")
     words = ["dataset", "MultiArmCell-2", "--out", str(tmp_path / "a")]
@@ -201,6 +219,7 @@ BROKEN = {
     "outcome": (lambda d: d | {"instances": [{"name": "a", "seed": 0}]}, r"instances\[0\]"),
     "steps": (lambda d: d | {"instances": [d["instances"][0] | {"steps": "a"}]}, r"instances\[0\]\.steps"),
     "twice": (lambda d: d | {"instances": 2 * d["instances"]}, "no other instance"),
+    "no steps": (lambda d: d | {"instances": [d["instances"][0] | {"steps": 0}]}, "steps is 0; it must be"),
     "outside": (lambda d: d | {"instances": [d["instances"][0] | {"file": "../a.npz"}]}, "'episodes/00000.npz'"),
 }
 
@@ -208,30 +227,126 @@ BROKEN = {
 @pytest.mark.parametrize(("change", "said"), BROKEN.values(), ids=BROKEN)
 def test_what_is_wrong_in_an_index_is_named(change, said, tmp_path):
     (tmp_path / "episodes").mkdir()
-    np.savez(tmp_path / "episodes" / "00000.npz", actions=np.zeros(1))
+    (tmp_path / "episodes" / "00000.npz").touch()
     line = {"name": "a", "seed": 0, "outcome": "success", "file": "episodes/00000.npz", "steps": 1}
     index = {"schema": "mmp-dataset/1", "settings": {}, "instances": [line]}
     (tmp_path / "dataset.json").write_text(json.dumps(index))
-    folder = DatasetFolder(tmp_path, {})
-    assert folder.lines == [line]
-    with pytest.raises(MmpError, match="has no array 'rewards'"):
-        list(folder.episodes())
+    assert DatasetFolder(tmp_path, {}).lines == [line]
     (tmp_path / "dataset.json").write_text(json.dumps(change(index)))
     with pytest.raises(MmpError, match=said):
         DatasetFolder(tmp_path, {})
 
 
-def test_an_episode_that_is_damaged_or_missing_is_named(tmp_path):
-    file = tmp_path / "a" / "episodes" / "00000.npz"
+def test_an_episode_that_is_missing_is_named(tmp_path):
     words = ["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a")]
     assert main(words) == 0
-    for content in (b"", b"x", file.read_bytes()[:1000]):
-        file.write_bytes(content)
-        with pytest.raises(MmpError, match=r"00000\.npz is not an episode"):
-            list(DatasetFolder(tmp_path / "a", {}).episodes())
-    file.unlink()
+    (tmp_path / "a" / "episodes" / "00000.npz").unlink()
     with pytest.raises(MmpError, match=r"00000\.npz is missing"):
         DatasetFolder(tmp_path / "a", {})
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return rows_of(MultiArmCellEnv(cell="ring-2"))
+
+
+def episode(rows, steps=4):
+    """Returns an episode of zeros that ends well."""
+    out = {name: np.zeros((steps + each.extra, *each.shape), each.dtype) for name, each in rows.items()}
+    for name in (name for name in out if name.startswith("observations.")):
+        out[name] += (rows[name].low + rows[name].high) / 2
+    out["terminations"][-1] = True
+    return out
+
+
+def with_value(array, at, value):
+    out = array.copy()
+    out[at] = value
+    return out
+
+
+WRONG_ARRAYS = {
+    "text": ("actions", lambda a: a.astype(str), r"array 'actions' is of type '<U\d+'; it must be 'float32'"),
+    "objects": ("rewards", lambda a: a.astype(object), "array 'rewards' is of type 'object'; it must be 'float64'"),
+    "another type": ("terminations", lambda a: a.astype(int), "is of type 'int64'; it must be 'bool'"),
+    "nan": ("actions", lambda a: with_value(a, (1, 2), np.nan), r"'actions' has nan at \[1, 2\]; it must be a finite"),
+    "infinite": ("rewards", lambda a: with_value(a, 3, np.inf), r"has inf at \[3\]; it must be a finite number$"),
+    "beyond": ("actions", lambda a: a + 2, "has 2 at .* a finite number from -1 to 1"),
+    "a clearance": ("observations.clearance", lambda a: a - 9, "has -9 at .* from -1 to 1"),
+    "contacts": ("infos.contacts", lambda a: a - 1, "has -1 at .* from 0 to inf"),
+    "joints": ("actions", lambda a: a[:, :3], r"has shape \(4, 3\); for 4 steps it must be \(4, 12\)"),
+    "too short": ("rewards", lambda a: a[:2], r"has shape \(2,\); for 4 steps it must be \(4,\)"),
+    "too long": ("observations.goal_positions", lambda a: a[[0, *range(len(a))]], r"for 4 steps it must be \(5, 12\)"),
+    "no axis": ("infos.is_success", lambda a: a[0], r"has shape \(\); for 4 steps"),
+    "no end": ("terminations", np.zeros_like, "'terminations' must be true at the last step alone"),
+    "cut off": ("truncations", lambda a: ~a, "and 'truncations' at no step"),
+}
+
+
+@pytest.mark.parametrize(("name", "change", "said"), WRONG_ARRAYS.values(), ids=WRONG_ARRAYS)
+def test_an_array_of_an_episode_that_is_wrong_is_named(name, change, said, rows, tmp_path):
+    path, good = tmp_path / "00000.npz", episode(rows)
+    np.savez(path, **good)
+    assert read_episode(path, 4, rows).keys() == good.keys()
+    np.savez(path, **good | {name: change(good[name])})
+    with pytest.raises(MmpError, match=f"00000.npz: .*{said}"):
+        read_episode(path, 4, rows)
+
+
+def test_other_arrays_and_other_steps_of_an_episode_are_named(rows, tmp_path):
+    path, good = tmp_path / "00000.npz", episode(rows)
+    np.savez_compressed(path, **good)
+    with pytest.raises(MmpError, match=r"clearance' has shape \(5, 1\); for 5 steps it must be \(6, 1\)"):
+        read_episode(path, 5, rows)
+    np.savez(path, **good, reward=good["rewards"])
+    with pytest.raises(MmpError, match=r"unknown array 'reward'\. Did you mean 'rewards'"):
+        read_episode(path, 4, rows)
+    np.savez(path, **{name: array for name, array in good.items() if name != "rewards"})
+    with pytest.raises(MmpError, match="it has no array 'rewards'"):
+        read_episode(path, 4, rows)
+
+
+def test_a_file_that_is_no_episode_is_a_sentence(rows, tmp_path):
+    path = tmp_path / "00000.npz"
+    np.savez(path, **episode(rows))
+    good = path.read_bytes()
+    changed = bytearray(good)
+    changed[good.index(b"rewards.npy") + 170] ^= 1
+    for content in (b"", b"x", good[:1000], good[:-1], b"x" + good, bytes(changed), pickle.dumps([1])):
+        path.write_bytes(content)
+        with pytest.raises(MmpError, match=r"00000\.npz: it is not an episode of a dataset"):
+            read_episode(path, 4, rows)
+
+
+def test_an_array_that_is_huge_is_refused_before_it_is_read(tmp_path):
+    path, rows = tmp_path / "00000.npz", {"actions": Rows(dtype=np.dtype("f4"))}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        archive.writestr("actions.npy", bytes(2**28 + 1))
+    with pytest.raises(MmpError, match="its arrays have 256 MB; at most 256 MB are read"):
+        read_episode(path, 2**26, rows)
+    header = io.BytesIO()
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f4", "fortran_order": False, "shape": (10**15,)})
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("actions.npy", header.getvalue() + bytes(40))
+    with pytest.raises(MmpError, match=r"has shape \(1000000000000000,\); for 10 steps it must be \(10,\)"):
+        read_episode(path, 10, rows)
+    with pytest.raises(MmpError, match="has other numbers than its shape"):
+        read_episode(path, 10**15, rows)
+
+
+def test_a_dataset_with_a_wrong_episode_is_refused_before_anything_is_planned(tmp_path, capsys):
+    pytest.importorskip("minari")
+    words = ["dataset", "MultiArmCell-2", "--out", str(tmp_path / "a"), "--count"]
+    assert main([*words, "1"]) == 0
+    file = tmp_path / "a" / "episodes" / "00000.npz"
+    with np.load(file) as arrays:
+        np.savez(file, **dict(arrays) | {"actions": arrays["actions"] * np.float32(np.nan)})
+    index, content = index_of(tmp_path / "a"), file.read_bytes()
+    capsys.readouterr()
+    assert main([*words, "2", "--format", "minari"]) == 2
+    assert "00000.npz: array 'actions' has nan at [0, 0]" in capsys.readouterr().err
+    assert sorted(path.name for path in (tmp_path / "a").rglob("*")) == ["00000.npz", "dataset.json", "episodes"]
+    assert (index_of(tmp_path / "a"), file.read_bytes()) == (index, content)
 
 
 def refuse(*_, **__):

@@ -7,14 +7,14 @@ import fcntl
 import json
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import msgspec
 import numpy as np
 
+from mmp_cli.datasets.episode_file import Rows, read_episode
 from mmp_cli.datasets.expert import Episode
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import exists, is_file
@@ -26,9 +26,6 @@ SCHEMA = "mmp-dataset/1"
 INDEX, EPISODES = "dataset.json", "episodes"
 SUCCESS = "success"
 """Outcome of an instance whose episode is in the dataset."""
-
-NEEDED = ("actions", "rewards", "terminations", "truncations")
-"""Names of arrays that every episode has."""
 
 
 class _Instance(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
@@ -122,18 +119,14 @@ class DatasetFolder:
         """Outcome -> number of instances."""
         return Counter(line["outcome"] for line in self.lines)
 
-    def episodes(self) -> Iterator[dict[str, np.ndarray]]:
-        """Yields the arrays of each episode. Raises `MmpError` for a file that cannot be read."""
-        for path in self.files:
-            try:
-                with path.open("rb") as file, np.load(file) as content:  # np.load leaves a damaged file open
-                    arrays = dict(content)
-            except (OSError, ValueError, EOFError, TypeError, AttributeError, BadZipFile) as error:
-                raise MmpError(f"{path} is not an episode of a dataset ({error})") from None
-            for name in NEEDED:
-                if name not in arrays:
-                    raise MmpError(f"{path} is not an episode of a dataset; it has no array '{name}'")
-            yield arrays
+    def episodes(self, allowed: Mapping[str, Rows]) -> Iterator[dict[str, np.ndarray]]:
+        """Yields the arrays of each episode, which hold what is allowed.
+
+        Raises `MmpError` for another file, as `read_episode`.
+        """
+        for line in self.lines:
+            if "file" in line:
+                yield read_episode(self.path / line["file"], line["steps"], allowed)
 
     @property
     def files(self) -> list[Path]:
@@ -182,6 +175,8 @@ class DatasetFolder:
                     raise (where / "file").wrong(line.file, f"'{file}'")
                 if not is_file(self.path / file):
                     raise MmpError(f"{self.path / file} is missing; put it back, or begin another folder")
+                if line.steps < 1:
+                    raise (where / "steps").wrong(line.steps, "a number of steps from 1")
                 self.lines[-1] |= {"file": file, "steps": line.steps}
 
 

@@ -9,6 +9,7 @@ from unittest import mock
 import numpy as np
 from gymnasium.envs.registration import EnvSpec
 
+from mmp_cli.datasets.episode_file import rows_of
 from mmp_cli.datasets.folder import DatasetFolder
 from mmp_env.errors import MmpError
 from mmp_env.files.paths import refusal
@@ -31,6 +32,12 @@ def require() -> None:
         raise MmpError(f"--format minari needs the extra learning: pip install 'mmp-env[learning]' ({error})") from None
 
 
+def check(folder: DatasetFolder, env: MultiArmCellEnv) -> None:
+    """Raises `MmpError` if a file in the folder holds another episode than one of the environment."""
+    for _ in folder.episodes(rows_of(env)):
+        pass
+
+
 def write(folder: DatasetFolder, name: str, env: MultiArmCellEnv, spec: EnvSpec | None) -> str:
     """Writes all episodes of a folder as one Minari dataset in it, in place of an earlier one. Returns its id.
 
@@ -41,13 +48,13 @@ def write(folder: DatasetFolder, name: str, env: MultiArmCellEnv, spec: EnvSpec 
         spec: what Gymnasium makes this environment with again, if it can.
 
     Raises:
-        MmpError: if it cannot be written.
+        MmpError: for a file that holds another episode than one of the environment, and if it cannot be written.
     """
     import minari
     from minari.data_collector import EpisodeBuffer
 
     buffers = []
-    for number, arrays in enumerate(folder.episodes()):
+    for number, arrays in enumerate(folder.episodes(rows_of(env))):
         parts = {kind: _parts(arrays, kind) for kind in ("observations", "infos")}
         buffers.append(
             EpisodeBuffer(

@@ -72,14 +72,14 @@ def run(args: Namespace) -> int:
 def _fill(args: Namespace, source: Instances, planner: object) -> int:
     """Adds the instances that are missing and reports. Returns the exit code."""
     from mmp_cli.datasets import minari_format
+    from mmp_cli.datasets.episode_file import rows_of
     from mmp_cli.datasets.folder import DatasetFolder
     from mmp_env.files.paths import exists
 
     folder = DatasetFolder(Path(args.out), _settings(args, source))
     before = len(folder.files)
-    env = _env(args, source.cell) if args.format == "minari" else None
-    if env is not None:
-        minari_format.check(folder, env)
+    if before:
+        folder.check_episodes(rows_of(_env(args, source.cell)))
     for k, item in enumerate(source.items):
         if item.name in folder.done:
             continue
@@ -87,8 +87,8 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
         folder.add(item.name, item.seed, outcome, episode)
         complain(f"{len(folder.lines)} of {len(source.items)}: {item.name}: {outcome}")
     identity, name = None, source.title.replace(" ", "-")
-    if env is not None and folder.files:
-        identity = minari_format.write(folder, name, env, _spec(args))
+    if args.format == "minari" and folder.files:
+        identity = minari_format.write(folder, name, _env(args, source.cell), _spec(args))
     elif len(folder.files) > before and exists(folder.path / name / minari_format.VERSION):
         complain(f"the Minari dataset in {folder.path} has not the new episodes; --format minari makes it again")
     _report(args, folder, identity)

@@ -108,7 +108,7 @@ def _nonsense(run: Run) -> list[str]:
         return []
     out = [f"accepted {reason}" for reason in option_nonsense(run.line)]
     read = {word.lstrip("@") for word in run.line}  # files, and folders
-    if "minari" in read:
+    if run.line[0] == "dataset":
         read |= {f"{folder}/episodes" for folder in read}
     for name, content in run.before.items():
         if name in read or str(Path(name).parent) in read or samples.NAMED_IN.get(name) in read:

@@ -335,7 +335,6 @@ def test_an_array_that_is_huge_is_refused_before_it_is_read(tmp_path):
 
 
 def test_a_dataset_with_a_wrong_episode_is_refused_before_anything_is_planned(tmp_path, capsys):
-    pytest.importorskip("minari")
     words = ["dataset", "MultiArmCell-2", "--out", str(tmp_path / "a"), "--count"]
     assert main([*words, "1"]) == 0
     file = tmp_path / "a" / "episodes" / "00000.npz"
@@ -343,7 +342,7 @@ def test_a_dataset_with_a_wrong_episode_is_refused_before_anything_is_planned(tm
         np.savez(file, **dict(arrays) | {"actions": arrays["actions"] * np.float32(np.nan)})
     index, content = index_of(tmp_path / "a"), file.read_bytes()
     capsys.readouterr()
-    assert main([*words, "2", "--format", "minari"]) == 2
+    assert main([*words, "2"]) == 2
     assert "00000.npz: array 'actions' has nan at [0, 0]" in capsys.readouterr().err
     assert sorted(path.name for path in (tmp_path / "a").rglob("*")) == ["00000.npz", "dataset.json", "episodes"]
     assert (index_of(tmp_path / "a"), file.read_bytes()) == (index, content)

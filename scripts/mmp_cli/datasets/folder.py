@@ -128,6 +128,11 @@ class DatasetFolder:
             if "file" in line:
                 yield read_episode(self.path / line["file"], line["steps"], allowed)
 
+    def check_episodes(self, allowed: Mapping[str, Rows]) -> None:
+        """Raises `MmpError` for an episode that cannot be read or holds something else than what is allowed."""
+        for _ in self.episodes(allowed):
+            pass
+
     @property
     def files(self) -> list[Path]:
         """The files of all episodes, in their order."""

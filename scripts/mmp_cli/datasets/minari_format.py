@@ -32,12 +32,6 @@ def require() -> None:
         raise MmpError(f"--format minari needs the extra learning: pip install 'mmp-env[learning]' ({error})") from None
 
 
-def check(folder: DatasetFolder, env: MultiArmCellEnv) -> None:
-    """Raises `MmpError` if a file in the folder holds another episode than one of the environment."""
-    for _ in folder.episodes(rows_of(env)):
-        pass
-
-
 def write(folder: DatasetFolder, name: str, env: MultiArmCellEnv, spec: EnvSpec | None) -> str:
     """Writes all episodes of a folder as one Minari dataset in it, in place of an earlier one. Returns its id.
 

@@ -1,12 +1,14 @@
 """Steps of eight environments in threads, relative to one after the other: a JSON line. Usage: bench_batched.py [ID]
 
-Both are vector environments of Gymnasium with the same actions, and run in turns.
+Both are vector environments of Gymnasium with the same actions, and run in turns. It ends with 1 if threads are less
+than 1.7 times as fast.
 """
 
 from __future__ import annotations
 
 import argparse
 import statistics
+import sys
 import time
 
 import gymnasium
@@ -18,10 +20,12 @@ from mmp_cli.main import run_script
 from mmp_env import batched_env
 
 ID, COUNT = "MultiArmCell-4", 8
+LEAST_RATIO = 1.7
+"""Smallest ratio of the speeds, on two cores."""
 
 
-def main() -> None:
-    """Prints the ratio of the medians over the rounds."""
+def main() -> int:
+    """Prints the ratio of the medians over the rounds. Returns 1 if it is below `LEAST_RATIO`."""
     parser = Parser("bench_batched.py", __doc__, argparse.RawDescriptionHelpFormatter)
     parser.add_argument("id", nargs="?", default=ID, metavar="ID", help=f"default: {ID}")
     parser.add_argument("--steps", type=whole, default=100, metavar="N", help="steps in a round (default: 100)")
@@ -52,6 +56,15 @@ def main() -> None:
         one_after_the_other=rounded(sync),
         environments=COUNT,
     )
+    return judged(parallel / sync)
+
+
+def judged(ratio: float) -> int:
+    """Returns 0 for a ratio from `LEAST_RATIO` on, else 1 after a sentence."""
+    if ratio >= LEAST_RATIO:
+        return 0
+    print(f"threads are {ratio:.2f} times as fast as one after the other; required: {LEAST_RATIO}", file=sys.stderr)
+    return 1
 
 
 if __name__ == "__main__":

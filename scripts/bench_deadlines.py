@@ -5,12 +5,13 @@ Each planner plans instances of eight Pandas in a ring with time limits from 1 m
 Lateness is the wall-clock time beyond the limit, 0 for a run that returns before, over the runs that the limit ended:
 those that say so, and those that return late. The lines have its 99th percentile, its largest value, the limit of the
 largest, how many of the runs the limit ended, and the longest limit that ended one. It ends with 1 if a largest value
-is above 20 ms, or a percentile of the Pandas above 5 ms.
+is above 20 ms, a percentile of the Pandas above 5 ms, or if a limit ended no run of a planner.
 """
 
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from dataclasses import replace
 
@@ -47,7 +48,7 @@ BOXES, EDGE_M, HEIGHT_M = 1000, 0.02, 2.5
 
 
 def main() -> int:
-    """Prints the lateness of each planner on both cells. Returns 1 if one is too late."""
+    """Prints the lateness of each planner on both cells. Returns 1 if one is too late, or a limit ended no run."""
     parser = Parser("bench_deadlines.py", __doc__, argparse.RawDescriptionHelpFormatter)
     parser.add_argument("planners", nargs="*", default=names(), metavar="PLANNER", help="default: all")
     parser.add_argument("--count", type=whole, default=10, metavar="N", help="instances of a limit (default: 10)")
@@ -61,12 +62,17 @@ def main() -> int:
     problems = [draw_problem(cell, seed=seed) for seed in range(args.count)]
     crowd = [crowded(draw_problem(find_cell(CROWD), seed=seed)) for seed in range(args.crowd)]
     limits = [limit for limit in LIMITS_S if limit <= args.most]
-    late = False
+    failed = False
     for name in args.planners:
-        p99_ms, worst_ms = show(f"lateness_{CELL}_{name}", name, problems, limits)
-        _, crowd_ms = show(f"lateness_crowd_{name}", name, crowd, limits)
-        late |= p99_ms > MOST_MS or max(worst_ms, crowd_ms) > WORST_MS
-    return int(late)
+        p99_ms, worst_ms, unused = show(f"lateness_{CELL}_{name}", name, problems, limits)
+        _, crowd_ms, unused_of_crowd = show(f"lateness_crowd_{name}", name, crowd, limits)
+        failed |= p99_ms > MOST_MS or max(worst_ms, crowd_ms) > WORST_MS
+        for cell_name, unused_s in ((CELL, unused), ("crowd", unused_of_crowd)):
+            if unused_s:
+                failed = True
+                limits_text = ", ".join(f"{limit:g} s" for limit in unused_s)
+                print(f"{name}, {cell_name}: no run was ended by the limits {limits_text}", file=sys.stderr)
+    return int(failed)
 
 
 def crowded(problem: Problem) -> Problem:
@@ -86,8 +92,11 @@ def crowded(problem: Problem) -> Problem:
     return make_problem(cell, problem.start, problem.goal)
 
 
-def show(name: str, planner: str, problems: list[Problem], limits: list[float]) -> tuple[float, float]:
-    """Prints and returns 99th percentile and largest lateness [ms] over all problems and limits."""
+def show(name: str, planner: str, problems: list[Problem], limits: list[float]) -> tuple[float, float, list[float]]:
+    """Prints 99th percentile and largest lateness [ms] over all problems and limits.
+
+    Returns both, and the limits [s] that ended no run.
+    """
     make(planner).plan(problems[0], seed=0, time_limit=limits[0])  # what the first call of a process loads
     late, runs = [], 0
     for limit in limits:
@@ -102,7 +111,7 @@ def show(name: str, planner: str, problems: list[Problem], limits: list[float]) 
     p99_ms, worst_ms = 1e3 * float(np.quantile([seconds for seconds, _ in late] or [0.0], 0.99)), 1e3 * worst
     more = {"worst_ms": rounded(worst_ms), "worst_at_limit_s": at, "runs": runs, "reached_limit": len(late)}
     print_figure(name, p99_ms, "ms", **more, longest_limit_s=max((limit for _, limit in late), default=0.0))
-    return p99_ms, worst_ms
+    return p99_ms, worst_ms, [limit for limit in limits if limit not in {reached for _, reached in late}]
 
 
 if __name__ == "__main__":

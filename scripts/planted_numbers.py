@@ -9,8 +9,8 @@ from attacked_plan import Document, Plant, Rng, any_arm, is_retimed, meant_cell,
 
 from mmp_env.check.rules import MOST_TURN_RAD
 
-EXCESS = {"max_velocity": 1e-6, "max_acceleration": 3e-6, "max_jerk": 3e-6}
-"""Limit -> relative excess of it. The checker has a tolerance of 1e-9 for velocities, and of 1e-6 for the others."""
+EXCESS = 1e-6
+"""Relative excess of a limit. The checker has a tolerance of 1e-9 for velocities, and of 1e-7 for the others."""
 SLOWEST = 0.1
 """Least rate [rad/s^n] whose limit is lowered. The rounding of smaller ones is too large for the excess."""
 PACE = 0.1
@@ -44,7 +44,7 @@ def lower_limit(key: str) -> Plant:
         if largest[joint] < SLOWEST:
             return False
         limits = {name: list(map(float, values)) for name, values in problem[key].items()}
-        limits[arm][joint] = largest[joint] / (1 + EXCESS[key])
+        limits[arm][joint] = largest[joint] / (1 + EXCESS)
         problem[key] = limits
         return True
 
@@ -56,7 +56,7 @@ def hurry(given: Document, rng: Rng) -> bool:
     cell, times = meant_cell(given), np.array(given["times"], dtype=float)
     step = np.diff(times)[:, None]
     rates = [(np.abs(np.diff(q, axis=0)) / step / cell.arm(a).robot.velocity).max() for a, q in rows_of(given).items()]
-    given["times"] = (times * (max(rates) / (1 + EXCESS["max_velocity"]))).tolist()
+    given["times"] = (times * (max(rates) / (1 + EXCESS))).tolist()
     given["problem"]["max_velocity"] = 1000.0
     return True
 
@@ -80,7 +80,7 @@ def misstate(key: str) -> Plant:
         allowed = jerk * h / 4
         if key == "velocities":
             allowed = min(problem["max_acceleration"][arm][joint] * h / 4, jerk * h**2 / 12)
-        mean = (moved[k + 1, joint] - moved[k, joint]) / h + float(rng.choice([-1, 1])) * allowed * (1 + 3e-6)
+        mean = (moved[k + 1, joint] - moved[k, joint]) / h + float(rng.choice([-1, 1])) * allowed * (1 + EXCESS)
         rates[k + 1, joint] = 2 * mean - rates[k, joint]
         given[key][arm] = rates.tolist()
         return True

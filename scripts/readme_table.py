@@ -27,7 +27,7 @@ from written_pages import bring_up_to_date, checking_parser, filled
 from mmp_cli.main import run_script
 from mmp_env.gym.registration import ANY_CELL
 
-PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*/*.md")))
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*/*.md")), *sorted((ROOT / "docs").glob("*/*.ipynb")))
 
 WRITTEN_ELSEWHERE = (ROOT / "docs" / "reference" / "planners.md", RESULTS / "README.md")
 """Pages that planners_page.py and results_page.py write."""

@@ -1,11 +1,12 @@
 """Memory of one process over many plans and episodes: two JSON lines. Usage: soak.py [--plans N] [--episodes N]
 
-It ends with 1 if the memory grows by more than 1 %.
+It ends with 1 if the memory grows by more than 1 %, or a planner makes no plan.
 
-Plans are of all planners in turn, on instances of `--cell`; episodes are of its environment, with random actions. Half
-as many of each come before as warm-up: growth is of the resident memory from its end to the end of all. Before both,
-Python collects its garbage and the allocator gives back the pages that it keeps for later; `with_slack` is the growth
-with these pages, and `blocks` that of the memory blocks which Python has handed out, both in percent.
+Plans are of all planners in turn, on instances of `--cell`; episodes are of its environment, with random actions. A run
+that finds no plan in time does not count, so there are more `runs` than plans; `solved` has the plans of each planner.
+Half as many of each come before as warm-up: growth is of the resident memory from its end to the end of all. Before
+both, Python collects its garbage and the allocator gives back the pages that it keeps for later; `with_slack` is the
+growth with these pages, and `blocks` that of the memory blocks which Python has handed out, both in percent.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import ctypes
 import gc
 import os
 import sys
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import gymnasium
@@ -30,10 +32,15 @@ from mmp_planners import make, names
 MEGABYTE = 1e6
 MOST = 1.0
 """Largest growth [%]."""
+MOST_RUNS = 4
+"""Number of runs for each plan or episode that is wanted, after which no more are tried."""
 
 
 def main() -> int:
-    """Prints the growth of the resident memory over the plans, and over the episodes. Returns 1 if it is too large."""
+    """Prints the growth of the resident memory over the plans, and over the episodes.
+
+    Returns 1 if it is too large, if a planner made no plan, or if there are too few plans.
+    """
     parser = Parser("soak.py", __doc__, argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cell", default="ring-4", metavar="CELL", help="cell of both parts (default: ring-4)")
     parser.add_argument("--plans", type=whole, default=10_000, metavar="N", help="plans (default: 10000)")
@@ -42,41 +49,73 @@ def main() -> int:
     args = parser.parse()
     cell, planners = find_cell(args.cell), names()
 
-    def plan(number: int) -> None:
-        problem = draw_problem(cell, seed=number)
-        make(planners[number % len(planners)]).plan(problem, seed=number, time_limit=args.time_limit)
+    def plan(number: int) -> str | None:
+        problem, planner = draw_problem(cell, seed=number), planners[number % len(planners)]
+        result = make(planner).plan(problem, seed=number, time_limit=args.time_limit)
+        return None if result.plan is None else planner
 
-    growths = [show("soak_plans", "plans", plan, args.plans)]
+    growth, solved = show("soak_plans", "plans", plan, args.plans, planners)
+    growths, failed = [growth], solved.total() < args.plans
+    for planner in planners:
+        if not solved[planner]:
+            print(f"{planner} made no plan in {args.time_limit:g} s", file=sys.stderr)
+            failed = True
     with gymnasium.make("MultiArmCell", cell=cell) as env:
         actions = np.random.default_rng(0)
 
-        def episode(number: int) -> None:
+        def episode(number: int) -> str:
             env.reset(seed=number)
             ended = False
             while not ended:
                 action = actions.uniform(-1.0, 1.0, env.action_space.shape)
                 _, _, terminated, truncated, _ = env.step(action.astype(np.float32))
                 ended = terminated or truncated
+            return "MultiArmCell"
 
-        growths.append(show("soak_episodes", "episodes", episode, args.episodes))
-    return int(max(growths) > MOST)
+        growths.append(show("soak_episodes", "episodes", episode, args.episodes)[0])
+    return int(failed or max(growths) > MOST)
 
 
-def show(name: str, what: str, once: Callable[[int], None], count: int) -> float:
-    """Repeats a call. Prints and returns how much the resident memory grew after the warm-up, in percent."""
-    warm_up = max(count // 2, 1)
-    for number in range(warm_up):
-        once(number)
+def show(
+    name: str, what: str, once: Callable[[int], str | None], count: int, makers: Sequence[str] = ()
+) -> tuple[float, Counter[str]]:
+    """Repeats a call, and prints how much the resident memory grew after the warm-up, in percent.
+
+    Args:
+        name: beginning of the name of the figure.
+        what: plural of what a call makes.
+        once: gets the number of the call, and returns who made something; None if it made nothing.
+        count: how many are made after the warm-up.
+        makers: who makes something. The figure has the number of each.
+
+    Returns:
+        The growth [%], and how many each made after the warm-up.
+    """
+    first, _ = repeated(once, 0, max(count // 2, 1))
     kept_before, before, blocks = resident_bytes(), resident_bytes(without_slack=True), sys.getallocatedblocks()
-    for number in range(warm_up, warm_up + count):
-        once(number)
+    end, made = repeated(once, first, count)
     kept_after, after = resident_bytes(), resident_bytes(without_slack=True)
-    figures = {"before_mb": round(before / MEGABYTE, 1), "after_mb": round(after / MEGABYTE, 1), what: count}
+    figures = {"before_mb": round(before / MEGABYTE, 1), "after_mb": round(after / MEGABYTE, 1), what: made.total()}
+    solved = {"runs": end - first, "solved": {maker: made[maker] for maker in makers}} if makers else {}
     figures["with_slack"] = rounded(100.0 * (kept_after / kept_before - 1.0))
     figures["blocks"] = rounded(100.0 * (sys.getallocatedblocks() / blocks - 1.0))
     growth = 100.0 * (after / before - 1.0)
-    print_figure(f"{name}_growth", growth, "%", **figures)
-    return growth
+    print_figure(f"{name}_growth", growth, "%", **figures, **solved)
+    return growth, made
+
+
+def repeated(once: Callable[[int], str | None], first: int, count: int) -> tuple[int, Counter[str]]:
+    """Repeats a call, with numbers from `first` on, until it has made `count` things, or `MOST_RUNS` times as often.
+
+    Returns the next number, and how many each maker made.
+    """
+    number, made = first, Counter[str]()
+    while made.total() < count and number < first + MOST_RUNS * count:
+        maker = once(number)
+        if maker is not None:
+            made[maker] += 1
+        number += 1
+    return number, made
 
 
 def resident_bytes(*, without_slack: bool = False) -> int:

@@ -3,12 +3,14 @@
 # environment, where it plans an instance. It does so for each PYTHON. The wheel of the first one that is 3.12 or newer is for all of them:
 # those that follow install it and plan with it, and build nothing. The files are in dist/.
 # With ccache on the PATH, what was compiled before is taken from its cache. With --cold it uses an empty cache of its own, with --warm the
-# same cache as the last --cold left it; then it also prints the time with the first PYTHON as a line of JSON.
+# same cache as the last --cold left it; then it also prints the time with the first PYTHON as a line of JSON, and ends with an error
+# if it is above 150 s with --cold, or 90 s with --warm.
 # Usage: scripts/wheel.sh [--cold | --warm] [PYTHON...]   (default: python3)
 # shellcheck source=scripts/environment.sh
 source "$(dirname "${BASH_SOURCE[0]}")/environment.sh"
 
 dist=$root/dist
+declare -A longest=([cold]=150 [warm]=90) # bound of the time [s]
 
 clean_environment() { # clean_environment <folder>: sets `venv` and `install`
   venv=$1
@@ -41,7 +43,7 @@ build() { # build <folder>: sets `wheel`, the name of the file in dist/
 }
 
 build_and_try() { # build_and_try <python>: sets `stable`, a wheel for Python 3.12 and newer, if it builds one
-  local started=$SECONDS home wheel=$stable version
+  local started=$SECONDS home wheel=$stable version took
   PYTHON=$1 find_tools
   version=$("$python" -c 'import platform; print(platform.python_version())')
   home=$root/build/wheels/$("$python" -c 'import sys; print(sys.implementation.cache_tag)')
@@ -53,11 +55,13 @@ build_and_try() { # build_and_try <python>: sets `stable`, a wheel for Python 3.
   clean_environment "$home/user"
   quietly "Installing the wheel" "${install[@]}" "$dist/$wheel"
   (cd "$home" && quietly "Planning with the installed wheel" "$venv/bin/mmp" plan MultiArmCell-2 --seed 1)
-  say "dist/$wheel plans with Python $version in an environment of its own; from nothing in $((SECONDS - started)) s"
+  took=$((SECONDS - started))
+  say "dist/$wheel plans with Python $version in an environment of its own; from nothing in $took s"
   if [ -z "$cache" ]; then return; fi
   PYTHONPATH=$root/scripts "$venv/bin/python" -c \
     'import sys, figure; figure.print_figure(f"wheel_{sys.argv[1]}", int(sys.argv[2]), "s", python=sys.version.split()[0])' \
-    "$cache" "$((SECONDS - started))"
+    "$cache" "$took"
+  if [ "$took" -gt "${longest[$cache]}" ]; then die "--$cache took $took s; allowed: ${longest[$cache]} s"; fi
   cache=
 }
 

@@ -33,18 +33,20 @@ class Stub:
 
 def figure_of(bench, monkeypatch, capsys, stub):
     monkeypatch.setattr(bench, "make", lambda name, **options: stub)
-    bench.show("lateness", "stub", [None], LIMITS_S)
-    return json.loads(capsys.readouterr().out)
+    *_, unused_s = bench.show("lateness", "stub", [None], LIMITS_S)
+    return json.loads(capsys.readouterr().out) | {"unused_s": unused_s}
 
 
 def test_a_run_counts_if_it_says_that_the_limit_ended_it(bench, monkeypatch, capsys):
     figure = figure_of(bench, monkeypatch, capsys, Stub(hit_s=0.1))
     assert (figure["runs"], figure["reached_limit"], figure["longest_limit_s"]) == (12, 11, 0.1)
+    assert figure["unused_s"] == [10.0]
 
 
 def test_a_run_counts_if_it_is_late(bench, monkeypatch, capsys):
     figure = figure_of(bench, monkeypatch, capsys, Stub(takes_s=0.02))
     assert (figure["runs"], figure["reached_limit"], figure["longest_limit_s"]) == (12, 10, 0.001)
+    assert figure["unused_s"] == [0.1, 10.0]
     assert figure["worst_ms"] >= figure["value"] >= 19
     assert figure["worst_at_limit_s"] == 0.001
 
@@ -58,12 +60,27 @@ def test_a_planner_that_is_too_late_ends_the_script_with_1(bench, monkeypatch, r
 
     def show(name, planner, problems, limits):
         shown.append(name)
-        return (crowd if "crowd" in name else ring) if planner == "ecbs" else (0.0, 0.0)
+        return (*(crowd if "crowd" in name else ring), []) if planner == "ecbs" else (0.0, 0.0, [])
 
     monkeypatch.setattr(bench, "show", show)
     monkeypatch.setattr("sys.argv", ["bench_deadlines.py", "ecbs", "auto", "--count", "1", "--crowd", "1"])
     assert bench.main() == code
     assert len(shown) == 4
+
+
+@pytest.mark.parametrize(
+    ("hit_s", "sentences"),
+    [
+        (1.0, []),
+        (0.3, ["ring-8-panda: no run was ended by the limits 1 s", "crowd: no run was ended by the limits 1 s"]),
+    ],
+)
+def test_a_limit_that_ends_no_run_ends_the_script_with_1_and_a_sentence(bench, monkeypatch, capsys, hit_s, sentences):
+    monkeypatch.setattr(bench, "make", lambda name, **options: Stub(hit_s=hit_s))
+    monkeypatch.setattr(bench, "crowded", lambda problem: problem)
+    monkeypatch.setattr("sys.argv", ["bench_deadlines.py", "ecbs", "--count", "1", "--crowd", "1"])
+    assert bench.main() == bool(sentences)
+    assert capsys.readouterr().err.splitlines() == [f"ecbs, {sentence}" for sentence in sentences]
 
 
 def test_only_long_limits_have_options(bench, monkeypatch):

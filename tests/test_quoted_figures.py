@@ -1,6 +1,7 @@
 """Every number on a page is a measured figure, or a constant that tests/quoted_constants.toml explains."""
 
 import importlib
+import json
 import re
 import tomllib
 from pathlib import Path
@@ -16,6 +17,7 @@ PAGES = [
     *sorted((ROOT / "docs").glob("*.md")),
     # planners.md is written whole by a script
     *(page for page in sorted((ROOT / "docs").glob("*/*.md")) if page.name != "planners.md"),
+    *sorted((ROOT / "docs").glob("*/*.ipynb")),
 ]
 CONSTANTS = tomllib.loads((ROOT / "tests" / "quoted_constants.toml").read_text(encoding="utf-8"))
 UNITS = {"s": 1, "ms": 1e-3, "minutes": 60, "mm": 1e-3, "rad": 1, "mrad": 1e-3, "%": 1e-2, "MB": 2**20, "times": 1}
@@ -30,6 +32,15 @@ WRITTEN = (
     r"^```.*?^```$",
     r"`[^`\n]*`",
 )
+
+
+def text_of(page: Path) -> str:
+    """Returns the text of a page, or of the Markdown cells of a notebook."""
+    text = page.read_text(encoding="utf-8")
+    if page.suffix != ".ipynb":
+        return text
+    cells = json.loads(text)["cells"]
+    return "\n\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
 
 
 def claims(text: str) -> set[str]:
@@ -51,7 +62,7 @@ def quoted(monkeypatch):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_a_figure_in_a_sentence_is_marked_or_is_a_constant(page):
-    assert claims(page.read_text(encoding="utf-8")) - known(page).keys() == set(), (
+    assert claims(text_of(page)) - known(page).keys() == set(), (
         "mark each as <!-- figure: NAME as FORMAT -->...<!-- end --> (scripts/quoted.py); "
         "a number that is not measured goes into tests/quoted_constants.toml"
     )
@@ -59,7 +70,7 @@ def test_a_figure_in_a_sentence_is_marked_or_is_a_constant(page):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_listed_constants_stand_on_their_page(page):
-    assert known(page).keys() - claims(page.read_text(encoding="utf-8")) == set()
+    assert known(page).keys() - claims(text_of(page)) == set()
 
 
 def test_constants_belong_to_existing_pages():
@@ -128,6 +139,14 @@ def test_a_quoted_figure_equals_its_measurement(quoted, expression, form, text):
 def test_an_unknown_figure_is_an_error_with_the_nearest_name(quoted):
     with pytest.raises(MmpError, match=r"unknown figure 'ring/a/tim'\. Did you mean 'ring/a/time'"):
         quoted.quoted("<!-- figure: ring/a/tim as time -->?<!-- end -->", FIGURES)
+
+
+def test_a_stale_figure_in_a_notebook_is_written_again(quoted):
+    figures = importlib.import_module("measured").read_figures()
+    text = (ROOT / "docs" / "tutorials" / "clone_an_expert.ipynb").read_text(encoding="utf-8")
+    stale = quoted.PLACE.sub(r"\1?\5", text)
+    assert stale != text
+    assert quoted.quoted(stale, figures) == text
 
 
 @pytest.mark.parametrize("script", ["readme_table.py", "results_page.py", "planners_page.py"])

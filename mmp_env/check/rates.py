@@ -15,8 +15,8 @@ from mmp_env.check.checked import CheckedPlan
 from mmp_env.check.report import Violation
 from mmp_env.check.rules import exceeded
 
-RATE_TOLERANCE = 1e-6
-"""Relative tolerance of accelerations, jerks and stated rates."""
+RATE_TOLERANCE = 1e-7
+"""Relative tolerance of accelerations, jerks and stated rates, for the rounding of times."""
 _ROUNDING = 8 * np.finfo(float).eps
 _JOINTS_AT_ONCE = 32
 """Number of joints whose differences are computed at once; bounds the memory."""

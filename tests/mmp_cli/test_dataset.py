@@ -146,6 +146,11 @@ def test_minari_loads_the_dataset_and_makes_its_environment(tmp_path, capsys):
             np.testing.assert_array_equal(rows, kept[f"observations.{part}"])
         for part in ("actions", "rewards", "terminations", "truncations"):
             np.testing.assert_array_equal(getattr(episode, part), kept[part])
+        infos = {name.removeprefix("infos."): kept[name] for name in kept.files if name.startswith("infos.")}
+        assert episode.infos.keys() == infos.keys() == {"is_success", "distance_rad", "contacts"}
+        for part, rows in infos.items():
+            assert len(rows) == steps
+            np.testing.assert_array_equal(episode.infos[part], rows)
     env.reset(seed=0)
     env.step(found[0].actions[0])
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mmp_env.errors import MmpError
-from mmp_env.files.paths import exists, is_folder, real_path
+from mmp_env.files.paths import exists
 from mmp_env.files.writing import json_text
 from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
 from mmp_env.importing.chain import Chain, select_chain
@@ -28,8 +28,10 @@ from mmp_env.importing.pieces import Piece
 from mmp_env.importing.poses import choose_poses, given_poses
 from mmp_env.importing.self_pairs import SAMPLES, SelfPairs, classify, tested_by_set
 from mmp_env.importing.source import PreparedSource, prepare_source
+from mmp_env.importing.target_folder import Imported, TargetFolder
 from mmp_env.importing.workspace import horizontal_reach, ring_height
 from mmp_env.model.robot import EXACT
+from mmp_env.robot_folders import DESCRIPTION
 
 VERSION = 7
 """Version of the importer's results. The cache holds results of the same version only."""
@@ -70,7 +72,7 @@ class ImportOptions:
 
 def add_robot(
     source: str | Path, out: str | Path, options: ImportOptions, *, cache: str | Path | None, progress: Progress
-) -> tuple[Path, bool]:
+) -> Imported:
     """Imports the arm in a URDF or MJCF file into the folder `out`/name.
 
     Args:
@@ -80,26 +82,24 @@ def add_robot(
         cache: Folder of earlier results, or None.
         progress: Called with a line for each step.
 
-    Returns:
-        The robot's folder, and whether the result came from the cache.
-
     Raises:
-        MmpError: if the source cannot be imported or the folder cannot be written. Then nothing is written.
+        MmpError: if the source cannot be imported or the folder may not or cannot be written. Then nothing is written.
     """
     prepared = prepare_source(source, options.package_dirs)
-    target = real_path(Path(out) / options.name)
-    if exists(target) and not (is_folder(target) and exists(target / "robot.json")):
-        raise MmpError(f"{target} is there already and is no robot; give another --name or --out")
+    place = TargetFolder(out=Path(out), name=options.name, kind="robot", description=DESCRIPTION)
+    place.checked(prepared.inputs)
     kept = Path(cache) / _key(prepared, options) if cache is not None else None
-    from_cache = kept is not None and exists(kept / "robot.json")
+    from_cache = kept is not None and exists(kept / DESCRIPTION)
     if kept is not None and from_cache:
         files = read_folder(kept)
     else:
         files = robot_files(select_chain(prepared.compiled(), options.chain), options.name, progress)
     if kept is not None and not from_cache:
         write_folder(kept, files)
+    target = place.checked(prepared.inputs)  # an import takes long enough for the folder to change
+    replaced = exists(target)
     write_folder(target, files)
-    return target, from_cache
+    return Imported(folder=target, from_cache=from_cache, replaced=replaced)
 
 
 def robot_files(chain: Chain, name: str, progress: Progress) -> dict[str, str]:

@@ -103,16 +103,14 @@ def _add(args: Namespace) -> int:
         package_dirs=tuple(args.package_dir),
     )
     with ImportProgress() as progress:
-        folder, from_cache = add_robot(
-            args.source, args.out or user_folder(), options, cache=cache_folder(), progress=progress
-        )
-    found = summary(folder)
+        made = add_robot(args.source, args.out or user_folder(), options, cache=cache_folder(), progress=progress)
+    found = summary(made.folder) | {"replaced": made.replaced}
     if args.json:
         print(json.dumps(found))
     else:
         from mmp_cli.output import print_rows
 
-        print_rows(_rows(found, from_cache))
+        print_rows(_rows(found, made.from_cache))
     return 0
 
 
@@ -131,6 +129,8 @@ def _rows(found: dict[str, Any], from_cache: bool) -> Iterator[tuple[str, str, s
             yield reason, "", ", ".join(pairs)
     for note in found["notes"]:
         yield "note", "dim", note
+    if found["replaced"]:
+        yield "replaced", "", "the robot of this name that was in the folder"
     yield "folder", "", found["folder"] + (" (from the cache)" if from_cache else "")
 
 

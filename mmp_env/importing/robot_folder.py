@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cache as remembered
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,19 @@ from mmp_env.files.writing import json_text
 from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
 from mmp_env.importing.chain import Chain, select_chain
 from mmp_env.importing.chain_choice import ChainOptions
-from mmp_env.importing.cover_fit import COARSE_EFFORT, FINE_EFFORT, FINE_M, Cover, CoverError, coarse_covers, fit_cover
+from mmp_env.importing.cover_fit import (
+    COARSE_EFFORT,
+    FINE_EFFORT,
+    FINE_M,
+    Cover,
+    CoverError,
+    coarse_covers,
+    fit_coarse_cover,
+)
 from mmp_env.importing.fingerprint import fingerprints
 from mmp_env.importing.folder_writing import read_folder, write_folder
 from mmp_env.importing.limits import Limits, limits_of
+from mmp_env.importing.link_covers import fine_covers, link_shapes
 from mmp_env.importing.link_pieces import pieces_and_notes
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.mjcf_text import RobotParts, robot_mjcf, servo_gains
@@ -131,9 +141,11 @@ def files_of_pieces(
                 f"{chain.source.path}: link '{link.name}' is {length:.4g} m long, and {LONGEST_LINK_M:g} m is the most;"
                 " are its lengths in millimetres? They must be in metres"
             )
-    shapes = [LinkShape(own) if own else None for own in pieces]
+    shapes = link_shapes(pieces)
     try:
-        fine = [_fine(link.name, shape, progress, detail) for link, shape in zip(chain.links, shapes, strict=True)]
+        effort = FINE_EFFORT if detail is ALL_SETS else COARSE_EFFORT
+        names = [link.name for link in chain.links]
+        fine = fine_covers(names, shapes, progress, detail.coarser * FINE_M, effort)
     except CoverError as error:
         raise MmpError(f"{chain.source.path}: no sphere cover was found: {error}") from None
     frames = [link.frame for link in chain.links]
@@ -147,10 +159,11 @@ def files_of_pieces(
         limits=limits,
         flange=chain.flange,
     )
+    fit = remembered(fit_coarse_cover)
     for budget in detail.coarse_spheres:
         covers = {detail.finest: fine}
         if budget is not None:
-            coarse = coarse_covers(shapes, budget)
+            coarse = coarse_covers(shapes, budget, fit)
             progress(f"set 28: {sum(len(c.radii) for c in coarse[1:] if c)} spheres on the moving links")
             covers = {"28": coarse} | covers
         arm = ArmGeometry(
@@ -207,15 +220,6 @@ def summary(folder: Path) -> dict[str, Any]:
         "notes": robot["notes"],
         "folder": str(folder),
     }
-
-
-def _fine(name: str, shape: LinkShape | None, progress: Progress, detail: Detail) -> Cover | None:
-    if shape is None:
-        return None
-    effort = FINE_EFFORT if detail is ALL_SETS else COARSE_EFFORT
-    cover = fit_cover(shape, detail.coarser * FINE_M, effort=effort)
-    progress(f"{name}: {len(cover.radii)} spheres, {cover.protrusion * 1e3:.1f} mm of protrusion, cover proved")
-    return cover
 
 
 def _extent(pieces: Sequence[Piece]) -> float:

@@ -102,7 +102,7 @@ def _add(args: Namespace) -> int:
         chain=ChainOptions(root=args.root, tip=args.tip, tool=args.tool, prefix=args.prefix),
         package_dirs=tuple(args.package_dir),
     )
-    with ImportProgress() as progress:
+    with ImportProgress("mmp robot add") as progress:
         made = add_robot(args.source, args.out or user_folder(), options, cache=cache_folder(), progress=progress)
     found = summary(made.folder) | {"replaced": made.replaced}
     if args.json:
@@ -167,7 +167,7 @@ def _check(args: Namespace) -> int:
     folder = find_robot(name)
     if folder is None:
         raise no_such_model("robot", name, robot_names(), ROBOT_FILE)
-    with ImportProgress() as progress:
+    with ImportProgress("mmp robot check") as progress:
         report = check_robot(folder, progress)
     if args.json:
         print(json.dumps({"name": folder.name, "folder": str(folder), "valid": not report.faults, **report.fields()}))

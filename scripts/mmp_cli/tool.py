@@ -98,7 +98,7 @@ def _add(args: Namespace) -> int:
     options = ToolOptions(
         name=args.name, states=_states(args.state), point=args.tip, package_dirs=tuple(args.package_dir)
     )
-    with ImportProgress() as progress:
+    with ImportProgress("mmp tool add") as progress:
         made = add_tool(
             args.source, args.out or user_tool_folder(), options, cache=tool_cache_folder(), progress=progress
         )

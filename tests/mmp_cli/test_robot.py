@@ -17,6 +17,7 @@ def home(tmp_path, monkeypatch, cache):
     """The user's data folder, empty; the working directory."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+    monkeypatch.setattr("mmp_cli.import_progress.FIRST_S", 1e6)  # no line on a slow machine
     monkeypatch.chdir(tmp_path)
     (tmp_path / "arm.urdf").write_text(urdf())
     return tmp_path

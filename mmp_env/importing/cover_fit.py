@@ -7,7 +7,7 @@ the next fit. After some fits, further spheres close the gaps that are left.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,10 +114,18 @@ def _on_grid(points: np.ndarray) -> np.ndarray:
     return np.round(np.round(points / GRID_M) * GRID_M, 5) + 0.0
 
 
-def coarse_covers(shapes: Sequence[LinkShape | None], budget: int) -> list[Cover | None]:
+def fit_coarse_cover(shape: LinkShape, allowed: float) -> Cover:
+    """Returns a cover of a shape with little effort, see `fit_cover`. Raises `CoverError`."""
+    return fit_cover(shape, allowed, effort=COARSE_EFFORT)
+
+
+def coarse_covers(
+    shapes: Sequence[LinkShape | None], budget: int, fit: Callable[[LinkShape, float], Cover] = fit_coarse_cover
+) -> list[Cover | None]:
     """Returns covers of about `budget` spheres in all, the first (the base's) not counted.
 
     The spheres of the link that protrudes most are made to protrude less, while the number of spheres allows it.
+    `fit` is `fit_coarse_cover`, or one that remembers its results.
     """
     solid = [k for k, shape in enumerate(shapes) if shape is not None]
     allowed = dict.fromkeys(solid, _COARSEST_M)
@@ -125,7 +133,7 @@ def coarse_covers(shapes: Sequence[LinkShape | None], budget: int) -> list[Cover
     def fitted(k: int) -> Cover:
         shape = shapes[k]
         assert shape is not None
-        return fit_cover(shape, allowed[k], effort=COARSE_EFFORT)
+        return fit(shape, allowed[k])
 
     covers = {k: fitted(k) for k in solid}
     open_ = set(solid)

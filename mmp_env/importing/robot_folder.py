@@ -6,21 +6,31 @@ import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cache as remembered
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mmp_env.errors import MmpError
-from mmp_env.files.paths import exists, is_folder, real_path
+from mmp_env.files.paths import exists
 from mmp_env.files.writing import json_text
 from mmp_env.importing.arm_geometry import ArmGeometry, Kinematics
 from mmp_env.importing.chain import Chain, select_chain
 from mmp_env.importing.chain_choice import ChainOptions
-from mmp_env.importing.cover_fit import COARSE_EFFORT, FINE_EFFORT, FINE_M, Cover, CoverError, coarse_covers, fit_cover
+from mmp_env.importing.cover_fit import (
+    COARSE_EFFORT,
+    FINE_EFFORT,
+    FINE_M,
+    Cover,
+    CoverError,
+    coarse_covers,
+    fit_coarse_cover,
+)
 from mmp_env.importing.fingerprint import fingerprints
 from mmp_env.importing.folder_writing import read_folder, write_folder
 from mmp_env.importing.limits import Limits, limits_of
+from mmp_env.importing.link_covers import fine_covers, link_shapes
 from mmp_env.importing.link_pieces import pieces_and_notes
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.mjcf_text import RobotParts, robot_mjcf, servo_gains
@@ -28,8 +38,10 @@ from mmp_env.importing.pieces import Piece
 from mmp_env.importing.poses import choose_poses, given_poses
 from mmp_env.importing.self_pairs import SAMPLES, SelfPairs, classify, tested_by_set
 from mmp_env.importing.source import PreparedSource, prepare_source
+from mmp_env.importing.target_folder import Imported, TargetFolder
 from mmp_env.importing.workspace import horizontal_reach, ring_height
 from mmp_env.model.robot import EXACT
+from mmp_env.robot_folders import DESCRIPTION
 
 VERSION = 7
 """Version of the importer's results. The cache holds results of the same version only."""
@@ -70,7 +82,7 @@ class ImportOptions:
 
 def add_robot(
     source: str | Path, out: str | Path, options: ImportOptions, *, cache: str | Path | None, progress: Progress
-) -> tuple[Path, bool]:
+) -> Imported:
     """Imports the arm in a URDF or MJCF file into the folder `out`/name.
 
     Args:
@@ -80,26 +92,24 @@ def add_robot(
         cache: Folder of earlier results, or None.
         progress: Called with a line for each step.
 
-    Returns:
-        The robot's folder, and whether the result came from the cache.
-
     Raises:
-        MmpError: if the source cannot be imported or the folder cannot be written. Then nothing is written.
+        MmpError: if the source cannot be imported or the folder may not or cannot be written. Then nothing is written.
     """
     prepared = prepare_source(source, options.package_dirs)
-    target = real_path(Path(out) / options.name)
-    if exists(target) and not (is_folder(target) and exists(target / "robot.json")):
-        raise MmpError(f"{target} is there already and is no robot; give another --name or --out")
+    place = TargetFolder(out=Path(out), name=options.name, kind="robot", description=DESCRIPTION)
+    place.checked(prepared.inputs)
     kept = Path(cache) / _key(prepared, options) if cache is not None else None
-    from_cache = kept is not None and exists(kept / "robot.json")
+    from_cache = kept is not None and exists(kept / DESCRIPTION)
     if kept is not None and from_cache:
         files = read_folder(kept)
     else:
         files = robot_files(select_chain(prepared.compiled(), options.chain), options.name, progress)
     if kept is not None and not from_cache:
         write_folder(kept, files)
+    target = place.checked(prepared.inputs)  # an import takes long enough for the folder to change
+    replaced = exists(target)
     write_folder(target, files)
-    return target, from_cache
+    return Imported(folder=target, from_cache=from_cache, replaced=replaced)
 
 
 def robot_files(chain: Chain, name: str, progress: Progress) -> dict[str, str]:
@@ -131,9 +141,11 @@ def files_of_pieces(
                 f"{chain.source.path}: link '{link.name}' is {length:.4g} m long, and {LONGEST_LINK_M:g} m is the most;"
                 " are its lengths in millimetres? They must be in metres"
             )
-    shapes = [LinkShape(own) if own else None for own in pieces]
+    shapes = link_shapes(pieces)
     try:
-        fine = [_fine(link.name, shape, progress, detail) for link, shape in zip(chain.links, shapes, strict=True)]
+        effort = FINE_EFFORT if detail is ALL_SETS else COARSE_EFFORT
+        names = [link.name for link in chain.links]
+        fine = fine_covers(names, shapes, progress, detail.coarser * FINE_M, effort)
     except CoverError as error:
         raise MmpError(f"{chain.source.path}: no sphere cover was found: {error}") from None
     frames = [link.frame for link in chain.links]
@@ -147,10 +159,11 @@ def files_of_pieces(
         limits=limits,
         flange=chain.flange,
     )
+    fit = remembered(fit_coarse_cover)
     for budget in detail.coarse_spheres:
         covers = {detail.finest: fine}
         if budget is not None:
-            coarse = coarse_covers(shapes, budget)
+            coarse = coarse_covers(shapes, budget, fit)
             progress(f"set 28: {sum(len(c.radii) for c in coarse[1:] if c)} spheres on the moving links")
             covers = {"28": coarse} | covers
         arm = ArmGeometry(
@@ -207,15 +220,6 @@ def summary(folder: Path) -> dict[str, Any]:
         "notes": robot["notes"],
         "folder": str(folder),
     }
-
-
-def _fine(name: str, shape: LinkShape | None, progress: Progress, detail: Detail) -> Cover | None:
-    if shape is None:
-        return None
-    effort = FINE_EFFORT if detail is ALL_SETS else COARSE_EFFORT
-    cover = fit_cover(shape, detail.coarser * FINE_M, effort=effort)
-    progress(f"{name}: {len(cover.radii)} spheres, {cover.protrusion * 1e3:.1f} mm of protrusion, cover proved")
-    return cover
 
 
 def _extent(pieces: Sequence[Piece]) -> float:

@@ -33,7 +33,10 @@ _UNBOUND_PREFIX = expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PreparedSource:
-    """A model that was parsed and not yet compiled; the fields are those of `SourceModel`."""
+    """A model that was parsed and not yet compiled; the fields are those of `SourceModel`, and the `inputs`.
+
+    `inputs` are the files that it is made of and the folders of packages.
+    """
 
     path: Path
     title: str
@@ -42,6 +45,7 @@ class PreparedSource:
     mimics: Mapping[str, str]
     digest: str
     notes: tuple[str, ...]
+    inputs: tuple[Path, ...]
 
     def compiled(self) -> SourceModel:
         """Returns the compiled model. Raises `MmpError` if MuJoCo refuses it."""
@@ -105,6 +109,7 @@ def prepare_source(path: str | Path, package_dirs: Sequence[str | Path] = ()) ->
         mimics=facts[1],
         digest=_digest(text, files),
         notes=tuple(notes) if repaired else (),
+        inputs=(path, *files, *map(Path, package_dirs)),
     )
 
 

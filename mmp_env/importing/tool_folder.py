@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from mmp_env.errors import MmpError, UnknownNameError
-from mmp_env.files.paths import exists, is_folder, real_path
+from mmp_env.files.paths import exists
 from mmp_env.files.writing import json_text
 from mmp_env.importing.chain import Chain
 from mmp_env.importing.chain_links import Link, colliding, link_of_bodies
@@ -28,6 +28,7 @@ from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.mjcf_text import tool_mjcf
 from mmp_env.importing.pieces import Piece
 from mmp_env.importing.source import prepare_source
+from mmp_env.importing.target_folder import Imported, TargetFolder
 from mmp_env.importing.tool_joints import place_joints
 from mmp_env.mujoco_import import mujoco
 from mmp_env.robot_folders import TOOL_DESCRIPTION
@@ -61,7 +62,7 @@ class ToolOptions:
 
 def add_tool(
     source: str | Path, out: str | Path, options: ToolOptions, *, cache: str | Path | None, progress: Progress
-) -> tuple[Path, bool]:
+) -> Imported:
     """Imports the gripper in a URDF or MJCF file into the folder `out`/name.
 
     Args:
@@ -71,24 +72,22 @@ def add_tool(
         cache: folder of earlier results, or None.
         progress: called with a line for each step.
 
-    Returns:
-        The tool's folder, and whether the result came from the cache.
-
     Raises:
-        MmpError: if the source cannot be imported or the folder cannot be written. Then nothing is written.
+        MmpError: if the source cannot be imported or the folder may not or cannot be written. Then nothing is written.
     """
     prepared = prepare_source(source, options.package_dirs)
-    target = real_path(Path(out) / options.name)
-    if exists(target) and not (is_folder(target) and exists(target / TOOL_DESCRIPTION)):
-        raise MmpError(f"{target} is there already and is no tool; give another --name or --out")
+    place = TargetFolder(out=Path(out), name=options.name, kind="tool", description=TOOL_DESCRIPTION)
+    place.checked(prepared.inputs)
     said = json.dumps([VERSION, prepared.digest, prepared.path.name, asdict(replace(options, package_dirs=()))])
     kept = Path(cache) / hashlib.sha256(said.encode()).hexdigest()[:40] if cache is not None else None
     from_cache = kept is not None and exists(kept / TOOL_DESCRIPTION)
     files = read_folder(kept) if kept and from_cache else tool_files(prepared.compiled(), options, progress)
     if kept is not None and not from_cache:
         write_folder(kept, files)
+    target = place.checked(prepared.inputs)  # an import takes long enough for the folder to change
+    replaced = exists(target)
     write_folder(target, files)
-    return target, from_cache
+    return Imported(folder=target, from_cache=from_cache, replaced=replaced)
 
 
 def tool_files(source: SourceModel, options: ToolOptions, progress: Progress) -> dict[str, str]:

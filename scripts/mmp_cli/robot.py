@@ -102,17 +102,15 @@ def _add(args: Namespace) -> int:
         chain=ChainOptions(root=args.root, tip=args.tip, tool=args.tool, prefix=args.prefix),
         package_dirs=tuple(args.package_dir),
     )
-    with ImportProgress() as progress:
-        folder, from_cache = add_robot(
-            args.source, args.out or user_folder(), options, cache=cache_folder(), progress=progress
-        )
-    found = summary(folder)
+    with ImportProgress("mmp robot add") as progress:
+        made = add_robot(args.source, args.out or user_folder(), options, cache=cache_folder(), progress=progress)
+    found = summary(made.folder) | {"replaced": made.replaced}
     if args.json:
         print(json.dumps(found))
     else:
         from mmp_cli.output import print_rows
 
-        print_rows(_rows(found, from_cache))
+        print_rows(_rows(found, made.from_cache))
     return 0
 
 
@@ -131,6 +129,8 @@ def _rows(found: dict[str, Any], from_cache: bool) -> Iterator[tuple[str, str, s
             yield reason, "", ", ".join(pairs)
     for note in found["notes"]:
         yield "note", "dim", note
+    if found["replaced"]:
+        yield "replaced", "", "the robot of this name that was in the folder"
     yield "folder", "", found["folder"] + (" (from the cache)" if from_cache else "")
 
 
@@ -167,7 +167,7 @@ def _check(args: Namespace) -> int:
     folder = find_robot(name)
     if folder is None:
         raise no_such_model("robot", name, robot_names(), ROBOT_FILE)
-    with ImportProgress() as progress:
+    with ImportProgress("mmp robot check") as progress:
         report = check_robot(folder, progress)
     if args.json:
         print(json.dumps({"name": folder.name, "folder": str(folder), "valid": not report.faults, **report.fields()}))

@@ -98,15 +98,15 @@ def _add(args: Namespace) -> int:
     options = ToolOptions(
         name=args.name, states=_states(args.state), point=args.tip, package_dirs=tuple(args.package_dir)
     )
-    with ImportProgress() as progress:
-        folder, from_cache = add_tool(
+    with ImportProgress("mmp tool add") as progress:
+        made = add_tool(
             args.source, args.out or user_tool_folder(), options, cache=tool_cache_folder(), progress=progress
         )
-    found = summary(folder)
+    found = summary(made.folder) | {"replaced": made.replaced}
     if args.json:
         print(json.dumps(found))
     else:
-        print_rows(_rows(found, from_cache))
+        print_rows(_rows(found, made.from_cache))
     return 0
 
 
@@ -135,4 +135,6 @@ def _rows(found: dict[str, Any], from_cache: bool) -> Iterator[tuple[str, str, s
         yield "cover", "", f"proved, {state['uncovered_mm']:g} mm uncovered"
         for note in state["notes"]:
             yield "note", "dim", note
+    if found["replaced"]:
+        yield "replaced", "", "the tool of this name that was in the folder"
     yield "folder", "", found["folder"] + (" (from the cache)" if from_cache else "")

@@ -17,6 +17,7 @@ def home(tmp_path, monkeypatch, cache):
     """The user's data folder, empty; the working directory."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+    monkeypatch.setattr("mmp_cli.import_progress.FIRST_S", 1e6)  # no line on a slow machine
     monkeypatch.chdir(tmp_path)
     (tmp_path / "arm.urdf").write_text(urdf())
     return tmp_path
@@ -80,6 +81,62 @@ def test_misuse_is_one_sentence_and_writes_nothing(mmp, home, words, sentence):
     assert sentence in ran.err
     assert ran.err.count("\n") == 1
     assert sorted(path.name for path in home.iterdir()) == ["arm.urdf"]
+
+
+def contents(folder):
+    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def add_twice(mmp, home):
+    """Adds a robot, and returns its folder and a function that runs a further command on it."""
+    mmp("robot", "add", "arm.urdf", "--name", "small", "--out", "mine")
+    before = contents(home / "mine")
+
+    def refused(*words, sentence):
+        ran = mmp("robot", "add", *words, "--out", "mine")
+        assert (ran.code, ran.out) == (2, "")
+        assert sentence in ran.err
+        assert ran.err.count("\n") == 1
+        assert contents(home / "mine") == before
+
+    return home / "mine" / "small", refused
+
+
+def test_a_robot_behind_a_link_is_not_replaced(mmp, home):
+    folder, refused = add_twice(mmp, home)
+    (folder.parent / "other").symlink_to("small")
+    (home / "other.xml").write_text(mjcf())
+    refused("other.xml", "--name", "other", sentence="mine/other is a symbolic link to small; give another")
+
+
+def test_a_robot_is_not_made_in_place_of_its_source(mmp, home):
+    folder, refused = add_twice(mmp, home)
+    refused("mine/small/small.xml", "--name", "small", sentence="mine/small/small.xml is an input and lies in")
+    refused("arm.urdf", "--name", "small", "--package-dir", folder, sentence=f"{folder} is an input and lies in")
+
+
+def test_files_of_the_user_in_a_robot_are_not_deleted(mmp, home):
+    folder, _ = add_twice(mmp, home)
+    (folder / "NOTES.md").write_text("mine")
+    ran = mmp("robot", "add", "arm.urdf", "--name", "small", "--out", "mine")
+    assert ran.code == 2
+    assert "mine/small holds NOTES.md, which no import wrote and which would be lost" in ran.err
+    assert (folder / "NOTES.md").read_text() == "mine"
+
+
+def test_the_output_says_that_a_robot_is_replaced(mmp, home):
+    words = ("robot", "add", "arm.urdf", "--name", "small", "--out", "mine")
+    first, second, third = mmp(*words), mmp(*words), mmp(*words, "--json")
+    assert (first.code, second.code, third.code) == (0, 0, 0)
+    assert "replaced" not in first.out
+    assert "the robot of this name that was in the folder" in second.out
+    assert third.result["replaced"] is True
+
+
+def test_out_that_is_a_file_is_refused(mmp, home):
+    (home / "p.json").write_text("{}")
+    ran = mmp("robot", "add", "arm.urdf", "--name", "small", "--out", "p.json")
+    assert (ran.code, ran.err) == (2, "mmp: --out p.json must be a folder, and p.json is a file\n")
 
 
 def test_several_package_folders_may_be_given(mmp, home):

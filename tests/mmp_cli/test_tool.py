@@ -36,6 +36,7 @@ def home(tmp_path, cache, monkeypatch):
     """The user's data folder, empty; the working directory with a gripper."""
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     monkeypatch.setenv("XDG_CACHE_HOME", str(cache))
+    monkeypatch.setattr("mmp_cli.import_progress.FIRST_S", 1e6)  # no line on a slow machine
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pincher.xml").write_text(GRIPPER)
     return tmp_path
@@ -75,6 +76,21 @@ def test_a_tool_without_states_is_found_by_the_path_of_its_folder(mmp, home):
     assert list(ran.result["states"]) == ["default"]
     write_cell(home, tool="./tools/pincher")
     assert mmp("plan", "cell.json", "--json").code == 0
+
+
+def test_an_earlier_tool_gives_way_but_no_source_and_no_file_of_the_user(mmp, home):
+    words = ("tool", "add", "pincher.xml", "--name", "pincher", "--out", "tools", "--state", "open=0.04,0.04")
+    assert "replaced" not in mmp(*words).out
+    assert "the tool of this name that was in the folder" in mmp(*words).out
+    ran = mmp("tool", "add", "tools/pincher/open/pincher.xml", "--name", "pincher", "--out", "tools")
+    assert (ran.code, "is an input and lies in" in ran.err) == (2, True)
+    (home / "tools" / "alias").symlink_to("pincher")
+    ran = mmp("tool", "add", "pincher.xml", "--name", "alias", "--out", "tools")
+    assert (ran.code, "tools/alias is a symbolic link to pincher" in ran.err) == (2, True)
+    (home / "tools" / "pincher" / "open" / "LICENSE").write_text("mine")
+    ran = mmp(*words)
+    assert (ran.code, "holds open/LICENSE, which no import wrote" in ran.err) == (2, True)
+    assert (home / "tools" / "pincher" / "open" / "LICENSE").read_text() == "mine"
 
 
 @pytest.mark.parametrize(

@@ -14,8 +14,8 @@ def robot(tmp_path_factory):
     """The folder of a small arm."""
     folder = tmp_path_factory.mktemp("attacked")
     (folder / "arm.xml").write_text(mjcf(hand=fingers()))
-    made, _ = add_robot(folder / "arm.xml", folder, ImportOptions(name="small"), cache=None, progress=lambda line: None)
-    return made
+    options = ImportOptions(name="small")
+    return add_robot(folder / "arm.xml", folder, options, cache=None, progress=lambda line: None).folder
 
 
 def test_random_covers_leave_no_point_outside(robot):

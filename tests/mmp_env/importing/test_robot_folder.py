@@ -25,7 +25,8 @@ EXACT = "robot.json", "spheres.json", "hulls.json"
 
 def add(source, out, name="small", cache=None, **chain):
     options = ImportOptions(name=name, chain=ChainOptions(**chain))
-    return add_robot(source, out, options, cache=cache, progress=lambda line: None)
+    made = add_robot(source, out, options, cache=cache, progress=lambda line: None)
+    return made.folder, made.from_cache
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from mmp_env.importing.chain import select_chain
 from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.limits import limits_of
 from mmp_env.importing.link_pieces import link_pieces, pieces_and_notes
-from mmp_env.importing.source import read_source
+from mmp_env.importing.source import prepare_source, read_source
 from mmp_env.meshes.mesh_files import read_mesh
 
 VERTICES, FACES = box_mesh()
@@ -63,6 +63,14 @@ def test_a_package_path_is_found_in_the_folder_that_the_user_gave(tmp_path):
         read_source(path)
     for folder in (tmp_path / "else", tmp_path / "else" / "arms"):
         assert read_source(path, [folder]).model.nmesh == 1
+
+
+def test_the_inputs_are_the_file_its_meshes_and_includes_and_the_folders_of_packages(tmp_path):
+    source = with_mesh(tmp_path / "d.xml", VERTICES, FACES)
+    (tmp_path / "extra.xml").write_text('<mujoco><option timestep="0.001"/></mujoco>')
+    source.write_text(source.read_text().replace("<worldbody>", '<include file="extra.xml"/><worldbody>', 1))
+    inputs = prepare_source(source, [tmp_path]).inputs
+    assert set(inputs) == {source, tmp_path / "link.obj", tmp_path / "extra.xml", tmp_path}
 
 
 def test_a_package_is_found_in_the_folders_above_the_file(tmp_path):

@@ -13,6 +13,8 @@ from mmp_env.mujoco_import import mujoco
 
 SMALLEST_M, LARGEST_M = 1e-6, 100.0
 """Bounds [m] of edges, radii and lengths. Positions lie within the larger one of the origin of their frame."""
+LEAST_MARGIN_M = 1e-12
+"""Lower bound of margins [m]. Below is the rounding of clearances."""
 LARGEST_YAW_RAD = 4 * np.pi
 """Largest yaw [rad]: two turns."""
 
@@ -118,6 +120,14 @@ def positive(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.nd
     if not (np.isfinite(array) & (array > 0)).all():
         raise UnreadableError(f"{where} must be finite and above zero")
     return array
+
+
+def margin_m(value: Any, where: str, least: float = LEAST_MARGIN_M) -> float:
+    """Returns a margin [m]. Raises `UnreadableError` for one that is not finite or below `least`."""
+    out = float(positive(value, where))
+    if out < least:
+        raise UnreadableError(f"{where} is {out:g} m; it must be {least:g} m at least")
+    return out
 
 
 def lengths(value: Any, where: str, shape: tuple[int, ...] = ()) -> Float[np.ndarray, "..."]:

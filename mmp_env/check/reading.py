@@ -13,10 +13,12 @@ from mmp_env.check.asked import Asked, read_asked
 from mmp_env.check.checked import CheckedArm, CheckedCell, CheckedPlan, Solid
 from mmp_env.check.fields import (
     LARGEST_M,
+    LEAST_MARGIN_M,
     UnreadableError,
     known,
     lengths,
     listed,
+    margin_m,
     member,
     name,
     numbers,
@@ -71,7 +73,8 @@ def read_plan(data: Any) -> CheckedPlan:
     if data.get("accelerations") is not None and data.get("velocities") is None:
         raise UnreadableError("the plan has accelerations and no velocities")
     start = _by_arm(cell, member(problem, "start", "problem"), "start")
-    margin = float(positive(member(problem, "margin", "problem"), "margin"))
+    least = LEAST_MARGIN_M * (2 if problem.get("margins") is None else 1)
+    margin = margin_m(member(problem, "margin", "problem"), "margin", least)
     max_velocity = limit("max_velocity")
     if max_velocity is None:
         raise UnreadableError("problem has no 'max_velocity'")
@@ -140,7 +143,7 @@ def _margins(data: Any, margin: float) -> dict[str, float]:
     if data is None:
         return dict.fromkeys(_MARGIN_KEYS, margin / 2)
     known(data, _MARGIN_KEYS, "margins")
-    out = {key: float(positive(member(data, key, "margins"), f"margins.{key}")) for key in _MARGIN_KEYS}
+    out = {key: margin_m(member(data, key, "margins"), f"margins.{key}") for key in _MARGIN_KEYS}
     if out["arms"] != margin:
         raise UnreadableError(f"margin is {margin:g} and margins.arms {out['arms']:g}; they are the same")
     return out

@@ -10,7 +10,7 @@ import numpy as np
 
 from mmp_env.check import check_document
 from mmp_env.check.checked import Solid
-from mmp_env.check.fields import UnreadableError, known, listed, member, numbers, positive, shown
+from mmp_env.check.fields import UnreadableError, known, listed, margin_m, member, numbers, positive, shown
 from mmp_env.check.model import CellModel
 from mmp_env.check.object_clearances import check_windows, joined, sinking
 from mmp_env.check.objects import handle, windows
@@ -95,7 +95,7 @@ def _distance(document: Mapping[str, Any], objects: Sequence[Solid]) -> float:
     """Returns the clearance [m] between arms at any times; also that to obstacles if there are objects."""
     margins = document["margins"]
     kinds = ("arms", "obstacles") if objects else ("arms",)
-    largest = max(float(positive(margins[kind], f"margins.{kind}")) for kind in kinds)
+    largest = max(margin_m(margins[kind], f"margins.{kind}") for kind in kinds)
     return max(largest - ROUNDING_M, ROUNDING_M)  # never 0 or less, which every contact would satisfy
 
 

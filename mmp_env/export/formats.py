@@ -13,7 +13,7 @@ from mmp_env.export.joint_names import FIELD, JOINT_NAMES, check_distinct, file_
 from mmp_env.export.motion import Motion, motion_of
 from mmp_env.export.ros import yaml_text
 from mmp_env.export.tables import csv_text, write_npz
-from mmp_env.files.writing import whole_file
+from mmp_env.files.writing import check_file_name, whole_file
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import given_plan
 
@@ -64,7 +64,11 @@ def _in_a_row(plan: object) -> list[object]:
 
 
 def check_target(path: str | PathLike[str]) -> None:
-    """Raises `MmpError` for a name without an export format. It does not test whether the file can be written."""
+    """Raises `MmpError` for a name without an export format, and for one that ends like the path of a folder.
+
+    It does not test whether the file can be written.
+    """
+    check_file_name(path)
     suffix = _suffix(path)
     if not suffix:
         raise MmpError(

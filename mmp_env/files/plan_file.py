@@ -22,7 +22,7 @@ from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import goal_to_data
 from mmp_env.model.keep import as_keep, keep_to_data
-from mmp_env.model.margins import Margins
+from mmp_env.model.margins import LEAST_MARGIN_M, Margins
 from mmp_env.model.names import INSTANCE_NAMES, is_instance_name
 from mmp_env.model.plan import Plan
 from mmp_env.model.plan_fit import given_plan
@@ -221,20 +221,21 @@ def _name(name: str, place: Location) -> str:
 
 def _margins(data: ProblemData, place: Location) -> Margins:
     """Returns the margins; half of `margin` for older files without `margins`, whose plans were proved for that."""
-    margin = _positive(data.margin, place / "margin")
     if data.margins is None:
+        margin = _margin(data.margin, place / "margin", 2 * LEAST_MARGIN_M)
         return Margins(arms=margin / 2, obstacles=margin / 2, self=margin / 2)
     here, given = place / "margins", data.margins
     by_kind = {"arms": given.arms, "obstacles": given.obstacles, "self": given.self_}
-    margins = Margins(**{kind: _positive(value, here / kind) for kind, value in by_kind.items()})
+    margin = _margin(data.margin, place / "margin", LEAST_MARGIN_M)
+    margins = Margins(**{kind: _margin(value, here / kind, LEAST_MARGIN_M) for kind, value in by_kind.items()})
     if margin != margins.arms:
         raise (place / "margin").wrong(margin, f"margins.arms, which is {margins.arms:g}")
     return margins
 
 
-def _positive(value: float, place: Location) -> float:
-    if not (math.isfinite(value) and value > 0):
-        raise place.wrong(value, "a positive number [m]")
+def _margin(value: float, place: Location, least: float) -> float:
+    if not least <= value < math.inf:
+        raise place.wrong(value, f"a positive number [m], {least:g} at least")
     return value
 
 

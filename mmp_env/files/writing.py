@@ -59,6 +59,12 @@ def plain(value: Any) -> Any:
     raise TypeError(f"a {type(value).__name__} cannot be written as JSON")
 
 
+def check_file_name(path: str | PathLike[str]) -> None:
+    """Raises `MmpError` for a path that ends in a slash, as only the path of a folder does."""
+    if os.path.basename(path) in ("", "."):
+        raise MmpError(f"{path} cannot be written: it ends like the path of a folder; give the name of a file")
+
+
 def check_writable(path: str | PathLike[str]) -> None:
     """Raises `MmpError` if `write_text` could not write this file. Leaves nothing behind."""
     target = _target(path)
@@ -115,13 +121,16 @@ def left_alone(paths: Iterable[str]) -> list[str]:
 def _target(path: str | PathLike[str]) -> Path:
     """Returns the regular file behind any links. Raises `MmpError` for a folder or device, which a move would replace.
 
-    A move would also replace a file without write permission, so it is refused too.
+    A move would also replace a file without write permission, so it is refused too. So is a path that ends in a slash,
+    since the file would have another name.
     """
     target = real_path(argument_checks.path("path", path))
-    if not exists(target):
-        return target
-    if not is_file(target):
+    there = exists(target)
+    if there and not is_file(target):
         raise MmpError(f"{path} cannot be written: it is not a regular file")
+    check_file_name(path)
+    if not there:
+        return target
     try:
         os.close(os.open(target, os.O_WRONLY))
     except OSError as error:

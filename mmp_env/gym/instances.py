@@ -72,7 +72,7 @@ def draw_problem(
         cell: the cell without the objects of any task.
         task: the task that draws, or its name.
         seed: a whole number from 0.
-        max_velocity: for all joints, or arm name -> [dof] [rad/s].
+        max_velocity: for all joints, or arm name -> a number or [dof] [rad/s].
         margin: metres between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
         name: name of the problem.
         keep: bounds of tool axes, as in `make_problem`. The task does not know them.

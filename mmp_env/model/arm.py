@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from mmp_env.argument_checks import as_numbers
+from mmp_env.argument_checks import as_numbers, text
 from mmp_env.brief import brief, point
 from mmp_env.errors import MmpError
 from mmp_env.model.read_only import ReadOnly
@@ -162,8 +162,10 @@ def place_arm(name: str, robot: str, position: ArrayLike, quaternion: ArrayLike,
 
     Raises:
         UnknownNameError: for an unknown robot or tool.
-        MmpError: for a position or quaternion that is not finite numbers, or a zero quaternion.
+        MmpError: for a name that is not text, a position or quaternion that is not finite numbers, or a zero
+            quaternion.
     """
+    text("name", name)
     model = load_robot(robot)
     tool_name = model.default_tool if tool == "default" else tool
     place, turn = (frozen_array(np.nan if q is None else q) for q in (as_numbers(position), as_numbers(quaternion)))
@@ -175,7 +177,7 @@ def place_arm(name: str, robot: str, position: ArrayLike, quaternion: ArrayLike,
     return Arm(
         name=name,
         robot=model,
-        tool=fitted_tool(load_tool(tool_name), model) if tool_name else None,
+        tool=fitted_tool(load_tool(tool_name), model) if tool_name not in (None, "") else None,
         position=place,
         quaternion=frozen_array(turn / np.linalg.norm(turn)),
     )

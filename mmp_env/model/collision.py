@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 from mmp_env import core
+from mmp_env.argument_checks import as_numbers, given, number, refused
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
 from mmp_env.model.arm import SHAPES, Arm, Obstacle
@@ -23,10 +24,10 @@ from mmp_env.model.conflict import Conflict, TimedPlan, plan_conflicts
 from mmp_env.model.convex_hull import supporting_planes
 from mmp_env.model.joint_chain import exact_hulls, joint_chain, part_names
 from mmp_env.model.keep import Upright
-from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins
+from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins, queried_margins
 from mmp_env.model.robot import EXACT
 from mmp_env.model.transforms import matrix_from_quaternion
-from mmp_env.wording import counted
+from mmp_env.wording import counted, shown
 
 SEARCH_MARGIN_FACTOR = 1.0
 """Share of the planning slack that a search adds to the margin at the tested instants."""
@@ -47,6 +48,8 @@ def levels_of(margins: Margins, looked: float, proved: float) -> core.Levels:
     return core.Levels(arms + looked, arms + proved, margins.obstacles - arms, margins.self - arms, -arms)
 
 
+_LARGEST_Q, _LARGEST_STRAY = 1e4, 1e6
+"""Upper bounds of joint positions, and of the distance of an arm from its lines [rad, of slides m]; the core's own."""
 _EDGE_ROOM_M = 1e-4
 """Clearance [m] beyond the margin at the instants that `edge_free` tests."""
 
@@ -136,8 +139,8 @@ class CollisionModel:
 
     def index(self, arm: str) -> int:
         """Returns the number of an arm in the core. Raises `UnknownNameError`."""
-        number = self._numbers.get(arm)
-        return self.cell.arm_index(arm) if number is None else number
+        index = self._numbers.get(given("arm", arm, str, "the name of an arm"))
+        return self.cell.arm_index(arm) if index is None else index
 
     def spheres(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n s 3"], Float[np.ndarray, "s"]]:
         """Returns sphere centres [n, s, 3] [m] in the world and radii [s] [m] of an arm, those of the base first."""
@@ -145,7 +148,7 @@ class CollisionModel:
 
     def sphere_links(self, arm: str) -> list[str]:
         """Returns the name of the link of each sphere of `spheres`; the tool's name, or `held` for a held object."""
-        names = part_names(self.cell.arm(arm))
+        names = part_names(self.cell.arms[self.index(arm)])
         return [names[k] for k in self._links[self.index(arm)]]
 
     def is_base(self, arm: str) -> Bool[np.ndarray, "s"]:
@@ -158,7 +161,7 @@ class CollisionModel:
 
     def within_limits(self, arm: str, q: ArrayLike) -> Bool[np.ndarray, "n"]:
         """Returns whether each configuration is within the joint limits."""
-        rows, robot = self._rows(arm, q), self.cell.arms[self.index(arm)].robot
+        rows, robot = self._finite_rows(arm, q), self.cell.arms[self.index(arm)].robot
         return np.all((rows >= robot.lower) & (rows <= robot.upper), axis=1)
 
     def static_clearance(self, arm: str, q: ArrayLike, *, precise: bool = False) -> Float[np.ndarray, "n"]:
@@ -170,7 +173,8 @@ class CollisionModel:
 
         It is within limits, its `static_clearance` is above `margin` [m], and it keeps the bound of the tool axis.
         """
-        free = self.within_limits(arm, q) & (self.static_clearance(arm, q) > margin)
+        least = queried_margins(margin).obstacles
+        free = self.within_limits(arm, q) & (self.static_clearance(arm, q) > least)
         return free & (self.tilt(arm, q) < self.cell.keep[arm].within) if arm in self.cell.keep else free
 
     def edge_free(
@@ -185,11 +189,11 @@ class CollisionModel:
         Args:
             margin: one margin [m] for all bodies, or `problem.margins`.
         """
-        start, end = self._rows(arm, q_from), self._rows(arm, q_to)
+        start, end = self._finite_rows(arm, q_from), self._finite_rows(arm, q_to)
         if start.shape != end.shape:
             raise MmpError(f"edge_free: q_from has {len(start)} rows and q_to {len(end)}; they must match")
         free = self.within_limits(arm, start) & self.within_limits(arm, end)
-        margins = margin if isinstance(margin, Margins) else Margins(arms=margin, obstacles=margin, self=margin)
+        margins = queried_margins(margin)
         room = min(_EDGE_ROOM_M, min(margins[kind] for kind in KINDS) / 4)
         wanted = levels_of(margins, room, room / 2)
         free[free] = core.edges_free(self.core, self.index(arm), start[free], end[free], wanted)
@@ -200,9 +204,10 @@ class CollisionModel:
 
         Raises `MmpError` for an arm that keeps no axis upright.
         """
+        index = self.index(arm)
         if arm not in self.cell.keep:
             raise MmpError(f"arm '{arm}' has no bound on the angle of its tool; make_problem(..., keep=...) gives one")
-        x, y, z = core.tool_axes(self.core, self.index(arm), self._rows(arm, q)).T
+        x, y, z = core.tool_axes(self.core, index, self._rows(arm, q)).T
         return np.arctan2(np.hypot(x, y), z)
 
     def project_upright(self, arm: str, q: ArrayLike) -> tuple[Float[np.ndarray, "n dof"], Bool[np.ndarray, "n"]]:
@@ -235,11 +240,14 @@ class CollisionModel:
             stray: how far the arm may be from the lines, in every joint [rad, of slides m].
 
         Raises:
-            MmpError: for a mesh, and for rows of the wrong shape.
+            MmpError: for a mesh, for rows of the wrong shape, and for a `stray` below 0 or above 1e6.
         """
         rows = self._rows(arm, q)
-        if body.pieces or len(rows) < 2:
+        if given("body", body, Obstacle, "an Obstacle").pieces or len(rows) < 2:
             raise MmpError("swept_clearance: takes two configurations or more, and any body but a mesh")
+        allowed = f"a number from 0 to {_LARGEST_STRAY:g}"
+        if number("stray", stray, allowed, zero=True) > _LARGEST_STRAY:
+            raise refused("stray", stray, allowed)
         shape = SHAPES.index(body.shape)
         return core.swept_clearance(self.core, self.index(arm), rows, shape, *_pose_and_size(body), stray=stray)
 
@@ -249,6 +257,7 @@ class CollisionModel:
         Args:
             q: arm name -> [n, dof] [rad].
         """
+        self._require_arms(q)
         rows = [self._rows(name, q[name]) for name in self.cell.arm_names]
         if len({len(r) for r in rows}) != 1:
             raise MmpError("clearance: every arm needs the same number of rows")
@@ -263,7 +272,8 @@ class CollisionModel:
             q: arm name -> [dof] [rad].
         """
         arms, names = self.cell.arms, [part_names(arm) for arm in self.cell.arms]
-        rows = [np.ascontiguousarray(q[arm.name], dtype=float) for arm in arms]
+        self._require_arms(q)
+        rows = [self._checked(arm.name, q[arm.name], (arm.dof,)) for arm in arms]
         out = {}
         for kind, near in zip(KINDS, core.nearest_bodies(self.core, rows), strict=True):
             if near.arm < 0:
@@ -288,7 +298,10 @@ class CollisionModel:
 
     def motion(self, arm: str, q: Float[np.ndarray, "k dof"]) -> core.Motion:
         """Returns a compiled trajectory on the grid of steps [k, dof] [rad], for `conflict_instants` and repulsion."""
-        return core.Motion(self.core, self.index(arm), np.ascontiguousarray(q, dtype=float))
+        rows = self._rows(arm, q)
+        if not len(rows):
+            raise MmpError(f"motion: arm '{arm}' has no configurations; a motion needs one at least")
+        return core.Motion(self.core, self.index(arm), rows)
 
     def conflict_instants(
         self, motions: Sequence[core.Motion], pairs: ArrayLike, levels: core.Levels, *, bases: bool = False
@@ -305,14 +318,46 @@ class CollisionModel:
         numbers = np.ascontiguousarray(pairs, dtype=np.int32).reshape(-1, 2)
         return core.conflict_instants(self.core, motions, numbers, levels, bases=bases)
 
+    def _require_arms(self, q: Mapping[str, ArrayLike]) -> None:
+        """Raises `MmpError` unless `q` is a mapping with all arms of the cell."""
+        given("q", q, Mapping, "a mapping of arm name -> joints [rad]")
+        for name in self.cell.arm_names:
+            if name not in q:
+                raise MmpError(f"q has no configuration for arm '{name}'")
+
     def _rows(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n dof"]:
-        rows = np.ascontiguousarray(q, dtype=float)
-        dof = self.cell.arms[self.index(arm)].dof
-        if rows.ndim != 2 or rows.shape[1] != dof:
-            raise MmpError(f"configurations of arm '{arm}' have shape {list(rows.shape)}; expected [n, {dof}]")
-        if not np.isfinite(rows).all():
-            raise MmpError(f"configurations of arm '{arm}' hold {rows[~np.isfinite(rows)][0]}; they must be finite")
+        """Returns configurations that the core takes. Raises `MmpError`."""
+        return self._checked(arm, q, ("n", self.cell.arms[self.index(arm)].dof))
+
+    def _checked(self, arm: str, q: ArrayLike, shape: tuple[str | int, ...]) -> Float[np.ndarray, "*n dof"]:
+        """Returns configurations of this shape, each number within `_LARGEST_Q`. Raises `MmpError`."""
+        rows = _finite(arm, q, shape)
+        if np.abs(rows).max(initial=0.0) > _LARGEST_Q:
+            far = float(rows[np.abs(rows) > _LARGEST_Q][0])
+            raise MmpError(
+                f"configurations of arm '{arm}' hold {far:g}; they must be from -{_LARGEST_Q:g} to {_LARGEST_Q:g}"
+            )
         return rows
+
+    def _finite_rows(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n dof"]:
+        """Returns configurations that may be too large for the core. Raises `MmpError`."""
+        return _finite(arm, q, ("n", self.cell.arms[self.index(arm)].dof))
+
+
+def _finite(arm: str, q: ArrayLike, shape: tuple[str | int, ...]) -> Float[np.ndarray, "*n dof"]:
+    """Returns finite configurations of this shape, in which a name stands for any number. Raises `MmpError`."""
+    rows = as_numbers(q)
+    if rows is None:
+        raise MmpError(f"configurations of arm '{arm}' are {shown(q)}; they must be numbers of shape {_words(shape)}")
+    if rows.ndim != len(shape) or rows.shape[-1] != shape[-1]:
+        raise MmpError(f"configurations of arm '{arm}' have shape {list(rows.shape)}; expected {_words(shape)}")
+    if not np.isfinite(rows).all():
+        raise MmpError(f"configurations of arm '{arm}' hold {rows[~np.isfinite(rows)][0]}; they must be finite")
+    return np.ascontiguousarray(rows)
+
+
+def _words(shape: tuple[str | int, ...]) -> str:
+    return f"[{', '.join(map(str, shape))}]"
 
 
 def _pose_and_size(obstacle: Obstacle) -> tuple[Float[np.ndarray, "12"], Float[np.ndarray, "3"]]:

@@ -11,6 +11,8 @@ from mmp_env.argument_checks import given, number, refused
 from mmp_env.errors import UnknownNameError
 from mmp_env.model.arm import LARGEST_M
 
+LEAST_MARGIN_M = 1e-12
+"""Lower bound of margins [m]. Below is the rounding of clearances in double precision."""
 DEFAULT_MARGIN_M = 0.002
 """Margin [m] where none is asked for; smaller where start or goal is tighter."""
 KINDS = ("arms", "obstacles", "self")
@@ -23,9 +25,11 @@ SLACK_FACTOR = 0.5
 """Slack of the planners, relative to the smallest margin."""
 LEAST_SLACK_M, MOST_SLACK_M = 1e-4, 1e-3
 """Bounds of the slack [m], if start and goal leave that much room."""
-_ALLOWED = f"a finite number of metres above 0, {LARGEST_M:g} at most"
+_ALLOWED = f"a finite number of metres above 0, {LEAST_MARGIN_M:g} at least and {LARGEST_M:g} at most"
 _END_FACTOR = 0.9
 """Largest slack, relative to the room between the margin and the clearance of start and goal."""
+_LONGEST_M = 1e9
+"""Largest length [m] that messages round down; hundredths of a millimetre are exact up to it."""
 _LEAST_ROOM_M = 2e-5 / _END_FACTOR
 """Least room [m] between a margin and start and goal; the single-precision kernels are off by up to 1e-5 m."""
 
@@ -73,7 +77,7 @@ def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[st
             A kind that is None was not asked for either.
 
     Raises:
-        MmpError: for an unknown kind, or a margin that is not a number above 0 and at most 100 m.
+        MmpError: for an unknown kind, or a margin that is not a number from 1e-12 to 100 m.
     """
     if margin is None:
         return {}
@@ -85,17 +89,38 @@ def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[st
         if kind not in KINDS:
             raise UnknownNameError("margin", str(kind), KINDS)
         if value is not None:
-            out[kind] = number(f"margin {KIND_WORDS[kind]}", value, _ALLOWED)
-            if out[kind] > LARGEST_M:
-                raise refused(f"margin {KIND_WORDS[kind]}", value, _ALLOWED)
+            out[kind] = _asked(f"margin {KIND_WORDS[kind]}", value, _ALLOWED)
     return {kind: out[kind] for kind in KINDS if kind in out}
 
 
 def check_margins(margins: object) -> None:
-    """Raises `MmpError` unless these are `Margins`, and each of them is a number above 0."""
+    """Raises `MmpError` unless these are `Margins`, and each of them is a finite number, `LEAST_MARGIN_M` at least."""
     each = given("margins", margins, Margins, "Margins(arms=..., obstacles=..., self=...), each in metres")
     for kind in KINDS:
-        number(f"margin {KIND_WORDS[kind]}", each[kind], "a finite number of metres above 0")
+        allowed = f"a finite number of metres above 0, {LEAST_MARGIN_M:g} at least"
+        if number(f"margin {KIND_WORDS[kind]}", each[kind], allowed) < LEAST_MARGIN_M:
+            raise refused(f"margin {KIND_WORDS[kind]}", each[kind], allowed)
+
+
+def queried_margins(margin: object) -> Margins:
+    """Returns the margins [m] of a collision query: one number for all kinds, or `Margins`.
+
+    Raises `MmpError` unless each of them is 0, or a number from `LEAST_MARGIN_M` to 100 m.
+    """
+    if isinstance(margin, Margins):
+        by_name = {kind: (f"margin {KIND_WORDS[kind]}", margin[kind]) for kind in KINDS}
+    else:
+        by_name = dict.fromkeys(KINDS, ("margin", margin))
+    allowed = f"0, or {_ALLOWED}"
+    return Margins(**{kind: _asked(name, value, allowed, zero=True) for kind, (name, value) in by_name.items()})
+
+
+def _asked(name: str, value: object, allowed: str, *, zero: bool = False) -> float:
+    """Returns a margin [m] from `LEAST_MARGIN_M` to `LARGEST_M`, or 0 if `zero` allows it. Raises `MmpError`."""
+    out = number(name, value, allowed, zero=zero)
+    if out and not LEAST_MARGIN_M <= out <= LARGEST_M:
+        raise refused(name, value, allowed)
+    return out
 
 
 def margin_in_force(kind: str, asked: Mapping[str, float], clearance: float) -> float:
@@ -125,7 +150,9 @@ def planning_slack(margins: Margins, clearances: Mapping[str, float], room: floa
 
 def millimetres(metres: float) -> str:
     """Returns a length in millimetres, rounded down, so that no margin looks larger than it is."""
-    if metres <= 0:
+    if 0 < metres < LEAST_MARGIN_M:  # the power of ten may be beyond all floats
+        return "0"
+    if not 0 < metres <= _LONGEST_M:
         return f"{metres * 1e3:g}"
     digits = 2 if metres >= 1e-5 else 2 - math.floor(math.log10(metres * 1e3))
     return f"{math.floor(metres * 1e3 * 10**digits + 1e-6) / 10**digits:g}"

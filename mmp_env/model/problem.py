@@ -15,7 +15,7 @@ from mmp_env import core
 from mmp_env.argument_checks import as_numbers, refused, text
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
-from mmp_env.model.cell import Cell
+from mmp_env.model.cell import Arm, Cell
 from mmp_env.model.collision import levels_of
 from mmp_env.model.goals import Goal
 from mmp_env.model.keep import Upright
@@ -35,6 +35,9 @@ DEFAULT_MAX_VELOCITY = 0.8
 """Velocity limit [rad/s] of every joint, as in the paper; a robot's own limit holds as well."""
 PLAUSIBLE_VELOCITY = 4 * np.pi
 """Largest velocity limit [rad/s] that is plausible for a slower robot: two turns a second. Above are degrees."""
+
+LEAST_LIMIT = 1e-9
+"""Lower bound of requested velocity [rad/s], acceleration [rad/s^2] and jerk limits [rad/s^3]; of slides in m."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -164,16 +167,29 @@ def velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[
     """
     out = {}
     for arm in cell.arms:
-        if isinstance(given, Mapping):
-            if arm.name not in given:
-                raise MmpError(f"max_velocity has no entry for arm '{arm.name}'")
-            wanted = _floats(given[arm.name])
-        else:
-            wanted = _floats([given] * arm.dof)
-        if wanted.shape != (arm.dof,) or not (np.isfinite(wanted) & (wanted > 0)).all():
-            raise MmpError(f"max_velocity of arm '{arm.name}' must be a positive number, or {arm.dof} of them [rad/s]")
+        if isinstance(given, Mapping) and arm.name not in given:
+            raise MmpError(f"max_velocity has no entry for arm '{arm.name}'")
+        wanted = joint_limits("max_velocity", arm, given[arm.name] if isinstance(given, Mapping) else given, " [rad/s]")
         out[arm.name] = frozen_array(np.minimum(wanted, arm.robot.velocity))
     return out
+
+
+def joint_limits(name: str, arm: Arm, given: ArrayLike, unit: str = "") -> Float[np.ndarray, "dof"]:
+    """Returns the limits [dof] of an arm's joints from one number for all of them, or one for each.
+
+    Raises:
+        MmpError: for anything but positive numbers, `LEAST_LIMIT` at least. The message calls the limits `name`.
+    """
+    wanted = _floats(given)
+    if wanted.ndim == 0:
+        wanted = np.full(arm.dof, wanted)
+    if wanted.shape != (arm.dof,) or not (np.isfinite(wanted) & (wanted > 0)).all():
+        raise MmpError(f"{name} of arm '{arm.name}' must be a positive number, or {arm.dof} of them{unit}")
+    if (wanted < LEAST_LIMIT).any():
+        raise MmpError(
+            f"{name} of arm '{arm.name}' is {float(wanted.min())!r}; it must be {LEAST_LIMIT:g}{unit} at least"
+        )
+    return wanted
 
 
 def _floats(given: ArrayLike) -> np.ndarray:

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from mmp_env.argument_checks import text
 from mmp_env.errors import MmpError, UnknownNameError, in_words
 from mmp_env.model.description import (
     HULLS_FILE,
@@ -39,7 +40,7 @@ _Model = TypeVar("_Model", Robot, Tool)
 
 def load_robot(name: str) -> Robot:
     """Returns the robot of that name, or in the folder at that path. Raises `UnknownNameError`, `MmpError`."""
-    folder = find_robot(name)
+    folder = find_robot(text("robot", name))
     if folder is None:
         raise no_such_model("robot", name, robot_names(), ROBOT_FILE)
     return _read_robot(folder, _changed(folder))
@@ -56,7 +57,7 @@ def load_tool(name: str, state: str | None = None) -> Tool:
         UnknownNameError: for an unknown tool or state.
         MmpError: for a state of a tool that has one state without a name, or a fault in a file.
     """
-    folder = find_tool(name)
+    folder = find_tool(text("tool", name))
     if folder is None:
         raise no_such_model("tool", name, tool_names(), TOOL_FILE)
     states = tool_states(folder)
@@ -64,7 +65,7 @@ def load_tool(name: str, state: str | None = None) -> Tool:
         if state is not None:
             raise MmpError(f"the state is {shown(state)}, but tool '{folder.name}' has one state, which has no name")
         return _read_tool(folder, folder.name, _changed(folder))
-    if state is not None and state not in states:
+    if state is not None and text("state", state) not in states:
         raise UnknownNameError(f"state of tool '{folder.name}'", state, states)
     part = folder / (state or states[0])
     return _read_tool(part, folder.name, _changed(part))

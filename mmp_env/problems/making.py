@@ -19,6 +19,8 @@ from mmp_env.model.keep import GivenKeep, as_keep
 from mmp_env.model.margins import (
     KIND_WORDS,
     KINDS,
+    LEAST_MARGIN_M,
+    TIGHT_FACTOR,
     Margins,
     asked_margins,
     largest_margin,
@@ -34,6 +36,8 @@ MOVED = 1e-3
 """Difference of a held joint or free body [rad or m] from its value in the cell, above which a warning tells it."""
 LEAST_ROOM_RAD = 2.5e-5
 """Least angle [rad] by which the tool axes of start and goal are within their bounds, so that plans can be proved."""
+_LEAST_CLEARANCE_M = LEAST_MARGIN_M / TIGHT_FACTOR
+"""Least clearance [m] of start and goal. Closer bodies touch, because no margin would be left."""
 _LONG = 1e6
 """Least joint position that is written with an exponent."""
 
@@ -60,7 +64,7 @@ def make_problem(
             Or a configuration of the whole model, such as `data.qpos`, for a cell of `cell_from_mujoco`.
         goal: in the same forms, and also `stay` and `AnyOf`. `as_goal` also reads the forms of JSON. All configurations
             that bring a tool to its pose are candidates, and the planner chooses among them.
-        max_velocity: [rad/s] for all joints, or arm name -> [dof]; a robot's own limit holds as well.
+        max_velocity: [rad/s] for all joints, or arm name -> a number or [dof]; a robot's own limit holds as well.
         margin: [m] between arms and to obstacles; or a mapping with any of `arms`, `obstacles`, `self`.
         name: name of the instance, such as `<cell>/<instance>`.
         keep: arm name -> bound of its tool axis at every instant: an `Upright`, or
@@ -153,8 +157,8 @@ def _checked(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> dict[str, N
     _check_upright(cell, q, which)
     near = cell.collision.nearest(q)
     for bodies, metres in near.values():
-        if metres <= 0:
-            raise InvalidInstanceError(f"{which} is in collision: {bodies} ({-metres * 1e3:.1f} mm deep)")
+        if metres < _LEAST_CLEARANCE_M:
+            raise InvalidInstanceError(f"{which} is in collision: {bodies} ({max(-metres, 0) * 1e3:.1f} mm deep)")
     return near
 
 

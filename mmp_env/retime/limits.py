@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.cell import Cell
-from mmp_env.model.problem import Problem
+from mmp_env.model.problem import Problem, joint_limits
 from mmp_env.model.robot import frozen_array
 
 JointLimits = float | Mapping[str, ArrayLike] | None
-"""Limits: a number for all joints, or arm name -> [dof]; None for the robots' own."""
+"""Limits: a number for all joints, or arm name -> a number or [dof]; None for the robots' own."""
 LEAST_RAMP_S = 1e-4
 """Shortest time [s] to reach the full velocity or acceleration. Ruckig finds no profile if it is near 0."""
 
@@ -67,21 +67,9 @@ def arm_limits(cell: Cell, given: JointLimits, what: str) -> dict[str, Float[np.
         if isinstance(given, Mapping) and arm.name not in given:
             raise MmpError(f"max_{what} has no entry for arm '{arm.name}'")
         own = getattr(arm.robot, what) if given is None else given
-        values = _numbers(own[arm.name] if isinstance(own, Mapping) else own)
-        if not isinstance(own, Mapping) and values.ndim == 0:
-            values = np.full(arm.dof, values)
-        if values.shape != (arm.dof,) or not (np.isfinite(values) & (values > 0)).all():
-            raise MmpError(f"max_{what} of arm '{arm.name}' must be a positive number, or {arm.dof} of them")
-        out[arm.name] = frozen_array(values)
+        values = own[arm.name] if isinstance(own, Mapping) else own
+        out[arm.name] = frozen_array(joint_limits(f"max_{what}", arm, values))
     return out
-
-
-def _numbers(given: ArrayLike) -> Float[np.ndarray, "..."]:
-    """Returns an array, an empty one if these are not numbers."""
-    try:
-        return np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
-        return np.empty(0)
 
 
 def joined(cell: Cell, by_arm: Mapping[str, Float[np.ndarray, "*t dof"]]) -> Float[np.ndarray, "*t n"]:

@@ -8,6 +8,7 @@ from numbers import Real
 import numpy as np
 
 from mmp_env.errors import MmpError
+from mmp_env.model.problem import LEAST_LIMIT
 from mmp_env.retime.limits import JointLimits
 
 LEAST_RATE_HZ, LARGEST_RATE_HZ = 20.0, 1e5
@@ -35,3 +36,7 @@ class RetimeOptions:
                 raise MmpError(f"{what} is {value!r}; it must be a positive number, {most:g} at most")
         if self.rate < LEAST_RATE_HZ:
             raise MmpError(f"rate is {self.rate:g}; a motion needs at least {LEAST_RATE_HZ:g} samples a second")
+        for what in ("max_acceleration", "max_jerk"):  # limits of single arms wait for the cell
+            value = getattr(self, what)
+            if isinstance(value, float | np.floating) and 0 < float(value) < LEAST_LIMIT:
+                raise MmpError(f"{what} is {float(value)!r}; it must be {LEAST_LIMIT:g} at least")

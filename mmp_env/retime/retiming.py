@@ -82,7 +82,8 @@ def retime(
         tolerance: largest distance of a joint from the path of the plan [rad].
         share: share of the acceleration and jerk limits that the motion uses, above 0. The rest is left for a monitor
             that slows the motion down.
-        max_acceleration: [rad/s^2], a number for all joints, or arm name -> [dof]; None for the robots' own limits.
+        max_acceleration: [rad/s^2], a number for all joints, or arm name -> a number or [dof]; None for the robots'
+            own limits.
         max_jerk: [rad/s^3], like `max_acceleration`.
 
     Returns:

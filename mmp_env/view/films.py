@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from mmp_env import argument_checks
 from mmp_env.argument_checks import given, known_keywords, number, refused
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.writing import check_writable, whole_file
@@ -84,6 +85,7 @@ def save_film(
     Raises:
         MmpError: for an unknown suffix, camera or number, and if no OpenGL library or no ffmpeg is found.
     """
+    given_plan(plan, "film")
     check_film(path)
     kind = _encoder(path)
     fps = kind.usual_fps if fps is None else fps
@@ -168,7 +170,7 @@ def _configurations(plan: Plan, report: ExecutionReport | None, times: Iterable[
 
 
 def _encoder(path: str | PathLike[str]) -> type[Encoder]:
-    suffix = Path(path).suffix.lower()
+    suffix = Path(argument_checks.path("path", path)).suffix.lower()
     if suffix not in ENCODERS:
         raise UnknownNameError("suffix of a film", suffix, ENCODERS)
     return ENCODERS[suffix]

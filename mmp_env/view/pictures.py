@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import UInt8
 from PIL import Image, ImageDraw, ImageFont
 
+from mmp_env import argument_checks
 from mmp_env.argument_checks import refused
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.writing import check_writable, whole_file
@@ -122,7 +123,7 @@ def save_picture(
     Raises:
         MmpError: as `picture`, and if the file cannot be written. Then nothing is written.
     """
-    chosen = _listed(moments)
+    plan, chosen = given_plan(plan, "show"), _listed(moments)
     check_picture(path, chosen)
     content = encoded(pictures(plan, chosen, **options), picture_format(path))
     with whole_file(path) as temporary:
@@ -201,7 +202,7 @@ def _time(moment: Moment, duration_s: float) -> float:
 
 def picture_format(path: str | PathLike[str]) -> str:
     """Returns Pillow's name of the format that the suffix of a file stands for. Raises `UnknownNameError`."""
-    suffix = Path(path).suffix.lower()
+    suffix = Path(argument_checks.path("path", path)).suffix.lower()
     if suffix not in SUFFIXES:
         raise UnknownNameError("suffix of a picture", suffix, SUFFIXES)
     return SUFFIXES[suffix]

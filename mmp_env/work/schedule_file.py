@@ -22,7 +22,7 @@ from mmp_env.files.writing import json_text, plain, write_text
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import JointGoal
-from mmp_env.model.margins import KINDS, Margins
+from mmp_env.model.margins import KINDS, LEAST_MARGIN_M, Margins
 from mmp_env.model.problem import Problem, velocity_limits
 from mmp_env.model.robot import frozen_array
 from mmp_env.wording import counted
@@ -238,8 +238,8 @@ def _margins(data: MarginsData, place: Location) -> Margins:
     """Returns the clearances [m]; null, infinity, where there is nothing of the kind. Raises `MmpError`."""
     by_kind = tuple(zip(KINDS, (data.arms, data.obstacles, data.self_), strict=True))
     for kind, value in by_kind:
-        if value is not None and not 0.0 <= value < math.inf:
-            raise (place / kind).wrong(value, "a clearance in metres, or null")
+        if value is not None and value != 0.0 and not LEAST_MARGIN_M <= value < math.inf:
+            raise (place / kind).wrong(value, f"a clearance in metres: 0, or {LEAST_MARGIN_M:g} or more; or null")
     return Margins(**{kind: float("inf") if value is None else value for kind, value in by_kind})
 
 

@@ -72,7 +72,8 @@ def check_steps(problem: Problem, dt: float) -> None:
     """
     for name, v_max in problem.max_velocity.items():
         distance = np.maximum(np.abs(problem.goals[name] - problem.start[name]).max(axis=0), 1.0)
-        steps = float((distance / (v_max * dt)).max())
+        with np.errstate(over="ignore", divide="ignore"):  # a robot's own limit may be tiny
+            steps = float((distance / (v_max * dt)).max())
         if steps > MOST_STEPS:
             raise MmpError(
                 f"arm '{name}' needs {steps:.3g} steps of dt {dt} s to its goal, or for 1 rad; allowed: {MOST_STEPS}. "

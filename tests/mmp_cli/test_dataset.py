@@ -216,6 +216,15 @@ def test_bad_input_is_one_sentence(tmp_path, capsys):
     assert not (tmp_path / "b").exists()
 
 
+def test_a_changed_cell_is_named_unless_another_setting_explains_it(tmp_path):
+    index = {"schema": "mmp-dataset/1", "settings": {"cell": "402a66cc", "robot": "ur5e"}, "instances": []}
+    (tmp_path / "dataset.json").write_text(json.dumps(index))
+    with pytest.raises(MmpError, match="another cell: the cell, its robots or the instances are not what they were"):
+        DatasetFolder(tmp_path, {"cell": "33ba48d6", "robot": "ur5e"})
+    with pytest.raises(MmpError, match="has a dataset with robot 'ur5e', not 'panda'"):
+        DatasetFolder(tmp_path, {"cell": "33ba48d6", "robot": "panda"})
+
+
 BROKEN = {
     "schema": (lambda d: d | {"schema": "other/1"}, "schema is 'other/1'; it must be 'mmp-dataset/1'"),
     "settings": (lambda d: d | {"settings": []}, "settings"),

@@ -100,6 +100,15 @@ def test_a_file_of_an_impossible_name_is_refused_before_anything_is_planned(mmp,
     assert stand_ins.Straight.calls == []
 
 
+@pytest.mark.parametrize("end", ["/", "/."])
+@pytest.mark.parametrize("option", sorted(WRITES.keys() - {"bench --out"}))
+def test_a_file_that_ends_in_a_slash_is_refused_before_anything_is_planned(mmp, stand_ins, given, option, end):
+    *words, path = WRITES[option](given["new"], given)
+    assert_refused(mmp(*words, path + end), "it ends like the path of a folder; give the name of a file")
+    assert stand_ins.Straight.calls == []
+    assert not Path(path).exists()
+
+
 @pytest.mark.parametrize("option", WRITES)
 def test_a_file_where_nothing_may_be_written_is_refused_before_anything_is_planned(
     mmp, stand_ins, given, locked, option

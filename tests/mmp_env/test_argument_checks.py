@@ -16,6 +16,8 @@ from mmp_env import (
     load_cell,
     load_instances,
     load_plan,
+    load_robot,
+    load_tool,
     make_problem,
     place_arm,
     ring_cell,
@@ -99,6 +101,11 @@ def margins(obstacles):
     return Margins(arms=0.001, obstacles=obstacles, self=0.001)
 
 
+def test_a_number_for_an_arm_is_the_velocity_limit_of_each_of_its_joints():
+    problem = make_problem(CELL, TUCKED, TUCKED, max_velocity={"arm0": 0.5, "arm1": [0.25] * 6})
+    assert (problem.max_velocity["arm0"].tolist(), problem.max_velocity["arm1"].tolist()) == ([0.5] * 6, [0.25] * 6)
+
+
 def a_file():
     return instances_from_dict(
         {
@@ -115,6 +122,19 @@ def a_file():
     [
         (lambda: draw_instance("ring-2"), "cell is 'ring-2'; it must be a Cell; find_cell gives"),
         (lambda: draw_problem(None), "cell is None; it must be a Cell"),
+        (lambda: load_robot(None), "robot is None; it must be text"),
+        (lambda: load_tool(5), "tool is 5; it must be text"),
+        (lambda: place_arm(None, "ur5e", [0, 0, 0], [1, 0, 0, 0]), "name is None; it must be text"),
+        (lambda: place_arm("a", None, [0, 0, 0], [1, 0, 0, 0]), "robot is None; it must be text"),
+        (lambda: place_arm("a", "ur5e", [0, 0, 0], [1, 0, 0, 0], tool=0), "tool is 0; it must be text"),
+        (lambda: save_picture(None, None), "there is no plan to show"),
+        (lambda: save_picture(a_plan(), None), "path is None; it must be the path of a file"),
+        (lambda: save_film(None, 5), "there is no plan to film"),
+        (lambda: save_film(a_plan(), None), "path is None; it must be the path of a file"),
+        (
+            lambda: make_problem(CELL, TUCKED, TUCKED, max_velocity={"arm0": 1e-320, "arm1": 1.0}),
+            r"max_velocity of arm 'arm0' is 1e-320; it must be 1e-09 \[rad/s\] at least",
+        ),
         (lambda: draw_problem(CELL, seed="7"), "seed is '7'; it must be a whole number, 0 or more"),
         (lambda: make_problem("ring-2", SOME, SOME), "cell is 'ring-2'; it must be a Cell"),
         (lambda: make_problem(CELL, None, SOME), "start is None; it must be a mapping of arm"),

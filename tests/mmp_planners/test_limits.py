@@ -63,7 +63,7 @@ def test_the_largest_seed_is_one_like_any_other(name):
 
 
 @every_planner
-@pytest.mark.parametrize("rad_s", [1e-300, 1e-9, 1.5 / MOST_STEPS / 0.1])
+@pytest.mark.parametrize("rad_s", [1e-9, 1.5 / MOST_STEPS / 0.1])
 def test_joints_that_are_too_slow_for_the_grid_are_refused(name, rad_s):
     with pytest.raises(MmpError, match=r"arm 'left' needs \S+ steps of dt 0\.1 s to its goal.*allowed: 10000\..*low"):
         make(name).plan(with_speed(rad_s), time_limit=60.0)

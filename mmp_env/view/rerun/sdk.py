@@ -46,7 +46,7 @@ def check(to: str | PathLike[str]) -> None:
     path = Path(to)
     if path.suffix != SUFFIX:
         raise MmpError(f"'{path}' is no name for a recording; it must end in {SUFFIX}, or be '{SPAWN}' for the viewer")
-    check_writable(path)
+    check_writable(to)
 
 
 @contextlib.contextmanager

@@ -107,9 +107,9 @@ def schedule(
         planner: name of the planner of all arms together, for where no single arm can go on.
         seed: seed of all random numbers. The same seed gives the same schedule, unless the time limit is hit.
         time_limit: time limit [s].
-        max_velocity: [rad/s] for all joints, or arm name -> [dof]; a robot's own limit holds as well.
+        max_velocity: [rad/s] for all joints, or arm name -> a number or [dof]; a robot's own limit holds as well.
         margin: clearances [m], as in `make_problem`.
-        max_acceleration: [rad/s^2] for all joints, or arm name -> [dof]; None for the robots' own limits.
+        max_acceleration: [rad/s^2] for all joints, or arm name -> a number or [dof]; None for the robots' own limits.
         max_jerk: [rad/s^3], like `max_acceleration`.
         rounds: in each round every arm moves once, and the next round begins when all have arrived; for comparisons.
         improve: time [s] for improving the first schedule, within `time_limit`: a few jobs get other arms, or come

@@ -165,8 +165,15 @@ class DatasetFolder:
         except (OSError, ValueError):
             raise MmpError(f"{place} is not the index of a dataset") from None
         place, index = decode_file(data, SCHEMA, _Index, place)
-        for key, value in json.loads(json.dumps(self.settings)).items():
+        settings = json.loads(json.dumps(self.settings))
+        for key in sorted(settings, key=lambda key: key == "cell"):  # another robot also makes another cell
+            value = settings[key]
             if (there := getattr(index.settings, key)) != value:
+                if key == "cell":
+                    raise MmpError(
+                        f"--out {self.path} has a dataset of another cell: the cell, its robots or the instances are"
+                        " not what they were; give a new folder"
+                    )
                 raise MmpError(f"--out {self.path} has a dataset with {key} {there!r}, not {value!r}")
         names = Counter(line.name for line in index.instances)
         for k, line in enumerate(index.instances):

@@ -10,6 +10,7 @@ from mmp_env.errors import MmpError
 from mmp_env.files.cell_file import cell_from_dict
 from mmp_env.model import arm as arm_model
 from mmp_env.model.arm import LARGEST_M
+from mmp_env.model.margins import KINDS, LEAST_MARGIN_M
 
 
 def broken(plan):
@@ -22,6 +23,7 @@ def broken(plan):
 def test_the_checker_and_the_reader_of_files_have_the_same_bounds():
     for name in ("SMALLEST_M", "LARGEST_M", "LARGEST_YAW_RAD"):
         assert getattr(fields, name) == getattr(arm_model, name)
+    assert fields.LEAST_MARGIN_M == LEAST_MARGIN_M
 
 
 def held_at(height):
@@ -33,6 +35,8 @@ UNREADABLE = {
     "no problem": lambda p: p.pop("problem"),
     "no margin": lambda p: p["problem"].pop("margin"),
     "a margin of zero": lambda p: p["problem"].update(margin=0.0),
+    "a margin below the rounding": lambda p: p["problem"].update(margin=1.9e-12),
+    "margins below the rounding": lambda p: p["problem"].update(margins=dict.fromkeys(KINDS, 9e-13), margin=9e-13),
     "a margin that is true": lambda p: p["problem"].update(margin=True),
     "no maximal velocity": lambda p: p["problem"].pop("max_velocity"),
     "a missing arm": lambda p: p["positions"].pop("left"),

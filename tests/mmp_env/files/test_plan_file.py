@@ -1,5 +1,6 @@
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from mmp_env import check_plan
 from mmp_env.errors import MmpError
 from mmp_env.files.plan_file import load_plan, plan_from_dict, plan_to_check, plan_to_dict, save_plan
 from mmp_env.files.writing import json_text, plain
-from mmp_env.model.margins import Margins
+from mmp_env.model.margins import KINDS, Margins
 from mmp_env.model.plan import Plan
 from mmp_env.model.problem import Problem, velocity_limits
 from mmp_env.model.rings import ring_cell
@@ -110,6 +111,22 @@ def test_a_plan_that_is_wrong_still_loads_with_its_own_margin(tmp_path):
     assert plan.problem.margin == 0.5
     assert plan.times[1] == -1.0
     assert plan.problem.start["left"][0] == 50.0
+
+
+@pytest.mark.parametrize(
+    ("margins", "said"),
+    [
+        ({"margin": 1.9e-12}, "problem.margin is 1.9e-12; it must be a positive number [m], 2e-12 at least"),
+        ({"margin": 1e-320, "margins": dict.fromkeys(KINDS, 1e-320)}, "problem.margin is 1e-320"),
+        ({"margin": 0.1, "margins": {"arms": 0.1, "obstacles": 0.1, "self": 9e-13}}, "problem.margins.self is 9e-13"),
+    ],
+)
+def test_a_margin_below_the_rounding_of_clearances_is_refused(margins, said):
+    data = bad_files.good_plan()
+    data["problem"].pop("margins", None)
+    data["problem"] |= margins
+    with pytest.raises(MmpError, match=re.escape(said)):
+        plan_from_dict(data)
 
 
 def test_the_robots_own_speed_limit_holds_as_well():

@@ -77,6 +77,17 @@ def test_a_path_that_cannot_be_written_is_named_with_the_reason(tmp_path, name, 
     assert os.listdir(tmp_path) == ["file"]
 
 
+@pytest.mark.parametrize("write", [check_writable, lambda path: write_text(path, "new")])
+@pytest.mark.parametrize("end", ["/", "//", "/."])
+@pytest.mark.parametrize("there", [False, True])
+def test_a_path_that_ends_in_a_slash_is_no_file(tmp_path, write, end, there):
+    if there:
+        (tmp_path / "a.json").write_text("old")
+    with pytest.raises(MmpError, match=r"a\.json/.* cannot be written: it ends like the path of a folder"):
+        write(f"{tmp_path}/a.json{end}")
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["old"] * there
+
+
 def test_a_pipe_or_device_is_not_replaced(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(MmpError, match="not a regular file"):

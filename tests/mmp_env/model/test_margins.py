@@ -202,6 +202,8 @@ def test_a_file_with_a_single_margin_is_checked_with_half_of_it():
     ("margin", "words"),
     [
         (0.0, "above 0"),
+        (1e-320, "1e-12 at least"),
+        ({"self": 9.9e-13}, "margin between parts of one arm is 9.9e-13"),
         (-1.0, "above 0"),
         (float("nan"), "finite"),
         (True, "finite number"),
@@ -223,10 +225,27 @@ def test_a_margin_may_be_a_number_of_numpy(number):
 
 
 @pytest.mark.parametrize(
-    ("metres", "text"), [(0.002, "2"), (0.0149999, "14.99"), (1e-9, "1e-06"), (3.27e-6, "0.00327")]
+    ("metres", "text"),
+    [
+        (0.002, "2"),
+        (0.0149999, "14.99"),
+        (1e-9, "1e-06"),
+        (3.27e-6, "0.00327"),
+        (1e-320, "0"),
+        (1e300, "1e+303"),
+        (np.inf, "inf"),
+    ],
 )
 def test_a_margin_is_shown_in_millimetres_rounded_down(metres, text):
     assert millimetres(metres) == text
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_problem_refuses_a_margin_below_the_rounding_of_clearances(kind):
+    with pytest.raises(MmpError, match=f"margin {KIND_WORDS[kind]} is 1e-320; it must be .* 1e-12 at least"):
+        dataclasses.replace(
+            swinging(), margins=Margins(**{"arms": 1e-12, "obstacles": 1e-12, "self": 1e-12, kind: 1e-320})
+        )
 
 
 def test_margins_read_like_a_mapping():

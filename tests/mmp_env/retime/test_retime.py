@@ -183,6 +183,10 @@ def test_a_colliding_plan_is_refused():
         ({"rate": 1e5, "max_acceleration": 0.05}, "more than 1000000 samples; its limits are too low"),
         ({"share": 1.5}, "share is 1.5; it must be a positive number, 1 at most"),
         ({"max_acceleration": 0.0}, "max_acceleration of arm 'left' must be a positive number, or 6 of them"),
+        ({"max_acceleration": 1e-320}, "max_acceleration is 1e-320; it must be 1e-09 at least"),
+        ({"max_jerk": 1e-320}, "max_jerk is 1e-320; it must be 1e-09 at least"),
+        ({"max_jerk": {"left": 1e-320, "right": 1.0}}, "max_jerk of arm 'left' is 1e-320; it must be 1e-09 at least"),
+        ({"max_jerk": {"left": True, "right": 1.0}}, "max_jerk of arm 'left' must be a positive number, or 6 of them"),
         ({"max_jerk": {"left": [1.0] * 6}}, "max_jerk has no entry for arm 'right'"),
         ({"max_jerk": {"lefd": [1.0] * 6}}, "Did you mean 'left'"),
         ({"max_acceleration": {"left": [1.0] * 5, "right": [1.0] * 6}}, "must be a positive number, or 6 of them"),
@@ -191,6 +195,13 @@ def test_a_colliding_plan_is_refused():
 def test_values_that_make_no_sense_are_named(options, words):
     with pytest.raises(MmpError, match=re.escape(words)):
         retime(cornered_plan(0, 1), **options)
+
+
+@pytest.mark.parametrize("limit", ["max_acceleration", "max_jerk"])
+def test_a_number_for_an_arm_is_the_limit_of_each_of_its_joints(limit):
+    plan = retime(cornered_plan(0, 1), **{limit: {"left": 1.0, "right": np.float32(2.0)}})
+    each = retime(cornered_plan(0, 1), **{limit: {"left": [1.0] * 6, "right": [2.0] * 6}})
+    assert plan_to_dict(plan) == plan_to_dict(each)
 
 
 @pytest.mark.parametrize(

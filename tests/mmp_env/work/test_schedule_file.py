@@ -39,6 +39,10 @@ def test_the_plan_of_a_schedule_is_its_motion():
             lambda data: data.update(margins={"arms": -1.0, "obstacles": 1.0, "self": 1.0}),
             "margins.arms is -1.0",
         ),
+        (
+            lambda data: data["margins"].update(arms=1e-320),
+            "margins.arms is 1e-320; it must be a clearance in metres: 0, or 1e-12 or more; or null",
+        ),
         (lambda data: data["proof"].update(arms=math.nan), "proof.arms is nan; it must be a clearance"),
         (lambda data: data.pop("proof"), "proof is missing"),
     ],

@@ -2,12 +2,14 @@
 
 import importlib
 import json
+import math
 import random
 import re
+import struct
 from pathlib import Path
 
 import pytest
-from fuzz import changes, core_arrays, inputs, planted_faults, samples, validator
+from fuzz import changes, core_arrays, inputs, mesh_samples, planted_faults, samples, validator
 from fuzz.process import Worker
 from support import checkout_scripts, core_calls
 
@@ -92,6 +94,11 @@ NONSENSE = {
     "nan.xml": '<mujoco><body pos="0 nan 0"/></mujoco>',
     "half.urdf": "<robot>",
     "nan.obj": "v 0 nan 0",
+    "a vertex beyond.obj": "v 0 0 0\nf 1 2 1",
+    "nan.off": "OFF\n1 1 0\n0 nan 0\n3 0 0 0",
+    "a vertex beyond.off": "OFF\n1 1 0\n0 0 0\n3 0 1 0",
+    "nan.ply": mesh_samples.ply_header("ascii", 1, 1) + "0 nan 0\n3 0 0 0",
+    "a vertex beyond.ply": mesh_samples.ply_header("ascii", 1, 1) + "0 0 0\n3 0 -1 0",
     "a field of a cell.json": '{"arms": [], "obstaclesx": []}',
     "a field of an arm.yaml": "arms: [{name: a, positionx: [0, 0, 0]}]",
     "a field of a held object.json": '{"arms": [{"name": "a", "held": {"sizex": [1, 1, 1]}}]}',
@@ -122,6 +129,23 @@ def test_the_validator_takes_the_good_files_and_free_fields():
     free = {"free.json": b'{"schema": "mmp-plan/1", "planner": {"x": 1}, "stats": {"y": {"z": 1}}}'}
     for name, content in (samples.contents() | free).items():
         assert validator.file_nonsense(name, content) == [], name
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("bytes.ply", struct.pack("<3i", 1, 5, 7), struct.pack("<3i", 1, 2**30, 7)),
+        ("bytes.ply", struct.pack("<f", 0.05), struct.pack("<f", math.nan)),
+        ("box.glb", struct.pack("<3I", 1, 5, 7), struct.pack("<3I", 1, 5, 8)),
+        ("box.glb", struct.pack("<f", 0.05), struct.pack("<f", math.inf)),
+        ("box.dae", b"<p>0 1", b"<p>0 9"),
+        ("box.dae", b"0.05", b"NaN"),
+    ],
+)
+def test_the_validator_knows_nonsense_in_binary_meshes_and_collada(name, old, new):
+    content = samples.contents()[name]
+    assert old in content
+    assert validator.file_nonsense(name, content.replace(old, new, 1))
 
 
 BAD_OPTIONS = (

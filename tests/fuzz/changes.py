@@ -13,6 +13,7 @@ import re
 import struct
 from typing import Any
 
+from fuzz import mesh_samples
 from mmp_planners import describe, names
 
 HOSTILE = [
@@ -64,6 +65,8 @@ def changed_file(content: bytes, rng: random.Random) -> bytes:
     """Returns a changed file: JSON by its values, other files by their text."""
     if rng.random() < 0.1:
         return _changed_bytes(content, rng)
+    if content.startswith(b"glTF"):
+        return _changed_glb(content, rng)
     try:
         text = content.decode()
     except UnicodeDecodeError:
@@ -172,11 +175,23 @@ def _changed_text(text: str, rng: random.Random) -> str:
     match = rng.choice(found)
     word = match.group()
     if re.fullmatch(kinds[0], word):
-        number = float(word)
-        new = str(rng.choice([-number, number * 1.01, number * 10, number + 0.05, 0, "1e300", "nan", "x", ""]))
+        number = float(word) if "." in word else int(word)
+        others = [-number, number + 1, number * 1.01, number * 10, number + 0.05]
+        new = str(rng.choice([*others, 0, 2**32 + 1, "1e300", "nan", "x", ""]))
     else:
         new = rng.choice([word * 2, "", word[:-1], '""', '"0 0 0"', '"nan nan nan"', '"1e9"', word])
     return text[: match.start()] + new + text[match.end() :]
+
+
+def _changed_glb(content: bytes, rng: random.Random) -> bytes:
+    """Returns a good file in glTF with another value in its document, or another number in its binary part."""
+    document, binary = mesh_samples.parts_of_glb(content)
+    if rng.random() < 0.5:
+        return mesh_samples.glb_of_parts(_changed(document, rng), binary)
+    at = 4 * rng.randrange(len(binary) // 4)
+    real = struct.pack("<f", rng.choice([0.0, -0.05, 0.051, 1e30, math.nan, math.inf]))
+    new = rng.choice([real, struct.pack("<I", rng.choice([0, 1, 7, 8, 2**31, 2**32 - 1]))])
+    return mesh_samples.glb_of_parts(document, binary[:at] + new + binary[at + 4 :])
 
 
 def _changed_bytes(content: bytes, rng: random.Random) -> bytes:

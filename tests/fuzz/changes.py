@@ -28,11 +28,14 @@ ARGUMENTS = [
     *("arms=0.01", "arms=-1", "home", "/"),
 ]
 """Values in place of any argument of an option."""
+OWN_ARGUMENTS = {
+    "--rerun": ["out.rrd", "none/out.rrd", "cell.json"],
+    "--memory-limit": ["1", "300", "100000", "99999999999"],
+}
+"""Option -> values that mean something to it. They are drawn as often as `ARGUMENTS`."""
 LEFT_OUT = {
     "--help": "prints the help",
-    "--memory-limit": "limits the process of the fuzzer itself",
-    "--ray": "looks for other machines",
-    "--rerun": "opens a window",
+    "--ray": "looks for a cluster of other machines",
     "--out": "is in the lines that write files",
 }
 """Option -> why it is not added."""
@@ -90,14 +93,19 @@ def changed_line(line: list[str], rng: random.Random) -> list[str]:
     line = list(line)
     places = [k for k in range(1, len(line) - 1) if line[k].startswith("--")]
     if places and rng.random() < 0.4:
-        line[rng.choice(places) + 1] = rng.choice(ARGUMENTS)
+        place = rng.choice(places)
+        line[place + 1] = _argument(line[place], rng)
     else:
         known = options(command_of(line))
         option = rng.choice([*known, *(["--set"] * 2 if "--set" in known else [])])
         if option == "--set" and rng.random() < 0.9:
             return [*line, option, changed_setting(line, rng)]
-        line += [option, rng.choice(ARGUMENTS)] if known[option] else [option]
+        line += [option, _argument(option, rng)] if known[option] else [option]
     return line
+
+
+def _argument(option: str, rng: random.Random) -> str:
+    return rng.choice(rng.choice([ARGUMENTS, OWN_ARGUMENTS.get(option, ARGUMENTS)]))
 
 
 def changed_setting(line: list[str], rng: random.Random) -> str:

@@ -83,6 +83,8 @@ class Worker:
 
     def _start(self) -> subprocess.Popen[str]:
         env = dict(os.environ, PYTHONPATH=_path(), MUJOCO_GL="disabled")
+        for name in ("DISPLAY", "WAYLAND_DISPLAY"):  # without them, nothing can open a window
+            env.pop(name, None)
         for name in ("data", "cache"):
             env[f"XDG_{name.upper()}_HOME"] = f"{self._home.name}/{name}"
         command = [sys.executable, "-m", "fuzz.worker", str(self._place)]

@@ -67,6 +67,7 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "mesh dae": ("box.dae", ["robot", "add", "collada.urdf", "--name", "meshed", "--out", "robots"]),
     "fixtures": ("fixtures.json", _FIXTURES),
     **{f"fixture {name}": (name, _FIXTURES) for name in mesh_samples.FIXTURES},
+    "show": ("plan.json", ["show", "plan.json", "--rerun", "out.rrd"]),
     "report": ("results/results.jsonl", ["report", "results"]),
     "settings": ("results/settings.json", ["report", "results", "--title", "x"]),
     "dataset": ("cell.json", ["dataset", "cell.json", "--count", "1", "--out", "data"]),

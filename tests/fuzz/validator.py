@@ -31,11 +31,11 @@ MEASURED = ("limit", "axis", "origin", "mass", "joint", "body")
 OPTIONS = {
     **dict.fromkeys(("--time-limit", "--rate", "--max-velocity", "--max-acceleration", "--max-jerk", "--margin"), 0.0),
     **dict.fromkeys(("--tolerance", "--improve", "--delays"), 0.0),
-    **dict.fromkeys(("--count", "--workers"), 1.0),
+    **dict.fromkeys(("--count", "--workers", "--memory-limit"), 1.0),
     "--seed": 0.0,
 }
 """Option -> its least value; those with 0.0 of a number that is not whole must be larger."""
-WHOLE = ("--seed", "--count", "--workers")
+WHOLE = ("--seed", "--count", "--workers", "--memory-limit")
 CHOICES = {
     "--format": ("npz", "minari"),
     "--control-mode": ("position", "velocity", "delta"),

@@ -3,13 +3,15 @@
 import importlib
 import io
 import json
+import math
 import random
 import re
+import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzz import changes, core_arrays, inputs, planted_faults, samples, validator
+from fuzz import changes, core_arrays, inputs, mesh_samples, planted_faults, samples, validator
 from fuzz.process import Worker
 from support import checkout_scripts, core_calls
 
@@ -94,6 +96,11 @@ NONSENSE = {
     "nan.xml": '<mujoco><body pos="0 nan 0"/></mujoco>',
     "half.urdf": "<robot>",
     "nan.obj": "v 0 nan 0",
+    "a vertex beyond.obj": "v 0 0 0\nf 1 2 1",
+    "nan.off": "OFF\n1 1 0\n0 nan 0\n3 0 0 0",
+    "a vertex beyond.off": "OFF\n1 1 0\n0 0 0\n3 0 1 0",
+    "nan.ply": mesh_samples.ply_header("ascii", 1, 1) + "0 nan 0\n3 0 0 0",
+    "a vertex beyond.ply": mesh_samples.ply_header("ascii", 1, 1) + "0 0 0\n3 0 -1 0",
     "a field of a cell.json": '{"arms": [], "obstaclesx": []}',
     "a field of an arm.yaml": "arms: [{name: a, positionx: [0, 0, 0]}]",
     "a field of a held object.json": '{"arms": [{"name": "a", "held": {"sizex": [1, 1, 1]}}]}',
@@ -149,13 +156,30 @@ def test_the_validator_knows_wrong_episodes(array, change):
     assert validator.file_nonsense(name, samples.contents()[name][:-100])
 
 
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [
+        ("bytes.ply", struct.pack("<3i", 1, 5, 7), struct.pack("<3i", 1, 2**30, 7)),
+        ("bytes.ply", struct.pack("<f", 0.05), struct.pack("<f", math.nan)),
+        ("box.glb", struct.pack("<3I", 1, 5, 7), struct.pack("<3I", 1, 5, 8)),
+        ("box.glb", struct.pack("<f", 0.05), struct.pack("<f", math.inf)),
+        ("box.dae", b"<p>0 1", b"<p>0 9"),
+        ("box.dae", b"0.05", b"NaN"),
+    ],
+)
+def test_the_validator_knows_nonsense_in_binary_meshes_and_collada(name, old, new):
+    content = samples.contents()[name]
+    assert old in content
+    assert validator.file_nonsense(name, content.replace(old, new, 1))
+
+
 BAD_OPTIONS = (
     *("--margin -1", "--margin arms=0", "--seed 0.5", "--count 0", "--time-limit nan", "--rate x", "--tolerance 0"),
     *("--set w=-1", "--set w=0.9", "--set w=nan", "--set tight.w=0", "--set shortcuts=-1", "--set shortcuts=0.3"),
     *("--set dt=0", "--set dt=inf", "--set waits=x", "--set trace=7", "--set step=-1", "--set unknown=1"),
     *("--start nan", "--start left=nan", "--start left=[NaN]", "--start stay", "--start 1", "--goal left=hom"),
     *('--goal left={"posex":1}', '--goal {"left":{"anyx":[]}}', '--keep left={"uprightx":1}', "--keep left=1"),
-    *("--format x", "--control-mode x", "--planner x", "--robot x", "--task x"),
+    *("--format x", "--control-mode x", "--planner x", "--robot x", "--task x", "--memory-limit 0"),
 )
 
 
@@ -201,11 +225,10 @@ def help_of(command, capsys):
     return capsys.readouterr().out
 
 
-def test_the_options_of_all_commands_but_show_are_tried(capsys):
-    """`show` opens windows; what it reads, `check` and `report` read."""
+def test_the_options_of_all_commands_are_tried(capsys):
     tried = {changes.command_of(line) for _, line in samples.LINES.values()}
     actions = {name: re.search(r"{(.*?)}", help_of([name], capsys))[1].split(",") for name in ("robot", "tool")}
-    commands = [(name,) for name in COMMANDS if name not in ("show", *actions)]
+    commands = [(name,) for name in COMMANDS if name not in actions]
     assert tried == {*commands, *((name, action) for name in actions for action in actions[name])}
     for command in sorted(tried):
         printed = set(re.findall(r"^  (?:-\w, )?(--[\w-]+)", help_of(command, capsys), re.MULTILINE))

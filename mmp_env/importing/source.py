@@ -243,7 +243,7 @@ def _prepare_meshes(path: Path, spec: Any) -> list[Path]:
             raise MmpError(f"{path} names the mesh file {file}, which does not exist")
         files.append(file)
         mesh.file = str(file)
-        if file.suffix.lower() == ".obj":
+        if file.suffix.lower() in (".obj", ".dae"):
             refuse_words(file, _content(file))
         if not is_read_by_mujoco(file):
             vertices, faces = read_mesh(file)

@@ -8,6 +8,7 @@ import math
 import warnings
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -17,6 +18,7 @@ from mmp_env.wording import shown
 
 MOST_TRIANGLES = 2_000_000
 """Largest number of triangles of a mesh."""
+_MOST_INDEX = 2**31 - 1
 _TYPES_OF_EXTRA = ("dae", "zae")
 _MUJOCO_SUFFIXES = (".stl", ".obj", ".msh")
 
@@ -27,7 +29,17 @@ def is_read_by_mujoco(path: Path) -> bool:
 
 
 def refuse_words(path: Path, content: bytes) -> None:
-    """Raises `MmpError` for a vertex of an OBJ file that is not three finite numbers. MuJoCo reads words as 0."""
+    """Raises `MmpError` for a vertex of an OBJ or COLLADA file that is not three finite numbers.
+
+    MuJoCo reads words as 0. pycollada reads NaN as 0, and indices above 32 bits as other ones, which are refused too.
+    """
+    if path.suffix.lower() == ".obj":
+        _refuse_words_of_obj(path, content)
+    elif path.suffix.lower() == ".dae":
+        _refuse_words_of_collada(path, content)
+
+
+def _refuse_words_of_obj(path: Path, content: bytes) -> None:
     for number, row in enumerate(content.splitlines(), 1):
         words = row.split()
         if words[:1] == [b"v"] and not (len(words) >= 4 and all(map(_is_number, words[1:4]))):
@@ -37,7 +49,33 @@ def refuse_words(path: Path, content: bytes) -> None:
             )
 
 
-def _is_number(word: bytes) -> bool:
+def _refuse_words_of_collada(path: Path, content: bytes) -> None:
+    try:
+        elements = list(ElementTree.fromstring(content).iter())
+    except (ElementTree.ParseError, LookupError, ValueError):
+        raise MmpError(f"mesh file {path} is no valid .dae file; convert it to STL or OBJ") from None
+    inputs = [element for element in elements if _tag(element) == "input" and element.get("semantic") == "POSITION"]
+    places = {element.get("source", "").removeprefix("#") for element in inputs}
+    for element in elements:
+        if _tag(element) == "source" and element.get("id") in places:
+            words = [word for each in element if _tag(each) == "float_array" for word in (each.text or "").split()]
+            if (word := next((word for word in words if not _is_number(word)), None)) is not None:
+                raise MmpError(f"mesh file {path}: {shown(word)} is no coordinate of a vertex; it must be finite")
+        if _tag(element) == "p":
+            words = (element.text or "").split()
+            if (word := next((word for word in words if not _is_index(word)), None)) is not None:
+                raise MmpError(f"mesh file {path}: {shown(word)} is no index of a vertex; it must be whole")
+
+
+def _tag(element: ElementTree.Element) -> str:
+    return str(element.tag).rpartition("}")[2]
+
+
+def _is_index(word: str) -> bool:
+    return word.isdecimal() and len(word) <= len(str(_MOST_INDEX)) and int(word) <= _MOST_INDEX
+
+
+def _is_number(word: bytes | str) -> bool:
     try:
         return math.isfinite(float(word))
     except ValueError:
@@ -70,9 +108,11 @@ def _parsed(path: Path, source: Any, **options: Any) -> tuple[np.ndarray, np.nda
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            mesh = trimesh.load(source, force="mesh", **options)
+            # As it is in the file: otherwise trimesh leaves out triangles whose vertices are not finite.
+            mesh = trimesh.load(source, force="mesh", process=False, **options)
         metres = 1.0 if mesh.units is None else trimesh.units.unit_conversion(mesh.units, "meters")
-        vertices, faces = np.asarray(mesh.vertices, float) * metres, np.asarray(mesh.faces, np.int32)
+        vertices = np.asarray(mesh.vertices, float).reshape(len(mesh.vertices), 3) * metres
+        faces = np.asarray(mesh.faces)
     except (ImportError, NotImplementedError):
         raise MmpError(
             f"reading mesh files of type '.{kind}' such as {path} needs a package: pip install 'mmp-env[robots]';"
@@ -80,8 +120,28 @@ def _parsed(path: Path, source: Any, **options: Any) -> tuple[np.ndarray, np.nda
         ) from None
     except Exception:  # readers of many formats, which raise anything
         raise MmpError(f"mesh file {path} is no valid .{kind} file; convert it to STL or OBJ") from None
-    if len(faces) == 0 or not np.isfinite(vertices).all():
+    _check(path, vertices, faces)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about vertices far away, which the callers refuse
+        mesh.merge_vertices()
+    faces = np.asarray(mesh.faces, np.int32)
+    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]  # without those that became edges
+    if len(faces) == 0:
+        raise MmpError(f"mesh file {path} holds no triangles; convert it to STL or OBJ")
+    return np.asarray(mesh.vertices, float) * metres, faces
+
+
+def _check(path: Path, vertices: np.ndarray, faces: np.ndarray) -> None:
+    """Raises `MmpError` for vertices that are not finite, and for triangles that are too many or have no vertices."""
+    if len(faces) == 0:
         raise MmpError(f"mesh file {path} holds no triangles; convert it to STL or OBJ")
     if len(faces) > MOST_TRIANGLES:
         raise MmpError(f"mesh file {path} has {len(faces)} triangles; simplify it to {MOST_TRIANGLES} at most")
-    return vertices, faces
+    if not np.isfinite(vertices).all():
+        raise MmpError(f"mesh file {path} has a vertex that is not finite; every vertex must have three finite numbers")
+    unknown = faces[(faces < 0) | (faces >= len(vertices))]
+    if len(unknown):
+        raise MmpError(
+            f"mesh file {path} has a triangle with vertex {unknown[0]};"
+            f" its {len(vertices)} vertices have the numbers 0 to {len(vertices) - 1}"
+        )

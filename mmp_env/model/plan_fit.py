@@ -14,6 +14,8 @@ from mmp_env.model.transforms import matrix_from_quaternion
 
 LONGEST_EXECUTION_S = 1200.0
 """Longest plan that is executed [s]: an execution keeps the positions of all physics steps in memory."""
+LARGEST_POSITION = 1e4
+"""Largest absolute position of a joint [rad, of a slide m]. The native core takes no larger one."""
 _SAME = 1e-6
 """Largest difference between equal poses and sizes [m]."""
 _MOST_SHOWN = 9
@@ -134,3 +136,5 @@ def _faults(plan: Plan) -> Iterator[str]:
                 yield f"its {kind} of arm '{name}' have shape {list(np.shape(rows))}; expected {wanted}"
             elif not np.isfinite(rows).all():
                 yield f"its {kind} of arm '{name}' hold a number that is not finite"
+            elif kind == "positions" and np.abs(rows).max(initial=0.0) > LARGEST_POSITION:
+                yield f"its positions of arm '{name}' reach beyond {LARGEST_POSITION:g}"

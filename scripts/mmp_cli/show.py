@@ -85,6 +85,9 @@ def _film_episode(args: Namespace, episode: Episode, path: Path) -> None:
 
 
 def _make(args: Namespace, plan: Plan) -> None:
+    from mmp_env.model.plan_fit import check_fit
+
+    check_fit(plan, plan.problem.cell)
     if args.rerun is not None:
         from mmp_env.view.rerun import RerunWatcher
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from fuzz import core_arrays
+from fuzz import core_arrays, mesh_samples
 from mmp_planners import describe, names
 
 HOSTILE = [
@@ -31,11 +31,14 @@ ARGUMENTS = [
     *("arms=0.01", "arms=-1", "home", "/"),
 ]
 """Values in place of any argument of an option."""
+OWN_ARGUMENTS = {
+    "--rerun": ["out.rrd", "none/out.rrd", "cell.json"],
+    "--memory-limit": ["1", "300", "100000", "99999999999"],
+}
+"""Option -> values that mean something to it. They are drawn as often as `ARGUMENTS`."""
 LEFT_OUT = {
     "--help": "prints the help",
-    "--memory-limit": "limits the process of the fuzzer itself",
-    "--ray": "looks for other machines",
-    "--rerun": "opens a window",
+    "--ray": "looks for a cluster of other machines",
     "--out": "is in the lines that write files",
 }
 """Option -> why it is not added."""
@@ -70,6 +73,8 @@ def changed_file(content: bytes, rng: random.Random) -> bytes:
         return _changed_bytes(content, rng)
     if content.startswith(b"PK"):
         return _changed_arrays(content, rng)
+    if content.startswith(b"glTF"):
+        return _changed_glb(content, rng)
     try:
         text = content.decode()
     except UnicodeDecodeError:
@@ -93,14 +98,19 @@ def changed_line(line: list[str], rng: random.Random) -> list[str]:
     line = list(line)
     places = [k for k in range(1, len(line) - 1) if line[k].startswith("--")]
     if places and rng.random() < 0.4:
-        line[rng.choice(places) + 1] = rng.choice(ARGUMENTS)
+        place = rng.choice(places)
+        line[place + 1] = _argument(line[place], rng)
     else:
         known = options(command_of(line))
         option = rng.choice([*known, *(["--set"] * 2 if "--set" in known else [])])
         if option == "--set" and rng.random() < 0.9:
             return [*line, option, changed_setting(line, rng)]
-        line += [option, rng.choice(ARGUMENTS)] if known[option] else [option]
+        line += [option, _argument(option, rng)] if known[option] else [option]
     return line
+
+
+def _argument(option: str, rng: random.Random) -> str:
+    return rng.choice(rng.choice([ARGUMENTS, OWN_ARGUMENTS.get(option, ARGUMENTS)]))
 
 
 def changed_setting(line: list[str], rng: random.Random) -> str:
@@ -178,8 +188,9 @@ def _changed_text(text: str, rng: random.Random) -> str:
     match = rng.choice(found)
     word = match.group()
     if re.fullmatch(kinds[0], word):
-        number = float(word)
-        new = str(rng.choice([-number, number * 1.01, number * 10, number + 0.05, 0, "1e300", "nan", "x", ""]))
+        number = float(word) if "." in word else int(word)
+        others = [-number, number + 1, number * 1.01, number * 10, number + 0.05]
+        new = str(rng.choice([*others, 0, 2**32 + 1, "1e300", "nan", "x", ""]))
     else:
         new = rng.choice([word * 2, "", word[:-1], '""', '"0 0 0"', '"nan nan nan"', '"1e9"', word])
     return text[: match.start()] + new + text[match.end() :]
@@ -201,6 +212,17 @@ def _changed_arrays(content: bytes, rng: random.Random) -> bytes:
     out = io.BytesIO()
     (np.savez_compressed if rng.random() < 0.2 else np.savez)(out, **arrays)
     return out.getvalue()
+
+
+def _changed_glb(content: bytes, rng: random.Random) -> bytes:
+    """Returns a good file in glTF with another value in its document, or another number in its binary part."""
+    document, binary = mesh_samples.parts_of_glb(content)
+    if rng.random() < 0.5:
+        return mesh_samples.glb_of_parts(_changed(document, rng), binary)
+    at = 4 * rng.randrange(len(binary) // 4)
+    real = struct.pack("<f", rng.choice([0.0, -0.05, 0.051, 1e30, math.nan, math.inf]))
+    new = rng.choice([real, struct.pack("<I", rng.choice([0, 1, 7, 8, 2**31, 2**32 - 1]))])
+    return mesh_samples.glb_of_parts(document, binary[:at] + new + binary[at + 4 :])
 
 
 def _changed_bytes(content: bytes, rng: random.Random) -> bytes:

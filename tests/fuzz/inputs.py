@@ -68,7 +68,8 @@ def tried(given: Input, worker: Worker, planted: str | None = None) -> tuple[int
             (folder / name).write_bytes(content)
         before |= given.files
         try:
-            answer: dict[str, Any] = worker.ask({"line": given.line, "folder": str(folder), "planted": planted})
+            request = {"line": given.line, "folder": str(folder), "planted": planted}
+            answer: dict[str, Any] = worker.ask(request, samples.PATIENCE.get(given.kind, 1.0))
         except Fault as fault:
             return None, [str(fault)]
         run = judges.Run(given.line, answer["code"], answer["out"], answer["err"], folder, before)

@@ -36,12 +36,15 @@ class Worker:
         self._place.write_bytes(bytes(8))
         self._process: subprocess.Popen[str] | None = None
 
-    def ask(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Returns the answer to a request. Raises `Fault`, after which a new process answers."""
+    def ask(self, request: dict[str, Any], patience: float = 1.0) -> dict[str, Any]:
+        """Returns the answer to a request, which may take `patience` times as long as usual.
+
+        Raises `Fault`, after which a new process answers.
+        """
         if self._process is None:
             self._process = self._start()
             self._answer(self._process, {"line": ["list"], "folder": self._home.name}, _FIRST_S)
-        return self._answer(self._process, request, self._longest_s)
+        return self._answer(self._process, request, patience * self._longest_s)
 
     def _answer(self, process: subprocess.Popen[str], request: dict[str, Any], seconds: float) -> dict[str, Any]:
         assert process.stdin is not None
@@ -80,6 +83,8 @@ class Worker:
 
     def _start(self) -> subprocess.Popen[str]:
         env = dict(os.environ, PYTHONPATH=_path(), MUJOCO_GL="disabled")
+        for name in ("DISPLAY", "WAYLAND_DISPLAY"):  # without them, nothing can open a window
+            env.pop(name, None)
         for name in ("data", "cache"):
             env[f"XDG_{name.upper()}_HOME"] = f"{self._home.name}/{name}"
         command = [sys.executable, "-m", "fuzz.worker", str(self._place)]

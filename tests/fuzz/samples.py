@@ -17,6 +17,7 @@ from support import bad_files, report_folders, scenes, small_arms, small_jobs
 
 import mmp_env
 import mmp_planners
+from fuzz import mesh_samples
 from mmp_cli.main import main
 from mmp_env.files.plan_file import plan_to_dict
 from mmp_env.importing.chain_choice import ChainOptions
@@ -27,6 +28,7 @@ from mmp_env.work.schedule_file import schedule_to_dict
 
 _CONTINUED = ["bench", "instances.json", "--planners", "prioritized", "--workers", "1", "--out", "begun"]
 _DATASET = ["dataset", "cell.json", "--count", "1", "--planner", "prioritized", "--out", "episodes"]
+_FIXTURES = ["plan", "fixtures.json", "--start", "home", "--goal", "tucked", "--planner", "rrt-connect"]
 _OWN = ["plan", "own.json", "--start", "home", "--goal", "tucked", "--planner", "prioritized"]
 LINES: dict[str, tuple[str, list[str]]] = {
     "cell": (
@@ -62,6 +64,10 @@ LINES: dict[str, tuple[str, list[str]]] = {
     "own tool": ("known/gripper/tool.json", _OWN),
     "mesh obj": ("part.obj", ["robot", "add", "mesh.urdf", "--name", "meshed", "--out", "robots"]),
     "mesh stl": ("part.stl", ["tool", "add", "mesh.xml", "--name", "meshed", "--out", "tools"]),
+    "mesh dae": ("box.dae", ["robot", "add", "collada.urdf", "--name", "meshed", "--out", "robots"]),
+    "fixtures": ("fixtures.json", _FIXTURES),
+    **{f"fixture {name}": (name, _FIXTURES) for name in mesh_samples.FIXTURES},
+    "show": ("plan.json", ["show", "plan.json", "--rerun", "out.rrd"]),
     "report": ("results/results.jsonl", ["report", "results"]),
     "settings": ("results/settings.json", ["report", "results", "--title", "x"]),
     "dataset": ("cell.json", ["dataset", "cell.json", "--count", "1", "--out", "data"]),
@@ -81,6 +87,8 @@ NAMED_IN = {
     "known/gripper/tool.json": "own.json",
     "part.obj": "mesh.urdf",
     "part.stl": "mesh.xml",
+    "box.dae": "collada.urdf",
+    **dict.fromkeys(mesh_samples.FIXTURES, "fixtures.json"),
 }
 """File that no command line names -> the file that names it."""
 NOT_DRAWN = ("robot show",)
@@ -88,10 +96,13 @@ NOT_DRAWN = ("robot show",)
 RARELY = {
     **dict.fromkeys(("report", "settings", "published", "bench", "continued results"), 0.05),
     **dict.fromkeys(("continued bench", "continued dataset", "continued episodes"), 0.5),
-    **dict.fromkeys(("robot folder", "tool", "hulls", "spheres", "mesh obj"), 0.4),
+    **dict.fromkeys(("robot folder", "tool", "hulls", "spheres", "mesh obj", "mesh dae"), 0.4),
+    **{f"fixture {name}": 0.3 for name in mesh_samples.FIXTURES},
     "list": 0.2,
 }
 """Name -> how often a line is drawn, relative to the others: these take many times as long."""
+PATIENCE = {f"fixture {name}": 6.0 for name in mesh_samples.FIXTURES}
+"""Name -> longest time of a line, relative to the others: the decomposition of a changed mesh may take a minute."""
 TIMED = ("plan", "run", "dataset", "bench")
 """Commands that take a time limit."""
 TIME_LIMIT_S = 0.1
@@ -137,6 +148,14 @@ def _texts() -> dict[str, str]:
         "jobs.json": jobs,
         "results/settings.json": report_folders.settings("ecbs", "auto"),
         "episode.json": _episode(),
+        "fixtures.json": {
+            "name": "fixtures",
+            "arms": [{"name": "arm", "robot": "ur5e", "position": [0, 0, 0]}],
+            "obstacles": [
+                {"name": file, "shape": "mesh", "file": file, "scale": 1.0, "position": [1.5, 0.5 * k, 0.5]}
+                for k, file in enumerate(mesh_samples.FIXTURES)
+            ],
+        },
         "own.json": {
             "name": "own",
             "arms": [{"name": "arm", "robot": "known/small", "tool": "known/gripper", "position": [0, 0, 0]}],
@@ -150,6 +169,7 @@ def _texts() -> dict[str, str]:
         "gripper.xml": _GRIPPER,
         "mesh.urdf": small_arms.urdf(shape='<geometry><mesh filename="part.obj"/></geometry>'),
         "mesh.xml": _MESHED,
+        "collada.urdf": small_arms.urdf(shape='<geometry><mesh filename="box.dae"/></geometry>'),
         "other.csv": _PUBLISHED,
         **_added(),
         "results/results.jsonl": "".join(json.dumps(line) + "\n" for line in lines),
@@ -170,7 +190,7 @@ def _contents() -> dict[str, bytes]:
     out["part.obj"] = "\n".join([*lines, ""]).encode()
     rows = [struct.pack("<12fH", 0, 0, 0, *corners[a], *corners[b], *corners[c], 0) for a, b, c in faces]
     out["part.stl"] = bytes(80) + struct.pack("<I", len(rows)) + b"".join(rows)
-    return out | _begun(out)
+    return out | mesh_samples.boxes() | _begun(out)
 
 
 def _begun(files: dict[str, bytes]) -> dict[str, bytes]:

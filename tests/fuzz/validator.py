@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 import yaml
 
-from fuzz import known_keys
+from fuzz import known_keys, mesh_validator
 from fuzz.episode_validator import episode_nonsense
 from fuzz.known_keys import unknown_fields, unknown_keys
 
@@ -32,11 +32,11 @@ MEASURED = ("limit", "axis", "origin", "mass", "joint", "body")
 OPTIONS = {
     **dict.fromkeys(("--time-limit", "--rate", "--max-velocity", "--max-acceleration", "--max-jerk", "--margin"), 0.0),
     **dict.fromkeys(("--tolerance", "--improve", "--delays"), 0.0),
-    **dict.fromkeys(("--count", "--workers"), 1.0),
+    **dict.fromkeys(("--count", "--workers", "--memory-limit"), 1.0),
     "--seed": 0.0,
 }
 """Option -> its least value; those with 0.0 of a number that is not whole must be larger."""
-WHOLE = ("--seed", "--count", "--workers")
+WHOLE = ("--seed", "--count", "--workers", "--memory-limit")
 CHOICES = {
     "--format": ("npz", "minari"),
     "--control-mode": ("position", "velocity", "delta"),
@@ -81,10 +81,10 @@ def file_nonsense(name: str, content: bytes) -> list[str]:
     try:
         if suffix in (".urdf", ".xml"):
             return _model_nonsense(content, suffix == ".urdf")
-        if suffix == ".obj":
-            return _mesh_nonsense(content)
         if suffix == ".npz":
             return episode_nonsense(content)
+        if suffix in mesh_validator.FORMATS:
+            return mesh_validator.mesh_nonsense(suffix, content)
         documents = _documents(suffix, content)
         return [reason for each in documents for reason in (*reasons(each), *unknown_fields(name, each))]
     except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError) as error:
@@ -280,18 +280,4 @@ def _model_nonsense(content: bytes, is_urdf: bool) -> list[str]:
 
 
 def _number(item: ElementTree.Element, key: str) -> float:
-    return _parsed(item.get(key, "nan"))
-
-
-def _parsed(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
-
-
-def _mesh_nonsense(content: bytes) -> list[str]:
-    """Returns the vertices of a mesh in a text that are not finite."""
-    rows = [row.split() for row in content.decode("utf-8", "replace").splitlines()]
-    words = [word for row in rows if row[:1] == ["v"] for word in row[1:4]]
-    return [f"v {word}" for word in words if not math.isfinite(_parsed(word))]
+    return mesh_validator.parsed(item.get(key, "nan"))

@@ -7,6 +7,7 @@ from typing import Any
 
 from mmp_env.events import Event
 from mmp_env.model.plan import Plan
+from mmp_env.model.plan_fit import check_fit
 from mmp_env.model.problem import Problem
 from mmp_env.view.rerun import timelines
 from mmp_env.view.rerun.blueprint import Contents, of_search
@@ -70,10 +71,11 @@ class RerunWatcher:
     def show_plan(self, plan: Plan | None) -> None:
         """Adds a plan of the same cell to the recording, in place of an earlier one; None changes nothing.
 
-        Raises `MmpError` for a plan that lacks an arm, or is longer than `LONGEST_S`.
+        Raises `MmpError` for a plan that lacks an arm, is malformed, or is longer than `LONGEST_S`.
         """
         if plan is not None:
             plan.check_complete()
+            check_fit(plan, plan.problem.cell)
             timelines.check_duration(plan.makespan_s)
         self._plan = plan if plan is not None else self._plan
 

@@ -1,7 +1,14 @@
 """Reading URDF and MJCF: what comes out, and one sentence for everything that cannot be read."""
 
+import math
+import re
+import struct
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
+from fuzz import mesh_samples
 from support.small_arms import box_mesh, fingers, mjcf, urdf, with_mesh, write_obj
 
 from mmp_env.errors import MmpError
@@ -10,7 +17,7 @@ from mmp_env.importing.chain_choice import ChainOptions
 from mmp_env.importing.limits import limits_of
 from mmp_env.importing.link_pieces import link_pieces, pieces_and_notes
 from mmp_env.importing.source import prepare_source, read_source
-from mmp_env.meshes.mesh_files import read_mesh
+from mmp_env.meshes.mesh_files import parse_mesh, read_mesh, refuse_words
 
 VERTICES, FACES = box_mesh()
 BALL_JOINT = 'type="ball"'
@@ -203,6 +210,71 @@ def test_a_mesh_file_that_cannot_be_read_is_told_without_a_python_class(tmp_path
     with pytest.raises(MmpError) as error:
         read_mesh(tmp_path / name)
     assert sentence in str(error.value)
+
+
+BOX = mesh_samples.boxes()
+WRONG = {
+    "index beyond the vertices of glTF": (
+        *("box.glb", struct.pack("<3I", 1, 5, 7), struct.pack("<3I", 1, 5, 851509253)),
+        "has a triangle with vertex 851509253; its 8 vertices have the numbers 0 to 7",
+    ),
+    "index beyond 31 bits of glTF": (
+        *("box.glb", struct.pack("<3I", 1, 5, 7), struct.pack("<3I", 1, 5, 2**32 - 1)),
+        "has a triangle with vertex 4294967295",
+    ),
+    "vertex of glTF": ("box.glb", struct.pack("<f", 0.05), struct.pack("<f", math.nan), "a vertex that is not finite"),
+    "vertex of PLY": ("box.ply", b"0.05", b"nan", "has a vertex that is not finite"),
+    "vertex of OBJ": ("box.obj", b"v 0.05", b"v", "is no valid .obj file"),
+}
+
+
+@pytest.mark.parametrize(("name", "old", "new", "sentence"), WRONG.values(), ids=WRONG)
+def test_a_wrong_vertex_or_index_is_told_before_it_is_used(name, old, new, sentence):
+    pytest.importorskip("trimesh", reason="trimesh is not installed")
+    assert old in BOX[name]
+    with pytest.raises(MmpError, match=re.escape(sentence)):
+        parse_mesh(Path(name), BOX[name].replace(old, new))
+
+
+@pytest.mark.parametrize("name", BOX)
+def test_a_box_in_each_format_has_its_vertices_and_triangles(tmp_path, name):
+    pytest.importorskip("trimesh", reason="trimesh is not installed")
+    if name.endswith(".dae"):
+        pytest.importorskip("collada", reason="pycollada is not installed")
+    (tmp_path / name).write_bytes(BOX[name])
+    vertices, faces = read_mesh(tmp_path / name)
+    np.testing.assert_allclose(np.ptp(vertices, axis=0), [0.1, 0.08, 0.06], atol=1e-6)
+    assert faces.shape == (12, 3)
+
+
+def test_triangles_that_merging_makes_edges_are_left_out():
+    pytest.importorskip("trimesh", reason="trimesh is not installed")
+    text = "OFF\n5 5 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n3 3 4 1\n"
+    vertices, faces = parse_mesh(Path("a.off"), text.encode())
+    assert (len(vertices), len(faces)) == (4, 4)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        (b"-0.05", b"nan", "'nan' is no coordinate of a vertex"),
+        (b"-0.05", b"x", "'x' is no coordinate of a vertex"),
+        (b"<p>0", b"<p>4294967296", "'4294967296' is no index of a vertex"),
+        (b"<p>0", b"<p>x", "'x' is no index of a vertex"),
+        (b"</scene>", b"", "box.dae is no valid .dae file"),
+    ],
+)
+def test_a_word_in_a_collada_file_is_told(old, new, sentence):
+    assert old in BOX["box.dae"]
+    with pytest.raises(MmpError, match=re.escape(sentence)):
+        refuse_words(Path("box.dae"), BOX["box.dae"].replace(old, new, 1))
+    refuse_words(Path("box.dae"), BOX["box.dae"])
+
+
+def test_without_trimesh_a_mesh_file_names_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(MmpError, match=r"needs trimesh: pip install 'mmp-env\[robots\]'"):
+        read_mesh(tmp_path / "box.ply")
 
 
 def test_a_mesh_file_whose_reader_is_missing_names_the_extra(tmp_path, monkeypatch):

@@ -258,6 +258,7 @@ def test_a_cell_without_the_tool_is_another_cell():
         ({"positions": {"arm7": np.zeros((2, 6))}}, "an arm 'arm7', which is not in its cell"),
         ({"positions": {"arm0": np.zeros((3, 6))}}, r"have shape \[3, 6\]; expected \[2, 6\]"),
         ({"positions": {"arm0": np.full((2, 6), np.inf)}}, "not finite"),
+        ({"positions": {"arm0": np.full((2, 6), 1e300)}}, "positions of arm 'arm0' reach beyond 10000"),
         ({"velocities": {"arm0": np.zeros((2, 6))}}, "velocities of other arms"),
     ],
 )

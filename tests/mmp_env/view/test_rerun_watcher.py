@@ -1,5 +1,6 @@
 """Recordings as files: complete and valid with every planner, and without effect on the plan."""
 
+import dataclasses
 import subprocess
 import sys
 from pathlib import Path
@@ -57,6 +58,16 @@ def test_a_search_that_ends_at_its_root_shows_its_one_node(planner, problem, tmp
     assert rows.at("/node/words", TEXT, "expansion")
     assert {"expansion", "plan time"} <= rows.timelines
     assert verified(tmp_path / "search.rrd")
+
+
+def test_a_malformed_plan_is_refused_and_leaves_no_file(tmp_path):
+    problem = two_arms.passing()
+    plan = make("auto").plan(problem, seed=0).plan
+    wrong = dataclasses.replace(plan, times=plan.times[::-1])
+    watcher = RerunWatcher(problem, tmp_path / "plan.rrd")
+    with pytest.raises(MmpError, match="the plan is malformed: its times"):
+        watcher.show_plan(wrong)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_plan_of_a_silent_planner_is_shown(tmp_path):

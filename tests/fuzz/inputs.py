@@ -51,8 +51,8 @@ def drawn(good: dict[str, bytes], rng: random.Random) -> Input:
 
 def with_limits(line: list[str]) -> list[str]:
     """Returns a command line with a time limit and an output file where it has them."""
-    if line[0] in samples.TIMED:
-        line = [*line, "--time-limit", str(samples.TIME_LIMIT_S)]
+    if line[0] in samples.TIME_LIMITS_S:
+        line = [*line, "--time-limit", str(samples.TIME_LIMITS_S[line[0]])]
     return [*line, "--out", "out.json"] if line[0] == "plan" else line
 
 

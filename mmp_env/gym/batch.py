@@ -17,6 +17,7 @@ from mmp_env.argument_checks import refused, whole
 from mmp_env.errors import MmpError
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.gym.registration import known_id
+from mmp_env.gym.thread_guard import ThreadGuard, one_thread_at_a_time
 
 MOST_ENVIRONMENTS = 1024
 """Largest number of environments of a batch."""
@@ -26,9 +27,11 @@ class BatchedEnv(SyncVectorEnv):
     """A vector environment of Gymnasium whose environments step in threads; `batched_env` makes one.
 
     Threads share what takes long: physics, clearances and resets. All else is computed for the whole batch at once.
+    One thread at a time can use a batch, as with one environment.
     """
 
     def __init__(self, makers: list[Any], threads: int) -> None:
+        self.thread_guard = ThreadGuard()
         super().__init__(makers)
         self._cells: list[MultiArmCellEnv] = [env.unwrapped for env in self.envs]  # pyright: ignore
         self._most_steps = getattr(self.envs[0].spec, "max_episode_steps", None) or np.inf
@@ -36,6 +39,7 @@ class BatchedEnv(SyncVectorEnv):
         # The thread of the caller works too.
         self._pool, self._helpers = ThreadPoolExecutor(max(threads - 1, 1), thread_name_prefix="mmp-env"), threads - 1
 
+    @one_thread_at_a_time
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Resets all environments, or those of `options["reset_mask"]`. See `gymnasium.vector.VectorEnv.reset`.
 
@@ -55,6 +59,7 @@ class BatchedEnv(SyncVectorEnv):
         self._steps[slice(None) if mask is None else mask] = 0
         return answer
 
+    @one_thread_at_a_time
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Steps all environments; those that are over reset instead. See `gymnasium.vector.VectorEnv.step`.
 
@@ -102,6 +107,7 @@ class BatchedEnv(SyncVectorEnv):
         ends = self._rewards.copy(), self._terminations.copy(), self._truncations.copy()
         return observations, *ends, _together(infos)
 
+    @one_thread_at_a_time
     def close_extras(self, **kwargs: Any) -> None:
         """Closes all environments and ends the threads."""
         super().close_extras(**kwargs)

@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import SyncVectorEnv
 
-from mmp_env.argument_checks import refused, whole
+from mmp_env.argument_checks import as_numbers, refused, whole
 from mmp_env.errors import MmpError
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.gym.registration import known_id
@@ -73,13 +73,12 @@ class BatchedEnv(SyncVectorEnv):
             ClosedEnvironmentError: after `close`.
         """
         self._require_open()
-        try:
-            actions = np.asarray(actions)
-        except ValueError:
-            raise refused("actions", actions, f"one row for each of {self.num_envs} environments") from None
-        if actions.ndim == 0 or len(actions) != self.num_envs:
+        rows = as_numbers(actions)
+        if rows is None:
+            raise refused("actions", actions, f"numbers from -1 to 1, one row for each of {self.num_envs} environments")
+        if rows.ndim == 0 or len(rows) != self.num_envs:
             raise MmpError(
-                f"actions have shape {list(actions.shape)}; expected one row for each of {self.num_envs} environments"
+                f"actions have shape {list(rows.shape)}; expected one row for each of {self.num_envs} environments"
             )
         over = self._autoreset_envs.copy()
         going, infos = np.flatnonzero(~over).tolist(), [{}] * self.num_envs
@@ -98,7 +97,7 @@ class BatchedEnv(SyncVectorEnv):
             self._threads.run(resets)
         else:
             observations, self._rewards[going], self._terminations[going], its = MultiArmCellEnv.step_together(
-                [self._cells[k] for k in going], actions[going], lambda jobs: self._threads.run([*resets, *jobs])
+                [self._cells[k] for k in going], rows[going], lambda jobs: self._threads.run([*resets, *jobs])
             )
             for name, rows in observations.items():
                 self._seen[name][going] = rows

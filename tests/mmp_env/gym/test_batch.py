@@ -82,6 +82,27 @@ def test_an_exception_of_an_environment_reaches_the_caller():
     batch.close()
 
 
+@pytest.mark.parametrize(
+    "actions",
+    [np.ma.masked_all((2, 12)), [np.zeros(12), np.ma.masked_all(12)], [np.zeros(12), np.full(12, True)], "up"],
+    ids=["masked", "masked row", "truth values", "text"],
+)
+def test_actions_that_are_not_all_numbers_are_refused(actions):
+    batch = mmp_env.batched_env(ID, 2)
+    batch.reset(seed=0)
+    with pytest.raises(MmpError, match=r"must be numbers from -1 to 1, one row for each of 2 environments"):
+        batch.step(actions)
+    batch.close()
+
+
+@pytest.mark.filterwarnings("error")
+def test_numbers_far_beyond_the_bounds_are_clipped_without_a_warning():
+    batch = mmp_env.batched_env(ID, 2)
+    batch.reset(seed=0)
+    batch.step(np.full((2, 12), 1e300))
+    batch.close()
+
+
 @pytest.mark.parametrize("count", [1, 3])
 def test_another_number_of_actions_than_environments_is_refused(count):
     batch = mmp_env.batched_env(ID, 2)

@@ -99,8 +99,11 @@ def require_finite(value: object, where: str) -> None:
 
 
 def as_numbers(value: Any) -> np.ndarray | None:
-    """Returns the value as an array of floats; None for text, truth values, and numbers beyond all floats."""
-    if _has_truth_value(value):  # NumPy takes one among numbers for 0 or 1
+    """Returns the value as an array of floats.
+
+    Returns None for text, truth values, masked numbers, and numbers beyond all floats.
+    """
+    if _has_truth_value(value) or _has_masked_number(value):  # NumPy takes these for numbers
         return None
     try:
         array = np.asarray(value)
@@ -115,6 +118,14 @@ def _has_truth_value(value: Any) -> bool:
     if isinstance(value, list | tuple):
         return any(map(_has_truth_value, value))
     return isinstance(value, bool | np.bool_)
+
+
+def _has_masked_number(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return any(map(_has_masked_number, value))
+    if type(value) is np.ndarray or not isinstance(value, np.ndarray):
+        return False
+    return bool(np.ma.is_masked(value))  # imports numpy.ma, so only for subclasses of arrays
 
 
 def refused(name: str, value: object, allowed: str) -> MmpError:

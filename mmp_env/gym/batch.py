@@ -13,10 +13,11 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import SyncVectorEnv
 
-from mmp_env.argument_checks import refused, whole
+from mmp_env.argument_checks import as_numbers, refused, whole
 from mmp_env.errors import MmpError
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.gym.registration import known_id
+from mmp_env.gym.thread_guard import ThreadGuard, one_thread_at_a_time
 
 MOST_ENVIRONMENTS = 1024
 """Largest number of environments of a batch."""
@@ -26,22 +27,30 @@ class BatchedEnv(SyncVectorEnv):
     """A vector environment of Gymnasium whose environments step in threads; `batched_env` makes one.
 
     Threads share what takes long: physics, clearances and resets. All else is computed for the whole batch at once.
+    One thread at a time can use a batch, as with one environment.
     """
 
     def __init__(self, makers: list[Any], threads: int) -> None:
+        self.thread_guard = ThreadGuard()
         super().__init__(makers)
         self._cells: list[MultiArmCellEnv] = [env.unwrapped for env in self.envs]  # pyright: ignore
         self._most_steps = getattr(self.envs[0].spec, "max_episode_steps", None) or np.inf
         self._steps = np.zeros(self.num_envs, dtype=int)
-        # The thread of the caller works too.
-        self._pool, self._helpers = ThreadPoolExecutor(max(threads - 1, 1), thread_name_prefix="mmp-env"), threads - 1
+        self._threads = _Threads(threads)
 
+    @one_thread_at_a_time
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self)
+
+    @one_thread_at_a_time
     def reset(self, *, seed: Any = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
         """Resets all environments, or those of `options["reset_mask"]`. See `gymnasium.vector.VectorEnv.reset`.
 
         Raises:
             MmpError: for a bad seed, another number of seeds than environments, or bad options.
+            ClosedEnvironmentError: after `close`.
         """
+        self._require_open()
         if isinstance(seed, Sequence | np.ndarray) and not isinstance(seed, str):
             if len(seed) != self.num_envs:
                 raise refused("seed", seed, f"a whole number from 0, or one for each of {self.num_envs} environments")
@@ -55,6 +64,7 @@ class BatchedEnv(SyncVectorEnv):
         self._steps[slice(None) if mask is None else mask] = 0
         return answer
 
+    @one_thread_at_a_time
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Steps all environments; those that are over reset instead. See `gymnasium.vector.VectorEnv.step`.
 
@@ -62,15 +72,13 @@ class BatchedEnv(SyncVectorEnv):
             MmpError: for another number of actions than environments, or an action that is not allowed.
             ClosedEnvironmentError: after `close`.
         """
-        if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError("the environments are closed; make others")
-        try:
-            actions = np.asarray(actions)
-        except ValueError:
-            raise refused("actions", actions, f"one row for each of {self.num_envs} environments") from None
-        if actions.ndim == 0 or len(actions) != self.num_envs:
+        self._require_open()
+        rows = as_numbers(actions)
+        if rows is None:
+            raise refused("actions", actions, f"numbers from -1 to 1, one row for each of {self.num_envs} environments")
+        if rows.ndim == 0 or len(rows) != self.num_envs:
             raise MmpError(
-                f"actions have shape {list(actions.shape)}; expected one row for each of {self.num_envs} environments"
+                f"actions have shape {list(rows.shape)}; expected one row for each of {self.num_envs} environments"
             )
         over = self._autoreset_envs.copy()
         going, infos = np.flatnonzero(~over).tolist(), [{}] * self.num_envs
@@ -86,10 +94,10 @@ class BatchedEnv(SyncVectorEnv):
         resets = [reset(k) for k in np.flatnonzero(over).tolist()]
         self._steps[over] = 0
         if not going:
-            self._run(resets)
+            self._threads.run(resets)
         else:
             observations, self._rewards[going], self._terminations[going], its = MultiArmCellEnv.step_together(
-                [self._cells[k] for k in going], actions[going], lambda jobs: self._run([*resets, *jobs])
+                [self._cells[k] for k in going], rows[going], lambda jobs: self._threads.run([*resets, *jobs])
             )
             for name, rows in observations.items():
                 self._seen[name][going] = rows
@@ -102,20 +110,42 @@ class BatchedEnv(SyncVectorEnv):
         ends = self._rewards.copy(), self._terminations.copy(), self._truncations.copy()
         return observations, *ends, _together(infos)
 
+    @one_thread_at_a_time
     def close_extras(self, **kwargs: Any) -> None:
         """Closes all environments and ends the threads."""
         super().close_extras(**kwargs)
-        self._pool.shutdown()
+        self._threads.end()
 
     @property
     def _seen(self) -> dict[str, np.ndarray]:
         return self._observations  # pyright: ignore
 
-    def _run(self, jobs: list[Iterator[None]]) -> None:
+    def _require_open(self) -> None:
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError("the environments are closed; make others")
+
+
+class _Threads:
+    """The threads of a batch: that of the caller and its helpers. A copy, and a forked process, start their own.
+
+    Args:
+        count: number of threads.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._helpers = count - 1
+        self._start()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _Threads, (self._helpers + 1,)
+
+    def run(self, jobs: list[Iterator[None]]) -> None:
         """Goes through all iterators, in all threads.
 
         If one raises, its thread goes through no more of them. The error is raised after the other threads have ended.
         """
+        if self._process != os.getpid():  # a fork copies the pool without its threads
+            self._start()
         waiting = deque(jobs)
         work = partial(_work, waiting, few=2 * (self._helpers + 1))
         helping = [self._pool.submit(work) for _ in range(min(self._helpers, len(jobs) - 1))]
@@ -125,6 +155,14 @@ class BatchedEnv(SyncVectorEnv):
             wait(helping)
         for each in helping:
             each.result()
+
+    def end(self) -> None:
+        """Ends the helpers."""
+        self._pool.shutdown()
+
+    def _start(self) -> None:
+        self._process = os.getpid()
+        self._pool = ThreadPoolExecutor(max(self._helpers, 1), thread_name_prefix="mmp-env")
 
 
 def _work(waiting: deque[Iterator[None]], *, few: int) -> None:
@@ -174,5 +212,5 @@ def batched_env(id: str, count: int, *, threads: int | None = None, **options: A
         whole("threads", threads, 1, MOST_ENVIRONMENTS)
     if options.get("max_episode_steps", -1) not in (None, -1):  # -1: no limit
         whole("max_episode_steps", options["max_episode_steps"], 1)
-    makers = [lambda: gymnasium.make(id, disable_env_checker=True, **options)] * count
+    makers = [partial(gymnasium.make, id, disable_env_checker=True, **options)] * count
     return BatchedEnv(makers, threads or min(count, os.cpu_count() or 1))

@@ -106,8 +106,7 @@ def checked_action(action: np.ndarray, count: int) -> Float[np.ndarray, "n"]:
         raise refused("the action", action, f"{count} numbers from -1 to 1")
     if values.shape != (count,):
         raise MmpError(f"the action has shape {list(values.shape)}; expected [{count}]")
-    # The dot product is finite only if all numbers are, and takes a fifth of the time of np.isfinite.
-    if not math.isfinite(values @ values) and not np.isfinite(values).all():
+    if not all(map(math.isfinite, values.tolist())):  # for one action faster than np.isfinite
         raise MmpError(f"the action holds {values[~np.isfinite(values)][0]}; it must be finite numbers")
     return np.minimum(np.maximum(values, -1.0), 1.0)
 

@@ -9,6 +9,7 @@ import copy
 import inspect
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from itertools import pairwise
 from os import PathLike
 from typing import Any
@@ -28,6 +29,7 @@ from mmp_env.gym.instances import DEFAULT_TASK
 from mmp_env.gym.observation import joint_limits
 from mmp_env.gym.registration import ANY_CELL
 from mmp_env.gym.reward import Distance, GoalProgress, measured
+from mmp_env.gym.thread_guard import ThreadGuard, one_thread_at_a_time
 from mmp_env.gym.world_events import GivenEvents, WorldEvents, observer
 from mmp_env.model.arm import Obstacle
 from mmp_env.model.cell import Cell
@@ -51,6 +53,8 @@ _UNRETIMED = (
 
 class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
     """All arms of a cell move from a start to a goal configuration without touching each other or the obstacles.
+
+    One thread at a time can use an environment: the methods that a second thread calls meanwhile raise `MmpError`.
 
     Args:
         cell: a `Cell`, the name of a ring, or the path of a cell or instance file.
@@ -136,11 +140,14 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self._instance: CellInstance | None = None
         self._picture_size = (width, height)
         self._view: Camera | Window | None = None
+        self.thread_guard = ThreadGuard()
 
+    @one_thread_at_a_time
     def __getstate__(self) -> dict[str, Any]:
         # A window or renderer belongs to its process. A copy opens its own at its first render().
         return {**vars(self), "_view": None}
 
+    @one_thread_at_a_time
     def __deepcopy__(self, memo: dict[int, Any]) -> MultiArmCellEnv:
         # Cells are immutable, and compiling their queries takes longer than copying everything else.
         memo |= {id(cell): cell for cell in (self._source.cell, self.cell)}
@@ -184,6 +191,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
             raise MmpError("the environment has no cart; make it with events='cart'")
         return self._simulation.cart.obstacle()
 
+    @one_thread_at_a_time
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
@@ -214,6 +222,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self._show_window()
         return self._observation(), {**self._info([]), **self._events.info()}
 
+    @one_thread_at_a_time
     def step(self, action: np.ndarray) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Moves the arms for one control period.
 
@@ -254,24 +263,28 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         Raises:
             MmpError: like `step`.
         """
-        first, count = envs[0], envs[0]._simulation.count
-        for env in envs:
-            env._present()
-        seen = np.empty((len(envs), first._observer.size))
-        before = [
-            np.array(rows) for rows in zip(*((env._progress.q, env._progress.reference) for env in envs), strict=True)
-        ]
-        begin, end = first._mode.reference(checked_actions(actions, count), *before)
-        run([env._drive(*each) for env, *each in zip(envs, begin, end, seen, strict=True)])
-        q = first._observer.positions(seen)
-        distances = zip(*measured(q, np.array([env._progress.target for env in envs])), strict=True)
-        arrived = [
-            env._arrive(its_q, its_end, distance)
-            for env, its_q, its_end, distance in zip(envs, q, end, distances, strict=True)
-        ]
-        goals = np.array([env._progress.target for env in envs])
-        rewards, over, infos = map(list, zip(*arrived, strict=True))
-        return first._observer.observation(seen, goals), rewards, over, infos
+        with ExitStack() as guards:
+            for env in envs:
+                guards.enter_context(env.thread_guard)
+            first, count = envs[0], envs[0]._simulation.count
+            for env in envs:
+                env._present()
+            seen = np.empty((len(envs), first._observer.size))
+            before = [
+                np.array(rows)
+                for rows in zip(*((env._progress.q, env._progress.reference) for env in envs), strict=True)
+            ]
+            begin, end = first._mode.reference(checked_actions(actions, count), *before)
+            run([env._drive(*each) for env, *each in zip(envs, begin, end, seen, strict=True)])
+            q = first._observer.positions(seen)
+            distances = zip(*measured(q, np.array([env._progress.target for env in envs])), strict=True)
+            arrived = [
+                env._arrive(its_q, its_end, distance)
+                for env, its_q, its_end, distance in zip(envs, q, end, distances, strict=True)
+            ]
+            goals = np.array([env._progress.target for env in envs])
+            rewards, over, infos = map(list, zip(*arrived, strict=True))
+            return first._observer.observation(seen, goals), rewards, over, infos
 
     def action_towards(self, q: ArrayLike) -> np.ndarray:
         """Returns the action [n] that moves the reference of the servos to a configuration, or as near as possible.
@@ -288,6 +301,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
             raise refused("the configuration", q, f"{len(progress.q)} finite numbers")
         return self._mode.action(wanted, self._simulation.positions, progress.reference).astype(np.float32)
 
+    @one_thread_at_a_time
     def execute(self, plan: Plan | None, *, monitor: Monitor | None = None) -> ExecutionReport:
         """Plays a plan through the actuators, see `execute_plan`. The arms stay where the plan ends.
 
@@ -309,7 +323,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
             given("monitor", monitor, Monitor, "a Monitor, such as mmp_env.Monitor(), or None")
         check_fit(plan, self.cell)
         if plan.steps_in_velocity:
-            warnings.warn(_UNRETIMED, UnretimedPlanWarning, stacklevel=2)
+            warnings.warn(_UNRETIMED, UnretimedPlanWarning, stacklevel=3)  # the guard is between
         # Arms that the cell of the plan does not have stay where they are, and this is also their goal.
         here, problem = self._simulation.split(self._simulation.positions), plan.problem
         start, goal = {**here, **problem.start}, {**here, **problem.goal}
@@ -319,16 +333,15 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self._stand()
         return report
 
+    @one_thread_at_a_time
     def render(self) -> np.ndarray | None:
         """Returns a picture [height, width, 3] of bytes with the goals as ghosts, or updates the window of `human`."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() without a render_mode shows nothing; give one to gymnasium.make")
             return None
-        if self._view is None:
-            kind = Window if self.render_mode == "human" else Camera
-            self._view = kind(self._simulation, *self._picture_size)
-        return self._view.show(self._simulation.joined(self._present().goal))
+        return self._draw()
 
+    @one_thread_at_a_time
     def close(self) -> None:
         """Closes window and renderer. The environment can still be used."""
         if self._view is not None:
@@ -342,6 +355,12 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         self.close()
         self._simulation = self._events.simulation(cell, self_contacts=self._self_contacts)
         self._observer = observer(self._simulation)
+
+    def _draw(self) -> np.ndarray | None:
+        if self._view is None:
+            kind = Window if self.render_mode == "human" else Camera
+            self._view = kind(self._simulation, *self._picture_size)
+        return self._view.show(self._simulation.joined(self._present().goal))
 
     def _present(self) -> CellInstance:
         if self._instance is None:
@@ -408,11 +427,11 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
         for first, last in pairwise(round(k * self._steps / count) for k in range(count + 1)):
             here, there = (begin + mark / self._steps * (end - begin) for mark in (first, last))
             yield from self._simulation.ramp_in_parts(here, there, last - first)
-            self.render()
+            self._draw()  # perhaps in a helping thread of a batch, whose caller has the guard
 
     def _show_window(self) -> None:
         if self.render_mode == "human":
-            self.render()
+            self._draw()
 
 
 _OPTIONS = tuple(name for name, p in inspect.signature(MultiArmCellEnv).parameters.items() if p.kind is p.KEYWORD_ONLY)

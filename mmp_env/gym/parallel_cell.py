@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
-from mmp_env.argument_checks import refused
+from mmp_env.argument_checks import as_numbers, refused
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.gym.env import MultiArmCellEnv, Observation
 
@@ -137,7 +137,9 @@ class ParallelCellEnv(ParallelEnv[str, Any, Any]):
     def _action(self, agent: str, actions: Mapping[str, Any]) -> np.ndarray:
         if agent not in actions:
             raise MmpError(f"there is no action for {agent}; an action is needed for {', '.join(self.possible_agents)}")
-        action, shape = np.asarray(actions[agent]), self.action_spaces[agent].shape
+        action, shape = as_numbers(actions[agent]), self.action_spaces[agent].shape
+        if action is None:
+            raise refused(f"the action of {agent}", actions[agent], "numbers from -1 to 1")
         if action.shape != shape:
             raise MmpError(f"the action of {agent} has the shape {action.shape}; it must be {shape}")
         return action

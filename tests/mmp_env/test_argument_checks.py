@@ -243,6 +243,11 @@ def test_truth_values_among_numbers_are_no_numbers(value):
     assert as_numbers(value) is None
 
 
+@pytest.mark.parametrize("value", [np.ma.masked_all(2), [0.5, np.ma.masked], [np.zeros(2), np.ma.masked_all(2)]])
+def test_masked_numbers_are_no_numbers(value):
+    assert as_numbers(value) is None
+
+
 def test_numbers_of_several_types_are_floats():
     for value in ([1, 0.5], (np.float32(1.0), 0.5), np.array([1, 0.5], object)):
         assert as_numbers(value).tolist() == [1.0, 0.5]

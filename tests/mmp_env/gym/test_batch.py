@@ -1,5 +1,10 @@
 """`batched_env`: what its environments return is what they return one after the other, resets included."""
 
+import copy
+import os
+import pickle
+import subprocess
+import sys
 from collections import deque
 
 import gymnasium
@@ -77,6 +82,27 @@ def test_an_exception_of_an_environment_reaches_the_caller():
     batch.close()
 
 
+@pytest.mark.parametrize(
+    "actions",
+    [np.ma.masked_all((2, 12)), [np.zeros(12), np.ma.masked_all(12)], [np.zeros(12), np.full(12, True)], "up"],
+    ids=["masked", "masked row", "truth values", "text"],
+)
+def test_actions_that_are_not_all_numbers_are_refused(actions):
+    batch = mmp_env.batched_env(ID, 2)
+    batch.reset(seed=0)
+    with pytest.raises(MmpError, match=r"must be numbers from -1 to 1, one row for each of 2 environments"):
+        batch.step(actions)
+    batch.close()
+
+
+@pytest.mark.filterwarnings("error")
+def test_numbers_far_beyond_the_bounds_are_clipped_without_a_warning():
+    batch = mmp_env.batched_env(ID, 2)
+    batch.reset(seed=0)
+    batch.step(np.full((2, 12), 1e300))
+    batch.close()
+
+
 @pytest.mark.parametrize("count", [1, 3])
 def test_another_number_of_actions_than_environments_is_refused(count):
     batch = mmp_env.batched_env(ID, 2)
@@ -107,6 +133,50 @@ def test_rows_of_several_lengths_and_steps_after_the_end_are_refused():
     batch.close()
     with pytest.raises(gymnasium.error.ClosedEnvironmentError):
         batch.step(np.zeros((2, 12)))
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError):
+        batch.reset()
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda value: pickle.loads(pickle.dumps(value))])
+def test_a_copy_of_a_batch_continues_like_the_original(copied):
+    batch = mmp_env.batched_env(ID, COUNT, threads=2, max_episode_steps=3)
+    batch.reset(seed=4)
+    batch.step(np.full((COUNT, 12), 0.1))
+    other = copied(batch)
+    for _ in range(4):  # over a reset
+        wanted, found = (envs.step(np.full((COUNT, 12), 0.1)) for envs in (batch, other))
+        assert_same(found[0], wanted[0])
+        for row, expected in zip(found[1:4], wanted[1:4], strict=True):
+            np.testing.assert_array_equal(row, expected)
+    batch.close()
+    other.step(np.zeros((COUNT, 12)))
+    other.close()
+
+
+FORKED = """
+import os, signal, sys
+import numpy as np
+import mmp_env
+
+batch = mmp_env.batched_env("MultiArmCell-2", 2, threads=2)
+batch.reset(seed=0)
+action = np.full((2, 12), 0.1)
+batch.step(action)
+child = os.fork()
+if child == 0:
+    signal.alarm(60)  # ends a child that hangs
+observation = batch.step(action)[0]["joint_positions"]
+if child == 0:
+    batch.close()
+    sys.exit(0 if np.isfinite(observation).all() else 3)
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system has no fork")
+def test_a_batch_steps_in_a_forked_process():
+    done = subprocess.run([sys.executable, "-c", FORKED], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("seed", ["3", 1.5, -1, True, [1], [1, 2, 3], [0, -1], [0, "x"]])

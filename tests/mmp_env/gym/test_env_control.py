@@ -1,5 +1,7 @@
 """The control modes of the environment, its reward, and how an episode ends."""
 
+import sys
+
 import gymnasium
 import numpy as np
 import pytest
@@ -176,6 +178,7 @@ def test_an_arm_touches_itself_only_where_its_spheres_do(robot, spheres):
         (np.zeros(11), r"shape \[11\]; expected \[12\]"),
         (np.full(12, np.nan), "holds nan"),
         (np.full(12, np.inf), "holds inf"),
+        (np.ma.masked_all(12), r"the action is masked_array.*must be 12 numbers from -1 to 1"),
     ],
 )
 def test_a_wrong_action_is_an_error_that_says_what_is_wrong(action, message):
@@ -183,3 +186,19 @@ def test_a_wrong_action_is_an_error_that_says_what_is_wrong(action, message):
     env.reset(seed=0)
     with pytest.raises(MmpError, match=message):
         env.step(action)
+
+
+@pytest.mark.filterwarnings("error")
+def test_numbers_far_beyond_the_bounds_are_clipped_without_a_warning():
+    env, other = make().unwrapped, make().unwrapped
+    env.reset(seed=0)
+    other.reset(seed=0)
+    far, ones = np.tile([1e300, -sys.float_info.max], 6), np.tile([1.0, -1.0], 6)
+    np.testing.assert_array_equal(env.step(far)[0]["joint_positions"], other.step(ones)[0]["joint_positions"])
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_masked_array_in_which_nothing_is_masked_is_an_action():
+    env = make().unwrapped
+    env.reset(seed=0)
+    env.step(np.ma.masked_array(np.zeros(12)))

@@ -89,12 +89,21 @@ def test_after_the_end_there_is_no_agent_and_a_step_needs_a_reset():
         ({"arm0": np.zeros(6), "arm1": np.zeros(6), "arm2": np.zeros(6)}, "'arm2'.*arm0, arm1"),
         ({"arm0": np.zeros(6), "arm1": np.zeros(5)}, r"arm1 has the shape \(5,\); it must be \(6,\)"),
         ({"arm0": np.full(6, np.nan), "arm1": np.zeros(6)}, "nan"),
+        ({"arm0": np.zeros(6), "arm1": np.ma.masked_all(6)}, "the action of arm1 is .* must be numbers from -1 to 1"),
+        ({"arm0": np.zeros(6), "arm1": np.full(6, True)}, "the action of arm1 is .* must be numbers from -1 to 1"),
+        ({"arm0": np.zeros(6), "arm1": [[0.0], [0.0, 0.0]]}, "the action of arm1 is .* must be numbers from -1 to 1"),
     ],
 )
 def test_a_bad_action_is_refused_with_a_sentence(env, actions, sentence):
     env.reset(seed=1)
     with pytest.raises(MmpError, match=sentence):
         env.step(actions)
+
+
+@pytest.mark.filterwarnings("error")
+def test_numbers_far_beyond_the_bounds_are_clipped_without_a_warning(env):
+    env.reset(seed=1)
+    env.step({agent: np.full(6, 1e300) for agent in env.agents})
 
 
 @pytest.mark.parametrize("actions", [None, np.zeros((2, 6)), [np.zeros(6)] * 2], ids=["none", "array", "list"])

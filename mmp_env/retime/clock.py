@@ -3,7 +3,7 @@
 The clock has no acceleration at the bounds of zones, so neighbouring zones only agree on a speed. A backward pass
 limits these speeds to those that can still be braked, a forward pass to those that can be reached, with the distance of
 a change of speed in closed form. Then each zone is a problem of one joint for Ruckig: from speed to speed over its
-length.
+length. A zone between two stops that is too short for Ruckig has a profile in closed form.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import ruckig
 from jaxtyping import Float
 
 from mmp_env.errors import MmpError
-from mmp_env.retime.zones import Zones
+from mmp_env.retime.zones import LEAST_ZONE_S, Zones
 
 MOST_SAMPLES = 1_000_000
 """Largest number of samples of a motion."""
@@ -27,6 +27,10 @@ _TINY = 1e-60
 """Smallest linear coefficient of the cubic equation of a ramp."""
 _EARLY = 1e-9
 """Distance [samples] within which a time is that of a sample."""
+LEAST_LENGTH_S = 1e-20
+"""Shortest motion [s of phase] that takes time; the positions do not resolve it."""
+_EXACT_S = 1e-14
+"""Distance [s of phase] by which a profile may miss the end of its zone, for rounding."""
 _TIMED = (ruckig.Result.Working, ruckig.Result.Finished)
 
 
@@ -54,7 +58,9 @@ def run_clock(zones: Zones, period_s: float) -> PathTiming:
     begin = 0.0  # time [s] at which the zone begins
     for k, (base, last) in enumerate(itertools.pairwise(zones.bounds.tolist())):
         limits = speed, *_ = float(zones.speed[k]), float(zones.growth[k]), float(zones.jerk[k])
-        if speeds[k] == speeds[k + 1] == speed:
+        if last - base < LEAST_ZONE_S and zones.stop[k] and zones.stop[k + 1]:
+            begin = _time_short_zone(begin, base, last, limits, pieces)
+        elif speeds[k] == speeds[k + 1] == speed:
             pieces.append((begin, base, speed, 0.0, 0.0))
             begin += (last - base) / speed
         else:
@@ -133,6 +139,34 @@ def _distance(begin: float, end: float, growth: float, jerk: float) -> float:
     return (begin + end) / 2 * duration
 
 
+def _time_short_zone(
+    begin_s: float,
+    base: float,
+    last: float,
+    limits: tuple[float, float, float],
+    pieces: list[tuple[float, float, float, float, float]],
+) -> float:
+    """Times a zone from rest to rest like `_Timer.time`, in four pieces of equal duration with jerks of j, -j, -j, j.
+
+    If each piece lasts t, the length of the zone is 2 j t^3, the highest growth is j t and the highest speed j t^2.
+    """
+    length, (most_speed, most_growth, most_jerk) = last - base, limits
+    if length <= LEAST_LENGTH_S:
+        return begin_s
+    step = max(length / (2 * most_speed), math.sqrt(length / (2 * most_growth)), math.cbrt(length / (2 * most_jerk)))
+    speed, growth, jerk = length / (2 * step), length / (2 * step**2), length / (2 * step**3)
+    starts = (
+        (base, 0.0, 0.0, jerk),
+        (base + length / 12, speed / 2, growth, -jerk),
+        (base + length / 2, speed, 0.0, -jerk),
+        (last - length / 12, speed / 2, -growth, jerk),
+    )
+    for start in starts:
+        pieces.append((begin_s, *start))
+        begin_s += step
+    return begin_s
+
+
 class _Timer:
     """Ruckig for one joint, the phase. It keeps Ruckig's objects, which take longer to make than to use."""
 
@@ -167,8 +201,18 @@ class _Timer:
         profile = self._trajectory.profiles[0][0] if result in _TIMED else None
         if profile is None or profile.brake.duration > 0:
             raise RuntimeError(f"Ruckig finds no profile from {speed} to {end_speed} in {last - base} s: {result}")
-        for piece in zip(profile.t, profile.p, profile.v, profile.a, profile.j, strict=False):
-            if piece[0] > 0:
-                pieces.append((begin_s, *piece[1:]))
-                begin_s += piece[0]
+        parts = [
+            part for part in zip(profile.t, profile.p, profile.v, profile.a, profile.j, strict=False) if part[0] > 0
+        ]
+        # Ruckig accepts a profile that ends up to 1e-8 s before the target: a jump that is visible at high rates.
+        rest, fastest = last - profile.p[-1], max(speed, end_speed)
+        if rest > _EXACT_S and fastest > 0:
+            if speed > end_speed:
+                later = [(duration, phase + rest, *rates) for duration, phase, *rates in parts]
+                parts = [(rest / speed, base, speed, 0.0, 0.0), *later]
+            else:
+                parts.append((rest / end_speed, last - rest, end_speed, 0.0, 0.0))
+        for duration, *state in parts:
+            pieces.append((begin_s, *state))
+            begin_s += duration
         return begin_s

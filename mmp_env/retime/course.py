@@ -62,7 +62,7 @@ def course_of(plan: Plan, velocity: Float[np.ndarray, "n"]) -> Course:
             break
         q = q[np.concatenate([[True], bends, [True]])]
     lasting = _step_durations(q, velocity)
-    slopes = np.diff(q, axis=0) / np.maximum(lasting, _STILL_S)[:, None]
+    slopes = np.diff(q, axis=0) / np.where(lasting > 0, lasting, 1.0)[:, None]
     return Course(phases=np.concatenate([[0.0], np.cumsum(lasting)]), q=q, slopes=slopes)
 
 

@@ -13,11 +13,11 @@ from mmp_env.errors import UnprovedPlanError
 from mmp_env.model.certificate import Certificate, certify
 from mmp_env.model.plan import Plan
 from mmp_env.retime.blends import BlendedPath
-from mmp_env.retime.clock import PathTiming, run_clock
+from mmp_env.retime.clock import LEAST_LENGTH_S, PathTiming, run_clock
 from mmp_env.retime.limits import RateLimits, split
 from mmp_env.retime.smoothing import covering, narrowed, smooth
 from mmp_env.retime.steps import Steps, finished
-from mmp_env.retime.zones import LEAST_ZONE_S, zones_of
+from mmp_env.retime.zones import zones_of
 from mmp_env.sim.servo_reference import Reference
 
 _LONG_S = 1e9
@@ -88,11 +88,11 @@ def unproved_motion(plan: Plan, path: BlendedPath, limits: RateLimits, period_s:
 
 
 def _timed(path: BlendedPath, limits: RateLimits, period_s: float) -> Steps[PathTiming]:
-    if path.course.end > LEAST_ZONE_S:
+    if path.course.end > LEAST_LENGTH_S:
         zones = yield from zones_of(path, limits)
         yield
         return run_clock(zones, period_s)
-    still = np.zeros(2)  # nothing moves, or hardly
+    still = np.zeros(2)  # nothing moves
     return PathTiming(period_s=period_s, phase=still, speed=still, growth=still)
 
 

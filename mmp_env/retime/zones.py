@@ -29,7 +29,7 @@ _TINY, _FASTEST = 1e-9, 1e3
 _SLOW = 0.95
 """Speed of a blend below which it is a zone of its own."""
 LEAST_ZONE_S = 1e-5
-"""Shortest zone [s of phase]; Ruckig resolves 1e-8."""
+"""Shortest zone [s of phase] that is not between two stops; Ruckig resolves 1e-8 s."""
 _SAFETY = 1 - 1e-6
 """Share of the limits that the zones use, for rounding."""
 _ROUNDING_S = 1e-10
@@ -72,15 +72,18 @@ def zones_of(path: BlendedPath, limits: RateLimits) -> Steps[Zones]:
 def _bounds(
     path: BlendedPath, limits: RateLimits, length_s: float
 ) -> tuple[Float[np.ndarray, "b"], Float[np.ndarray, "m"]]:
-    """Returns the bounds of zones, and those of them that are stops. A slow blend is a zone of its own."""
+    """Returns the bounds of zones, and those of them that are stops. A slow blend is a zone of its own.
+
+    Every stop is a bound, however close to another one it is: the clock must start at 0, and stand still at each stop.
+    """
     marks = np.unique(np.concatenate([[0.0], path.stops, [path.course.end]]))
     slow = path.speeds(limits, CURVE_SHARE, CURVE_JERK) < _SLOW
     ends = np.concatenate([(path.corners - path.reach)[slow], (path.corners + path.reach)[slow]])
-    fixed = [float(marks[0])]
+    fixed, stops = [float(marks[0])], set(marks.tolist())
     for phase in np.unique(np.concatenate([ends.clip(0.0, path.course.end), marks])).tolist()[1:]:
-        if phase > fixed[-1] + LEAST_ZONE_S:
+        if phase > fixed[-1] + LEAST_ZONE_S or (phase in stops and fixed[-1] in stops):
             fixed.append(phase)
-        elif phase in marks:
+        elif phase in stops:
             fixed[-1] = phase
     count = np.maximum(1, np.round(np.diff(fixed) / length_s)).astype(int)
     return np.interp(np.arange(count.sum() + 1), np.append(0, np.cumsum(count)), fixed), marks

@@ -235,6 +235,33 @@ def test_one_arm_may_move_by_very_little(distance):
     assert plan.makespan_s < 0.5
 
 
+@pytest.mark.parametrize("distance", [1e-10, 1e-8, 1e-6, 5e-6, 2e-5])
+@pytest.mark.parametrize("row", [1, 2, 4])
+@pytest.mark.parametrize("rate", [1000.0, 20_000.0])
+def test_a_tiny_move_within_a_plan_keeps_the_limits(distance, row, rate):
+    plan = cornered_plan(5, 3)
+    rows = {name: np.insert(q, row, q[row], axis=0) for name, q in plan.positions.items()}
+    if row == 1:  # from the start; later ones end at a waypoint
+        rows = {name: np.insert(q, 1, q[0], axis=0) for name, q in plan.positions.items()}
+    shift = distance * np.random.default_rng(row).uniform(-1, 1, 6)
+    for q in rows.values():
+        q[row] += shift
+    found = retime(cornered_plans.plan_through(plan.problem, rows), rate=rate, tolerance=1e-9)
+    assert max(largest_shares(found)) <= 1 + ROUNDING
+    assert check_plan(found).violations == ()
+
+
+@settings(max_examples=15)
+@given(seed=seeds, count=st.integers(2, 8), size=st.sampled_from([1e-4, 1e-6, 1e-8]))
+def test_many_tiny_moves_with_stops_keep_the_limits(seed, count, size):
+    plan, rng = cornered_plan(seed, 2), np.random.default_rng(seed)
+    rows = {name: np.repeat(q, count, axis=0) for name, q in plan.positions.items()}
+    for q in rows.values():
+        q[1:-1] += size * 10.0 ** rng.uniform(-4, 0, (len(q) - 2, 1)) * rng.uniform(-1, 1, (len(q) - 2, 6))
+    found = retime(cornered_plans.plan_through(plan.problem, rows), rate=10_000.0, tolerance=1e-9)
+    assert max(largest_shares(found)) <= 1 + ROUNDING
+
+
 def test_a_plan_that_is_retimed_already_is_refused():
     with pytest.raises(MmpError, match="retimed already"):
         retime(retime(cornered_plan(0, 1)))

@@ -128,6 +128,26 @@ def test_the_clock_keeps_the_limits_of_zones_and_arrives_at_rest(seed, count):
         assert (np.abs(clock.phase - bound) < 1e-9).any()
 
 
+@settings(max_examples=40)
+@given(seed=seeds, count=st.integers(1, 12), shortest=st.sampled_from([1e-2, 1e-5, 1e-9, 1e-13]))
+def test_the_clock_is_continuous_and_keeps_the_jerk_however_short_its_zones(seed, count, shortest):
+    rng = np.random.default_rng(seed)
+    lengths = shortest * rng.uniform(1.0, 10.0, count)
+    zones = Zones(
+        bounds=np.concatenate([[0.0], np.cumsum(lengths)]),
+        speed=rng.uniform(0.05, 3.0, count),
+        growth=rng.uniform(0.5, 20.0, count),
+        jerk=rng.uniform(5.0, 5000.0, count),
+        stop=np.concatenate([[True], (rng.uniform(size=count - 1) < 0.5) | (shortest < 1e-5), [True]]),
+    )
+    period_s = 1e-5
+    clock = run_clock(zones, period_s)
+    assert (clock.phase[0], clock.phase[-1]) == (0.0, zones.bounds[-1])
+    rounding = 8 * np.spacing(zones.bounds[-1]) / period_s**3
+    assert np.abs(np.diff(clock.phase, n=3)).max(initial=0.0) / period_s**3 <= zones.jerk.max() * (1 + 1e-6) + rounding
+    assert np.abs(np.diff(clock.phase, n=2)).max(initial=0.0) / period_s**2 <= zones.growth.max() * (1 + 1e-3)
+
+
 @given(
     slow=st.floats(1e-3, 1.0),
     length=st.floats(1e-4, 1.0),

@@ -45,6 +45,7 @@ def run(args: Namespace) -> int:
     from mmp_env.export import check_target, export_plan
     from mmp_env.export.formats import of_arm
     from mmp_env.files.episode_file import Episode, plans_from_dict
+    from mmp_env.files.plan_check import check_plan
 
     check_target(args.to)
     data = read_as(args.plan, (PLAN, EPISODE), "`mmp export` takes plans and episodes")
@@ -54,9 +55,12 @@ def run(args: Namespace) -> int:
     for target in dict.fromkeys(of_arm(args.to, arm) for arm in plans[0].problem.cell.arm_names):
         check_spared(args.plan, "--to", target)
         check_replaceable(target, "--to")
-    report = (check_episode if in_a_row else check_document)(data)
+    report, refuted = (check_episode if in_a_row else check_document)(data), args.plan
     if report.valid:
-        plans = _ready_to_run(args, plans)
+        read_plans, plans = plans, _ready_to_run(args, plans)
+        changed = [plan for plan, before in zip(plans, read_plans, strict=True) if plan is not before]
+        report = next((each for each in map(check_plan, changed) if not each.valid), report)
+        refuted = f"THE RETIMED PLAN OF {args.plan}"
     written = export_plan(plans, args.to, joint_names=args.joint_names)
     if args.retime and report.valid:
         say("retimed for the file; --no-retime writes the plan as it is")
@@ -64,7 +68,7 @@ def run(args: Namespace) -> int:
         say(f"{path}: {_content(path, plans[0], motion)}")
     if not report.valid:
         # The exported file may move real arms, so this message is loud.
-        complain(f"THE CHECKER REFUTES {args.plan}: {report.sentences[0]}. Do not run it.")
+        complain(f"THE CHECKER REFUTES {refuted}: {report.sentences[0]}. Do not run it.")
     return 0 if report.valid else 1
 
 

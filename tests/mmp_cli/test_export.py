@@ -1,6 +1,7 @@
 """`mmp export`: its files, its messages, and the arguments that it refuses."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from support import tiny_plans
 from support.refusals import assert_refused
 
 from mmp_env.export import load_joint_trajectory
+from mmp_env.retime import retime
 
 
 @pytest.fixture
@@ -83,6 +85,21 @@ def test_a_refuted_plan_is_written_with_a_loud_warning_and_code_1(mmp, plan_path
     assert ran.code == 1
     assert ran.err.startswith("mmp: THE CHECKER REFUTES")
     assert ran.err.count("\n") == 1
+    assert (tmp_path / "plan.csv").exists()
+
+
+def test_a_retimed_motion_that_the_checker_refutes_is_written_with_a_loud_warning(
+    mmp, plan_path, tmp_path, monkeypatch
+):
+    def wrong(plan, **options):
+        out = retime(plan, **options)
+        return replace(out, velocities={arm: 2 * rates for arm, rates in out.velocities.items()})
+
+    monkeypatch.setattr("mmp_env.retime.retime", wrong)
+    ran = mmp("export", plan_path, "--to", tmp_path / "plan.csv")
+    assert ran.code == 1
+    assert ran.err.startswith(f"mmp: THE CHECKER REFUTES THE RETIMED PLAN OF {plan_path}: ")
+    assert "states a velocity of" in ran.err
     assert (tmp_path / "plan.csv").exists()
 
 

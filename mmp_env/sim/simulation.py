@@ -16,9 +16,6 @@ from mmp_env.sim.contacts import ContactLog, names_and_owners
 from mmp_env.sim.scene import compile_scene
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-_WARNED = 1
-"""Count of a warning that MuJoCo takes for one that it has given. It writes only the first one of each kind into a log
-in the working directory, and `_check_clock` raises for the same reason."""
 _MOST_UNDONE = 13
 """Largest number of physics steps in one call of MuJoCo: a quarter of 0.1 s. After a contact the call is undone, and
 its steps are repeated one by one."""
@@ -48,7 +45,6 @@ class Simulation:
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
         self._setpoint, self._rate = self.data.act, self.data.ctrl
         self._sites = self.data.site_xpos
-        self._warnings = self.data.warning.number
         names, owners = names_and_owners(self.model, cell)
         arms = len(cell.arms)
         self.log = ContactLog(self.model, self.data, names, owners, arms=arms, self_contacts=self_contacts)
@@ -127,7 +123,6 @@ class Simulation:
     def ramp_in_parts(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> Iterator[None]:
         """Does what `ramp` does, and pauses now and then."""
         begin_s = self.set_reference(begin, end, steps)
-        self._warnings[:] = _WARNED
         yield from self._advance_in_parts(steps)
         self._check_clock(begin_s, steps)
 
@@ -218,7 +213,6 @@ class Simulation:
         model, data, setpoint, begin_s = self.model, self.data, self._setpoint, self.data.time
         torques, largest = self._torques, self._largest_torques
         self._rate[:] = 0.0
-        self._warnings[:] = _WARNED
         passed = np.empty_like(reference)
         for row, command in zip(passed, reference + self._lead_s * velocity, strict=True):
             setpoint[:] = command

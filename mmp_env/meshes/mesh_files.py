@@ -29,9 +29,9 @@ def is_read_by_mujoco(path: Path) -> bool:
 
 
 def refuse_words(path: Path, content: bytes) -> None:
-    """Raises `MmpError` for a vertex of an OBJ or COLLADA file that is not three finite numbers.
+    """Raises `MmpError` for a vertex of an OBJ or COLLADA file that is not three finite numbers, and for a wrong index.
 
-    MuJoCo reads words as 0. pycollada reads NaN as 0, and indices above 32 bits as other ones, which are refused too.
+    MuJoCo reads words as 0, pycollada reads NaN as 0, and both read indices above 32 bits as other ones.
     """
     if path.suffix.lower() == ".obj":
         _refuse_words_of_obj(path, content)
@@ -40,13 +40,17 @@ def refuse_words(path: Path, content: bytes) -> None:
 
 
 def _refuse_words_of_obj(path: Path, content: bytes) -> None:
-    for number, row in enumerate(content.splitlines(), 1):
-        words = row.split()
+    rows = [row.split() for row in content.splitlines()]
+    count = sum(words[:1] == [b"v"] for words in rows)
+    for number, words in enumerate(rows, 1):
         if words[:1] == [b"v"] and not (len(words) >= 4 and all(map(_is_number, words[1:4]))):
-            raise MmpError(
-                f"mesh file {path} line {number}: {shown(row.decode(errors='replace'))} is no vertex;"
-                " it must have three finite numbers"
-            )
+            wanted = "is no vertex; it must have three finite numbers"
+        elif words[:1] == [b"f"] and not all(_is_vertex_of_obj(word, count) for word in words[1:]):
+            wanted = f"is no triangle; the numbers of its vertices must be 1 to {count}, or -{count} to -1"
+        else:
+            continue
+        row = b" ".join(words).decode(errors="replace")
+        raise MmpError(f"mesh file {path} line {number}: {shown(row)} {wanted}")
 
 
 def _refuse_words_of_collada(path: Path, content: bytes) -> None:
@@ -64,7 +68,14 @@ def _refuse_words_of_collada(path: Path, content: bytes) -> None:
         if _tag(element) == "p":
             words = (element.text or "").split()
             if (word := next((word for word in words if not _is_index(word)), None)) is not None:
-                raise MmpError(f"mesh file {path}: {shown(word)} is no index of a vertex; it must be whole")
+                raise MmpError(
+                    f"mesh file {path}: {shown(word)} is no index; it must be a whole number from 0 to {_MOST_INDEX}"
+                )
+
+
+def _is_vertex_of_obj(word: bytes, count: int) -> bool:
+    digits = word.split(b"/")[0].removeprefix(b"-")
+    return digits.isdigit() and len(digits) <= len(str(_MOST_INDEX)) and 1 <= int(digits) <= count
 
 
 def _tag(element: ElementTree.Element) -> str:

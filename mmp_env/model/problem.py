@@ -169,26 +169,29 @@ def velocity_limits(cell: Cell, given: float | Mapping[str, ArrayLike]) -> dict[
     for arm in cell.arms:
         if isinstance(given, Mapping) and arm.name not in given:
             raise MmpError(f"max_velocity has no entry for arm '{arm.name}'")
-        wanted = joint_limits("max_velocity", arm, given[arm.name] if isinstance(given, Mapping) else given, " [rad/s]")
+        wanted = given[arm.name] if isinstance(given, Mapping) else given
+        wanted = limits_per_joint("max_velocity", arm, wanted, arm.robot.velocity, " [rad/s]")
         out[arm.name] = frozen_array(np.minimum(wanted, arm.robot.velocity))
     return out
 
 
-def joint_limits(name: str, arm: Arm, given: ArrayLike, unit: str = "") -> Float[np.ndarray, "dof"]:
+def limits_per_joint(
+    name: str, arm: Arm, given: ArrayLike, own: Float[np.ndarray, "dof"], unit: str = ""
+) -> Float[np.ndarray, "dof"]:
     """Returns the limits [dof] of an arm's joints from one number for all of them, or one for each.
 
     Raises:
-        MmpError: for anything but positive numbers, `LEAST_LIMIT` at least. The message calls the limits `name`.
+        MmpError: for anything but positive numbers, and for one below `LEAST_LIMIT` and the robot's `own` limit. The
+            message calls the limits `name`.
     """
     wanted = _floats(given)
     if wanted.ndim == 0:
         wanted = np.full(arm.dof, wanted)
     if wanted.shape != (arm.dof,) or not (np.isfinite(wanted) & (wanted > 0)).all():
         raise MmpError(f"{name} of arm '{arm.name}' must be a positive number, or {arm.dof} of them{unit}")
-    if (wanted < LEAST_LIMIT).any():
-        raise MmpError(
-            f"{name} of arm '{arm.name}' is {float(wanted.min())!r}; it must be {LEAST_LIMIT:g}{unit} at least"
-        )
+    if (wanted < np.minimum(LEAST_LIMIT, own)).any():
+        least = f"it must be {LEAST_LIMIT:g}{unit} at least"
+        raise MmpError(f"{name} of arm '{arm.name}' is {float(wanted.min())!r}; {least}")
     return wanted
 
 

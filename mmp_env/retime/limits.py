@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.cell import Cell
-from mmp_env.model.problem import Problem, joint_limits
+from mmp_env.model.problem import Problem, limits_per_joint
 from mmp_env.model.robot import frozen_array
 
 JointLimits = float | Mapping[str, ArrayLike] | None
@@ -66,9 +66,9 @@ def arm_limits(cell: Cell, given: JointLimits, what: str) -> dict[str, Float[np.
     for arm in cell.arms:
         if isinstance(given, Mapping) and arm.name not in given:
             raise MmpError(f"max_{what} has no entry for arm '{arm.name}'")
-        own = getattr(arm.robot, what) if given is None else given
-        values = own[arm.name] if isinstance(own, Mapping) else own
-        out[arm.name] = frozen_array(joint_limits(f"max_{what}", arm, values))
+        own = getattr(arm.robot, what)
+        values = given[arm.name] if isinstance(given, Mapping) else own if given is None else given
+        out[arm.name] = frozen_array(limits_per_joint(f"max_{what}", arm, values, own))
     return out
 
 

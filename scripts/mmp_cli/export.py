@@ -56,13 +56,15 @@ def run(args: Namespace) -> int:
         check_spared(args.plan, "--to", target)
         check_replaceable(target, "--to")
     report, refuted = (check_episode if in_a_row else check_document)(data), args.plan
-    if report.valid:
+    if is_retimed := report.valid:
         read_plans, plans = plans, _ready_to_run(args, plans)
-        changed = [plan for plan, before in zip(plans, read_plans, strict=True) if plan is not before]
-        report = next((each for each in map(check_plan, changed) if not each.valid), report)
-        refuted = f"THE RETIMED PLAN OF {args.plan}"
+        is_retimed = args.retime
+        for number, (plan, before) in enumerate(zip(plans, read_plans, strict=True), start=1):
+            if report.valid and plan is not before:
+                report = check_plan(plan)
+                refuted = f"THE RETIMED PLAN{f' {number}' if in_a_row else ''} OF {args.plan}"
     written = export_plan(plans, args.to, joint_names=args.joint_names)
-    if args.retime and report.valid:
+    if is_retimed:
         say("retimed for the file; --no-retime writes the plan as it is")
     for path, motion in written.items():
         say(f"{path}: {_content(path, plans[0], motion)}")

@@ -259,8 +259,8 @@ def test_triangles_that_merging_makes_edges_are_left_out():
     [
         (b"-0.05", b"nan", "'nan' is no coordinate of a vertex"),
         (b"-0.05", b"x", "'x' is no coordinate of a vertex"),
-        (b"<p>0", b"<p>4294967296", "'4294967296' is no index of a vertex"),
-        (b"<p>0", b"<p>x", "'x' is no index of a vertex"),
+        (b"<p>0", b"<p>4294967296", "'4294967296' is no index"),
+        (b"<p>0", b"<p>x", "'x' is no index"),
         (b"</scene>", b"", "box.dae is no valid .dae file"),
     ],
 )
@@ -269,6 +269,16 @@ def test_a_word_in_a_collada_file_is_told(old, new, sentence):
     with pytest.raises(MmpError, match=re.escape(sentence)):
         refuse_words(Path("box.dae"), BOX["box.dae"].replace(old, new, 1))
     refuse_words(Path("box.dae"), BOX["box.dae"])
+
+
+@pytest.mark.parametrize("vertex", ["0", "4", "-4", "4294967297", "x", "1.5"])
+def test_a_triangle_of_an_obj_file_has_vertices_of_the_file(vertex):
+    content = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf {} 2/1 -1//1\n"
+    refuse_words(Path("part.obj"), content.format("1").encode())
+    with pytest.raises(
+        MmpError, match=r"line 4: .* is no triangle; the numbers of its vertices must be 1 to 3, or -3 to -1"
+    ):
+        refuse_words(Path("part.obj"), content.format(vertex).encode())
 
 
 def test_without_trimesh_a_mesh_file_names_the_extra(tmp_path, monkeypatch):

@@ -99,8 +99,8 @@ class BatchedEnv(SyncVectorEnv):
             observations, self._rewards[going], self._terminations[going], its = MultiArmCellEnv.step_together(
                 [self._cells[k] for k in going], rows[going], lambda jobs: self._threads.run([*resets, *jobs])
             )
-            for name, rows in observations.items():
-                self._seen[name][going] = rows
+            for name, values in observations.items():
+                self._seen[name][going] = values
             for k, info in zip(going, its, strict=True):
                 infos[k] = info
             self._steps[going] += 1
@@ -126,7 +126,9 @@ class BatchedEnv(SyncVectorEnv):
 
 
 class _Threads:
-    """The threads of a batch: that of the caller and its helpers. A copy, and a forked process, start their own.
+    """The threads of a batch: that of the caller and its helpers.
+
+    A pickled or deep copy, and a forked process, start their own.
 
     Args:
         count: number of threads.

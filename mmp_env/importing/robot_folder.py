@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache as remembered
 from pathlib import Path
 from typing import Any
 
@@ -159,7 +159,7 @@ def files_of_pieces(
         limits=limits,
         flange=chain.flange,
     )
-    fit = remembered(fit_coarse_cover)
+    fit = functools.cache(fit_coarse_cover)
     for budget in detail.coarse_spheres:
         covers = {detail.finest: fine}
         if budget is not None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 FIRST_S = 2.0
 """Time [s] after which the first line is printed where there is no terminal."""
 PLAIN_EVERY_S = 10.0
+"""Time [s] between the lines that follow."""
 
 
 class ImportProgress:

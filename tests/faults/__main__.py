@@ -21,7 +21,7 @@ COUNTING = {"memory": "memory", "pipe": "count-output"}
 """Way to fail -> the kind that only counts its calls; other ways count all calls on files. Call -1 never comes."""
 
 FEW, SAMPLED = 300, 40
-"""So many allocations of a command each fail once; of more than these, only a sample does."""
+"""Each allocation of a command with at most `FEW` fails once. A command with more has `SAMPLED` of them fail."""
 
 
 def points(calls: int, most: int | None) -> list[int]:

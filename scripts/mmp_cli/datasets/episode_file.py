@@ -24,7 +24,7 @@ MAX_EPISODE_BYTES = 2**28
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Rows:
-    """What an array of an episode may hold.
+    """The type, shape and numbers that an array of an episode may have.
 
     Attributes:
         dtype: type of the numbers.

@@ -159,7 +159,7 @@ LINES: dict[str, dict[str, list[list[str]]]] = {
         "deadlines": [["bench_deadlines.py", "--most", "10", "--count", "3"]],
         "soak": [["soak.py"]],
         "checker": [["attack_checker.py"]],
-        "fuzz": [["fuzz.sh", "--minutes", "45", "--core-share", "0.03"]],
+        "fuzz": [["fuzz.sh", "--minutes", "66", "--core-share", "0.03"]],
         "sanitizers": [["sanitize.sh"]],
         "faults": [
             ["faults.sh", "--most", "3"],

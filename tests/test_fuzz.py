@@ -38,13 +38,14 @@ def worker():
     out.close()
 
 
-def given(kind, **files):
-    return inputs.Input(kind=kind, line=inputs.with_limits(samples.LINES[kind][1]), files=files)
+def given(kind, limits_s=samples.TIME_LIMITS_S, **files):
+    return inputs.Input(kind=kind, line=inputs.with_limits(samples.LINES[kind][1], limits_s), files=files)
 
 
 @pytest.mark.parametrize("kind", samples.LINES)
 def test_the_good_inputs_are_accepted(kind, worker):
-    code, faults = inputs.tried(given(kind), worker)
+    limits_s = samples.TIME_LIMITS_S | {"plan": 3.0}  # enough for a core with sanitizers
+    code, faults = inputs.tried(given(kind, limits_s), worker)
     assert (code, faults) == (2 if kind in samples.NOT_DRAWN else 0, [])
 
 

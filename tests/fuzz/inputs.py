@@ -8,6 +8,7 @@ import random
 import shutil
 import tempfile
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -49,10 +50,10 @@ def drawn(good: dict[str, bytes], rng: random.Random) -> Input:
     return Input(kind=kind, line=line, files=files)
 
 
-def with_limits(line: list[str]) -> list[str]:
-    """Returns a command line with a time limit and an output file where it has them."""
-    if line[0] in samples.TIME_LIMITS_S:
-        line = [*line, "--time-limit", str(samples.TIME_LIMITS_S[line[0]])]
+def with_limits(line: list[str], limits_s: Mapping[str, float] = samples.TIME_LIMITS_S) -> list[str]:
+    """Returns a command line with the time limit of its command [s] and an output file, where it has them."""
+    if line[0] in limits_s:
+        line = [*line, "--time-limit", str(limits_s[line[0]])]
     return [*line, "--out", "out.json"] if line[0] == "plan" else line
 
 

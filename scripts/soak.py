@@ -60,6 +60,8 @@ def main() -> int:
         if not solved[planner]:
             print(f"{planner} made no plan in {args.time_limit:g} s", file=sys.stderr)
             failed = True
+    if solved.total() < args.plans:
+        print(f"only {solved.total()} of {args.plans} plans were made", file=sys.stderr)
     with gymnasium.make("MultiArmCell", cell=cell) as env:
         actions = np.random.default_rng(0)
 

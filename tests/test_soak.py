@@ -92,4 +92,5 @@ def test_only_plans_count_and_a_planner_without_one_ends_the_script_with_1(
     assert figure["solved"].keys() == set(names())
     assert sum(figure["solved"].values()) == plans
     assert [name for name, count in figure["solved"].items() if count] == solving
-    assert err.splitlines() == [f"{name} made no plan in 0.1 s" for name in unsolving]
+    few = [] if plans == 40 else [f"only {plans} of 40 plans were made"]
+    assert err.splitlines() == [f"{name} made no plan in 0.1 s" for name in unsolving] + few

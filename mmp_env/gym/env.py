@@ -286,6 +286,7 @@ class MultiArmCellEnv(gymnasium.Env[Any, np.ndarray]):
             rewards, over, infos = map(list, zip(*arrived, strict=True))
             return first._observer.observation(seen, goals), rewards, over, infos
 
+    @one_thread_at_a_time
     def action_towards(self, q: ArrayLike) -> np.ndarray:
         """Returns the action [n] that moves the reference of the servos to a configuration, or as near as possible.
 

@@ -48,7 +48,7 @@ def levels_of(margins: Margins, looked: float, proved: float) -> core.Levels:
     return core.Levels(arms + looked, arms + proved, margins.obstacles - arms, margins.self - arms, -arms)
 
 
-_LARGEST_Q, _LARGEST_STRAY = 1e4, 1e6
+LARGEST_POSITION, _LARGEST_STRAY = 1e4, 1e6
 """Upper bounds of joint positions, and of the distance of an arm from its lines [rad, of slides m]; the core's own."""
 _EDGE_ROOM_M = 1e-4
 """Clearance [m] beyond the margin at the instants that `edge_free` tests."""
@@ -330,13 +330,11 @@ class CollisionModel:
         return self._checked(arm, q, ("n", self.cell.arms[self.index(arm)].dof))
 
     def _checked(self, arm: str, q: ArrayLike, shape: tuple[str | int, ...]) -> Float[np.ndarray, "*n dof"]:
-        """Returns configurations of this shape, each number within `_LARGEST_Q`. Raises `MmpError`."""
+        """Returns configurations of this shape, each number within `LARGEST_POSITION`. Raises `MmpError`."""
         rows = _finite(arm, q, shape)
-        if np.abs(rows).max(initial=0.0) > _LARGEST_Q:
-            far = float(rows[np.abs(rows) > _LARGEST_Q][0])
-            raise MmpError(
-                f"configurations of arm '{arm}' hold {far:g}; they must be from -{_LARGEST_Q:g} to {_LARGEST_Q:g}"
-            )
+        if np.abs(rows).max(initial=0.0) > LARGEST_POSITION:
+            far, most = float(rows[np.abs(rows) > LARGEST_POSITION][0]), f"{LARGEST_POSITION:g}"
+            raise MmpError(f"configurations of arm '{arm}' hold {far:g}; they must be from -{most} to {most}")
         return rows
 
     def _finite_rows(self, arm: str, q: ArrayLike) -> Float[np.ndarray, "n dof"]:

@@ -94,12 +94,10 @@ def asked_margins(margin: float | Mapping[str, Any] | Margins | None) -> dict[st
 
 
 def check_margins(margins: object) -> None:
-    """Raises `MmpError` unless these are `Margins`, and each of them is a finite number, `LEAST_MARGIN_M` at least."""
+    """Raises `MmpError` unless these are `Margins`, and each of them is a number from 1e-12 to 100 m."""
     each = given("margins", margins, Margins, "Margins(arms=..., obstacles=..., self=...), each in metres")
     for kind in KINDS:
-        allowed = f"a finite number of metres above 0, {LEAST_MARGIN_M:g} at least"
-        if number(f"margin {KIND_WORDS[kind]}", each[kind], allowed) < LEAST_MARGIN_M:
-            raise refused(f"margin {KIND_WORDS[kind]}", each[kind], allowed)
+        _asked(f"margin {KIND_WORDS[kind]}", each[kind], _ALLOWED)
 
 
 def queried_margins(margin: object) -> Margins:

@@ -9,13 +9,12 @@ import numpy as np
 from mmp_env.errors import MmpError
 from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.cell import Cell
+from mmp_env.model.collision import LARGEST_POSITION
 from mmp_env.model.plan import Plan, how_to_plan, what_else
 from mmp_env.model.transforms import matrix_from_quaternion
 
 LONGEST_EXECUTION_S = 1200.0
 """Longest plan that is executed [s]: an execution keeps the positions of all physics steps in memory."""
-LARGEST_POSITION = 1e4
-"""Largest absolute position of a joint [rad, of a slide m]. The native core takes no larger one."""
 _SAME = 1e-6
 """Largest difference between equal poses and sizes [m]."""
 _MOST_SHOWN = 9

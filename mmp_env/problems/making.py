@@ -158,7 +158,8 @@ def _checked(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> dict[str, N
     near = cell.collision.nearest(q)
     for bodies, metres in near.values():
         if metres < _LEAST_CLEARANCE_M:
-            raise InvalidInstanceError(f"{which} is in collision: {bodies} ({max(-metres, 0) * 1e3:.1f} mm deep)")
+            depth = f"{-metres * 1e3:.1f} mm deep" if metres <= -5e-5 else "touching"
+            raise InvalidInstanceError(f"{which} is in collision: {bodies} ({depth})")
     return near
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from argparse import Namespace
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -79,7 +80,8 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
     folder = DatasetFolder(Path(args.out), _settings(args, source))
     before = len(folder.files)
     if before:
-        folder.check_episodes(rows_of(_env(args, source.cell)))
+        with closing(_env(args, source.cell)) as env:
+            folder.check_episodes(rows_of(env))
     for k, item in enumerate(source.items):
         if item.name in folder.done:
             continue
@@ -88,7 +90,8 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
         complain(f"{len(folder.lines)} of {len(source.items)}: {item.name}: {outcome}")
     identity, name = None, source.title.replace(" ", "-")
     if args.format == "minari" and folder.files:
-        identity = minari_format.write(folder, name, _env(args, source.cell), _spec(args))
+        with closing(_env(args, source.cell)) as env:
+            identity = minari_format.write(folder, name, env, _spec(args))
     elif len(folder.files) > before and exists(folder.path / name / minari_format.VERSION):
         complain(f"the Minari dataset in {folder.path} has not the new episodes; --format minari makes it again")
     _report(args, folder, identity)
@@ -114,13 +117,11 @@ def _episode(args: Namespace, source: Instances, k: int, planner: object) -> tup
     result = planner.plan(problem, seed=source.items[k].seed, time_limit=args.time_limit)  # pyright: ignore
     if result.plan is None:
         return f"no plan: {result.status}", None
-    env = _env(args, problem.cell)
     try:
-        episode = follow(env, problem, result.plan)
+        with closing(_env(args, problem.cell)) as env:
+            episode = follow(env, problem, result.plan)
     except MmpError as error:
         return f"not retimed: {error}", None
-    finally:
-        env.close()
     if episode.is_success:
         return SUCCESS, episode
     contact = "a contact" if episode.infos["contacts"].any() else "the goal was not reached"

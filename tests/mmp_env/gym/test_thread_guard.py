@@ -48,6 +48,7 @@ CALLS = {
     "reset": lambda env: env.reset(seed=0),
     "step": lambda env: env.step(np.zeros(12)),
     "step_together": lambda env: MultiArmCellEnv.step_together([env], np.zeros((1, 12)), lambda jobs: None),
+    "action_towards": lambda env: env.action_towards(np.zeros(12)),
     "execute": lambda env: env.execute(still(env)),
     "render": lambda env: env.render(),
     "close": lambda env: env.close(),

@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import json
+import re
 
 import numpy as np
 import pytest
@@ -240,11 +241,13 @@ def test_a_margin_is_shown_in_millimetres_rounded_down(metres, text):
     assert millimetres(metres) == text
 
 
+@pytest.mark.parametrize("metres", ["1e-320", "1e+300"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_problem_refuses_a_margin_below_the_rounding_of_clearances(kind):
-    with pytest.raises(MmpError, match=f"margin {KIND_WORDS[kind]} is 1e-320; it must be .* 1e-12 at least"):
+def test_a_problem_refuses_a_margin_below_the_rounding_of_clearances_and_beyond_all_cells(kind, metres):
+    allowed = "it must be .* 1e-12 at least and 100 at most"
+    with pytest.raises(MmpError, match=f"margin {KIND_WORDS[kind]} is {re.escape(metres)}; {allowed}"):
         dataclasses.replace(
-            swinging(), margins=Margins(**{"arms": 1e-12, "obstacles": 1e-12, "self": 1e-12, kind: 1e-320})
+            swinging(), margins=Margins(**{"arms": 1e-12, "obstacles": 1e-12, "self": 1e-12, kind: float(metres)})
         )
 
 

@@ -101,6 +101,7 @@ class _Pipe:
     """Copies the bytes written to `entrance` to a file. Rerun itself waits for ever if it cannot write to its file."""
 
     def __init__(self, path: Path) -> None:
+        self._room = memoryview(bytearray(_CHUNK_BYTES))  # before the thread, which must not end for lack of memory
         self._sink = path.open("wb", buffering=0)
         self._source, self._end = os.pipe()
         self.entrance = Path(f"/proc/self/fd/{self._end}")
@@ -118,9 +119,8 @@ class _Pipe:
             raise self._error
 
     def _copy(self) -> None:
-        room = memoryview(bytearray(_CHUNK_BYTES))  # made once: this thread must not end for lack of memory
-        while count := os.readv(self._source, [room]):
-            chunk = room[:count]
+        while count := os.readv(self._source, [self._room]):
+            chunk = self._room[:count]
             while chunk and self._error is None:
                 try:
                     chunk = chunk[self._sink.write(chunk) :]

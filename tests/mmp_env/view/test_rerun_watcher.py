@@ -14,7 +14,7 @@ from support.recordings import Rows, blueprints
 
 import mmp_env
 from mmp_env import MmpError, events
-from mmp_env.view.rerun import RerunWatcher, require
+from mmp_env.view.rerun import RerunWatcher, require, sdk
 from mmp_planners import StopPlanning, make, names
 
 IDS, TEXT = "GraphNodes:node_ids", "TextDocument:text"
@@ -251,3 +251,13 @@ def test_arms_and_obstacles_of_every_kind_are_shown(tmp_path):
     (begin,) = rows.static("/stage/capsules", "Capsules3D:translations")
     np.testing.assert_allclose(begin, [2.0, 3.0, -0.1], atol=1e-6)
     assert verified(tmp_path / "odd.rrd")
+
+
+def test_a_recording_without_memory_for_its_copies_is_not_begun(tmp_path, monkeypatch):
+    def refuse(size):
+        raise MemoryError
+
+    monkeypatch.setattr(sdk, "bytearray", refuse, raising=False)
+    with pytest.raises(MemoryError):
+        record(two_arms.passing(), "auto", tmp_path / "plan.rrd")
+    assert list(tmp_path.iterdir()) == []

@@ -19,11 +19,11 @@ from fuzz.known_keys import unknown_fields, unknown_keys
 
 MUST_DIFFER = ("arms", "obstacles", "jobs", "objects", "instances")
 """Keys of lists whose items have different names."""
-LENGTHS = ("size", "radius", "length", "scale")
+LENGTHS = ("size", "radius", "length")
 """Keys of lengths [m] of a shape."""
 POSITIVE = ("margin", "max_velocity", "max_acceleration", "max_jerk")
 """Keys of one number above 0, or of a list or object of them."""
-NUMERIC = ("position", "positions", "quaternion", "times", "yaw", "margin", *LENGTHS)
+NUMERIC = ("position", "positions", "quaternion", "times", "yaw", "margin", "scale", *LENGTHS)
 """Keys below which no truth value is."""
 FREE = ("stats", "planner", "meta")
 """Keys below which anything may be."""
@@ -229,6 +229,8 @@ def _object_nonsense(value: dict[str, Any]) -> Iterator[str]:
     for key in LENGTHS:
         if key in value and "shape" in value and not all(_is_positive(leaf) for leaf in _leaves(value[key])):
             yield f"{key} {value[key]}"
+    if "shape" in value and not all(_is_number(leaf) and leaf != 0 for leaf in _leaves(value.get("scale", 1.0))):
+        yield f"scale {value['scale']}"  # a negative one mirrors the mesh
     for key in POSITIVE:
         if value.get(key) is not None and not all(_is_positive(leaf) for leaf in _leaves(value[key])):
             yield f"{key} {value[key]}"

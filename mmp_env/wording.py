@@ -27,8 +27,9 @@ def degrees_hint(angle: float) -> str:
 
 
 def how_far_apart(clearance_m: float) -> str:
-    """Returns words for the clearance [m] of two bodies, such as `2.0 mm apart` or `1.5 mm deep`."""
-    return f"{abs(clearance_m) * 1e3:.1f} mm {'deep' if clearance_m < 0 else 'apart'}"
+    """Returns words for the clearance [m] of two bodies, such as `2.0 mm apart`, `touching` or `1.5 mm deep`."""
+    shown_mm = f"{abs(clearance_m) * 1e3:.1f}"
+    return "touching" if shown_mm == "0.0" else f"{shown_mm} mm {'deep' if clearance_m < 0 else 'apart'}"
 
 
 def markdown_escaped(text: str) -> str:

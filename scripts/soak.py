@@ -55,13 +55,14 @@ def main() -> int:
         return None if result.plan is None else planner
 
     growth, solved = show("soak_plans", "plans", plan, args.plans, planners)
-    growths, failed = [growth], solved.total() < args.plans
+    growths, failed = [growth], False
     for planner in planners:
         if not solved[planner]:
             print(f"{planner} made no plan in {args.time_limit:g} s", file=sys.stderr)
             failed = True
     if solved.total() < args.plans:
         print(f"only {solved.total()} of {args.plans} plans were made", file=sys.stderr)
+        failed = True
     with gymnasium.make("MultiArmCell", cell=cell) as env:
         actions = np.random.default_rng(0)
 

@@ -48,8 +48,10 @@ def levels_of(margins: Margins, looked: float, proved: float) -> core.Levels:
     return core.Levels(arms + looked, arms + proved, margins.obstacles - arms, margins.self - arms, -arms)
 
 
-LARGEST_POSITION, _LARGEST_STRAY = 1e4, 1e6
-"""Upper bounds of joint positions, and of the distance of an arm from its lines [rad, of slides m]; the core's own."""
+LARGEST_POSITION = 1e4
+"""Largest absolute position of a joint [rad, of a slide m]. The native core takes no larger one."""
+_LARGEST_STRAY = 1e6
+"""Largest distance of an arm from its lines [rad, of slides m]. The native core takes no larger one."""
 _EDGE_ROOM_M = 1e-4
 """Clearance [m] beyond the margin at the instants that `edge_free` tests."""
 

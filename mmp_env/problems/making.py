@@ -30,7 +30,7 @@ from mmp_env.model.margins import (
 from mmp_env.model.problem import DEFAULT_MAX_VELOCITY, Problem, asked_velocity_limits, upright_room
 from mmp_env.problems.candidates import not_upright, wrong_shape
 from mmp_env.problems.resolution import Resolved, keeping, resolve
-from mmp_env.wording import degrees_hint
+from mmp_env.wording import degrees_hint, how_far_apart
 
 MOVED = 1e-3
 """Difference of a held joint or free body [rad or m] from its value in the cell, above which a warning tells it."""
@@ -158,8 +158,7 @@ def _checked(cell: Cell, q: Mapping[str, np.ndarray], which: str) -> dict[str, N
     near = cell.collision.nearest(q)
     for bodies, metres in near.values():
         if metres < _LEAST_CLEARANCE_M:
-            depth = f"{-metres * 1e3:.1f} mm deep" if metres <= -5e-5 else "touching"
-            raise InvalidInstanceError(f"{which} is in collision: {bodies} ({depth})")
+            raise InvalidInstanceError(f"{which} is in collision: {bodies} ({how_far_apart(metres)})")
     return near
 
 

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support import core_calls
+from support import core_calls, core_objects
 
 from mmp_env import core
 
-PROGRAM = Path(core_calls.__file__)
+TESTS = Path(core_calls.__file__).parents[1]
 REFUSALS = ("ValueError", "TypeError")
 
 
@@ -40,7 +40,8 @@ def test_every_function_of_the_core_is_tried():
 @pytest.mark.parametrize("name", core_calls.CALLS)
 def test_wrong_arguments_of_the_core_are_refused(name):
     done = subprocess.run(
-        [sys.executable, PROGRAM, name],
+        [sys.executable, "-m", core_calls.__name__, name],
+        cwd=TESTS,
         capture_output=True,
         text=True,
         check=False,
@@ -56,21 +57,21 @@ def test_wrong_arguments_of_the_core_are_refused(name):
 
 
 def test_a_cell_is_finished_once_and_not_without_arms():
-    cell = core_calls.two_arms()
+    cell = core_objects.two_arms()
     with pytest.raises(ValueError, match="the cell is frozen"):
         cell.freeze()
     with pytest.raises(ValueError, match="the cell is frozen"):
-        cell.add_arm(**core_calls.arm_at(0.0))
+        cell.add_arm(**core_objects.arm_at(0.0))
     with pytest.raises(ValueError, match="the cell is frozen"):
-        cell.add_obstacle(**core_calls.obstacle())
+        cell.add_obstacle(**core_objects.obstacle())
     with pytest.raises(ValueError, match="one arm at least"):
         core.Cell().freeze()
 
 
 def test_an_unfinished_cell_refuses_queries():
-    cell = core_calls.two_arms(frozen=False)
+    cell = core_objects.two_arms(frozen=False)
     with pytest.raises(ValueError, match="the cell is not frozen"):
-        core.conflict_instants(cell, [], np.zeros((0, 2), dtype=np.int32), core_calls.MARGINS)
+        core.conflict_instants(cell, [], np.zeros((0, 2), dtype=np.int32), core_objects.MARGINS)
 
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, -1e300, -math.inf])

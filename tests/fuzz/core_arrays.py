@@ -11,11 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from support import core_calls
+from support.core_calls import CALLS
+from support.core_objects import CELL
+from support.wrong_arguments import WRONG
 
 NUMBERS = [0.0, -0.0, 1.0, -1.0, 1e-310, 1e300, -1e300, math.nan, math.inf, -math.inf, 1e6, 1e4, 0.1, 3.0]
 WHOLE = [0, 1, 2, -1, 7, 2**31 - 1, -(2**31), 2**31, 2**63 - 1, 2**64, 10**30]
-OBJECTS = [None, "x", b"x", [], {}, object(), 3, 0.5, True, [None], np.zeros(0), np.array(1.0), core_calls.CELL]
+OBJECTS = [None, "x", b"x", [], {}, object(), 3, 0.5, True, [None], np.zeros(0), np.array(1.0), CELL]
 TYPES = [np.float64, np.float32, np.int32, np.int64, np.int8, np.uint8, np.bool_, np.complex128, object]
 
 
@@ -32,14 +34,14 @@ def run(seed: str, calls: int, place: Path) -> dict[str, Any]:
 
 def name_of(seed: str, k: int) -> str:
     """Returns the name of the function that call `k` calls."""
-    return random.Random(f"{seed}/{k}").choice(sorted(core_calls.CALLS))
+    return random.Random(f"{seed}/{k}").choice(sorted(CALLS))
 
 
 def attempt(name: str, seed: str) -> bool:
     """Calls a function with arguments that its name and `seed` determine. Returns whether it returned."""
     arguments = arguments_of(name, random.Random(seed))
     try:
-        core_calls.CALLS[name].of(**arguments)
+        CALLS[name].of(**arguments)
     except Exception:
         return False
     return True
@@ -47,11 +49,11 @@ def attempt(name: str, seed: str) -> bool:
 
 def arguments_of(name: str, rng: random.Random) -> dict[str, Any]:
     """Returns the arguments of a call: one or more of them hostile."""
-    chosen = core_calls.CALLS[name]
+    chosen = CALLS[name]
     arguments = dict(chosen.valid)
     for key in rng.sample(sorted(arguments), rng.choice([0, 1, 1, 1, 2, 3])) if len(arguments) > 3 else arguments:
         kind = chosen.arguments[key][1]
-        wrong = core_calls.WRONG[kind]
+        wrong = WRONG[kind]
         arguments[key] = rng.choice(wrong) if wrong and rng.random() < 0.4 else hostile(arguments[key], rng)
     return arguments
 

@@ -1,13 +1,13 @@
-"""A valid call of every function of the native core, and wrong values for each kind of argument.
+"""A valid call of every function of the native core.
 
-The program `core_calls.py NAME` makes every wrong call of one function. It prints a JSON line with the arguments
-before each call, and one with the exception's name and text after it. A crash ends the lines early.
+The program `python -m support.core_calls NAME` makes the call of one function with each wrong value of each argument.
+It prints a JSON line with the arguments before each call, and one with the exception's name and text after it. A crash
+ends the lines early.
 """
 
 from __future__ import annotations
 
 import json
-import math
 import sys
 import warnings
 from collections.abc import Callable
@@ -16,284 +16,38 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from support.core_objects import (
+    BALL,
+    BALLS,
+    CELL,
+    CLOCK,
+    FIRST,
+    MARGINS,
+    MOTION,
+    OTHER,
+    POSES,
+    ROWS,
+    SIX_AXES,
+    SIX_OFFSETS,
+    STEPS,
+    THREE,
+    THREE_ROWS,
+    UPRIGHT_CELL,
+    arm_at,
+    composite,
+    groups,
+    hull,
+    hull_obstacle,
+    obstacle,
+    one_arm,
+    pool,
+    search,
+    two_arms,
+    unmade,
+)
+from support.wrong_arguments import WRONG
 
 from mmp_env import core
-
-LINK_M = 1.0
-STEPS = np.array([0.2, 0.2])
-ROWS = np.array([[0.0, 0.5], [0.1, 0.6], [0.2, 0.7], [0.3, 0.8]])
-FIRST, LAST = ROWS[0].copy(), ROWS[-1].copy()
-
-
-def arm_at(x: float) -> dict[str, np.ndarray]:
-    """Returns arguments of `add_arm`: a planar arm of two links of 1 m, with spheres at base, elbow and tip."""
-    base, elbow = np.eye(4), np.eye(4)
-    base[0, 3], elbow[0, 3] = x, LINK_M
-    return {
-        "fixed": np.array([base[:3].ravel(), elbow[:3].ravel()]),
-        "tool": elbow[:3].ravel(),
-        "slides": np.zeros(2, dtype=bool),
-        "lower": np.full(2, -np.pi),
-        "upper": np.full(2, np.pi),
-        "link_frames": np.array([0, 1, 2], dtype=np.int32),
-        "spheres": np.array([[x, 0, 0, 0.1], [LINK_M, 0, 0, 0.1], [LINK_M, 0, 0, 0.1]]),
-        "sphere_links": np.array([0, 1, 2], dtype=np.int32),
-        "self_pairs": np.array([[0, 2]], dtype=np.int32),
-    }
-
-
-def obstacle() -> dict[str, Any]:
-    """Returns arguments of `add_obstacle`: a box out of reach."""
-    pose = np.eye(4)
-    pose[2, 3] = 5.0
-    return {"shape": 0, "pose": pose[:3].ravel(), "size": np.full(3, 0.1)}
-
-
-def hull() -> dict[str, Any]:
-    """Returns what `add_hull` takes: a tetrahedron in the sphere at the tip."""
-    return {
-        "arm": 0,
-        "link": 2,
-        "vertices": np.array([[LINK_M, 0, 0], [LINK_M, 0.05, 0], [LINK_M, 0, 0.05], [LINK_M + 0.05, 0, 0]]),
-        "radius": 0.01,
-        "protrusion": 0.2,
-    }
-
-
-def hull_obstacle() -> dict[str, Any]:
-    """Returns what `add_hull_obstacle` takes: a cube out of reach."""
-    corners = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.1, 0.1) for z in (4.9, 5.1)])
-    planes = np.array([[*n, (corners @ n).max()] for n in (*np.eye(3), *-np.eye(3))])
-    return {"vertices": corners, "planes": planes, "radius": 0.0}
-
-
-def one_arm() -> core.Cell:
-    """Returns a cell that is not frozen."""
-    cell = core.Cell()
-    cell.add_arm(**arm_at(0.0))
-    return cell
-
-
-def two_arms(frozen: bool = True) -> core.Cell:
-    """Returns a cell of two arms out of each other's reach, and the box."""
-    cell = core.Cell()
-    cell.add_arm(**arm_at(0.0))
-    cell.add_arm(**arm_at(5.0))
-    cell.add_obstacle(**obstacle())
-    if frozen:
-        cell.freeze()
-    return cell
-
-
-def upright_arm() -> core.Cell:
-    """Returns a cell of one arm with a bound on the axis of its tool."""
-    cell = one_arm()
-    core.keep_upright(cell, 0, np.array([0.0, 0.6, 0.8]), 1.0)
-    cell.freeze()
-    return cell
-
-
-CELL, OTHER_CELL = two_arms(), two_arms()
-UPRIGHT_CELL = upright_arm()
-MOTION, OTHER = core.Motion(CELL, 0, ROWS), core.Motion(CELL, 1, ROWS)
-BALL = core.Constraint.ball(FIRST, 0.1, 0.0, 1.0)
-CLOCK = core.Clock(60.0)
-MARGINS = core.Levels(0.002, 0.0015)
-
-
-def search() -> core.SingleArm:
-    return core.SingleArm(CELL, 0, start=FIRST, goals=LAST[None], max_step=STEPS, levels=MARGINS, seed=1)
-
-
-def composite() -> core.CompositeSearch:
-    start, goal = (np.concatenate([q, q]) for q in (FIRST, LAST))
-    return core.CompositeSearch(CELL, start=start, goals=goal[None], samples=MARGINS, edges=MARGINS, seed=1)
-
-
-def groups() -> core.GroupSearch:
-    start, goal = (np.concatenate([q, q]) for q in (FIRST, LAST))
-    return core.GroupSearch(CELL, start=start, goal=goal, samples=MARGINS, edges=MARGINS, seed=1)
-
-
-def pool() -> core.PathRecombination:
-    paths = core.PathRecombination(CELL, [STEPS, STEPS], MARGINS)
-    paths.add([ROWS, ROWS])
-    return paths
-
-
-def unmade(kind: type) -> Any:
-    """Returns an object that was never initialised. Any Python program can make one."""
-    return kind.__new__(kind)
-
-
-NOT_NUMBERS = [None, "x"]
-NOT_FINITE = [math.nan, math.inf, -math.inf]
-ENDLESS = [*NOT_FINITE, 1e300, -1e300]
-NOT_COUNTS = [2**40, 1.5, *NOT_NUMBERS]
-FAR = np.array([0.1, 2e4])
-
-
-def vectors(length: int) -> list[Any]:
-    """Returns values that are no configuration of `length` joints."""
-    bad = [np.full(length, x) for x in ENDLESS]
-    return [np.zeros(0), np.zeros(length - 1), np.zeros(length + 1), np.zeros((1, length)), *bad, *NOT_NUMBERS]
-
-
-def shapes_like(valid: np.ndarray) -> list[Any]:
-    """Returns values that are no array of finite lengths of the shape of a valid one."""
-    wrong = [np.zeros(valid.shape[:-1]), np.zeros((*valid.shape[:-1], valid.shape[-1] + 1)), np.zeros((0, 0))]
-    return [*wrong, *(np.full(valid.shape, x) for x in ENDLESS), *NOT_NUMBERS]
-
-
-def numbers_of(length: int) -> list[Any]:
-    """Returns values that are not `length` finite numbers."""
-    return [*vectors(length), np.array(["x"] * length), np.zeros(length, dtype=complex)]
-
-
-NOT_ROWS = [np.zeros((3, 1)), np.zeros((3, 3)), np.zeros(2), np.zeros((1, 3, 2)), *NOT_NUMBERS]
-NOT_ROWS += [np.vstack([ROWS, bad]) for bad in (FAR, np.full(2, math.nan), np.full(2, math.inf))]
-NO_ROWS = np.zeros((0, 2))
-NOT_STEPS = [np.array([0.1, x]) for x in (0.0, -0.1, 1e-300, 1e-12)]
-
-
-def lists_of(valid: Any, wrong: list[Any]) -> list[Any]:
-    """Returns values that are no list of one valid value for each of two arms."""
-    return [None, 3, [], [valid], [valid, valid, valid], *([valid, bad] for bad in wrong)]
-
-
-def items(valid: Any, wrong: list[Any]) -> list[Any]:
-    """Returns values that are no sequence of objects of the right kind."""
-    return [None, 3, *([valid, bad] for bad in (None, 3, "x", unmade(type(valid)), *wrong))]
-
-
-FOREIGN = core.Motion(OTHER_CELL, 1, ROWS)
-WRONG: dict[str, list[Any]] = {
-    "cell": [None, 3, unmade(core.Cell), two_arms(frozen=False)],
-    "arm": [-1, 2, 2**31 - 1, -(2**31), *NOT_COUNTS],
-    "clock": [None, 1.0, unmade(core.Clock)],
-    "levels": [None, 0.002, unmade(core.Levels)],
-    "required": [None, 0.002, unmade(core.Levels), core.Levels(0.0, -0.001)],
-    "search": [None, 3, unmade(core.SingleArm)],
-    "single-arm settings": [None, 3, unmade(core.SingleArmSettings)],
-    "repulsion settings": [None, 3, unmade(core.RepulsionSettings)],
-    "composite settings": [None, 3, unmade(core.CompositeSettings)],
-    "shortcut settings": [None, 3, unmade(core.ShortcutSettings)],
-    "motion": [None, 3, unmade(core.Motion), core.Motion(OTHER_CELL, 0, ROWS)],
-    "motions": items(OTHER, [FOREIGN, BALL]),
-    "others": items(OTHER, [FOREIGN, BALL, MOTION]),
-    "constraints": items(BALL, [OTHER, core.Constraint.ball(np.zeros(3), 0.1, 0.0, 1.0)]),
-    "number": [*ENDLESS, *NOT_NUMBERS],
-    "positive": [*ENDLESS, 0.0, -1.0, *NOT_NUMBERS],
-    "not negative": [*ENDLESS, -1.0, *NOT_NUMBERS],
-    "share": [*ENDLESS, -0.1, 1.1, *NOT_NUMBERS],
-    "sampling": [*ENDLESS, 0.0, -1.0, 1e-300, 1e-9, *NOT_NUMBERS],
-    "seconds": [math.nan, *NOT_NUMBERS],
-    "limit": [math.nan, *NOT_NUMBERS],
-    "positive share": [math.nan, -math.inf, 0.0, -1.0, *NOT_NUMBERS],
-    "window start": [math.nan, 2.0, *NOT_NUMBERS],
-    "window end": [math.nan, -1.0, *NOT_NUMBERS],
-    "whole step": [math.nan, 0.5, *NOT_NUMBERS],
-    "count": [-1, 2**31 - 1, *NOT_COUNTS],
-    "seed": [-1, 2**64, 1.5, *NOT_NUMBERS],
-    "flag": [2, None, "x"],
-    "link": [0, -1, -(2**31), *NOT_COUNTS],
-    "shape": [-1, 4, 2**31 - 1, *NOT_COUNTS],
-    "q": vectors(2),
-    "all joints": vectors(4),
-    "rows of all joints": [np.zeros((0, 4)), np.zeros((1, 2)), np.full((2, 4), math.nan), np.ones(4), *NOT_NUMBERS],
-    "steps": [*vectors(2), *NOT_STEPS],
-    "point": vectors(3),
-    "rows": NOT_ROWS,
-    "rows of a line": [*NOT_ROWS, NO_ROWS, ROWS[:1]],
-    "some rows": [*NOT_ROWS, NO_ROWS],
-    "rows of each": lists_of(ROWS, [*NOT_ROWS, ROWS[:2]]),
-    "rows of each goal": [None, 3, [], [ROWS], [ROWS, ROWS, ROWS], *([ROWS, bad] for bad in NOT_ROWS)],
-    "some rows of each": [*lists_of(ROWS, [*NOT_ROWS, ROWS[:2]]), [NO_ROWS, NO_ROWS]],
-    "path of each": lists_of(ROWS, [*NOT_ROWS, NO_ROWS]),
-    "steps of each": lists_of(STEPS, [*vectors(2), *NOT_STEPS]),
-    "q of each": lists_of(FIRST, vectors(2)),
-    "groups": lists_of(0, [*NOT_COUNTS]),
-    "arms": [[0], [1], [1, 0], [0, 0], [], [0, 2], [-1, 0], [0, 2**31 - 1], 3, [None], [0.5], [2**40]],
-    "path ids": lists_of(0, [7, -1, *NOT_COUNTS]),
-    "any path ids": [None, 3, [None], [2**40]],
-    "pairs": [np.array([p], dtype=np.int32) for p in ([0, 2], [-1, 0], [0, 2**31 - 1], [0, 0], [1])]
-    + [np.array([0, 1], dtype=np.int32), *NOT_NUMBERS],
-    "fixed": [np.zeros((0, 12)), np.zeros((17, 12)), np.zeros((2, 11)), np.zeros(12), *NOT_NUMBERS]
-    + [np.full((2, 12), x) for x in ENDLESS],
-    "pose": numbers_of(12),
-    "limits": [*vectors(2)[:4], np.full(2, math.nan), *NOT_NUMBERS],
-    "link_frames": [
-        np.array(frames, dtype=np.int32)
-        for frames in ([], [0], [0, 1, 3], [0, 1, -1], [0, 1, 2**31 - 1], [1, 1, 2], [0, 0, 2], [0, 2, 1], [0] * 19)
-    ]
-    + [np.zeros((1, 3), dtype=np.int32), *NOT_NUMBERS],
-    "spheres": [np.zeros((2, 4)), np.zeros((4, 4)), np.zeros((3, 3)), np.zeros(4), *NOT_NUMBERS]
-    + [np.full((3, 4), x) for x in (*ENDLESS, -0.1)],
-    "sphere_links": [
-        np.array(links, dtype=np.int32)
-        for links in ([], [0, 1], [0, 1, 2, 2], [0, 1, 3], [0, 1, -1], [0, 1, 2**31 - 1])
-    ]
-    + NOT_NUMBERS,
-    "self_pairs": [
-        np.array([pair], dtype=np.int32)
-        for pair in ([0, 3], [-1, 2], [2, 10**6], [-(2**31), 2**31 - 1], [1, 1], [2, 0], [1])
-    ]
-    + NOT_NUMBERS,
-    "axis": [*numbers_of(3), np.zeros(3), np.array([0.0, 0.0, 1.1])],
-    "upright angle": [*ENDLESS, 0.0, -0.1, 1.6, *NOT_NUMBERS],
-    "upright cell": [None, 3, unmade(core.Cell), one_arm(), CELL],
-    "size": [*numbers_of(3), np.array([0.1, 0.1, -0.1])],
-}
-
-
-SIX_AXES = np.array([[[0, 0, 1], [0, 1, 0], [0, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0]]], dtype=float)
-SIX_OFFSETS = np.array([[[0, 0, 0.1], [0, 0.1, 0], [0, 0, 0.4], [0, 0, 0.4], [0, 0.1, 0], [0, 0, 0.1], [0, 0, 0.1]]])
-POSES = np.tile(np.eye(4), (1, 1, 1))
-POSES[0, :3, 3] = [0.3, 0.2, 0.4]
-THREE = {
-    "axes": (np.eye(3)[[2, 1, 1]].copy(), "chain axes"),
-    "offsets": (np.array([[0, 0, 0.1], [0, 0, 0.1], [0, 0, 0.4], [0, 0, 0.4]]), "chain offsets"),
-    "slides": (np.zeros(3, dtype=bool), "flags of three"),
-    "tool": (np.eye(3), "matrix of three"),
-}
-THREE_ROWS = np.array([[0.1, 0.2, 0.3]])
-WRONG |= {
-    "six axes": shapes_like(SIX_AXES),
-    "six offsets": shapes_like(SIX_OFFSETS),
-    "poses": shapes_like(POSES),
-    "one pose": shapes_like(POSES[0]),
-    "chain axes": [*shapes_like(np.eye(3)), np.zeros((0, 3)), np.zeros((17, 3))],
-    "chain offsets": shapes_like(np.zeros((4, 3))),
-    "matrix of three": shapes_like(np.eye(3)),
-    "flags of three": [np.zeros(2, dtype=bool), *NOT_NUMBERS],
-    "task rows": [-1, 4, 7, *NOT_COUNTS],
-    "task rows of three": [-1, 4, 5, 7, *NOT_COUNTS],
-    "rows of three": [np.zeros((1, 2)), np.zeros(3), *(np.full((1, 3), x) for x in ENDLESS), *NOT_NUMBERS],
-    "limits of three": vectors(3),
-    "limits of four": vectors(4),
-    "curve step": [*ENDLESS, 0.0, 2.0, *NOT_NUMBERS],
-    "turns": [*vectors(3), np.full(3, 9e3)],
-    "positive count": [0, -1, *NOT_COUNTS],
-}
-
-
-BALLS = {
-    "points": (np.arange(12.0).reshape(4, 3), "rows of points"),
-    "centers": (np.zeros((2, 3)), "rows of centers"),
-    "radii": (np.array([1.0, 2.0]), "radii"),
-}
-WRONG_NUMBERS = [np.array(k, dtype=np.int32) for k in ([0, 1, 2], [0, 0, -1], [0, 1, 2**31 - 1])]
-WRONG |= {
-    "rows of points": shapes_like(np.zeros((4, 3))),
-    "rows of centers": [np.zeros((3, 3)), *shapes_like(np.zeros((2, 3)))],
-    "radii": vectors(2),
-    "half-spaces": [np.zeros((0, 4)), *shapes_like(np.zeros((1, 4)))],
-    "numbers of samples": [*WRONG_NUMBERS, np.zeros(2, dtype=np.int32), np.zeros((3, 1), dtype=np.int32), *NOT_NUMBERS],
-    "numbers of candidates": [*WRONG_NUMBERS, np.zeros(4, dtype=np.int32), *NOT_NUMBERS],
-    "chosen": [*WRONG_NUMBERS, np.zeros((1, 1), dtype=np.int32), *NOT_NUMBERS],
-    "few": [-1, 0, 1, *NOT_COUNTS],
-    "shares": [np.full(3, x) for x in (*ENDLESS, -0.1, 1.1)] + [np.zeros((1, 3)), *NOT_NUMBERS],
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -614,22 +368,6 @@ CALLS = {
         **TIMED,
         iterations=(10, "count"),
     ),
-}
-WRONG |= {
-    "any motion": WRONG["motion"][:-1],
-    "center": [np.zeros(0), np.zeros(17), *vectors(2)[3:]],
-    "experience": NOT_ROWS[:4] + NOT_ROWS[5:],
-    "path id": [7, -1, -(2**31), *NOT_COUNTS],
-    "arm of one": [1, *WRONG["arm"]],
-    "any link": [3, -1, -(2**31), *NOT_COUNTS],
-    "moving link": [0, 3, -1, -(2**31), *NOT_COUNTS],
-    "protrusion": [math.nan, math.inf, -0.1, 1e300, *NOT_NUMBERS],
-    "poses of hulls": [np.zeros((3, 4, 11)), np.zeros((3, 3, 12)), np.zeros((3, 12)), *NOT_NUMBERS]
-    + [np.full((1, 2, 12), x) for x in ENDLESS],
-    "vertices": [np.zeros((0, 3)), np.zeros((5000, 3)), np.zeros((4, 2)), np.zeros(3), *NOT_NUMBERS]
-    + [np.full((4, 3), x) for x in ENDLESS],
-    "slides": [np.zeros(0, dtype=bool), np.zeros(17, dtype=bool), np.zeros((2, 1), dtype=bool), *NOT_NUMBERS],
-    "planes": [np.zeros((0, 4)), np.zeros((6, 3)), np.zeros(4), *NOT_NUMBERS] + [np.full((6, 4), x) for x in ENDLESS],
 }
 
 

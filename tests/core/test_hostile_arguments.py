@@ -3,6 +3,7 @@
 import inspect
 import json
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,7 @@ from support import core_calls, core_objects
 
 from mmp_env import core
 
-TESTS = Path(core_calls.__file__).parents[1]
+PYTHONPATH = os.pathsep.join(filter(None, [str(Path(core_calls.__file__).parents[1]), os.environ.get("PYTHONPATH")]))
 REFUSALS = ("ValueError", "TypeError")
 
 
@@ -41,7 +42,7 @@ def test_every_function_of_the_core_is_tried():
 def test_wrong_arguments_of_the_core_are_refused(name):
     done = subprocess.run(
         [sys.executable, "-m", core_calls.__name__, name],
-        cwd=TESTS,
+        env=os.environ | {"PYTHONPATH": PYTHONPATH},
         capture_output=True,
         text=True,
         check=False,

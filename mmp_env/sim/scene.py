@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from mmp_env.errors import MmpError
+from mmp_env.errors import MmpError, is_out_of_memory
 from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.cell import Cell
 from mmp_env.model.held import HELD
@@ -88,6 +88,8 @@ def compile_scene(
     try:
         return spec.compile()
     except ValueError as error:
+        if is_out_of_memory(error):
+            raise MemoryError(f"MuJoCo got no memory for cell '{cell.name}'") from error
         raise MmpError(f"MuJoCo cannot compile cell '{cell.name}': {error}") from error
 
 

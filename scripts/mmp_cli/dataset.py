@@ -117,11 +117,11 @@ def _episode(args: Namespace, source: Instances, k: int, planner: object) -> tup
     result = planner.plan(problem, seed=source.items[k].seed, time_limit=args.time_limit)  # pyright: ignore
     if result.plan is None:
         return f"no plan: {result.status}", None
-    try:
-        with closing(_env(args, problem.cell)) as env:
+    with closing(_env(args, problem.cell)) as env:
+        try:
             episode = follow(env, problem, result.plan)
-    except MmpError as error:
-        return f"not retimed: {error}", None
+        except MmpError as error:
+            return f"not retimed: {error}", None
     if episode.is_success:
         return SUCCESS, episode
     contact = "a contact" if episode.infos["contacts"].any() else "the goal was not reached"

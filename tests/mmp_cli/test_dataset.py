@@ -11,6 +11,7 @@ import zipfile
 from pathlib import Path
 from unittest import mock
 
+import mujoco
 import numpy as np
 import pytest
 from support import bad_files
@@ -392,6 +393,16 @@ def test_too_little_memory_for_an_episode_is_a_sentence(tmp_path, monkeypatch, c
         error = capsys.readouterr().err
         assert code == 0 or "memory" in error
         assert "Traceback" not in error
+
+
+def test_no_memory_for_the_environment_of_an_instance_ends_the_command(tmp_path, monkeypatch, capsys):
+    def no_memory(_):
+        raise ValueError("Error: Could not allocate memory for texture")
+
+    monkeypatch.setattr(mujoco.MjSpec, "compile", no_memory)
+    assert main(["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a")]) == 2
+    assert "memory" in capsys.readouterr().err
+    assert not (tmp_path / "a" / "dataset.json").exists(), "an instance whose episode got no memory is tried again"
 
 
 def test_a_folder_whose_name_is_too_long_is_a_sentence(capsys):

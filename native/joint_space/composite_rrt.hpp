@@ -19,6 +19,7 @@ struct CompositeSettings {
 
 // An edge must come nearer to its target by this share of what is left, or of 1 rad if more is left.
 inline constexpr double kLeastGain = 0.2;
+inline constexpr double kLeastCut = 0.05;  // least move of a corner, all joints together [rad]
 
 // Two trees that grow towards each other. The search can be continued. Parked arms stand, and the other arms of the
 // cell are there with their bases only.
@@ -141,6 +142,7 @@ class CompositeSearch {
       owners.emplace_back(&backward_, k);
     }
     states_ = shorter(states, clock);
+    cut_corners(states_, clock);
     if (auto path = slot_by_slot(states_); !any_fails(proof_(path, clock))) return path;
     states_ = std::move(states);
     const auto path = slot_by_slot(states_);
@@ -176,6 +178,27 @@ class CompositeSearch {
       path.push_back({next_, slots_, true});
     }
     return true;
+  }
+
+  // Moves each state between its neighbours in every joint, or nearer to that, if all arms still get there and on.
+  void cut_corners(std::vector<State>& path, const Clock& clock) {
+    for (const T share : {T(1), T(1) / 2, T(1) / 4})
+      for (size_t k = 1; k + 1 < path.size() && !clock.expired(); ++k) {
+        const auto &before = path[k - 1].q, &after = path[k + 1].q;
+        auto q = path[k].q;
+        double saving = 0;
+        for (int j = 0; j < dof(); ++j) {
+          const auto [low, high] = std::minmax(before[j], after[j]);
+          const T move = share * (std::clamp(q[j], low, high) - q[j]);
+          q[j] += move;
+          saving += std::abs(move);
+        }
+        if (saving < kLeastCut || !steps_.project(q)) continue;
+        std::vector<State> cut{path[k - 1]};
+        if (!reach(cut, q, 2, clock) || !reach(cut, after, 2, clock) || cut.size() < 3) continue;
+        path[k] = std::move(cut[1]);
+        path[k + 1] = std::move(cut[2]);
+      }
   }
 
   // Returns the states, and those between the slots of each edge. Fills `edge_of_`.

@@ -144,6 +144,21 @@ def test_a_path_is_clear_of_obstacles_bases_and_the_arms_themselves_by_the_refer
         assert least >= problem.levels(SEARCH_MARGIN_FACTOR, KEEP_MARGIN_FACTOR).proof - FLOAT_M
 
 
+def test_hardly_any_state_of_a_path_could_move_between_its_neighbours():
+    could, states = [], 0
+    for problem in (obstacle_between(), base_between(), itself_between()):
+        for seed in range(20):
+            q = search_of(problem, seed).grow(1_000_000, forever())[:, :6].astype(float)
+            cut = np.clip(q[1:-1], np.minimum(q[:-2], q[2:]), np.maximum(q[:-2], q[2:]))
+            for before, old, new, after in zip(q, q[1:], cut, q[2:], strict=False):
+                if np.abs(new - old).sum() > 0.06:
+                    ends = np.array([before, new]), np.array([new, after])
+                    could.append(problem.cell.collision.edge_free("left", *ends, margin=0.006).all())
+            states += len(cut)
+    assert len(could) > 20, "otherwise no state is blocked"
+    assert sum(could) < 0.05 * states
+
+
 def test_arms_that_would_meet_go_one_after_the_other():
     problem = two_arms.passing()
     path = search_of(problem, edge=4.0).grow(1, forever())

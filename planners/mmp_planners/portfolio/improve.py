@@ -12,6 +12,7 @@ from mmp_planners.portfolio.path_recombination import PathRecombination
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.settings import PortfolioSettings
 from mmp_planners.portfolio.shortcutting import Shortcutting
+from mmp_planners.portfolio.wait_removal import without_waits
 from mmp_planners.seeds import seed_of
 
 
@@ -73,7 +74,8 @@ def emit_and_shorten(run: Run, watch: Watcher, attempts: int, dt: float) -> None
 class ImprovementRounds:
     """The rounds in which `auto` improves its first plan.
 
-    Each round after the first begins with path recombination. Shortcuts and LNS then shorten its plan, or the best one.
+    The first round begins with wait removal: shortcuts of a short plan are quicker. Each later round begins with path
+    recombination. Shortcuts and LNS then shorten its plan, or the best one.
 
     Attributes:
         rounds: largest number of rounds.
@@ -115,20 +117,22 @@ class ImprovementRounds:
         recombine: PathRecombination | None = None
         failures = 0
         for number in range(self.rounds):
-            before, recombined = run.best.cost, None
+            before = run.best.cost
             if before <= good_cost or failures == settings.failures_before_stop or run.out_of_time:
                 break
-            if number > 0:
+            if number == 0:
+                start = without_waits(run.best.plan, run.clock)
+            else:
                 recombine = recombine or PathRecombination(run, run.best.plan, self.dt, shortcuts, independent)
                 orders = min(2 ** max(failures - 1, 0), settings.most_orders)
-                recombined = recombine(run.best.plan, orders, number)
-            if recombined is not None or failures < settings.failures_before_pause:
+                start = recombine(run.best.plan, orders, number)
+            if start is not None or failures < settings.failures_before_pause:
                 steps = (
                     Step(part=shortcuts, seed=seed_of(run.seed, number)),
                     Step(part=lns, seed=seed_of(run.seed, number, 1), above=good_cost),
                 )
-                counts.replanned += improve(run, *steps, start=recombined)[1]
-                counts.recombined += recombined is not None and run.best.cost < before
+                counts.replanned += improve(run, *steps, start=start)[1]
+                counts.recombined += number > 0 and start is not None and run.best.cost < before
             failures = failures + 1 if run.best.cost > (1 - settings.round_gain) * before else 0
             if run.best.cost < before:
                 run.emit_plan(watch, node=node + 1, parent=node, dt=self.dt)

@@ -25,8 +25,8 @@ PROOF_SHARE = 0.1
 """Share of the remaining time that is reserved for certification before the first proof."""
 LEAST_PROOF_SHARE_S = 0.02
 """Least time that this share reserves [s]."""
-PROOFS = 8
-"""Number of longest proofs so far that fit into the reserved time; shortcuts add corners, so proofs take longer."""
+PROOFS = 4
+"""Number of longest proofs so far that fit into the reserved time. A later proof took at most 2.7 times as long."""
 WAIT_REMOVAL_PROOFS = 15
 """Number of longest proofs so far that wait removal may take."""
 WAIT_REMOVAL_SHARE = 0.05

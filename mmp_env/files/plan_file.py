@@ -19,6 +19,7 @@ from mmp_env.files.file_kinds import PLAN, read_for
 from mmp_env.files.instance_file import check_arms, configurations_from_dict, goals_from_dict
 from mmp_env.files.reading import MAX_JSON_BYTES, Location, decode_file, numbers
 from mmp_env.files.writing import json_text, plain, write_text
+from mmp_env.model.arm import LARGEST_M
 from mmp_env.model.cell import Cell
 from mmp_env.model.goals import goal_to_data
 from mmp_env.model.keep import as_keep, keep_to_data
@@ -222,20 +223,22 @@ def _name(name: str, place: Location) -> str:
 def _margins(data: ProblemData, place: Location) -> Margins:
     """Returns the margins; half of `margin` for older files without `margins`, whose plans were proved for that."""
     if data.margins is None:
-        margin = _margin(data.margin, place / "margin", 2 * LEAST_MARGIN_M)
+        margin = _margin(data.margin, place / "margin", 2)
         return Margins(arms=margin / 2, obstacles=margin / 2, self=margin / 2)
     here, given = place / "margins", data.margins
     by_kind = {"arms": given.arms, "obstacles": given.obstacles, "self": given.self_}
-    margin = _margin(data.margin, place / "margin", LEAST_MARGIN_M)
-    margins = Margins(**{kind: _margin(value, here / kind, LEAST_MARGIN_M) for kind, value in by_kind.items()})
+    margin = _margin(data.margin, place / "margin")
+    margins = Margins(**{kind: _margin(value, here / kind) for kind, value in by_kind.items()})
     if margin != margins.arms:
         raise (place / "margin").wrong(margin, f"margins.arms, which is {margins.arms:g}")
     return margins
 
 
-def _margin(value: float, place: Location, least: float) -> float:
-    if not least <= value < math.inf:
-        raise place.wrong(value, f"a positive number [m], {least:g} at least")
+def _margin(value: float, place: Location, times: int = 1) -> float:
+    """Returns a number of metres between the bounds of margins, each of them taken `times`."""
+    least, most = times * LEAST_MARGIN_M, times * LARGEST_M
+    if not least <= value <= most:
+        raise place.wrong(value, f"a positive number [m], {least:g} at least and {most:g} at most")
     return value
 
 

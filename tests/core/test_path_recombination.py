@@ -155,7 +155,7 @@ def test_a_path_that_replaces_a_longer_one_is_tried():
     assert length(run(paths)) == pytest.approx(length(free_paths), abs=1e-5)
 
 
-@pytest.mark.parametrize(("arms", "seed"), [(4, 2), (6, 1)])
+@pytest.mark.parametrize(("arms", "seed"), [(4, 7), (6, 5)])
 def test_every_combination_of_many_arms_is_considered(arms, seed):
     cell = ring_cell(arms, "panda")
     problem = make_problem(cell, *draw_instance(cell, seed=seed))

@@ -165,7 +165,7 @@ def test_an_arm_keeps_its_goal_where_the_nearer_one_is_blocked():
 
 def test_arms_of_one_group_keep_clear_of_each_other_and_of_no_other():
     cell = ring_cell(4, "panda")
-    problem = make_problem(cell, *draw_instance(cell, seed=2))
+    problem = make_problem(cell, *draw_instance(cell, seed=7))
     rows = on_grid(mmp_planners.make("rrt-connect", shorten=0).plan(problem, seed=0).plan, DT_S)
     names = cell.arm_names
 

@@ -116,12 +116,14 @@ def test_a_plan_that_is_wrong_still_loads_with_its_own_margin(tmp_path):
 @pytest.mark.parametrize(
     ("margins", "said"),
     [
-        ({"margin": 1.9e-12}, "problem.margin is 1.9e-12; it must be a positive number [m], 2e-12 at least"),
+        ({"margin": 1.9e-12}, "problem.margin is 1.9e-12; it must be a positive number [m], 2e-12 at least and 200"),
         ({"margin": 1e-320, "margins": dict.fromkeys(KINDS, 1e-320)}, "problem.margin is 1e-320"),
+        ({"margin": 201.0}, "problem.margin is 201"),
+        ({"margin": 101.0, "margins": dict.fromkeys(KINDS, 101.0)}, "problem.margin is 101"),
         ({"margin": 0.1, "margins": {"arms": 0.1, "obstacles": 0.1, "self": 9e-13}}, "problem.margins.self is 9e-13"),
     ],
 )
-def test_a_margin_below_the_rounding_of_clearances_is_refused(margins, said):
+def test_a_margin_out_of_bounds_is_refused(margins, said):
     data = bad_files.good_plan()
     data["problem"].pop("margins", None)
     data["problem"] |= margins

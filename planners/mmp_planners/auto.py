@@ -34,8 +34,8 @@ class Auto:
 
     While the plan costs more than `until` times the straight lines, up to `rounds` rounds improve it, and the watcher
     gets each better plan. A round shortens the plan on the common clock and replans arms with detours among the others
-    (LNS). Later rounds first recombine the known paths of all arms. At the end, waits that the order of the arms does
-    not need are removed.
+    (LNS). Later rounds first recombine the known paths of all arms. Before the first round and at the end, waits that
+    the order of the arms does not need are removed.
     """
 
     about: ClassVar[About] = About(

@@ -41,7 +41,7 @@ def test_every_function_of_the_core_is_tried():
 @pytest.mark.parametrize("name", core_calls.CALLS)
 def test_wrong_arguments_of_the_core_are_refused(name):
     done = subprocess.run(
-        [sys.executable, "-m", core_calls.__name__, name],
+        [sys.executable, "-P", "-m", core_calls.__name__, name],
         env=os.environ | {"PYTHONPATH": PYTHONPATH},
         capture_output=True,
         text=True,

@@ -16,6 +16,7 @@ from mmp_env.model.rings import ring_cell
 from mmp_env.problems.making import make_problem
 from mmp_planners import Status, StopPlanning, auto
 from mmp_planners.group_rrt import GroupRrt
+from mmp_planners.portfolio import improve
 from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
 from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
 from mmp_planners.portfolio.turns import Turn
@@ -141,12 +142,21 @@ def test_watchers_see_the_first_plan_and_the_best_one():
     assert last == result.plan.cost_rad == pytest.approx(costs[-1], abs=1e-4)
 
 
-def test_waits_are_removed_from_the_last_plan_unless_they_are_kept():
-    kept, removed = (
-        mmp_planners.make("auto", rounds=0, waits=waits).plan(ring(6, 1), seed=0) for waits in ("kept", "removed")
-    )
-    assert removed.stats["cost_rad"] == pytest.approx(kept.stats["cost_rad"], abs=1e-4)
+@pytest.mark.parametrize("rounds", [0, 40])
+def test_waits_are_removed_unless_they_are_kept(rounds):
+    planners = (mmp_planners.make("auto", rounds=rounds, waits=waits) for waits in ("kept", "removed"))
+    kept, removed = (planner.plan(ring(6, 1), seed=0) for planner in planners)
+    if rounds == 0:  # shortcuts of a plan without waits are others
+        assert removed.stats["cost_rad"] == pytest.approx(kept.stats["cost_rad"], abs=1e-4)
     assert removed.stats["makespan_s"] < 0.9 * kept.stats["makespan_s"]
+
+
+@pytest.mark.parametrize(("waits", "before"), [("removed", 1), ("kept", 0)])
+def test_waits_are_removed_once_before_the_first_round(waits, before, monkeypatch):
+    calls = []
+    monkeypatch.setattr(improve, "without_waits", lambda plan, clock: calls.append(plan))
+    assert mmp_planners.make("auto", rounds=3, waits=waits).plan(ring(6, 1), seed=0).plan is not None
+    assert len(calls) == before
 
 
 def test_no_time_finds_nothing():

@@ -70,12 +70,21 @@ def emit_and_shorten(run: Run, watch: Watcher, attempts: int, dt: float) -> None
         run.emit_plan(watch, node=node + 1, parent=node, dt=dt)
 
 
+def early(run: Run) -> Plan | None:
+    """Returns the best plan without waits, not certified yet; None if waits are kept, or time is up."""
+    if run.best is None or not run.removes_waits:
+        return None
+    with run.early_clock() as clock:
+        return without_waits(run.best.plan, clock)
+
+
 @dataclass(frozen=True, kw_only=True)
 class ImprovementRounds:
     """The rounds in which `auto` improves its first plan.
 
-    The first round begins with wait removal: shortcuts of a short plan are quicker. Each later round begins with path
-    recombination. Shortcuts and LNS then shorten its plan, or the best one.
+    If the run removes waits, the first round begins with that: a plan with a shorter makespan has fewer steps, so its
+    shortcuts take less time. Each later round begins with path recombination. Shortcuts and LNS then shorten its plan,
+    or the best one.
 
     Attributes:
         rounds: largest number of rounds.
@@ -121,7 +130,7 @@ class ImprovementRounds:
             if before <= good_cost or failures == settings.failures_before_stop or run.out_of_time:
                 break
             if number == 0:
-                start = without_waits(run.best.plan, run.clock)
+                start = early(run)
             else:
                 recombine = recombine or PathRecombination(run, run.best.plan, self.dt, shortcuts, independent)
                 orders = min(2 ** max(failures - 1, 0), settings.most_orders)

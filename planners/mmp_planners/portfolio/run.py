@@ -25,8 +25,8 @@ PROOF_SHARE = 0.1
 """Share of the remaining time that is reserved for certification before the first proof."""
 LEAST_PROOF_SHARE_S = 0.02
 """Least time that this share reserves [s]."""
-PROOFS = 4
-"""Number of longest proofs so far that fit into the reserved time. A later proof took at most 2.7 times as long."""
+PROOFS = 8
+"""Number of longest proofs so far that fit into the reserved time; shortcuts add corners, so proofs take longer."""
 WAIT_REMOVAL_PROOFS = 15
 """Number of longest proofs so far that wait removal may take."""
 WAIT_REMOVAL_SHARE = 0.05
@@ -142,7 +142,7 @@ class Run:
 
     def remove_waits(self) -> bool:
         """Removes the waits of the best plan, if time is left. Returns whether its makespan became shorter."""
-        if self.best is None:
+        if self.best is None or self.clock.expired:
             return False
         plan = without_waits(self.best.plan, self.clock)
         if plan is None or plan.makespan_s > (1 - LEAST_SAVING) * self.best.plan.makespan_s:

@@ -235,7 +235,7 @@ def _margins(data: ProblemData, place: Location) -> Margins:
 
 
 def _margin(value: float, place: Location, times: int = 1) -> float:
-    """Returns a number of metres between the bounds of margins, each of them taken `times`."""
+    """Returns the margin [m]. Raises `MmpError` unless it is within the bounds of margins, each taken `times`."""
     least, most = times * LEAST_MARGIN_M, times * LARGEST_M
     if not least <= value <= most:
         raise place.wrong(value, f"a positive number [m], {least:g} at least and {most:g} at most")

@@ -154,7 +154,7 @@ void bind_improve(nb::module_& m) {
         const auto least = static_cast<float>(checked_number(distance));
         {
           nb::gil_scoped_release release;
-          found = WaitRemoval<Floats>(cell.single, rows, velocities, least).run(clock);
+          found = WaitRemoval<Floats>(cell.single, rows, velocities, least, clock).run(clock);
         }
         if (found.empty()) return nb::none();
         nb::list out;

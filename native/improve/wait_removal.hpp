@@ -25,7 +25,7 @@ class WaitRemoval {
 
   // `rows`: the plan's configurations at common times. `max_velocity`: of each joint of each arm [rad/s]. `distance`:
   // clearance that the arms keep [m].
-  WaitRemoval(const CellModel<T>& cell, const Rows& rows, const Rows& max_velocity, T distance) {
+  WaitRemoval(const CellModel<T>& cell, const Rows& rows, const Rows& max_velocity, T distance, const Clock& clock) {
     const int arms = static_cast<int>(cell.arms.size()), count = static_cast<int>(rows[0].size()) / cell.arms[0].dof;
     tracks_.resize(arms);
     for (int a = 0; a < arms; ++a) {
@@ -40,7 +40,7 @@ class WaitRemoval {
       track.ends.resize(track.steps());
     }
     for (int a = 0; a < arms; ++a)
-      for (int b = 0; b < a; ++b) {
+      for (int b = 0; b < a && !clock.expired(); ++b) {
         SweptConflicts<V> of_a(*tracks_[a].motion, *tracks_[b].motion, distance);
         SweptConflicts<V> of_b(*tracks_[b].motion, *tracks_[a].motion, distance);
         if (!of_a.any_near() || !of_b.any_near()) continue;

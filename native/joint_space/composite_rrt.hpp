@@ -2,8 +2,8 @@
 //
 // The tree of the goals has one root per goal: a path may end at any of them. An edge moves the arms in slots, one
 // after the other where they would meet (`composite_steps.hpp`), so an edge that the straight line of all joints does
-// not have often exists, and arms that are blocked do not hold up the others. A path that is found is proved at every
-// instant. An edge that fails the proof is removed with its descendants, and the trees grow on.
+// not have often exists, and arms that are blocked do not hold up the others. A path that is found is made shorter, and
+// proved at every instant. An edge that fails the proof is removed with its descendants, and the trees grow on.
 #pragma once
 
 #include "joint_space/composite_proof.hpp"
@@ -141,9 +141,11 @@ class CompositeSearch {
       states.push_back({row(backward_, backward_.parent(k)), backward_.slots(k), false});
       owners.emplace_back(&backward_, k);
     }
-    states_ = shorter(states, clock);
-    cut_corners(states_, clock);
-    if (auto path = slot_by_slot(states_); !any_fails(proof_(path, clock))) return path;
+    const auto straightened = shorter(states, clock);
+    for (auto candidate : {with_cut_corners(straightened, clock), straightened}) {
+      states_ = std::move(candidate);
+      if (auto path = slot_by_slot(states_); !any_fails(proof_(path, clock))) return path;
+    }
     states_ = std::move(states);
     const auto path = slot_by_slot(states_);
     const auto proved = proof_(path, clock);
@@ -180,25 +182,32 @@ class CompositeSearch {
     return true;
   }
 
-  // Moves each state between its neighbours in every joint, or nearer to that, if all arms still get there and on.
-  void cut_corners(std::vector<State>& path, const Clock& clock) {
+  // Returns the path with its corners cut: each state moves into the box between its neighbours, or half or a quarter
+  // of the way there, if all arms can reach it and go on.
+  std::vector<State> with_cut_corners(std::vector<State> path, const Clock& clock) {
     for (const T share : {T(1), T(1) / 2, T(1) / 4})
       for (size_t k = 1; k + 1 < path.size() && !clock.expired(); ++k) {
-        const auto &before = path[k - 1].q, &after = path[k + 1].q;
-        auto q = path[k].q;
-        double saving = 0;
+        const auto old = path[k].q, after = path[k + 1].q;
+        const T* before = path[k - 1].q.data();
+        auto q = old;
         for (int j = 0; j < dof(); ++j) {
           const auto [low, high] = std::minmax(before[j], after[j]);
-          const T move = share * (std::clamp(q[j], low, high) - q[j]);
-          q[j] += move;
-          saving += std::abs(move);
+          q[j] += share * (std::clamp(q[j], low, high) - q[j]);
         }
-        if (saving < kLeastCut || !steps_.project(q)) continue;
+        if (q == old || !steps_.project(q)) continue;
+        if (by(before, old, after) - by(before, q, after) < kLeastCut) continue;
         std::vector<State> cut{path[k - 1]};
-        if (!reach(cut, q, 2, clock) || !reach(cut, after, 2, clock) || cut.size() < 3) continue;
-        path[k] = std::move(cut[1]);
-        path[k + 1] = std::move(cut[2]);
+        if (!reach(cut, q, 2, clock) || !reach(cut, after, 2, clock)) continue;
+        path.erase(path.begin() + k, path.begin() + k + 2);
+        path.insert(path.begin() + k, cut.begin() + 1, cut.end());
       }
+    return path;
+  }
+  // Returns the length of a path by one state, all joints together [rad].
+  double by(const T* before, const std::vector<T>& q, const std::vector<T>& after) const {
+    double length = 0;
+    for (int j = 0; j < dof(); ++j) length += std::abs(double(q[j]) - before[j]) + std::abs(double(after[j]) - q[j]);
+    return length;
   }
 
   // Returns the states, and those between the slots of each edge. Fills `edge_of_`.

@@ -63,6 +63,7 @@ def compile_scene(
 
     Raises:
         MmpError: if MuJoCo refuses the MJCF of a robot or tool, or the composed model.
+        MemoryError: if MuJoCo gets no memory.
     """
     spec = mujoco.MjSpec()
     spec.modelname = cell.name
@@ -88,9 +89,12 @@ def compile_scene(
     try:
         return spec.compile()
     except ValueError as error:
-        if is_out_of_memory(error):
-            raise MemoryError(f"MuJoCo got no memory for cell '{cell.name}'") from error
-        raise MmpError(f"MuJoCo cannot compile cell '{cell.name}': {error}") from error
+        raise _refused(f"MuJoCo cannot compile cell '{cell.name}'", error) from error
+
+
+def _refused(words: str, error: ValueError) -> MmpError | MemoryError:
+    """Returns why MuJoCo does not take a model. Too little memory is no fault of the model."""
+    return MemoryError("MuJoCo got no memory") if is_out_of_memory(error) else MmpError(f"{words}: {error}")
 
 
 def _add_solid(spec: Any, obstacle: Obstacle, rgba: tuple[float, float, float, float], *, own_body: bool) -> None:
@@ -192,7 +196,7 @@ def _read_mjcf(model: Robot | Tool) -> Any:
     try:
         spec = mujoco.MjSpec.from_string(model.mjcf)
     except ValueError as error:
-        raise MmpError(f"{model.name}.xml is not MJCF that MuJoCo can read: {error}") from error
+        raise _refused(f"{model.name}.xml is not MJCF that MuJoCo can read", error) from error
     spec.option = mujoco.MjSpec().option
     for key in list(spec.keys):
         spec.delete(key)

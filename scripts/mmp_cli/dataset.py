@@ -79,9 +79,8 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
 
     folder = DatasetFolder(Path(args.out), _settings(args, source))
     before = len(folder.files)
-    if before:
-        with closing(_env(args, source.cell)) as env:
-            folder.check_episodes(rows_of(env))
+    with closing(_env(args, source.cell)) as env:  # a cell that MuJoCo refuses ends the command before it plans
+        folder.check_episodes(rows_of(env))
     for k, item in enumerate(source.items):
         if item.name in folder.done:
             continue

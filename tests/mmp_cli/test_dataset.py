@@ -395,13 +395,20 @@ def test_too_little_memory_for_an_episode_is_a_sentence(tmp_path, monkeypatch, c
         assert "Traceback" not in error
 
 
-def test_no_memory_for_the_environment_of_an_instance_ends_the_command(tmp_path, monkeypatch, capsys):
-    def no_memory(_):
-        raise ValueError("Error: Could not allocate memory for texture")
+@pytest.mark.parametrize("compiled", [0, 1])
+def test_no_memory_for_an_environment_ends_the_command(compiled, tmp_path, monkeypatch, capsys):
+    calls, compile_ = [], mujoco.MjSpec.compile
+
+    def no_memory(spec):
+        calls.append(spec)
+        if len(calls) > compiled:
+            raise ValueError("Error: Could not allocate memory for texture")
+        return compile_(spec)
 
     monkeypatch.setattr(mujoco.MjSpec, "compile", no_memory)
     assert main(["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a")]) == 2
     assert "memory" in capsys.readouterr().err
+    assert len(calls) == compiled + 1, "one environment before anything is planned, and one for the instance"
     assert not (tmp_path / "a" / "dataset.json").exists(), "an instance whose episode got no memory is tried again"
 
 

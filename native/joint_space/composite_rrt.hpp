@@ -64,7 +64,7 @@ class CompositeSearch {
       auto &tree = ahead ? forward_ : backward_, &other = ahead ? backward_ : forward_;
       auto target = it < 2 ? (ahead ? goals_[0] : start_) : sample(it);
       if (it >= 2 && !steps_.project(target)) continue;
-      const int tip = step(tree, tree.nearest(target), target);
+      const int tip = step(tree, tree.nearest(target), target, clock);
       if (tip < 0) continue;
       const std::vector<T> q(tree.q(tip), tree.q(tip) + dof());
       const int met = connect(other, q, clock);
@@ -98,18 +98,18 @@ class CompositeSearch {
   int connect(Tree& tree, const std::vector<T>& target, const Clock& clock) {
     int at = tree.nearest(target);
     while (at >= 0 && !std::equal(target.begin(), target.end(), tree.q(at)))
-      at = clock.expired() ? -1 : step(tree, at, target);
+      at = clock.expired() ? -1 : step(tree, at, target, clock);
     return at;
   }
 
-  // Adds an edge towards the target. Returns its node, or -1 if it hardly comes nearer.
-  int step(Tree& tree, int from, const std::vector<T>& target) {
-    return advance(tree.q(from), target) ? tree.add(next_, from, slots_) : -1;
+  // Adds an edge towards the target. Returns its node, or -1 if it hardly comes nearer, or time is up.
+  int step(Tree& tree, int from, const std::vector<T>& target, const Clock& clock) {
+    return advance(tree.q(from), target, clock) ? tree.add(next_, from, slots_) : -1;
   }
-  // Steps from a state towards the target: `next_` by `slots_`. Returns false if it hardly comes nearer.
-  bool advance(const T* from, const std::vector<T>& target) {
+  // Steps from a state towards the target: `next_` by `slots_`. Returns false if it hardly comes nearer, or time is up.
+  bool advance(const T* from, const std::vector<T>& target, const Clock& clock) {
     const double before = distance(from, target);
-    return before > 0 && steps_(from, target.data(), turn_++ % steps_.count(), next_, slots_) &&
+    return before > 0 && steps_(from, target.data(), turn_++ % steps_.count(), next_, slots_, clock) &&
            before - distance(next_.data(), target) >= kLeastGain * std::min(before, 1.0);
   }
 
@@ -173,7 +173,7 @@ class CompositeSearch {
   bool reach(std::vector<State>& path, const std::vector<T>& target, size_t most, const Clock& clock) {
     const size_t before = path.size();
     while (path.back().q != target) {
-      if (path.size() - before + 1 >= most || clock.expired() || !advance(path.back().q.data(), target)) {
+      if (path.size() - before + 1 >= most || !advance(path.back().q.data(), target, clock)) {
         path.resize(before);
         return false;
       }

@@ -83,9 +83,8 @@ class CompositeSteps {
   // Moves the arms from a free state towards a target. They look for a slot in the order of their numbers, beginning
   // with `first`. Writes the state that is reached, and the slots. Returns whether any arm moves; none does if the
   // clock ends the step.
-  bool operator()(const T* from, const T* target, int first, std::vector<T>& next, Slots& slots,
-                  const Clock* clock = nullptr) {
-    clock_ = clock;
+  bool operator()(const T* from, const T* target, int first, std::vector<T>& next, Slots& slots, const Clock& clock) {
+    clock_ = &clock;
     aim(from, target);
     next.assign(from, from + dof_);
     slots.assign(arms_.size(), 0);
@@ -132,7 +131,7 @@ class CompositeSteps {
     }
   };
 
-  bool is_over() const { return clock_ != nullptr && clock_->expired(); }
+  bool is_over() const { return clock_->expired(); }
 
   // Sets the ends of every arm's line, and the number of samples.
   void aim(const T* from, const T* target) {

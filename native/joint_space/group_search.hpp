@@ -96,7 +96,7 @@ class GroupSearch {
     Slots slots;
     ++steps_;
     turn_ = random_.below(arms());
-    if (!step(states_[0].data(), goal_.data(), turn_, ends, slots, &clock)) return;
+    if (!step(states_[0].data(), goal_.data(), turn_, ends, slots, clock)) return;
     std::deque<std::vector<T>> states{states_[0]};
     for (int s = 1; s <= *std::ranges::max_element(slots); ++s) {
       auto& q = states.emplace_back(states.back());

@@ -223,13 +223,14 @@ class PlanningContext:
     def _contacts(self, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]) -> Iterator[Contact]:
         centers_a, radii_a, links_a = self._moving_spheres(a, path_a, instants)
         centers_b, radii_b, links_b = self._moving_spheres(b, path_b, instants)
-        apart = centers_b[:, None, :, :] - centers_a[:, :, None, :]
-        distance = np.linalg.norm(apart, axis=3)
-        gaps = distance - radii_a[:, None] - radii_b[None, :]
         for n, instant in enumerate(instants):
-            s, t = np.unravel_index(int(np.argmin(gaps[n])), gaps[n].shape)
-            gap = float(gaps[n, s, t])
-            towards = apart[n, s, t] / max(float(distance[n, s, t]), 1e-9)
+            # Axis by axis, because NumPy is several times as slow with a last axis of three.
+            x, y, z = (centers_b[n, None, :, axis] - centers_a[n, :, None, axis] for axis in range(3))
+            distance = np.sqrt(x * x + y * y + z * z)
+            gaps = distance - radii_a[:, None] - radii_b
+            s, t = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
+            gap = float(gaps[s, t])
+            towards = np.array([x[s, t], y[s, t], z[s, t]]) / max(float(distance[s, t]), 1e-9)
             point = centers_a[n, s] + (radii_a[s] + gap / 2) * towards
             yield Contact(instant=instant, gap=gap, point=point, links=(int(links_a[s]), int(links_b[t])))
 

@@ -35,9 +35,9 @@ class RrtConnect:
     """RRT-Connect over all joints of all arms at once: a fast and long first plan, then shortcuts.
 
     On an edge each arm moves by at most `range` [rad, L2], tested every `step` [rad]. Arms that would meet move one
-    after the other, and a blocked arm does not hold up the others. A path that joins the trees is proved at every
-    instant. Edges without a proof are removed, and the trees grow on. The tree of the goals has one root per
-    combination of the arms' candidates (`goal_combinations`).
+    after the other, and a blocked arm does not hold up the others. A path that joins the trees is straightened, its
+    corners are cut, and it is proved at every instant. Edges without a proof are removed, and the trees grow on. The
+    tree of the goals has one root per combination of the arms' candidates (`goal_combinations`).
     """
 
     about: ClassVar[About] = About(

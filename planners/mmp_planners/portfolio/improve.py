@@ -70,7 +70,7 @@ def emit_and_shorten(run: Run, watch: Watcher, attempts: int, dt: float) -> None
         run.emit_plan(watch, node=node + 1, parent=node, dt=dt)
 
 
-def early(run: Run) -> Plan | None:
+def best_without_waits(run: Run) -> Plan | None:
     """Returns the best plan without waits, not certified yet; None if waits are kept, or time is up."""
     if run.best is None or not run.removes_waits:
         return None
@@ -120,9 +120,6 @@ class ImprovementRounds:
         good_cost = self.until * run.problem.cost_lower_bound_rad
         shortcuts = Shortcutting(attempts=self.shorten, dt=dt, repeat_gain=settings.repeat_gain)
         lns = LargeNeighbourhoodSearch(attempts=self.replan, dt=dt)
-        independent = Shortcutting(
-            attempts=settings.independent_attempts, dt=dt, repeat_gain=settings.independent_repeat_gain
-        )
         recombine: PathRecombination | None = None
         failures = 0
         for number in range(self.rounds):
@@ -130,9 +127,9 @@ class ImprovementRounds:
             if before <= good_cost or failures == settings.failures_before_stop or run.out_of_time:
                 break
             if number == 0:
-                start = early(run)
+                start = best_without_waits(run)
             else:
-                recombine = recombine or PathRecombination(run, run.best.plan, self.dt, shortcuts, independent)
+                recombine = recombine or self._recombination(run, run.best.plan, shortcuts)
                 orders = min(2 ** max(failures - 1, 0), settings.most_orders)
                 start = recombine(run.best.plan, orders, number)
             if start is not None or failures < settings.failures_before_pause:
@@ -147,3 +144,12 @@ class ImprovementRounds:
                 run.emit_plan(watch, node=node + 1, parent=node, dt=self.dt)
                 node += 1
         return node
+
+    def _recombination(self, run: Run, best: Plan, shortcuts: Shortcutting) -> PathRecombination:
+        settings = self.settings
+        independent = Shortcutting(
+            attempts=settings.independent_attempts,
+            dt=settings.grid_coarsening * self.dt,
+            repeat_gain=settings.independent_repeat_gain,
+        )
+        return PathRecombination(run, best, self.dt, shortcuts, independent)

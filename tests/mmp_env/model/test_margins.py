@@ -155,8 +155,19 @@ def test_planners_look_farther_than_the_margins_but_not_farther_than_start_and_g
 
 @pytest.mark.parametrize("robot", ["ur5e", "panda"])
 def test_the_nearest_bodies_are_those_of_the_reference_implementation(robot):
-    cell = ring_cell(4, robot)
     rng = np.random.default_rng(5)
+    boxes = [
+        Obstacle(
+            name=f"box{k}",
+            shape="box",
+            position=rng.uniform([-2, -2, 0], [2, 2, 2]),
+            quaternion=np.array([1.0, 0, 0, 0]),
+            size=np.full(3, 0.02),
+        )
+        for k in range(20)
+    ]
+    cell = ring_cell(4, robot)
+    cell = dataclasses.replace(cell, obstacles=(*cell.obstacles, *boxes))
     for _ in range(10):
         q = {arm.name: rng.uniform(arm.robot.draw_lower, arm.robot.draw_upper) for arm in cell.arms}
         found = cell.collision.nearest(q)
@@ -164,6 +175,8 @@ def test_the_nearest_bodies_are_those_of_the_reference_implementation(robot):
         assert least == pytest.approx(clearance.least_clearance(cell, q), abs=1e-9)
         between = min(clearance.pair_clearance(cell, a, q[a], b, q[b]) for a, b in itertools.combinations(q, 2))
         assert found["arms"].clearance_m == pytest.approx(between, abs=1e-9)
+        of_obstacles = min(clearance.obstacle_clearance(cell, arm, q[arm]) for arm in q)
+        assert found["obstacles"].clearance_m == pytest.approx(of_obstacles, abs=1e-9)
         for kind, near in found.items():
             owners = [body.split("/")[0] for body in near.bodies.split(" and ")]
             assert (len(set(owners)) == 1) == (kind == "self")

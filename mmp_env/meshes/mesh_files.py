@@ -108,6 +108,7 @@ def read_mesh(path: Path) -> tuple[Float[np.ndarray, "v 3"], Int[np.ndarray, "f 
 
 def parse_mesh(path: Path, content: bytes) -> tuple[Float[np.ndarray, "v 3"], Int[np.ndarray, "f 3"]]:
     """Returns vertices [m] and triangles of the content of a mesh file, and reads no other file. Raises `MmpError`."""
+    refuse_words(path, content)
     return _parsed(path, io.BytesIO(content), file_type=path.suffix.lower().removeprefix("."))
 
 

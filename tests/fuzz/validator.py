@@ -59,7 +59,7 @@ LEAST = {"w": 1.0, "until": 1.0, **dict.fromkeys(("wait", "floor", "cap", "stret
 """Option of a planner -> its least value."""
 ABOVE_0 = ("dt", "eta", "pad", "radius", "sphere_radius", "alpha", "k_rep", "d0", "step_rad", "range")
 """Options of planners that must be larger than 0. A `step` may be such a number, or a word."""
-SWITCHES = ("restarts", "direct", "early_stop", "parked_yield", "shorten_paths", "trace")
+SWITCHES = ("restarts", "direct", "early_stop", "parked_yield", "shorten_paths", "static_tree", "trace")
 SETTING_WORDS = {
     "preset": ("ours", "paper"),
     "bound": ("paths", "straight"),

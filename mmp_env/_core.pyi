@@ -443,11 +443,13 @@ class CompositeSettings:
         """Distance between samples of an edge, largest joint [rad]."""
 
 class CompositeSearch:
-    """RRT-Connect over all joints of all arms. The search can be continued."""
+    """
+    RRT-Connect over all joints of all arms, or of some. The search can be continued.
+    """
 
-    def __init__(self, cell: Cell, *, start: numpy.ndarray, goals: numpy.ndarray, samples: Levels, edges: Levels, seed: int, settings: CompositeSettings = ...) -> None:
+    def __init__(self, cell: Cell, *, start: numpy.ndarray, goals: numpy.ndarray, samples: Levels, edges: Levels, seed: int, settings: CompositeSettings = ..., arms: Sequence[int] | None = None) -> None:
         """
-        `start` [all joints]; `goals` [n, all joints]: a path may end at any of them. `samples`: levels at the samples of an edge; `edges`: levels that are proved along a path.
+        `start` [all joints]; `goals` [n, all joints]: a path may end at any of them. `samples`: levels at the samples of an edge; `edges`: levels that are proved along a path. `arms`, ascending: only these are searched, and only bases are there of the others; without it, all.
         """
 
     @property

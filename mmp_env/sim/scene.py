@@ -94,7 +94,7 @@ def compile_scene(
 
 def _refused(words: str, error: ValueError) -> MmpError | MemoryError:
     """Returns why MuJoCo does not take a model. Too little memory is no fault of the model."""
-    return MemoryError("MuJoCo got no memory") if is_out_of_memory(error) else MmpError(f"{words}: {error}")
+    return MemoryError(f"{words}: no memory") if is_out_of_memory(error) else MmpError(f"{words}: {error}")
 
 
 def _add_solid(spec: Any, obstacle: Obstacle, rgba: tuple[float, float, float, float], *, own_body: bool) -> None:

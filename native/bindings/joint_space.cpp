@@ -8,11 +8,26 @@ namespace {
 using Composite = CompositeSearch<Floats>;
 using Groups = GroupSearch<Floats>;
 
+int joints_of(const Cell& cell, const std::vector<int>& arms) {
+  int dof = 0;
+  for (const int a : arms) dof += cell.single.arms[a].dof;
+  return dof;
+}
 int all_joints(const Cell& cell) {
   require_frozen(cell);
-  int dof = 0;
-  for (const auto& arm : cell.single.arms) dof += arm.dof;
-  return dof;
+  return joints_of(cell, all_arms(cell));
+}
+
+// Returns the arms that are asked for, or all.
+std::vector<int> some_arms(const Cell& cell, const std::optional<std::vector<int>>& asked) {
+  require_frozen(cell);
+  if (!asked) return all_arms(cell);
+  require(!asked->empty(), "one arm at least is needed");
+  for (size_t k = 0; k < asked->size(); ++k) {
+    arm_of(cell, (*asked)[k]);
+    require(k == 0 || (*asked)[k - 1] < (*asked)[k], "arms must be in ascending order");
+  }
+  return *asked;
 }
 
 void require_all_joints(const Vector& q, int dof) {
@@ -62,25 +77,29 @@ void bind_joint_space(nb::module_& m) {
       .def_ro("step", &CompositeSettings::step, "Distance between samples of an edge, largest joint [rad].");
 
   nb::class_<Composite> composite(m, "CompositeSearch",
-                                  "RRT-Connect over all joints of all arms. The search can be continued.");
+                                  "RRT-Connect over all joints of all arms, or of some. The search can be continued.");
   composite
       .def(
           "__init__",
           [](Composite* self, const Cell& cell, Vector start, Matrix goals, const Levels<double>& samples,
-             const Levels<double>& edges, uint64_t seed, const CompositeSettings& settings) {
-            const int dof = all_joints(cell);
+             const Levels<double>& edges, uint64_t seed, const CompositeSettings& settings,
+             const std::optional<std::vector<int>>& asked) {
+            const auto arms = some_arms(cell, asked);
+            const int dof = joints_of(cell, arms);
             require_all_joints(start, dof);
             require_configurations(goals, dof);
             require(goals.shape(0) > 0, "one goal at least is needed");
-            new (self) Composite(cell.world<Floats>(), all_arms(cell), as<float>(start), separate_rows<float>(goals),
+            new (self) Composite(cell.world<Floats>(), arms, as<float>(start), separate_rows<float>(goals),
                                  as_float(samples), as_float(edges), settings, seed);
           },
           nb::arg("cell"), nb::kw_only(), nb::arg("start"), nb::arg("goals"), nb::arg("samples"), nb::arg("edges"),
-          nb::arg("seed"), nb::arg("settings") = defaults, nb::keep_alive<1, 2>(),
+          nb::arg("seed"), nb::arg("settings") = defaults, nb::arg("arms") = nb::none(), nb::keep_alive<1, 2>(),
           nb::sig("def __init__(self, cell: Cell, *, start: numpy.ndarray, goals: numpy.ndarray, samples: Levels, "
-                  "edges: Levels, seed: int, settings: CompositeSettings = ...) -> None"),
+                  "edges: Levels, seed: int, settings: CompositeSettings = ..., arms: collections.abc.Sequence[int] | "
+                  "None = None) -> None"),
           "`start` [all joints]; `goals` [n, all joints]: a path may end at any of them. `samples`: levels at the "
-          "samples of an edge; `edges`: levels that are proved along a path.")
+          "samples of an edge; `edges`: levels that are proved along a path. `arms`, ascending: only these are "
+          "searched, and only bases are there of the others; without it, all.")
       .def_prop_ro("nodes", &Composite::nodes, "Number of nodes of both trees.");
   bind_search(composite);
 

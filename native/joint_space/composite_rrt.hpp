@@ -2,7 +2,7 @@
 //
 // The tree of the goals has one root per goal: a path may end at any of them. An edge moves the arms in slots, one
 // after the other where they would meet (`composite_steps.hpp`), so an edge that the straight line of all joints does
-// not have often exists, and arms that are blocked do not hold up the others. A path that is found is made shorter, and
+// not have often exists, and arms that are blocked do not hold up the others. Each path that is found is shortened, and
 // proved at every instant. An edge that fails the proof is removed with its descendants, and the trees grow on.
 #pragma once
 
@@ -19,7 +19,7 @@ struct CompositeSettings {
 
 // An edge must come nearer to its target by this share of what is left, or of 1 rad if more is left.
 inline constexpr double kLeastGain = 0.2;
-inline constexpr double kLeastCut = 0.05;  // least move of a corner, all joints together [rad]
+inline constexpr double kLeastCut = 0.05;  // least saving of a cut corner, all joints together [rad]
 
 // Two trees that grow towards each other. The search can be continued. Parked arms stand, and the other arms of the
 // cell are there with their bases only.
@@ -195,7 +195,7 @@ class CompositeSearch {
           q[j] += share * (std::clamp(q[j], low, high) - q[j]);
         }
         if (q == old || !steps_.project(q)) continue;
-        if (by(before, old, after) - by(before, q, after) < kLeastCut) continue;
+        if (length_by(before, old, after) - length_by(before, q, after) < kLeastCut) continue;
         std::vector<State> cut{path[k - 1]};
         if (!reach(cut, q, 2, clock) || !reach(cut, after, 2, clock)) continue;
         path.erase(path.begin() + k, path.begin() + k + 2);
@@ -204,7 +204,7 @@ class CompositeSearch {
     return path;
   }
   // Returns the length of a path by one state, all joints together [rad].
-  double by(const T* before, const std::vector<T>& q, const std::vector<T>& after) const {
+  double length_by(const T* before, const std::vector<T>& q, const std::vector<T>& after) const {
     double length = 0;
     for (int j = 0; j < dof(); ++j) length += std::abs(double(q[j]) - before[j]) + std::abs(double(after[j]) - q[j]);
     return length;

@@ -86,7 +86,6 @@ class PlanningContext:
         self.max_step = [problem.max_velocity[name] * dt for name in self.names]
         self._low_level = low_level
         self._single: list[core.SingleArm] = []
-        self._lipschitz: dict[int, float] = {}
         self._last_contacts: tuple[Hashable, tuple[Contact, ...]] = None, ()
         self.work = 0.0
 
@@ -216,9 +215,7 @@ class PlanningContext:
 
     def lipschitz(self, arm: int) -> float:
         """Returns how far any sphere centre of an arm moves at most if no joint moves more than one rad [m/rad]."""
-        if arm not in self._lipschitz:
-            self._lipschitz[arm] = lipschitz(self.problem.cell.arms[arm], self.problem.cell.spheres)
-        return self._lipschitz[arm]
+        return lipschitz(self.problem.cell.arms[arm], self.problem.cell.spheres)
 
     def _contacts(self, a: int, path_a: Path, b: int, path_b: Path, instants: tuple[float, ...]) -> Iterator[Contact]:
         centers_a, radii_a, links_a = self._moving_spheres(a, path_a, instants)

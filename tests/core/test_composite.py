@@ -52,6 +52,19 @@ def crowded(seed=3):
     return make_problem(cell, *draw_instance(cell, seed=seed))
 
 
+def test_a_search_of_some_arms_keeps_these_clear_of_each_other():
+    """The straight lines of the two arms meet."""
+    problem, members = crowded(), [1, 2]
+    names = [problem.cell.arm_names[k] for k in members]
+    start, goal = (np.concatenate([q[n] for n in names]) for q in (problem.start, problem.goal))
+    path = composite_search(problem, start, goal, arms=members).grow(1_000_000, forever())
+    np.testing.assert_allclose(path[[0, -1]], [start, goal], atol=FLOAT_M)
+    share = np.linspace(0, 1, 20)[:, None]
+    rows = np.concatenate([p + share * (q - p) for p, q in pairwise(path)])
+    clear = problem.cell.collision.pair_clearance(names[0], rows[:, :6], names[1], rows[:, 6:])
+    assert clear.min() > LEVELS.margin - FLOAT_M
+
+
 @pytest.mark.parametrize("kind", [two_arms.passing, two_arms.parked_arm_between, crowded])
 def test_a_path_goes_from_start_to_goal_by_edges_on_which_no_arm_moves_farther_than_the_range(kind):
     problem = kind()

@@ -146,7 +146,7 @@ def test_watchers_see_the_first_plan_and_the_best_one():
 def test_waits_are_removed_unless_they_are_kept(rounds):
     planners = (mmp_planners.make("auto", rounds=rounds, waits=waits) for waits in ("kept", "removed"))
     kept, removed = (planner.plan(ring(6, 1), seed=0) for planner in planners)
-    if rounds == 0:  # shortcuts of a plan without waits are others
+    if rounds == 0:  # shortcuts of a plan without waits differ
         assert removed.stats["cost_rad"] == pytest.approx(kept.stats["cost_rad"], abs=1e-4)
     assert removed.stats["makespan_s"] < 0.9 * kept.stats["makespan_s"]
 

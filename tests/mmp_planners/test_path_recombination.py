@@ -23,7 +23,6 @@ from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
 from mmp_planners.portfolio.path_recombination import GAIN_RAD, MOST_STEPS, PathRecombination
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.shortcutting import Shortcutting, retime_to_velocity_limits
-from mmp_planners.priority_search import PrioritySearch
 
 OPTIONS = {"shorten": 20, "rounds": 4, "replan": 0}
 ALONE = Shortcutting(attempts=300, dt=0.2)
@@ -94,39 +93,42 @@ def around_each_other():
     return run
 
 
-def test_mutually_blocking_arms_are_planned_as_a_group(monkeypatch):
-    run, asked = around_each_other(), []
-    plan_group = PrioritySearch.plan_group
+def note_groups(monkeypatch, *, keep=()):
+    """Returns the list of the groups that are planned. Ways to plan one that are not in `keep` find no path."""
+    asked = []
+    for way in ("_plan_together", "_plan_in_order"):
+        method = getattr(PathRecombination, way)
 
-    def noted(search, context, *rest):
-        asked.append(list(context))
-        return plan_group(search, context, *rest)
+        def noted(part, members, *rest, way=way, method=method):
+            asked.append((way, set(members)))
+            return method(part, members, *rest) if way in keep else None
 
-    monkeypatch.setattr(PrioritySearch, "plan_group", noted)
-    plan = recombine(run)
-    assert asked[0] == [0, 1]
+        monkeypatch.setattr(PathRecombination, way, noted)
+    return asked
+
+
+@pytest.mark.parametrize(("way", "calls"), [("_plan_together", 1), ("_plan_in_order", 3)])
+def test_mutually_blocking_arms_are_planned_as_a_group(monkeypatch, way, calls):
+    run, asked = around_each_other(), note_groups(monkeypatch, keep=[way])
+    monkeypatch.setattr(PathRecombination, "_try_orders", lambda *_: None)
+    plan = recombine(run, calls=calls)
+    assert asked[-1] == (way, {0, 1})
     assert plan.cost_rad < run.best.cost - GAIN_RAD + 1e-6
     assert certify(plan, core.Clock(math.inf)).valid
 
 
 def test_a_group_without_paths_leaves_the_pool_as_it_is(monkeypatch):
     run = around_each_other()
-    monkeypatch.setattr(PrioritySearch, "plan_group", lambda *_: None)
+    asked = note_groups(monkeypatch)
     assert recombine(run) is None
+    assert asked
 
 
 def test_arms_that_block_no_other_arm_are_in_no_group(monkeypatch):
-    run, asked = begun(crowded()), []
-    plan_group = PrioritySearch.plan_group
-
-    def noted(search, context, *rest):
-        asked.append(set(context))
-        return plan_group(search, context, *rest)
-
-    monkeypatch.setattr(PrioritySearch, "plan_group", noted)
+    run, asked = begun(crowded()), note_groups(monkeypatch, keep=["_plan_together"])
     recombine(run)
     assert asked
-    assert all(1 < len(arms) < 6 for arms in asked)
+    assert all(1 < len(arms) < 6 for _, arms in asked)
 
 
 def test_a_shortest_plan_is_not_recombined():

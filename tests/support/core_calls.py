@@ -323,6 +323,7 @@ CALLS = {
         edges=(MARGINS, "levels"),
         **SEED,
         settings=(core.CompositeSettings(), "composite settings"),
+        arms=([0, 1], "arms"),
     ),
     "CompositeSearch.grow": call(lambda **given: composite().grow(**given), iterations=(10, "count"), **TIMED),
     "GroupSearch.__init__": in_cell(

@@ -8,7 +8,8 @@ coordination of two robot manipulators, ICRA 1989; `native/improve/path_recombin
 nothing, so the search decides only which arm waits for which.
 
 Most arms can keep their shortest independent path, because few pairs block each other. These pairs are planned as
-groups, and groups that the new paths block are merged (independence detection: Standley: Finding optimal solutions to
+groups, in their composite space or one arm after the other, and groups that the new paths block are merged
+(independence detection: Standley: Finding optimal solutions to
 cooperative pathfinding problems, AAAI 2010).
 """
 
@@ -18,15 +19,18 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from mmp_env import core
 from mmp_env.events import ignore
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
+from mmp_planners.composite_space import search_levels
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.counts import SingleArmCounts
 from mmp_planners.planning_context import Path, PlanningContext
 from mmp_planners.portfolio.run import Run
-from mmp_planners.portfolio.shortcutting import Shortcutting, on_grid, retime_to_velocity_limits
+from mmp_planners.portfolio.shortcutting import Shortcutting, divided, on_grid, retime_to_velocity_limits
 from mmp_planners.priority_search import LOW_LEVEL, PARKED_S, PrioritySearch
 from mmp_planners.seeds import quick_seed_of, seed_of
 
@@ -38,6 +42,8 @@ MERGES = 2
 """Number of times that groups of arms are merged and planned."""
 GROUP_TRIES = 6
 """Largest number of orders in which a group is planned."""
+ITERATIONS = 1000
+"""Largest number of iterations of the search in the composite space of a group."""
 
 
 class PathRecombination:
@@ -120,13 +126,41 @@ class PathRecombination:
     ) -> list[int] | None:
         """Returns ids of paths on which the members are clear of each other, or None."""
         known = self._known(choice)
-        paths = self._search(experience=True).plan_group(members, GROUP_TRIES, next(seeds), known)
+        # Alternately, because each of them finds paths that the other one does not.
+        in_order = self._calls % 4 == 3
+        paths = (self._plan_in_order if in_order else self._plan_together)(members, known, next(seeds), clock)
         if paths is None or clock.expired:
             return None
         plan = self._context.plan([paths.get(arm, known[arm]) for arm in self._arms])
         groups = [0 if arm in members else 1 + arm for arm in self._arms]
         ids = self._add(self._shorten(plan, next(seeds), clock, groups=groups)[0])
         return None if any(ids[arm] < 0 for arm in members) else ids
+
+    def _plan_in_order(
+        self, members: Sequence[int], known: Sequence[Path], seed: int, clock: core.Clock
+    ) -> dict[int, Path] | None:
+        return self._search(experience=True).plan_group(members, GROUP_TRIES, seed, known)
+
+    def _plan_together(
+        self, members: Sequence[int], known: Sequence[Path], seed: int, clock: core.Clock
+    ) -> dict[int, Path] | None:
+        """Returns paths of some arms from their composite space, as if there were no others, or None."""
+        problem = self._run.problem
+        search = core.CompositeSearch(
+            problem.cell.collision.core,
+            start=np.concatenate([known[arm].q[0] for arm in members]),
+            goals=np.concatenate([known[arm].q[-1] for arm in members])[None],
+            **search_levels(problem),
+            seed=seed,
+            arms=list(members),
+        )
+        path = search.grow(ITERATIONS, clock)
+        if path is None:
+            return None
+        rows = np.split(path, np.cumsum([known[arm].q.shape[1] for arm in members])[:-1], axis=1)
+        steps = [np.abs(np.diff(q, axis=0)) / self._context.max_step[arm] for arm, q in zip(members, rows, strict=True)]
+        counts = np.ceil(np.concatenate(steps, axis=1).max(axis=1)).astype(int)
+        return {arm: self._context.path(arm, q) for arm, q in zip(members, divided(rows, counts), strict=True)}
 
     def _try_orders(self, orders: int, seeds: Iterator[int], clock: core.Clock) -> None:
         """Adds new independent paths, and the paths of the first order of the arms that has a certified plan."""

@@ -26,7 +26,7 @@ PROOF_SHARE = 0.1
 LEAST_PROOF_SHARE_S = 0.02
 """Least time that this share reserves [s]."""
 PROOFS = 8
-"""Number of longest proofs so far that fit into the reserved time; shortcuts add corners, so proofs take longer."""
+"""Number of longest proofs so far that fit into the reserved time: as shortcuts add corners, proofs take longer."""
 WAIT_REMOVAL_PROOFS = 15
 """Number of longest proofs so far that wait removal may take."""
 WAIT_REMOVAL_SHARE = 0.05

@@ -17,7 +17,7 @@ class PortfolioSettings:
     """Steps of the time grid per step of the improvement grid: half the work, and the final cost is the same."""
     repeat_gain: float = 3e-3
     """Minimum relative saving of the shortcut attempts before the same number of attempts is made again."""
-    independent_attempts: int = 500
+    independent_attempts: int = 150
     """Number of attempts to shorten the paths of all arms independently of each other."""
     independent_repeat_gain: float = 5e-4
     """Minimum relative saving of these attempts before the same number of attempts is made again."""

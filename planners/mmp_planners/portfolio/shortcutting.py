@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from mmp_env import core
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
@@ -82,12 +82,18 @@ def step_of_grid(plan: Plan, dt: float) -> float:
 def on_grid(plan: Plan, dt: float) -> list[Rows]:
     """Returns the configurations [k, dof] of each arm on a grid of at most `dt` [s] that keeps all waypoints."""
     dt = step_of_grid(plan, dt)
-    counts = np.maximum(np.ceil(np.diff(plan.times) / dt - 1e-6).astype(int), 1)
-    last = int(counts.sum())
-    instants = np.interp(np.arange(last + 1), np.concatenate([[0], np.cumsum(counts)]), np.arange(len(plan.times)))
+    counts = np.ceil(np.diff(plan.times) / dt - 1e-6).astype(int)
+    return divided([plan.positions[name] for name in plan.problem.cell.arm_names], counts)
+
+
+def divided(rows: Sequence[Rows], counts: Int[np.ndarray, "steps"]) -> list[Float[np.ndarray, "n _"]]:
+    """Returns the configurations of each arm, with each step divided into as many equal parts as `counts` says."""
+    counts = np.maximum(counts, 1)
+    instants = np.interp(
+        np.arange(counts.sum() + 1), np.concatenate([[0], np.cumsum(counts)]), np.arange(len(counts) + 1)
+    )
     before = instants.astype(int)
-    after, share = np.minimum(before + 1, len(plan.times) - 1), (instants - before)[:, None]
-    rows = [plan.positions[name] for name in plan.problem.cell.arm_names]
+    after, share = np.minimum(before + 1, len(counts)), (instants - before)[:, None]
     return [q[before] + share * (q[after] - q[before]) for q in rows]
 
 

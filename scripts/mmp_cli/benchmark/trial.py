@@ -37,7 +37,7 @@ class Trials:
         self._job, self._report_phase = job, report_phase
         self._planners: dict[str, Planner | BaseException] = {}
         self._foreign = dict[str, bool]()
-        self._folder = os.open(".", os.O_PATH)
+        self._folder = os.open(".", getattr(os, "O_PATH", os.O_RDONLY))  # macOS has no O_PATH
         self._last: tuple[tuple[int, int], Problem | MmpError] | None = None
 
     def examine(self, label: str) -> Verdict:

@@ -124,6 +124,8 @@ class CompositeSearch {
     std::vector<T> q;
     Slots slots;
     bool ahead;
+
+    bool operator==(const State&) const = default;
   };
   using Owner = std::pair<Tree*, int>;  // tree and node of an edge
 
@@ -141,11 +143,11 @@ class CompositeSearch {
       states.push_back({row(backward_, backward_.parent(k)), backward_.slots(k), false});
       owners.emplace_back(&backward_, k);
     }
-    const auto straightened = shorter(states, clock);
-    for (auto candidate : {with_cut_corners(straightened, clock), straightened}) {
-      states_ = std::move(candidate);
-      if (auto path = slot_by_slot(states_); !any_fails(proof_(path, clock))) return path;
-    }
+    const auto straightened = shorter(states, clock), cut = with_cut_corners(straightened, clock);
+    if (cut != straightened)
+      if (auto path = if_proved(cut, clock); !path.empty()) return path;
+    if (straightened != states)
+      if (auto path = if_proved(straightened, clock); !path.empty()) return path;
     states_ = std::move(states);
     const auto path = slot_by_slot(states_);
     const auto proved = proof_(path, clock);
@@ -153,6 +155,13 @@ class CompositeSearch {
     for (size_t k = 0; k < proved.size() && !clock.expired(); ++k)
       if (!proved[k]) owners[edge_of_[k]].first->remove_subtree(owners[edge_of_[k]].second);
     return {};
+  }
+  // Returns the path if every edge is proved, otherwise nothing.
+  std::vector<const T*> if_proved(const std::vector<State>& states, const Clock& clock) {
+    states_ = states;
+    auto path = slot_by_slot(states_);
+    if (any_fails(proof_(path, clock))) path.clear();
+    return path;
   }
   static bool any_fails(const std::vector<bool>& proved) { return std::ranges::find(proved, false) != proved.end(); }
   std::vector<T> row(const Tree& tree, int k) const { return {tree.q(k), tree.q(k) + dof()}; }
@@ -183,7 +192,7 @@ class CompositeSearch {
   }
 
   // Returns the path with its corners cut: each state moves into the box between its neighbours, or half or a quarter
-  // of the way there, if all arms can reach it and go on.
+  // of the way there, if all arms get there, and from there to the state after it.
   std::vector<State> with_cut_corners(std::vector<State> path, const Clock& clock) {
     for (const T share : {T(1), T(1) / 2, T(1) / 4})
       for (size_t k = 1; k + 1 < path.size() && !clock.expired(); ++k) {

@@ -93,26 +93,26 @@ def around_each_other():
     return run
 
 
-def note_groups(monkeypatch, *, keep=()):
-    """Returns the list of the groups that are planned. Ways to plan one that are not in `keep` find no path."""
+def note_groups(monkeypatch, *, allowed=()):
+    """Returns a list that gets each planned group and its method. Methods that are not `allowed` find no path."""
     asked = []
-    for way in ("_plan_together", "_plan_in_order"):
-        method = getattr(PathRecombination, way)
+    for name in ("_plan_together", "_plan_in_order"):
+        method = getattr(PathRecombination, name)
 
-        def noted(part, members, *rest, way=way, method=method):
-            asked.append((way, set(members)))
-            return method(part, members, *rest) if way in keep else None
+        def noted(part, members, *rest, name=name, method=method):
+            asked.append((name, set(members)))
+            return method(part, members, *rest) if name in allowed else None
 
-        monkeypatch.setattr(PathRecombination, way, noted)
+        monkeypatch.setattr(PathRecombination, name, noted)
     return asked
 
 
-@pytest.mark.parametrize(("way", "calls"), [("_plan_together", 1), ("_plan_in_order", 3)])
-def test_mutually_blocking_arms_are_planned_as_a_group(monkeypatch, way, calls):
-    run, asked = around_each_other(), note_groups(monkeypatch, keep=[way])
+@pytest.mark.parametrize(("method", "calls"), [("_plan_together", 1), ("_plan_in_order", 3)])
+def test_mutually_blocking_arms_are_planned_as_a_group(monkeypatch, method, calls):
+    run, asked = around_each_other(), note_groups(monkeypatch, allowed=[method])
     monkeypatch.setattr(PathRecombination, "_try_orders", lambda *_: None)
     plan = recombine(run, calls=calls)
-    assert asked[-1] == (way, {0, 1})
+    assert asked[-1] == (method, {0, 1})
     assert plan.cost_rad < run.best.cost - GAIN_RAD + 1e-6
     assert certify(plan, core.Clock(math.inf)).valid
 
@@ -125,7 +125,7 @@ def test_a_group_without_paths_leaves_the_pool_as_it_is(monkeypatch):
 
 
 def test_arms_that_block_no_other_arm_are_in_no_group(monkeypatch):
-    run, asked = begun(crowded()), note_groups(monkeypatch, keep=["_plan_together"])
+    run, asked = begun(crowded()), note_groups(monkeypatch, allowed=["_plan_together"])
     recombine(run)
     assert asked
     assert all(1 < len(arms) < 6 for _, arms in asked)

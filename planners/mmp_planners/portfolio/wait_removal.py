@@ -20,7 +20,7 @@ WAITS = ("removed", "kept")
 
 def waits_option() -> Any:
     """Returns the field of the option that planners with wait removal have."""
-    return option("removed", "waits that the order of the arms does not need, in the last plan", choices=WAITS)
+    return option("removed", "waits that the order of the arms does not need", choices=WAITS)
 
 
 def without_waits(plan: Plan, clock: core.Clock) -> Plan | None:

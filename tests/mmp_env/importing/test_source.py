@@ -224,7 +224,8 @@ WRONG = {
     ),
     "vertex of glTF": ("box.glb", struct.pack("<f", 0.05), struct.pack("<f", math.nan), "a vertex that is not finite"),
     "vertex of PLY": ("box.ply", b"0.05", b"nan", "has a vertex that is not finite"),
-    "vertex of OBJ": ("box.obj", b"v 0.05", b"v", "is no valid .obj file"),
+    "vertex of OBJ": ("box.obj", b"v 0.05", b"v", "is no vertex; it must have three finite numbers"),
+    "index 0 of OBJ": ("box.obj", b"f 1 2 4", b"f 0 2 4", "the numbers of its vertices must be 1 to 8, or -8 to -1"),
 }
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from mmp_env.model.problem import Problem
-from mmp_planners.composite_space import all_joints
 from mmp_planners.goal_choice import few
+from mmp_planners.portfolio.composite_space import all_joints
 
 MOST_COMBINATIONS = 32
 """Largest number of combinations."""

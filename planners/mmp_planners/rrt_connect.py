@@ -14,10 +14,10 @@ from mmp_env import core
 from mmp_env.argument_checks import known_keywords
 from mmp_env.events import SearchStarted, Watcher, ignore
 from mmp_env.model.problem import Problem
-from mmp_planners.composite_space import all_joints, fastest_plan, search_levels
 from mmp_planners.goal_combinations import goal_combinations
 from mmp_planners.options import GRID_STEP_S, check_options, check_steps, option
 from mmp_planners.planner import About, PlanResult, StopPlanning
+from mmp_planners.portfolio.composite_space import all_joints, fastest_plan, search_levels
 from mmp_planners.portfolio.improve import emit_and_shorten
 from mmp_planners.portfolio.run import Run
 from mmp_planners.seeds import sub_seeds

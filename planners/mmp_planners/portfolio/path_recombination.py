@@ -25,10 +25,10 @@ from mmp_env import core
 from mmp_env.events import ignore
 from mmp_env.model.collision import KEEP_MARGIN_FACTOR, SEARCH_MARGIN_FACTOR
 from mmp_env.model.plan import Plan
-from mmp_planners.composite_space import search_levels
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.counts import SingleArmCounts
 from mmp_planners.planning_context import Path, PlanningContext
+from mmp_planners.portfolio.composite_space import search_levels
 from mmp_planners.portfolio.run import Run
 from mmp_planners.portfolio.shortcutting import Shortcutting, divided, on_grid, retime_to_velocity_limits
 from mmp_planners.priority_search import LOW_LEVEL, PARKED_S, PrioritySearch

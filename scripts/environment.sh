@@ -116,8 +116,7 @@ make_venv() { # make_venv <installer>
   esac >>"$log" 2>&1
 }
 
-# Sets `install`, the command that installs into the environment, which is made when there is none that works. Like uv, pip leaves it
-# to the first import to compile a module to bytecode: compiling all of them takes more than half of its time.
+# Sets `install`, the command that installs into the environment, which is made when there is none that works.
 open_venv() {
   local installer
   for installer in "${installers[@]}"; do
@@ -126,11 +125,11 @@ open_venv() {
       uv) install=(uv pip install --python "$venv/bin/python") ;;
       venv)
         if ! "$venv/bin/python" -m pip --version >/dev/null 2>&1; then continue; fi
-        install=("$venv/bin/python" -m pip install --no-compile)
+        install=("$venv/bin/python" -m pip install)
         ;;
       pip)
-        install=("$host_pip" --python "$venv/bin/python" install --no-compile)
-        if [ "$host_pip" = "$python" ]; then install=("$python" -m pip --python "$venv/bin/python" install --no-compile); fi
+        install=("$host_pip" --python "$venv/bin/python" install)
+        if [ "$host_pip" = "$python" ]; then install=("$python" -m pip --python "$venv/bin/python" install); fi
         ;;
     esac
     say "$("$venv/bin/python" --version) in $venv, packages through $installer"

@@ -17,6 +17,8 @@ clean_environment() { # clean_environment <folder>: sets `venv` and `install`
   rm -rf -- "$venv"
   mkdir -p "$(dirname "$venv")"
   open_venv
+  # Like uv, pip leaves it to the first import to compile a module to bytecode: it would need twice the time for all modules.
+  if [ "${install[0]}" != uv ]; then install+=(--no-compile); fi
   lend_pip_settings_to_uv
 }
 

@@ -36,13 +36,14 @@ VARIANTS = {
 """Options of each variant of `apf-ecbs`, and of `ecbs` if its name begins so; `apf-ecbs` and `ecbs` have defaults.
 
 The first group reverts one design decision or a few that belong together. `paper` reverts all that have an option,
-`paper-...` all but one.
+`paper-...` all but one, `paper-surface` all but the distance and its floor.
 """
 DECISIONS = {
     "apf-ecbs": "",
     "centre-distance": "distance=centre",
     "no-floor": "floor=0",
     "no-cap": "cap=0",
+    "gradient-no-cap": "step=gradient cap=0",
     "no-stretch": "stretch=0",
     "no-direct": "direct=off",
     "no-static-tree": "static_tree=off",
@@ -92,13 +93,13 @@ BENCHES: dict[str, dict[str, list[str]]] = {
         "track": [*RINGS[1:], *variants(TRACK)],
     },
     "others": {
-        "others": [*RINGS, "--planners", "auto,rrt-connect,prioritized,xecbs", "--exact"],
+        "others": [*RINGS, "--planners", "auto,group-rrt,rrt-connect,prioritized,xecbs", "--exact"],
         "cbs-mp": ["MultiArmCell-4", "--planners", "cbs-mp", "--exact"],
     },
     "panda": {
         "panda": [
             *("MultiArmCell-8", "--robot", "panda", "--exact"),
-            *("--planners", "auto,rrt-connect,prioritized,ecbs,apf-ecbs-nf,apf-ecbs"),
+            *("--planners", "auto,group-rrt,rrt-connect,prioritized,ecbs,apf-ecbs-nf,apf-ecbs"),
         ],
     },
     "preset": {
@@ -112,13 +113,13 @@ BENCHES: dict[str, dict[str, list[str]]] = {
         "study-long": [*RINGS, *variants(long_variants(_ECBS_PAPER))],
     },
     "circles": {
-        "circles": [*CIRCLES, "--planners", f"auto,rrt-connect,prioritized,{FIVE},cbs-mp,xecbs", "--exact"],
+        "circles": [*CIRCLES, "--planners", f"auto,group-rrt,rrt-connect,prioritized,{FIVE},cbs-mp,xecbs", "--exact"],
     },
 }
 """Part -> folder -> arguments of `mmp bench`."""
 COUNTS = {"kinds": 20, "preset": 20, "track": 20}
 """Largest number of instances of a cell; the other folders have no limit."""
-SHARES = {"study": (0.2, 0.3), "study-long": (0.06, 6.0)}
+SHARES = {"study": (0.2, 0.3), "study-long": (0.1, 60.0)}
 """Instances of a cell and time limit of a folder, relative to those of the others."""
 REPORTED = {"cells": "The paper's five planners", "literal": "Paper-literal settings and our design decisions"}
 """Title of the report of each folder that has one."""

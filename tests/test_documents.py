@@ -102,7 +102,7 @@ def test_pages_show_every_picture_and_all_pictures_are_small():
     assert sum(path.stat().st_size for path in kept) <= 3.9e6
 
 
-def test_line_numbers_in_the_conflict_tree_are_lines_of_the_published_algorithm():
+def test_line_numbers_in_the_conflict_tree_are_lines_of_the_listing():
     code = (ROOT / "planners" / "mmp_planners" / "conflict_tree" / "search.py").read_text(encoding="utf-8")
     algorithm = blocks((ROOT / "docs" / "explanation" / "paper.md").read_text(encoding="utf-8"), "")[0]
     lines = {int(number) for number in re.findall(r"^ *(\d+)  ", algorithm, re.MULTILINE)}

@@ -32,7 +32,7 @@ from mmp_env.model.robot import frozen_array
 from mmp_env.wording import counted
 
 DEFAULT_MAX_VELOCITY = 0.8
-"""Velocity limit [rad/s] of every joint, as in the paper; a robot's own limit holds as well."""
+"""Velocity limit [rad/s] of every joint, that of the paper arXiv 2509.13882; a robot's own limit holds as well."""
 PLAUSIBLE_VELOCITY = 4 * np.pi
 """Largest velocity limit [rad/s] that is plausible for a slower robot: two turns a second. Above are degrees."""
 

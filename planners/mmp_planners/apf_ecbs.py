@@ -1,5 +1,5 @@
 """APF-ECBS: Hong, Lee, Lee, Nam: Repulsive trajectory modification and conflict resolution for efficient
-multi-manipulator motion planning, arXiv 2509.13882, 2025. `conflict_tree/search.py` has the lines of Algorithm 1.
+multi-manipulator motion planning, arXiv 2509.13882, 2025. `conflict_tree/search.py` has the steps of Algorithm 1.
 
 Guarantee: w times the planner's own path lengths before repulsion if `bound_met`. Not complete with the default
 constraint.
@@ -22,7 +22,7 @@ ABOUT = About(
     "multi-manipulator motion planning, 2025",
     url="https://arxiv.org/abs/2509.13882",
     guarantee="w times the planner's own path lengths before repulsion where `bound_met`; not complete with the "
-    "default constraint; the defaults are ours, and `preset=paper` has the settings of the paper",
+    "default constraint; the defaults are ours, and `preset=paper` has those that the paper states",
 )
 
 
@@ -155,8 +155,8 @@ class ApfEcbs(RepulsivePlanner):
     )
     critical_arms: str = option(
         "all",
-        "arms that the fast track moves, all: every arm in conflict; cover: the fewest arms that are in all conflicts; "
-        "one (paper-literal): one arm that is in every conflict",
+        "arms that the fast track moves, all: every arm in conflict; cover: a smallest set with an arm of each "
+        "conflict; one (paper-literal): one arm that is in every conflict",
         choices=("one", "cover", "all"),
     )
     misses: str = option(

@@ -160,7 +160,7 @@ class OneKindPlanner(TreePlanner):
 class RepulsionOption:
     """Option of planners without repulsion of their own: the repulsion of APF-ECBS as a part, with its defaults.
 
-    With repulsion, `bound_met` is about path lengths before repulsion, as in APF-ECBS.
+    With repulsion, `bound_met` is about path lengths before repulsion, as with `apf-ecbs`.
     """
 
     repulsion: str = option(

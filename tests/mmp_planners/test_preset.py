@@ -42,8 +42,8 @@ def values_in_docs():
 
 
 def as_in_the_paper(heading):
-    """Returns the rows of options with a line of the paper: those of the preset, or those of the defaults."""
-    section = PAGE_TEXT.split("### The paper's line and a test")[1].split("\n## ")[0]
+    """Returns the rows of options with a line of the listing: those of the preset, or those of the defaults."""
+    section = PAGE_TEXT.split("### The line and a test")[1].split("\n## ")[0]
     return CHECKED_LINE.findall(section.split("These have the paper's value by default")[heading == "defaults"])
 
 
@@ -69,7 +69,7 @@ def test_each_design_decision_names_its_option_or_says_that_it_has_none(subject,
     assert set(re.findall(r"`(?:--)?(\w+)", last)) <= known, subject
 
 
-def test_each_option_of_the_preset_has_a_line_of_the_paper_and_a_test():
+def test_each_option_of_the_preset_has_a_line_of_the_listing_and_a_test():
     rows = as_in_the_paper("preset")
     assert {name: value for name, value, *_ in rows} == values_in_docs()
     for _, _, _, file, test in rows:

@@ -1,6 +1,6 @@
 """Makes the nodes of a conflict tree: its root, and its children once their arm is replanned.
 
-Numbers `l. n` are lines of Algorithm 1 of APF-ECBS as `docs/explanation/paper.md` gives them.
+Numbers `l. n` are lines of our listing of Algorithm 1 of APF-ECBS in `docs/explanation/paper.md`.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""The conflict-tree search of every planner of the CBS family, with the lines of Algorithm 1 of APF-ECBS.
+"""The conflict-tree search of every planner of the CBS family, with the steps of APF-ECBS.
 
 The search is CBS (Sharon, Stern, Felner, Sturtevant: Conflict-based search for optimal multi-agent pathfinding,
 Artificial Intelligence 219, 2015) with a focal list (ECBS: Barer, Sharon, Stern, Felner: Suboptimal variants of the
 conflict-based search algorithm, SoCS 2014). Its parts are handed in: selection, constraint kind, expansion, experience,
-modification and fast track. Numbers `l. n` are lines of Algorithm 1 of APF-ECBS (Hong, Lee, Lee, Nam, arXiv 2509.13882,
-2025) as `docs/explanation/paper.md` gives them.
+modification and fast track. Numbers `l. n` are lines of our listing of Algorithm 1 of APF-ECBS (Hong, Lee, Lee, Nam,
+arXiv 2509.13882, 2025) in `docs/explanation/paper.md`.
 
 Guarantee: every returned plan has a certificate. LB is the least bound of all leaves of the tree: of OPEN and of the
 nodes without conflicts. The bounds are the planner's own path lengths, not the least that exist; with `absolute_bound`

@@ -43,7 +43,6 @@ DECISIONS = {
     "centre-distance": "distance=centre",
     "no-floor": "floor=0",
     "no-cap": "cap=0",
-    "gradient-no-cap": "step=gradient cap=0",
     "no-stretch": "stretch=0",
     "no-direct": "direct=off",
     "no-static-tree": "static_tree=off",
@@ -54,6 +53,7 @@ DECISIONS = {
     "w-2": "w=2",
     "alpha-10": "step=gradient alpha=1e-6",
     "k_rep-10": "step=gradient k_rep=0.5",
+    "gradient-no-cap": "step=gradient cap=0",
 }
 """Options of further variants: each reverts one design decision, or has another value of a published parameter."""
 TRACK = {

@@ -85,6 +85,15 @@ def test_each_option_that_is_as_in_the_paper_by_default_has_a_line_and_a_test():
         assert f"def {test}(" in (PAGE.parents[2] / file).read_text(encoding="utf-8"), test
 
 
+@pytest.mark.parametrize("name", ["apf-ecbs", "apf-ecbs-nf"])
+def test_an_option_whose_text_marks_a_value_as_paper_literal_has_that_value_in_the_table(name):
+    marked = {option.name: option.doc for option in describe(name).options if "(paper-literal)" in option.doc}
+    rows = {row[0]: row[1] for heading in ("preset", "defaults") for row in as_in_the_paper(heading)}
+    assert marked
+    for option, doc in marked.items():
+        assert re.search(rf"\b{rows[option]} \(paper-literal\)", doc), option
+
+
 def test_the_preset_hands_its_values_to_the_parts_and_the_low_level():
     planner = make("apf-ecbs", preset="paper")
     modification = RepulsiveModification(

@@ -144,7 +144,7 @@ def verdict(folder: Path) -> str:
     before = sum(cell.solved_before for cell in table[paper])
     count = sum(len(section.instances) for section in sections)
     holds = [sum(cells[k].holds for cells in table.values()) for k in range(len(sections))]
-    everywhere = sum(all(cell.holds for cell in cells) for cells in table.values())
+    everywhere = [setting for setting, cells in table.items() if all(cell.holds for cell in cells)]
     more = [sum(cells[k].solved > cells[k].solved_before for cells in table.values()) for k in range(len(sections))]
     arms = _listed(section.arms for section in sections)
     sentences = (
@@ -154,11 +154,18 @@ def verdict(folder: Path) -> str:
         f"it solves {solved[surfaces]}, and the ratio of the nodes is {ratios[surfaces]}.",
         f"`distance={best.distance} d0={best.d0} alpha={best.alpha}` solves most, {solved[best]}.\n",
         f"The nodes are at least {FEWER:g} times fewer, with no fewer instances solved, for {_listed(holds)} of the",
-        f"{len(settings)} combinations of distance, d_0 and α, and for {everywhere} in all cells.",
+        f"{len(settings)} combinations of distance, d_0 and α,",
+        f"and for {len(everywhere)} in all cells{_named(everywhere)}.",
         f"`apf-ecbs` solves more instances than `ecbs` with {_listed(more)} of them.",
         f"A dash means that fewer than {LEAST_BOTH} instances are solved both with and without repulsion.\n",
     )
     return "\n".join(sentences)
+
+
+def _named(settings: Sequence[Setting]) -> str:
+    """Returns the options of settings in brackets, if there are any."""
+    names = (f"`distance={each.distance} d0={each.d0} alpha={each.alpha}`" for each in settings)
+    return f":\n{_listed(names)}" if settings else ""
 
 
 def _listed(parts: Iterable[object]) -> str:

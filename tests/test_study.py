@@ -82,7 +82,9 @@ def test_the_table_names_the_steps_with_fewer_nodes(module, folder):
     assert rows[2][:3] == ["centre", "0.2", "1e-4 (n = 6)"]
     assert rows[1][2] == "none (n = 5 to 6)"
     assert [row[:2] for row in rows[4:]] == [["surface", d0] for d0 in ("0.05", "0.1", "0.2")]
-    assert "for 1 of the" in module("study_tables").verdict(folder)
+    verdict = module("study_tables").verdict(folder)
+    assert "for 1 of the" in verdict
+    assert "and for 1 in all cells:\n`distance=centre d0=0.2 alpha=1e-4`." in verdict
 
 
 def test_too_few_instances_solved_by_both_give_no_ratio(module, folder):

@@ -40,7 +40,7 @@ def seconds(value: float) -> str:
     for factor, unit in ((1.0, "s"), (1e3, "ms"), (1e6, "µs")):
         if value * factor >= 1:
             scaled = value * factor
-            return f"{scaled:.0f} {unit}" if scaled >= 10 else f"{scaled:#.2g} {unit}"
+            return f"{scaled:.0f} {unit}" if scaled >= 9.95 else f"{scaled:#.2g} {unit}"
     return f"{value * 1e9:.0f} ns"
 
 

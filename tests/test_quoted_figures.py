@@ -164,3 +164,10 @@ def test_a_dash_replaces_times_only_beside_unsolved_instances_and_is_explained(p
         dashed += [re.findall(r"(\d+) of (\d+)", cell)[0] for cell, time in cells if "–" in time]
     assert all(int(solved) < int(all_) for solved, all_ in dashed)
     assert dashed == [] or re.search(r"[Aa] dash[^.]* unsolved", text.replace("\n", " "))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.00994, "9.9 ms"), (0.00996, "10 ms"), (0.0104, "10 ms"), (1.0, "1.0 s"), (3e-8, "30 ns")]
+)
+def test_a_time_has_two_digits_and_no_lonely_point(quoted, value, text):
+    assert quoted.seconds(value) == text

@@ -86,15 +86,12 @@ def check_document(document: Mapping[str, Any], *, exact: bool = False, bodies: 
 def _families(cell: str, exact: bool, thread: int) -> tuple[CellModel, Sequence[Family]]:
     """Returns the model and the pairs of a cell; one for each thread, because MuJoCo's data are not shared."""
     read = read_cell(json.loads(cell))
-    hulls = read.spheres == "exact" and not exact
+    hulls = read.spheres == "exact"  # MuJoCo's geoms of such a cell are its hulls
     model = CellModel(read, hulls=hulls)
-    if hulls:
+    if hulls or exact:
         parts, clouds, ids = geom_parts(model)
-        pairs = [GeomPairs(model, parts, clouds, some, ids) for some in part_pairs(read, parts).by_rule]
-        return model, (*pairs, GeomSolids(model, parts, clouds, ids))
-    if exact:
-        parts, clouds, ids = geom_parts(model)
-        pairs = [GeomPairs(model, parts, clouds, some, ids) for some in colliding_pairs(model, parts).by_rule]
+        tested = colliding_pairs(model, parts) if exact else part_pairs(read, parts)
+        pairs = [GeomPairs(model, parts, clouds, some, ids) for some in tested.by_rule]
         return model, (*pairs, GeomSolids(model, parts, clouds, ids))
     parts, clouds = sphere_parts(model)
     pairs = [SpherePairs(model, parts, clouds, some) for some in part_pairs(model.cell, parts).by_rule]

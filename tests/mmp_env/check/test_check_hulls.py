@@ -29,6 +29,13 @@ def test_a_plan_between_hulls_is_proved(plan):
     assert report.proved_m["arms"] >= plan.problem.margins.arms
 
 
+def test_an_exact_check_is_of_the_hulls_too_because_they_are_what_collides_in_mujoco(plan):
+    by_margins, by_geoms = (check_plan(plan, exact=exact) for exact in (False, True))
+    assert by_geoms.valid, by_geoms
+    assert by_geoms.found_clearance_m == pytest.approx(by_margins.found_clearance_m, abs=1e-5)
+    assert by_geoms.where == by_margins.where
+
+
 def test_a_plan_file_keeps_the_exact_geometry(plan):
     again = plan_from_dict(plan_to_dict(plan), "plan")
     assert again.problem.cell.spheres == "exact"

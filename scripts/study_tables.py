@@ -163,7 +163,7 @@ def verdict(folder: Path) -> str:
 
 
 def _named(settings: Sequence[Setting]) -> str:
-    """Returns the options of settings in brackets, if there are any."""
+    """Returns a colon and the options of settings, or nothing if there are none."""
     names = (f"`distance={each.distance} d0={each.d0} alpha={each.alpha}`" for each in settings)
     return f":\n{_listed(names)}" if settings else ""
 

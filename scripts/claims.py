@@ -160,13 +160,18 @@ def _quoted(expression: str, form: str) -> str:
 
 _FOUR, _EIGHT = "literal/MultiArmCell-4", "cells/MultiArmCell-8"
 _PER_NODE = {
-    planner: _quoted(f"{_EIGHT}/{planner}/planning_time_mean / {_EIGHT}/{planner}/expanded_nodes_mean", "time")
-    for planner in ("apf-ecbs", "ecbs")
+    planner: _quoted(f"{cell}/{planner}/planning_time_mean / {cell}/{planner}/expanded_nodes_mean", "time")
+    for cell, planners in ((_EIGHT, ("apf-ecbs", "ecbs")), ("preset/MultiArmCell-8", ("paper", "ecbs-paper")))
+    for planner in planners
 }
 _NODES = {
     label: _quoted(f"{_FOUR}/{label}/expanded_nodes_mean", ".3g")
     for label in ("apf-ecbs", "gradient", "centre", "ecbs")
 }
+_BY_DISTANCE = _quoted("decisions/MultiArmCell-4/centre-distance/expanded_nodes_mean", ".3g")
+_ECBS_COSTS = ", ".join(
+    _quoted(f"cells/MultiArmCell-{n}/ecbs/cost_rad_where_both_solve#ratio", ".3f") for n in (4, 6, 8)
+)
 _TRACK = {label: _quoted(f"{_FOUR}/{label}/fast_track_hits", "of") for label in ("apf-ecbs", "one-arm", "paper")}
 _WITHOUT = _quoted("cells/MultiArmCell-4/apf-ecbs-nf/planning_time_mean", "time")
 _TRACK_TIMES = {label: _quoted(f"{_FOUR}/{label}/planning_time_mean", "time") for label in ("one-arm", "literal-track")}
@@ -184,14 +189,17 @@ CLAIMS = (
         words="fewer expanded nodes than ECBS",
         labels=lambda planners: (planners.ecbs, planners.ours),
         judge=larger("expanded_nodes"),
-        reason=f"the step, at 4 arms: {_NODES['apf-ecbs']} nodes by default, {_NODES['gradient']} with `gradient`, "
-        f"{_NODES['centre']} with `centre`, and {_NODES['ecbs']} with `ecbs`",
+        reason=f"the distance and the step, at 4 arms: {_NODES['apf-ecbs']} nodes by default, {_NODES['gradient']} "
+        f"with `step=gradient`, {_BY_DISTANCE} with `distance=centre`, {_NODES['centre']} with both, and "
+        f"{_NODES['ecbs']} with `ecbs`",
     ),
     Claim(
         words="faster than ECBS, mean",
         labels=lambda planners: (planners.ecbs, planners.ours),
         judge=larger("planning_time_s"),
-        reason=f"a node takes {_PER_NODE['apf-ecbs']} with the defaults, and {_PER_NODE['ecbs']} with `ecbs` (8 arms)",
+        reason=f"at 8 arms a node of `paper` takes {_PER_NODE['paper']} and one of `ecbs-paper` "
+        f"{_PER_NODE['ecbs-paper']}; one of `apf-ecbs` {_PER_NODE['apf-ecbs']} and one of `ecbs` {_PER_NODE['ecbs']}, "
+        "but there are fewer of the former",
     ),
     Claim(
         words="faster than ECBS, median",
@@ -244,7 +252,7 @@ CLAIMS = (
         words="cost close to that of ECBS",
         labels=lambda planners: (planners.ecbs, planners.ours),
         judge=closeness,
-        reason="repulsion makes detours: `shorten=400` divides the cost by "
+        reason=f"the cost of `ecbs` divided by that of `apf-ecbs`: {_ECBS_COSTS}; `shorten=400` divides the latter by "
         + ", ".join(_quoted(f"repulsion/apf-ecbs shorten=400/cost_ring-{n}#ratio", ".3f") for n in (4, 6, 8)),
     ),
 )

@@ -166,8 +166,12 @@ def node_table(figures: Figures) -> Iterator[list[str]]:
     for name in sources(figures, rings=True) + sources(figures, rings=False):
         figure = figures.get(f"{name}/ecbs/expanded_nodes_where_both_solve")
         if figure is not None:
-            base, ratio = figure["value"], figure["ratio"]
-            yield [name, str(figure["instances"]), f"{base:.3g}", f"{base / ratio:.3g}", f"{ratio:.2g}"]
+            base, ratio, count = figure["value"], figure["ratio"], figure["instances"]
+            nodes = base / ratio
+            if nodes * count > 1 + 1e-9:  # at one node in all, a mean of 0 has this ratio, too
+                yield [name, str(count), f"{base:.3g}", f"{nodes:.3g}", f"{ratio:.2g}"]
+            else:
+                yield [name, str(count), f"{base:.3g}", f"at most {nodes:.3g}", f"at least {ratio:.0f}"]
 
 
 def repulsion_table(figures: Figures) -> Iterator[list[str]]:

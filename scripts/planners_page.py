@@ -157,17 +157,18 @@ def beside_published(figures: Figures, names: list[str]) -> Iterator[str]:
 
 
 def failures(figures: Figures, names: list[str]) -> Iterator[str]:
-    """Yields the names of unsolved instances, and the number of refuted plans."""
-    yield "Not solved within the time limit:\n\n"
+    """Yields the names of unsolved instances, and the number of runs with an error in all kept benchmarks."""
+    yield "Not solved within the time limit, or ended as the brackets say:\n\n"
     lines = []
     for name in names:
         for source in [*sources(figures, rings=True), *sources(figures, rings=False)]:
             failed = figures.get(f"{source}/{name}/solved", {}).get("failed")
             if failed:
-                lines.append(f"- `{name}` on {source}: {', '.join(failed)}\n")
+                shown = [each if status == "timeout" else f"{each} ({status})" for each, status in failed.items()]
+                lines.append(f"- `{name}` on {source}: {', '.join(shown)}\n")
     yield "".join(lines) or "- none\n"
-    keys = ("/errors", "/plans_failing_check", "/plans_failing_exact_check")
-    wrong = sum(figure["value"] for key, figure in figures.items() if key.endswith(keys))
+    # The figures of some folders have a second name without the folder.
+    wrong = sum(figures[key]["value"] for key in figures if re.fullmatch("[^/]+/[^/]+/[^/]+/errors", key))
     yield f"\nRuns with status `error`, which includes plans that the checker refutes: {wrong}.\n\n"
 
 

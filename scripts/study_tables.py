@@ -140,7 +140,8 @@ def verdict(folder: Path) -> str:
     table = {setting: [compared(section, setting) for section in sections] for setting in settings}
     solved = {setting: sum(cell.solved for cell in cells) for setting, cells in table.items()}
     ratios = {setting: _listed(_ratio(cell.nodes) for cell in cells) for setting, cells in table.items()}
-    paper, surfaces, best = Setting(), study.SURFACES, max(settings, key=lambda setting: solved[setting])
+    paper, surfaces, most = Setting(), study.SURFACES, max(solved.values())
+    best = [setting for setting in settings if solved[setting] == most]
     before = sum(cell.solved_before for cell in table[paper])
     count = sum(len(section.instances) for section in sections)
     holds = [sum(cells[k].holds for cells in table.values()) for k in range(len(sections))]
@@ -148,24 +149,23 @@ def verdict(folder: Path) -> str:
     more = [sum(cells[k].solved > cells[k].solved_before for cells in table.values()) for k in range(len(sections))]
     arms = _listed(section.arms for section in sections)
     sentences = (
-        f"With {arms} arms, without repulsion, `ecbs` solves {before} of {count} instances.",
-        f"With the preset `apf-ecbs` solves {solved[paper]}, and the ratio of the nodes is {ratios[paper]}.",
+        f"Of {count} instances with {arms} arms, `ecbs-paper`, without repulsion, solves {before}.",
+        f"The preset `paper` solves {solved[paper]}, and the ratio of the nodes is {ratios[paper]}.",
         "With the values of the preset and distances between surfaces,",
         f"it solves {solved[surfaces]}, and the ratio of the nodes is {ratios[surfaces]}.",
-        f"`distance={best.distance} d0={best.d0} alpha={best.alpha}` solves most, {solved[best]}.\n",
+        f"Most, {most}, are solved with {_named(best)}.\n",
         f"The nodes are at least {FEWER:g} times fewer, with no fewer instances solved, for {_listed(holds)} of the",
         f"{len(settings)} combinations of distance, d_0 and α,",
-        f"and for {len(everywhere)} in all cells{_named(everywhere)}.",
-        f"`apf-ecbs` solves more instances than `ecbs` with {_listed(more)} of them.",
+        f"and for {len(everywhere)} in all cells" + (f":\n{_named(everywhere)}." if everywhere else "."),
+        f"`apf-ecbs` solves more instances than `ecbs-paper` with {_listed(more)} of them.",
         f"A dash means that fewer than {LEAST_BOTH} instances are solved both with and without repulsion.\n",
     )
     return "\n".join(sentences)
 
 
 def _named(settings: Sequence[Setting]) -> str:
-    """Returns a colon and the options of settings, or nothing if there are none."""
-    names = (f"`distance={each.distance} d0={each.d0} alpha={each.alpha}`" for each in settings)
-    return f":\n{_listed(names)}" if settings else ""
+    """Returns the options of settings."""
+    return _listed(f"`distance={each.distance} d0={each.d0} alpha={each.alpha}`" for each in settings)
 
 
 def _listed(parts: Iterable[object]) -> str:

@@ -22,7 +22,7 @@ ABOUT = About(
     "multi-manipulator motion planning, 2025",
     url="https://arxiv.org/abs/2509.13882",
     guarantee="w times the planner's own path lengths before repulsion where `bound_met`; not complete with the "
-    "default constraint; the defaults are ours, and `preset=paper` has those that the paper states",
+    "default constraint; the defaults are ours, and `preset=paper` has those of the paper that we know",
 )
 
 

@@ -161,7 +161,7 @@ def _description(name: str, planner: type) -> Description:
 def _options(planner: type) -> Iterator[Option]:
     presets = getattr(planner, "presets", {})
     if presets:
-        doc = f"values of all options that are not given: {OURS}: the defaults; {', '.join(presets)}: those it states"
+        doc = f"values of all options that are not given: {OURS}: the defaults; {', '.join(presets)}: its values"
         yield Option(name=PRESET, type="str", default=OURS, doc=doc)
     try:
         hints = typing.get_type_hints(planner)

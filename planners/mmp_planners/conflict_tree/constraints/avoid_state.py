@@ -17,7 +17,7 @@ from mmp_planners.planning_context import Path, PlanningContext
 class AvoidState:
     """Forbids contact with the other arm's configuration at the conflict.
 
-    The constraint holds from `pad` [s] before the conflict begins to `pad` after it ends, rounded to whole steps. If
+    The constraint holds from `pad` [s], in whole steps, before the first contact to a step and `pad` after the last. If
     the other arm has reached its goal, the constraint holds for good. If the arm's own start touches that
     configuration, the constraint begins at the conflict: else an early conflict would leave both children without a
     solution.

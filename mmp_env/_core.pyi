@@ -9,7 +9,7 @@ import numpy
 from numpy.typing import NDArray
 
 
-LANES: int = 8
+LANES: int = 4
 
 FOREVER: int = 268435456
 

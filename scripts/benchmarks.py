@@ -21,7 +21,8 @@ VARIANTS = {
     "one-arm": "critical_arms=one misses=discarded",
     "cover": "critical_arms=cover",
     "discarded": "misses=discarded",
-    "literal-track": "fast_track=literal critical_arms=one misses=discarded",
+    "at-expansion": "fast_track_at=expansion",
+    "literal-track": "fast_track=literal fast_track_at=expansion critical_arms=one misses=discarded",
     "vertex": "constraint=vertex",
     "vertex-0.05": "constraint=vertex radius=0.05",
     "one-tree": "restarts=off",
@@ -58,7 +59,7 @@ DECISIONS = {
 """Options of further variants: each reverts one design decision, or has another value of a published parameter."""
 TRACK = {
     "apf-ecbs-nf": "",
-    **{label: VARIANTS[label] for label in ("one-arm", "cover", "literal-track")},
+    **{label: VARIANTS[label] for label in ("one-arm", "cover", "at-expansion", "literal-track")},
     "apf-ecbs": "",
 }
 """Options of the fast tracks that are compared with six and eight arms."""
@@ -135,6 +136,7 @@ _REPULSION = {
             *("shorten_paths=on", "shorten=25", "shorten=100", "shorten=400", "parked_yield=on", "halvings=3"),
         )
     ],
+    "ecbs": [["--base", "ecbs", "--set", "shorten=400"]],
     "exact": [["--base", "apf-ecbs", "--set", "exact_within=0.03", "--exact"]],
 }
 """Arguments of the runs of `bench_repulsion.py`: planners with repulsion, and options of `apf-ecbs`."""

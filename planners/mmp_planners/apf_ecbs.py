@@ -42,7 +42,12 @@ PAPER: dict[str, Any] = {
     "early_stop": False,
 }
 """Options of the preset `paper`: every departure from the paper that has an option is taken back."""
-PAPER_FAST_TRACK: dict[str, Any] = {"fast_track": "literal", "critical_arms": "one", "misses": "discarded"}
+PAPER_FAST_TRACK: dict[str, Any] = {
+    "fast_track": "literal",
+    "fast_track_at": "expansion",
+    "critical_arms": "one",
+    "misses": "discarded",
+}
 """Options of the preset `paper` for the fast track."""
 
 
@@ -153,6 +158,12 @@ class ApfEcbs(RepulsivePlanner):
         "sound: the node stays branchable; literal (paper-literal): it takes the modified path",
         choices=("sound", "literal"),
     )
+    fast_track_at: str = option(
+        "generation",
+        "when the fast track is tried, generation: on each child as soon as it is planned, and on the root; "
+        "expansion (paper-literal): on a node that would be branched next",
+        choices=("generation", "expansion"),
+    )
     critical_arms: str = option(
         "all",
         "arms that the fast track moves, all: every arm in conflict; cover: a smallest set with an arm of each "
@@ -183,4 +194,5 @@ class ApfEcbs(RepulsivePlanner):
             branching=self.branching(),
             modification=repulsion,
             fast_track=fast_track,
+            fast_track_children=self.fast_track_at == "generation",
         )

@@ -41,6 +41,7 @@ class Parts:
     experience: Experience = field(default_factory=FromScratch)
     modification: Modification = field(default_factory=NoModification)
     fast_track: FastTrack = field(default_factory=NoFastTrack)
+    fast_track_children: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,7 +167,7 @@ class RepulsionOption:
     repulsion: str = option(
         "off",
         "repulsion of apf-ecbs, with its defaults, paths: of each replanned path; fast-track: and of the arms in "
-        "conflict before a node is branched; off: none",
+        "conflict of each node; off: none",
         choices=("off", "paths", "fast-track"),
     )
 
@@ -176,5 +177,6 @@ class RepulsionOption:
             return parts
         modification = RepulsiveModification()
         tried = RepulsionOfSeveralArms(modification=modification)
-        fast_track = tried if self.repulsion == "fast-track" else parts.fast_track
-        return dataclasses.replace(parts, modification=modification, fast_track=fast_track)
+        if self.repulsion == "fast-track":
+            parts = dataclasses.replace(parts, fast_track=tried, fast_track_children=True)
+        return dataclasses.replace(parts, modification=modification)

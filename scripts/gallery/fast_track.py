@@ -22,7 +22,12 @@ from mmp_env.sim.rendering import Line
 from mmp_env.view.offscreen_renderer import tool_path_lines
 
 ARMS = 4
-PAPER_FAST_TRACK = {"fast_track": "literal", "critical_arms": "one", "misses": "discarded"}
+PAPER_FAST_TRACK = {
+    "fast_track": "literal",
+    "fast_track_at": "expansion",
+    "critical_arms": "one",
+    "misses": "discarded",
+}
 """The fast track as the paper has it: one critical arm, and a success replaces the node."""
 _SIZE, _WHOLE, _CAPTION = (420, 360), (1000, 780), 56
 _FORMER = (0.35, 0.35, 0.35, 0.6)

@@ -69,6 +69,7 @@ SETTING_WORDS = {
     "waits": ("removed", "kept"),
     "repulsion": ("off", "paths", "fast-track"),
     "fast_track": ("sound", "literal"),
+    "fast_track_at": ("generation", "expansion"),
     "critical_arms": ("all", "cover", "one"),
     "misses": ("kept", "discarded"),
 }

@@ -104,6 +104,7 @@ def test_the_preset_hands_its_values_to_the_parts_and_the_low_level():
         branching=constraint_kind("vertex", pad=0.25, radius=0.2, sphere_radius=0.1),
         modification=modification,
         fast_track=RepulsiveFastTrack(modification=modification, literal=True),
+        fast_track_children=False,
     )
     without = make("apf-ecbs-nf", preset="paper")
     assert (without.parts(0).modification, without.parts(0).fast_track) == (modification, NoFastTrack())

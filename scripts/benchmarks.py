@@ -136,7 +136,7 @@ _REPULSION = {
             *("shorten_paths=on", "shorten=25", "shorten=100", "shorten=400", "parked_yield=on", "halvings=3"),
         )
     ],
-    "ecbs": [["--base", "ecbs", "--set", "shorten=400"]],
+    "ecbs": [["--planner", "ecbs", "--base", "ecbs", "--set", "shorten=400"]],
     "exact": [["--base", "apf-ecbs", "--set", "exact_within=0.03", "--exact"]],
 }
 """Arguments of the runs of `bench_repulsion.py`: planners with repulsion, and options of `apf-ecbs`."""

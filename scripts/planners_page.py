@@ -84,7 +84,8 @@ CONSTRAINT_KINDS = """A constraint kind says what a branch of the conflict tree 
 `--set constraint=NAME` for `cbs`, `ecbs`, `xecbs`, `apf-ecbs-nf` and `apf-ecbs`. All kinds but `split` treat both arms
 alike. A kind is complete if its branches together lose no solution
 ([proof for `split`](../explanation/proofs.md#completeness-of-split)); the sampling low level may still lose some. The
-instant of a conflict is its begin in the first tree, its middle in the second, and all of it in the third, and so on.
+instant of a conflict is its start in the first tree, its middle in the second, and start, middle and end in the third,
+and so on.
 """
 
 
@@ -216,8 +217,8 @@ def constraint_kinds(figures: Figures) -> Iterator[str]:
         shown_figure(f"{kind}/planning_time_mean / {kind}/expanded_nodes_mean", "time", figures)
         for kind in (f"kinds/MultiArmCell-4/{name}" for name in ("avoid-path", "avoid-state"))
     )
-    yield f"\nThe kinds along a path need few nodes and much time for each: {path} per node with `avoid-path`,\n"
-    yield f"against {state} with `avoid-state`. Therefore `avoid-state` is the default.\n"
+    yield f"\n`avoid-path` and `priority-path` need few nodes and much time for each: {path} per node with\n"
+    yield f"`avoid-path`, against {state} with `avoid-state`. Therefore `avoid-state` is the default.\n"
 
 
 def prose(kind: type) -> str:

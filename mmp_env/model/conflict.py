@@ -54,7 +54,7 @@ class Conflict:
         arm_a: name of one arm.
         arm_b: name of the other arm.
         time_s: first instant [s], the same as `start_s`.
-        start_s: begin of the conflict interval [s].
+        start_s: start of the conflict interval [s].
         end_s: end of the conflict interval [s].
         q_a: configuration [rad] of `arm_a` at the instant of least clearance.
         q_b: configuration [rad] of `arm_b` at that instant.

@@ -147,7 +147,7 @@ class ApfEcbsNf(RepulsivePlanner):
 
 @dataclass(frozen=True, kw_only=True)
 class ApfEcbs(RepulsivePlanner):
-    """APF-ECBS: repulsion after every replanning, and a fast track that repels arms in conflict before branching."""
+    """APF-ECBS: repulsion after every replanning, and a fast track that repels the arms in conflict of a node."""
 
     name: ClassVar[str] = "apf-ecbs"
     about: ClassVar[About] = ABOUT

@@ -1,4 +1,4 @@
-"""The fast track of APF-ECBS: before a node is branched, repulsion of its critical arms may resolve all conflicts."""
+"""The fast track of APF-ECBS: repulsion of the critical arms of a node may resolve all its conflicts."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Attempt:
 
 @runtime_checkable
 class FastTrack(Protocol):
-    """Makes attempts on a node that is about to be branched."""
+    """Makes attempts on a node with conflicts."""
 
     def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]: ...
 

@@ -78,7 +78,7 @@ def test_each_option_of_the_preset_has_a_line_of_the_listing_and_a_test():
 
 def test_each_option_that_is_as_in_the_paper_by_default_has_a_line_and_a_test():
     rows = as_in_the_paper("defaults")
-    assert len(rows) == 6
+    assert len(rows) == 9
     assert not {name for name, *_ in rows} & PAPER.keys()
     for name, value, _, file, test in rows:
         assert written(getattr(make("apf-ecbs"), name)) == value

@@ -100,7 +100,7 @@ class ConflictChosen(Event):
         node: number of the node.
         arm_a: first arm.
         arm_b: second arm.
-        start_s: begin of the interval [s].
+        start_s: start of the interval [s].
         end_s: end of the interval [s].
     """
 

@@ -72,7 +72,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=whole, default=1, metavar="N", help="planner seeds per instance (default: 1)")
     parser.add_argument("--time-limit", type=seconds, default=30.0, metavar="S", help="for each run (default: 30)")
     parser.add_argument("--planner", default="apf-ecbs", metavar="NAME", help="default: apf-ecbs")
-    parser.add_argument("--base", default="ecbs", metavar="NAME", help="planner without repulsion (default: ecbs)")
+    parser.add_argument("--base", default="ecbs", metavar="NAME", help="planner to compare with (default: ecbs)")
     parser.add_argument(
         "--set", type=setting, action="append", default=[], metavar="OPTION=VALUE", help="option of this planner"
     )

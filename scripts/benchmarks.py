@@ -139,7 +139,7 @@ _REPULSION = {
     "ecbs": [["--planner", "ecbs", "--base", "ecbs", "--set", "shorten=400"]],
     "exact": [["--base", "apf-ecbs", "--set", "exact_within=0.03", "--exact"]],
 }
-"""Arguments of the runs of `bench_repulsion.py`: planners with repulsion, and options of `apf-ecbs`."""
+"""Arguments of the runs of `bench_repulsion.py`: planners with repulsion, options of `apf-ecbs`, and a control."""
 
 _SMALL = (
     *("import", "core", "anytime", "env", "goals", "growth", "harness", "portfolio", "rerun", "retime", "tasks"),

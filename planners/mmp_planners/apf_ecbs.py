@@ -179,13 +179,15 @@ class ApfEcbs(RepulsivePlanner):
 
     def parts(self, seed: int) -> Parts:
         repulsion, literal = self.modification(), self.fast_track == "literal"
+        on_children = self.fast_track_at == "generation"
         if self.critical_arms == "one":
-            fast_track = RepulsiveFastTrack(modification=repulsion, literal=literal)
+            fast_track = RepulsiveFastTrack(modification=repulsion, literal=literal, on_children=on_children)
         else:
             fast_track = RepulsionOfSeveralArms(
                 modification=repulsion,
                 reach=self.d0,
                 literal=literal,
+                on_children=on_children,
                 cover=self.critical_arms == "cover",
                 keep_misses=self.misses == "kept",
             )
@@ -194,5 +196,4 @@ class ApfEcbs(RepulsivePlanner):
             branching=self.branching(),
             modification=repulsion,
             fast_track=fast_track,
-            fast_track_children=self.fast_track_at == "generation",
         )

@@ -41,7 +41,6 @@ class Parts:
     experience: Experience = field(default_factory=FromScratch)
     modification: Modification = field(default_factory=NoModification)
     fast_track: FastTrack = field(default_factory=NoFastTrack)
-    fast_track_children: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,7 +175,6 @@ class RepulsionOption:
         if self.repulsion == "off":
             return parts
         modification = RepulsiveModification()
-        tried = RepulsionOfSeveralArms(modification=modification)
-        if self.repulsion == "fast-track":
-            parts = dataclasses.replace(parts, fast_track=tried, fast_track_children=True)
-        return dataclasses.replace(parts, modification=modification)
+        tried = RepulsionOfSeveralArms(modification=modification, on_children=True)
+        fast_track = tried if self.repulsion == "fast-track" else parts.fast_track
+        return dataclasses.replace(parts, modification=modification, fast_track=fast_track)

@@ -150,12 +150,11 @@ def test_a_miss_is_discarded_and_each_node_is_tried_once():
 
 @pytest.mark.parametrize(("children", "tried"), [(True, [1, 3]), (False, [1])])
 def test_the_fast_track_is_tried_on_each_child_or_before_a_node_is_branched(children, tried):
-    """No arm is in both conflicts of the root. In each child c can be pushed aside: node 2 solves node 1."""
+    """No arm is in both conflicts of the root. In each child, c can be pushed aside."""
     places = ([(0, 1, 2), (0, 3, 2)], [(2, 1, 0), (2, 4, 0)], [(10, 11, 12)], [(12, 11, 10)])
     events = []
-    fast_track = RepulsiveFastTrack(modification=Push({2: (10, -11, 12)}))
-    context = ArmsOnALine(*places)
-    search = tree(context, w=99.0, watch=events.append, fast_track=fast_track, fast_track_children=children)
+    fast_track = RepulsiveFastTrack(modification=Push({2: (10, -11, 12)}), on_children=children)
+    search = tree(ArmsOnALine(*places), w=99.0, watch=events.append, fast_track=fast_track)
     search.run(0)
     assert [event.node for event in events if isinstance(event, FastTracked)] == tried
     assert [event.node for event in events if isinstance(event, NodeExpanded)] == [0]

@@ -104,7 +104,6 @@ def test_the_preset_hands_its_values_to_the_parts_and_the_low_level():
         branching=constraint_kind("vertex", pad=0.25, radius=0.2, sphere_radius=0.1),
         modification=modification,
         fast_track=RepulsiveFastTrack(modification=modification, literal=True),
-        fast_track_children=False,
     )
     without = make("apf-ecbs-nf", preset="paper")
     assert (without.parts(0).modification, without.parts(0).fast_track) == (modification, NoFastTrack())
@@ -120,6 +119,12 @@ def test_the_preset_hands_its_values_to_the_parts_and_the_low_level():
         run = Run.begin(each.name, each, two_arms.passing(), 0, 60.0)
         search = each.grow(run, TreeCounts(), ignore)
         assert (search.restarts, search.patience) == (False, 1_000_000)
+
+
+def test_the_fast_track_is_tried_on_children_unless_it_waits_for_expansion():
+    for critical in ("one", "cover", "all"):
+        assert make("apf-ecbs", critical_arms=critical).parts(0).fast_track.on_children
+        assert not make("apf-ecbs", critical_arms=critical, fast_track_at="expansion").parts(0).fast_track.on_children
 
 
 def test_discarded_misses_are_handed_to_the_fast_track_of_several_arms():

@@ -30,6 +30,7 @@ def test_repulsion_is_off_moves_paths_or_also_tries_the_fast_track(name):
     assert not {Repelled, FastTracked} & without
     assert {Repelled, FastTracked} & with_paths == {Repelled}
     assert FastTracked in with_track
+    assert make(name, repulsion="fast-track").parts(0).fast_track.on_children
 
 
 def test_planners_with_repulsion_of_their_own_have_no_such_option():

@@ -35,12 +35,18 @@ class Attempt:
 class FastTrack(Protocol):
     """Makes attempts on a node with conflicts."""
 
+    @property
+    def on_children(self) -> bool:
+        """Whether each child is tried as soon as it is planned. Any node not tried yet is tried before branching."""
+
     def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]: ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class NoFastTrack:
     """Makes no attempt: the part of every other planner."""
+
+    on_children: bool = False
 
     def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]:
         return iter(())
@@ -56,6 +62,7 @@ class RepulsiveFastTrack:
 
     modification: Modification
     literal: bool = False
+    on_children: bool = False
 
     def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]:
         for arm in node.common_arms():
@@ -79,6 +86,7 @@ class RepulsionOfSeveralArms:
     modification: Modification
     reach: float = RepulsiveModification.d0
     literal: bool = False
+    on_children: bool = False
     cover: bool = False
     keep_misses: bool = True
 

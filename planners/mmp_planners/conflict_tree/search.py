@@ -59,8 +59,6 @@ class ConflictTree:
     experience: Experience = field(default_factory=FromScratch)
     modification: Modification = field(default_factory=NoModification)
     fast_track: FastTrack = field(default_factory=NoFastTrack)
-    fast_track_children: bool = False
-    """Whether the fast track is tried on a child as soon as it is planned; otherwise before a node is branched."""
     restarts: bool = True
     patience: int = 20
     absolute_bound: float | None = None
@@ -185,7 +183,7 @@ class ConflictTree:
         if child.conflicts:
             open_nodes.append(child)  # l. 24
             self._note_progress(child)
-            if self.fast_track_children:
+            if self.fast_track.on_children:  # ours: l. 9-14 at once
                 self._try_fast_track(child, open_nodes)
         else:
             self._offer(child, open_nodes)

@@ -6,6 +6,7 @@ import importlib.util
 import json
 import re
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -242,15 +243,45 @@ def test_all_kept_benchmarks_and_figures_of_planners_come_from_one_commit():
     assert not commits.pop().endswith("-dirty")
 
 
-@pytest.mark.parametrize(("folder", "name"), [("literal", "VARIANTS"), ("decisions", "DECISIONS"), ("track", "TRACK")])
-def test_the_variants_that_were_measured_are_those_that_the_script_runs(results_page, folder, name):
-    path = PAGE.parent / folder / "settings.json"
-    if not path.is_file():
-        pytest.skip(f"{folder} has not been measured yet")
-    settings = json.loads(path.read_text(encoding="utf-8"))
-    assert [planner["label"] for planner in settings["planners"]] == list(
-        getattr(importlib.import_module("benchmarks"), name)
-    )
+FOLDERS = sorted(path.parent.name for path in PAGE.parent.glob("*/settings.json"))
+
+
+def test_every_folder_that_the_script_measures_is_kept_and_no_other(results_page):
+    benches = importlib.import_module("benchmarks").BENCHES
+    assert sorted(folder for part in benches.values() for folder in part) == FOLDERS
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_what_was_measured_is_what_the_script_runs(results_page, folder):
+    """Cells, planners with their options, number of instances, and time limit."""
+    benchmarks = importlib.import_module("benchmarks")
+    (words,) = (part[folder] for part in benchmarks.BENCHES.values() if folder in part)
+    of_count, of_limit = benchmarks.SHARES.get(folder, (1.0, 1.0))
+    ran = json.loads((PAGE.parent / folder / "settings.json").read_text(encoding="utf-8"))
+    assert [Path(source).stem for source in ran["sources"]] == words[: words.index(next(filter(is_option, words)))]
+    assert ran["count"] == round(benchmarks.COUNTS.get(folder, 50) * of_count)
+    assert ran["time_limit_s"] == 10 * of_limit
+    assert (ran["exact"], ran["seed"]) == ("--exact" in words, 0)
+    assert (ran["robot"], ran["task"]) == (value_of("--robot", words), value_of("--task", words) or "reach")
+    parts = (part.partition("=") for part in value_of("--planners", words).split(","))
+    names = {label: name or label for label, _, name in parts}
+    options = {label: {} for label in names}
+    for _, given in filter(lambda pair: pair[0] == "--set", pairwise(words)):
+        key, value = setting(given)
+        label, _, option = key.rpartition(".")
+        options[label][option] = value
+    assert [(planner["label"], planner["name"], planner["options"]) for planner in ran["planners"]] == [
+        (label, name, options[label]) for label, name in names.items()
+    ]
+
+
+def is_option(word):
+    return word.startswith("--")
+
+
+def value_of(option, words):
+    """Returns the word after an option, or None if it is not given."""
+    return next((value for name, value in pairwise(words) if name == option), None)
 
 
 def test_every_variant_has_options_that_its_planner_takes(results_page):

@@ -137,6 +137,7 @@ _REPULSION = {
         )
     ],
     "ecbs": [["--planner", "ecbs", "--base", "ecbs", "--set", "shorten=400"]],
+    "choice": [["--base", "apf-ecbs", "--set", "fast_track_at=expansion", "--first", "1000", "--count", "300"]],
     "exact": [["--base", "apf-ecbs", "--set", "exact_within=0.03", "--exact"]],
 }
 """Arguments of the runs of `bench_repulsion.py`: planners with repulsion, options of `apf-ecbs`, and a control."""

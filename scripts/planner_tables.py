@@ -58,7 +58,7 @@ OPTIONS = {
 _REPULSION = (
     *("cbs repulsion=fast-track", "xecbs repulsion=fast-track", "gen-ecbs repulsion=fast-track"),
     *("apf-ecbs shorten_paths=on", "apf-ecbs shorten=25", "apf-ecbs shorten=100", "apf-ecbs shorten=400"),
-    "ecbs shorten=400",
+    *("ecbs shorten=400", "apf-ecbs fast_track_at=expansion"),
     *("apf-ecbs parked_yield=on", "apf-ecbs halvings=3", "apf-ecbs exact_within=0.03"),
 )
 """Planners and options that `scripts/bench_repulsion.py` compares with the planners' defaults."""

@@ -30,6 +30,14 @@ def part():
     sys.path.remove(str(ROOT / "scripts"))
 
 
+def test_the_drawing_of_two_trees_has_the_means_of_the_results(part):
+    figures = importlib.import_module("measured").read_figures()
+    mean = {name: figures[f"MultiArmCell-8/{name}/expanded_nodes_mean"]["value"] for name in ("ecbs", "apf-ecbs")}
+    drawing = (ROOT / "docs/images/gallery/trees.svg").read_text(encoding="utf-8")
+    ratio = mean["ecbs"] / mean["apf-ecbs"]
+    assert f"to that of the means, {ratio:.1f}: {mean['ecbs']:.1f} against {mean['apf-ecbs']:.1f} nodes." in drawing
+
+
 @pytest.fixture(scope="module")
 def small(part):
     """Returns a search whose root is branched on."""

@@ -176,6 +176,8 @@ def test_a_folder_without_a_report_is_refused(results_page, tmp_path):
         (["--out"], "--out needs a value"),
         (["--limit", "3"], "unknown argument '--limit'"),
         (["--quick", "--count", "0"], "--count is '0'"),
+        (["--quick", "--pages"], "--pages does not go with --quick"),
+        (["--instances", "none"], "--instances is 'none', which is no folder"),
     ],
 )
 def test_the_reproduction_refuses_bad_arguments_before_it_does_anything(words, message):
@@ -187,7 +189,7 @@ def test_the_reproduction_refuses_bad_arguments_before_it_does_anything(words, m
 def test_the_reproduction_explains_its_options():
     done = checkout_scripts.run("reproduce_paper.sh", "--help")
     assert done.returncode == 0
-    for option in ("--quick", "--time-limit", "--count", "--workers", "--out"):
+    for option in ("--quick", "--time-limit", "--count", "--workers", "--out", "--instances", "--pages"):
         assert option in done.stdout
 
 

@@ -169,6 +169,9 @@ def node_table(figures: Figures) -> Iterator[list[str]]:
         figure = figures.get(f"{name}/ecbs/expanded_nodes_where_both_solve")
         if figure is not None:
             base, ratio, count = figure["value"], figure["ratio"], figure["instances"]
+            if ratio == 0:  # `ecbs` has no nodes, so the ratio does not tell those of `apf-ecbs`
+                yield [name, str(count), "0", NOT_MEASURED, NOT_MEASURED]
+                continue
             nodes = base / ratio
             if nodes * count > 1 + 1e-9:  # at one node in all, a mean of 0 has this ratio, too
                 yield [name, str(count), f"{base:.3g}", f"{nodes:.3g}", f"{ratio:.2g}"]

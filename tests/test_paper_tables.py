@@ -99,3 +99,11 @@ def test_an_option_that_was_not_measured_has_dashes(paper_tables):
 def test_the_fast_track_is_compared_where_both_solve(paper_tables, folder):
     _, row = paper_tables.fast_track_table(folder)
     assert row == ["4", "2", "4.00", "2.00", "50 %", "0.400", "0.200", "0.400", "0.200", "3 of 6 (50 %)"]
+
+
+def test_a_table_of_nodes_has_dashes_where_ecbs_has_none(paper_tables):
+    tables = importlib.import_module("planner_tables")
+    figure = {"name": "solved", "value": 0.0, "ratio": 0.0, "instances": 2}
+    names = ("MultiArmCell-4/ecbs/solved", "MultiArmCell-4/ecbs/expanded_nodes_where_both_solve")
+    _, row = tables.node_table(dict.fromkeys(names, figure))
+    assert row == ["MultiArmCell-4", "2", "0", tables.NOT_MEASURED, tables.NOT_MEASURED]

@@ -52,7 +52,7 @@ OPTIONS = {
     "one-tree": "one tree",
     "vertex": "vertex constraint, with a radius of 0.2 rad",
     "vertex-0.05": "vertex constraint, with a radius of 0.05 rad",
-    "paper": "all settings of the paper that have an option",
+    "paper": "the preset `paper`: the settings of the paper that we know",
 }
 """Variant of `scripts/benchmarks.py` -> the option that it changes."""
 _REPULSION = (

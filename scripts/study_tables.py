@@ -151,7 +151,7 @@ def verdict(folder: Path) -> str:
     sentences = (
         f"Of {count} instances with {arms} arms, `ecbs-paper`, without repulsion, solves {before}.",
         f"The preset `paper` solves {solved[paper]}, and the ratio of the nodes is {ratios[paper]}.",
-        "With the values of the preset and distances between surfaces,",
+        "With the values of the preset, distances between surfaces and a floor of 1 cm,",
         f"it solves {solved[surfaces]}, and the ratio of the nodes is {ratios[surfaces]}.",
         f"Most, {most}, are solved with {_named(best)}.\n",
         f"The nodes are at least {FEWER:g} times fewer, with no fewer instances solved, for {_listed(holds)} of the",
@@ -164,8 +164,11 @@ def verdict(folder: Path) -> str:
 
 
 def _named(settings: Sequence[Setting]) -> str:
-    """Returns the options of settings."""
-    return _listed(f"`distance={each.distance} d0={each.d0} alpha={each.alpha}`" for each in settings)
+    """Returns the options of settings that differ from the preset."""
+    floors = {"centre": "", "surface": " floor=0.01"}
+    return _listed(
+        f"`distance={each.distance}{floors[each.distance]} d0={each.d0} alpha={each.alpha}`" for each in settings
+    )
 
 
 def _listed(parts: Iterable[object]) -> str:

@@ -245,6 +245,15 @@ def test_all_kept_benchmarks_and_figures_of_planners_come_from_one_commit():
     assert not commits.pop().endswith("-dirty")
 
 
+@pytest.mark.parametrize("page", ["results/README.md", "explanation/paper.md", "explanation/conflict-tree-planners.md"])
+def test_all_figures_quoted_on_the_pages_on_the_paper_come_from_that_commit(results_page, page):
+    figures = importlib.import_module("measured").read_figures()
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    quoted = [name for words in re.findall(r"<!-- figure: (.+?) as ", text) for name in words.split(" / ")]
+    commits = {figures[name.partition("#")[0]]["commit"] for name in quoted}
+    assert commits == {results_page.condition(PAGE.parent / "cells")["commit"]}
+
+
 FOLDERS = sorted(path.parent.name for path in PAGE.parent.glob("*/settings.json"))
 
 

@@ -38,6 +38,7 @@ class FastTrack(Protocol):
     @property
     def on_children(self) -> bool:
         """Whether each child is tried as soon as it is planned. Any node not tried yet is tried before branching."""
+        ...
 
     def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]: ...
 

@@ -31,9 +31,13 @@ class Setting:
     @property
     def options(self) -> str:
         """Returns the options of `apf-ecbs`. Between surfaces the force needs a floor, since it has no bound there."""
-        floor = " floor=0.01" if self.distance == "surface" else ""
         values = f"d0={self.d0} alpha={self.alpha} max_iterations={self.iterations} radius={self.radius}"
-        return f"preset=paper distance={self.distance}{floor} {values}"
+        return f"preset=paper distance={self.distance}{self.floor} {values}"
+
+    @property
+    def floor(self) -> str:
+        """Returns the option of the floor, which replaces that of the preset between surfaces."""
+        return " floor=0.01" if self.distance == "surface" else ""
 
     @property
     def baseline(self) -> str:

@@ -165,10 +165,7 @@ def verdict(folder: Path) -> str:
 
 def _named(settings: Sequence[Setting]) -> str:
     """Returns the options of settings that differ from the preset."""
-    floors = {"centre": "", "surface": " floor=0.01"}
-    return _listed(
-        f"`distance={each.distance}{floors[each.distance]} d0={each.d0} alpha={each.alpha}`" for each in settings
-    )
+    return _listed(f"`distance={each.distance}{each.floor} d0={each.d0} alpha={each.alpha}`" for each in settings)
 
 
 def _listed(parts: Iterable[object]) -> str:

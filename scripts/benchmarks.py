@@ -11,7 +11,15 @@ FIVE = "cbs,ecbs,gen-ecbs,apf-ecbs-nf,apf-ecbs"
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
 KINDS = ("vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
 
-_ECBS_PAPER = "constraint=vertex restarts=off patience=1000000 direct=off static_tree=off improve=200 shortcuts=0"
+_TREE_PAPER = "restarts=off patience=1000000 direct=off static_tree=off improve=200 shortcuts=0"
+_ECBS_PAPER = f"constraint=vertex {_TREE_PAPER}"
+_PRESET = {
+    "ecbs-paper": _ECBS_PAPER,
+    "apf-ecbs-nf-paper": "preset=paper",
+    "paper": "preset=paper",
+    "gen-ecbs-paper": _TREE_PAPER,
+}
+"""Options of the paper's planners with the settings of the paper; Gen-ECBS has its own constraint kinds."""
 VARIANTS = {
     "apf-ecbs": "",
     "gradient": "step=gradient",
@@ -69,7 +77,7 @@ def variants(options: dict[str, str]) -> list[str]:
     """Returns the arguments of `mmp bench` for labels of planners and their options."""
     planners, settings = [], []
     for label, words in options.items():
-        name = next((name for name in ("ecbs", "apf-ecbs-nf") if label.startswith(name)), "apf-ecbs")
+        name = next((name for name in ("ecbs", "apf-ecbs-nf", "gen-ecbs") if label.startswith(name)), "apf-ecbs")
         planners.append(label if label == name else f"{label}={name}")
         settings += [word for setting in words.split() for word in ("--set", f"{label}.{setting}")]
     return ["--planners", ",".join(planners), *settings]
@@ -104,10 +112,7 @@ BENCHES: dict[str, dict[str, list[str]]] = {
         ],
     },
     "preset": {
-        "preset": [
-            *RINGS,
-            *variants({"ecbs-paper": _ECBS_PAPER, "apf-ecbs-nf-paper": "preset=paper", "paper": "preset=paper"}),
-        ],
+        "preset": [*RINGS, *variants(_PRESET)],
     },
     "study": {
         "study": [*RINGS, *variants(study_variants(_ECBS_PAPER))],
@@ -137,7 +142,10 @@ _REPULSION = {
         )
     ],
     "ecbs": [["--planner", "ecbs", "--base", "ecbs", "--set", "shorten=400"]],
-    "choice": [["--base", "apf-ecbs", "--set", "fast_track_at=expansion", "--first", "1000", "--count", "300"]],
+    "choice": [
+        [*cells, "--base", "apf-ecbs", "--set", "fast_track_at=expansion", "--first", "1000", "--count", count]
+        for cells, count in (((), "300"), (("line-16", "line-32", "line-64"), "50"))
+    ],
     "exact": [["--base", "apf-ecbs", "--set", "exact_within=0.03", "--exact"]],
 }
 """Arguments of the runs of `bench_repulsion.py`: planners with repulsion, options of `apf-ecbs`, and a control."""
@@ -154,7 +162,7 @@ _EACH_CALL = (
 LINES: dict[str, dict[str, list[list[str]]]] = {
     "small": {name: [[f"bench_{name}.py"]] for name in _SMALL},
     "beyond": {
-        "nodes": [["bench_nodes.py"]],
+        **{name: [[f"bench_{name}.py"]] for name in ("nodes", "waits")},
         **{
             f"repulsion-{name}": [["bench_repulsion.py", *words] for words in runs] for name, runs in _REPULSION.items()
         },

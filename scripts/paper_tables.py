@@ -78,7 +78,7 @@ def _means(run: PlannerRuns, among: Sequence[tuple[str, int]]) -> list[float | N
 
 
 PAIRS = {
-    "preset": (("ecbs-paper", "paper"), ("apf-ecbs-nf-paper", "paper")),
+    "preset": (("ecbs-paper", "paper"), ("apf-ecbs-nf-paper", "paper"), ("gen-ecbs-paper", "paper")),
     "cells": (("ecbs", OURS), (NO_FAST_TRACK, OURS)),
     "literal": (("ecbs-paper", "paper"), ("ecbs-paper", "paper-surface")),
     "track": tuple((NO_FAST_TRACK, label) for label in ("one-arm", "cover", "at-expansion", "literal-track", OURS)),

@@ -187,7 +187,8 @@ def repulsion_table(figures: Figures) -> Iterator[list[str]]:
     ]
     for label in _REPULSION:
         cells = [f"{ring}-exact" if "exact_within" in label else ring for ring in ("ring-4", "ring-6", "ring-8")]
-        for cell in cells:
+        lines = [cell for cell in ("line-16", "line-32", "line-64") if f"repulsion/{label}/nodes_{cell}" in figures]
+        for cell in cells + lines:
             nodes, time, cost = (figures.get(f"repulsion/{label}/{what}_{cell}") for what in ("nodes", "time", "cost"))
             if nodes is None or time is None or cost is None:
                 yield [f"`{label}`", f"`{cell}`", *[NOT_MEASURED] * 7]

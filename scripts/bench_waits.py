@@ -1,8 +1,9 @@
-"""Waits in the plans of `apf-ecbs` and `ecbs`, as JSON lines. Usage: bench_waits.py [CELL...] [--count N]
+"""Waits of the last arm in plans of `apf-ecbs` and `ecbs`, JSON lines. Usage: bench_waits.py [CELL...] [--count N]
 
-The makespan of a plan is the time until its last arm arrives. Until then this arm moves or waits. The line of a cell
-has the mean of its waits, and as `motion` the mean rest of the makespan, over the instances of task `reach` that both
-planners solve within 10 s. Keys that end with `_of_ecbs` are those of `ecbs`.
+The makespan of a plan is the time until its last arm arrives. `travel` is how long the path of this arm takes at the
+velocity limits of its joints. In the rest of the makespan the arm stands still or moves more slowly. The line of a cell
+has the mean rest, and the mean `travel`, over the instances of task `reach` that both planners solve within 10 s. Keys
+that end with `_of_ecbs` are those of `ecbs`.
 """
 
 from __future__ import annotations
@@ -18,9 +19,6 @@ from mmp_cli.main import run_script
 from mmp_env import Plan, draw_problem, find_cell
 from mmp_planners import make
 
-MOVES_RAD = 1e-9
-"""Least move of a joint in a time step that counts as motion [rad]."""
-
 
 def main() -> None:
     """Prints the figure of each cell."""
@@ -33,38 +31,36 @@ def main() -> None:
 
 
 def compare(name: str, count: int) -> None:
-    """Prints the waits in one cell."""
-    cell, waits, motions = find_cell(name), [], []
+    """Prints the figure of one cell."""
+    cell, times = find_cell(name), []
     for seed in range(count):
         problem = draw_problem(cell, seed=seed)
         results = (make(planner).plan(problem, seed=seed, time_limit=TIME_LIMIT_S) for planner in PLANNERS)
         plans = [result.plan for result in results if result.plan is not None]
         if len(plans) == len(PLANNERS):
-            waits.append([wait_of_last_arm(plan) for plan in plans])
-            motions.append([plan.makespan_s for plan in plans])
-    of_ecbs, ours = np.mean(waits, axis=0)
-    motion_of_ecbs, motion = np.mean(motions, axis=0) - (of_ecbs, ours)
+            times.append([time for plan in plans for time in rest_and_travel(plan)])
+    of_ecbs, travel_of_ecbs, ours, travel = np.reshape(times, (-1, 4)).mean(axis=0).tolist()
     print_figure(
         f"waits_{name}",
-        float(ours),
+        ours,
         "s",
-        waits_of_ecbs=rounded(float(of_ecbs)),
-        motion=rounded(float(motion)),
-        motion_of_ecbs=rounded(float(motion_of_ecbs)),
-        solved=len(waits),
+        rest_of_ecbs=rounded(of_ecbs),
+        travel=rounded(travel),
+        travel_of_ecbs=rounded(travel_of_ecbs),
+        solved=len(times),
         instances=count,
     )
 
 
-def wait_of_last_arm(plan: Plan) -> float:
-    """Returns how long the arm that arrives last stands still before it arrives [s]."""
-    steps = np.diff(plan.times)
+def rest_and_travel(plan: Plan) -> tuple[float, float]:
+    """Returns the rest of the makespan and the travel time [s] of the arm that arrives last."""
     arrivals = [(0.0, 0.0)]
-    for positions in plan.positions.values():
-        moves = np.abs(np.diff(positions, axis=0)).max(axis=1) > MOVES_RAD
-        before = steps[: np.flatnonzero(moves)[-1] + 1] if moves.any() else steps[:0]
-        arrivals.append((float(before.sum()), float(before[~moves[: len(before)]].sum())))
-    return max(arrivals)[1]
+    for arm, positions in plan.positions.items():
+        needed = (np.abs(np.diff(positions, axis=0)) / plan.problem.max_velocity[arm]).max(axis=1)
+        moving = np.flatnonzero(needed)
+        arrivals.append((float(plan.times[moving[-1] + 1]) if len(moving) else 0.0, float(needed.sum())))
+    arrival, travel = max(arrivals)
+    return arrival - travel, travel
 
 
 if __name__ == "__main__":

@@ -12,8 +12,9 @@ TASKS = ("crossing", "parallel", "pick", "place", "packing")
 KINDS = ("vertex", "avoid-path", "sphere", "priority", "priority-path", "split")
 
 _TREE_PAPER = "restarts=off patience=1000000 direct=off static_tree=off improve=200 shortcuts=0"
+"""Settings of the paper of any planner with a conflict tree."""
 _ECBS_PAPER = f"constraint=vertex {_TREE_PAPER}"
-_PRESET = {
+PRESET = {
     "ecbs-paper": _ECBS_PAPER,
     "apf-ecbs-nf-paper": "preset=paper",
     "paper": "preset=paper",
@@ -73,11 +74,16 @@ TRACK = {
 """Options of the fast tracks that are compared with six and eight arms."""
 
 
+def planner_of(label: str) -> str:
+    """Returns the name of the planner of a label: it begins with it, or belongs to `apf-ecbs`."""
+    return next((name for name in ("ecbs", "apf-ecbs-nf", "gen-ecbs") if label.startswith(name)), "apf-ecbs")
+
+
 def variants(options: dict[str, str]) -> list[str]:
     """Returns the arguments of `mmp bench` for labels of planners and their options."""
     planners, settings = [], []
     for label, words in options.items():
-        name = next((name for name in ("ecbs", "apf-ecbs-nf", "gen-ecbs") if label.startswith(name)), "apf-ecbs")
+        name = planner_of(label)
         planners.append(label if label == name else f"{label}={name}")
         settings += [word for setting in words.split() for word in ("--set", f"{label}.{setting}")]
     return ["--planners", ",".join(planners), *settings]
@@ -112,7 +118,7 @@ BENCHES: dict[str, dict[str, list[str]]] = {
         ],
     },
     "preset": {
-        "preset": [*RINGS, *variants(_PRESET)],
+        "preset": [*RINGS, *variants(PRESET)],
     },
     "study": {
         "study": [*RINGS, *variants(study_variants(_ECBS_PAPER))],

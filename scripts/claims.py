@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import claim_reasons as reasons
 from measured import kept_sections
 from paired import Pair, Ratio, pair
 
@@ -15,6 +17,8 @@ LITERAL_TRACK = ("apf-ecbs-nf", "literal-track")
 """Labels without a fast track, and with the fast track of the paper."""
 CLOSE = 0.05
 """Largest relative difference of two costs that are close to each other."""
+CHANCE = 0.05
+"""Largest probability of an outcome by chance with which a claim on success holds, or does not."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,12 +58,14 @@ def claims_table(folder: Path) -> Iterator[list[str]]:
         ("saves time, mean", larger("planning_time_s")),
         ("saves time, median", larger("planning_time_s", median=True)),
     ):
+        reason = reasons.LITERAL_TRACK if words == "saves nodes" else reasons.SAME
         claim = Claim(
             words=f"the paper's fast track {words}, with our other defaults",
             labels=lambda _: LITERAL_TRACK,
             judge=judge,
+            reason=reason,
         )
-        yield [claim.words, "see above", judged(claim, literal_track(folder)), _TRACK_REASON]
+        yield [claim.words, "see above", judged(claim, literal_track(folder)), claim.reason]
 
 
 def literal_track(folder: Path) -> list[Pair]:
@@ -116,7 +122,7 @@ def judged(claim: Claim, pairs: Sequence[Pair]) -> str:
 
 
 def verdict(ratio: Ratio | None) -> str:
-    """Returns yes or no if the whole interval of a ratio is above 1 or not, and open if it contains 1."""
+    """Returns yes if the whole interval of a ratio is above 1, no if its upper end is 1 or less, and open otherwise."""
     if ratio is None:
         return "open"
     return "yes" if ratio.above else "no" if ratio.high <= 1 else "open"
@@ -143,10 +149,18 @@ def closeness(each: Pair) -> tuple[str, str]:
 
 
 def more_solved(each: Pair) -> tuple[str, str]:
-    """Judges by the counts whether our planner solves more instances."""
-    theirs, ours = len(each.theirs.solved), len(each.ours.solved)
-    word = "yes" if ours > theirs else "no" if ours < theirs else "equal"
-    return word, f"{ours} ({theirs}) of {len(each.ours.valid)}"
+    """Judges by a sign test of the instances that only one of both planners solves."""
+    theirs, ours = set(each.theirs.by_problem), set(each.ours.by_problem)
+    lost, won = len(theirs - ours), len(ours - theirs)
+    word = "yes" if significant(won, lost) else "no" if significant(lost, won) else "open" if won + lost else "equal"
+    figure = f"{len(ours)} ({len(theirs)}) of {len(each.ours.valid)}"
+    return word, f"{figure}, only by one {won} ({lost})" if won + lost else figure
+
+
+def significant(wins: int, losses: int) -> bool:
+    """Returns whether so many wins have a probability of at most `CHANCE` if both sides are equally likely to win."""
+    count = wins + losses
+    return count > 0 and sum(math.comb(count, k) for k in range(wins, count + 1)) <= CHANCE * 2**count
 
 
 def shown(ratio: Ratio | None) -> str:
@@ -154,132 +168,71 @@ def shown(ratio: Ratio | None) -> str:
     return NOTHING if ratio is None else f"{ratio.value:#.3g}"
 
 
-def _quoted(expression: str, form: str) -> str:
-    return f"<!-- figure: {expression} as {form} --><!-- end -->"
-
-
-def _shortened(planner: str) -> str:
-    """Returns the quoted ratios of the costs of a planner without and with `shorten=400`."""
-    return ", ".join(_quoted(f"repulsion/{planner} shorten=400/cost_ring-{n}#ratio", ".3f") for n in (4, 6, 8))
-
-
-_FOUR, _EIGHT = "literal/MultiArmCell-4", "cells/MultiArmCell-8"
-_PER_NODE = {
-    planner: _quoted(f"{cell}/{planner}/planning_time_mean / {cell}/{planner}/expanded_nodes_mean", "time")
-    for cell, planners in ((_EIGHT, ("apf-ecbs", "ecbs")), ("preset/MultiArmCell-8", ("paper", "ecbs-paper")))
-    for planner in planners
-}
-_NODES = {
-    label: _quoted(f"{_FOUR}/{label}/expanded_nodes_mean", ".3g")
-    for label in ("apf-ecbs", "gradient", "centre", "ecbs")
-}
-_BY_DISTANCE = _quoted("decisions/MultiArmCell-4/centre-distance/expanded_nodes_mean", ".3g")
-_ECBS_COSTS = ", ".join(
-    _quoted(f"cells/MultiArmCell-{n}/ecbs/cost_rad_where_both_solve#ratio", ".3f") for n in (4, 6, 8)
-)
-_TRACK = {label: _quoted(f"{_FOUR}/{label}/fast_track_hits", "of") for label in ("apf-ecbs", "one-arm", "paper")}
-_HITS = ", ".join(_quoted(f"cells/MultiArmCell-{n}/apf-ecbs/fast_track_hits", "of") for n in (4, 6, 8))
-_GEN_ECBS = ", ".join(
-    _quoted(f"repulsion/gen-ecbs repulsion=fast-track/nodes_ring-{n}#ratio", ".3g") for n in (4, 6, 8)
-)
-_WITHOUT = _quoted("cells/MultiArmCell-4/apf-ecbs-nf/planning_time_mean", "time")
-_TRACK_TIMES = {label: _quoted(f"{_FOUR}/{label}/planning_time_mean", "time") for label in ("one-arm", "literal-track")}
-_TRACK_REASON = (
-    f"`literal-track`, the fast track of the paper: mean time at 4 arms {_TRACK_TIMES['literal-track']}, "
-    f"{_TRACK_TIMES['one-arm']} with `one-arm`, {_WITHOUT} without a fast track"
-)
-_KINDS = {
-    kind: _quoted(f"kinds/MultiArmCell-4/{kind}/expanded_nodes_mean", ".3g")
-    for kind in ("vertex", "avoid-state", "sphere", "split")
-}
-_PRESET = {
-    label: _quoted(f"preset/MultiArmCell-4/{label}/expanded_nodes_mean", ".3g") for label in ("paper", "gen-ecbs-paper")
-}
-_AVOID_STATE = _quoted(f"{_FOUR}/paper-avoid-state/expanded_nodes_mean", ".3g")
-
-
-def _waits(key: str) -> str:
-    return ", ".join(_quoted(f"waits_ring-{n}{key}", ".1f") for n in (4, 6, 8))
-
-
 CLAIMS = (
     Claim(
         words="fewer expanded nodes than ECBS",
         labels=lambda planners: (planners.ecbs, planners.ours),
         judge=larger("expanded_nodes"),
-        reason=f"the distance and the step, at 4 arms: {_NODES['apf-ecbs']} nodes by default, {_NODES['gradient']} "
-        f"with `step=gradient`, {_BY_DISTANCE} with `distance=centre`, {_NODES['centre']} with both, and "
-        f"{_NODES['ecbs']} with `ecbs`",
+        reason=reasons.NODES,
     ),
     Claim(
         words="faster than ECBS, mean",
         labels=lambda planners: (planners.ecbs, planners.ours),
         judge=larger("planning_time_s"),
-        reason=f"at 8 arms a node of `paper` takes {_PER_NODE['paper']} and one of `ecbs-paper` "
-        f"{_PER_NODE['ecbs-paper']}; one of `apf-ecbs` {_PER_NODE['apf-ecbs']} and one of `ecbs` {_PER_NODE['ecbs']}, "
-        "but there are fewer of the former",
+        reason=reasons.TIME,
     ),
     Claim(
         words="faster than ECBS, median",
         labels=lambda planners: (planners.ecbs, planners.ours),
         judge=larger("planning_time_s", median=True),
-        reason="the same",
+        reason=reasons.SAME,
     ),
     Claim(
         words="solves more than ECBS",
         labels=lambda planners: (planners.ecbs, planners.ours),
         judge=more_solved,
-        reason=f"at 4 arms the baseline `ecbs` solves {_quoted(f'{_FOUR}/ecbs/solved', 'of')} with our defaults, "
-        f"and {_quoted(f'{_FOUR}/ecbs-paper/solved', 'of')} with the settings of the paper",
+        reason=reasons.SUCCESS,
     ),
     Claim(
         words="the fast track saves nodes",
         labels=lambda planners: (planners.no_fast_track, planners.ours),
         judge=larger("expanded_nodes"),
-        reason=f"hits at 4 arms: {_TRACK['apf-ecbs']} attempts with the defaults, {_TRACK['one-arm']} with one arm, "
-        f"{_TRACK['paper']} with `paper`",
+        reason=reasons.FAST_TRACK,
     ),
     Claim(
         words="the fast track saves time, mean",
         labels=lambda planners: (planners.no_fast_track, planners.ours),
         judge=larger("planning_time_s"),
-        reason=f"hits with our defaults at 4, 6 and 8 arms: {_HITS}",
+        reason=reasons.SAME,
     ),
     Claim(
         words="the fast track saves time, median",
         labels=lambda planners: (planners.no_fast_track, planners.ours),
         judge=larger("planning_time_s", median=True),
-        reason="the same",
+        reason=reasons.SAME,
     ),
     Claim(
         words="Gen-ECBS expands fewer nodes than ECBS",
         labels=lambda planners: (planners.ecbs, planners.gen_ecbs),
         judge=larger("expanded_nodes"),
-        reason="Gen-ECBS has several constraint kinds, `ecbs-paper` has `vertex`, and our `ecbs` has `avoid-state`; "
-        f"`ecbs` with one kind at 4 arms: {_KINDS['vertex']} nodes with `vertex`, {_KINDS['avoid-state']} with "
-        f"`avoid-state`, {_KINDS['sphere']} with `sphere`, {_KINDS['split']} with `split`",
+        reason=reasons.GEN_ECBS_AND_ECBS,
     ),
     Claim(
         words="Gen-ECBS expands more nodes than APF-ECBS",
         labels=lambda planners: (planners.gen_ecbs, planners.ours),
         judge=larger("expanded_nodes"),
-        reason=f"repulsion in `gen-ecbs` divides its nodes by {_GEN_ECBS}; at 4 arms `paper` has {_PRESET['paper']} "
-        f"nodes with its constraint `vertex`, and {_AVOID_STATE} with `avoid-state` (50 instances); `gen-ecbs-paper` "
-        f"has {_PRESET['gen-ecbs-paper']}",
+        reason=reasons.GEN_ECBS_AND_OURS,
     ),
     Claim(
         words="shorter makespan than ECBS",
         labels=lambda planners: (planners.ecbs, planners.ours),
         judge=larger("makespan_s"),
-        reason=f"with our defaults the arm that arrives last waits {_waits('#waits_of_ecbs')} s in plans of `ecbs` and "
-        f"{_waits('')} s in those of `apf-ecbs`, but it moves {_waits('#motion_of_ecbs')} s and {_waits('#motion')} s: "
-        "repulsion replaces waits by detours",
+        reason=reasons.MAKESPAN,
     ),
     Claim(
         words="cost close to that of ECBS",
         labels=lambda planners: (planners.ecbs, planners.ours),
         judge=closeness,
-        reason=f"the cost of `ecbs` divided by that of `apf-ecbs`: {_ECBS_COSTS}; `shorten=400` divides the former by "
-        f"{_shortened('ecbs')}, and the latter by {_shortened('apf-ecbs')}",
+        reason=reasons.COST,
     ),
 )

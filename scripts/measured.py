@@ -29,6 +29,7 @@ _FIELDS = {
     "planning_time": ("planning_time_s", "s"),
     "check_time": ("check_time_s", "s"),
     "expanded_nodes": ("expanded_nodes", "nodes"),
+    "low_level_calls": ("low_level_calls", "calls"),
     "cost": ("cost_ratio", "x the straight lines"),
     "cost_rad": ("cost_rad", "rad"),
     "makespan": ("makespan_s", "s"),

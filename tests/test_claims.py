@@ -46,9 +46,24 @@ def test_a_claim_holds_if_the_whole_interval_is_in_its_favour(rows):
     assert rows["Gen-ECBS expands fewer nodes than ECBS"] == ["not measured", "**open**: 1.20"]
 
 
-def test_success_is_judged_by_the_counts_and_cost_by_its_distance(rows):
-    assert rows["solves more than ECBS"] == ["**no**: 5 (6) of 6", "**equal**: 6 (6) of 6"]
+def test_cost_is_judged_by_its_distance(rows):
     assert rows["cost close to that of ECBS"] == ["**yes**: 1.00", "**yes**: 1.00"]
+
+
+def test_success_is_judged_by_the_instances_that_only_one_solves(module, tmp_path, rows):
+    assert rows["solves more than ECBS"] == ["**open**: 5 (6) of 6, only by one 0 (1)", "**equal**: 6 (6) of 6"]
+    kept(tmp_path / "more", {"ecbs": [*[None] * 5, 9], "apf-ecbs": [9] * 6, "worse": [*[9] * 5, None]})
+    (section,) = module("measured").kept_sections(tmp_path / "more")
+    claims, pair = module("claims"), module("paired").pair
+    assert claims.more_solved(pair(section, "ecbs", "apf-ecbs")) == ("yes", "6 (1) of 6, only by one 5 (0)")
+    assert claims.more_solved(pair(section, "apf-ecbs", "ecbs")) == ("no", "1 (6) of 6, only by one 0 (5)")
+    assert claims.more_solved(pair(section, "ecbs", "worse")) == ("open", "5 (1) of 6, only by one 5 (1)")
+
+
+def test_a_sign_test_needs_five_wins_without_a_loss(module):
+    significant = module("claims").significant
+    assert [significant(wins, 0) for wins in range(7)] == [False] * 5 + [True] * 2
+    assert [significant(wins, 1) for wins in range(5, 9)] == [False, False, True, True]
 
 
 def test_cells_that_disagree_are_named(module):

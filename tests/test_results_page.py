@@ -239,7 +239,7 @@ def test_all_kept_benchmarks_and_figures_of_planners_come_from_one_commit():
     kept = [path.parent for path in PAGE.parent.glob("*/results.jsonl.gz")]
     commits = {json.loads((folder / "condition.json").read_text(encoding="utf-8"))["commit"] for folder in kept}
     lines = map(json.loads, (PAGE.parent / "figures.jsonl").read_text(encoding="utf-8").splitlines())
-    beyond = [line["commit"] for line in lines if line["name"].startswith(("nodes_", "repulsion/"))]
+    beyond = [line["commit"] for line in lines if line["name"].startswith(("nodes_", "waits_", "repulsion/"))]
     assert beyond
     assert len(commits | set(beyond)) == 1
     assert not commits.pop().endswith("-dirty")
@@ -301,8 +301,9 @@ def value_of(option, words):
 
 def test_every_variant_has_options_that_its_planner_takes(results_page):
     benchmarks = importlib.import_module("benchmarks")
-    for label, words in [*benchmarks.VARIANTS.items(), *benchmarks.DECISIONS.items(), *benchmarks.TRACK.items()]:
-        name = "ecbs" if label.startswith("ecbs") else "apf-ecbs-nf" if label == "apf-ecbs-nf" else "apf-ecbs"
+    tables = (benchmarks.VARIANTS, benchmarks.DECISIONS, benchmarks.TRACK, benchmarks.PRESET)
+    for label, words in [item for table in tables for item in table.items()]:
+        name = benchmarks.planner_of(label)
         planner = make(name, **dict(map(setting, words.split())))
         assert (planner == make(name)) == (not words), label
 

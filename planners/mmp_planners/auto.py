@@ -45,7 +45,7 @@ class Auto:
         guarantee="not complete: it gives up if an arm finds no path even alone; no bound on the cost",
     )
 
-    until: float = option(1.01, "cost relative to the straight lines at which the plan is good enough", least=1.0)
+    until: float = option(1.003, "cost relative to the straight lines at which the plan is good enough", least=1.0)
     rounds: int = option(40, "largest number of rounds that improve the plan", least=0)
     shorten: int = option(300, "attempts to shorten the plan in each round", least=0)
     replan: int = option(10, "attempts to replan arms with detours in each round", least=0)

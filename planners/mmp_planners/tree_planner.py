@@ -74,7 +74,9 @@ class TreePlanner(abc.ABC):
         LOW_LEVEL.static_tree, "single-arm calls share a tree that is grown from the goals once, without constraints"
     )
     shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: keep it as found", least=0)
-    pad: float = option(0.25, "avoid-state: time that the constraint reaches beyond the conflict [s]", positive=True)
+    pad: float = option(
+        0.25, "avoid-state: time that the constraint reaches beyond the conflict, in the first tree [s]", positive=True
+    )
 
     def __post_init__(self) -> None:
         check_options(self)

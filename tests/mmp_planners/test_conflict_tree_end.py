@@ -9,7 +9,7 @@ from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, 
 from mmp_env import core
 from mmp_env.events import NodeExpanded, SearchStarted
 from mmp_planners.conflict_tree.fast_track import RepulsiveFastTrack
-from mmp_planners.conflict_tree.search import TreeCounts
+from mmp_planners.conflict_tree.search import PAD_GROWTH, PAD_TREES, TreeCounts
 from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import StopPlanning
 
@@ -28,9 +28,12 @@ def test_a_single_tree_without_a_root_is_exhausted():
     assert search.counts == TreeCounts(low_level_calls=3)
 
 
-def trees(restarts, started):
-    """Runs until `started` trees have begun or 75 nodes are expanded. Returns the expansions per tree and the parts."""
-    context, kind, expanded = ArmsOnALine(endless, endless), OneConstraint(), []
+def trees(restarts, started, arms=(endless, endless), budget=75):
+    """Runs until `started` trees have begun or `budget` nodes are expanded.
+
+    Returns the expansions per tree and the parts.
+    """
+    context, kind, expanded = ArmsOnALine(*arms), OneConstraint(), []
 
     def watch(event):
         if isinstance(event, SearchStarted):
@@ -39,7 +42,7 @@ def trees(restarts, started):
             expanded.append(0)
         elif isinstance(event, NodeExpanded):
             expanded[-1] += 1
-            if event.expanded_nodes == 75:
+            if event.expanded_nodes == budget:
                 raise StopPlanning
 
     search = tree(context, branching=kind, restarts=restarts, watch=watch)
@@ -56,6 +59,21 @@ def test_a_restart_has_a_larger_budget_than_the_tree_before():
     ends = [2 * sum(expanded[:k]) for k in range(4)]
     each = [set(asked[begin:end]) for begin, end in pairwise(ends)]
     assert each == [{"begin"}, {"middle"}, {"all"}]
+
+
+def test_every_second_tree_branches_on_an_isolated_pair_first():
+    later = (lambda count: (5, 8), lambda count: (6, 8))
+    for restarts, pairs in ((True, [(0, 1), (3, 4), (0, 1)]), (False, [(0, 1)])):
+        expanded, _, kind, _ = trees(restarts, 3, arms=(endless, endless, endless, *later))
+        firsts = [kind.asked[2 * sum(expanded[:k])][0] for k in range(len(expanded))]
+        assert [(first.a, first.b) for first in firsts] == pairs
+
+
+def test_constraints_reach_further_in_each_tree_until_the_reach_begins_again():
+    expanded, _, kind, _ = trees(restarts=True, started=10, budget=200)
+    asked = [kind.asked[2 * sum(expanded[:k])][0].stretch for k in range(10)]
+    assert asked == [PAD_GROWTH ** (k % PAD_TREES) for k in range(10)]
+    assert PAD_TREES < 10
 
 
 def test_without_restarts_there_is_one_tree_however_long_it_takes():

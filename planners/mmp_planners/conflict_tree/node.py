@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -67,9 +68,20 @@ class Node:
         """Returns the share of the branches from the root to this node that are of that kind."""
         return self.kinds.count(kind) / len(self.kinds) if self.kinds else 0.0
 
-    def first_conflict(self) -> ConflictInterval:
-        """Returns the earliest conflict, then that of the first pair: its unbroken run of instants."""
-        a, b = min(self.conflicts, key=lambda pair: (float(self.conflicts[pair][0]), pair))
+    def first_conflict(self, *, isolated_first: bool = False) -> ConflictInterval:
+        """Returns the earliest conflict, then that of the first pair: its unbroken run of instants.
+
+        `isolated_first` prefers a pair whose arms are in the fewest other pairs.
+        """
+        pairs_of = Counter(arm for pair in self.conflicts for arm in pair)
+        a, b = min(
+            self.conflicts,
+            key=lambda pair: (
+                isolated_first and sum(pairs_of[arm] for arm in pair),
+                float(self.conflicts[pair][0]),
+                pair,
+            ),
+        )
         instants = self.conflicts[a, b]
         breaks = np.flatnonzero(np.diff(instants) > 1)
         last = instants[breaks[0]] if len(breaks) else instants[-1]

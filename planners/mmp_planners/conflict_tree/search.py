@@ -40,6 +40,10 @@ RESTART_EXPANSIONS = 8
 """Number of expansions without fewer pairs of arms in conflict before the first restart."""
 RESTART_GROWTH = 1.2
 """Growth of that number from one restart to the next."""
+PAD_GROWTH, PAD_TREES = 1.4, 8
+"""Growth from one tree to the next of the time by which constraints reach beyond a conflict, and trees until it begins
+again: with short times, two arms that block each other only ever put off their conflict.
+"""
 NODE_RELEASE_S = 30e-6
 """Time that is reserved at the end to release the memory of an open node [s]."""
 
@@ -73,6 +77,7 @@ class ConflictTree:
     failed_trees: int = 0
 
     def __post_init__(self) -> None:
+        self._tree = 0  # number of restarts before this tree
         self._closest: Node | None = None
         self._solved_bound = math.inf  # least bound of the nodes without conflicts
         self._factory = NodeFactory(
@@ -103,13 +108,13 @@ class ConflictTree:
             if self.context.clock.expired:
                 return
             self.emitter.search_started(restart, sub_seed)
-            instant = INSTANTS[restart % len(INSTANTS)]
+            self._tree = restart
             root = self._factory.root(sub_seed, kept)
             rootless = rootless + 1 if root is None else 0
             if rootless >= (ROOT_TRIES if self.restarts else 1):  # an arm finds no path even alone
                 self.exhausted = not self.context.clock.expired
                 return
-            if root is not None and (yield from self._search(root, instant, int(budget) if self.restarts else None)):
+            if root is not None and (yield from self._search(root, int(budget) if self.restarts else None)):
                 self.exhausted = self.best is None and not self.context.clock.expired
                 return
             self.failed_trees += 1
@@ -118,7 +123,7 @@ class ConflictTree:
             self.counts.restarts += 1
             budget *= RESTART_GROWTH
 
-    def _search(self, root: Node, instant: str, budget: int | None) -> Generator[None, None, bool]:
+    def _search(self, root: Node, budget: int | None) -> Generator[None, None, bool]:
         """Searches one tree, and yields after each expansion, until `budget` expansions in a row brought no progress.
 
         Progress is a node with fewer pairs of arms in conflict than any before. Returns whether the whole run is done.
@@ -152,7 +157,7 @@ class ConflictTree:
             open_nodes.remove(node)  # l. 25
             self.counts.expanded_nodes += 1
             self.emitter.node_expanded(node, len(open_nodes), self.counts.expanded_nodes)
-            self._branch(node, instant, open_nodes)  # l. 15-24
+            self._branch(node, open_nodes)  # l. 15-24
             yield
         return True
 
@@ -170,8 +175,10 @@ class ConflictTree:
         waited = self.counts.expanded_nodes - best.found_expansion >= self.patience
         return bool(best.bound_met) or waited or not open_nodes
 
-    def _branch(self, node: Node, instant: str, open_nodes: list[Node]) -> None:
-        interval = node.first_conflict()  # l. 15
+    def _branch(self, node: Node, open_nodes: list[Node]) -> None:
+        interval = node.first_conflict(isolated_first=self._tree % 2 == 1)  # l. 15
+        interval = dataclasses.replace(interval, stretch=PAD_GROWTH ** (self._tree % PAD_TREES))
+        instant = INSTANTS[self._tree % len(INSTANTS)]
         self.emitter.conflict_chosen(node, interval)
         for branch in self.branching.branches(self.context, node.paths, interval, instant):  # l. 16
             child = node.child(branch)  # l. 17-18

@@ -17,7 +17,8 @@ class ConflictInterval:
     """Two arms `a` < `b` that are in conflict from instant `first` to instant `last` [steps].
 
     A `lasting` conflict never ends: both arms have reached their goals, which are not free together. The constraints of
-    such a conflict have no end, so that an arm takes another candidate.
+    such a conflict have no end, so that an arm takes another candidate. `stretch` multiplies the time that a constraint
+    reaches beyond the conflict.
     """
 
     a: int
@@ -25,6 +26,7 @@ class ConflictInterval:
     first: float
     last: float
     lasting: bool = False
+    stretch: float = 1.0
 
     def other(self, arm: int) -> int:
         """Returns the arm that `arm` is in conflict with."""

@@ -3,7 +3,7 @@
 For each cell, `auto` and its members plan the same instances of task `reach` until their first plan with its
 certificate. Median and 90th percentile are of processor time; an instance without a plan counts as 10 s. The ratios
 are to the best median and to the best 90th percentile of a member. `--limits` adds how many instances `auto` solves
-within short times, and the ratio of cost to the straight lines.
+within short times, and mean and median of its cost relative to the straight lines.
 """
 
 from __future__ import annotations
@@ -75,15 +75,16 @@ def first_plans(planner: Planner, problems: Sequence[Problem]) -> list[float]:
 
 
 def within(name: str, problems: Sequence[Problem], limit: float) -> None:
-    """Prints how many instances `auto` solves within a time limit [s], and the mean ratio of cost."""
+    """Prints how many instances `auto` solves within a time limit [s], and mean and median of the ratio of cost."""
     plans = [make("auto").plan(problem, seed=k, time_limit=limit).plan for k, problem in enumerate(problems)]
     ratios = [
         plan.cost_rad / problem.cost_lower_bound_rad
         for plan, problem in zip(plans, problems, strict=True)
         if plan is not None
     ]
-    mean = rounded(float(np.mean(ratios))) if ratios else None
-    print_figure(f"solved_{name}_within_{limit:g}_s", len(ratios), f"of {len(problems)}", cost_mean=mean)
+    mean, median = (rounded(float(of(ratios))) if ratios else None for of in (np.mean, np.median))
+    more = {"cost_mean": mean, "cost_median": median}
+    print_figure(f"solved_{name}_within_{limit:g}_s", len(ratios), f"of {len(problems)}", **more)
 
 
 def show(name: str, seconds: Sequence[float], best: Sequence[float] | None = None) -> None:

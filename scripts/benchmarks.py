@@ -157,7 +157,7 @@ _REPULSION = {
 """Arguments of the runs of `bench_repulsion.py`: planners with repulsion, options of `apf-ecbs`, and a control."""
 
 _SMALL = (
-    *("import", "core", "anytime", "env", "goals", "growth", "harness", "portfolio", "rerun", "retime", "tasks"),
+    *("import", "core", "anytime", "env", "goals", "growth", "harness", "rerun", "retime", "tasks"),
     *("work", "online", "batched", "clone"),
 )
 _EACH_CALL = (
@@ -166,7 +166,7 @@ _EACH_CALL = (
 )
 """Commands of `faults.sh` each of whose calls fails once."""
 LINES: dict[str, dict[str, list[list[str]]]] = {
-    "small": {name: [[f"bench_{name}.py"]] for name in _SMALL},
+    "small": {name: [[f"bench_{name}.py"]] for name in _SMALL} | {"portfolio": [["bench_portfolio.py", "--limits"]]},
     "beyond": {
         **{name: [[f"bench_{name}.py"]] for name in ("nodes", "waits")},
         **{

@@ -85,7 +85,8 @@ CONSTRAINT_KINDS = """A constraint kind says what a branch of the conflict tree 
 alike. A kind is complete if its branches together lose no solution
 ([proof for `split`](../explanation/proofs.md#completeness-of-split)); the sampling low level may still lose some. The
 instant of a conflict is its start in the first tree, its middle in the second, and start, middle and end in the third,
-and so on.
+and so on. Trees also differ in the choice of conflict and in the reach of `avoid-state`
+([design decisions](../explanation/paper.md#design-decisions)).
 """
 
 

@@ -29,6 +29,8 @@ ABOUT = About(
 PAPER: dict[str, Any] = {
     "constraint": "vertex",
     "restarts": False,
+    "conflict_choice": "earliest",
+    "pad_growth": 1.0,
     "patience": 1_000_000,
     "direct": False,
     "static_tree": False,

@@ -74,8 +74,17 @@ class TreePlanner(abc.ABC):
         LOW_LEVEL.static_tree, "single-arm calls share a tree that is grown from the goals once, without constraints"
     )
     shorten: int = option(0, "attempts to shorten the plan on the common clock; 0: keep it as found", least=0)
+    conflict_choice: str = option(
+        "alternating",
+        "conflict that is branched on, earliest (paper-literal): the earliest; alternating: in every second tree that "
+        "of a pair whose arms are in the fewest other pairs",
+        choices=("alternating", "earliest"),
+    )
     pad: float = option(
         0.25, "avoid-state: time that the constraint reaches beyond the conflict, in the first tree [s]", positive=True
+    )
+    pad_growth: float = option(
+        1.4, "factor of `pad` from one tree to the next, for eight trees; then it begins again", least=1.0, most=2.0
     )
 
     def __post_init__(self) -> None:
@@ -138,6 +147,8 @@ class TreePlanner(abc.ABC):
             emitter=EventEmitter(watch, context),
             began=run.began,
             restarts=self.restarts,
+            alternating=self.conflict_choice == "alternating",
+            pad_growth=self.pad_growth,
             patience=self.patience,
             absolute_bound=run.problem.cost_lower_bound_rad if self.bound == "straight" else None,
             counts=counts,

@@ -55,7 +55,12 @@ COUNTS = {
     **dict.fromkeys(("iterations", "max_iterations", "patience", "most", "nodes"), 1),
 }
 """Whole option of a planner -> its least value."""
-LEAST = {"w": 1.0, "until": 1.0, **dict.fromkeys(("wait", "floor", "cap", "stretch", "exact_within"), 0.0)}
+LEAST = {
+    "w": 1.0,
+    "until": 1.0,
+    "pad_growth": 1.0,
+    **dict.fromkeys(("wait", "floor", "cap", "stretch", "exact_within"), 0.0),
+}
 """Option of a planner -> its least value."""
 ABOVE_0 = ("dt", "eta", "pad", "radius", "sphere_radius", "alpha", "k_rep", "d0", "step_rad", "range")
 """Options of planners that must be larger than 0. A `step` may be such a number, or a word."""
@@ -63,6 +68,7 @@ SWITCHES = ("restarts", "direct", "early_stop", "parked_yield", "shorten_paths",
 SETTING_WORDS = {
     "preset": ("ours", "paper"),
     "bound": ("paths", "straight"),
+    "conflict_choice": ("alternating", "earliest"),
     "constraint": ("avoid-state", "vertex", "avoid-path", "sphere", "priority", "priority-path", "split"),
     "distance": ("surface", "centre"),
     "step": ("normalised", "gradient"),

@@ -9,7 +9,7 @@ from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, 
 from mmp_env import core
 from mmp_env.events import NodeExpanded, SearchStarted
 from mmp_planners.conflict_tree.fast_track import RepulsiveFastTrack
-from mmp_planners.conflict_tree.search import PAD_GROWTH, PAD_TREES, TreeCounts
+from mmp_planners.conflict_tree.search import PAD_TREES, TreeCounts
 from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import StopPlanning
 
@@ -28,7 +28,7 @@ def test_a_single_tree_without_a_root_is_exhausted():
     assert search.counts == TreeCounts(low_level_calls=3)
 
 
-def trees(restarts, started, arms=(endless, endless), budget=75):
+def trees(started, arms=(endless, endless), budget=75, restarts=True, **parts):
     """Runs until `started` trees have begun or `budget` nodes are expanded.
 
     Returns the expansions per tree and the parts.
@@ -45,7 +45,7 @@ def trees(restarts, started, arms=(endless, endless), budget=75):
             if event.expanded_nodes == budget:
                 raise StopPlanning
 
-    search = tree(context, branching=kind, restarts=restarts, watch=watch)
+    search = tree(context, branching=kind, restarts=restarts, watch=watch, **parts)
     assert not ended(search)
     return expanded, context, kind, search
 
@@ -61,19 +61,33 @@ def test_a_restart_has_a_larger_budget_than_the_tree_before():
     assert each == [{"begin"}, {"middle"}, {"all"}]
 
 
-def test_every_second_tree_branches_on_an_isolated_pair_first():
+@pytest.mark.parametrize(
+    ("parts", "pairs"),
+    [
+        ({}, [(0, 1), (3, 4), (0, 1), (3, 4), (0, 1)]),
+        ({"alternating": False}, [(0, 1)] * 5),
+        ({"restarts": False}, [(0, 1)]),
+    ],
+)
+def test_every_second_tree_branches_on_an_isolated_pair_first(parts, pairs):
     later = (lambda count: (5, 8), lambda count: (6, 8))
-    for restarts, pairs in ((True, [(0, 1), (3, 4), (0, 1)]), (False, [(0, 1)])):
-        expanded, _, kind, _ = trees(restarts, 3, arms=(endless, endless, endless, *later))
-        firsts = [kind.asked[2 * sum(expanded[:k])][0] for k in range(len(expanded))]
-        assert [(first.a, first.b) for first in firsts] == pairs
+    firsts = first_conflicts(5, arms=(endless, endless, endless, *later), **parts)
+    assert [(first.a, first.b) for first in firsts] == pairs
 
 
 def test_constraints_reach_further_in_each_tree_until_the_reach_begins_again():
-    expanded, _, kind, _ = trees(restarts=True, started=10, budget=200)
-    asked = [kind.asked[2 * sum(expanded[:k])][0].stretch for k in range(10)]
-    assert asked == [PAD_GROWTH ** (k % PAD_TREES) for k in range(10)]
-    assert PAD_TREES < 10
+    factors = [first.pad_factor for first in first_conflicts(PAD_TREES + 2)]
+    assert all(before < after for before, after in pairwise(factors[:PAD_TREES]))
+    assert factors[PAD_TREES:] == factors[:2]
+    assert factors[:2] == [1.0, 1.4]
+    assert {first.pad_factor for first in first_conflicts(4, pad_growth=1.0)} == {1.0}
+    assert {first.pad_factor for first in first_conflicts(4, restarts=False)} == {1.0}
+
+
+def first_conflicts(started, arms=(endless, endless), **parts):
+    """Returns the first conflict that each tree branches on."""
+    expanded, _, kind, _ = trees(started=started, arms=arms, budget=250, **parts)
+    return [kind.asked[2 * sum(expanded[:k])][0] for k in range(len(expanded))]
 
 
 def test_without_restarts_there_is_one_tree_however_long_it_takes():

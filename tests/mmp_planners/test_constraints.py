@@ -39,13 +39,13 @@ def test_both_kinds_are_constraint_kinds_and_say_in_words_what_they_forbid():
     assert Vertex().describe(CONTEXT, INTERVAL, 1) == "right leaves its configuration at 0.9 s"
 
 
-@pytest.mark.parametrize(("pad", "stretch"), [(0.1, 1.0), (0.3, 1.0), (0.5, 1.0), (0.2, 2.5)])
+@pytest.mark.parametrize(("pad", "pad_factor"), [(0.1, 1.0), (0.3, 1.0), (0.5, 1.0), (0.2, 2.5)])
 @pytest.mark.parametrize(("first", "last"), [(9.0, 11.0), (9.0, 9.0), (9.5, 9.5), (8.5, 11.0)])
-def test_a_state_is_avoided_from_pad_before_the_conflict_to_pad_after_it(pad, stretch, first, last):
+def test_a_state_is_avoided_from_pad_before_the_conflict_to_pad_after_it(pad, pad_factor, first, last):
     """The conflict may begin up to a step before its first instant, and end up to a step after its last."""
-    interval = ConflictInterval(a=0, b=1, first=first, last=last, stretch=stretch)
+    interval = ConflictInterval(a=0, b=1, first=first, last=last, pad_factor=pad_factor)
     ((start, end),) = windows(AvoidState(pad=pad).forbid(CONTEXT, PATHS, interval, 0, "begin"))
-    steps = stretch * pad / DT_S
+    steps = pad_factor * pad / DT_S
     assert first - steps - 1 <= start <= first - steps + 1e-9
     assert last + steps + 1 - 1e-9 <= end <= last + steps + 2
 

@@ -29,13 +29,13 @@ def test_the_first_conflict_is_the_earliest_and_then_of_the_first_pair():
     assert fields(node(0, (0, 1, 5), (2, 1, 6), (2, 4, 4)).first_conflict()) == (1, 2, 0, 0)
 
 
-def test_isolated_pairs_come_first_if_asked_and_then_the_earliest():
+def test_an_isolated_conflict_is_of_arms_in_the_fewest_pairs_and_then_the_earliest():
     n = node(0, *[(k,) for k in range(7)])
     n.conflicts = {pair: np.array([when]) for pair, when in [((0, 1), 1), ((1, 2), 0), ((3, 4), 7), ((5, 6), 5)]}
     assert fields(n.first_conflict()) == (1, 2, 0, 0)
-    assert fields(n.first_conflict(isolated_first=True)) == (5, 6, 5, 5)
+    assert fields(n.isolated_conflict()) == (5, 6, 5, 5)
     del n.conflicts[3, 4], n.conflicts[5, 6]
-    assert fields(n.first_conflict(isolated_first=True)) == (1, 2, 0, 0)
+    assert fields(n.isolated_conflict()) == (1, 2, 0, 0)
 
 
 @pytest.mark.parametrize(

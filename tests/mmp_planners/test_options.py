@@ -18,7 +18,9 @@ ONE_KIND = ("cbs", "ecbs", "xecbs", "apf-ecbs-nf", "apf-ecbs")
 
 
 def test_a_misspelled_option_is_answered_with_the_nearest():
-    with pytest.raises(MmpError, match=r"no option 'patients'\. Did you mean 'patience'\? Known: bound, constraint"):
+    with pytest.raises(
+        MmpError, match=r"no option 'patients'\. Did you mean 'patience'\? Known: bound, conflict_choice, constraint"
+    ):
         make("ecbs", patients=3)
 
 

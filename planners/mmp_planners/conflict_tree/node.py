@@ -68,20 +68,22 @@ class Node:
         """Returns the share of the branches from the root to this node that are of that kind."""
         return self.kinds.count(kind) / len(self.kinds) if self.kinds else 0.0
 
-    def first_conflict(self, *, isolated_first: bool = False) -> ConflictInterval:
-        """Returns the earliest conflict, then that of the first pair: its unbroken run of instants.
+    def first_conflict(self) -> ConflictInterval:
+        """Returns the earliest conflict, then that of the first pair."""
+        return self._interval(*min(self.conflicts, key=self._time))
 
-        `isolated_first` prefers a pair whose arms are in the fewest other pairs.
-        """
+    def isolated_conflict(self) -> ConflictInterval:
+        """Returns the earliest conflict of the pairs whose arms are in the fewest other pairs."""
         pairs_of = Counter(arm for pair in self.conflicts for arm in pair)
-        a, b = min(
-            self.conflicts,
-            key=lambda pair: (
-                isolated_first and sum(pairs_of[arm] for arm in pair),
-                float(self.conflicts[pair][0]),
-                pair,
-            ),
+        return self._interval(
+            *min(self.conflicts, key=lambda pair: (sum(pairs_of[arm] for arm in pair), self._time(pair)))
         )
+
+    def _time(self, pair: tuple[int, int]) -> tuple[float, tuple[int, int]]:
+        return float(self.conflicts[pair][0]), pair
+
+    def _interval(self, a: int, b: int) -> ConflictInterval:
+        """Returns the first unbroken run of instants of the conflict of a pair."""
         instants = self.conflicts[a, b]
         breaks = np.flatnonzero(np.diff(instants) > 1)
         last = instants[breaks[0]] if len(breaks) else instants[-1]

@@ -6,6 +6,8 @@ conflict-based search algorithm, SoCS 2014). Its parts are handed in: selection,
 modification and fast track. Numbers `l. n` are lines of our listing of Algorithm 1 of APF-ECBS (Hong, Lee, Lee, Nam,
 arXiv 2509.13882, 2025) in `docs/explanation/paper.md`.
 
+Trees of one search differ in the seed, the choice of conflict, and the instants and the reach of constraints.
+
 Guarantee: every returned plan has a certificate. LB is the least bound of all leaves of the tree: of OPEN and of the
 nodes without conflicts. The bounds are the planner's own path lengths, not the least that exist; with `absolute_bound`
 LB is that of the straight lines, which no plan is below. `exhausted` proves nothing with any constraint kind, because
@@ -40,10 +42,8 @@ RESTART_EXPANSIONS = 8
 """Number of expansions without fewer pairs of arms in conflict before the first restart."""
 RESTART_GROWTH = 1.2
 """Growth of that number from one restart to the next."""
-PAD_GROWTH, PAD_TREES = 1.4, 8
-"""Growth from one tree to the next of the time by which constraints reach beyond a conflict, and trees until it begins
-again: with short times, two arms that block each other only ever put off their conflict.
-"""
+PAD_TREES = 8
+"""Number of trees after which the reach of constraints begins again."""
 NODE_RELEASE_S = 30e-6
 """Time that is reserved at the end to release the memory of an open node [s]."""
 
@@ -64,6 +64,13 @@ class ConflictTree:
     modification: Modification = field(default_factory=NoModification)
     fast_track: FastTrack = field(default_factory=NoFastTrack)
     restarts: bool = True
+    alternating: bool = True
+    """Whether every second tree branches on isolated pairs of arms first, and not on the earliest conflict."""
+    pad_growth: float = 1.4
+    """Factor of the reach of `avoid-state` from one tree to the next.
+
+    With a short reach, two arms that block each other only put off their conflict.
+    """
     patience: int = 20
     absolute_bound: float | None = None
     """Length of the straight lines [rad], or None: LB is of the planner's own path lengths."""
@@ -77,7 +84,7 @@ class ConflictTree:
     failed_trees: int = 0
 
     def __post_init__(self) -> None:
-        self._tree = 0  # number of restarts before this tree
+        self._tree_number = 0
         self._closest: Node | None = None
         self._solved_bound = math.inf  # least bound of the nodes without conflicts
         self._factory = NodeFactory(
@@ -108,7 +115,7 @@ class ConflictTree:
             if self.context.clock.expired:
                 return
             self.emitter.search_started(restart, sub_seed)
-            self._tree = restart
+            self._tree_number = restart
             root = self._factory.root(sub_seed, kept)
             rootless = rootless + 1 if root is None else 0
             if rootless >= (ROOT_TRIES if self.restarts else 1):  # an arm finds no path even alone
@@ -176,9 +183,11 @@ class ConflictTree:
         return bool(best.bound_met) or waited or not open_nodes
 
     def _branch(self, node: Node, open_nodes: list[Node]) -> None:
-        interval = node.first_conflict(isolated_first=self._tree % 2 == 1)  # l. 15
-        interval = dataclasses.replace(interval, stretch=PAD_GROWTH ** (self._tree % PAD_TREES))
-        instant = INSTANTS[self._tree % len(INSTANTS)]
+        isolated = self.alternating and self._tree_number % 2 == 1
+        interval = node.isolated_conflict() if isolated else node.first_conflict()  # l. 15
+        factor = math.prod([self.pad_growth] * (self._tree_number % PAD_TREES))
+        interval = dataclasses.replace(interval, pad_factor=factor)
+        instant = INSTANTS[self._tree_number % len(INSTANTS)]
         self.emitter.conflict_chosen(node, interval)
         for branch in self.branching.branches(self.context, node.paths, interval, instant):  # l. 16
             child = node.child(branch)  # l. 17-18

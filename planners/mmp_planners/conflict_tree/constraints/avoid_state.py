@@ -17,10 +17,10 @@ from mmp_planners.planning_context import Path, PlanningContext
 class AvoidState:
     """Forbids contact with the other arm's configuration at the conflict.
 
-    The constraint holds from `pad` [s], in whole steps, before the first contact to a step and `pad` after the last;
-    the `stretch` of the conflict multiplies `pad`. If the other arm has reached its goal, the constraint holds for
-    good. If the arm's own start touches that configuration, the constraint begins at the conflict: else an early
-    conflict would leave both children without a solution.
+    The constraint holds from `pad` [s], in whole steps, before the first contact to a step and `pad` after the last. In
+    later trees `pad` is longer, by the `pad_factor` of the conflict. If the other arm has reached its goal, the
+    constraint holds for good. If the arm's own start touches that configuration, the constraint begins at the conflict:
+    else an early conflict would leave both children without a solution.
     Not complete: the other arm need not be there in every solution.
     """
 
@@ -30,7 +30,7 @@ class AvoidState:
         self, context: PlanningContext, paths: Sequence[Path], interval: ConflictInterval, arm: int, instant: str
     ) -> list[core.Constraint]:
         other = interval.other(arm)
-        pad = round(interval.stretch * self.pad / context.dt)
+        pad = round(interval.pad_factor * self.pad / context.dt)
         out = []
         for k in interval.instants(instant):
             q = paths[other].at(k)

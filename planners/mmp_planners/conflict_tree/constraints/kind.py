@@ -17,8 +17,8 @@ class ConflictInterval:
     """Two arms `a` < `b` that are in conflict from instant `first` to instant `last` [steps].
 
     A `lasting` conflict never ends: both arms have reached their goals, which are not free together. The constraints of
-    such a conflict have no end, so that an arm takes another candidate. `stretch` multiplies the time that a constraint
-    reaches beyond the conflict.
+    such a conflict have no end, so that an arm takes another candidate. `pad_factor` multiplies the `pad` of
+    `avoid-state`.
     """
 
     a: int
@@ -26,7 +26,7 @@ class ConflictInterval:
     first: float
     last: float
     lasting: bool = False
-    stretch: float = 1.0
+    pad_factor: float = 1.0
 
     def other(self, arm: int) -> int:
         """Returns the arm that `arm` is in conflict with."""

@@ -11,6 +11,8 @@ from pathlib import Path
 import pytest
 from support import bench_runs
 
+from mmp_cli.benchmark.settings import larger_count
+
 COUNT = 6
 
 
@@ -213,6 +215,50 @@ def test_more_planners_sources_and_instances_are_added_and_the_old_results_kept(
     assert bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "quick", "--count", 3, *words).code == 0
     assert (out / "results.jsonl").read_bytes().startswith(after)
     assert len((out / "results.jsonl").read_bytes().splitlines()) == len(after.splitlines()) + 1
+
+
+def changed_copy(path, source):
+    """Returns another file with the same names of cell and instances, but another content."""
+    data = json.loads(source.read_text())
+    data["instances"][1]["goal"]["left"][0] += 0.01
+    (path / "elsewhere.json").write_text(json.dumps(data))
+    return path / "elsewhere.json"
+
+
+def test_instances_of_another_cell_or_file_with_the_same_names_are_refused(copied, tmp_path):
+    out, source, _ = copied
+    before = {file.name: file.read_bytes() for file in out.iterdir()}
+    (tmp_path / "cell.json").write_text(json.dumps(bench_runs.cell("pair")))
+    for words in ([changed_copy(tmp_path, source)], [tmp_path / "cell.json", "--count", 1]):
+        ran = bench_runs.bench(tmp_path, *words, "--planners", "quick", "--set", "w=2", "--seed", 4, "--out", out)
+        assert ran.code == 2
+        assert f"{out} already has instances 'pair/" in ran.err
+        assert {file.name: file.read_bytes() for file in out.iterdir()} == before
+
+
+def test_more_units_than_a_benchmark_may_have_are_refused_before_anything_is_written(tmp_path):
+    out = tmp_path / "out"
+    assert bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "quick", "--count", 1, "--out", out).code == 0
+    before = (out / "settings.json").read_bytes()
+    ran = bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "third=quick", "--count", 200_000, "--out", out)
+    assert ran.code == 2
+    assert f"with what is in {out}, this makes 400000 units" in ran.err
+    assert (out / "settings.json").read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("there", "here", "names", "larger"),
+    [
+        (None, None, [["ring-2/"]], None),
+        (60, None, [["ring-2/"]], 60),
+        (None, 40, [["ring-2/"]], 50),
+        (None, 3, [["pair/a", "pair/b"]], 3),
+        (1, None, [["pair/a", "pair/b"]], 2),
+        (3, 5, [[]], 5),
+    ],
+)
+def test_thelarger_count_stays_also_if_one_of_two_starts_gives_none(there, here, names, larger):
+    assert larger_count(there, here, names) == larger
 
 
 def test_another_version_is_another_setting(copied, tmp_path, monkeypatch):

@@ -25,7 +25,7 @@ from mmp_env.wording import shown
 
 SETTINGS = "settings.json"
 SCHEMA = "mmp-bench/1"
-_GROWING = ("sources", "planners", "count")
+_GROWING = ("sources", "digests", "names", "planners", "count")
 """Settings that a later start may enlarge."""
 
 
@@ -44,6 +44,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     sources: list[str]
     planners: list[Variant]
     digests: list[str] = []
+    names: list[list[str]] = []
     count: int | None = None
     seed: int = 0
     time_limit_s: float | None = None
@@ -64,6 +65,7 @@ def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
             "schema": SCHEMA,
             "sources": list(args.sources),
             "digests": [source.digest for source in job.sources],
+            "names": [list(source.names) for source in job.sources],
             "planners": [
                 {"label": variant.label, "name": variant.name, "options": dict(variant.options)}
                 for variant in job.variants.values()
@@ -108,12 +110,16 @@ def _check(settings: Settings, place: Location) -> None:
     for name, (value, least, most) in bounds.items():
         if value is not None and not least <= value <= most:
             raise (place / name).wrong(value, f"a number from {least} to {most:g}")
-    for name, most in (("sources", 1000), ("planners", 1000), ("digests", 1000)):
+    for name, most in (("sources", 1000), ("planners", 1000), ("digests", 1000), ("names", 1000)):
         if (count := len(getattr(settings, name))) > most:
             raise MmpError(f"{place / name} has {count} entries; it must have at most {most}")
-    units = (settings.count or DRAWN_COUNT) * len(settings.sources) * len(settings.planners)
+    units = _units(settings.count, settings.sources, settings.planners)
     if units > MOST_UNITS:
         raise MmpError(f"{place / 'count'} makes {units} units; a benchmark has at most {MOST_UNITS}")
+
+
+def _units(count: int | None, sources: Sequence[str], planners: Sequence[Any]) -> int:
+    return (count or DRAWN_COUNT) * len(sources) * len(planners)
 
 
 def save_settings(settings: Mapping[str, Any], folder: Path) -> None:
@@ -125,12 +131,13 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
     """Returns the settings of a folder together with those of another start, which may add sources, planners and count.
 
     Raises:
-        MmpError: names the settings that differ, if results of both starts cannot be compared.
+        MmpError: names the settings that differ, if results of both starts cannot be compared; or instances of two
+            sources have the same name, or there are too many units.
     """
     differences = [*_changed_sources(there, here), *_changed_planners(there, here)]
     for key in here:
         no_task = key == "task" and None in (there.get(key), here[key])  # no instance is drawn on one of the sides
-        if key not in (*_GROWING, "digests") and there.get(key) != here[key] and not no_task:
+        if key not in _GROWING and there.get(key) != here[key] and not no_task:
             differences.append(f"{key} is {shown(there.get(key))} there and {shown(here[key])} here")
     if differences:
         raise MmpError(
@@ -140,15 +147,46 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
     old, known = _objects(there.get("planners")), _texts(there.get("digests"))
     labels = {planner.get("label") for planner in old}
     new = [k for k, digest in enumerate(here["digests"]) if digest not in known]
-    counts: list[Any] = [there.get("count"), here["count"]]
-    return {
+    names = [_texts(each) for each in there.get("names") or [[] for _ in known]]
+    for k in new:
+        if twice := _shared(here["names"][k], [name for each in names for name in each]):
+            raise MmpError(
+                f"{folder} already has instances '{twice}' of another cell or file than {here['sources'][k]}; give the "
+                "cell or the instances other names, or another folder (--out)"
+            )
+    together = {
         **there,
         "sources": _texts(there.get("sources")) + [here["sources"][k] for k in new],
         "digests": known + [here["digests"][k] for k in new],
+        "names": names + [here["names"][k] for k in new],
         "planners": [*old, *(planner for planner in here["planners"] if planner["label"] not in labels)],
         "task": there.get("task") or here["task"],
-        "count": None if None in counts else max(counts),
+        "count": larger_count(there.get("count"), here["count"], names + here["names"]),
     }
+    units = _units(together["count"], together["sources"], together["planners"])
+    if units > MOST_UNITS:
+        raise MmpError(
+            f"with what is in {folder}, this makes {units} units; a benchmark has at most {MOST_UNITS}; give another "
+            "folder (--out)"
+        )
+    return together
+
+
+def _shared(names: Sequence[str], others: Sequence[str]) -> str | None:
+    """Returns the first name that is among others too; one that ends with a slash stands for all that begin so."""
+    whole, begins = set(others), tuple(other for other in others if other.endswith("/"))
+    for name in names:
+        if name in whole or name.startswith(begins) or (name.endswith("/") and any(o.startswith(name) for o in others)):
+            return name
+    return None
+
+
+def larger_count(there: int | None, here: int | None, names: Sequence[Sequence[str]]) -> int | None:
+    """Returns the larger of two counts. None means all of a file, or `DRAWN_COUNT` drawn ones."""
+    if there == here:
+        return here
+    all_of_them = max(DRAWN_COUNT if any(name.endswith("/") for name in each) else len(each) for each in names)
+    return max(all_of_them if count is None else count for count in (there, here))
 
 
 def _changed_sources(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:

@@ -37,7 +37,10 @@ class Item:
 
 @runtime_checkable
 class Instances(Protocol):
-    """A source. `title` is the name of its cell in results, `digest` a hash of everything that defines its problems."""
+    """A source. `title` is the name of its cell in results, `digest` a hash of everything that defines its problems.
+
+    `names` are those that its instances may have in results; one that ends with a slash stands for all that begin so.
+    """
 
     @property
     def title(self) -> str: ...
@@ -48,10 +51,16 @@ class Instances(Protocol):
     @property
     def digest(self) -> str: ...
     @property
+    def names(self) -> tuple[str, ...]: ...
+    @property
     def margin(self) -> float | Mapping[str, float] | None: ...
 
     def problem(self, k: int) -> Problem:
         """Returns the problem of item `k`. Raises `InvalidInstanceError`, or `MmpError` if none can be drawn."""
+        ...
+
+    def has(self, name: str, seed: int) -> bool:
+        """Returns whether an instance of this name and seed may be among the items, whatever their number."""
         ...
 
 
@@ -69,6 +78,13 @@ class Listed:
     def cell(self) -> Cell:
         return self.file.cell
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(f"{self.cell.name}/{instance.name}" for instance in self.file.instances)
+
+    def has(self, name: str, seed: int) -> bool:
+        return name in self.names and seed == self.items[0].seed
+
     def problem(self, k: int) -> Problem:
         # Not the file's own `problem`, whose name contains the path of the file.
         instance = self.file.instances[k]
@@ -85,6 +101,13 @@ class Drawn:
     margin: float | Mapping[str, float] | None
     items: tuple[Item, ...]
     digest: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (self.items[0].name.removesuffix(str(self.items[0].seed)),)
+
+    def has(self, name: str, seed: int) -> bool:
+        return name == f"{self.names[0]}{seed}" and seed >= self.items[0].seed
 
     def problem(self, k: int) -> Problem:
         return draw_problem(

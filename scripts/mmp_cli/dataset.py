@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import shlex
 from argparse import Namespace
 from contextlib import closing
 from pathlib import Path
@@ -78,6 +79,7 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
     from mmp_env.files.paths import exists
 
     folder = DatasetFolder(Path(args.out), _settings(args, source))
+    folder.check_instances(source)
     before = len(folder.files)
     with closing(_env(args, source.cell)) as env:  # a cell that MuJoCo refuses ends the command before it plans
         folder.check_episodes(rows_of(env))
@@ -92,7 +94,7 @@ def _fill(args: Namespace, source: Instances, planner: object) -> int:
         with closing(_env(args, source.cell)) as env:
             identity = minari_format.write(folder, name, env, _spec(args))
     elif len(folder.files) > before and exists(folder.path / name / minari_format.VERSION):
-        complain(f"the Minari dataset in {folder.path} has not the new episodes; --format minari makes it again")
+        complain(f"the Minari dataset in {folder.path} lacks the new episodes; --format minari makes it again")
     _report(args, folder, identity)
     return 0 if folder.files else 1
 
@@ -158,4 +160,4 @@ def _report(args: Namespace, folder: DatasetFolder, identity: str | None) -> Non
     for outcome, count in others.items():
         say(f"left out: {counted(count, 'instance')}: {outcome}")
     if identity is not None:
-        say(f"Minari dataset {identity}: MINARI_DATASETS_PATH={folder.path} minari show {identity}")
+        say(f"Minari dataset {identity}: MINARI_DATASETS_PATH={shlex.quote(str(folder.path))} minari show {identity}")

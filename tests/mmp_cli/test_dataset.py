@@ -185,7 +185,7 @@ def test_a_minari_dataset_that_lacks_new_episodes_is_named_and_made_again(tmp_pa
     words = ["dataset", "MultiArmCell-2", "--out", str(tmp_path / "a")]
     assert main([*words, "--count", "1", "--format", "minari"]) == 0
     assert main([*words, "--count", "2"]) == 0
-    assert "has not the new episodes" in capsys.readouterr().err
+    assert "lacks the new episodes" in capsys.readouterr().err
     with mock.patch.dict(os.environ, MINARI_DATASETS_PATH=str(tmp_path / "a")):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(os, "rename", mock.Mock(side_effect=OSError(errno.EIO, "Input/output error")))
@@ -260,6 +260,30 @@ def test_an_episode_that_is_missing_is_named(tmp_path):
         DatasetFolder(tmp_path / "a", {})
 
 
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"name": "MultiArmCell-2/77"},
+            "instances[0] is MultiArmCell-2/77 with seed 0, which MultiArmCell-2 does not",
+        ),
+        ({"seed": 4}, "instances[0] is MultiArmCell-2/0 with seed 4, which MultiArmCell-2 does not"),
+        ({"outcome": "no plan: timeout"}, "instances[0].outcome is 'no plan: timeout'; it must be 'success'"),
+    ],
+)
+def test_an_index_with_an_instance_that_the_source_does_not_have_is_refused(changes, words, tmp_path, capsys):
+    command = ["dataset", "MultiArmCell-2", "--count", "1", "--out", str(tmp_path / "a")]
+    assert main(command) == 0
+    index = tmp_path / "a" / "dataset.json"
+    data = json.loads(index.read_text())
+    data["instances"][0] |= changes
+    index.write_text(json.dumps(data))
+    capsys.readouterr()
+    assert main(command) == 2
+    assert words in capsys.readouterr().err
+    assert json.loads(index.read_text()) == data
+
+
 @pytest.fixture(scope="module")
 def rows():
     return rows_of(MultiArmCellEnv(cell="ring-2"))
@@ -270,7 +294,7 @@ def episode(rows, steps=4):
     out = {name: np.zeros((steps + each.extra, *each.shape), each.dtype) for name, each in rows.items()}
     for name in (name for name in out if name.startswith("observations.")):
         out[name] += (rows[name].low + rows[name].high) / 2
-    out["terminations"][-1] = True
+    out["terminations"][-1] = out["infos.is_success"][-1] = True
     return out
 
 
@@ -288,7 +312,9 @@ WRONG_ARRAYS = {
     "infinite": ("rewards", lambda a: with_value(a, 3, np.inf), r"has inf at \[3\]; it must be a finite number$"),
     "beyond": ("actions", lambda a: a + 2, "has 2 at .* a finite number from -1 to 1"),
     "a clearance": ("observations.clearance", lambda a: a - 9, "has -9 at .* from -1 to 1"),
-    "contacts": ("infos.contacts", lambda a: a - 1, "has -1 at .* from 0 to inf"),
+    "contacts": ("infos.contacts", lambda a: a - 1, "has -1 at .* from 0 to 0"),
+    "a contact": ("infos.contacts", lambda a: a + 1, "has 1 at .* from 0 to 0"),
+    "no success": ("infos.is_success", np.zeros_like, "'infos.is_success' must be true at the last step"),
     "joints": ("actions", lambda a: a[:, :3], r"has shape \(4, 3\); for 4 steps it must be \(4, 12\)"),
     "too short": ("rewards", lambda a: a[:2], r"has shape \(2,\); for 4 steps it must be \(4,\)"),
     "too long": ("observations.goal_positions", lambda a: a[[0, *range(len(a))]], r"for 4 steps it must be \(5, 12\)"),

@@ -53,7 +53,7 @@ def rows_of(env: MultiArmCellEnv) -> dict[str, Rows]:
         "truncations": Rows(dtype=truth),
         "infos.is_success": Rows(dtype=truth),
         "infos.distance_rad": Rows(dtype=real, low=0.0),
-        "infos.contacts": Rows(dtype=np.dtype(int), low=0.0),
+        "infos.contacts": Rows(dtype=np.dtype(int), low=0.0, high=0.0),
     }
 
 
@@ -88,6 +88,8 @@ def read_episode(path: Path, steps: int, allowed: Mapping[str, Rows]) -> dict[st
             raise MmpError(f"it is not an episode of a dataset ({in_words(error)})") from None
         if np.flatnonzero(arrays["terminations"]).tolist() != [steps - 1] or arrays["truncations"].any():
             raise MmpError("'terminations' must be true at the last step alone, and 'truncations' at no step")
+        if not arrays["infos.is_success"][-1]:
+            raise MmpError("'infos.is_success' must be true at the last step")
     return arrays
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from mmp_cli.benchmark.sources import Instances
 from mmp_cli.datasets.episode_file import Rows, read_episode
 from mmp_cli.datasets.expert import Episode
 from mmp_env.errors import MmpError
@@ -128,6 +129,15 @@ class DatasetFolder:
             if "file" in line:
                 yield read_episode(self.path / line["file"], line["steps"], allowed)
 
+    def check_instances(self, source: Instances) -> None:
+        """Raises `MmpError` for an instance that the source does not have."""
+        for k, line in enumerate(self.lines):
+            if not source.has(line["name"], line["seed"]):
+                place = Location(str(self.path / INDEX)) / "instances" / k
+                raise MmpError(
+                    f"{place} is {line['name']} with seed {line['seed']}, which {source.title} does not have"
+                )
+
     def check_episodes(self, allowed: Mapping[str, Rows]) -> None:
         """Raises `MmpError` for an episode that cannot be read or holds something else than what is allowed."""
         for _ in self.episodes(allowed):
@@ -190,6 +200,8 @@ class DatasetFolder:
                 if line.steps < 1:
                     raise (where / "steps").wrong(line.steps, "a number of steps from 1")
                 self.lines[-1] |= {"file": file, "steps": line.steps}
+            elif line.file is not None:
+                raise (where / "outcome").wrong(line.outcome, f"'{SUCCESS}', because the instance has a file")
 
 
 def _episode_file(number: int) -> str:

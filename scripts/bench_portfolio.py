@@ -83,8 +83,9 @@ def within(name: str, problems: Sequence[Problem], limit: float) -> None:
         if plan is not None
     ]
     mean, median = (rounded(float(of(ratios))) if ratios else None for of in (np.mean, np.median))
-    more = {"cost_mean": mean, "cost_median": median}
-    print_figure(f"solved_{name}_within_{limit:g}_s", len(ratios), f"of {len(problems)}", **more)
+    print_figure(
+        f"solved_{name}_within_{limit:g}_s", len(ratios), f"of {len(problems)}", cost_mean=mean, cost_median=median
+    )
 
 
 def show(name: str, seconds: Sequence[float], best: Sequence[float] | None = None) -> None:

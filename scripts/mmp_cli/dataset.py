@@ -55,12 +55,15 @@ def parser() -> Parser:
 def run(args: Namespace) -> int:
     """Runs the command. Raises `MmpError` for bad usage and bad input, before anything is planned."""
     import mmp_planners
+    from mmp_cli.benchmark.job import MOST_UNITS
     from mmp_cli.benchmark.sources import read_sources
     from mmp_cli.datasets import minari_format
     from mmp_cli.datasets.folder import exclusive
     from mmp_env.errors import UnknownNameError
     from mmp_env.gym.control import CONTROL_MODES
 
+    if args.count > MOST_UNITS:
+        raise MmpError(f"--count {args.count} is too large; a dataset has at most {MOST_UNITS} instances")
     if args.control_mode not in CONTROL_MODES:
         raise UnknownNameError("--control-mode", args.control_mode, CONTROL_MODES)
     if args.format == "minari":

@@ -260,6 +260,12 @@ def test_an_episode_that_is_missing_is_named(tmp_path):
         DatasetFolder(tmp_path / "a", {})
 
 
+def test_more_instances_than_a_dataset_may_have_are_refused(tmp_path, capsys):
+    assert main(["dataset", "MultiArmCell-2", "--count", "250001", "--out", str(tmp_path / "a")]) == 2
+    assert "--count 250001 is too large; a dataset has at most 250000 instances" in capsys.readouterr().err
+    assert not (tmp_path / "a").exists()
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [

@@ -168,7 +168,7 @@ _EACH_CALL = (
 LINES: dict[str, dict[str, list[list[str]]]] = {
     "small": {name: [[f"bench_{name}.py"]] for name in _SMALL} | {"portfolio": [["bench_portfolio.py", "--limits"]]},
     "beyond": {
-        **{name: [[f"bench_{name}.py"]] for name in ("nodes", "waits")},
+        "nodes": [["bench_nodes.py"]],
         **{
             f"repulsion-{name}": [["bench_repulsion.py", *words] for words in runs] for name, runs in _REPULSION.items()
         },

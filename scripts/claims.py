@@ -158,7 +158,11 @@ def more_solved(each: Pair) -> tuple[str, str]:
 
 
 def significant(wins: int, losses: int) -> bool:
-    """Returns whether so many wins have a probability of at most `CHANCE` if both sides are equally likely to win."""
+    """Returns whether one side wins more often than chance explains.
+
+    If each side won with a probability of one half, at least `wins` of all wins would have a probability of at most
+    `CHANCE`.
+    """
     count = wins + losses
     return count > 0 and sum(math.comb(count, k) for k in range(wins, count + 1)) <= CHANCE * 2**count
 

@@ -11,6 +11,7 @@ from typing import ClassVar
 from mmp_env.argument_checks import known_keywords
 from mmp_env.events import Watcher, ignore, wants_iterates
 from mmp_env.model.problem import Problem
+from mmp_planners.conflict_tree.conflict_choice import ORDERS, ConflictChoice
 from mmp_planners.conflict_tree.constraints import ConstraintKind
 from mmp_planners.conflict_tree.constraints.named import KINDS, constraint_kind
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
@@ -78,7 +79,7 @@ class TreePlanner(abc.ABC):
         "alternating",
         "conflict that is branched on, earliest (paper-literal): the earliest; alternating: in every second tree that "
         "of a pair whose arms are in the fewest other pairs",
-        choices=("alternating", "earliest"),
+        choices=tuple(ORDERS),
     )
     pad: float = option(
         0.25, "avoid-state: time that the constraint reaches beyond the conflict, in the first tree [s]", positive=True
@@ -147,8 +148,7 @@ class TreePlanner(abc.ABC):
             emitter=EventEmitter(watch, context),
             began=run.began,
             restarts=self.restarts,
-            alternating=self.conflict_choice == "alternating",
-            pad_growth=self.pad_growth,
+            choice=ConflictChoice(orders=ORDERS[self.conflict_choice], pad_growth=self.pad_growth),
             patience=self.patience,
             absolute_bound=run.problem.cost_lower_bound_rad if self.bound == "straight" else None,
             counts=counts,

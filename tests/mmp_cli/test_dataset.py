@@ -3,25 +3,18 @@
 import errno
 import fcntl
 import gc
-import io
 import json
 import os
-import pickle
-import zipfile
 from pathlib import Path
 from unittest import mock
 
 import mujoco
 import numpy as np
 import pytest
-from support import bad_files
 
-from mmp_cli.datasets.episode_file import Rows, read_episode, rows_of
 from mmp_cli.datasets.folder import DatasetFolder, exclusive
 from mmp_cli.main import main
-from mmp_env import find_cell
 from mmp_env.errors import MmpError
-from mmp_env.files.cell_file import cell_to_dict
 from mmp_env.gym.control import CONTROL_MODES
 from mmp_env.gym.env import MultiArmCellEnv
 
@@ -117,85 +110,6 @@ def test_instances_without_an_episode_are_counted(tmp_path, capsys):
     assert [line["outcome"] for line in index_of(tmp_path / "a")["instances"]] == ["no plan: timeout"] * 2
 
 
-def test_minari_loads_the_dataset_and_makes_its_environment(tmp_path, capsys):
-    minari = pytest.importorskip("minari")
-    words = ["dataset", "MultiArmCell-2", "--count", "2", "--out", str(tmp_path / "a"), "--format", "minari"]
-    assert main([*words, "--control-mode", "delta", "--task", "parallel", "--robot", "panda"]) == 0
-    (name,) = (tmp_path / "a").glob("Multi*")
-    with mock.patch.dict(os.environ, MINARI_DATASETS_PATH=str(tmp_path / "a")):
-        found = minari.load_dataset(f"{name.name}/expert-v0")
-    env = found.recover_environment()
-    asked = {"cell": "ring-2", "control_mode": "delta", "task": "parallel", "robot": "panda"}
-    assert env.spec.kwargs == asked
-    assert [arm.robot.name for arm in env.unwrapped.cell.arms] == ["panda"] * 2
-    assert (found.observation_space, found.action_space) == (env.observation_space, env.action_space)
-    assert found.total_episodes == 2
-    for k, episode in enumerate(found):
-        kept = np.load(tmp_path / "a" / "episodes" / f"{k:05}.npz")
-        steps = len(kept["actions"])
-        assert episode.observations.keys() == env.observation_space.keys()
-        lengths = {len(rows) for rows in episode.observations.values()}
-        ended = {len(rows) for rows in (episode.actions, episode.rewards, episode.terminations, episode.truncations)}
-        assert (lengths, ended) == ({steps + 1}, {steps})
-        assert episode.actions.dtype == env.action_space.dtype
-        assert all(action in env.action_space for action in episode.actions)
-        for t in range(steps + 1):
-            observation = {part: rows[t] for part, rows in episode.observations.items()}
-            assert observation in env.observation_space
-        for part, rows in episode.observations.items():
-            assert rows.dtype == env.observation_space[part].dtype
-            np.testing.assert_array_equal(rows, kept[f"observations.{part}"])
-        for part in ("actions", "rewards", "terminations", "truncations"):
-            np.testing.assert_array_equal(getattr(episode, part), kept[part])
-        infos = {name.removeprefix("infos."): kept[name] for name in kept.files if name.startswith("infos.")}
-        assert episode.infos.keys() == infos.keys() == {"is_success", "distance_rad", "contacts"}
-        for part, rows in infos.items():
-            assert len(rows) == steps
-            np.testing.assert_array_equal(episode.infos[part], rows)
-    env.reset(seed=0)
-    env.step(found[0].actions[0])
-
-
-def test_a_minari_dataset_of_a_file_has_no_environment(tmp_path, capsys):
-    minari = pytest.importorskip("minari")
-    cell_file = tmp_path / "cell.json"
-    cell_file.write_text(json.dumps(cell_to_dict(find_cell("ring-2"))))
-    words = ["dataset", str(cell_file), "--count", "1", "--out", str(tmp_path / "a"), "--format", "minari"]
-    assert main(words) == 0
-    with mock.patch.dict(os.environ, MINARI_DATASETS_PATH=str(tmp_path / "a")):
-        (name,) = minari.list_local_datasets()
-        assert minari.load_dataset(name).env_spec is None
-
-
-def test_a_minari_dataset_is_written_though_the_first_instance_is_invalid(tmp_path, capsys):
-    pytest.importorskip("minari")
-    instances = bad_files.good_instances()
-    good = instances["instances"][0]
-    bad = good | {"name": "bad", "start": good["start"] | {"left": [99.0] * 6}}
-    file = tmp_path / "instances.json"
-    file.write_text(json.dumps(instances | {"instances": [bad, good]}))
-    words = ["dataset", str(file), "--count", "2", "--planner", "prioritized", "--format", "minari", "--json"]
-    assert main([*words, "--out", str(tmp_path / "a")]) == 0
-    said = json.loads(capsys.readouterr().out)
-    assert (said["episodes"], said["minari"]) == (1, "pair/expert-v0")
-
-
-def test_a_minari_dataset_that_lacks_new_episodes_is_named_and_made_again(tmp_path, capsys):
-    minari = pytest.importorskip("minari")
-    words = ["dataset", "MultiArmCell-2", "--out", str(tmp_path / "a")]
-    assert main([*words, "--count", "1", "--format", "minari"]) == 0
-    assert main([*words, "--count", "2"]) == 0
-    assert "lacks the new episodes" in capsys.readouterr().err
-    with mock.patch.dict(os.environ, MINARI_DATASETS_PATH=str(tmp_path / "a")):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(os, "rename", mock.Mock(side_effect=OSError(errno.EIO, "Input/output error")))
-            assert main([*words, "--count", "2", "--format", "minari"]) == 2
-        assert minari.load_dataset("MultiArmCell-2/expert-v0").total_episodes == 1
-        assert main([*words, "--count", "2", "--format", "minari"]) == 0
-        assert minari.load_dataset("MultiArmCell-2/expert-v0").total_episodes == 2
-    assert sorted(path.name for path in (tmp_path / "a").iterdir()) == ["MultiArmCell-2", "dataset.json", "episodes"]
-
-
 def test_bad_input_is_one_sentence(tmp_path, capsys):
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "notes.txt").write_text("x")
@@ -288,97 +202,6 @@ def test_an_index_with_an_instance_that_the_source_does_not_have_is_refused(chan
     assert main(command) == 2
     assert words in capsys.readouterr().err
     assert json.loads(index.read_text()) == data
-
-
-@pytest.fixture(scope="module")
-def rows():
-    return rows_of(MultiArmCellEnv(cell="ring-2"))
-
-
-def episode(rows, steps=4):
-    """Returns an episode of zeros that ends well."""
-    out = {name: np.zeros((steps + each.extra, *each.shape), each.dtype) for name, each in rows.items()}
-    for name in (name for name in out if name.startswith("observations.")):
-        out[name] += (rows[name].low + rows[name].high) / 2
-    out["terminations"][-1] = out["infos.is_success"][-1] = True
-    return out
-
-
-def with_value(array, at, value):
-    out = array.copy()
-    out[at] = value
-    return out
-
-
-WRONG_ARRAYS = {
-    "text": ("actions", lambda a: a.astype(str), r"array 'actions' is of type '<U\d+'; it must be 'float32'"),
-    "objects": ("rewards", lambda a: a.astype(object), "array 'rewards' is of type 'object'; it must be 'float64'"),
-    "another type": ("terminations", lambda a: a.astype(int), "is of type 'int64'; it must be 'bool'"),
-    "nan": ("actions", lambda a: with_value(a, (1, 2), np.nan), r"'actions' has nan at \[1, 2\]; it must be a finite"),
-    "infinite": ("rewards", lambda a: with_value(a, 3, np.inf), r"has inf at \[3\]; it must be a finite number$"),
-    "beyond": ("actions", lambda a: a + 2, "has 2 at .* a finite number from -1 to 1"),
-    "a clearance": ("observations.clearance", lambda a: a - 9, "has -9 at .* from -1 to 1"),
-    "contacts": ("infos.contacts", lambda a: a - 1, "has -1 at .* from 0 to 0"),
-    "a contact": ("infos.contacts", lambda a: a + 1, "has 1 at .* from 0 to 0"),
-    "no success": ("infos.is_success", np.zeros_like, "'infos.is_success' must be true at the last step"),
-    "joints": ("actions", lambda a: a[:, :3], r"has shape \(4, 3\); for 4 steps it must be \(4, 12\)"),
-    "too short": ("rewards", lambda a: a[:2], r"has shape \(2,\); for 4 steps it must be \(4,\)"),
-    "too long": ("observations.goal_positions", lambda a: a[[0, *range(len(a))]], r"for 4 steps it must be \(5, 12\)"),
-    "no axis": ("infos.is_success", lambda a: a[0], r"has shape \(\); for 4 steps"),
-    "no end": ("terminations", np.zeros_like, "'terminations' must be true at the last step alone"),
-    "cut off": ("truncations", lambda a: ~a, "and 'truncations' at no step"),
-}
-
-
-@pytest.mark.parametrize(("name", "change", "said"), WRONG_ARRAYS.values(), ids=WRONG_ARRAYS)
-def test_an_array_of_an_episode_that_is_wrong_is_named(name, change, said, rows, tmp_path):
-    path, good = tmp_path / "00000.npz", episode(rows)
-    np.savez(path, **good)
-    assert read_episode(path, 4, rows).keys() == good.keys()
-    np.savez(path, **good | {name: change(good[name])})
-    with pytest.raises(MmpError, match=f"00000.npz: .*{said}"):
-        read_episode(path, 4, rows)
-
-
-def test_other_arrays_and_other_steps_of_an_episode_are_named(rows, tmp_path):
-    path, good = tmp_path / "00000.npz", episode(rows)
-    np.savez_compressed(path, **good)
-    with pytest.raises(MmpError, match=r"clearance' has shape \(5, 1\); for 5 steps it must be \(6, 1\)"):
-        read_episode(path, 5, rows)
-    np.savez(path, **good, reward=good["rewards"])
-    with pytest.raises(MmpError, match=r"unknown array 'reward'\. Did you mean 'rewards'"):
-        read_episode(path, 4, rows)
-    np.savez(path, **{name: array for name, array in good.items() if name != "rewards"})
-    with pytest.raises(MmpError, match="it has no array 'rewards'"):
-        read_episode(path, 4, rows)
-
-
-def test_a_file_that_is_no_episode_is_a_sentence(rows, tmp_path):
-    path = tmp_path / "00000.npz"
-    np.savez(path, **episode(rows))
-    good = path.read_bytes()
-    changed = bytearray(good)
-    changed[good.index(b"rewards.npy") + 170] ^= 1
-    for content in (b"", b"x", good[:1000], good[:-1], b"x" + good, bytes(changed), pickle.dumps([1])):
-        path.write_bytes(content)
-        with pytest.raises(MmpError, match=r"00000\.npz: it is not an episode of a dataset"):
-            read_episode(path, 4, rows)
-
-
-def test_an_array_that_is_huge_is_refused_before_it_is_read(tmp_path):
-    path, rows = tmp_path / "00000.npz", {"actions": Rows(dtype=np.dtype("f4"))}
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
-        archive.writestr("actions.npy", bytes(2**28 + 1))
-    with pytest.raises(MmpError, match="its arrays have 256 MB; at most 256 MB are read"):
-        read_episode(path, 2**26, rows)
-    header = io.BytesIO()
-    np.lib.format.write_array_header_1_0(header, {"descr": "<f4", "fortran_order": False, "shape": (10**15,)})
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("actions.npy", header.getvalue() + bytes(40))
-    with pytest.raises(MmpError, match=r"has shape \(1000000000000000,\); for 10 steps it must be \(10,\)"):
-        read_episode(path, 10, rows)
-    with pytest.raises(MmpError, match="has other numbers than its shape"):
-        read_episode(path, 10**15, rows)
 
 
 def test_a_dataset_with_a_wrong_episode_is_refused_before_anything_is_planned(tmp_path, capsys):

@@ -144,6 +144,7 @@ def test_watchers_see_the_first_plan_and_the_best_one():
 
 @pytest.mark.parametrize("rounds", [0, 40])
 def test_waits_are_removed_unless_they_are_kept(rounds):
+    # With fewer rounds of shortcuts the plans differ in their waits and in little else.
     planners = (mmp_planners.make("auto", until=1.01, rounds=rounds, waits=waits) for waits in ("kept", "removed"))
     kept, removed = (planner.plan(ring(6, 1), seed=0) for planner in planners)
     if rounds == 0:  # shortcuts of a plan without waits differ

@@ -8,8 +8,9 @@ from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, 
 
 from mmp_env import core
 from mmp_env.events import NodeExpanded, SearchStarted
+from mmp_planners.conflict_tree.conflict_choice import EARLIEST, PAD_TREES, ConflictChoice
 from mmp_planners.conflict_tree.fast_track import RepulsiveFastTrack
-from mmp_planners.conflict_tree.search import PAD_TREES, TreeCounts
+from mmp_planners.conflict_tree.search import TreeCounts
 from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import StopPlanning
 
@@ -65,7 +66,7 @@ def test_a_restart_has_a_larger_budget_than_the_tree_before():
     ("parts", "pairs"),
     [
         ({}, [(0, 1), (3, 4), (0, 1), (3, 4), (0, 1)]),
-        ({"alternating": False}, [(0, 1)] * 5),
+        ({"choice": ConflictChoice(orders=EARLIEST)}, [(0, 1)] * 5),
         ({"restarts": False}, [(0, 1)]),
     ],
 )
@@ -80,7 +81,7 @@ def test_constraints_reach_further_in_each_tree_until_the_reach_begins_again():
     assert all(before < after for before, after in pairwise(factors[:PAD_TREES]))
     assert factors[PAD_TREES:] == factors[:2]
     assert factors[:2] == [1.0, 1.4]
-    assert {first.pad_factor for first in first_conflicts(4, pad_growth=1.0)} == {1.0}
+    assert {first.pad_factor for first in first_conflicts(4, choice=ConflictChoice(pad_growth=1.0))} == {1.0}
     assert {first.pad_factor for first in first_conflicts(4, restarts=False)} == {1.0}
 
 

@@ -2,9 +2,9 @@
 
 The search is CBS (Sharon, Stern, Felner, Sturtevant: Conflict-based search for optimal multi-agent pathfinding,
 Artificial Intelligence 219, 2015) with a focal list (ECBS: Barer, Sharon, Stern, Felner: Suboptimal variants of the
-conflict-based search algorithm, SoCS 2014). Its parts are handed in: selection, constraint kind, expansion, experience,
-modification and fast track. Numbers `l. n` are lines of our listing of Algorithm 1 of APF-ECBS (Hong, Lee, Lee, Nam,
-arXiv 2509.13882, 2025) in `docs/explanation/paper.md`.
+conflict-based search algorithm, SoCS 2014). Its parts are handed in: selection, choice of conflict, constraint kind,
+expansion, experience, modification and fast track. Numbers `l. n` are lines of our listing of Algorithm 1 of APF-ECBS
+(Hong, Lee, Lee, Nam, arXiv 2509.13882, 2025) in `docs/explanation/paper.md`.
 
 Trees of one search differ in the seed, the choice of conflict, and the instants and the reach of constraints.
 
@@ -24,6 +24,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from mmp_planners.conflict_tree.conflict_choice import ConflictChoice
 from mmp_planners.conflict_tree.constraints import INSTANTS, ConstraintKind
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.conflict_tree.expansion import EagerExpansion, Expansion, Experience, FromScratch
@@ -42,8 +43,6 @@ RESTART_EXPANSIONS = 8
 """Number of expansions without fewer pairs of arms in conflict before the first restart."""
 RESTART_GROWTH = 1.2
 """Growth of that number from one restart to the next."""
-PAD_TREES = 8
-"""Number of trees after which the reach of constraints begins again."""
 NODE_RELEASE_S = 30e-6
 """Time that is reserved at the end to release the memory of an open node [s]."""
 
@@ -59,18 +58,12 @@ class ConflictTree:
     selection: Selection
     branching: ConstraintKind
     emitter: EventEmitter
+    choice: ConflictChoice = field(default_factory=ConflictChoice)
     expansion: Expansion = field(default_factory=EagerExpansion)
     experience: Experience = field(default_factory=FromScratch)
     modification: Modification = field(default_factory=NoModification)
     fast_track: FastTrack = field(default_factory=NoFastTrack)
     restarts: bool = True
-    alternating: bool = True
-    """Whether every second tree branches on isolated pairs of arms first, and not on the earliest conflict."""
-    pad_growth: float = 1.4
-    """Factor of the reach of `avoid-state` from one tree to the next.
-
-    With a short reach, two arms that block each other only put off their conflict.
-    """
     patience: int = 20
     absolute_bound: float | None = None
     """Length of the straight lines [rad], or None: LB is of the planner's own path lengths."""
@@ -183,10 +176,7 @@ class ConflictTree:
         return bool(best.bound_met) or waited or not open_nodes
 
     def _branch(self, node: Node, open_nodes: list[Node]) -> None:
-        isolated = self.alternating and self._tree_number % 2 == 1
-        interval = node.isolated_conflict() if isolated else node.first_conflict()  # l. 15
-        factor = math.prod([self.pad_growth] * (self._tree_number % PAD_TREES))
-        interval = dataclasses.replace(interval, pad_factor=factor)
+        interval = self.choice(node, self._tree_number)  # l. 15
         instant = INSTANTS[self._tree_number % len(INSTANTS)]
         self.emitter.conflict_chosen(node, interval)
         for branch in self.branching.branches(self.context, node.paths, interval, instant):  # l. 16

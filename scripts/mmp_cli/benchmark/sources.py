@@ -93,8 +93,9 @@ class Listed:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Drawn:
-    """Instances that a task draws in a cell; the seed of each is also that of the planner."""
+    """Instances that a task draws in a cell, named `name`/SEED; the seed of each is also that of the planner."""
 
+    name: str
     title: str
     cell: Cell
     task: str
@@ -104,10 +105,10 @@ class Drawn:
 
     @property
     def names(self) -> tuple[str, ...]:
-        return (self.items[0].name.removesuffix(str(self.items[0].seed)),)
+        return (f"{self.name}/",)
 
     def has(self, name: str, seed: int) -> bool:
-        return name == f"{self.names[0]}{seed}" and seed >= self.items[0].seed
+        return name == f"{self.name}/{seed}" and seed >= self.items[0].seed
 
     def problem(self, k: int) -> Problem:
         return draw_problem(
@@ -138,6 +139,7 @@ def _read(args: Namespace) -> Listed | Drawn:
                 f"--seed {args.seed} leaves no seeds for {len(seeds)} instances; the largest seed is {LARGEST_SEED}"
             )
         return Drawn(
+            name=opened.name,
             title=opened.title,
             cell=opened.cell,
             task=task,

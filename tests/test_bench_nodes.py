@@ -1,4 +1,4 @@
-"""`scripts/bench_waits.py`: travel of the arm that arrives last, and the rest of its time."""
+"""`scripts/bench_nodes.py`: travel of the arm that arrives last, and the rest of its time."""
 
 import importlib
 from types import SimpleNamespace
@@ -13,7 +13,7 @@ TIMES = np.array([0.0, 1.0, 1.5, 3.0, 3.5, 4.0])
 @pytest.fixture
 def rest_and_travel(monkeypatch):
     monkeypatch.syspath_prepend(checkout_scripts.SCRIPTS)
-    return importlib.import_module("bench_waits").rest_and_travel
+    return importlib.import_module("bench_nodes").rest_and_travel
 
 
 def plan(**angles):

@@ -12,6 +12,8 @@ import pytest
 from support import bench_runs
 
 from mmp_cli.benchmark.settings import larger_count
+from mmp_env import find_cell
+from mmp_env.files.cell_file import cell_to_dict
 
 COUNT = 6
 
@@ -234,6 +236,18 @@ def test_instances_of_another_cell_or_file_with_the_same_names_are_refused(copie
         assert ran.code == 2
         assert f"{out} already has instances 'pair/" in ran.err
         assert {file.name: file.read_bytes() for file in out.iterdir()} == before
+
+
+def test_the_same_cell_by_another_name_is_another_source(tmp_path):
+    words = ["--planners", "quick", "--count", 2, "--out", tmp_path / "out"]
+    file = tmp_path / "ring.json"
+    file.write_text(json.dumps(cell_to_dict(find_cell("ring-2"))))
+    for source in ("MultiArmCell-2", file, "MultiArmCell-2", file):
+        assert bench_runs.bench(tmp_path, source, *words).code == 0
+    settings = json.loads((tmp_path / "out" / "settings.json").read_text())
+    assert settings["sources"] == ["MultiArmCell-2", str(file)]
+    assert settings["names"] == [["MultiArmCell-2/"], ["ring-2/"]]
+    assert len(bench_runs.lines(tmp_path / "out")) == 4
 
 
 def test_more_units_than_a_benchmark_may_have_are_refused_before_anything_is_written(tmp_path):

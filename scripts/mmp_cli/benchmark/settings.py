@@ -146,8 +146,13 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
         )
     old, known = _objects(there.get("planners")), _texts(there.get("digests"))
     labels = {planner.get("label") for planner in old}
-    new = [k for k, digest in enumerate(here["digests"]) if digest not in known]
     names = [_texts(each) for each in there.get("names") or [[] for _ in known]]
+    same = list(zip(known, names, strict=False))
+    new = [
+        k
+        for k, (digest, own) in enumerate(zip(here["digests"], here["names"], strict=True))
+        if (digest, own) not in same and (digest, []) not in same  # settings of earlier versions have no names
+    ]
     for k in new:
         if twice := _shared(here["names"][k], [name for each in names for name in each]):
             raise MmpError(

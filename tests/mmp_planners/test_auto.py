@@ -1,6 +1,7 @@
 """The portfolio: the first plan of any member, its improvement, and turns by counts instead of times."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -18,7 +19,7 @@ from mmp_planners import Status, StopPlanning, auto
 from mmp_planners.group_rrt import GroupRrt
 from mmp_planners.portfolio import improve
 from mmp_planners.portfolio.lns import LargeNeighbourhoodSearch
-from mmp_planners.portfolio.shortcutting import retime_to_velocity_limits
+from mmp_planners.portfolio.shortcutting import Shortcutting, retime_to_velocity_limits
 from mmp_planners.portfolio.turns import Turn
 
 
@@ -158,6 +159,27 @@ def test_waits_are_removed_once_before_the_first_round(waits, before, monkeypatc
     monkeypatch.setattr(improve, "without_waits", lambda plan, clock: calls.append(plan))
     assert mmp_planners.make("auto", rounds=3, waits=waits).plan(ring(6, 1), seed=0).plan is not None
     assert len(calls) == before
+
+
+@pytest.mark.parametrize(
+    ("long_plan", "expected"),
+    [
+        (1.0, [(LargeNeighbourhoodSearch, 0.3), (Shortcutting, 0.3), (LargeNeighbourhoodSearch, 0.2)]),
+        (math.inf, [(Shortcutting, 0.2), (LargeNeighbourhoodSearch, 0.2)]),
+    ],
+)
+def test_a_long_first_plan_is_replanned_before_it_is_shortened(long_plan, expected, monkeypatch):
+    rounds = []
+
+    def spy(run, *steps, start=None):
+        rounds.append([(type(step.part), pytest.approx(step.part.dt)) for step in steps])
+        return improve_plan(run, *steps, start=start)
+
+    improve_plan = improve.improve
+    monkeypatch.setattr(improve, "improve", spy)
+    monkeypatch.setattr(auto, "SETTINGS", replace(auto.SETTINGS, long_plan=long_plan))
+    mmp_planners.make("auto", rounds=2).plan(ring(6, 1), seed=0)
+    assert rounds == [expected, [(Shortcutting, 0.2), (LargeNeighbourhoodSearch, 0.2)]]
 
 
 def test_no_time_finds_nothing():

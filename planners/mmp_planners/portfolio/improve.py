@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mmp_env.events import Watcher
 from mmp_env.model.plan import Plan
@@ -84,7 +84,7 @@ class ImprovementRounds:
 
     If the run removes waits, the first round begins with that: a plan with a shorter makespan has fewer steps, so its
     shortcuts take less time. Each later round begins with path recombination. Shortcuts and LNS then shorten its plan,
-    or the best one.
+    or the best one. If the first plan is long, LNS also comes before the first shortcuts, both on a coarser grid.
 
     Attributes:
         rounds: largest number of rounds.
@@ -133,11 +133,20 @@ class ImprovementRounds:
                 orders = min(2 ** max(failures - 1, 0), settings.most_orders)
                 start = recombine(run.best.plan, orders, number)
             if start is not None or failures < settings.failures_before_pause:
-                steps = (
+                steps = [
                     Step(part=shortcuts, seed=seed_of(run.seed, number)),
                     Step(part=lns, seed=seed_of(run.seed, number, 1), above=good_cost),
+                ]
+                if number == 0 and before > settings.long_plan * run.problem.cost_lower_bound_rad:
+                    coarse = settings.long_plan_coarsening * self.dt
+                    steps[0] = replace(steps[0], part=replace(shortcuts, dt=coarse))
+                    steps.insert(0, Step(part=replace(lns, dt=coarse), seed=seed_of(run.seed, 0, 2)))
+                successes = improve(run, *steps, start=start)
+                counts.replanned += sum(
+                    n
+                    for step, n in zip(steps, successes, strict=True)
+                    if isinstance(step.part, LargeNeighbourhoodSearch)
                 )
-                counts.replanned += improve(run, *steps, start=start)[1]
                 counts.recombined += number > 0 and start is not None and run.best.cost < before
             failures = failures + 1 if run.best.cost > (1 - settings.round_gain) * before else 0
             if run.best.cost < before:

@@ -11,11 +11,12 @@ import math
 from pathlib import Path
 
 import numpy as np
+from bench_portfolio import valid_problems
 from figure import print_figure
 
 from mmp_cli.arguments import Parser
 from mmp_cli.main import run_script
-from mmp_env import InvalidInstanceError, core, load_instances
+from mmp_env import core, load_instances
 from mmp_env.model.problem import Problem
 from mmp_planners.low_level import SiRrtStar
 from mmp_planners.planning_context import PlanningContext
@@ -41,14 +42,8 @@ def main() -> None:
     parser = Parser("bench_alone.py", __doc__, argparse.RawDescriptionHelpFormatter)
     parser.add_argument("files", nargs="+", metavar="FILE", help="instance file")
     for path in parser.parse().files:
-        ratios = []
-        file = load_instances(path)
-        for instance in file.instances:
-            try:
-                problem = file.problem(instance)
-            except InvalidInstanceError:
-                continue
-            ratios.append(shortest(problem) / problem.cost_lower_bound_rad)
+        problems = valid_problems(load_instances(path))
+        ratios = [shortest(problem) / problem.cost_lower_bound_rad for problem in problems]
         name = f"{Path(path).stem}/alone/cost_mean"
         print_figure(name, float(np.mean(ratios)), "x the straight lines", instances=len(ratios), most=max(ratios))
 

@@ -3,21 +3,25 @@
 For each cell, `auto` and its members plan the same instances of task `reach` until their first plan with its
 certificate. Median and 90th percentile are of processor time; an instance without a plan counts as 10 s. The ratios
 are to the best median and to the best 90th percentile of a member. `--limits` adds how many instances `auto` solves
-within short times, and mean and median of its cost relative to the straight lines.
+within short times, and mean and median of its cost relative to the straight lines. An instance file in place of a cell
+takes its valid instances.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import itertools
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from figure import print_figure, rounded
 
 from mmp_cli.arguments import Parser, whole
 from mmp_cli.main import run_script
-from mmp_env import draw_problem, find_cell
+from mmp_env import InvalidInstanceError, draw_problem, find_cell, load_instances
+from mmp_env.files.instance_file import InstanceFile
 from mmp_env.model.problem import Problem
 from mmp_planners import Planner, make
 
@@ -27,6 +31,8 @@ MOST_COMPOSITE = 16
 """Number of arms above which composite RRT-Connect alone is left out: it finds nothing within the time limit."""
 TIME_LIMIT_S = 10.0
 LIMITS_S = (0.1, 0.3, 1.0)
+SUFFIXES = (".json", ".yaml", ".yml")
+"""Ends of the names of instance files."""
 
 
 def main() -> None:
@@ -36,19 +42,33 @@ def main() -> None:
     parser.add_argument("--count", type=whole, default=50, metavar="N", help="instances (default: 50)")
     parser.add_argument("--limits", action="store_true", help="also plan with short time limits")
     args = parser.parse()
-    for name in args.cells:
-        problems = drawn(name, args.count)
+    for source in args.cells:
+        name, problems = source_of(source, args.count)
         compare(name, problems)
         for limit in LIMITS_S if args.limits else ():
             within(name, problems, limit)
 
 
-def drawn(name: str, count: int) -> list[Problem]:
-    """Returns the instances of a cell, whose slack is known: it is no part of a search."""
-    problems = [draw_problem(find_cell(name), seed=seed) for seed in range(count)]
+def source_of(source: str, count: int) -> tuple[str, list[Problem]]:
+    """Returns the name of a cell or an instance file, and its first `count` problems.
+
+    Their slack is known: it is no part of a search.
+    """
+    if source.endswith(SUFFIXES):
+        file = load_instances(source)
+        name, problems = file.name, list(itertools.islice(valid_problems(file), count))
+    else:
+        name, problems = source, [draw_problem(find_cell(source), seed=seed) for seed in range(count)]
     for problem in problems:
         _ = problem.slack
-    return problems
+    return name, problems
+
+
+def valid_problems(file: InstanceFile) -> Iterator[Problem]:
+    """Yields the problems of the instances that are valid."""
+    for instance in file.instances:
+        with contextlib.suppress(InvalidInstanceError):
+            yield file.problem(instance)
 
 
 def compare(name: str, problems: Sequence[Problem]) -> None:

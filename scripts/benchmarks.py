@@ -59,6 +59,8 @@ DECISIONS = {
     "no-shortcuts": "shortcuts=0",
     "patience": "patience=1000000",
     "literal-hits": "fast_track=literal",
+    "earliest-conflict": "conflict_choice=earliest",
+    "constant-pad": "pad_growth=1",
     "w-1.2": "w=1.2",
     "w-2": "w=2",
     "alpha-10": "step=gradient alpha=1e-6",
@@ -68,7 +70,7 @@ DECISIONS = {
 """Options of further variants: each reverts one design decision, or has another value of a published parameter."""
 TRACK = {
     "apf-ecbs-nf": "",
-    **{label: VARIANTS[label] for label in ("one-arm", "cover", "at-expansion", "literal-track")},
+    **{label: VARIANTS[label] for label in ("one-arm", "cover", "discarded", "at-expansion", "literal-track")},
     "apf-ecbs": "",
 }
 """Options of the fast tracks that are compared with six and eight arms."""
@@ -151,6 +153,13 @@ _REPULSION = {
     "choice": [
         [*cells, "--base", "apf-ecbs", "--set", "fast_track_at=expansion", "--first", "1000", "--count", count]
         for cells, count in (((), "300"), (("line-16", "line-32", "line-64"), "50"))
+    ]
+    + [
+        [
+            *("ring-4", "ring-6", "ring-8", "line-64"),
+            *("--base", "apf-ecbs", "--set", setting, "--first", "1000", "--count", "50"),
+        ]
+        for setting in ("conflict_choice=earliest", "pad_growth=1")
     ],
     "exact": [["--base", "apf-ecbs", "--set", "exact_within=0.03", "--exact"]],
 }

@@ -75,8 +75,9 @@ SUCCESS = (
 FAST_TRACK = (
     "attempts that resolve all conflicts, at 4, 6 and 8 arms: with `paper` "
     f"{_of_cells('preset', 'paper', 'fast_track_hits', 'of')}; with our defaults "
-    f"{_of_cells('cells', 'apf-ecbs', 'fast_track_hits', 'of')}. Ours also keep paths that leave fewer conflicts: at 4 "
-    f"arms `misses=discarded` has {_nodes(f'{_FOUR}/discarded')} nodes, the defaults {_nodes(f'{_FOUR}/apf-ecbs')}"
+    f"{_of_cells('cells', 'apf-ecbs', 'fast_track_hits', 'of')}. Ours also keep paths that leave fewer conflicts: "
+    f"nodes {_track('apf-ecbs', 'expanded_nodes_mean', '.3g')}, and "
+    f"{_track('discarded', 'expanded_nodes_mean', '.3g')} with `misses=discarded`"
 )
 LITERAL_TRACK = (
     "`literal-track`, the fast track of the paper, at 4, 6 and 8 arms: attempts that resolve all conflicts "

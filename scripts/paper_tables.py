@@ -81,7 +81,9 @@ PAIRS = {
     "preset": (("ecbs-paper", "paper"), ("apf-ecbs-nf-paper", "paper"), ("gen-ecbs-paper", "paper")),
     "cells": (("ecbs", OURS), (NO_FAST_TRACK, OURS)),
     "literal": (("ecbs-paper", "paper"), ("ecbs-paper", "paper-surface")),
-    "track": tuple((NO_FAST_TRACK, label) for label in ("one-arm", "cover", "at-expansion", "literal-track", OURS)),
+    "track": tuple(
+        (NO_FAST_TRACK, label) for label in ("one-arm", "cover", "discarded", "at-expansion", "literal-track", OURS)
+    ),
 }
 """Planners of each folder that are compared, the one without repulsion or without the fast track first."""
 

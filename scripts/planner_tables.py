@@ -41,6 +41,8 @@ OPTIONS = {
     "discarded": "misses are discarded",
     "at-expansion": "the fast track is tried on a node that would be branched next",
     "literal-hits": "a success of the fast track replaces the node",
+    "earliest-conflict": "every tree branches on the earliest conflict",
+    "constant-pad": "each tree has the same `pad`",
     "literal-track": "one critical arm, before a node is branched; misses are discarded, a success replaces the node",
     "improve": "200 iterations of SI-RRT\\* after the first path",
     "no-direct": "no straight lines are tried first",
@@ -59,6 +61,7 @@ _REPULSION = (
     *("cbs repulsion=fast-track", "xecbs repulsion=fast-track", "gen-ecbs repulsion=fast-track"),
     *("apf-ecbs shorten_paths=on", "apf-ecbs shorten=25", "apf-ecbs shorten=100", "apf-ecbs shorten=400"),
     *("ecbs shorten=400", "apf-ecbs fast_track_at=expansion"),
+    *("apf-ecbs conflict_choice=earliest", "apf-ecbs pad_growth=1"),
     *("apf-ecbs parked_yield=on", "apf-ecbs halvings=3", "apf-ecbs exact_within=0.03"),
 )
 """Planners and options that `scripts/bench_repulsion.py` compares with the planners' defaults."""

@@ -3,8 +3,7 @@
 For each cell, `auto` and its members plan the same instances of task `reach` until their first plan with its
 certificate. Median and 90th percentile are of processor time; an instance without a plan counts as 10 s. The ratios
 are to the best median and to the best 90th percentile of a member. `--limits` adds how many instances `auto` solves
-within short times, and mean and median of its cost relative to the straight lines. An instance file in place of a cell
-takes its valid instances.
+within short times, and mean and median of its cost relative to the straight lines.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import argparse
 import contextlib
 import itertools
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from figure import print_figure, rounded
@@ -31,37 +30,44 @@ MOST_COMPOSITE = 16
 """Number of arms above which composite RRT-Connect alone is left out: it finds nothing within the time limit."""
 TIME_LIMIT_S = 10.0
 LIMITS_S = (0.1, 0.3, 1.0)
-SUFFIXES = (".json", ".yaml", ".yml")
-"""Ends of the names of instance files."""
 
 
 def main() -> None:
     """Prints the figures of each cell."""
     parser = Parser("bench_portfolio.py", __doc__, argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("cells", nargs="*", default=CELLS, metavar="CELL", help=f"default: {' '.join(CELLS)}")
+    parser.add_argument("cells", nargs="*", metavar="CELL", help=f"default: {' '.join(CELLS)}")
+    parser.add_argument(
+        "--instances", action="append", default=[], metavar="FILE", help="the valid instances of a file, instead"
+    )
     parser.add_argument("--count", type=whole, default=50, metavar="N", help="instances (default: 50)")
     parser.add_argument("--limits", action="store_true", help="also plan with short time limits")
     args = parser.parse()
-    for source in args.cells:
-        name, problems = source_of(source, args.count)
+    cells = args.cells or ([] if args.instances else CELLS)
+    sources = [(drawn, name) for name in cells] + [(published, path) for path in args.instances]
+    for problems_of, source in sources:
+        name, problems = problems_of(source, args.count)
         compare(name, problems)
         for limit in LIMITS_S if args.limits else ():
             within(name, problems, limit)
 
 
-def source_of(source: str, count: int) -> tuple[str, list[Problem]]:
-    """Returns the name of a cell or an instance file, and its first `count` problems.
+def drawn(name: str, count: int) -> tuple[str, list[Problem]]:
+    """Returns the name of a cell, and instances of it."""
+    return name, ready(draw_problem(find_cell(name), seed=seed) for seed in range(count))
 
-    Their slack is known: it is no part of a search.
-    """
-    if source.endswith(SUFFIXES):
-        file = load_instances(source)
-        name, problems = file.name, list(itertools.islice(valid_problems(file), count))
-    else:
-        name, problems = source, [draw_problem(find_cell(source), seed=seed) for seed in range(count)]
-    for problem in problems:
+
+def published(path: str, count: int) -> tuple[str, list[Problem]]:
+    """Returns the name of an instance file, and its first valid instances."""
+    file = load_instances(path)
+    return file.name, ready(itertools.islice(valid_problems(file), count))
+
+
+def ready(problems: Iterable[Problem]) -> list[Problem]:
+    """Returns the problems, whose slack is known: it is no part of a search."""
+    out = list(problems)
+    for problem in out:
         _ = problem.slack
-    return name, problems
+    return out
 
 
 def valid_problems(file: InstanceFile) -> Iterator[Problem]:

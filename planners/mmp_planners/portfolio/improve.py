@@ -84,7 +84,8 @@ class ImprovementRounds:
 
     If the run removes waits, the first round begins with that: a plan with a shorter makespan has fewer steps, so its
     shortcuts take less time. Each later round begins with path recombination. Shortcuts and LNS then shorten its plan,
-    or the best one. If the first plan is long, LNS also comes before the first shortcuts, both on a coarser grid.
+    or the best one. If the first plan is long, an additional LNS comes first. It and the first shortcuts use a coarser
+    grid.
 
     Attributes:
         rounds: largest number of rounds.
@@ -133,20 +134,17 @@ class ImprovementRounds:
                 orders = min(2 ** max(failures - 1, 0), settings.most_orders)
                 start = recombine(run.best.plan, orders, number)
             if start is not None or failures < settings.failures_before_pause:
-                steps = [
-                    Step(part=shortcuts, seed=seed_of(run.seed, number)),
-                    Step(part=lns, seed=seed_of(run.seed, number, 1), above=good_cost),
-                ]
+                first_lns, used = None, shortcuts
                 if number == 0 and before > settings.long_plan * run.problem.cost_lower_bound_rad:
                     coarse = settings.long_plan_coarsening * self.dt
-                    steps[0] = replace(steps[0], part=replace(shortcuts, dt=coarse))
-                    steps.insert(0, Step(part=replace(lns, dt=coarse), seed=seed_of(run.seed, 0, 2)))
-                successes = improve(run, *steps, start=start)
-                counts.replanned += sum(
-                    n
-                    for step, n in zip(steps, successes, strict=True)
-                    if isinstance(step.part, LargeNeighbourhoodSearch)
+                    first_lns, used = replace(lns, dt=coarse), replace(shortcuts, dt=coarse)
+                steps = (
+                    *([Step(part=first_lns, seed=seed_of(run.seed, 0, 2))] if first_lns else []),
+                    Step(part=used, seed=seed_of(run.seed, number)),
+                    Step(part=lns, seed=seed_of(run.seed, number, 1), above=good_cost),
                 )
+                successes = improve(run, *steps, start=start)
+                counts.replanned += sum(successes) - successes[-2]  # `improve` counts the shortcuts
                 counts.recombined += number > 0 and start is not None and run.best.cost < before
             failures = failures + 1 if run.best.cost > (1 - settings.round_gain) * before else 0
             if run.best.cost < before:

@@ -16,9 +16,9 @@ class PortfolioSettings:
     grid_coarsening: int = 2
     """Steps of the time grid per step of the improvement grid: half the work, and the final cost is the same."""
     long_plan: float = 1.6
-    """Cost of a long first plan, relative to the straight lines: its arms have detours that LNS removes faster."""
+    """Minimum cost of a long first plan, relative to the straight lines: LNS is faster than shortcuts there."""
     long_plan_coarsening: int = 3
-    """Steps of the time grid per step of the first LNS and the first shortcuts of a long plan."""
+    """Steps of the time grid per step of the coarse grid, on which a long plan gets its first LNS and shortcuts."""
     repeat_gain: float = 3e-3
     """Minimum relative saving of the shortcut attempts before the same number of attempts is made again."""
     independent_attempts: int = 150

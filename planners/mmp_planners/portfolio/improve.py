@@ -134,15 +134,7 @@ class ImprovementRounds:
                 orders = min(2 ** max(failures - 1, 0), settings.most_orders)
                 start = recombine(run.best.plan, orders, number)
             if start is not None or failures < settings.failures_before_pause:
-                first_lns, used = None, shortcuts
-                if number == 0 and before > settings.long_plan * run.problem.cost_lower_bound_rad:
-                    coarse = settings.long_plan_coarsening * self.dt
-                    first_lns, used = replace(lns, dt=coarse), replace(shortcuts, dt=coarse)
-                steps = (
-                    *([Step(part=first_lns, seed=seed_of(run.seed, 0, 2))] if first_lns else []),
-                    Step(part=used, seed=seed_of(run.seed, number)),
-                    Step(part=lns, seed=seed_of(run.seed, number, 1), above=good_cost),
-                )
+                steps = self._steps(run, number, shortcuts, lns, good_cost)
                 successes = improve(run, *steps, start=start)
                 counts.replanned += sum(successes) - successes[-2]  # `improve` counts the shortcuts
                 counts.recombined += number > 0 and start is not None and run.best.cost < before
@@ -151,6 +143,19 @@ class ImprovementRounds:
                 run.emit_plan(watch, node=node + 1, parent=node, dt=self.dt)
                 node += 1
         return node
+
+    def _steps(
+        self, run: Run, number: int, shortcuts: Shortcutting, lns: LargeNeighbourhoodSearch, good_cost: float
+    ) -> tuple[Step, ...]:
+        """Returns the steps of a round. A long first plan gets LNS first; that and its shortcuts use a coarser grid."""
+        shorten = Step(part=shortcuts, seed=seed_of(run.seed, number))
+        replan = Step(part=lns, seed=seed_of(run.seed, number, 1), above=good_cost)
+        long_cost = self.settings.long_plan * run.problem.cost_lower_bound_rad
+        if number > 0 or run.best is None or run.best.cost <= long_cost:
+            return shorten, replan
+        coarse = self.settings.long_plan_coarsening * self.dt
+        first = Step(part=replace(lns, dt=coarse), seed=seed_of(run.seed, 0, 2))
+        return first, replace(shorten, part=replace(shortcuts, dt=coarse)), replan
 
     def _recombination(self, run: Run, best: Plan, shortcuts: Shortcutting) -> PathRecombination:
         settings = self.settings

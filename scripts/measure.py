@@ -77,6 +77,9 @@ def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[li
     """Yields the name of each output of a part below `--out`, and the commands that make it."""
     for name, scripts in LINES.get(part, {}).items():
         yield f"{name}.jsonl", [script(*words) for words in scripts]
+    if part == "small" and args.instances:
+        circle = str(args.instances / f"{CIRCLES[-1]}.json")
+        yield "portfolio-circle.jsonl", [script("bench_portfolio.py", "--limits", "--instances", circle)]
     if part == "pages":
         pages = ("results_page.py", "readme_table.py", "planners_page.py")
         words = {"results_page.py": [str(args.out)]}

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,6 +22,8 @@ CALLS = 2000
 """Calls of the core in one request."""
 CORE_SHARE = 0.15
 """Usual share of the time for calls of the core."""
+PROGRESS_S = 60.0
+"""Time between two lines of progress [s]."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,12 @@ class Fuzzing:
                 seed = f"{seed}/line/{lines}"
                 self._try(worker, inputs.drawn(self._good, random.Random(seed)), seed)
         worker.close()
+
+    @property
+    def progress(self) -> str:
+        """What was done so far."""
+        lines = sum(list(self.codes.values()))  # a worker may add a code at any time
+        return f"{lines} command lines, {self.calls} calls of the core, {len(self.found)} faults"
 
     def codes_of(self, kind: str | None = None) -> Counter[int | None]:
         """Returns exit code -> number of the command lines of a kind, or of all."""
@@ -113,7 +121,10 @@ def main() -> int:
     end_s = time.monotonic() + 60 * args.minutes
     fuzzing = Fuzzing(Settings(args.seed, end_s, keep, args.longest, args.core_share), good)
     with ThreadPoolExecutor(args.workers) as threads:
-        for done in [threads.submit(fuzzing.run, k) for k in range(args.workers)]:
+        workers = [threads.submit(fuzzing.run, k) for k in range(args.workers)]
+        while wait(workers, PROGRESS_S).not_done:
+            print(fuzzing.progress, file=sys.stderr)
+        for done in workers:
             done.result()
     print_summary(fuzzing, args.figure, args.seed)
     return min(len(fuzzing.found), 1)

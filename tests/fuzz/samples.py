@@ -97,7 +97,7 @@ RARELY = {
     **dict.fromkeys(("report", "settings", "published", "bench", "continued results"), 0.05),
     **dict.fromkeys(("continued bench", "continued dataset", "continued episodes"), 0.5),
     **dict.fromkeys(("robot folder", "tool", "hulls", "spheres", "mesh obj", "mesh dae"), 0.4),
-    **{f"fixture {name}": 0.3 for name in mesh_samples.FIXTURES},
+    **{f"fixture {name}": 0.1 for name in mesh_samples.FIXTURES},
     "list": 0.2,
 }
 """Name -> how often a line is drawn, relative to the others: these take many times as long."""

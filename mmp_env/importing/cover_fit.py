@@ -7,6 +7,7 @@ the next fit. After some fits, further spheres close the gaps that are left.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -24,7 +25,8 @@ FINE_M = 0.005
 """Protrusion [m] that set `fine` has at most."""
 _SLACK = 0.02
 """Share of the protrusion by which a sphere reaches past the samples that it covers, so that gaps between are small."""
-_MOST_ROUNDS = 60
+_MOST_ROUNDS, _LEAST_PROGRESS = 60, 0.9
+"""Number of rounds that close gaps, and the share of the gaps left after which a proof that ended early is given up."""
 _STALE = 2
 """Number of rounds without a smaller cover after which no further candidates are tried."""
 _MOST_GAPS, _MOST_SHARE = 1200, 0.25
@@ -72,12 +74,12 @@ def fit_cover(shape: LinkShape, allowed: float, *, seed: int = 0, effort: FitEff
     """Returns a proved cover of a shape whose spheres protrude by at most `allowed` [m].
 
     Raises:
-        CoverError: if gaps remain.
+        CoverError: if gaps remain, or the surface is too large for a proof.
     """
     if len(shape.pieces) == 1 and len(shape.pieces[0].vertices) == 1:
         return _one_ball(shape)
     fit = _Fit(shape, allowed - 2 * GRID_M, seed, effort.detail)
-    counts = []
+    counts, gaps = [], None
     for _ in range(effort.rounds):
         fit.choose(effort.steps)
         gaps = prove_cover(shape, *fit.rounded(), max(_COARSE_M, allowed / 10))
@@ -86,15 +88,18 @@ def fit_cover(shape: LinkShape, allowed: float, *, seed: int = 0, effort: FitEff
         if len(counts) == effort.rounds or (len(counts) > _STALE and counts[-1] >= counts[-1 - _STALE]):
             break
         fit.add_neighbours()
-    gaps = None
+    assert gaps is not None
+    before = len(gaps.points) if gaps.budget_spent else math.inf
     for k in range(_MOST_ROUNDS):
         fit.choose(effort.steps // (k + 1))
         centers, radii = fit.rounded()
         gaps = prove_cover(shape, centers, radii)
         if not len(gaps.points):
             return Cover(centers=centers, radii=radii, protrusion=protrusion(shape, centers, radii))
+        if gaps.budget_spent and len(gaps.points) > _LEAST_PROGRESS * before:
+            raise CoverError("its surface is too large, or has too many details, to prove that spheres cover it")
+        before = len(gaps.points)
         fit.add_samples(gaps.points[np.argsort(-gaps.outside)], allowed / 6)
-    assert gaps is not None
     raise CoverError(f"{len(gaps.points)} gaps remain, up to {gaps.uncovered_mm:.3g} mm")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from mmp_env.importing.cover_fit import Cover, FitEffort, fit_cover
+from mmp_env.importing.cover_fit import Cover, CoverError, FitEffort, fit_cover
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.pieces import Piece
 
@@ -31,12 +31,15 @@ def fine_covers(
     """Returns a proved cover of each link, whose spheres protrude by at most `allowed` [m].
 
     Raises:
-        CoverError: if gaps remain.
+        CoverError: if gaps remain, or a surface is too large for a proof.
     """
     made: dict[LinkShape, Cover] = {}
     for name, shape in zip(names, shapes, strict=True):
         if shape is None or shape in made:
             continue
-        cover = made[shape] = fit_cover(shape, allowed, effort=effort)
+        try:
+            cover = made[shape] = fit_cover(shape, allowed, effort=effort)
+        except CoverError as error:
+            raise CoverError(f"link '{name}': {error}") from None
         progress(f"{name}: {len(cover.radii)} spheres, {cover.protrusion * 1e3:.1f} mm of protrusion, cover proved")
     return [made[shape] if shape is not None else None for shape in shapes]

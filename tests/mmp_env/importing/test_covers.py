@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from support.small_arms import box_mesh
 
 from mmp_env.errors import MmpError
-from mmp_env.importing.cover_fit import coarse_covers, fit_cover
+from mmp_env.importing import cover_fit, cover_proof
+from mmp_env.importing.cover_fit import COARSE_EFFORT, CoverError, coarse_covers, fit_cover
 from mmp_env.importing.cover_proof import protrusion, prove_cover
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.pieces import HULL_TOLERANCE_M, Piece, mesh_piece
@@ -104,6 +105,21 @@ def test_a_thin_shell_with_a_radius_is_covered_by_spheres_with_centres_inside(se
 def test_a_capsule_needs_fewer_spheres_than_a_box():
     assert len(fit_cover(LinkShape([CAPSULE]), 0.005).radii) < 12
     assert len(fit_cover(LinkShape([BALL]), 0.005).radii) == 1
+
+
+def test_a_proof_that_ends_early_and_makes_no_progress_is_given_up(monkeypatch):
+    shape, proofs = LinkShape((Piece(vertices=np.array([[0, 0, 0], [0, 0, 2.0]]), radius=0.035),)), []
+    assert len(fit_cover(shape, 0.02, effort=COARSE_EFFORT).radii) > 20
+
+    def counted(*args):
+        proofs.append(args)
+        return prove_cover(*args)
+
+    monkeypatch.setattr(cover_fit, "prove_cover", counted)
+    monkeypatch.setattr(cover_proof, "_MOST_PARTS", 20_000)
+    with pytest.raises(CoverError, match="too large, or has too many details"):
+        fit_cover(shape, 0.02, effort=COARSE_EFFORT)
+    assert len(proofs) < 10
 
 
 def test_the_same_shape_gives_the_same_cover():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mmp_env.importing import link_covers
-from mmp_env.importing.cover_fit import COARSE_EFFORT, coarse_covers, fit_coarse_cover
+from mmp_env.importing.cover_fit import COARSE_EFFORT, CoverError, coarse_covers, fit_coarse_cover
 from mmp_env.importing.link_covers import fine_covers, link_shapes
 from mmp_env.importing.pieces import Piece
 
@@ -31,6 +31,15 @@ def test_equal_links_are_fitted_once(shapes, monkeypatch):
     assert fitted == [shapes[0], shapes[2]]
     assert covers[0] is covers[3]
     assert covers[1] is None
+
+
+def test_a_link_without_a_cover_is_named(shapes, monkeypatch):
+    def fails(*_args, **_options):
+        raise CoverError("gaps remain")
+
+    monkeypatch.setattr(link_covers, "fit_cover", fails)
+    with pytest.raises(CoverError, match="link 'a': gaps remain"):
+        fine_covers("abcd", shapes, lambda line: None, 0.01, COARSE_EFFORT)
 
 
 def test_a_fit_that_remembers_gives_the_same_coarse_covers(shapes):

@@ -5,6 +5,7 @@ The first draw of a process does not count: it imports mink and makes the table 
 
 from __future__ import annotations
 
+import itertools
 import time
 from statistics import median
 
@@ -17,6 +18,8 @@ from mmp_env.model.cell import Cell
 
 TASKS = ("crossing", "parallel", "pick", "place", "packing")
 CELLS = ("mixed-4", "ring-4", "ring-4-panda", "ring-6", "ring-8")
+REACHED = ("ring-8", "shelf-8-panda", "line-16", "line-64")
+"""Cells of task `reach`, which benchmarks draw."""
 
 
 def main() -> None:
@@ -24,12 +27,11 @@ def main() -> None:
     parser = Parser("bench_tasks.py", __doc__)
     parser.add_argument("--count", type=whole, default=50, metavar="N", help="seeds (default: 50)")
     count = parser.parse().count
-    for name in CELLS:
+    for name, task in [*itertools.product(CELLS, TASKS), *((name, "reach") for name in REACHED)]:
         cell = find_cell(name)
-        for task in TASKS:
-            draw_problem(cell, task, seed=count)
-            times = [spent(cell, task, seed) for seed in range(count)]
-            print_figure(f"{name}/{task}/draw", median(times), "s", max=rounded(max(times)), seeds=count)
+        draw_problem(cell, task, seed=count)
+        times = [spent(cell, task, seed) for seed in range(count)]
+        print_figure(f"{name}/{task}/draw", median(times), "s", max=rounded(max(times)), seeds=count)
 
 
 def spent(cell: Cell, task: str, seed: int) -> float:

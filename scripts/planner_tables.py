@@ -17,7 +17,7 @@ PLANNERS = {
     "prioritized": "short paths, one arm after the other",
     "apf-ecbs": "the paper's algorithm with our defaults: repulsion keeps its tree small",
     "apf-ecbs-nf": "`apf-ecbs` without the fast track",
-    "ecbs": "baseline of the paper: no repulsion, a larger tree",
+    "ecbs": "no repulsion, a larger tree",
     "xecbs": "`ecbs` that reuses the paths of the parent node",
     "gen-ecbs": "several constraint kinds in one search",
     "cbs": "cheapest plan of its tree, for few arms",

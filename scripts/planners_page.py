@@ -64,7 +64,7 @@ CHOICES = {
     "rrt-connect": "the baseline of composite planning",
     "prioritized": "short paths in crowded cells, without a conflict tree",
     "apf-ecbs": "the paper's algorithm with our defaults (`preset=paper` has the paper's): few nodes",
-    "ecbs": "the baseline of the paper: the same search without repulsion",
+    "ecbs": "the same search without repulsion",
     "gen-ecbs": "several constraint kinds in one search",
     "cbs": "the cheapest plan of the tree, for few arms",
 }

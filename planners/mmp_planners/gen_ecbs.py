@@ -25,8 +25,8 @@ from mmp_planners.tree_planner import Parts, RepulsionOption, TreePlanner, optio
 class GenEcbs(RepulsionOption, TreePlanner):
     """Gen-ECBS: branches of every constraint kind, a focal list for each kind, and a bandit that picks the list.
 
-    Children are replanned when they are first selected. LB is the least bound of all open nodes. One kind is complete,
-    so solutions that the other kinds cut off stay reachable.
+    Children are replanned when they are first selected. LB is the least bound of all leaves. One kind is complete, so
+    solutions that the other kinds cut off stay reachable.
     Departure: bounds are as in `ecbs`, the lengths of the planner's own paths.
     """
 

@@ -6,8 +6,9 @@ from itertools import pairwise
 import pytest
 from support.arms_on_a_line import CROSSING, LATER, ArmsOnALine, OneConstraint, Push, emitted, ended, endless, tree
 
-from mmp_env import core
+from mmp_env import core, draw_problem, find_cell
 from mmp_env.events import NodeExpanded, SearchStarted
+from mmp_planners import make
 from mmp_planners.conflict_tree.conflict_choice import EARLIEST, PAD_TREES, ConflictChoice
 from mmp_planners.conflict_tree.fast_track import RepulsiveFastTrack
 from mmp_planners.conflict_tree.search import TreeCounts
@@ -140,6 +141,15 @@ def test_the_bound_counts_a_solution_that_is_no_better_than_another():
 def test_with_the_straight_lines_as_bound_w_holds_absolutely(straight, met):
     search, _, _ = emitted(lambda watch: tree(ArmsOnALine(*CROSSING), w=4.0, watch=watch, absolute_bound=straight))
     assert (search.best.cost, search.best.bound_met) == (14.0, met)
+
+
+def test_the_option_bound_chooses_the_straight_lines():
+    """Instance whose paths have no conflict, but one of them is longer than its straight line."""
+    problem = draw_problem(find_cell("ring-2"), seed=11)
+    for bound, met in (("paths", True), ("straight", False)):
+        result = make("ecbs", bound=bound, w=1.005, patience=1).plan(problem, seed=11, time_limit=60.0)
+        assert result.plan.cost_rad > 1.005 * problem.cost_lower_bound_rad
+        assert result.stats["bound_met"] is met
 
 
 def test_a_solution_within_w_times_the_bound_ends_the_search():

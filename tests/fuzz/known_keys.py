@@ -107,7 +107,9 @@ _SCHEDULE = {
     **_RUN,
 }
 _BENCH = {
-    **_values("schema", "sources", "digests", "names", "count", "seed", "time_limit_s", "robot", "task", "exact"),
+    **_values(
+        "schema", "sources", "digests", "names", "hashes", "count", "seed", "time_limit_s", "robot", "task", "exact"
+    ),
     **_values("memory_limit_mb", "save_plans", "version"),
     "planners": {**_values("label", "name"), "options": FREE},
     "margin": _MARGINS,

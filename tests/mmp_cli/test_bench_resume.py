@@ -282,6 +282,37 @@ def test_another_version_is_another_setting(copied, tmp_path, monkeypatch):
     assert "version is '0.0.1' there" in again().err
 
 
+def test_a_file_of_instances_may_grow_and_the_former_file_still_continues_the_folder(tmp_path):
+    source, longer = bench_runs.many_instances(tmp_path, 2), tmp_path / "longer.json"
+    words = ["--planners", "quick", "--out", tmp_path / "out"]
+    assert bench_runs.bench(tmp_path, source, *words).code == 0
+    before = bench_runs.lines(tmp_path / "out")
+    data = json.loads(source.read_text())
+    data["instances"].append(data["instances"][0] | {"name": "added"})
+    longer.write_text(json.dumps(data))
+    for file in (longer, source, longer):
+        assert bench_runs.bench(tmp_path, file, *words).code == 0
+        lines = bench_runs.lines(tmp_path / "out")
+        assert lines[:2] == before
+        assert [line["instance"].split("/")[1] for line in lines[2:]] == ["added"]
+    settings = json.loads((tmp_path / "out" / "settings.json").read_text())
+    assert settings["sources"] == [str(longer)]
+    assert [len(settings[key][0]) for key in ("names", "hashes")] == [3, 3]
+    assert bench_runs.bench(tmp_path, source, longer, *words).code == 2
+
+
+def test_an_instance_that_changed_before_the_added_ones_is_noticed(tmp_path):
+    source = bench_runs.many_instances(tmp_path, 2)
+    words = [source, "--planners", "quick", "--out", tmp_path / "out"]
+    assert bench_runs.bench(tmp_path, *words).code == 0
+    data = json.loads(source.read_text())
+    data["instances"].insert(0, data["instances"][0] | {"name": "added"})
+    source.write_text(json.dumps(data))
+    ran = bench_runs.bench(tmp_path, *words)
+    assert ran.code == 2
+    assert f"the instances of {source} are not what they were" in ran.err
+
+
 def test_a_source_that_has_changed_meanwhile_is_noticed(tmp_path):
     source = bench_runs.many_instances(tmp_path, 2)
     words = [source, "--planners", "quick", "--out", tmp_path / "out"]

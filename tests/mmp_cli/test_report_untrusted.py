@@ -38,7 +38,7 @@ def test_a_line_of_wrong_types_or_numbers_is_named_with_its_field(mmp, tmp_path,
     lines = [line("ring/1", "a"), line("ring/0", "a", **{field: value})]
     folder = folder_of(tmp_path, lines, settings("a"))
     assert_refused(mmp("report", folder), f"{folder / 'results.jsonl'} line 2: ", words)
-    bench = ResultsFolder(folder, settings("a") | {"digests": [], "names": []}, {KEY, ("ring/1", "a", 1)})
+    bench = ResultsFolder(folder, settings("a") | {"digests": [], "names": [], "hashes": []}, {KEY, ("ring/1", "a", 1)})
     with pytest.raises(MmpError) as refusal, bench:
         pass
     assert f"{folder / 'results.jsonl'} line 2: " in str(refusal.value)
@@ -64,7 +64,7 @@ def test_only_regular_files_are_read(mmp, tmp_path, name, kind):
     assert_refused(mmp("report", folder), f"{folder / name} cannot be read")
     with (
         pytest.raises(MmpError, match="cannot be"),
-        ResultsFolder(folder, settings("a") | {"digests": [], "names": []}, {KEY}),
+        ResultsFolder(folder, settings("a") | {"digests": [], "names": [], "hashes": []}, {KEY}),
     ):
         pass
 
@@ -73,7 +73,7 @@ def test_a_file_of_results_that_is_too_large_is_not_read(mmp, tmp_path):
     folder = folder_of(tmp_path, [line("ring/0", "a")], settings("a"))
     os.truncate(folder / "results.jsonl", 2**28 + 1)
     assert_refused(mmp("report", folder), "results.jsonl is larger than 256 MB")
-    bench = ResultsFolder(folder, settings("a") | {"digests": [], "names": []}, {KEY})
+    bench = ResultsFolder(folder, settings("a") | {"digests": [], "names": [], "hashes": []}, {KEY})
     with pytest.raises(MmpError, match="is larger than 256 MB"), bench:
         pass
 

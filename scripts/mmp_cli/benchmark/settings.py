@@ -25,8 +25,11 @@ from mmp_env.wording import shown
 
 SETTINGS = "settings.json"
 SCHEMA = "mmp-bench/1"
-_GROWING = ("sources", "digests", "names", "planners", "count")
+_OF_SOURCES = ("sources", "digests", "names", "hashes")
+_GROWING = (*_OF_SOURCES, "planners", "count")
 """Settings that a later start may enlarge."""
+_MOST_ENTRIES = 1000
+"""Largest number of sources or planners."""
 
 
 class Variant(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -45,6 +48,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=
     planners: list[Variant]
     digests: list[str] = []
     names: list[list[str]] = []
+    hashes: list[list[str]] = []
     count: int | None = None
     seed: int = 0
     time_limit_s: float | None = None
@@ -66,6 +70,7 @@ def settings_of(args: Namespace, job: Job) -> dict[str, Any]:
             "sources": list(args.sources),
             "digests": [source.digest for source in job.sources],
             "names": [list(source.names) for source in job.sources],
+            "hashes": [list(source.hashes) for source in job.sources],
             "planners": [
                 {"label": variant.label, "name": variant.name, "options": dict(variant.options)}
                 for variant in job.variants.values()
@@ -110,9 +115,9 @@ def _check(settings: Settings, place: Location) -> None:
     for name, (value, least, most) in bounds.items():
         if value is not None and not least <= value <= most:
             raise (place / name).wrong(value, f"a number from {least} to {most:g}")
-    for name, most in (("sources", 1000), ("planners", 1000), ("digests", 1000), ("names", 1000)):
-        if (count := len(getattr(settings, name))) > most:
-            raise MmpError(f"{place / name} has {count} entries; it must have at most {most}")
+    for name in ("sources", "planners", "digests", "names", "hashes"):
+        if (count := len(getattr(settings, name))) > _MOST_ENTRIES:
+            raise MmpError(f"{place / name} has {count} entries; it must have at most {_MOST_ENTRIES}")
     units = _units(settings.count, settings.sources, settings.planners)
     if units > MOST_UNITS:
         raise MmpError(f"{place / 'count'} makes {units} units; a benchmark has at most {MOST_UNITS}")
@@ -128,7 +133,9 @@ def save_settings(settings: Mapping[str, Any], folder: Path) -> None:
 
 
 def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Returns the settings of a folder together with those of another start, which may add sources, planners and count.
+    """Returns the settings of a folder together with those of another start.
+
+    The other start may add sources, instances at the end of a file, planners and count.
 
     Raises:
         MmpError: names the settings that differ, if results of both starts cannot be compared; or instances of two
@@ -148,22 +155,24 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
     labels = {planner.get("label") for planner in old}
     names = [_texts(each) for each in there.get("names") or [[] for _ in known]]
     same = list(zip(known, names, strict=False))
+    files = _same_files(there, here)
+    longer = {k: i for k, i in files.items() if len(here["hashes"][k]) > len(there["hashes"][i])}
     new = [
         k
         for k, (digest, own) in enumerate(zip(here["digests"], here["names"], strict=True))
-        if (digest, own) not in same and (digest, []) not in same  # settings of earlier versions have no names
+        # Settings of earlier versions have no names.
+        if (digest, own) not in same and (digest, []) not in same and k not in files
     ]
-    for k in new:
-        if twice := _shared(here["names"][k], [name for each in names for name in each]):
+    for k in [*new, *longer]:
+        others = [name for i, each in enumerate(names) if i != longer.get(k) for name in each]
+        if twice := _shared(here["names"][k], others):
             raise MmpError(
                 f"{folder} already has instances '{twice}' of another cell or file than {here['sources'][k]}; give the "
                 "cell or the instances other names, or another folder (--out)"
             )
     together = {
         **there,
-        "sources": _texts(there.get("sources")) + [here["sources"][k] for k in new],
-        "digests": known + [here["digests"][k] for k in new],
-        "names": names + [here["names"][k] for k in new],
+        **{key: _joined(there.get(key) or [[] for _ in known], here[key], new, longer) for key in _OF_SOURCES},
         "planners": [*old, *(planner for planner in here["planners"] if planner["label"] not in labels)],
         "task": there.get("task") or here["task"],
         "count": larger_count(there.get("count"), here["count"], names + here["names"]),
@@ -175,6 +184,25 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
             "folder (--out)"
         )
     return together
+
+
+def _same_files(there: Mapping[str, Any], here: Mapping[str, Any]) -> dict[int, int]:
+    """Returns source of this start -> source of the folder, if the instances of one are the first of the other."""
+    out = {}
+    for k, own in enumerate(here["hashes"]):
+        for i, hashes in enumerate(there.get("hashes") or []):
+            common = min(len(own), len(hashes))
+            if common and own[:common] == hashes[:common]:
+                out[k] = i
+    return out
+
+
+def _joined(there: Sequence[Any], here: Sequence[Any], new: Sequence[int], longer: Mapping[int, int]) -> list[Any]:
+    """Returns the entries of a folder, with those of files that have become longer and of new sources."""
+    out = [*there, *(here[k] for k in new)]
+    for k, i in longer.items():
+        out[i] = here[k]
+    return out
 
 
 def _shared(names: Sequence[str], others: Sequence[str]) -> str | None:
@@ -199,8 +227,8 @@ def _changed_sources(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[
     names, known = _texts(there.get("sources")), _texts(there.get("digests"))
     changed = [
         name
-        for name, digest in zip(here["sources"], here["digests"], strict=False)
-        if name in names and digest not in known
+        for k, (name, digest) in enumerate(zip(here["sources"], here["digests"], strict=False))
+        if name in names and digest not in known and k not in _same_files(there, here)
     ]
     return [f"the cell or the instances of {', '.join(changed)} are not what they were"] if changed else []
 

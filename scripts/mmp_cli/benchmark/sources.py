@@ -25,6 +25,7 @@ from mmp_env.problems.making import make_problem
 
 DRAWN_COUNT = 50
 """Default number of instances of an environment id or a cell file."""
+_HASH_DIGITS = 16
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +41,8 @@ class Instances(Protocol):
     """A source. `title` is the name of its cell in results, `digest` a hash of everything that defines its problems.
 
     `names` are those that its instances may have in results; one that ends with a slash stands for all that begin so.
+    `hashes` are of the cell with each instance of a file, in order; there are none for a source whose instances are
+    drawn.
     """
 
     @property
@@ -52,6 +55,8 @@ class Instances(Protocol):
     def digest(self) -> str: ...
     @property
     def names(self) -> tuple[str, ...]: ...
+    @property
+    def hashes(self) -> tuple[str, ...]: ...
     @property
     def margin(self) -> float | Mapping[str, float] | None: ...
 
@@ -73,6 +78,7 @@ class Listed:
     margin: float | Mapping[str, float] | None
     items: tuple[Item, ...]
     digest: str
+    hashes: tuple[str, ...]
 
     @property
     def cell(self) -> Cell:
@@ -106,6 +112,10 @@ class Drawn:
     @property
     def names(self) -> tuple[str, ...]:
         return (f"{self.name}/",)
+
+    @property
+    def hashes(self) -> tuple[str, ...]:
+        return ()
 
     def has(self, name: str, seed: int) -> bool:
         return name == f"{self.name}/{seed}" and seed >= self.items[0].seed
@@ -148,12 +158,14 @@ def _read(args: Namespace) -> Listed | Drawn:
             digest=_digest(opened.cell),
         )
     chosen = opened.instances[: args.count]
+    data = [_instance_data(instance) for instance in opened.instances]
     return Listed(
         title=opened.cell.name,
         file=opened,
         margin=args.margin,
         items=tuple(Item(name=f"{opened.cell.name}/{instance.name}", seed=args.seed) for instance in chosen),
-        digest=_digest(opened.cell, [_instance_data(instance) for instance in opened.instances]),
+        digest=_digest(opened.cell, data),
+        hashes=tuple(_digest(opened.cell, [each])[:_HASH_DIGITS] for each in data),
     )
 
 

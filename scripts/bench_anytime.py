@@ -1,8 +1,8 @@
 """Plans of `auto` over time, JSON lines with curves. Usage: bench_anytime.py [CELL...] [--count N] [--time-limit T]
 
-For each cell, `auto` plans instances of task `reach` for T seconds and reports each better plan. A line has, at times
-on a logarithmic scale, the share of instances with a plan, and the median cost as a multiple of the straight lines over
-all instances, null while less than half of them have a plan. scripts/make_gallery.sh curves draws the lines.
+For each cell or file, `auto` plans instances for T seconds and reports each better plan. A line has, at times on a
+logarithmic scale, the share of instances with a plan, and the median cost as a multiple of the straight lines over all
+instances, null while less than half of them have a plan. scripts/make_gallery.sh curves draws the lines.
 """
 
 from __future__ import annotations
@@ -12,12 +12,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from bench_portfolio import CELLS
+from bench_portfolio import add_sources, read_sources
 from figure import print_figure, rounded
 
-from mmp_cli.arguments import Parser, seconds, whole
+from mmp_cli.arguments import Parser, seconds
 from mmp_cli.main import run_script
-from mmp_env import draw_problem, find_cell
 from mmp_env.events import Event, SolutionFound
 from mmp_env.model.problem import Problem
 from mmp_planners import make
@@ -29,12 +28,11 @@ FIRST_S, PER_DECADE = 1e-3, 8
 def main() -> None:
     """Prints the curves of each cell."""
     parser = Parser("bench_anytime.py", __doc__, argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("cells", nargs="*", default=CELLS, metavar="CELL", help=f"default: {' '.join(CELLS)}")
-    parser.add_argument("--count", type=whole, default=20, metavar="N", help="instances (default: 20)")
+    add_sources(parser, 20)
     parser.add_argument("--time-limit", type=seconds, default=5.0, metavar="T", help="time of each (default: 5 s)")
     args = parser.parse()
-    for name in args.cells:
-        plans = [better_plans(draw_problem(find_cell(name), seed=k), k, args.time_limit) for k in range(args.count)]
+    for name, problems in read_sources(args):
+        plans = [better_plans(problem, seed, args.time_limit) for seed, problem in enumerate(problems)]
         show(name, plans, args.time_limit)
 
 
@@ -46,7 +44,7 @@ def better_plans(problem: Problem, seed: int, limit: float) -> list[tuple[float,
         if isinstance(event, SolutionFound):
             found.append((event.elapsed_s, event.cost_rad / bound))
 
-    bound, _ = problem.cost_lower_bound_rad, problem.slack
+    bound = problem.cost_lower_bound_rad
     make("auto").plan(problem, seed=seed, time_limit=limit, watch=note)
     return found
 

@@ -35,20 +35,30 @@ LIMITS_S = (0.1, 0.3, 1.0)
 def main() -> None:
     """Prints the figures of each cell."""
     parser = Parser("bench_portfolio.py", __doc__, argparse.RawDescriptionHelpFormatter)
+    add_sources(parser, 50)
+    parser.add_argument("--limits", action="store_true", help="also plan with short time limits")
+    args = parser.parse()
+    for name, problems in read_sources(args):
+        compare(name, problems)
+        for limit in LIMITS_S if args.limits else ():
+            within(name, problems, limit)
+
+
+def add_sources(parser: argparse.ArgumentParser, count: int) -> None:
+    """Adds the arguments that say which instances are planned."""
     parser.add_argument("cells", nargs="*", metavar="CELL", help=f"default: {' '.join(CELLS)}")
     parser.add_argument(
         "--instances", action="append", default=[], metavar="FILE", help="the valid instances of a file, instead"
     )
-    parser.add_argument("--count", type=whole, default=50, metavar="N", help="instances (default: 50)")
-    parser.add_argument("--limits", action="store_true", help="also plan with short time limits")
-    args = parser.parse()
-    cells = args.cells or ([] if args.instances else CELLS)
-    sources = [(drawn, name) for name in cells] + [(published, path) for path in args.instances]
-    for problems_of, source in sources:
-        name, problems = problems_of(source, args.count)
-        compare(name, problems)
-        for limit in LIMITS_S if args.limits else ():
-            within(name, problems, limit)
+    parser.add_argument("--count", type=whole, default=count, metavar="N", help=f"instances (default: {count})")
+
+
+def read_sources(args: argparse.Namespace) -> Iterator[tuple[str, list[Problem]]]:
+    """Yields the name of each cell or file, and its instances."""
+    for name in args.cells or ([] if args.instances else CELLS):
+        yield drawn(name, args.count)
+    for path in args.instances:
+        yield published(path, args.count)
 
 
 def drawn(name: str, count: int) -> tuple[str, list[Problem]]:

@@ -80,6 +80,7 @@ def commands(part: str, args: argparse.Namespace) -> Iterator[tuple[str, list[li
     if part == "small" and args.instances:
         circle = str(args.instances / f"{CIRCLES[-1]}.json")
         yield "portfolio-circle.jsonl", [script("bench_portfolio.py", "--limits", "--instances", circle)]
+        yield "anytime-circle.jsonl", [script("bench_anytime.py", "--instances", circle)]
     if part == "pages":
         pages = ("results_page.py", "readme_table.py", "planners_page.py")
         words = {"results_page.py": [str(args.out)]}

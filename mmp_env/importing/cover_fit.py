@@ -25,8 +25,13 @@ FINE_M = 0.005
 """Protrusion [m] that set `fine` has at most."""
 _SLACK = 0.02
 """Share of the protrusion by which a sphere reaches past the samples that it covers, so that gaps between are small."""
-_MOST_ROUNDS, _LEAST_PROGRESS = 60, 0.9
-"""Number of rounds that close gaps, and the share of the gaps left after which a proof that ended early is given up."""
+_MOST_ROUNDS = 60
+"""Largest number of rounds that close gaps."""
+_MOST_OPEN = 0.25
+"""Largest share of the surface that may be open after the candidates are chosen, if the proof ended early."""
+_MOST_LEFT = 0.8
+"""Largest ratio of the area of the gaps to that of the round before. Above it the fit ends if the proof ended early."""
+_TOO_LARGE = "the surface is too large, or has too many details, for the proof; split the body or simplify its shape"
 _STALE = 2
 """Number of rounds without a smaller cover after which no further candidates are tried."""
 _MOST_GAPS, _MOST_SHARE = 1200, 0.25
@@ -89,16 +94,18 @@ def fit_cover(shape: LinkShape, allowed: float, *, seed: int = 0, effort: FitEff
             break
         fit.add_neighbours()
     assert gaps is not None
-    before = len(gaps.points) if gaps.budget_spent else math.inf
+    before = gaps.area if gaps.budget_spent else math.inf
+    if gaps.budget_spent and gaps.area > _MOST_OPEN * shape.areas.sum():
+        raise CoverError(_TOO_LARGE)
     for k in range(_MOST_ROUNDS):
         fit.choose(effort.steps // (k + 1))
         centers, radii = fit.rounded()
         gaps = prove_cover(shape, centers, radii)
         if not len(gaps.points):
             return Cover(centers=centers, radii=radii, protrusion=protrusion(shape, centers, radii))
-        if gaps.budget_spent and len(gaps.points) > _LEAST_PROGRESS * before:
-            raise CoverError("its surface is too large, or has too many details, to prove that spheres cover it")
-        before = len(gaps.points)
+        if gaps.budget_spent and gaps.area > _MOST_LEFT * before:
+            raise CoverError(_TOO_LARGE)
+        before = gaps.area
         fit.add_samples(gaps.points[np.argsort(-gaps.outside)], allowed / 6)
     raise CoverError(f"{len(gaps.points)} gaps remain, up to {gaps.uncovered_mm:.3g} mm")
 

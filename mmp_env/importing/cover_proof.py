@@ -29,12 +29,13 @@ _ROUNDING = 1e-9
 class Gaps:
     """Parts of a surface that no sphere is proved to cover: their middles [g, 3] [m], and how far outside [m] they are.
 
-    `outside` is measured at the middle and the corners of a part, and is never 0. `budget_spent` tells that the proof
-    ended early.
+    `outside` is measured at the middle and the corners of a part, and is never 0. `area` is that of all parts [m2].
+    `budget_spent` tells that the proof ended early.
     """
 
     points: Float[np.ndarray, "g 3"]
     outside: Float[np.ndarray, "g"]
+    area: float = 0.0
     budget_spent: bool = False
 
     @property
@@ -52,7 +53,7 @@ def prove_cover(
     """Returns the gaps that spheres leave in the surface of a shape. There is none where the cover is proved."""
     inside_one = np.array([_lies_in_one(piece, centers, radii) for piece in shape.pieces])[shape.owner]
     parts, thick, owner = (x[~inside_one] for x in (shape.triangles, shape.thickness, shape.owner))
-    points, outside, done = [], [], 0
+    points, outside, area, done = [], [], 0.0, 0
     while len(parts):
         done += len(parts)
         middles = (parts[:, 0] + parts[:, 1] + parts[:, 2]) / 3
@@ -73,13 +74,15 @@ def prove_cover(
             corners = parts[final].reshape(-1, 3)
             away = core.deepest_balls(corners, centers, radii)[1].reshape(-1, 3).max(axis=1)
             points.append(middles[final])
+            area += _area(parts[final])
             outside.append(np.maximum(np.maximum(out[final], away) + thick[final], smallest))
         parts, thick, owner, longest = parts[~final], thick[~final], owner[~final], longest[~final]
         parts = _halved(parts, longest)
         thick, owner = np.tile(thick, 2), np.tile(owner, 2)
     if not points:
         return Gaps(points=np.empty((0, 3)), outside=np.empty(0))
-    return Gaps(points=np.concatenate(points), outside=np.concatenate(outside), budget_spent=done > _MOST_PARTS)
+    spent = done > _MOST_PARTS
+    return Gaps(points=np.concatenate(points), outside=np.concatenate(outside), area=area, budget_spent=spent)
 
 
 def _lies_in_one(piece: Piece, centers: np.ndarray, radii: np.ndarray) -> bool:
@@ -96,9 +99,15 @@ def _in_ball(parts: np.ndarray, thick: np.ndarray, centers: np.ndarray, radii: n
 
 
 def _lengths(vectors: Float[np.ndarray, "... 3"]) -> Float[np.ndarray, "..."]:
-    """The lengths of vectors. NumPy's `norm` takes several times as long for vectors of three numbers."""
+    """Returns the lengths of vectors. NumPy's `norm` takes several times as long for vectors of three numbers."""
     x, y, z = vectors[..., 0], vectors[..., 1], vectors[..., 2]
     return np.sqrt(x * x + y * y + z * z)
+
+
+def _area(triangles: Float[np.ndarray, "n 3 3"]) -> float:
+    """Returns the area of all triangles together."""
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    return float(_lengths(np.cross(b - a, c - a)).sum()) / 2
 
 
 def protrusion(shape: LinkShape, centers: Float[np.ndarray, "s 3"], radii: Float[np.ndarray, "s"]) -> float:

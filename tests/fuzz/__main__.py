@@ -67,7 +67,7 @@ class Fuzzing:
 
     @property
     def progress(self) -> str:
-        """What was done so far."""
+        """The numbers of command lines, calls and faults so far."""
         lines = sum(list(self.codes.values()))  # a worker may add a code at any time
         return f"{lines} command lines, {self.calls} calls of the core, {len(self.found)} faults"
 

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from support import bench_runs
 
+from mmp_cli.benchmark.known_sources import KnownSource
 from mmp_cli.benchmark.settings import larger_count
 from mmp_env import find_cell
 from mmp_env.files.cell_file import cell_to_dict
@@ -261,18 +262,20 @@ def test_more_units_than_a_benchmark_may_have_are_refused_before_anything_is_wri
 
 
 @pytest.mark.parametrize(
-    ("there", "here", "names", "larger"),
+    ("there", "known", "here", "own", "larger"),
     [
-        (None, None, [["ring-2/"]], None),
-        (60, None, [["ring-2/"]], 60),
-        (None, 40, [["ring-2/"]], 50),
-        (None, 3, [["pair/a", "pair/b"]], 3),
-        (1, None, [["pair/a", "pair/b"]], 2),
-        (3, 5, [[]], 5),
+        (None, ["ring-2/"], None, ["ring-2/"], None),
+        (60, ["ring-2/"], None, ["ring-2/"], 60),
+        (None, ["ring-2/"], 40, ["ring-2/"], 50),
+        (None, ["pair/a", "pair/b"], 3, ["pair/a", "pair/b", "pair/c", "pair/d"], 3),
+        (None, ["pair/a", "pair/b"], 1, ["pair/a", "pair/b", "pair/c", "pair/d"], 2),
+        (1, ["pair/a"], None, ["pair/a", "pair/b"], 2),
+        (3, [], 5, [], 5),
     ],
 )
-def test_thelarger_count_stays_also_if_one_of_two_starts_gives_none(there, here, names, larger):
-    assert larger_count(there, here, names) == larger
+def test_the_larger_count_stays_also_if_one_of_two_starts_gives_none(there, known, here, own, larger):
+    known, own = ([KnownSource("source", "digest", names, [])] for names in (known, own))
+    assert larger_count(there, here, known, own) == larger
 
 
 def test_another_version_is_another_setting(copied, tmp_path, monkeypatch):
@@ -311,6 +314,16 @@ def test_an_instance_that_changed_before_the_added_ones_is_noticed(tmp_path):
     ran = bench_runs.bench(tmp_path, *words)
     assert ran.code == 2
     assert f"the instances of {source} are not what they were" in ran.err
+
+
+@pytest.mark.parametrize("key", ["digests", "names", "hashes"])
+def test_settings_with_another_number_of_entries_than_sources_are_refused(copied, key):
+    out, _, again = copied
+    settings = json.loads((out / "settings.json").read_text())
+    (out / "settings.json").write_text(json.dumps(settings | {key: settings[key] * 2}))
+    ran = again()
+    assert ran.code == 2
+    assert f"settings.json: {key} has 2 entries; it must have 1, as 'sources' has" in ran.err
 
 
 def test_a_source_that_has_changed_meanwhile_is_noticed(tmp_path):

@@ -12,6 +12,14 @@ import msgspec
 
 from mmp_cli.arguments import LARGEST_SEED
 from mmp_cli.benchmark.job import MOST_UNITS, Job
+from mmp_cli.benchmark.known_sources import (
+    COLUMNS,
+    KnownSource,
+    changed_sources,
+    columns_of,
+    grown_sources,
+    known_sources,
+)
 from mmp_cli.benchmark.result_line import LARGEST
 from mmp_cli.benchmark.sources import DRAWN_COUNT, Drawn
 from mmp_cli.machine import version
@@ -25,8 +33,7 @@ from mmp_env.wording import shown
 
 SETTINGS = "settings.json"
 SCHEMA = "mmp-bench/1"
-_OF_SOURCES = ("sources", "digests", "names", "hashes")
-_GROWING = (*_OF_SOURCES, "planners", "count")
+_GROWING = (*COLUMNS, "planners", "count")
 """Settings that a later start may enlarge."""
 _MOST_ENTRIES = 1000
 """Largest number of sources or planners."""
@@ -115,9 +122,13 @@ def _check(settings: Settings, place: Location) -> None:
     for name, (value, least, most) in bounds.items():
         if value is not None and not least <= value <= most:
             raise (place / name).wrong(value, f"a number from {least} to {most:g}")
-    for name in ("sources", "planners", "digests", "names", "hashes"):
+    for name in (*COLUMNS, "planners"):
         if (count := len(getattr(settings, name))) > _MOST_ENTRIES:
             raise MmpError(f"{place / name} has {count} entries; it must have at most {_MOST_ENTRIES}")
+        if name in COLUMNS and count not in (0, len(settings.sources)):
+            raise MmpError(
+                f"{place / name} has {count} entries; it must have {len(settings.sources)}, as 'sources' has"
+            )
     units = _units(settings.count, settings.sources, settings.planners)
     if units > MOST_UNITS:
         raise MmpError(f"{place / 'count'} makes {units} units; a benchmark has at most {MOST_UNITS}")
@@ -141,7 +152,10 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
         MmpError: names the settings that differ, if results of both starts cannot be compared; or instances of two
             sources have the same name, or there are too many units.
     """
-    differences = [*_changed_sources(there, here), *_changed_planners(there, here)]
+    known, own = known_sources(there), known_sources(here)
+    differences = _changed_planners(there, here)
+    if changed := changed_sources(known, own):
+        differences.insert(0, f"the cell or the instances of {', '.join(changed)} are not what they were")
     for key in here:
         no_task = key == "task" and None in (there.get(key), here[key])  # no instance is drawn on one of the sides
         if key not in _GROWING and there.get(key) != here[key] and not no_task:
@@ -151,31 +165,15 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
             f"{folder} holds a benchmark with other settings: {'; '.join(differences)}; "
             "give the same settings to continue it, or another folder (--out)"
         )
-    old, known = _objects(there.get("planners")), _texts(there.get("digests"))
+    old = _objects(there.get("planners"))
     labels = {planner.get("label") for planner in old}
-    names = [_texts(each) for each in there.get("names") or [[] for _ in known]]
-    same = list(zip(known, names, strict=False))
-    files = _same_files(there, here)
-    longer = {k: i for k, i in files.items() if len(here["hashes"][k]) > len(there["hashes"][i])}
-    new = [
-        k
-        for k, (digest, own) in enumerate(zip(here["digests"], here["names"], strict=True))
-        # Settings of earlier versions have no names.
-        if (digest, own) not in same and (digest, []) not in same and k not in files
-    ]
-    for k in [*new, *longer]:
-        others = [name for i, each in enumerate(names) if i != longer.get(k) for name in each]
-        if twice := _shared(here["names"][k], others):
-            raise MmpError(
-                f"{folder} already has instances '{twice}' of another cell or file than {here['sources'][k]}; give the "
-                "cell or the instances other names, or another folder (--out)"
-            )
+    sources = grown_sources(known, own, folder)
     together = {
         **there,
-        **{key: _joined(there.get(key) or [[] for _ in known], here[key], new, longer) for key in _OF_SOURCES},
+        **columns_of(sources),
         "planners": [*old, *(planner for planner in here["planners"] if planner["label"] not in labels)],
         "task": there.get("task") or here["task"],
-        "count": larger_count(there.get("count"), here["count"], names + here["names"]),
+        "count": larger_count(there.get("count"), here["count"], known, own),
     }
     units = _units(together["count"], together["sources"], together["planners"])
     if units > MOST_UNITS:
@@ -186,51 +184,21 @@ def grown(there: Mapping[str, Any], here: Mapping[str, Any], folder: Path) -> di
     return together
 
 
-def _same_files(there: Mapping[str, Any], here: Mapping[str, Any]) -> dict[int, int]:
-    """Returns source of this start -> source of the folder, if the instances of one are the first of the other."""
-    out = {}
-    for k, own in enumerate(here["hashes"]):
-        for i, hashes in enumerate(there.get("hashes") or []):
-            common = min(len(own), len(hashes))
-            if common and own[:common] == hashes[:common]:
-                out[k] = i
-    return out
-
-
-def _joined(there: Sequence[Any], here: Sequence[Any], new: Sequence[int], longer: Mapping[int, int]) -> list[Any]:
-    """Returns the entries of a folder, with those of files that have become longer and of new sources."""
-    out = [*there, *(here[k] for k in new)]
-    for k, i in longer.items():
-        out[i] = here[k]
-    return out
-
-
-def _shared(names: Sequence[str], others: Sequence[str]) -> str | None:
-    """Returns the first name that is among others too; one that ends with a slash stands for all that begin so."""
-    whole, begins = set(others), tuple(other for other in others if other.endswith("/"))
-    for name in names:
-        if name in whole or name.startswith(begins) or (name.endswith("/") and any(o.startswith(name) for o in others)):
-            return name
-    return None
-
-
-def larger_count(there: int | None, here: int | None, names: Sequence[Sequence[str]]) -> int | None:
-    """Returns the larger of two counts. None means all of a file, or `DRAWN_COUNT` drawn ones."""
+def larger_count(
+    there: int | None, here: int | None, known: Sequence[KnownSource], own: Sequence[KnownSource]
+) -> int | None:
+    """Returns the larger of two counts. None means all of the files of that side, or `DRAWN_COUNT` drawn ones."""
     if there == here:
         return here
-    all_of_them = max(DRAWN_COUNT if any(name.endswith("/") for name in each) else len(each) for each in names)
-    return max(all_of_them if count is None else count for count in (there, here))
+    return max(_count(there, known), _count(here, own))
 
 
-def _changed_sources(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
-    """Compares sources of the same name by their content."""
-    names, known = _texts(there.get("sources")), _texts(there.get("digests"))
-    changed = [
-        name
-        for k, (name, digest) in enumerate(zip(here["sources"], here["digests"], strict=False))
-        if name in names and digest not in known and k not in _same_files(there, here)
-    ]
-    return [f"the cell or the instances of {', '.join(changed)} are not what they were"] if changed else []
+def _count(count: int | None, sources: Sequence[KnownSource]) -> int:
+    if count is not None:
+        return count
+    return max(
+        DRAWN_COUNT if any(name.endswith("/") for name in source.names) else len(source.names) for source in sources
+    )
 
 
 def _changed_planners(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:

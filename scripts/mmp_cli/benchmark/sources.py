@@ -26,6 +26,7 @@ from mmp_env.problems.making import make_problem
 DRAWN_COUNT = 50
 """Default number of instances of an environment id or a cell file."""
 _HASH_DIGITS = 16
+"""Number of hexadecimal digits of the hash of an instance."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,8 +42,8 @@ class Instances(Protocol):
     """A source. `title` is the name of its cell in results, `digest` a hash of everything that defines its problems.
 
     `names` are those that its instances may have in results; one that ends with a slash stands for all that begin so.
-    `hashes` are of the cell with each instance of a file, in order; there are none for a source whose instances are
-    drawn.
+    `hashes` has a hash of the cell and the instance for each instance of a file, in order, and nothing for instances
+    that are drawn.
     """
 
     @property
@@ -165,7 +166,7 @@ def _read(args: Namespace) -> Listed | Drawn:
         margin=args.margin,
         items=tuple(Item(name=f"{opened.cell.name}/{instance.name}", seed=args.seed) for instance in chosen),
         digest=_digest(opened.cell, data),
-        hashes=tuple(_digest(opened.cell, [each])[:_HASH_DIGITS] for each in data),
+        hashes=_hashes(opened.cell, data),
     )
 
 
@@ -181,6 +182,15 @@ def _instance_data(instance: Instance) -> dict[str, Any]:
         which: {name: goal_to_data(goal) for name, goal in end.items()} for which, end in ends.items()
     }
     return out | ({"keep": keep_to_data(instance.keep)} if instance.keep else {})
+
+
+def _hashes(cell: Cell, instances: Sequence[dict]) -> tuple[str, ...]:
+    begun, out = hashlib.sha256(json_text(cell_to_dict(cell)).encode()), []
+    for instance in instances:
+        whole = begun.copy()
+        whole.update(json_text(instance).encode())
+        out.append(whole.hexdigest()[:_HASH_DIGITS])
+    return tuple(out)
 
 
 def _digest(cell: Cell, instances: Sequence[dict] = ()) -> str:

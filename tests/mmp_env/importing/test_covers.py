@@ -11,7 +11,7 @@ from support.small_arms import box_mesh
 from mmp_env.errors import MmpError
 from mmp_env.importing import cover_fit, cover_proof
 from mmp_env.importing.cover_fit import COARSE_EFFORT, CoverError, coarse_covers, fit_cover
-from mmp_env.importing.cover_proof import protrusion, prove_cover
+from mmp_env.importing.cover_proof import Gaps, protrusion, prove_cover
 from mmp_env.importing.link_shape import LinkShape
 from mmp_env.importing.pieces import HULL_TOLERANCE_M, Piece, mesh_piece
 from mmp_env.meshes.decomposition import decomposed, is_far_from_convex
@@ -109,17 +109,37 @@ def test_a_capsule_needs_fewer_spheres_than_a_box():
 
 def test_a_proof_that_ends_early_and_makes_no_progress_is_given_up(monkeypatch):
     shape, proofs = LinkShape((Piece(vertices=np.array([[0, 0, 0], [0, 0, 2.0]]), radius=0.035),)), []
-    assert len(fit_cover(shape, 0.02, effort=COARSE_EFFORT).radii) > 20
 
-    def counted(*args):
-        proofs.append(args)
-        return prove_cover(*args)
+    def noted(*args):
+        proofs.append(prove_cover(*args))
+        return proofs[-1]
 
-    monkeypatch.setattr(cover_fit, "prove_cover", counted)
+    monkeypatch.setattr(cover_fit, "prove_cover", noted)
     monkeypatch.setattr(cover_proof, "_MOST_PARTS", 20_000)
     with pytest.raises(CoverError, match="too large, or has too many details"):
         fit_cover(shape, 0.02, effort=COARSE_EFFORT)
+    assert all(gaps.budget_spent for gaps in proofs)
     assert len(proofs) < 10
+
+
+def test_a_fit_goes_on_while_proofs_that_end_early_leave_smaller_gaps(monkeypatch):
+    """The proofs of the first two rounds leave half of the gaps each, and the third one is complete."""
+    shape, proofs = LinkShape((Piece(vertices=np.array([[0, 0, 0], [0, 0, 0.4]]), radius=0.035),)), []
+
+    def early(*args):
+        proofs.append(prove_cover(*args))
+        point = np.array([[0.0, 0.035, 0.2]])
+        area = 0.01 * 0.5 ** len(proofs)
+        return (
+            Gaps(points=point, outside=np.array([1e-4]), area=area, budget_spent=True)
+            if len(proofs) < 4
+            else proofs[-1]
+        )
+
+    monkeypatch.setattr(cover_fit, "prove_cover", early)
+    cover = fit_cover(shape, 0.02, effort=COARSE_EFFORT)
+    assert len(proofs) >= 4
+    assert not len(prove_cover(shape, cover.centers, cover.radii).points)
 
 
 def test_the_same_shape_gives_the_same_cover():

@@ -1,6 +1,6 @@
 """Growth of time and memory with the number of arms at constant density: a JSON line per figure.
 
-Usage: bench_growth.py [--arms 8 16 32 64] [--count 5]. Every size is a line cell in a process of its own, with one
+Usage: bench_growth.py [--arms 8 16 32 64] [--count 20]. Every size is a line cell in a process of its own, with one
 thread. A time is the median processor time over instances of task `reach`: the first plan of `auto`, the removal of
 its waits, its certificate, its check, as the first one of the cell and once more, its retiming, the check of the
 retimed plan, and the summary of `mmp plan`. An exponent is the slope of a straight line through the logarithms of arms
@@ -53,7 +53,7 @@ def main() -> None:
     """Prints the figures of each size, and the exponents."""
     parser = Parser("bench_growth.py", __doc__, argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--arms", nargs="+", type=whole, default=ARMS, metavar="N", help="default: 8 16 32 64")
-    parser.add_argument("--count", type=whole, default=5, metavar="N", help="instances of each size (default: 5)")
+    parser.add_argument("--count", type=whole, default=20, metavar="N", help="instances of each size (default: 20)")
     parser.add_argument("--here", action="store_true", help="print the raw numbers of one size, in this process")
     args = parser.parse()
     if args.here:

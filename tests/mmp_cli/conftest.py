@@ -1,7 +1,9 @@
 import json
+import shutil
+from pathlib import Path
 
 import pytest
-from support import bad_files, stand_in_planners
+from support import bad_files, bench_runs, stand_in_planners
 
 from mmp_cli.main import main
 from mmp_env import plugins
@@ -76,3 +78,31 @@ def cell(tmp_path):
 def plan(tmp_path):
     """Returns the path of a good plan file."""
     return written(tmp_path / "plan.json", bad_files.good_plan())
+
+
+@pytest.fixture(scope="module")
+def complete(tmp_path_factory):
+    """Returns the folder of a complete benchmark, its source and its arguments."""
+    path = tmp_path_factory.mktemp("complete")
+    source = bench_runs.many_instances(path, 3)
+    words = [source, "--planners", "quick,other=quick", "--set", "w=2", "--set", "other.steps=5", "--seed", 4]
+    assert bench_runs.bench(path, *words, "--out", path / "out").code == 0
+    return path / "out", source, words
+
+
+@pytest.fixture
+def copied(complete, tmp_path):
+    """Returns a copy of it, and a function that starts it with other words."""
+    folder, source, words = complete
+    out = Path(shutil.copytree(folder, tmp_path / "out"))
+
+    def again(*more):
+        kept = [
+            word
+            for pair in zip(words[1::2], words[2::2], strict=True)
+            for word in pair
+            if pair[0] == "--set" or pair[0] not in more
+        ]
+        return bench_runs.bench(tmp_path, words[0], *kept, *more, "--out", out)
+
+    return out, source, again

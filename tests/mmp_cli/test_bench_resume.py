@@ -3,18 +3,12 @@
 import fcntl
 import json
 import os
-import shutil
 import signal
 import time
 from pathlib import Path
 
 import pytest
 from support import bench_runs
-
-from mmp_cli.benchmark.known_sources import KnownSource
-from mmp_cli.benchmark.settings import larger_count
-from mmp_env import find_cell
-from mmp_env.files.cell_file import cell_to_dict
 
 COUNT = 6
 
@@ -121,34 +115,6 @@ def test_a_killed_worker_costs_one_line_and_the_rest_runs(held, tmp_path):
     assert {line["status"] for line in lines.values()} == {"solved"}
 
 
-@pytest.fixture(scope="module")
-def complete(tmp_path_factory):
-    """Returns the folder of a complete benchmark, its source and its arguments."""
-    path = tmp_path_factory.mktemp("complete")
-    source = bench_runs.many_instances(path, 3)
-    words = [source, "--planners", "quick,other=quick", "--set", "w=2", "--set", "other.steps=5", "--seed", 4]
-    assert bench_runs.bench(path, *words, "--out", path / "out").code == 0
-    return path / "out", source, words
-
-
-@pytest.fixture
-def copied(complete, tmp_path):
-    """Returns a copy of it, and a function that starts it with other words."""
-    folder, source, words = complete
-    out = Path(shutil.copytree(folder, tmp_path / "out"))
-
-    def again(*more):
-        kept = [
-            word
-            for pair in zip(words[1::2], words[2::2], strict=True)
-            for word in pair
-            if pair[0] == "--set" or pair[0] not in more
-        ]
-        return bench_runs.bench(tmp_path, words[0], *kept, *more, "--out", out)
-
-    return out, source, again
-
-
 def test_a_second_start_of_a_complete_benchmark_only_prints_the_summary(copied):
     out, _, again = copied
     before = (out / "results.jsonl").read_bytes()
@@ -202,118 +168,11 @@ def test_other_settings_are_refused_with_what_differs_and_how(copied, more, word
     assert (out / "results.jsonl").read_bytes() == before
 
 
-def test_more_planners_sources_and_instances_are_added_and_the_old_results_kept(copied, tmp_path):
-    out, source, _ = copied
-    before = (out / "results.jsonl").read_bytes()
-    words = ["--seed", 4, "--set", "quick.w=2", "--out", out]
-    assert (
-        bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "quick,third=quick", "--count", 2, *words).code == 0
-    )
-    after = (out / "results.jsonl").read_bytes()
-    assert after.startswith(before)
-    assert len(after.splitlines()) == len(before.splitlines()) + 4
-    settings = json.loads((out / "settings.json").read_text())
-    assert settings["sources"] == [str(source), "MultiArmCell-2"]
-    assert [planner["label"] for planner in settings["planners"]] == ["quick", "other", "third"]
-    assert bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "quick", "--count", 3, *words).code == 0
-    assert (out / "results.jsonl").read_bytes().startswith(after)
-    assert len((out / "results.jsonl").read_bytes().splitlines()) == len(after.splitlines()) + 1
-
-
-def changed_copy(path, source):
-    """Returns another file with the same names of cell and instances, but another content."""
-    data = json.loads(source.read_text())
-    data["instances"][1]["goal"]["left"][0] += 0.01
-    (path / "elsewhere.json").write_text(json.dumps(data))
-    return path / "elsewhere.json"
-
-
-def test_instances_of_another_cell_or_file_with_the_same_names_are_refused(copied, tmp_path):
-    out, source, _ = copied
-    before = {file.name: file.read_bytes() for file in out.iterdir()}
-    (tmp_path / "cell.json").write_text(json.dumps(bench_runs.cell("pair")))
-    for words in ([changed_copy(tmp_path, source)], [tmp_path / "cell.json", "--count", 1]):
-        ran = bench_runs.bench(tmp_path, *words, "--planners", "quick", "--set", "w=2", "--seed", 4, "--out", out)
-        assert ran.code == 2
-        assert f"{out} already has instances 'pair/" in ran.err
-        assert {file.name: file.read_bytes() for file in out.iterdir()} == before
-
-
-def test_the_same_cell_by_another_name_is_another_source(tmp_path):
-    words = ["--planners", "quick", "--count", 2, "--out", tmp_path / "out"]
-    file = tmp_path / "ring.json"
-    file.write_text(json.dumps(cell_to_dict(find_cell("ring-2"))))
-    for source in ("MultiArmCell-2", file, "MultiArmCell-2", file):
-        assert bench_runs.bench(tmp_path, source, *words).code == 0
-    settings = json.loads((tmp_path / "out" / "settings.json").read_text())
-    assert settings["sources"] == ["MultiArmCell-2", str(file)]
-    assert settings["names"] == [["MultiArmCell-2/"], ["ring-2/"]]
-    assert len(bench_runs.lines(tmp_path / "out")) == 4
-
-
-def test_more_units_than_a_benchmark_may_have_are_refused_before_anything_is_written(tmp_path):
-    out = tmp_path / "out"
-    assert bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "quick", "--count", 1, "--out", out).code == 0
-    before = (out / "settings.json").read_bytes()
-    ran = bench_runs.bench(tmp_path, "MultiArmCell-2", "--planners", "third=quick", "--count", 200_000, "--out", out)
-    assert ran.code == 2
-    assert f"with what is in {out}, this makes 400000 units" in ran.err
-    assert (out / "settings.json").read_bytes() == before
-
-
-@pytest.mark.parametrize(
-    ("there", "known", "here", "own", "larger"),
-    [
-        (None, ["ring-2/"], None, ["ring-2/"], None),
-        (60, ["ring-2/"], None, ["ring-2/"], 60),
-        (None, ["ring-2/"], 40, ["ring-2/"], 50),
-        (None, ["pair/a", "pair/b"], 3, ["pair/a", "pair/b", "pair/c", "pair/d"], 3),
-        (None, ["pair/a", "pair/b"], 1, ["pair/a", "pair/b", "pair/c", "pair/d"], 2),
-        (1, ["pair/a"], None, ["pair/a", "pair/b"], 2),
-        (3, [], 5, [], 5),
-    ],
-)
-def test_the_larger_count_stays_also_if_one_of_two_starts_gives_none(there, known, here, own, larger):
-    known, own = ([KnownSource("source", "digest", names, [])] for names in (known, own))
-    assert larger_count(there, here, known, own) == larger
-
-
 def test_another_version_is_another_setting(copied, tmp_path, monkeypatch):
     out, _, again = copied
     settings = json.loads((out / "settings.json").read_text())
     (out / "settings.json").write_text(json.dumps(settings | {"version": "0.0.1"}))
     assert "version is '0.0.1' there" in again().err
-
-
-def test_a_file_of_instances_may_grow_and_the_former_file_still_continues_the_folder(tmp_path):
-    source, longer = bench_runs.many_instances(tmp_path, 2), tmp_path / "longer.json"
-    words = ["--planners", "quick", "--out", tmp_path / "out"]
-    assert bench_runs.bench(tmp_path, source, *words).code == 0
-    before = bench_runs.lines(tmp_path / "out")
-    data = json.loads(source.read_text())
-    data["instances"].append(data["instances"][0] | {"name": "added"})
-    longer.write_text(json.dumps(data))
-    for file in (longer, source, longer):
-        assert bench_runs.bench(tmp_path, file, *words).code == 0
-        lines = bench_runs.lines(tmp_path / "out")
-        assert lines[:2] == before
-        assert [line["instance"].split("/")[1] for line in lines[2:]] == ["added"]
-    settings = json.loads((tmp_path / "out" / "settings.json").read_text())
-    assert settings["sources"] == [str(longer)]
-    assert [len(settings[key][0]) for key in ("names", "hashes")] == [3, 3]
-    assert bench_runs.bench(tmp_path, source, longer, *words).code == 2
-
-
-def test_an_instance_that_changed_before_the_added_ones_is_noticed(tmp_path):
-    source = bench_runs.many_instances(tmp_path, 2)
-    words = [source, "--planners", "quick", "--out", tmp_path / "out"]
-    assert bench_runs.bench(tmp_path, *words).code == 0
-    data = json.loads(source.read_text())
-    data["instances"].insert(0, data["instances"][0] | {"name": "added"})
-    source.write_text(json.dumps(data))
-    ran = bench_runs.bench(tmp_path, *words)
-    assert ran.code == 2
-    assert f"the instances of {source} are not what they were" in ran.err
 
 
 @pytest.mark.parametrize("key", ["digests", "names", "hashes"])
@@ -324,18 +183,6 @@ def test_settings_with_another_number_of_entries_than_sources_are_refused(copied
     ran = again()
     assert ran.code == 2
     assert f"settings.json: {key} has 2 entries; it must have 1, as 'sources' has" in ran.err
-
-
-def test_a_source_that_has_changed_meanwhile_is_noticed(tmp_path):
-    source = bench_runs.many_instances(tmp_path, 2)
-    words = [source, "--planners", "quick", "--out", tmp_path / "out"]
-    assert bench_runs.bench(tmp_path, *words).code == 0
-    data = json.loads(source.read_text())
-    data["instances"][1]["goal"]["left"][0] += 0.01
-    source.write_text(json.dumps(data))
-    ran = bench_runs.bench(tmp_path, *words)
-    assert ran.code == 2
-    assert f"the instances of {source} are not what they were" in ran.err
 
 
 def test_a_second_benchmark_in_the_same_folder_is_refused(copied):

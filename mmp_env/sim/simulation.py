@@ -115,7 +115,7 @@ class Simulation:
     def ramp(self, begin: Float[np.ndarray, "n"], end: Float[np.ndarray, "n"], steps: int) -> None:
         """Drives the arms along a straight reference from `begin` to `end` [rad] in `steps` physics steps.
 
-        `log` records the contacts. Raises `RuntimeError` if the physics diverges.
+        `log` records the contacts. Raises `MmpError` if the physics diverges.
         """
         for _ in self.ramp_in_parts(begin, end, steps):
             pass
@@ -207,7 +207,7 @@ class Simulation:
             end: the reference after the last step [rad].
 
         Raises:
-            RuntimeError: if the physics diverges.
+            MmpError: if the physics diverges.
         """
         # Each step is mj_step in two halves, so that poses and contacts belong to the new state.
         model, data, setpoint, begin_s = self.model, self.data, self._setpoint, self.data.time
@@ -226,9 +226,9 @@ class Simulation:
         return passed
 
     def _check_clock(self, begin_s: float, steps: int) -> None:
-        """Raises `RuntimeError` after a divergence: MuJoCo then resets the state, time included."""
+        """Raises `MmpError` after a divergence: MuJoCo then resets the state, time included."""
         if self.data.time < begin_s + (steps - 0.5) * self.timestep_s:
-            raise RuntimeError(f"the simulation of cell '{self.cell.name}' diverged; its servos or masses are unsound")
+            raise MmpError(f"the simulation of cell '{self.cell.name}' diverged; its servos or masses are unsound")
 
 
 def _check_order(model: Any, cell: Cell) -> None:

@@ -2,35 +2,49 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from mmp_env.errors import MmpError
+from mmp_env.importing.scene.model_file import is_model_file, load_model
 from mmp_env.model.plan import Plan
+from mmp_env.model.problem import Problem
+from mmp_env.sim.driven import Driven
 from mmp_env.sim.execution import ExecutionReport
 
 
 def execute(plan: Plan, source: str = "") -> ExecutionReport:
-    """Executes the plan with the actuators in MuJoCo, in the model of the file `source` if the plan's cell is from one.
+    """Executes the plan with the actuators in MuJoCo, in the model of the file `source` if that is one.
 
     Raises:
-        MmpError: if the plan does not fit its cell or model.
+        MmpError: if the plan does not fit its cell or model, or the physics of the model diverges.
     """
-    if plan.problem.cell.joints is not None and source:
-        return _play(plan, source)
     from mmp_env.sim.execution import execute_plan
-    from mmp_env.sim.simulation import Simulation
 
-    simulation = Simulation(plan.problem.cell)
-    simulation.place(simulation.joined(plan.problem.start))
-    return execute_plan(simulation, plan)
+    return execute_plan(_simulation(plan.problem, source), plan)
 
 
-def _play(plan: Plan, source: str) -> ExecutionReport:
-    """Plays a plan in the model of a file, from the configuration that its cell was made in."""
+def check_executable(problem: Problem, source: str) -> None:
+    """Raises `MmpError` if `source` is a model in which the arms cannot be driven."""
+    if is_model_file(Path(source)):
+        try:
+            _simulation(problem, source)
+        except MmpError as error:
+            raise MmpError(f"--execute: {error}") from error
+
+
+def _simulation(problem: Problem, source: str) -> Driven:
+    """Returns a simulation with the arms at their start, and all else as it was when the cell was made."""
+    if problem.cell.joints is None or not is_model_file(Path(source)):
+        from mmp_env.sim.simulation import Simulation
+
+        simulation = Simulation(problem.cell)
+        simulation.place(simulation.joined(problem.start))
+        return simulation
     import mujoco
 
-    from mmp_env.importing.scene.model_file import load_model
-    from mmp_env.sim.play import play
+    from mmp_env.sim.play import ModelSimulation
 
     model = load_model(source)
     data = mujoco.MjData(model)
-    assert plan.problem.cell.joints is not None
-    data.qpos[:] = plan.problem.cell.joints.with_arms(plan.problem.start)
-    return play(plan, model, data)
+    data.qpos[:] = problem.cell.joints.with_arms(problem.start)
+    return ModelSimulation(problem.cell, model, data)

@@ -93,6 +93,7 @@ def ready(name: str, options: Mapping[str, Any], memory_limit_mb: int | None = N
 
 def _run(args: Namespace, planner: Planner) -> int:
     import mmp_planners
+    from mmp_cli.execution import check_executable
     from mmp_cli.instance_source import files_read, read_source
     from mmp_env.files.writing import check_writable, left_alone
 
@@ -110,6 +111,8 @@ def _run(args: Namespace, planner: Planner) -> int:
             result = mmp_planners.PlanResult(status=mmp_planners.Status.INVALID)
             _report(args, first_outcome(args, source.label, result))
         raise
+    if args.execute:
+        check_executable(problem, args.source)
     with VisualOutputs(args, problem, _title(args, source.label)) as outputs:
         outcome = run_steps(args, planner, source.label, problem, outputs)
     _report(args, outcome)

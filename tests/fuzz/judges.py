@@ -21,6 +21,8 @@ SAY_WHAT_IS_WRONG = ("check", "export", "robot")
 """Commands that read files with faults, say what is wrong, and end with 1."""
 RAISED = re.compile(r"planner '.*' raised .*")
 """Message about a planner that raised."""
+LATE = ("diverged", "that is executed takes")
+"""Messages about an execution, which comes after the plan is written."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ def _files(run: Run) -> list[str]:
     new = sorted(
         path for path in run.folder.rglob("*") if path.is_file() and str(path.relative_to(run.folder)) not in run.before
     )
-    if run.code == 2 and new and "--retime" not in run.line and run.line[0] not in ("run", "report"):
+    if run.code == 2 and new and not _is_late(run):
         out.append(f"refused, and left {new[0].name}")
     for path in new:
         if path.name.startswith(".") or path.suffix in (".tmp", ".part"):
@@ -75,6 +77,11 @@ def _files(run: Run) -> list[str]:
         if reason := _unreadable(path):
             out.append(f"wrote {path.name} that cannot be used: {reason}")
     return out
+
+
+def _is_late(run: Run) -> bool:
+    """Returns whether a refusal may come when files are written already."""
+    return "--retime" in run.line or run.line[0] in ("run", "report") or any(words in run.err for words in LATE)
 
 
 def _is_continued(run: Run, name: str) -> bool:

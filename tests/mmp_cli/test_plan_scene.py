@@ -43,6 +43,16 @@ def test_the_summary_says_which_joints_the_arms_have_and_that_the_others_are_hel
     assert held in capsys.readouterr().out
 
 
+def test_a_model_whose_arms_cannot_be_driven_is_refused_before_planning(model, tmp_path, capsys):
+    model.write_text(scene(actuator=2 * '<position joint="l_joint1" kp="400" kv="40"/>'), encoding="utf-8")
+    out = tmp_path / "plan.json"
+    asked = ["plan", str(model), "--arms", "left=l_,right=r_", *ENDS, "--out", str(out)]
+    assert main([*asked, "--execute"]) == 2
+    assert capsys.readouterr().err.startswith("mmp: --execute: the position actuators 'actuator 0' and 'actuator 1'")
+    assert not out.exists()
+    assert main(asked) == 0
+
+
 REFUSED = {
     "unknown prefix": (["--arms", "left=l_,right=x_"], "unknown joint prefix 'x_'"),
     "no pairs": (["--arms", "left"], "'left' is not of the form name=prefix,name=prefix"),

@@ -94,7 +94,7 @@ def test_a_simulation_that_diverges_says_so(tmp_path, monkeypatch):
     simulation = Simulation(ring_cell(2))
     simulation.place(STEEP)
     simulation.data.qvel[:] = np.nan
-    with pytest.raises(RuntimeError, match="cell 'ring-2' diverged"):
+    with pytest.raises(MmpError, match="cell 'ring-2' diverged"):
         simulation.ramp(STEEP, STEEP, STEPS)
 
 

@@ -95,9 +95,10 @@ for kind in "$@"; do
         under address -m pytest --import-mode=importlib -q -p no:cacheprovider --rootdir=. tests/core
       done
       under address tests/support/under_sanitizers.py plans
+      export FUZZ_LONGEST_S=120 # sanitizers slow commands down
       under address -m pytest --import-mode=importlib -q -p no:cacheprovider --rootdir=. tests/test_fuzz.py \
         -k "good_inputs or once_failed"
-      under address -m fuzz --minutes 2 --core-share 0.5 --longest 120 --figure sanitizers_fuzz_command_lines
+      under address -m fuzz --minutes 2 --core-share 0.5 --figure sanitizers_fuzz_command_lines
       ;;
     thread)
       export MMP_CORE=v1

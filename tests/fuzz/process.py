@@ -14,8 +14,8 @@ from pathlib import Path
 from typing import Any
 
 TESTS = Path(__file__).parents[1]
-LONGEST_S = 10.0
-"""Longest processor time for a command line or a call of the core [s]."""
+LONGEST_S = float(os.environ.get("FUZZ_LONGEST_S", "10"))
+"""Longest processor time for a command line or a call of the core [s]; sanitizers need more."""
 _FIRST_S = 60.0
 """Longest processor time until a new process has imported everything [s]."""
 _PATIENCE = 6.0

@@ -218,8 +218,13 @@ def test_only_crashes_of_opengl_and_qhull_are_waived(tmp_path):
     }
     for frames, waived in crash.items():
         assert crashed_elsewhere(_run(tmp_path, code=-signal.SIGSEGV, err=native + frames)) == waived, frames
-    for file, waived in {"/site/mujoco/egl/__init__.py": True, "/site/mmp_env/view/films.py": False}.items():
-        assert crashed_elsewhere(_run(tmp_path, code=-signal.SIGABRT, err=CRASH_IN.format(file))) == waived
+    drawing = tmp_path / "drawing.py"
+    drawing.write_text("    mujoco.mjr_render(rectangle, scene, context)\n")
+    files = {"/site/mujoco/egl/__init__.py": True, "/site/mmp_env/view/films.py": False, str(drawing): True}
+    for file, waived in files.items():
+        other = CRASH_IN.format("/site/mujoco/egl/__init__.py").replace("Current thread", "Thread")
+        err = f"{other}\n{CRASH_IN.format(file)}"
+        assert crashed_elsewhere(_run(tmp_path, code=-signal.SIGABRT, err=err)) == waived, file
 
 
 def test_a_crash_has_its_native_stack(kit):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import linecache
 import re
 import signal
 
@@ -13,8 +14,10 @@ STACK = "native stack:"
 _PYTHON = re.compile(r"/(lib)?python3[.\d]*(so[.\d]*)?\(")
 _OWN = re.compile(r"/mmp_env/_core_v\S*\(")
 _ELSEWHERE = re.compile(r"/(libGL|libEGL|libOSMesa|libgallium|libLLVM|swrast|kms_swrast|\S*_dri|_qhull)\S*\(|\(mjr_")
-_PYTHON_FRAME = re.compile(r'most recent call first\):\s+File "([^"]+)"')
+_PYTHON_FRAME = re.compile(r'Current thread .*most recent call first\):\s+File "([^"]+)", line (\d+)')
 _PYTHON_ELSEWHERE = re.compile(r"/(OpenGL|mujoco/(egl|osmesa|glfw|renderer|gl_context))\b")
+_RENDERING = re.compile(r"\s*mujoco\.mjr_\w+\(.*\)")
+"""A line that calls MuJoCo's rendering and nothing else. OpenGL compiles code that has no native frames."""
 
 
 def crashed_elsewhere(run: Run) -> bool:
@@ -32,7 +35,10 @@ def crashed_elsewhere(run: Run) -> bool:
     if any(map(_is_code, native)):
         return any(map(_ELSEWHERE.search, native)) and not any(map(_OWN.search, native))
     last = _PYTHON_FRAME.search(run.err)
-    return last is not None and _PYTHON_ELSEWHERE.search(last[1]) is not None
+    if last is None:
+        return False
+    calls_rendering = _RENDERING.fullmatch(linecache.getline(last[1], int(last[2])).rstrip())
+    return calls_rendering is not None or _PYTHON_ELSEWHERE.search(last[1]) is not None
 
 
 def _is_code(frame: str) -> bool:

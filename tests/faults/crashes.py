@@ -16,7 +16,7 @@ _OWN = re.compile(r"/mmp_env/_core_v\S*\(")
 _ELSEWHERE = re.compile(r"/(libGL|libEGL|libOSMesa|libgallium|libLLVM|swrast|kms_swrast|\S*_dri|_qhull)\S*\(|\(mjr_")
 _PYTHON_FRAME = re.compile(r'Current thread .*most recent call first\):\s+File "([^"]+)", line (\d+)')
 _PYTHON_ELSEWHERE = re.compile(r"/(OpenGL|mujoco/(egl|osmesa|glfw|renderer|gl_context))\b")
-_RENDERING = re.compile(r"\s*mujoco\.mjr_\w+\(.*\)")
+_RENDERING = re.compile(r"\s*([\w.]+ = )?mujoco\.(mjr_\w+|MjrContext)\(.*\)")
 """A line that calls MuJoCo's rendering and nothing else. OpenGL compiles code that has no native frames."""
 
 

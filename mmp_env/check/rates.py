@@ -13,13 +13,11 @@ from jaxtyping import Float
 
 from mmp_env.check.checked import CheckedPlan
 from mmp_env.check.report import Violation
-from mmp_env.check.rules import exceeded
+from mmp_env.check.rules import Rates, exceeded
 
 RATE_TOLERANCE = 1e-7
 """Relative tolerance of accelerations, jerks and stated rates, for the rounding of times."""
 _ROUNDING = 8 * np.finfo(float).eps
-_JOINTS_AT_ONCE = 32
-"""Number of joints whose differences are computed at once; bounds the memory."""
 
 
 def derivatives(plan: CheckedPlan) -> Iterator[Violation]:
@@ -27,14 +25,20 @@ def derivatives(plan: CheckedPlan) -> Iterator[Violation]:
     if (np.diff(plan.times) <= 0).any():
         return
     if plan.max_acceleration is not None:
-        rate, at = divided_differences(plan.times, plan.positions, 2)
-        text = "has an acceleration of"
-        yield from exceeded(plan, "acceleration", text, "/s^2", rate, plan.max_acceleration, at, RATE_TOLERANCE)
+        yield from _above(plan, "acceleration", "has an acceleration of", 2, plan.max_acceleration)
     if plan.max_jerk is not None:
-        rate, at = divided_differences(plan.times, plan.positions, 3)
-        yield from exceeded(plan, "jerk", "has a jerk of", "/s^3", rate, plan.max_jerk, at, RATE_TOLERANCE)
+        yield from _above(plan, "jerk", "has a jerk of", 3, plan.max_jerk)
     if plan.velocities is not None:
         yield from _stated(plan, plan.velocities)
+
+
+def _above(plan: CheckedPlan, rule: str, does: str, order: int, limit: Float[np.ndarray, "n"]) -> Iterator[Violation]:
+    """Yields violations by a motion whose derivative of that order is above its limit."""
+
+    def rates(joints: slice) -> Rates:
+        return divided_differences(plan.times, plan.positions[:, joints], order), limit[joints]
+
+    yield from exceeded(plan, rule, does, f"/s^{order}", rates, difference_times(plan.times, order), RATE_TOLERANCE)
 
 
 def _stated(plan: CheckedPlan, v: Float[np.ndarray, "t n"]) -> Iterator[Violation]:
@@ -48,14 +52,27 @@ def _stated(plan: CheckedPlan, v: Float[np.ndarray, "t n"]) -> Iterator[Violatio
     jerk = plan.of_robots("jerk") if plan.max_jerk is None else plan.max_jerk
     step = np.diff(plan.times)[:, None]
     q, a, at = plan.positions, plan.accelerations, plan.times
-    yield from exceeded(plan, "rates", "states a velocity of", "/s", v, speed, at, RATE_TOLERANCE)
-    text, allowed = "states velocities off those of its motion by", np.minimum(growth * step / 4, jerk * step**2 / 12)
-    yield from exceeded(plan, "rates", text, "/s", _off(step, q, v), allowed, at[:-1], RATE_TOLERANCE)
+
+    def velocity_off(joints: slice) -> Rates:
+        allowed = np.minimum(growth[joints] * step / 4, jerk[joints] * step**2 / 12)
+        return _off(step, q[:, joints], v[:, joints]), allowed
+
+    yield from exceeded(
+        plan, "rates", "states a velocity of", "/s", lambda some: (v[:, some], speed[some]), at, RATE_TOLERANCE
+    )
+    text = "states velocities off those of its motion by"
+    yield from exceeded(plan, "rates", text, "/s", velocity_off, at[:-1], RATE_TOLERANCE)
     if a is None:
         return
-    yield from exceeded(plan, "rates", "states an acceleration of", "/s^2", a, growth, at, RATE_TOLERANCE)
-    text, allowed = "states accelerations off those of its velocities by", jerk * step / 4
-    yield from exceeded(plan, "rates", text, "/s^2", _off(step, v, a), allowed, at[:-1], RATE_TOLERANCE)
+
+    def acceleration_off(joints: slice) -> Rates:
+        return _off(step, v[:, joints], a[:, joints]), jerk[joints] * step / 4
+
+    yield from exceeded(
+        plan, "rates", "states an acceleration of", "/s^2", lambda some: (a[:, some], growth[some]), at, RATE_TOLERANCE
+    )
+    text = "states accelerations off those of its velocities by"
+    yield from exceeded(plan, "rates", text, "/s^2", acceleration_off, at[:-1], RATE_TOLERANCE)
 
 
 def _off(
@@ -68,17 +85,24 @@ def _off(
 
 def divided_differences(
     times: Float[np.ndarray, "t"], q: Float[np.ndarray, "t n"], order: int
-) -> tuple[Float[np.ndarray, "u n"], Float[np.ndarray, "u"]]:
-    """Returns means of the derivative of that order [rad or m per s^order], less rounding, and when they begin [s]."""
+) -> Float[np.ndarray, "u n"]:
+    """Returns means of the derivative of that order [rad or m per s^order], less rounding, at `difference_times`."""
+    clock = _clock(times, order)
+    rate = np.pad(q, ((order, order), (0, 0)), mode="edge")
+    noise = _ROUNDING * np.maximum(np.abs(rate), 1.0)
+    for k in range(1, order + 1):
+        span = (clock[k:] - clock[:-k])[:, None] / k
+        rate, noise = np.diff(rate, axis=0) / span, (noise[1:] + noise[:-1]) / span
+    return np.maximum(np.abs(rate) - noise, 0.0)
+
+
+def difference_times(times: Float[np.ndarray, "t"], order: int) -> Float[np.ndarray, "u"]:
+    """Returns when the means of `divided_differences` begin [s]."""
+    return np.clip(_clock(times, order)[: len(times) + order], 0.0, times[-1])
+
+
+def _clock(times: Float[np.ndarray, "t"], order: int) -> Float[np.ndarray, "c"]:
+    """Returns the times with those of `order` more samples before and after them, at rest."""
     first, last = (times[1] - times[0], times[-1] - times[-2]) if len(times) > 1 else (1.0, 1.0)
     beyond = np.arange(1, order + 1)
-    clock = np.concatenate([times[0] - first * beyond[::-1], times, times[-1] + last * beyond])
-    out = np.empty((len(times) + order, q.shape[1]))
-    for joints in np.array_split(np.arange(q.shape[1]), q.shape[1] // _JOINTS_AT_ONCE + 1):
-        rate = np.pad(q[:, joints], ((order, order), (0, 0)), mode="edge")
-        noise = _ROUNDING * np.maximum(np.abs(rate), 1.0)
-        for k in range(1, order + 1):
-            span = (clock[k:] - clock[:-k])[:, None] / k
-            rate, noise = np.diff(rate, axis=0) / span, (noise[1:] + noise[:-1]) / span
-        out[:, joints] = np.maximum(np.abs(rate) - noise, 0.0)
-    return out, np.clip(clock[: len(out)], 0.0, times[-1])
+    return np.concatenate([times[0] - first * beyond[::-1], times, times[-1] + last * beyond])

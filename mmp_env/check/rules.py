@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import TypeAlias
 
 import numpy as np
 from jaxtyping import Float
@@ -16,6 +17,11 @@ SPEED_TOLERANCE = 1e-9
 """Relative tolerance of velocities, for the rounding of a file's decimals."""
 MOST_TURN_RAD = 10_000.0
 """Longest motion that is proved [rad or m]: the largest move of a joint in each step, summed up. It takes hours."""
+
+_JOINTS_AT_ONCE = 32
+"""Number of joints whose motion is computed at once; bounds the memory."""
+Rates: TypeAlias = tuple[Float[np.ndarray, "m j"], Float[np.ndarray, "*m j"]]
+"""Rates of some joints, and what is allowed at all times, or at each."""
 
 
 def finite(plan: CheckedPlan) -> Iterator[Violation]:
@@ -47,10 +53,18 @@ def times(plan: CheckedPlan) -> Iterator[Violation]:
 
 def length(plan: CheckedPlan) -> Iterator[Violation]:
     """Yields a violation by a motion that is too long for a proof."""
-    turn = float(np.abs(np.diff(plan.positions, axis=0)).max(axis=1).sum())
+    turn = float(largest_moves(plan.positions).sum())
     if turn > MOST_TURN_RAD:
         message = f"not proved: joints turn by {turn:.6g} rad one after another; allowed: {MOST_TURN_RAD:g} in one plan"
         yield Violation(rule="length", message=message, values={"turn_rad": turn, "allowed_rad": MOST_TURN_RAD})
+
+
+def largest_moves(q: Float[np.ndarray, "t n"]) -> Float[np.ndarray, "s"]:
+    """Returns the largest move of a joint from each row to the next [rad or m]."""
+    out = np.zeros(len(q) - 1)
+    for first in range(0, q.shape[1], _JOINTS_AT_ONCE):
+        np.maximum(out, np.abs(np.diff(q[:, first : first + _JOINTS_AT_ONCE], axis=0)).max(axis=1), out=out)
+    return out
 
 
 def ends(plan: CheckedPlan) -> Iterator[Violation]:
@@ -69,25 +83,26 @@ def ends(plan: CheckedPlan) -> Iterator[Violation]:
             )
 
 
-def beyond_limits(plan: CheckedPlan) -> Float[np.ndarray, "t n"]:
-    """Returns how far each joint is beyond its robot's limits [rad or m]; negative within."""
-    return np.maximum(plan.of_robots("lower") - plan.positions, plan.positions - plan.of_robots("upper"))
+def beyond_limits(plan: CheckedPlan) -> Float[np.ndarray, "n"]:
+    """Returns how far each joint is beyond its robot's limits at most [rad or m]; negative within."""
+    above = plan.positions.max(axis=0) - plan.of_robots("upper")
+    return np.maximum(plan.of_robots("lower") - plan.positions.min(axis=0), above)
 
 
 def limits(plan: CheckedPlan) -> Iterator[Violation]:
     """Joints stay within the robot's limits; a straight line between two samples inside is inside."""
-    lower, upper, beyond = plan.of_robots("lower"), plan.of_robots("upper"), beyond_limits(plan)
-    for column in np.flatnonzero(beyond.max(axis=0) > LIMIT_TOLERANCE):
-        row = int(np.argmax(beyond[:, column]))
+    lower, upper = plan.of_robots("lower"), plan.of_robots("upper")
+    for column in np.flatnonzero(beyond_limits(plan) > LIMIT_TOLERANCE):
+        q, low, high = plan.positions[:, column], float(lower[column]), float(upper[column])
+        row = int(np.argmax(np.maximum(low - q, q - high)))
         arm, joint = plan.joints[column]
         unit = plan.units[column]
-        at, low, high = float(plan.positions[row, column]), float(lower[column]), float(upper[column])
         yield Violation(
             rule="limits",
-            message=f"arm '{arm}', joint {joint}, is at {at:.10g} {unit}; allowed: {low:.10g} to {high:.10g}",
+            message=f"arm '{arm}', joint {joint}, is at {q[row]:.10g} {unit}; allowed: {low:.10g} to {high:.10g}",
             time_s=float(plan.times[row]),
             arms=(arm,),
-            values={"joint": joint, f"position_{unit}": at, f"lower_{unit}": low, f"upper_{unit}": high},
+            values={"joint": joint, f"position_{unit}": float(q[row]), f"lower_{unit}": low, f"upper_{unit}": high},
         )
 
 
@@ -96,8 +111,11 @@ def speed(plan: CheckedPlan) -> Iterator[Violation]:
     allowed = np.minimum(plan.max_velocity, plan.of_robots("velocity"))
     step = np.diff(plan.times)
     forward = step > 0  # the rule `times` reports the others
-    rate = np.diff(plan.positions, axis=0)[forward] / step[forward, None]
-    yield from exceeded(plan, "speed", "moves at", "/s", rate, allowed, plan.times[:-1][forward], SPEED_TOLERANCE)
+
+    def rates(joints: slice) -> Rates:
+        return np.diff(plan.positions[:, joints], axis=0)[forward] / step[forward, None], allowed[joints]
+
+    yield from exceeded(plan, "speed", "moves at", "/s", rates, plan.times[:-1][forward], SPEED_TOLERANCE)
 
 
 def exceeded(
@@ -105,28 +123,31 @@ def exceeded(
     rule: str,
     does: str,
     per: str,
-    rate: Float[np.ndarray, "m n"],
-    allowed: Float[np.ndarray, "*m n"],
+    rates: Callable[[slice], Rates],
     at: Float[np.ndarray, "m"],
     tolerance: float,
 ) -> Iterator[Violation]:
-    """Yields a violation for every joint whose |rate| is above the limit (at all times, or at each), at the worst.
+    """Yields a violation for every joint whose |rate| is above the limit, at the worst time.
 
-    `per` is the unit of the rates after that of the joint, such as `/s`.
+    `rates` computes those of a few joints, which bounds the memory. `per` is the unit of the rates after that of the
+    joint, such as `/s`.
     """
-    allowed = np.broadcast_to(allowed, rate.shape)
-    excess = np.abs(rate) - allowed * (1 + tolerance)
-    for column in np.flatnonzero(~(excess.max(axis=0, initial=-np.inf) <= 0)):
-        row = int(np.argmax(excess[:, column]))
-        arm, joint = plan.joints[column]
-        value, limit, unit = float(abs(rate[row, column])), float(allowed[row, column]), plan.units[column] + per
-        yield Violation(
-            rule=rule,
-            message=f"arm '{arm}', joint {joint}, {does} {_unlike(value, limit)} {unit}; allowed: {limit:.6g}",
-            time_s=float(at[row]),
-            arms=(arm,),
-            values={"joint": joint, "value": value, "allowed": limit, "unit": unit},
-        )
+    for first in range(0, len(plan.joints), _JOINTS_AT_ONCE):
+        rate, allowed = rates(slice(first, first + _JOINTS_AT_ONCE))
+        allowed = np.broadcast_to(allowed, rate.shape)
+        excess = np.abs(rate) - allowed * (1 + tolerance)
+        for column in np.flatnonzero(~(excess.max(axis=0, initial=-np.inf) <= 0)):
+            row = int(np.argmax(excess[:, column]))
+            arm, joint = plan.joints[first + column]
+            value, limit = float(abs(rate[row, column])), float(allowed[row, column])
+            unit = plan.units[first + column] + per
+            yield Violation(
+                rule=rule,
+                message=f"arm '{arm}', joint {joint}, {does} {_unlike(value, limit)} {unit}; allowed: {limit:.6g}",
+                time_s=float(at[row]),
+                arms=(arm,),
+                values={"joint": joint, "value": value, "allowed": limit, "unit": unit},
+            )
 
 
 def _unlike(value: float, limit: float) -> str:

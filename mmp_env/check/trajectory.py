@@ -7,6 +7,7 @@ from jaxtyping import Float, Int
 
 from mmp_env.check.items import MotionSteps
 from mmp_env.check.model import CellModel
+from mmp_env.check.rules import largest_moves
 
 _STEP = 0.1
 """Largest move [rad or m] of a joint in a first step. Longer lines are cut; short ones form one step."""
@@ -23,7 +24,7 @@ class Trajectory:
     def grid(self) -> Float[np.ndarray, "m"]:
         """Returns the places at which the first steps begin and end."""
         places, moved = [0.0], 0.0
-        for k, move in enumerate(np.abs(np.diff(self._q, axis=0)).max(axis=1).tolist()):
+        for k, move in enumerate(largest_moves(self._q).tolist()):
             if moved + move > _STEP and places[-1] < k:
                 places.append(float(k))
                 moved = 0.0

@@ -129,9 +129,10 @@ def _followed(motion: Plan, kept: Int[np.ndarray, "k"]) -> tuple[Plan, Float[np.
     rows = np.unique(np.clip(np.concatenate([kept - 1, kept, kept + 1]), 0, len(motion.times) - 1))
     bent = rows[:-1][np.diff(rows) == 1]
     row = np.unique(np.concatenate([rows, (bent[:, None] + np.arange(1, parts) / parts).ravel()]))
-    blocks = np.array_split(row * period_s, len(row) // _ROWS_AT_ONCE + 1)
-    parts_of = [split(motion.problem.cell, reference.at(block)[0]) for block in blocks]
-    positions = {name: np.concatenate([part[name] for part in parts_of]) for name in motion.positions}
+    positions = {name: np.empty((len(row), q.shape[1])) for name, q in motion.positions.items()}
+    for block in np.array_split(np.arange(len(row)), len(row) // _ROWS_AT_ONCE + 1):
+        for name, q in split(motion.problem.cell, reference.at(row[block] * period_s)[0]).items():
+            positions[name][block] = q
     return Plan(problem=motion.problem, times=row * period_s, positions=positions), row
 
 

@@ -47,8 +47,10 @@ class Reference:
     def __init__(self, plan: Plan, standing: Mapping[str, Float[np.ndarray, "dof"]]) -> None:
         count = len(plan.times)
         self.times = np.asarray(plan.times, dtype=float)
-        still = {name: np.zeros((count, len(q))) for name, q in standing.items()}
-        self.q = _joined(plan.positions, {name: np.tile(q, (count, 1)) for name, q in standing.items()})
+        still = {name: np.broadcast_to(0.0, (count, len(q))) for name, q in standing.items()}
+        q = _joined(plan.positions, {name: np.broadcast_to(q, (count, len(q))) for name, q in standing.items()})
+        self._controls = np.pad(q, ((2, 2), (0, 0)), mode="edge")
+        self.q = self._controls[2:-2]  # a view: both are large in cells of many arms
         self.velocities = None if plan.velocities is None else _joined(plan.velocities, still)
         free = {name: np.full(len(q), np.inf) for name, q in standing.items()}
         self.max_acceleration = _joined(plan.max_acceleration or {}, free)
@@ -57,7 +59,6 @@ class Reference:
         even = count > 1 and bool((np.abs(steps - steps.mean()) <= _EVEN * steps.mean()).all())
         self.is_smooth = even and plan.velocities is not None and plan.accelerations is not None
         self._step_s = float(steps.mean()) if self.is_smooth else 0.0
-        self._controls = np.pad(self.q, ((2, 2), (0, 0)), mode="edge")
 
     @property
     def start_s(self) -> float:

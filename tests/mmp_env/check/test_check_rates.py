@@ -8,7 +8,7 @@ from support import tiny_plans
 from support.tiny_plans import UPRIGHT
 
 from mmp_env import check_plan
-from mmp_env.check.rates import divided_differences
+from mmp_env.check.rates import difference_times, divided_differences
 
 TURN_RAD, DURATION_S, RATE_HZ = 0.4, 1.5, 250
 ACCELERATION = 10 / np.sqrt(3) * TURN_RAD / DURATION_S**2
@@ -144,7 +144,7 @@ def test_divided_differences_never_exceed_the_derivative_of_a_motion(seed, order
     s = times / times[-1]
     q = np.outer(10 * s**3 - 15 * s**4 + 6 * s**5, rng.uniform(-1.0, 1.0, 3))
     most = {2: 10 / np.sqrt(3), 3: 60.0}[order] * np.abs(q[-1]) / times[-1] ** order
-    rate, at = divided_differences(times, q, order)
+    rate, at = divided_differences(times, q, order), difference_times(times, order)
     assert (rate <= most * (1 + 1e-9)).all()
     assert rate.max() > 0.8 * most.max()
     assert at[0] == 0.0

@@ -1,5 +1,7 @@
 """Retimed plans: the checker's rules for velocities, accelerations and jerk."""
 
+from unittest.mock import Mock
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,7 +10,9 @@ from support import tiny_plans
 from support.tiny_plans import UPRIGHT
 
 from mmp_env import check_plan
+from mmp_env.check.checked import CheckedPlan
 from mmp_env.check.rates import difference_times, divided_differences
+from mmp_env.check.rules import exceeded, largest_moves
 
 TURN_RAD, DURATION_S, RATE_HZ = 0.4, 1.5, 250
 ACCELERATION = 10 / np.sqrt(3) * TURN_RAD / DURATION_S**2
@@ -149,3 +153,13 @@ def test_divided_differences_never_exceed_the_derivative_of_a_motion(seed, order
     assert rate.max() > 0.8 * most.max()
     assert at[0] == 0.0
     assert len(at) == len(rate)
+
+
+def test_every_joint_of_a_large_cell_is_looked_at():
+    plan = Mock(spec=CheckedPlan, joints=[("arm", k + 1) for k in range(70)], units=["rad"] * 70)
+    rate, limit, at = np.full((5, 70), 0.5), np.ones(70), np.arange(5.0)
+    rate[3, 50] = -1.5
+    found = list(exceeded(plan, "speed", "moves at", "/s", lambda some: (rate[:, some], limit[some]), at, 1e-9))
+    assert [(v.time_s, v.values["joint"], v.values["value"]) for v in found] == [(3.0, 51, 1.5)]
+    q = np.random.default_rng(0).normal(size=(20, 70))
+    np.testing.assert_array_equal(largest_moves(q), np.abs(np.diff(q, axis=0)).max(axis=1))

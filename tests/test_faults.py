@@ -50,6 +50,7 @@ HANDLER = """/faults/failing_calls.so(+0x1)[0x1]
 /usr/lib/libc.so.6(+0x3)[0x3]
 """
 """Native frames of a handler of signals, which are before those of the crash."""
+NO_MEMORY = "/usr/lib/libpython3.11.so.1.0(_PyErr_NoMemory+0x1a)[0x4]\n"
 
 
 def _python(program: str, *line: str) -> Command:
@@ -206,7 +207,7 @@ def test_units_and_files_that_were_reported_and_are_not_there_are_found(tmp_path
     assert found[-2:] == ["reported out.json, which is not there", "reported 2 done, and rows.jsonl has 1"]
 
 
-def test_only_crashes_of_opengl_and_qhull_are_waived(tmp_path):
+def test_only_crashes_of_other_libraries_without_memory_are_waived(tmp_path):
     native = CRASH_IN.format("/site/mmp_env/x.py") + f"{STACK}\n{HANDLER}"
     python = "/usr/bin/python3.11(PyObject_Call+0x1)[0x4]\n"
     crash = {
@@ -215,6 +216,10 @@ def test_only_crashes_of_opengl_and_qhull_are_waived(tmp_path):
         "/site/mmp_env/_core_v3.so(+0x1)[0x1]\n/usr/lib/libGL.so.1(+0x1)[0x1]\n" + python: False,
         "/site/mujoco/libmujoco.so.3(mj_step+0x5)[0x5]\n" + python: False,
         "/site/numpy/_core.so(+0x1)[0x1]\n" + python + "/usr/lib/libgallium-22.so(+0x1)[0x1]\n": False,
+        NO_MEMORY + "/site/numpy/_core/_multiarray_umath.so(+0x1)[0x1]\n" + python: True,
+        NO_MEMORY + "/site/mmp_env/_core_v3.so(+0x1)[0x1]\n" + python: False,
+        python + "/site/numpy/_core/_multiarray_umath.so(+0x1)[0x1]\n" + python: False,
+        "/site/numpy/_core/_multiarray_umath.so(+0x1)[0x1]\n" + NO_MEMORY: False,
     }
     for frames, waived in crash.items():
         assert crashed_elsewhere(_run(tmp_path, code=-signal.SIGSEGV, err=native + frames)) == waived, frames

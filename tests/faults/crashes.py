@@ -23,9 +23,11 @@ _RENDERING = re.compile(r"\s*([\w.]+ = )?mujoco\.(mjr_\w+|MjrContext)\(.*\)")
 
 
 def crashed_elsewhere(run: Run) -> bool:
-    """Returns True if OpenGL, the rendering of MuJoCo or Qhull crashed, or NumPy while it raised MemoryError, for which
-    it does not always hold Python's lock. The native stack up to Python decides, or the last frame of Python where there
-    is none."""
+    """Returns True if OpenGL, the rendering of MuJoCo or Qhull crashed, or NumPy while it raised MemoryError.
+
+    For some buffers NumPy raises it without Python's lock. The native stack up to Python decides, or the last frame of
+    Python where there is none.
+    """
     if run.code not in CRASHES:
         return False
     native = []

@@ -27,6 +27,8 @@ NUMERIC = ("position", "positions", "quaternion", "times", "yaw", "margin", "sca
 """Keys below which no truth value is."""
 FREE = ("stats", "planner", "meta")
 """Keys below which anything may be."""
+NAMED = ("robots", "tools")
+"""Keys whose objects have names as keys, such as a robot that is called `quaternion`."""
 MEASURED = ("limit", "axis", "origin", "mass", "joint", "body")
 """Tags of URDF and MJCF whose numbers are used. An inertia that no body has is replaced, and a note names its link."""
 OPTIONS = {
@@ -219,7 +221,9 @@ def _objects(document: Any) -> Iterator[dict[str, Any]]:
         value = todo.pop()
         if isinstance(value, dict):
             yield value
-            todo += [item for key, item in value.items() if key not in FREE]
+            for key, item in value.items():
+                if key not in FREE:
+                    todo += _items(item) if key in NAMED else [item]
         elif isinstance(value, list):
             todo += value
 

@@ -160,6 +160,10 @@ _REPULSION = {
             *("--base", "apf-ecbs", "--set", setting, "--first", "1000", "--count", "50"),
         ]
         for setting in ("conflict_choice=earliest", "pad_growth=1")
+    ]
+    + [
+        ["--base", "apf-ecbs", "--set", setting, "--first", "1000", "--count", "150"]
+        for setting in ("last_resort=off", "static_tree=off", "floor=0")
     ],
     "exact": [["--base", "apf-ecbs", "--set", "exact_within=0.03", "--exact"]],
 }

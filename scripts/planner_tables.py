@@ -61,7 +61,8 @@ _REPULSION = (
     *("cbs repulsion=fast-track", "xecbs repulsion=fast-track", "gen-ecbs repulsion=fast-track"),
     *("apf-ecbs shorten_paths=on", "apf-ecbs shorten=25", "apf-ecbs shorten=100", "apf-ecbs shorten=400"),
     *("ecbs shorten=400", "apf-ecbs fast_track_at=expansion"),
-    *("apf-ecbs conflict_choice=earliest", "apf-ecbs pad_growth=1"),
+    *("apf-ecbs conflict_choice=earliest", "apf-ecbs pad_growth=1", "apf-ecbs last_resort=off"),
+    *("apf-ecbs static_tree=off", "apf-ecbs floor=0"),
     *("apf-ecbs parked_yield=on", "apf-ecbs halvings=3", "apf-ecbs exact_within=0.03"),
 )
 """Planners and options that `scripts/bench_repulsion.py` compares with the planners' defaults."""

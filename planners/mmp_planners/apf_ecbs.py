@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from mmp_planners.conflict_tree.fast_track import RepulsionOfSeveralArms, RepulsiveFastTrack
-from mmp_planners.conflict_tree.repulsion import Modification, RepulsiveModification, ShortenedModification
+from mmp_planners.conflict_tree.repulsion import Modification, RepulsiveModification, ShortenedModification, yielding
 from mmp_planners.conflict_tree.selection import Focal
 from mmp_planners.planner import About
 from mmp_planners.tree_planner import OneKindPlanner, Parts, option
@@ -49,6 +49,7 @@ PAPER_FAST_TRACK: dict[str, Any] = {
     "fast_track_at": "expansion",
     "critical_arms": "one",
     "misses": "discarded",
+    "last_resort": False,
 }
 """Options of the preset `paper` for the fast track."""
 
@@ -178,6 +179,11 @@ class ApfEcbs(RepulsivePlanner):
         "discarded (paper-literal): it keeps its own",
         choices=("kept", "discarded"),
     )
+    last_resort: bool = option(
+        True,
+        "all and cover: if the fast track leaves conflicts only with arms that have arrived before they end, it repels "
+        "these arms too, and keeps this if no conflict is left; off (paper-literal): it does not",
+    )
 
     def parts(self, seed: int) -> Parts:
         repulsion, literal = self.modification(), self.fast_track == "literal"
@@ -187,6 +193,7 @@ class ApfEcbs(RepulsivePlanner):
         else:
             fast_track = RepulsionOfSeveralArms(
                 modification=repulsion,
+                last_resort=yielding(repulsion) if self.last_resort else None,
                 reach=self.d0,
                 literal=literal,
                 on_children=on_children,

@@ -17,7 +17,7 @@ from mmp_planners.conflict_tree.constraints.named import KINDS, constraint_kind
 from mmp_planners.conflict_tree.event_emitter import EventEmitter
 from mmp_planners.conflict_tree.expansion import EagerExpansion, Expansion, Experience, FromScratch
 from mmp_planners.conflict_tree.fast_track import FastTrack, NoFastTrack, RepulsionOfSeveralArms
-from mmp_planners.conflict_tree.repulsion import Modification, NoModification, RepulsiveModification, traced
+from mmp_planners.conflict_tree.repulsion import Modification, NoModification, RepulsiveModification, traced, yielding
 from mmp_planners.conflict_tree.search import ConflictTree
 from mmp_planners.conflict_tree.selection import Selection
 from mmp_planners.counts import TreeCounts
@@ -188,6 +188,6 @@ class RepulsionOption:
         if self.repulsion == "off":
             return parts
         modification = RepulsiveModification()
-        tried = RepulsionOfSeveralArms(modification=modification, on_children=True)
+        tried = RepulsionOfSeveralArms(modification=modification, last_resort=yielding(modification), on_children=True)
         fast_track = tried if self.repulsion == "fast-track" else parts.fast_track
         return dataclasses.replace(parts, modification=modification, fast_track=fast_track)

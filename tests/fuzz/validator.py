@@ -66,7 +66,7 @@ LEAST = {
 """Option of a planner -> its least value."""
 ABOVE_0 = ("dt", "eta", "pad", "radius", "sphere_radius", "alpha", "k_rep", "d0", "step_rad", "range")
 """Options of planners that must be larger than 0. A `step` may be such a number, or a word."""
-SWITCHES = ("restarts", "direct", "early_stop", "parked_yield", "shorten_paths", "static_tree", "trace")
+SWITCHES = ("restarts", "direct", "early_stop", "last_resort", "parked_yield", "shorten_paths", "static_tree", "trace")
 SETTING_WORDS = {
     "preset": ("ours", "paper"),
     "bound": ("paths", "straight"),

@@ -182,6 +182,21 @@ def test_a_miss_with_fewer_conflicts_replaces_the_node_if_misses_are_kept(keep_m
     assert list(attempt.node.conflicts) == [(2, 3)]
 
 
+@pytest.mark.parametrize(("passing", "arms"), [((0, 1, 2, 3), (1, 2)), ((0, 1, 2, 2, 3), (2,))])
+def test_the_last_resort_is_kept_only_if_it_leaves_no_conflict(passing, arms):
+    """Arm b has arrived when a passes it; the modification moves c alone, out of the way of d."""
+    n = node(0, passing, (5, 2), (10, 11, 12, 13), (15, 12))
+    fast_track = RepulsionOfSeveralArms(modification=Push({2: (10, 11, 14, 13)}), last_resort=Push({1: (5, 2, 7, 2)}))
+    (attempt,) = fast_track(ArmsOnALine((), (), (), ()), n)
+    assert (attempt.arms, attempt.solved) == (arms, 1 in arms)
+    assert (attempt.node.paths[1] is n.paths[1]) == (1 not in arms)
+
+
+def test_the_last_resort_is_not_tried_while_arms_meet_that_both_move():
+    push = Push({0: (0, 1, 3, 2), 1: (2, 5, 0)})
+    assert tries(RepulsionOfSeveralArms(modification=Push({}), last_resort=push), node(0, *SWAP)) == []
+
+
 def test_a_modification_that_leaves_as_many_conflicts_is_no_attempt():
     fast_track = RepulsionOfSeveralArms(modification=Push({0: (0, 1, 3, 2), 1: (2, 1, 0)}))
     assert list(fast_track(TWO, node(0, *SWAP))) == []

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Protocol, runtime_checkable
 
-from mmp_planners.conflict_tree.node import Node
+from mmp_planners.conflict_tree.node import MovedInVain, Node
 from mmp_planners.conflict_tree.repulsion import Modification, RepulsiveModification
 from mmp_planners.planning_context import Path, PlanningContext
 
@@ -80,11 +80,15 @@ class RepulsionOfSeveralArms:
     path is kept if it leaves fewer conflicts. Rounds go on while a round leaves fewer. With `keep_misses` an attempt
     that leaves fewer conflicts than the node, but not none, replaces the node. A solution replaces it if `literal`.
 
+    Rounds with `last_resort` follow where conflicts are left and each pair has one after an arm of it has arrived. They
+    are kept only if they leave no conflict.
+
     An arm that was moved in vain is left alone, in children too, until its own path or one within `reach` [m] of it has
-    changed.
+    changed. The last resort counts apart.
     """
 
     modification: Modification
+    last_resort: Modification | None = None
     reach: float = RepulsiveModification.d0
     literal: bool = False
     on_children: bool = False
@@ -92,25 +96,38 @@ class RepulsionOfSeveralArms:
     keep_misses: bool = True
 
     def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]:
-        current, moved, vain = node, set[int](), dict(node.vain)
-        before = node.conflict_count + 1
+        vain = dict(node.vain)
+        modified, arms = self._rounds(context, node, vain)
+        if self.last_resort is not None and modified.conflicts and all(map(modified.is_late, modified.conflicts)):
+            solution, more = self._rounds(context, modified, vain, last_resort=True)
+            if not solution.conflicts:
+                modified, arms = solution, arms | more
+        node.vain = modified.vain = vain
+        if arms:
+            replaces = self.keep_misses if modified.conflicts else self.literal
+            yield Attempt(arms=tuple(sorted(arms)), node=modified, replaces=replaces)
+
+    def _rounds(
+        self, context: PlanningContext, node: Node, vain: MovedInVain, *, last_resort: bool = False
+    ) -> tuple[Node, set[int]]:
+        """Returns the node after the last round, and the arms that were moved. Adds to `vain`."""
+        modification = self.modification if self.last_resort is None or not last_resort else self.last_resort
+        current, moved, before = node, set[int](), node.conflict_count + 1
         while current.conflicts and current.conflict_count < before and not context.clock.expired:
             before = current.conflict_count
             for arm in vertex_cover(current.conflicts) if self.cover else by_degree(current.conflicts):
-                if arm in vain and not self._changed(context, arm, vain[arm], current.paths):
+                then = vain.get((last_resort, arm))
+                if then is not None and not self._changed(context, arm, then, current.paths):
                     continue
-                modified = _modified(self.modification, context, current, arm)
+                modified = _modified(modification, context, current, arm)
                 if modified is not None and modified.conflict_count < current.conflict_count:
                     current = modified
                     moved.add(arm)
                 else:
-                    vain[arm] = current.paths
+                    vain[last_resort, arm] = current.paths
                 if not current.conflicts:
                     break
-        node.vain = current.vain = vain
-        if moved:
-            replaces = self.keep_misses if current.conflicts else self.literal
-            yield Attempt(arms=tuple(sorted(moved)), node=current, replaces=replaces)
+        return current, moved
 
     def _changed(self, context: PlanningContext, arm: int, before: Sequence[Path], paths: Sequence[Path]) -> bool:
         """Returns whether the path of an arm, or one near it, is not as before."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -14,6 +13,8 @@ from mmp_planners.conflict_tree.constraints import Branch, ConflictInterval
 from mmp_planners.planning_context import PairConflicts, Path, PlanningContext
 
 UNNUMBERED = -1
+MovedInVain = dict[tuple[bool, int], tuple[Path, ...]]
+"""Whether by the last resort of a fast track, and the arm -> all paths of the moment at which it was moved in vain."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -23,7 +24,7 @@ class Node:
     `bounds` holds each arm's lb_i [rad]: the length of its planned path before repulsion. `kinds` holds the numbers of
     the constraint kinds from the root to this node. While a branch is `pending`, the node has its constraints and no
     number; paths, bounds and conflicts are still the parent's. Only `update` changes paths, bounds and conflicts.
-    `vain` holds, for each arm that a fast track has moved in vain, all paths of that moment; children begin with it.
+    Children begin with the arms that were moved in `vain`.
     """
 
     id: int
@@ -35,7 +36,7 @@ class Node:
     fast_tracked: bool = False
     kinds: tuple[int, ...] = ()
     pending: Branch | None = None
-    vain: Mapping[int, tuple[Path, ...]] = field(default_factory=dict)
+    vain: MovedInVain = field(default_factory=dict)
 
     @cached_property
     def cost(self) -> float:
@@ -78,6 +79,10 @@ class Node:
         return self._interval(
             *min(self.conflicts, key=lambda pair: (sum(pairs_of[arm] for arm in pair), self._time(pair)))
         )
+
+    def is_late(self, pair: tuple[int, int]) -> bool:
+        """Returns whether a pair has a conflict after one of its arms has arrived."""
+        return bool(self.conflicts[pair][-1] > min(self.paths[arm].last for arm in pair))
 
     def _time(self, pair: tuple[int, int]) -> tuple[float, tuple[int, int]]:
         return float(self.conflicts[pair][0]), pair

@@ -167,8 +167,17 @@ def _conflicts(context: PlanningContext, paths: Sequence[Path], arm: int, path: 
 
 def traced(modification: Modification) -> Modification:
     """Returns the modification with `trace` on, if it has iterates."""
+    return _with(modification, trace=True)
+
+
+def yielding(modification: Modification) -> Modification:
+    """Returns the modification with `parked_yield` on, if it repels."""
+    return _with(modification, parked_yield=True)
+
+
+def _with(modification: Modification, **options: bool) -> Modification:
     if isinstance(modification, RepulsiveModification):
-        return dataclasses.replace(modification, trace=True)
+        return dataclasses.replace(modification, **options)
     if isinstance(modification, ShortenedModification):
-        return dataclasses.replace(modification, modification=traced(modification.modification))
+        return dataclasses.replace(modification, modification=_with(modification.modification, **options))
     return modification

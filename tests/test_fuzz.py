@@ -231,10 +231,13 @@ def test_the_options_of_all_commands_are_tried(capsys):
     actions = {name: re.search(r"{(.*?)}", help_of([name], capsys))[1].split(",") for name in ("robot", "tool")}
     commands = [(name,) for name in COMMANDS if name not in actions]
     assert tried == {*commands, *((name, action) for name in actions for action in actions[name])}
+    own = set(changes.OWN_ARGUMENTS)
     for command in sorted(tried):
+        own -= set(changes.options(command))
         printed = set(re.findall(r"^  (?:-\w, )?(--[\w-]+)", help_of(command, capsys), re.MULTILINE))
         drawn = {changes.changed_line(list(command), random.Random(k))[len(command)] for k in range(500)}
         assert drawn == printed - set(changes.LEFT_OUT), command
+    assert not own
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import functools
 import importlib
 import io
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from fuzz import core_arrays, mesh_samples
-from mmp_planners import describe, names
+from mmp_planners import describe, make, names
 
 HOSTILE = [
     *(0, -1, 1e300, -1e300, 1e-300, 2**63, 10**400, float("nan"), float("inf"), -0.0, 0.5, True, False, None),
@@ -31,9 +32,37 @@ ARGUMENTS = [
     *("arms=0.01", "arms=-1", "home", "/"),
 ]
 """Values in place of any argument of an option."""
+PLANNERS = names()
 OWN_ARGUMENTS = {
     "--rerun": ["out.rrd", "none/out.rrd", "cell.json"],
     "--memory-limit": ["1", "300", "100000", "99999999999"],
+    "--planner": PLANNERS,
+    "--planners": ["auto,ecbs", "a=auto,b=auto", "prioritized", "rrt-connect,x=group-rrt"],
+    "--reference": PLANNERS,
+    "--robot": ["ur5e", "panda", "fr5", "piper"],
+    "--task": ["reach", "crossing", "parallel", "pick", "place", "packing"],
+    "--control-mode": ["position", "velocity", "delta"],
+    "--format": ["npz", "minari"],
+    "--instance": ["turn", "0"],
+    "--count": ["1", "2", "3"],
+    "--workers": ["1", "2", "3"],
+    "--seed": ["1", "77", "4294967295", "18446744073709551615"],
+    "--to": ["out.csv", "out.npz", "out.xml", "out.yaml", "{arm}.csv", "out.json", "none/out.npz"],
+    "--tree": ["out.svg", "out.json", "none/out.svg"],
+    "--start": ["home", "tucked", "@ends.json"],
+    "--goal": ["home", "tucked", "stay", "@goal.json", "@ends.json"],
+    "--margin": ["0.001", "0.004", "0.05"],
+    "--tolerance": ["0.001", "0.02", "0.3"],
+    "--rate": ["1", "50", "1000"],
+    "--max-velocity": ["0.2", "1.5"],
+    "--max-acceleration": ["0.5", "20"],
+    "--max-jerk": ["5", "5000"],
+    "--improve": ["0.05", "0.2"],
+    "--delays": ["0.05", "0.5"],
+    "--joint-names": ["{arm}_{joint}", "{joint}", "{arm}/{number}", "{arm", "{other}"],
+    "--name": ["other", "small", "ur5e"],
+    "--state": ["open=0.04", "open=slide=0.04", "closed=0"],
+    "--tip": ["grasp", "palm", "finger", "tip"],
 }
 """Option -> values that mean something to it. They are drawn as often as `ARGUMENTS`."""
 LEFT_OUT = {
@@ -58,8 +87,12 @@ def options(command: tuple[str, ...]) -> dict[str, bool]:
     return {name: follows for name, follows in found.items() if name not in LEFT_OUT}
 
 
-SETTINGS = {name: [option.name for option in describe(name).options] for name in names()}
-"""Planner -> its options."""
+SETTINGS = {
+    name: {option.name: () for option in describe(name).options}
+    | {field.name: field.metadata.get("choices") or () for field in dataclasses.fields(make(name))}
+    for name in PLANNERS
+}
+"""Planner -> its options -> their words."""
 VALUES = [
     *("0", "-1", "1", "7", "1e-300", "1e-12", "1e-3", "0.3", "1e3", "1e6", "1e12", "1e300", "nan", "inf", "-inf"),
     *("", "x", "on", "off", "paper", "99999999999", "\u202e"),
@@ -116,8 +149,9 @@ def _argument(option: str, rng: random.Random) -> str:
 def changed_setting(line: list[str], rng: random.Random) -> str:
     """Returns a changed option of the planner that the command line names, or of `auto`."""
     named = [planner for option, planner in itertools.pairwise(line) if option == "--planner" and planner in SETTINGS]
-    option = rng.choice(SETTINGS[named[-1] if named else "auto"])
-    return f"{option}={rng.choice(VALUES)}"
+    options = SETTINGS[named[-1] if named else "auto"]
+    option = rng.choice(list(options))
+    return f"{option}={rng.choice(rng.choice([VALUES, options[option] or VALUES]))}"
 
 
 def _places(value: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:

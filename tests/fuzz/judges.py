@@ -6,10 +6,12 @@ import csv
 import itertools
 import json
 import re
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import yaml
 
 from fuzz import samples
@@ -101,9 +103,12 @@ def _unreadable(path: Path) -> str:
             numbers_of(yaml_value(path.read_bytes()) if path.suffix == ".yaml" else json.loads(path.read_bytes()))
         if path.suffix == ".jsonl":
             numbers_of([json.loads(row) for row in path.read_bytes().splitlines()])
-        if path.suffix == ".xml":
+        if path.suffix in (".xml", ".svg"):
             ElementTree.fromstring(path.read_bytes())
-    except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError) as error:
+        if path.suffix == ".npz":
+            with np.load(path) as arrays:
+                numbers_of([arrays[name].tolist() for name in arrays])
+    except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError, zipfile.BadZipFile) as error:
         return str(error)
     return ""
 

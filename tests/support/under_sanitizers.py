@@ -6,8 +6,9 @@ unless the loaded core is beside this file, in a checkout or a copy of it, and h
 
 from __future__ import annotations
 
+import itertools
 import sys
-import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from mmp_env import core, draw_problem, find_cell
@@ -40,18 +41,15 @@ def threads() -> None:
     cell = find_cell("ring-4")
     for cells in ((cell, cell), (cell, find_cell("ring-6"))):
         problems = [draw_problem(each, "crossing", k) for k, each in enumerate(cells)]
-        for name in names():
-            running = [threading.Thread(target=_plan, args=(name, problem)) for problem in problems]
-            for thread in running:
-                thread.start()
-            for thread in running:
-                thread.join()
-            print(f"{name}: done", flush=True)
+        with ThreadPoolExecutor(len(problems)) as pool:
+            for name in names():
+                ends = pool.map(_plan, [name] * len(problems), problems)
+                print(f"{name}: {', '.join(itertools.chain(*ends))}", flush=True)
 
 
-def _plan(name: str, problem: Problem) -> None:
-    for seed in range(2):
-        make(name).plan(problem, seed=seed, time_limit=TIME_LIMIT_S)
+def _plan(name: str, problem: Problem) -> list[str]:
+    """Returns how the planner ended with two seeds."""
+    return [str(make(name).plan(problem, seed=seed, time_limit=TIME_LIMIT_S).status) for seed in range(2)]
 
 
 if __name__ == "__main__":

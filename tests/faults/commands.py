@@ -6,6 +6,8 @@ import sys
 from dataclasses import dataclass, field
 
 PLAN = ["plan", "instances.json", "--instance", "turn", "--planner", "ecbs"]
+BENCH = ["bench", "instances.json", "--workers", "1", "--out", "bench", "--planners"]
+DATASET = ["dataset", "cell.json", "--count", "2", "--out", "data"]
 ROBOT = ["robot", "add", "small.urdf", "--name", "small", "--out", "robots"]
 
 
@@ -35,6 +37,7 @@ class Command:
     )
 
 
+_RUNS, _EPISODES = r"^mmp bench: (\d+) of \d+ done", r"^mmp: (\d+) of \d+: "
 COMMANDS = {
     "plan": Command([*PLAN, "--out", "plan-out.json", "--tree", "tree.svg"]),
     "json": Command([*PLAN, "--json"]),
@@ -42,10 +45,9 @@ COMMANDS = {
     "image": Command([*PLAN, "--image", "plan.png"]),
     "video": Command([*PLAN, "--video", "film.mp4"]),
     "gif": Command([*PLAN, "--video", "film.gif"]),
-    "bench": Command(
-        ["bench", "instances.json", "--planners", "ecbs,rrt-connect", "--workers", "1", "--out", "bench"],
-        adds=("bench/results.jsonl",),
-        done=r"^mmp bench: (\d+) of \d+ done",
+    "bench": Command([*BENCH, "ecbs,rrt-connect"], adds=("bench/results.jsonl",), done=_RUNS),
+    "grow": Command(
+        [*BENCH, "ecbs,rrt-connect"], adds=("bench/results.jsonl",), done=_RUNS, first=[*BENCH, "rrt-connect"]
     ),
     "report": Command(["report", "results"]),
     "csv": Command(["export", "plan.json", "--to", "out.csv"]),
@@ -53,12 +55,10 @@ COMMANDS = {
     "trajectory": Command(["export", "plan.json", "--to", "out.yaml"]),
     "scene": Command(["export", "plan.json", "--to", "out.xml"]),
     "run": Command(["run", "jobs.json", "--out", "schedule-out.json", "--seed", "1"]),
-    "dataset": Command(
-        ["dataset", "cell.json", "--count", "2", "--out", "data"],
-        adds=("data/dataset.json",),
-        done=r"^mmp: (\d+) of \d+: ",
-    ),
+    "dataset": Command(DATASET, adds=("data/dataset.json",), done=_EPISODES),
+    "minari": Command([*DATASET, "--format", "minari"]),
     "replace": Command(ROBOT, first=ROBOT),
     "robot": Command(ROBOT),
+    "tool": Command(["tool", "add", "gripper.xml", "--name", "gripper", "--out", "tools"]),
 }
 """Name -> command line. Its inputs are those of the fuzzer."""

@@ -9,6 +9,7 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
+import h5py
 import numpy as np
 import yaml
 from PIL import Image
@@ -69,6 +70,11 @@ def _mp4(path: Path) -> None:
     _require(b"moov" in content and b"mdat" in content, "no index or no data")
 
 
+def _hdf5(path: Path) -> None:
+    with h5py.File(path) as file:
+        file.visititems(lambda _, item: item[()] is None if isinstance(item, h5py.Dataset) else None)
+
+
 def _html(path: Path) -> None:
     _require(path.read_text(encoding="utf-8").rstrip().endswith("</html>"), "no end of the page")
 
@@ -91,6 +97,7 @@ READERS: dict[str, Callable[[Path], object]] = {
     ".npz": _npz,
     ".rrd": _rrd,
     ".mp4": _mp4,
+    ".hdf5": _hdf5,
     ".html": _html,
     ".md": _markdown,
 } | dict.fromkeys((".png", ".jpg", ".webp", ".gif"), _picture)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mmp_env.argument_checks import flag
 from mmp_env.check import CheckReport, Violation, check_document
 from mmp_env.errors import MmpError
 from mmp_env.files.plan_file import plan_to_check
@@ -22,7 +23,11 @@ def check_plan(plan: Plan | Mapping[str, Any], *, exact: bool = False) -> CheckR
 
     Returns:
         A report, true if the plan is valid. A plan that cannot be read, or is something else, breaks the rule `schema`.
+
+    Raises:
+        MmpError: if `exact` is neither True nor False.
     """
+    flag("exact", exact)
     if isinstance(plan, Mapping):
         return check_document(plan, exact=exact)
     if not isinstance(plan, Plan):

@@ -16,6 +16,7 @@ from mmp_env.files.reading import Location, named
 from mmp_env.model.arm import (
     LARGEST_M,
     LARGEST_YAW_RAD,
+    MEASURES,
     SHAPES,
     SMALLEST_M,
     Obstacle,
@@ -25,16 +26,6 @@ from mmp_env.model.names import NAMES, is_name
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.wording import degrees_hint, shown
-
-MEASURES = {
-    "box": ("size",),
-    "sphere": ("radius",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "mesh": ("pieces",),
-}
-"""Shape -> the fields that give its size."""
-
 
 _ALL_MEASURES = ("size", "radius", "length", "pieces", "file", "scale")
 

@@ -13,7 +13,7 @@ import gymnasium
 import numpy as np
 from gymnasium.vector import SyncVectorEnv
 
-from mmp_env.argument_checks import as_numbers, refused, whole
+from mmp_env.argument_checks import as_numbers, given, refused, whole
 from mmp_env.errors import MmpError
 from mmp_env.gym.env import MultiArmCellEnv
 from mmp_env.gym.registration import known_id
@@ -57,7 +57,7 @@ class BatchedEnv(SyncVectorEnv):
             seed = [None if each is None else whole("seed", each, 0) for each in seed]
         elif seed is not None:
             seed = whole("seed", seed, 0)
-        mask = (options or {}).get("reset_mask")
+        mask = given("options", {} if options is None else options, dict, "a dict").get("reset_mask")
         if mask is not None:
             self._env_obs = [{name: rows[k].copy() for name, rows in self._seen.items()} for k in range(self.num_envs)]
         answer = super().reset(seed=seed, options=options)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from os import PathLike
 
-from mmp_env.argument_checks import given
+from mmp_env.argument_checks import given, text
 from mmp_env.brief import brief, some
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.model.arm import Arm, Obstacle
@@ -54,7 +54,7 @@ class Cell:
 
     def __post_init__(self) -> None:
         if self.spheres not in GEOMETRIES:
-            raise UnknownNameError("sphere set", self.spheres, GEOMETRIES)
+            raise UnknownNameError("sphere set", text("spheres", self.spheres), GEOMETRIES)
         for name in (self.name, *self.arm_names, *(obstacle.name for obstacle in self.obstacles)):
             if not is_name(name):
                 raise MmpError(f"a cell, or something in it, is named {reprlib.repr(name)}; a name must be {NAMES}")

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from mmp_env.argument_checks import as_numbers, refused
+from mmp_env.argument_checks import as_numbers, refused, text
 from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.ik.freedom import FREE
 from mmp_env.model.read_only import ReadOnly
@@ -77,7 +77,7 @@ class NamedGoal:
     name: str
 
     def __post_init__(self) -> None:
-        if self.name not in NAMED:
+        if text("name of a configuration", self.name) not in NAMED:
             raise UnknownNameError("named configuration", shown(self.name)[1:-1], (*NAMED, STAY))
 
 

@@ -37,6 +37,8 @@ SUFFIXES = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
 """Suffix of a file -> Pillow's name of the format."""
 MOMENTS = {"start": 0.0, "middle": 0.5, "end": 1.0}
 """Name of a moment -> share of the plan's duration before it."""
+MOST_MOMENTS = 25
+"""Largest number of moments in a picture. WebP has 16383 pixels at most."""
 Moment = str | float
 """Type of a moment: a name from `MOMENTS`, or a time [s]."""
 _QUALITY = {"JPEG": {"quality": 92}, "WEBP": {"quality": 88, "method": 4}, "PNG": {"optimize": True}}
@@ -175,6 +177,8 @@ def _shots(
 def _times(moments: Iterable[Moment], duration_s: float) -> list[float]:
     """Returns the times [s] of the moments of a plan with this duration. Raises `MmpError` if there are none."""
     out = [_time(moment, duration_s) for moment in _listed(moments)]
+    if len(out) > MOST_MOMENTS:
+        raise MmpError(f"a picture of {len(out)} moments was asked for; it has {MOST_MOMENTS} at most")
     if not out:
         raise MmpError(f"a picture needs at least one moment: {', '.join(MOMENTS)} or a time in seconds")
     return out

@@ -37,6 +37,10 @@ class Move:
 
     goal: Goal
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.goal, Goal):
+            raise refused("the goal of a move", self.goal, "a goal, such as NamedGoal('tucked') or a PoseGoal")
+
 
 @dataclass(frozen=True)
 class Wait:
@@ -96,6 +100,8 @@ class Job:
         if not is_name(text("name of a job", self.name)):
             raise MmpError(f"a job is named {shown(self.name)}; a name must be {NAMES}")
         object.__setattr__(self, "steps", tuple(self.steps))
+        if isinstance(self.after, str):
+            raise refused(f"after of job '{self.name}'", self.after, "names of jobs in a tuple or list")
         object.__setattr__(self, "after", tuple(dict.fromkeys(self.after)))
         if not self.steps:
             raise MmpError(f"job '{self.name}' has no steps; it needs at least one")

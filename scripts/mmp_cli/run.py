@@ -53,7 +53,8 @@ def parser() -> Parser:
     out.add_argument("--planner", default="auto", metavar="NAME", help=help)
     out.add_argument("--seed", type=seed, default=0, metavar="N", help="seed of all random numbers; default: 0")
     add_time_limit(out, "planning")
-    help = "go on for S seconds with other arms and other orders of the jobs, and keep the shortest schedule"
+    help = "go on for S seconds, within the time limit, with other arms and other orders of the jobs, and keep the "
+    help += "shortest schedule"
     out.add_argument("--improve", type=positive, default=0.0, metavar="S", help=help)
     add_margin(out)
     out.add_argument("--max-velocity", type=positive, metavar="V", help="of all joints [rad/s]; default: 0.8")

@@ -14,9 +14,9 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from mmp_env import core
-from mmp_env.argument_checks import given, known_keywords, number, whole
+from mmp_env.argument_checks import flag, given, known_keywords, number, whole
 from mmp_env.brief import brief
-from mmp_env.errors import InvalidInstanceError
+from mmp_env.errors import InvalidInstanceError, MmpError
 from mmp_env.files.writing import plain
 from mmp_env.model.certificate import certify
 from mmp_env.model.goals import Stay
@@ -124,6 +124,9 @@ def schedule(
     seed = whole("seed", seed, 0, LARGEST_SEED)
     limit = number("time_limit", time_limit, "a number of seconds, 0 or more, inf for none", zero=True, infinite=True)
     improve = number("improve", improve, "a number of seconds, 0 or more", zero=True)
+    if improve > limit:
+        raise MmpError(f"improve is {improve:g} s; it must be at most the time limit of {limit:g} s, which ends it")
+    rounds = flag("rounds", rounds)
     of_group = registry.make(planner, **OPTIONS.get(planner, {}))
     began = time.perf_counter()
     clock = core.Clock(min(limit, 1e10))

@@ -5,10 +5,10 @@ import json
 import mujoco
 import numpy as np
 import pytest
-from support import tiny_plans
+from support import tiny_plans, unchecked
 from support.tiny_plans import UPRIGHT
 
-from mmp_env import check_plan
+from mmp_env import MmpError, check_plan
 from mmp_env.check import RULES
 from mmp_env.check.episode import check_episode
 from mmp_env.files.plan_file import plan_from_dict
@@ -150,3 +150,8 @@ def test_velocities_may_be_given_for_every_joint():
 def test_checking_twice_gives_the_same_report():
     plan = tiny_plans.two_apart()
     assert check_plan(plan).as_dict() == check_plan(plan).as_dict()
+
+
+def test_a_flag_that_is_no_truth_value_is_refused():
+    with unchecked.unchecked(), pytest.raises(MmpError, match="exact is 'no'; it must be True or False"):
+        check_plan({}, exact="no")

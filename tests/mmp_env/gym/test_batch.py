@@ -10,6 +10,7 @@ from collections import deque
 import gymnasium
 import numpy as np
 import pytest
+from support.unchecked import unchecked
 
 import mmp_env
 from mmp_env.errors import MmpError, UnknownNameError
@@ -184,6 +185,13 @@ def test_a_bad_seed_is_refused(seed):
     batch = mmp_env.batched_env(ID, 2)
     with pytest.raises(MmpError, match=r"^seed is"):
         batch.reset(seed=seed)
+    batch.close()
+
+
+def test_options_that_are_no_dict_are_refused():
+    batch = mmp_env.batched_env(ID, 2)
+    with unchecked(), pytest.raises(MmpError, match=r"options is \[{}, {}\]; it must be a dict"):
+        batch.reset(options=[{}, {}])
     batch.close()
 
 

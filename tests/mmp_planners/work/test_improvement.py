@@ -55,3 +55,5 @@ def test_an_improved_schedule_is_valid_and_not_longer():
 def test_a_negative_time_is_refused():
     with pytest.raises(MmpError, match="improve is -1"):
         schedule(jobs(), improve=-1.0)
+    with pytest.raises(MmpError, match=r"improve is 4 s; it must be at most the time limit of 0.5 s"):
+        schedule(jobs(), improve=4.0, time_limit=0.5)

@@ -31,7 +31,7 @@ OPTIONS = {
     "alpha-10": "gradient steps, and ten times the α of the paper",
     "k_rep-10": "gradient steps, and ten times the k_rep of the paper",
     "centre-distance": "distances between sphere centres",
-    "centre": "the same, and gradient steps",
+    "centre": "distances between sphere centres, and gradient steps",
     "no-floor": "no floor of the distance",
     "no-cap": "no cap of a step, which normalised steps never reach",
     "gradient-no-cap": "gradient steps, and no cap",
@@ -138,9 +138,14 @@ def linked(about: About | None, *, short: bool = False) -> str:
 def option_table(figures: Figures) -> Iterator[list[str]]:
     """Yields the effect of each design decision on `apf-ecbs`."""
     yield ["variant", "change", "solved", "time", "expanded nodes", "cost"]
+    first, second = _VARIANTS
+    others = [variant for variant in OPTIONS if f"{first}/{variant}/solved" not in figures]
     for variant, words in OPTIONS.items():
-        source = next((name for name in _VARIANTS if f"{name}/{variant}/solved" in figures), _VARIANTS[0])
-        yield [f"`{variant}`", words, *outcome(figures, source, variant)]
+        if variant not in others:
+            yield [f"`{variant}`", words, *outcome(figures, first, variant)]
+    for variant in ("apf-ecbs", *others):  # measured after those above, so they have the defaults of their own
+        words = "the defaults, beside the rows below" if variant == "apf-ecbs" else OPTIONS[variant]
+        yield [f"`{variant}`", words, *outcome(figures, second, variant)]
 
 
 def kind_table(figures: Figures) -> Iterator[list[str]]:

@@ -7,7 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import h5py
 import mujoco
+import numpy as np
 import pytest
 from faults import __main__ as tool
 from faults import judges, whole_files
@@ -268,3 +270,16 @@ def test_each_kind_allows_its_exit_codes_alone(kind, code, err, found, tmp_path)
 def test_a_file_of_an_unknown_kind_is_refused(tmp_path):
     (tmp_path / "a.strange").touch()
     assert whole_files.broken(tmp_path / "a.strange") == "no reader for the suffix '.strange'"
+
+
+def test_a_damaged_dataset_that_is_not_the_first_of_its_file_is_found(tmp_path):
+    path = tmp_path / "main_data.hdf5"
+    with h5py.File(path, "w") as file:
+        file["a"] = np.zeros(3)
+        file.create_dataset("b", data=np.arange(5000), compression="gzip", fletcher32=True)
+        place = file["b"].id.get_chunk_info(0).byte_offset
+    assert whole_files.broken(path) is None
+    content = bytearray(path.read_bytes())
+    content[place + 9] ^= 255
+    path.write_bytes(content)
+    assert "OSError" in str(whole_files.broken(path))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from fuzz import changes, core_arrays, inputs, mesh_samples, planted_faults, samples, validator
+from fuzz import arguments, changes, core_arrays, inputs, judges, mesh_samples, planted_faults, samples, validator
 from fuzz.process import Worker
 from support import checkout_scripts, core_calls
 
@@ -202,6 +202,15 @@ def test_the_validator_takes_good_options(line):
     assert validator.option_nonsense(["plan", *line.split()]) == []
 
 
+@pytest.mark.parametrize(
+    ("name", "content"), [("a.npz", b""), ("a.npz", b"PK"), ("a.svg", b"<svg>"), ("a.xml", b"<a>")]
+)
+def test_a_written_file_that_is_broken_is_a_fault(name, content, tmp_path):
+    (tmp_path / name).write_bytes(content)
+    run = judges.Run(line=["plan", "x"], code=0, out="", err="", folder=tmp_path, before={})
+    assert any(f"wrote {name} that cannot be used" in fault for fault in judges.faults(run))
+
+
 def test_the_same_seed_gives_the_same_inputs_and_most_differ():
     good = samples.contents()
     drawn = [inputs.drawn(good, random.Random(f"{k}")) for k in range(200)]
@@ -231,7 +240,7 @@ def test_the_options_of_all_commands_are_tried(capsys):
     actions = {name: re.search(r"{(.*?)}", help_of([name], capsys))[1].split(",") for name in ("robot", "tool")}
     commands = [(name,) for name in COMMANDS if name not in actions]
     assert tried == {*commands, *((name, action) for name in actions for action in actions[name])}
-    own = set(changes.OWN_ARGUMENTS)
+    own = set(arguments.OWN_ARGUMENTS)
     for command in sorted(tried):
         own -= set(changes.options(command))
         printed = set(re.findall(r"^  (?:-\w, )?(--[\w-]+)", help_of(command, capsys), re.MULTILINE))

@@ -33,14 +33,11 @@ from mmp_env.files.solid_data import (
     solid_from_data,
     solid_to_dict,
 )
-from mmp_env.model.arm import (
-    SHAPES,
-    Arm,
-    Obstacle,
-)
+from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.cell import MOST_ARMS, Cell
 from mmp_env.model.model_joints import ModelJoints
 from mmp_env.model.names import NAMES, is_name
+from mmp_env.model.obstacle_fields import SHAPES
 from mmp_env.model.robot import GEOMETRIES, Robot, Tool, finest_geometry, frozen_array
 from mmp_env.model.robot_reading import load_robot, load_tool
 from mmp_env.model.tool_pairs import fitted_tool

@@ -13,16 +13,10 @@ from mmp_env.errors import MmpError, UnknownNameError
 from mmp_env.files.mesh_file import checked_pieces, read_pieces
 from mmp_env.files.paths import real_path
 from mmp_env.files.reading import Location, named
-from mmp_env.model.arm import (
-    LARGEST_M,
-    LARGEST_YAW_RAD,
-    MEASURES,
-    SHAPES,
-    SMALLEST_M,
-    Obstacle,
-)
+from mmp_env.model.arm import LARGEST_M, LARGEST_YAW_RAD, SMALLEST_M, Obstacle
 from mmp_env.model.held import HELD
 from mmp_env.model.names import NAMES, is_name
+from mmp_env.model.obstacle_fields import MEASURES, SHAPES
 from mmp_env.model.robot import frozen_array
 from mmp_env.model.transforms import quaternion_from_yaw
 from mmp_env.wording import degrees_hint, shown

@@ -9,9 +9,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from mmp_env.argument_checks import as_numbers, number, refused, text
+from mmp_env.argument_checks import as_numbers, text
 from mmp_env.brief import brief, point
-from mmp_env.errors import MmpError, UnknownNameError
+from mmp_env.errors import MmpError
+from mmp_env.model.obstacle_fields import check_fields
 from mmp_env.model.read_only import ReadOnly
 from mmp_env.model.robot import Robot, Tool, frozen_array
 from mmp_env.model.robot_reading import load_robot, load_tool
@@ -19,15 +20,6 @@ from mmp_env.model.tool_pairs import fitted_tool
 from mmp_env.model.transforms import matrix_from_quaternion, transform
 from mmp_env.wording import counted
 
-MEASURES = {
-    "box": ("size",),
-    "sphere": ("radius",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "mesh": ("pieces",),
-}
-"""Shape of a solid -> the fields that give its size. The pieces of a mesh are convex."""
-SHAPES = tuple(MEASURES)
 MOST_PIECES, MOST_VERTICES = 200, 1000
 """Largest numbers of the pieces of a mesh, and of the vertices of a piece."""
 SMALLEST_M, LARGEST_M = 1e-6, 100.0
@@ -117,39 +109,9 @@ class Obstacle(ReadOnly):
             numbers = as_numbers(getattr(self, name))
             if isinstance(getattr(self, name), list | tuple) and numbers is not None:
                 object.__setattr__(self, name, numbers)
-        if text("name of an obstacle", self.name) and self.shape not in SHAPES:
-            raise UnknownNameError(f"shape of obstacle '{self.name}'", str(self.shape), SHAPES)
-        for name, count in (("position", 3), ("quaternion", 4)):
-            self._require(name, f"{count} finite numbers", (count,))
-        for name, shape in (("size", (3,)), ("radius", ()), ("length", ())):
-            self._require_measure(name, getattr(self, name) is not None)
-            if name in MEASURES[self.shape]:
-                self._require(
-                    name, f"{'3 numbers' if shape else 'a number'} from {SMALLEST_M} to {LARGEST_M:g} m", shape
-                )
-        self._require_measure("pieces", len(self.pieces) > 0)
-        if any(np.ndim(piece) != 2 or np.shape(piece)[1] != 3 for piece in self.pieces):
-            raise MmpError(f"a piece of obstacle '{self.name}' must have the shape [v, 3]: the places of its vertices")
-        if isinstance(self.may_touch, str):
-            raise refused(f"may_touch of obstacle '{self.name}'", self.may_touch, "names in a set or list")
+        check_fields(vars(self))
         object.__setattr__(self, "may_touch", frozenset(self.may_touch))
-        number(f"speed of obstacle '{self.name}'", self.speed, "a speed [m/s], 0 or more", zero=True)
         super().__post_init__()
-
-    def _require_measure(self, name: str, given: bool) -> None:
-        wanted = MEASURES[self.shape]
-        if given and name not in wanted:
-            raise MmpError(f"obstacle '{self.name}' is a {self.shape} with {name}; it has {' and '.join(wanted)} only")
-        if not given and name in wanted:
-            raise MmpError(f"obstacle '{self.name}' is a {self.shape} without {name}; it needs {' and '.join(wanted)}")
-
-    def _require(self, name: str, allowed: str, shape: tuple[int, ...]) -> None:
-        given = getattr(self, name)
-        value = as_numbers(given)
-        least, most = (SMALLEST_M, LARGEST_M) if name in MEASURES[self.shape] else (-np.inf, np.inf)
-        if value is None or value.shape != shape or not (np.isfinite(value) & (least <= value) & (value <= most)).all():
-            shown = given.tolist() if isinstance(given, np.ndarray) else given
-            raise refused(f"{name} of obstacle '{self.name}'", shown, allowed)
 
     @brief
     def __repr__(self) -> str:

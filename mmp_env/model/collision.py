@@ -19,12 +19,13 @@ from mmp_env import core
 from mmp_env.argument_checks import as_numbers, given, number, refused
 from mmp_env.brief import brief
 from mmp_env.errors import MmpError
-from mmp_env.model.arm import SHAPES, Arm, Obstacle
+from mmp_env.model.arm import Arm, Obstacle
 from mmp_env.model.conflict import Conflict, TimedPlan, plan_conflicts
 from mmp_env.model.convex_hull import supporting_planes
 from mmp_env.model.joint_chain import exact_hulls, joint_chain, part_names
 from mmp_env.model.keep import Upright
 from mmp_env.model.margins import DEFAULT_MARGIN_M, KINDS, Margins, queried_margins
+from mmp_env.model.obstacle_fields import SHAPES
 from mmp_env.model.robot import EXACT
 from mmp_env.model.transforms import matrix_from_quaternion
 from mmp_env.wording import counted, shown

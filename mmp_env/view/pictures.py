@@ -37,8 +37,8 @@ SUFFIXES = {".png": "PNG", ".jpg": "JPEG", ".jpeg": "JPEG", ".webp": "WEBP"}
 """Suffix of a file -> Pillow's name of the format."""
 MOMENTS = {"start": 0.0, "middle": 0.5, "end": 1.0}
 """Name of a moment -> share of the plan's duration before it."""
-MOST_MOMENTS = 25
-"""Largest number of moments in a picture. WebP has 16383 pixels at most."""
+MOST_MOMENTS = 100
+"""Largest number of moments in a picture."""
 Moment = str | float
 """Type of a moment: a name from `MOMENTS`, or a time [s]."""
 _QUALITY = {"JPEG": {"quality": 92}, "WEBP": {"quality": 88, "method": 4}, "PNG": {"optimize": True}}

@@ -181,8 +181,8 @@ class ApfEcbs(RepulsivePlanner):
     )
     last_resort: bool = option(
         True,
-        "all and cover: if the fast track leaves conflicts only with arms that have arrived before they end, it repels "
-        "these arms too, and keeps this if no conflict is left; off (paper-literal): it does not",
+        "all and cover: if each pair that the fast track leaves in conflict has one after one of its arms has arrived, "
+        "arms are repelled after their arrival too, and return; kept if no conflict is left; off (paper-literal): no",
     )
 
     def parts(self, seed: int) -> Parts:
@@ -193,7 +193,7 @@ class ApfEcbs(RepulsivePlanner):
         else:
             fast_track = RepulsionOfSeveralArms(
                 modification=repulsion,
-                last_resort=yielding(repulsion) if self.last_resort else None,
+                last_resort=yielding(repulsion) if self.last_resort and not self.parked_yield else None,
                 reach=self.d0,
                 literal=literal,
                 on_children=on_children,

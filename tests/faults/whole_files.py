@@ -71,8 +71,12 @@ def _mp4(path: Path) -> None:
 
 
 def _hdf5(path: Path) -> None:
+    def read(_: str, item: h5py.Group | h5py.Dataset) -> None:  # anything but None would end the visit
+        if isinstance(item, h5py.Dataset):
+            item[()]
+
     with h5py.File(path) as file:
-        file.visititems(lambda _, item: item[()] is None if isinstance(item, h5py.Dataset) else None)
+        file.visititems(read)
 
 
 def _html(path: Path) -> None:

@@ -7,6 +7,7 @@ import itertools
 import json
 import re
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -23,6 +24,7 @@ SAY_WHAT_IS_WRONG = ("check", "export", "robot")
 """Commands that read files with faults, say what is wrong, and end with 1."""
 RAISED = re.compile(r"planner '.*' raised .*")
 """Message about a planner that raised."""
+_BROKEN_ARRAYS = (EOFError, OSError, zipfile.BadZipFile, zlib.error)
 LATE = ("diverged", "that is executed takes")
 """Messages about an execution, which comes after the plan is written."""
 
@@ -108,7 +110,7 @@ def _unreadable(path: Path) -> str:
         if path.suffix == ".npz":
             with np.load(path) as arrays:
                 numbers_of([arrays[name].tolist() for name in arrays])
-    except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError, zipfile.BadZipFile) as error:
+    except (ValueError, RecursionError, yaml.YAMLError, ElementTree.ParseError, *_BROKEN_ARRAYS) as error:
         return str(error)
     return ""
 

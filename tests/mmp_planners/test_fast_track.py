@@ -192,6 +192,20 @@ def test_the_last_resort_is_kept_only_if_it_leaves_no_conflict(passing, arms):
     assert (attempt.node.paths[1] is n.paths[1]) == (1 not in arms)
 
 
+def test_an_arm_that_the_last_resort_moved_in_vain_is_left_alone_until_a_path_near_it_has_changed():
+    moved = []
+
+    def resort(context, paths, arm, constraints):
+        moved.append(arm)
+
+    n = node(0, (0, 1, 2, 3), (5, 2))
+    fast_track = RepulsionOfSeveralArms(modification=Push({}), last_resort=resort, cover=True)
+    assert list(fast_track(TWO, n)) == []
+    assert moved == [0]
+    assert list(fast_track(TWO, n)) == []
+    assert moved == [0]
+
+
 def test_the_last_resort_is_not_tried_while_arms_meet_that_both_move():
     push = Push({0: (0, 1, 3, 2), 1: (2, 5, 0)})
     assert tries(RepulsionOfSeveralArms(modification=Push({}), last_resort=push), node(0, *SWAP)) == []

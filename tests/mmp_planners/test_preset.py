@@ -1,7 +1,7 @@
 """The preset `paper` takes back every departure that the docs list with the paper's value."""
 
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -125,6 +125,16 @@ def test_the_fast_track_is_tried_on_children_unless_it_waits_for_expansion():
     for critical in ("one", "cover", "all"):
         assert make("apf-ecbs", critical_arms=critical).parts(0).fast_track.on_children
         assert not make("apf-ecbs", critical_arms=critical, fast_track_at="expansion").parts(0).fast_track.on_children
+
+
+def test_the_last_resort_repels_arms_that_have_arrived_unless_all_repulsion_does():
+    planners = [make("apf-ecbs"), make("cbs", repulsion="fast-track")]
+    for parts in (planner.parts(0) for planner in planners):
+        assert parts.fast_track.last_resort == replace(parts.modification, parked_yield=True) != parts.modification
+    shortened = make("apf-ecbs", shorten_paths=True).parts(0).fast_track.last_resort
+    assert shortened.modification.parked_yield
+    for options in ({"last_resort": False}, {"parked_yield": True}):
+        assert make("apf-ecbs", **options).parts(0).fast_track.last_resort is None
 
 
 def test_discarded_misses_are_handed_to_the_fast_track_of_several_arms():

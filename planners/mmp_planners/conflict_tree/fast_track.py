@@ -80,11 +80,11 @@ class RepulsionOfSeveralArms:
     path is kept if it leaves fewer conflicts. Rounds go on while a round leaves fewer. With `keep_misses` an attempt
     that leaves fewer conflicts than the node, but not none, replaces the node. A solution replaces it if `literal`.
 
-    Rounds with `last_resort` follow where conflicts are left and each pair has one after an arm of it has arrived. They
-    are kept only if they leave no conflict.
+    If every pair that is left in conflict has a conflict after one of its arms has arrived, rounds with `last_resort`
+    follow. They are kept only if they leave no conflict.
 
     An arm that was moved in vain is left alone, in children too, until its own path or one within `reach` [m] of it has
-    changed. The last resort counts apart.
+    changed. What the last resort has moved in vain, only the last resort leaves alone.
     """
 
     modification: Modification

@@ -14,7 +14,7 @@ from mmp_planners.planning_context import PairConflicts, Path, PlanningContext
 
 UNNUMBERED = -1
 MovedInVain = dict[tuple[bool, int], tuple[Path, ...]]
-"""Whether by the last resort of a fast track, and the arm -> all paths of the moment at which it was moved in vain."""
+"""Arm that a fast track has moved in vain, with True if its last resort did so -> all paths of that moment."""
 
 
 @dataclass(kw_only=True, eq=False)

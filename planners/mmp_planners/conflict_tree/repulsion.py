@@ -107,7 +107,10 @@ class RepulsiveModification:
         field = ForceField(k_rep=self.k_rep, d0=self.d0, centres=self.distance == "centre")
         rows, iterates = modified.positions, tuple(modified.trace)
         if self.parked_yield:
-            rows = rows[: np.flatnonzero((rows != rows[-1]).any(axis=1))[-1] + 2]  # it stands after its last move
+            away = np.flatnonzero((rows != rows[-1]).any(axis=1))
+            if not away.size:
+                return None  # the move is too small for single precision
+            rows = rows[: away[-1] + 2]  # it stands after its last move
         path = context.path(arm, rows)
         return Modified(path=path, iterations=modified.iterations, iterates=iterates, field=field)
 

@@ -131,8 +131,8 @@ def test_impossible_arguments_are_one_sentence(plan, tmp_path):
         picture(plan, "midle")
     with pytest.raises(MmpError, match="moment is 99 s; the plan goes from 0 to"):
         picture(plan, 99)
-    with pytest.raises(MmpError, match="a picture of 26 moments was asked for; it has 25 at most"):
-        check_picture(tmp_path / "plan.png", [0.0] * 26)
+    with pytest.raises(MmpError, match="a picture of 101 moments was asked for; it has 100 at most"):
+        check_picture(tmp_path / "plan.png", [0.0] * 101)
     with pytest.raises(MmpError, match="at least one moment"):
         pictures(plan, ())
     with pytest.raises(MmpError, match=r"moments is 'end'; it must be a list of moments, such as \['end'\]"):

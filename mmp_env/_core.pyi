@@ -331,7 +331,7 @@ def search_tree(arm: SingleArm, *, others: Sequence[Motion], seed: int, clock: C
 class RepulsionSettings:
     """Settings of the repulsive force field, and of the descent along it."""
 
-    def __init__(self, *, k_rep: float = 0.05, d0: float = 0.1, centre_distance: bool = False, alpha: float = 1e-07, max_iterations: int = 50, normalised: bool = False, normalised_step: float = 0.02, floor: float = 0.01, max_step: float = 0.05, stretch: float = 3.0, comfort: float = 0.02, exact_within: float = 0.0, halvings: int = 0) -> None: ...
+    def __init__(self, *, k_rep: float = 0.05, d0: float = 0.1, centre_distance: bool = False, alpha: float = 1e-07, max_iterations: int = 50, normalised: bool = False, normalised_step: float = 0.03, floor: float = 0.01, max_step: float = 0.05, stretch: float = 3.0, comfort: float = 0.02, exact_within: float = 0.0, halvings: int = 0) -> None: ...
 
     @property
     def k_rep(self) -> float:

@@ -18,7 +18,7 @@ struct RepulsionSettings {
   double alpha = 1e-7;           // step of the descent
   int max_iterations = 50;
   bool normalised = false;        // fixed largest step, forces smoothed over time
-  double normalised_step = 0.02;  // largest step of a normalised iteration [rad]
+  double normalised_step = 0.03;  // largest step of a normalised iteration [rad]
   double floor = 0.01;            // distance below which the force is constant [m]; 0: none
   double max_step = 0.05;         // cap per joint and iteration [rad]; 0: none
   double stretch = 3;             // longest step between waypoints, relative to full speed; 0: any

@@ -19,12 +19,12 @@ struct Window {
   int stop() const { return static_cast<int>(is_instant() ? std::ceil(from) - 1 : std::floor(from)); }
   int resume() const { return static_cast<int>(is_instant() ? std::floor(until) + 1 : std::ceil(until)); }
 
-  // Returns the half-steps strictly inside, up to one step after the end of a motion; or the instant.
+  // Returns the quarter-steps strictly inside, up to one step after the end of a motion; or the instant.
   std::vector<double> instants(int last) const {
     if (is_instant()) return from >= 0 ? std::vector<double>{from} : std::vector<double>{};
     std::vector<double> out;
     const double end = std::min(until, std::max(double(last), std::ceil(from)) + 1);
-    for (double h = std::max(0.0, std::floor(2 * from) + 1); h < 2 * end; ++h) out.push_back(h / 2);
+    for (double h = std::max(0.0, std::floor(4 * from) + 1); h < 4 * end; ++h) out.push_back(h / 4);
     if (out.empty() && until > 0) out.push_back((std::max(from, 0.0) + until) / 2);
     return out;
   }
@@ -146,7 +146,7 @@ class Constraint {
   int first_link_ = 0;
 };
 
-// Returns whether a motion comes closer than `margin` [m] to a forbidden region at a step or half-step of its window,
+// Returns whether a motion comes closer than `margin` [m] to a forbidden region at a quarter of a step of its window,
 // or at its instant.
 template <class V>
 bool breaks(const Motion<V>& m, const std::vector<Constraint<V>*>& constraints, Scalar<V> margin) {

@@ -170,12 +170,12 @@ def test_a_normalised_step_is_the_smoothed_force_scaled_to_its_largest_joint():
     force = repulsion.path_forces(cell, "arm0", paths)
     last = len(force) - 1
     smoothed = np.zeros_like(force)
-    weight = np.exp(-(np.arange(-9, 10) ** 2) / (2 * 3**2))
+    weight = np.exp(-(np.arange(-18, 19) ** 2) / (2 * 6**2))
     weight /= weight.sum()
     for k in range(1, last):
-        for d in range(-9, 10):
+        for d in range(-18, 19):
             if 0 <= k + d <= last:
-                smoothed[k] += weight[d + 9] * force[k + d]
+                smoothed[k] += weight[d + 18] * force[k + d]
     moved_path = modify(cell, paths, normalised=True, normalised_step=0.02).positions
     step = 0.02 * smoothed / np.abs(smoothed).max()
     np.testing.assert_allclose(moved_path, limited(cell, paths["arm0"] + step), rtol=0, atol=2e-4)

@@ -46,7 +46,7 @@ def test_a_shortened_plan_costs_no_more_and_passes_the_checker(planner):
 @pytest.mark.parametrize("planner", ["rrt-connect", "prioritized", "apf-ecbs"])
 def test_the_shortened_plan_is_emitted_as_a_child_of_the_plan_as_found(planner):
     events = []
-    plan = mmp_planners.make(planner, shorten=300).plan(ring(), seed=1, watch=events.append).plan
+    plan = mmp_planners.make(planner, shorten=300).plan(ring(), seed=3, watch=events.append).plan
     found, shortened = (event for event in events if isinstance(event, SolutionFound))
     nodes = {event.node: event for event in events if isinstance(event, NodeCreated)}
     assert nodes[shortened.node].parent == found.node
@@ -60,8 +60,8 @@ def test_a_plan_at_which_a_watcher_stops_the_run_is_not_shortened(planner):
         if isinstance(event, SolutionFound):
             raise mmp_planners.StopPlanning
 
-    stopped = mmp_planners.make(planner, shorten=300).plan(ring(), seed=1, watch=stop)
-    found = mmp_planners.make(planner, shorten=0).plan(ring(), seed=1)
+    stopped = mmp_planners.make(planner, shorten=300).plan(ring(), seed=3, watch=stop)
+    found = mmp_planners.make(planner, shorten=0).plan(ring(), seed=3)
     assert stopped.stats["shortcuts"] == 0
     assert stopped.plan.cost_rad == found.plan.cost_rad
 

@@ -152,14 +152,12 @@ _REPULSION = {
     "ecbs": [["--planner", "ecbs", "--base", "ecbs", "--set", "shorten=400"]],
     "choice": [
         [*cells, "--base", "apf-ecbs", "--set", "fast_track_at=expansion", "--first", "1000", "--count", count]
-        for cells, count in (((), "300"), (("line-16", "line-32", "line-64"), "50"))
+        for cells, count in (((), "300"), (("line-16", "line-32", "line-64"), "20"))
     ]
     + [
-        [
-            *("ring-4", "ring-6", "ring-8", "line-64"),
-            *("--base", "apf-ecbs", "--set", setting, "--first", "1000", "--count", "50"),
-        ]
+        [*cells, "--base", "apf-ecbs", "--set", setting, "--first", "1000", "--count", count]
         for setting in ("conflict_choice=earliest", "pad_growth=1")
+        for cells, count in (((), "150"), (("line-64",), "20"))
     ]
     + [
         ["--base", "apf-ecbs", "--set", setting, "--first", "1000", "--count", "150"]

@@ -184,7 +184,7 @@ def test_a_miss_with_fewer_conflicts_replaces_the_node_if_misses_are_kept(keep_m
 
 @pytest.mark.parametrize(("passing", "arms"), [((0, 1, 2, 3), (1, 2)), ((0, 1, 2, 2, 3), (2,))])
 def test_the_last_resort_is_kept_only_if_it_leaves_no_conflict(passing, arms):
-    """Arm b has arrived when a passes it; the modification moves c alone, out of the way of d."""
+    """Arm b has arrived when a passes. The modification moves only arm c, so that c and d have no conflict."""
     n = node(0, passing, (5, 2), (10, 11, 12, 13), (15, 12))
     fast_track = RepulsionOfSeveralArms(modification=Push({2: (10, 11, 14, 13)}), last_resort=Push({1: (5, 2, 7, 2)}))
     (attempt,) = fast_track(ArmsOnALine((), (), (), ()), n)

@@ -96,27 +96,27 @@ class RepulsionOfSeveralArms:
     keep_misses: bool = True
 
     def __call__(self, context: PlanningContext, node: Node) -> Iterator[Attempt]:
-        vain = dict(node.vain)
-        modified, arms = self._rounds(context, node, vain)
+        vain, vain_resort = dict(node.vain), dict(node.vain_resort)
+        modified, arms = self._rounds(context, node, self.modification, vain)
         if self.last_resort is not None and modified.conflicts and all(map(modified.is_late, modified.conflicts)):
-            solution, more = self._rounds(context, modified, vain, last_resort=True)
+            solution, more = self._rounds(context, modified, self.last_resort, vain_resort)
             if not solution.conflicts:
                 modified, arms = solution, arms | more
         node.vain = modified.vain = vain
+        node.vain_resort = modified.vain_resort = vain_resort
         if arms:
             replaces = self.keep_misses if modified.conflicts else self.literal
             yield Attempt(arms=tuple(sorted(arms)), node=modified, replaces=replaces)
 
     def _rounds(
-        self, context: PlanningContext, node: Node, vain: MovedInVain, *, last_resort: bool = False
+        self, context: PlanningContext, node: Node, modification: Modification, vain: MovedInVain
     ) -> tuple[Node, set[int]]:
         """Returns the node after the last round, and the arms that were moved. Adds to `vain`."""
-        modification = self.modification if self.last_resort is None or not last_resort else self.last_resort
         current, moved, before = node, set[int](), node.conflict_count + 1
         while current.conflicts and current.conflict_count < before and not context.clock.expired:
             before = current.conflict_count
             for arm in vertex_cover(current.conflicts) if self.cover else by_degree(current.conflicts):
-                then = vain.get((last_resort, arm))
+                then = vain.get(arm)
                 if then is not None and not self._changed(context, arm, then, current.paths):
                     continue
                 modified = _modified(modification, context, current, arm)
@@ -124,7 +124,7 @@ class RepulsionOfSeveralArms:
                     current = modified
                     moved.add(arm)
                 else:
-                    vain[last_resort, arm] = current.paths
+                    vain[arm] = current.paths
                 if not current.conflicts:
                     break
         return current, moved

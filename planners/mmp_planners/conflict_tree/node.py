@@ -13,8 +13,8 @@ from mmp_planners.conflict_tree.constraints import Branch, ConflictInterval
 from mmp_planners.planning_context import PairConflicts, Path, PlanningContext
 
 UNNUMBERED = -1
-MovedInVain = dict[tuple[bool, int], tuple[Path, ...]]
-"""Arm that a fast track has moved in vain, with True if its last resort did so -> all paths of that moment."""
+MovedInVain = dict[int, tuple[Path, ...]]
+"""Arm that a fast track has moved in vain -> all paths of that moment."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -24,7 +24,7 @@ class Node:
     `bounds` holds each arm's lb_i [rad]: the length of its planned path before repulsion. `kinds` holds the numbers of
     the constraint kinds from the root to this node. While a branch is `pending`, the node has its constraints and no
     number; paths, bounds and conflicts are still the parent's. Only `update` changes paths, bounds and conflicts.
-    Children begin with the arms that were moved in `vain`.
+    Children begin with the arms that a fast track has moved in vain (`vain`, and `vain_resort` by its last resort).
     """
 
     id: int
@@ -37,6 +37,7 @@ class Node:
     kinds: tuple[int, ...] = ()
     pending: Branch | None = None
     vain: MovedInVain = field(default_factory=dict)
+    vain_resort: MovedInVain = field(default_factory=dict)
 
     @cached_property
     def cost(self) -> float:
@@ -114,6 +115,7 @@ class Node:
             kinds=(*self.kinds, branch.kind),
             pending=branch,
             vain=self.vain,
+            vain_resort=self.vain_resort,
         )
 
     def replaced(self, context: PlanningContext, arm: int, path: Path) -> tuple[tuple[Path, ...], PairConflicts]:

@@ -24,8 +24,8 @@ class ModifyMotion {
   };
 
   // `max_step`: v_max dt per joint [rad]. `keep`: levels of the proof against static bodies. A constraint is broken
-  // when surfaces are closer than `constraint_margin` at a quarter of a step. Repelled steps may be long (`stretch`), so
-  // half-steps would miss contacts.
+  // when surfaces are closer than `constraint_margin` at a quarter of a step. Repelled steps may be long (`stretch`),
+  // so half-steps would miss contacts.
   Result run(const Motion<V>& input, const std::vector<const Motion<V>*>& others,
              const std::vector<Constraint<V>*>& constraints, const T* max_step, Levels<T> keep, T constraint_margin,
              bool trace, const Clock& clock) {
@@ -99,7 +99,7 @@ class ModifyMotion {
   // last bit between C libraries, and plans must not.
   static void smooth(std::vector<T>& f, int last, int dof) {
     constexpr int radius = 18;
-    constexpr T weight[radius + 1] = {T(1), T(0.986207117), T(0.945959469), T(0.882496903), T(0.800737403),
+    constexpr T weight[radius + 1] = {T(1),           T(0.986207117), T(0.945959469), T(0.882496903), T(0.800737403),
                                       T(0.706648278), T(0.606530660), T(0.506335617), T(0.411112291), T(0.324652467),
                                       T(0.249352209), T(0.186270464), T(0.135335283), T(0.095634445), T(0.065728529),
                                       T(0.043936934), T(0.028565501), T(0.018063013), T(0.011108997)};
